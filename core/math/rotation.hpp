@@ -1,0 +1,65 @@
+#pragma once
+// Rotations: the exponential map of SO(3), its inverse and its tangents.
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// The matrix of the cross product: hat(a) b = a × b.
+template <class Derived>
+Matrix3<typename Derived::Scalar> hat(const Eigen::MatrixBase<Derived>& a) {
+  using Scalar = typename Derived::Scalar;
+  Matrix3<Scalar> m;
+  m << Scalar(0), -a[2], a[1], a[2], Scalar(0), -a[0], -a[1], a[0], Scalar(0);
+  return m;
+}
+
+/// exp(hat(v)): the rotation by |v| radians about v.
+inline Matrix3d rotation_exp(const Vector3d& v) {
+  const double a = v.norm();
+  const Matrix3d K = hat(v);
+  if (a < 1e-4) {  // a⁴/120 < 1e-18
+    const double q = a * a;
+    return Matrix3d::Identity() + (1 - q / 6) * K + (0.5 - q / 24) * K * K;
+  }
+  return Matrix3d::Identity() + std::sin(a) / a * K + (1 - std::cos(a)) / (a * a) * K * K;
+}
+
+/// Rotation vector of R, |v| < π. Axial vector and atan2: accurate near 0 and up to π.
+inline Vector3d rotation_log(const Matrix3d& R) {
+  const Vector3d axial =
+      0.5 * Vector3d(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
+  const double s = axial.norm(), c = 0.5 * (R.trace() - 1);
+  const double angle = std::atan2(s, c);
+  if (angle < 3.0) return s < 1e-8 ? axial : Vector3d(axial * (angle / s));
+  const Eigen::AngleAxisd aa(R);  // near π the axial vector fades; Eigen goes through a quaternion
+  return aa.angle() * aa.axis();
+}
+
+/// Left tangent J of the exponential: exp(v + dv) = exp(J dv) exp(v) to first order.
+inline Matrix3d rotation_left_tangent(const Vector3d& v) {
+  const double a = v.norm(), q = a * a;
+  const Matrix3d K = hat(v);
+  if (a < 1e-2)
+    return Matrix3d::Identity() + (0.5 - q / 24 + q * q / 720) * K +
+           (1.0 / 6 - q / 120 + q * q / 5040) * K * K;
+  return Matrix3d::Identity() + (1 - std::cos(a)) / q * K + (a - std::sin(a)) / (q * a) * K * K;
+}
+
+/// Inverse of the left tangent: dv = J⁻¹ ω for a spin ω of exp(v).
+inline Matrix3d rotation_left_tangent_inverse(const Vector3d& v) {
+  const double a = v.norm(), q = a * a;
+  const Matrix3d K = hat(v);
+  const double c = a < 1e-2 ? 1.0 / 12 + q / 720 + q * q / 30240
+                            : (1 - 0.5 * a / std::tan(0.5 * a)) / q;
+  return Matrix3d::Identity() - 0.5 * K + c * K * K;
+}
+
+/// The nearest rotation: removes the rounding that many multiplicative updates pile up.
+inline Matrix3d orthonormalised(const Matrix3d& R) {
+  return Eigen::Quaterniond(R).normalized().toRotationMatrix();
+}
+
+}  // namespace flexopt

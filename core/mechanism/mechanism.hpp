@@ -1,0 +1,81 @@
+#pragma once
+// What a mechanism is: plain data, never changed after it was built. SI units, global axes.
+// Templated on the scalar so that a family can be differentiated with respect to its parameters.
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// Direction of a rigid body's motion; also its row in every 6×6 matrix.
+enum class Direction { ux, uy, uz, rx, ry, rz };
+inline constexpr std::array<std::string_view, 6> direction_names{"ux", "uy", "uz",
+                                                                 "rx", "ry", "rz"};
+inline constexpr int index(Direction d) { return static_cast<int>(d); }
+inline constexpr bool is_rotation(Direction d) { return index(d) >= 3; }
+
+/// Linear elastic, isotropic.
+template <class Scalar>
+struct MaterialT {
+  std::string name;
+  Scalar youngs_modulus{};  ///< [Pa]
+  Scalar poissons_ratio{};  ///< [-]
+  Scalar density{};         ///< [kg/m³]
+  std::optional<double> allowable_stress;  ///< [Pa]
+
+  Scalar shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poissons_ratio)); }
+};
+
+/// Body index of the fixed world.
+inline constexpr int ground = -1;
+
+/// A rectangular leaf spring of uniform thickness, flat when undeformed; both short edges are
+/// clamped along their whole width to a body or to the ground.
+template <class Scalar>
+struct LeafSpringT {
+  std::string name;
+  int base = ground;            ///< body that holds the base edge
+  int tip = 0;                  ///< body that holds the tip edge
+  Vector3<Scalar> origin;       ///< middle of the base edge [m]
+  Matrix3<Scalar> axes;         ///< columns: along the leaf, along its width, normal to it
+  Scalar length{}, width{}, thickness{};  ///< [m]
+  MaterialT<Scalar> material;
+
+  Vector3<Scalar> tip_middle() const { return origin + axes.col(0) * length; }
+};
+
+enum class BodyRole { end_effector, intermediate };
+
+/// A rigid body in its undeflected place.
+template <class Scalar>
+struct RigidBodyT {
+  std::string name;
+  BodyRole role = BodyRole::end_effector;
+  Vector3<Scalar> reference;       ///< the point whose displacement is an unknown (O) [m]
+  Scalar mass{};                   ///< [kg]
+  Vector3<Scalar> center_of_mass;  ///< [m]
+  Matrix3<Scalar> inertia;         ///< about the centre of mass, global axes [kg m²]
+};
+
+template <class Scalar>
+struct MechanismT {
+  std::vector<RigidBodyT<Scalar>> bodies;  ///< the free ones
+  std::vector<LeafSpringT<Scalar>> leaves;
+  int end_effector = 0;                 ///< its reference point is O
+  Direction drive = Direction::uy;      ///< what the stroke prescribes of the end-effector
+};
+
+using Material = MaterialT<double>;
+using LeafSpring = LeafSpringT<double>;
+using RigidBody = RigidBodyT<double>;
+using Mechanism = MechanismT<double>;
+
+/// The first broken rule of a mechanism (indices, positive sizes, unit axes, leaves meeting their
+/// bodies, leaves that intersect when undeflected), or nothing.
+std::optional<std::string> broken_rule(const Mechanism& mechanism);
+
+}  // namespace flexopt

@@ -1,0 +1,132 @@
+#pragma once
+// What a designer asks of a mechanism over its stroke, and what comes back. Plain data.
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+enum class Accuracy { reduced, full };
+
+/// How a mechanism is modelled.
+struct ModelOptions {
+  Accuracy accuracy = Accuracy::reduced;
+  std::array<int, 2> mesh{8, 4};   ///< plate elements [along, across] per leaf
+  bool free_edge_torsion = true;   ///< 3-D torsion layer of the free edges; off: thin-shell limit
+  int degree = 5;                  ///< of the reduced potential: 5 or 7
+  int leaf_modes = 4;              ///< fixed-interface modes kept per leaf for frequencies (at least)
+};
+
+/// Newton's iteration and the step control of the path.
+struct NewtonOptions {
+  double tolerance = 1e-9;   ///< largest last correction, lengths divided by the leaf length [-]
+  int max_iterations = 25;
+  int max_halvings = 6;      ///< of a stroke step before the path is given up
+};
+
+struct StrokeRequest {
+  std::vector<double> points{0.0};          ///< stroke of the drive, in the order wanted [m or rad]
+  Vector6d load = Vector6d::Zero();         ///< dead load at O: force [N], moment [N m], global axes
+  int frequencies = 0;                      ///< how many, drive free and drive locked each
+  bool parasitic_with_drive_locked = true;  ///< which list the parasitic frequency is taken from
+  bool parasitic_skips_leaf_modes = false;
+  bool parasitic_skips_intermediate_modes = false;
+  bool stress = true;                       ///< largest von Mises stress
+  bool shapes = false;                      ///< deformed mid-surfaces for drawing
+  NewtonOptions newton;
+};
+
+enum class PointStatus {
+  converged,
+  no_equilibrium,  ///< Newton failed although the step was halved; the message has the figures
+  not_reached      ///< the path ended before this point
+};
+
+enum class ModeKind { drive, end_effector, intermediate_body, leaf };
+
+struct Mode {
+  double frequency = 0;  ///< [Hz]
+  ModeKind kind = ModeKind::end_effector;
+  /// Share of the modal kinetic energy, each in [0, 1]; drive + end_effector + intermediate_body +
+  /// leaf = 1.
+  double drive = 0, end_effector = 0, intermediate_body = 0, leaf = 0;
+};
+
+struct StressPeak {
+  double value = 0;            ///< von Mises [Pa]
+  int leaf = 0;                ///< index in the mechanism
+  double along = 0, across = 0;  ///< place on the leaf, each in [0, 1]
+  Vector3d position = Vector3d::Zero();  ///< deflected place [m]
+  bool on_positive_normal = true;        ///< which surface
+};
+
+/// Which model a leaf was evaluated with at a point, and why.
+struct LeafReport {
+  std::string model;     ///< "tube", "full"
+  std::string reason;    ///< why not the default; empty otherwise
+  double check = 0;      ///< relative correction of the condensed full leaf; 0 if not made
+};
+
+/// Deformed mid-surface of a leaf on its mesh, points along first.
+struct LeafShape {
+  int points_along = 0, points_across = 0;
+  std::vector<Vector3d> undeflected, deflected;  ///< [m]
+  std::vector<double> von_mises;                 ///< larger of both surfaces [Pa]
+};
+
+/// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
+struct PathPoint {
+  double stroke = 0;  ///< [m or rad]
+  PointStatus status = PointStatus::not_reached;
+  std::string message;
+  int newton_iterations = 0;  ///< of the last step onto this point
+  int sub_steps = 1;
+
+  double drive_load = 0;  ///< [N or N m]
+  Vector3d displacement = Vector3d::Zero();  ///< of O [m]
+  Vector3d rotation = Vector3d::Zero();      ///< rotation vector of the end-effector [rad]
+  Matrix6d compliance_free = Matrix6d::Zero();    ///< drive free
+  Matrix6d compliance_locked = Matrix6d::Zero();  ///< drive held; zero row and column at the drive
+  std::array<std::optional<double>, 6> support_stiffness;  ///< 1/C_dd locked [N/m or N m/rad]
+  double drive_stiffness = 0;                              ///< 1/C_dd free
+  std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
+  std::vector<Mode> modes_free, modes_locked;
+  std::optional<double> parasitic_frequency;  ///< [Hz]
+  std::optional<StressPeak> max_stress;
+  std::optional<double> buckling_load_factor;  ///< of the dead load
+  bool stable = true;         ///< the tangent with the drive held has no negative eigenvalue
+  int negative_pivots = 0;    ///< inertia of that tangent
+  std::vector<LeafReport> leaves;
+  std::vector<LeafShape> shapes;
+};
+
+enum class Status { ok, no_equilibrium };
+
+struct StrokeResponse {
+  Status status = Status::ok;
+  std::string message;
+  std::vector<PathPoint> path;  ///< one for each requested point, in that order
+  double seconds_coefficients = 0, seconds_path = 0;
+};
+
+/// Follows the stroke from the undeflected state and evaluates every point.
+StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
+                               const StrokeRequest& request);
+
+/// A scalar that objectives, constraints and columns can name.
+struct Quantity {
+  std::string name;  ///< "drive_load", "support_stiffness.ux", "displacement.x", …
+  std::string unit;  ///< SI; "N or N m" is resolved with the drive
+};
+
+/// Every quantity a path point offers for this drive, in a fixed order.
+std::vector<Quantity> quantities(Direction drive);
+
+/// Value of a quantity at a point; nothing if the point has none (not converged, not asked for).
+/// The name must be one of `quantities`.
+std::optional<double> value_of(const PathPoint& point, std::string_view name);
+
+}  // namespace flexopt

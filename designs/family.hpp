@@ -1,0 +1,56 @@
+#pragma once
+// A family: named parameters with units and ranges → a mechanism. Nothing downstream knows families.
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+/// One geometric parameter of a family.
+struct Parameter {
+  std::string name;
+  std::string unit;                ///< SI unit: "m", "rad", "1"
+  std::optional<double> standard;  ///< default; required when missing
+  double min = 0, max = 0;         ///< allowed range, ends excluded where `open`
+  bool open_min = false, open_max = false;
+  std::string meaning;
+};
+
+using ParameterValues = std::map<std::string, double>;
+
+/// The rigid end-effector that the leaves carry.
+struct EndEffector {
+  double mass = 0;                                ///< [kg]
+  Matrix3d inertia = Matrix3d::Zero();            ///< about its centre of mass, global axes [kg m²]
+  Vector3d center_of_mass = Vector3d::Zero();     ///< relative to O [m]
+};
+
+struct Family {
+  std::string name;
+  std::string summary;   ///< one sentence
+  std::string drawing;   ///< ASCII sketch with the parameters
+  Direction drive = Direction::uy;
+  std::vector<Parameter> parameters;
+  /// Values must hold every parameter, in range. Throws SpecError (pointer /design/parameters/…)
+  /// when they contradict each other.
+  std::function<Mechanism(const ParameterValues&, const Material&, const EndEffector&)> make;
+};
+
+/// All families, in the order of the documentation.
+const std::vector<Family>& families();
+
+/// The family of that name. Throws SpecError(pointer) that lists the known ones.
+const Family& find_family(const std::string& name, const std::string& pointer);
+
+/// Built-in materials with the source of their values.
+struct NamedMaterial {
+  Material material;
+  std::string source;
+};
+const std::vector<NamedMaterial>& materials();
+
+}  // namespace flexopt

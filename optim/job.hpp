@@ -1,0 +1,89 @@
+#pragma once
+// The job file as read: defaults filled in, SI, checked.
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/response/response.hpp"
+#include "designs/family.hpp"
+
+namespace flexopt {
+
+enum class JobKind { evaluate, optimise };
+
+/// How the values of a quantity over the stroke become one number.
+enum class OverStroke { min, max, max_abs, first, last };
+
+struct Variable {
+  std::string parameter;
+  double min = 0, max = 0;       ///< SI
+  std::optional<double> start;   ///< first start; the job's own value otherwise
+};
+
+struct Objective {
+  bool maximise = true;
+  std::string quantity;                      ///< of a path point, or
+  std::string expression;                    ///< of the design parameters; one of the two is empty
+  OverStroke over_stroke = OverStroke::min;  ///< unused for an expression
+};
+
+struct Constraint {
+  std::string quantity, expression;  ///< one of the two is empty
+  OverStroke over_stroke = OverStroke::max;
+  std::optional<double> min, max;    ///< SI; at least one
+  std::string label;                 ///< "max_stress max over stroke"
+};
+
+struct Algorithm {
+  std::string library = "nlopt";        ///< nlopt | ipopt
+  std::string name = "LN_COBYLA";       ///< NLopt's name; unused for ipopt
+};
+
+struct OptimiseSpec {
+  std::vector<Variable> variables;
+  Objective objective;
+  std::vector<Constraint> constraints;
+  Algorithm algorithm;
+  int starts = 1;
+  unsigned seed = 1;
+  int max_evaluations = 500;           ///< per start
+  double tolerance = 1e-5;             ///< relative change of scaled variables and objective
+  double constraint_tolerance = 1e-4;  ///< relative to the bound
+};
+
+struct Expectation {
+  std::string pointer;  ///< into result.json
+  double value = 0, tolerance = 0;  ///< absolute tolerance
+  std::string source;
+};
+
+struct DesignSpec {
+  std::string family;
+  ParameterValues parameters;  ///< every parameter of the family, SI
+  Material material;
+};
+
+struct Job {
+  std::string name;
+  JobKind kind = JobKind::evaluate;
+  DesignSpec design;
+  EndEffector end_effector;
+  StrokeRequest request;
+  ModelOptions model;
+  std::optional<OptimiseSpec> optimise;
+  std::vector<Expectation> expect;
+  nlohmann::json as_read;  ///< the job with defaults filled in, SI: what result.json shows
+};
+
+/// Reads and checks a job. `overrides` are --set /pointer=value texts. Throws SpecError.
+Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
+Job parse_job(const nlohmann::json& document);
+
+/// The JSON Schema of a job, made from the same descriptions that drive reading.
+nlohmann::json job_schema();
+
+/// The mechanism of a job with other parameter values (those of an optimiser, say).
+Mechanism make_mechanism(const Job& job, const ParameterValues& parameters);
+
+}  // namespace flexopt
