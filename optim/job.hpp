@@ -1,5 +1,6 @@
 #pragma once
 // The job file as read: defaults filled in, SI, checked.
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -61,6 +62,8 @@ struct Expectation {
 struct DesignSpec {
   std::string family;
   ParameterValues parameters;  ///< every parameter of the family, SI
+  /// Parameters that are formulas of the others, SI: {"outer_width", "(0.1 - inner_width)/2"}.
+  std::map<std::string, std::string> expressions;
   Material material;
 };
 
@@ -73,6 +76,7 @@ struct Job {
   ModelOptions model;
   std::optional<OptimiseSpec> optimise;
   std::vector<Expectation> expect;
+  std::vector<std::string> notes;  ///< what the reader found odd but allowed; for the user's eyes
   nlohmann::json as_read;  ///< the job with defaults filled in, SI: what result.json shows
 };
 
@@ -83,7 +87,11 @@ Job parse_job(const nlohmann::json& document);
 /// The JSON Schema of a job, made from the same descriptions that drive reading.
 nlohmann::json job_schema();
 
-/// The mechanism of a job with other parameter values (those of an optimiser, say).
+/// These values with every parameter that is a formula computed anew from the others.
+ParameterValues complete_parameters(const DesignSpec& design, ParameterValues parameters);
+
+/// The mechanism of a job with other parameter values (those of an optimiser, say); formulas are
+/// computed anew. Throws SpecError where these values make no sensible geometry.
 Mechanism make_mechanism(const Job& job, const ParameterValues& parameters);
 
 }  // namespace flexopt
