@@ -1,0 +1,90 @@
+#pragma once
+// The mixed potential W*(s, f) of a leaf along its bending ray: Taylor expansions about a few bent
+// states, every coefficient joined by two-point Hermite interpolation along the ray.
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// Expansion of W* about one bent state of the ray.
+struct TubeNode {
+  double sigma = 0;
+  /// Taylor coefficients over the monomials (polynomial.hpp, 6 variables, total degree ≤ degree of
+  /// the potential; further ones are ignored) in (σ − sigma, τ, φ, N, M1, M2); forces over their
+  /// scale, counted from the force centre.
+  std::vector<double> W;
+};
+
+/// Value and derivatives in (θ1y, θ2y, φx, N, M1, M2), forces over their scale.
+struct PotentialValue {
+  double value = 0;
+  Vector6d gradient;
+  Matrix6d hessian;
+};
+
+/// Where a state lies in the tube.
+struct TubeLocation {
+  double sigma = 0;   ///< along the ray, signed
+  double tau = 0;     ///< off the ray, signed
+  double beyond = 0;  ///< |sigma| beyond the last node; ≤ 0 inside
+  int interval = 0;   ///< its nodes are interval, interval + 1
+};
+
+/// With (θ1y, θ2y)ᵀ = D (σ, τ), x = (τ, N) and y = (φ, M1, M2), between the nodes σ_i and σ_i+1
+///
+///     W*(σ, x, y) = Σ_m c_m(t) (x, y)^m,   |m| ≤ d − 1,   t = (σ − σ_i)/(σ_i+1 − σ_i)
+///
+/// where c_m takes d + 1 − |m| Taylor coefficients from *each* node (degree 2 (d + 1 − |m|) − 1).
+/// So node states are reproduced exactly, and c_m is C^(d−|m|) across nodes.
+/// Mirror symmetry in the width: only even total powers of y. Mirror symmetry in the thickness:
+/// W*(σ, τ, φ, N, M) = W*(−σ, −τ, −φ, N, M), so nodes stand at σ ≥ 0. Terms are dropped by these
+/// parities only, never by size.
+class TubePotential {
+ public:
+  /// `ray`: D. `force_scale`: units of (N, M1, M2). `force_centre`: scaled forces about which the
+  /// nodes were expanded (moments zero, else the mirror symmetry would not hold).
+  /// `degree`: 3 to 7. Nodes ascend from sigma = 0.
+  TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_scale, int degree,
+                std::vector<TubeNode> nodes, const Vector3d& force_centre = Vector3d::Zero());
+
+  /// Adds a bent state, beyond the last or between two.
+  void add_node(TubeNode node);
+
+  /// s = (θ1y, θ2y, φx) [rad], f = (N, M1, M2) over their scale. Beyond the last node the last
+  /// interval is continued.
+  PotentialValue evaluate(const Vector3d& s, const Vector3d& f) const;
+
+  TubeLocation locate(const Vector3d& s) const;
+
+  int degree() const { return degree_; }
+  int terms() const;  ///< monomials m in use
+  const Eigen::Matrix2d& ray() const { return ray_; }
+  const Vector3d& force_scale() const { return force_scale_; }
+  const Vector3d& force_centre() const { return force_centre_; }
+  const std::vector<TubeNode>& nodes() const { return nodes_; }
+  double last_sigma() const { return nodes_.back().sigma; }
+
+  /// Eight numbers that the processor treats at once.
+  using Lanes = double __attribute__((vector_size(64)));
+
+ private:
+  struct Interval {
+    double start, width;
+    std::vector<Lanes> coefficients;  ///< in the order in which evaluate() reads them
+  };
+  template <int Degree>
+  static PotentialValue evaluate_interval(const Interval& interval, double sigma,
+                                          const double (&z)[5]);
+  template <int Degree>
+  static Interval make_interval(const TubeNode& a, const TubeNode& b);
+  Interval make_interval(int i) const;
+
+  Eigen::Matrix2d ray_, ray_inverse_;
+  Vector3d force_scale_, force_centre_;
+  int degree_;
+  std::vector<TubeNode> nodes_;
+  std::vector<Interval> intervals_;
+};
+
+}  // namespace flexopt
