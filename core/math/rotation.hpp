@@ -29,8 +29,7 @@ inline Matrix3d rotation_exp(const Vector3d& v) {
 
 /// Rotation vector of R, |v| < π. Axial vector and atan2: accurate near 0 and up to π.
 inline Vector3d rotation_log(const Matrix3d& R) {
-  const Vector3d axial =
-      0.5 * Vector3d(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
+  const Vector3d axial = 0.5 * Vector3d(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
   const double s = axial.norm(), c = 0.5 * (R.trace() - 1);
   const double angle = std::atan2(s, c);
   if (angle < 3.0) return s < 1e-8 ? axial : Vector3d(axial * (angle / s));
@@ -52,8 +51,8 @@ inline Matrix3d rotation_left_tangent(const Vector3d& v) {
 inline Matrix3d rotation_left_tangent_inverse(const Vector3d& v) {
   const double a = v.norm(), q = a * a;
   const Matrix3d K = hat(v);
-  const double c = a < 1e-2 ? 1.0 / 12 + q / 720 + q * q / 30240
-                            : (1 - 0.5 * a / std::tan(0.5 * a)) / q;
+  const double c =
+      a < 1e-2 ? 1.0 / 12 + q / 720 + q * q / 30240 : (1 - 0.5 * a / std::tan(0.5 * a)) / q;
   return Matrix3d::Identity() - 0.5 * K + c * K * K;
 }
 

@@ -14,28 +14,28 @@ enum class Accuracy { reduced, full };
 /// How a mechanism is modelled.
 struct ModelOptions {
   Accuracy accuracy = Accuracy::reduced;
-  std::array<int, 2> mesh{8, 4};   ///< plate elements [along, across] per leaf
-  bool free_edge_torsion = true;   ///< 3-D torsion layer of the free edges; off: thin-shell limit
-  int degree = 5;                  ///< of the reduced potential: 5 or 7
-  int leaf_modes = 4;              ///< fixed-interface modes kept per leaf for frequencies (at least)
+  std::array<int, 2> mesh{8, 4};  ///< plate elements [along, across] per leaf
+  bool free_edge_torsion = true;  ///< 3-D torsion layer of the free edges; off: thin-shell limit
+  int degree = 5;                 ///< of the reduced potential: 5 or 7
+  int leaf_modes = 4;  ///< fixed-interface modes kept per leaf for frequencies (at least)
 };
 
 /// Newton's iteration and the step control of the path.
 struct NewtonOptions {
-  double tolerance = 1e-9;   ///< largest last correction, lengths divided by the leaf length [-]
+  double tolerance = 1e-9;  ///< largest last correction, lengths divided by the leaf length [-]
   int max_iterations = 25;
-  int max_halvings = 6;      ///< of a stroke step before the path is given up
+  int max_halvings = 6;  ///< of a stroke step before the path is given up
 };
 
 struct StrokeRequest {
-  std::vector<double> points{0.0};          ///< stroke of the drive, in the order wanted [m or rad]
-  Vector6d load = Vector6d::Zero();         ///< dead load at O: force [N], moment [N m], global axes
-  int frequencies = 0;                      ///< how many, drive free and drive locked each
+  std::vector<double> points{0.0};   ///< stroke of the drive, in the order wanted [m or rad]
+  Vector6d load = Vector6d::Zero();  ///< dead load at O: force [N], moment [N m], global axes
+  int frequencies = 0;               ///< how many, drive free and drive locked each
   bool parasitic_with_drive_locked = true;  ///< which list the parasitic frequency is taken from
   bool parasitic_skips_leaf_modes = false;
   bool parasitic_skips_intermediate_modes = false;
-  bool stress = true;                       ///< largest von Mises stress
-  bool shapes = false;                      ///< deformed mid-surfaces for drawing
+  bool stress = true;   ///< largest von Mises stress
+  bool shapes = false;  ///< deformed mid-surfaces for drawing
   NewtonOptions newton;
 };
 
@@ -56,18 +56,18 @@ struct Mode {
 };
 
 struct StressPeak {
-  double value = 0;            ///< von Mises [Pa]
-  int leaf = 0;                ///< index in the mechanism
-  double along = 0, across = 0;  ///< place on the leaf, each in [0, 1]
+  double value = 0;                      ///< von Mises [Pa]
+  int leaf = 0;                          ///< index in the mechanism
+  double along = 0, across = 0;          ///< place on the leaf, each in [0, 1]
   Vector3d position = Vector3d::Zero();  ///< deflected place [m]
   bool on_positive_normal = true;        ///< which surface
 };
 
 /// Which model a leaf was evaluated with at a point, and why.
 struct LeafReport {
-  std::string model;     ///< "tube", "full"
-  std::string reason;    ///< why not the default; empty otherwise
-  double check = 0;      ///< relative correction of the condensed full leaf; 0 if not made
+  std::string model;   ///< "tube", "full"
+  std::string reason;  ///< why not the default; empty otherwise
+  double check = 0;    ///< relative correction of the condensed full leaf; 0 if not made
 };
 
 /// Deformed mid-surface of a leaf on its mesh, points along first.
@@ -85,20 +85,20 @@ struct PathPoint {
   int newton_iterations = 0;  ///< of the last step onto this point
   int sub_steps = 1;
 
-  double drive_load = 0;  ///< [N or N m]
-  Vector3d displacement = Vector3d::Zero();  ///< of O [m]
-  Vector3d rotation = Vector3d::Zero();      ///< rotation vector of the end-effector [rad]
+  double drive_load = 0;                          ///< [N or N m]
+  Vector3d displacement = Vector3d::Zero();       ///< of O [m]
+  Vector3d rotation = Vector3d::Zero();           ///< rotation vector of the end-effector [rad]
   Matrix6d compliance_free = Matrix6d::Zero();    ///< drive free
   Matrix6d compliance_locked = Matrix6d::Zero();  ///< drive held; zero row and column at the drive
-  std::array<std::optional<double>, 6> support_stiffness;  ///< 1/C_dd locked [N/m or N m/rad]
-  double drive_stiffness = 0;                              ///< 1/C_dd free
+  std::array<std::optional<double>, 6> support_stiffness;    ///< 1/C_dd locked [N/m or N m/rad]
+  double drive_stiffness = 0;                                ///< 1/C_dd free
   std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
   std::vector<Mode> modes_free, modes_locked;
   std::optional<double> parasitic_frequency;  ///< [Hz]
   std::optional<StressPeak> max_stress;
   std::optional<double> buckling_load_factor;  ///< of the dead load
-  bool stable = true;         ///< the tangent with the drive held has no negative eigenvalue
-  int negative_pivots = 0;    ///< inertia of that tangent
+  bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
+  int negative_pivots = 0;  ///< inertia of that tangent
   std::vector<LeafReport> leaves;
   std::vector<LeafShape> shapes;
 };

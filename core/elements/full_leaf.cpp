@@ -1,0 +1,143 @@
+#include "core/elements/full_leaf.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "core/elements/plate_stress.hpp"
+
+namespace flexopt {
+
+LeafScale::LeafScale(const LeafSpring& leaf)
+    : origin(leaf.origin), axes(leaf.axes), length(leaf.length) {
+  const double t = leaf.thickness, nu = leaf.material.poissons_ratio;
+  energy = leaf.material.youngs_modulus * t * t * t / (12 * (1 - nu * nu));
+  mass = leaf.material.density * t * std::pow(length, 4);
+}
+
+EdgePose LeafScale::scaled(const EdgePose& global) const {
+  return {axes.transpose() * (global.position - origin) / length, axes.transpose() * global.axes};
+}
+
+EdgePose LeafScale::global(const EdgePose& scaled) const {
+  return {origin + axes * scaled.position * length, axes * scaled.axes};
+}
+
+Matrix12d LeafScale::transformation() const {
+  Matrix12d S = Matrix12d::Zero();
+  for (int k = 0; k < 4; ++k) S.block<3, 3>(3 * k, 3 * k) = k % 2 == 0 ? axes / length : axes;
+  return S;
+}
+
+Vector12d LeafScale::scaled_increment(const Vector12d& dq) const {
+  Vector12d scaled;
+  for (int k = 0; k < 4; ++k)
+    scaled.segment<3>(3 * k) = axes.transpose() * dq.segment<3>(3 * k) / (k % 2 == 0 ? length : 1);
+  return scaled;
+}
+
+Vector12d LeafScale::global_force(const Vector12d& scaled) const {
+  Vector12d force;
+  for (int k = 0; k < 4; ++k)
+    force.segment<3>(3 * k) =
+        axes * scaled.segment<3>(3 * k) * (k % 2 == 0 ? energy / length : energy);
+  return force;
+}
+
+Matrix12d LeafScale::global_tangent(const Matrix12d& scaled) const {
+  Matrix12d tangent;
+  for (int k = 0; k < 4; ++k)
+    for (int l = 0; l < 4; ++l)
+      tangent.block<3, 3>(3 * k, 3 * l).noalias() =
+          (energy / ((k % 2 == 0 ? length : 1) * (l % 2 == 0 ? length : 1))) * axes *
+          scaled.block<3, 3>(3 * k, 3 * l) * axes.transpose();
+  return tangent;
+}
+
+PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
+                       bool free_edge_torsion) {
+  return {leaf.width / leaf.length, leaf.thickness / leaf.length, leaf.material.poissons_ratio,
+          mesh, free_edge_torsion};
+}
+
+FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index)
+    : leaf_(leaf), index_(index), scale_(leaf), plate_(std::move(mesh)) {}
+
+void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
+  const VectorXd dx = plate_.internal_step(scale_.scaled_increment(dq));
+  plate_.step({scale_.scaled(edges[0]), scale_.scaled(edges[1])}, dx);
+}
+
+const LeafEvaluation& FullLeaf::evaluate() {
+  plate_.assemble();
+  evaluation_.energy = scale_.energy * plate_.energy();
+  evaluation_.force = scale_.global_force(plate_.force());
+  evaluation_.tangent = scale_.global_tangent(plate_.tangent());
+  evaluation_.correction = plate_.correction();
+  evaluation_.negative_pivots = plate_.negative_pivots();
+  return evaluation_;
+}
+
+namespace {
+struct FullLeafState final : LeafState {
+  PlateLeaf::State state;
+};
+}  // namespace
+
+std::unique_ptr<LeafState> FullLeaf::save() const {
+  auto copy = std::make_unique<FullLeafState>();
+  copy->state = plate_.state();
+  return copy;
+}
+
+void FullLeaf::restore(const LeafState& state) {
+  plate_.set_state(static_cast<const FullLeafState&>(state).state);
+}
+
+LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int min_modes,
+                            double cutoff) {
+  const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
+  auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
+  std::vector<PlateLeaf::Mode> modes = plate.modes(min_modes);
+  const int limit = std::min(60, plate.unknowns() / 4);
+  while (!modes.empty() && frequency(modes.back().omega2) < cutoff &&
+         static_cast<int>(modes.size()) < limit)
+    modes = plate.modes(std::min<int>(limit, 2 * static_cast<int>(modes.size())));
+
+  const int n = plate.unknowns(), m = static_cast<int>(modes.size());
+  // x = −K_ff⁻¹ K_fb q + Ψ ξ
+  MatrixXd T = MatrixXd::Zero(n + 12, 12 + m);
+  MatrixXd X = plate.coupling();
+  plate.solve(X);
+  T.topLeftCorner(n, 12) = -X;
+  T.bottomLeftCorner(12, 12).setIdentity();
+  for (int k = 0; k < m; ++k) T.col(12 + k).head(n) = modes[k].shape;
+
+  LeafDynamics dynamics;
+  dynamics.mode_frequencies.resize(m);
+  MatrixXd S = MatrixXd::Zero(12 + m, 12 + m);
+  S.topLeftCorner<12, 12>() = scale.transformation();
+  const double amplitude = 1 / std::sqrt(scale.mass);  // unit modal mass in SI
+  for (int k = 0; k < m; ++k) S(12 + k, 12 + k) = amplitude;
+  dynamics.mass = scale.mass * (S * plate.mass(T) * S.transpose());
+  dynamics.stiffness = MatrixXd::Zero(12 + m, 12 + m);
+  dynamics.stiffness.topLeftCorner<12, 12>() = scale.global_tangent(plate.tangent());
+  for (int k = 0; k < m; ++k) {
+    dynamics.stiffness(12 + k, 12 + k) = modes[k].omega2 * scale.energy / scale.mass;
+    dynamics.mode_frequencies[k] = frequency(modes[k].omega2);
+  }
+  return dynamics;
+}
+
+LeafDynamics FullLeaf::dynamics(int min_modes, double cutoff) {
+  return plate_dynamics(plate_, scale_, min_modes, cutoff);
+}
+
+StressPeak FullLeaf::max_stress() {
+  return plate_max_stress(plate_.mesh(), plate_.nodal(), leaf_, scale_, index_);
+}
+
+LeafShape FullLeaf::shape() {
+  return plate_deformed_shape(plate_.mesh(), plate_.nodal(), leaf_, scale_);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,64 @@
+#pragma once
+// A leaf spring of a mechanism at full accuracy: PlateLeaf in SI units and global axes.
+#include <memory>
+
+#include "core/elements/leaf_element.hpp"
+#include "core/elements/plate_leaf.hpp"
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+/// Scales between a leaf spring and its dimensionless plate.
+struct LeafScale {
+  Vector3d origin;    ///< middle of the base edge, undeflected [m]
+  Matrix3d axes;      ///< leaf axes, undeflected
+  double length = 1;  ///< L [m]
+  double energy = 1;  ///< D = E t³ / 12(1 − ν²) [J]
+  double mass = 1;    ///< ρ t L⁴: kinetic energy of unit scaled velocity [kg m²]
+
+  explicit LeafScale(const LeafSpring& leaf);
+
+  EdgePose scaled(const EdgePose& global) const;
+  EdgePose global(const EdgePose& scaled) const;
+  /// (position, spin) × 2: global → scaled increments.
+  Vector12d scaled_increment(const Vector12d& dq) const;
+  /// Force and tangent: scaled → global SI.
+  Vector12d global_force(const Vector12d& scaled) const;
+  Matrix12d global_tangent(const Matrix12d& scaled) const;
+  /// S of q̂ = Sᵀ q.
+  Matrix12d transformation() const;
+};
+
+PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
+                       bool free_edge_torsion);
+
+class FullLeaf final : public LeafElement {
+ public:
+  /// `mesh` must have the shape of the leaf. `index`: of the leaf in its mechanism.
+  FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index);
+
+  void move(const EdgePoses& edges, const Vector12d& dq) override;
+  const LeafEvaluation& evaluate() override;
+  std::unique_ptr<LeafState> save() const override;
+  void restore(const LeafState& state) override;
+  LeafDynamics dynamics(int min_modes, double cutoff) override;
+  StressPeak max_stress() override;
+  LeafShape shape() override;
+  LeafReport report() const override { return {.model = "full", .reason = {}, .check = 0}; }
+
+  PlateLeaf& plate() { return plate_; }
+  const LeafScale& scale() const { return scale_; }
+
+ private:
+  LeafSpring leaf_;
+  int index_;
+  LeafScale scale_;
+  PlateLeaf plate_;
+  LeafEvaluation evaluation_;
+};
+
+/// Craig–Bampton dynamics of an assembled plate, SI and global axes.
+LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int min_modes,
+                            double cutoff);
+
+}  // namespace flexopt

@@ -1,0 +1,63 @@
+#pragma once
+// What path following, stiffness and frequencies know of a leaf: a body between two end edges that
+// answers energy, internal force, tangent stiffness and mass. Full and reduced leaves alike.
+#include <array>
+#include <memory>
+
+#include "core/math/types.hpp"
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+/// Place of an end edge: its middle [m] and its axes (columns: along the leaf, width, normal).
+struct EdgePose {
+  Vector3d position;
+  Matrix3d axes;
+};
+using EdgePoses = std::array<EdgePose, 2>;  ///< base, tip
+
+/// The leaf seen from its edges; 12-vectors are (position, spin) of base then tip, global axes.
+struct LeafEvaluation {
+  double energy = 0;                      ///< [J]
+  Vector12d force = Vector12d::Zero();    ///< ∂energy/∂q [N, N m]
+  Matrix12d tangent = Matrix12d::Zero();  ///< ∂force/∂q, rotation varied as exp(hat δ) R
+  double correction = 0;  ///< size of the step that the internal unknowns still want (lengths / L)
+  int negative_pivots = 0;  ///< of the internal stiffness, edges held
+};
+
+/// Kept copy of a leaf's internal unknowns.
+struct LeafState {
+  virtual ~LeafState() = default;
+};
+
+/// Stiffness and mass over (12 edge coordinates, internal modes): K = [tangent 0; 0 ω²].
+struct LeafDynamics {
+  MatrixXd stiffness, mass;
+  VectorXd mode_frequencies;  ///< [Hz] of the internal modes, edges held
+  double check = 0;           ///< relative internal correction met on the way
+};
+
+class LeafElement {
+ public:
+  virtual ~LeafElement() = default;
+
+  /// Follows the edges to a new place. `dq` is the linearised increment that led there, through
+  /// the lever arms of the old place: the internal unknowns follow *it*.
+  virtual void move(const EdgePoses& edges, const Vector12d& dq) = 0;
+
+  /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
+  virtual const LeafEvaluation& evaluate() = 0;
+
+  virtual std::unique_ptr<LeafState> save() const = 0;
+  virtual void restore(const LeafState& state) = 0;
+
+  /// Craig–Bampton dynamics of the present equilibrium: constraint modes of the edges and the
+  /// fixed-interface modes below `cutoff` [Hz], at least `min_modes`.
+  virtual LeafDynamics dynamics(int min_modes, double cutoff) = 0;
+
+  virtual StressPeak max_stress() = 0;
+  virtual LeafShape shape() = 0;
+  virtual LeafReport report() const = 0;
+};
+
+}  // namespace flexopt

@@ -1,0 +1,372 @@
+#include "core/elements/plate_leaf.hpp"
+
+#include <Spectra/SymGEigsShiftSolver.h>
+
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int points = PlateMesh::points;
+using Matrix16 = PlateMesh::Matrix16;
+using Gradient = Eigen::Matrix<double, 16, 3>;
+using PointArray = Eigen::Array<double, points, 1>;
+
+// Nodal vectors (r − t, r,x, r,y, r,xy) of an edge node: function k of node j.
+std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, double y, const double* a) {
+  const Vector3d e1 = axes.col(0), e2 = axes.col(1);
+  return {y * e2, (1 + a[0]) * e1 + a[1] * e2, e2, a[2] * e1 + a[3] * e2};
+}
+
+}  // namespace
+
+PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh) : mesh_(std::move(mesh)) {
+  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
+  std::vector<int> sizes(lines, 3 * n);
+  sizes.front() = sizes.back() = n;
+  K_.resize(sizes);
+  nodal_.assign(lines, MatrixXd::Zero(n, 3));
+  nodal_force_.assign(lines, VectorXd::Zero(3 * n));
+  previous_gradient_.resize(mesh_->elements_along() * mesh_->elements_across());
+  for (int e = 0; e < 2; ++e) {
+    edge_diagonal_[e].resize(3 * n, 3 * n);
+    edge_below_[e].resize(3 * n, 3 * n);
+    edge_jacobian_[e] = MatrixXd::Zero(3 * n, n + 6);
+  }
+  g_.resize(unknowns());
+  coupling_ = MatrixXd::Zero(unknowns(), 12);
+  set_state(undeflected(*mesh_));
+}
+
+PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh) {
+  const int n = mesh.functions_per_line(), lines = mesh.lines();
+  State state;
+  state.edges[0] = {Vector3d::Zero(), Matrix3d::Identity()};
+  state.edges[1] = {Vector3d::UnitX(), Matrix3d::Identity()};
+  state.x = VectorXd::Zero(2 * n + (lines - 2) * 3 * n);
+  for (int i = 1; i + 1 < lines; ++i) {
+    const int o = n + (i - 1) * 3 * n;
+    for (int j = 0; j < mesh.nodes_per_line(); ++j) {
+      state.x[o + 4 * j] = mesh.x()[i];
+      state.x[o + 4 * j + 1] = 1;
+      state.x[o + n + 4 * j] = mesh.y()[j];
+      state.x[o + n + 4 * j + 2] = 1;
+    }
+  }
+  return state;
+}
+
+void PlateLeaf::set_state(const State& state) {
+  assert(state.x.size() == unknowns());
+  state_ = state;
+  has_previous_ = false;
+  update_nodal();
+}
+
+void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx) {
+  state_.edges = edges;
+  state_.x += dx;
+  update_nodal();
+}
+
+void PlateLeaf::update_nodal() {
+  const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
+  for (int i = 1; i < last; ++i)
+    nodal_[i] = Eigen::Map<const MatrixXd>(state_.x.data() + K_.offset[i], n, 3);
+  for (int e = 0; e < 2; ++e) {
+    const int line = e == 0 ? 0 : last;
+    const EdgePose& pose = state_.edges[e];
+    for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
+      const auto v =
+          edge_vectors(pose.axes, mesh_->y()[j], state_.x.data() + K_.offset[line] + 4 * j);
+      for (int k = 0; k < 4; ++k) nodal_[line].row(4 * j + k) = v[k].transpose();
+      nodal_[line].row(4 * j) += pose.position.transpose();
+    }
+  }
+}
+
+void PlateLeaf::assemble_elements() {
+  const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
+            ny = mesh_->elements_across();
+  const double A11 = mesh_->membrane(), nu = mesh_->shape().poissons_ratio, A12 = nu * A11,
+               A33 = 0.5 * (1 - nu) * A11;
+  auto diagonal = [&](int i) -> MatrixXd& {
+    return i == 0 ? edge_diagonal_[0] : i == nx ? edge_diagonal_[1] : K_.diagonal[i];
+  };
+  auto below = [&](int i) -> MatrixXd& {
+    return i == 0 ? edge_below_[0] : i == nx - 1 ? edge_below_[1] : K_.below[i];
+  };
+  for (int i = 0; i <= nx; ++i) diagonal(i).setZero();
+  for (int i = 0; i < nx; ++i) below(i).setZero();
+  for (VectorXd& f : nodal_force_) f.setZero();
+  energy_ = 0;
+
+  for (int i = 0; i < nx; ++i) {
+    MatrixXd &D0 = diagonal(i), &D1 = diagonal(i + 1), &O = below(i);
+    for (int j = 0; j < ny; ++j) {
+      const PlateMesh::Element& element = mesh_->element(i, j);
+      Gradient U;
+      U << nodal_[i].middleRows<8>(4 * j), nodal_[i + 1].middleRows<8>(4 * j);
+      const Gradient a = element.gradient * U, BU = element.bending * U;
+      std::array<PointArray, 3> a1, a2;
+      for (int c = 0; c < 3; ++c) {
+        a1[c] = a.col(c).head<points>();
+        a2[c] = a.col(c).tail<points>();
+      }
+      auto dot = [](const auto& p, const auto& q) -> PointArray {
+        return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+      };
+      // Green–Lagrange: e11, e22 and 2 e12
+      const PointArray e11 = 0.5 * (dot(a1, a1) - 1), e22 = 0.5 * (dot(a2, a2) - 1),
+                       e12 = dot(a1, a2);
+      const PointArray& w = element.weight;
+      const PointArray n11 = w * (A11 * e11 + A12 * e22), n22 = w * (A12 * e11 + A11 * e22),
+                       n12 = w * (A33 * e12);
+      energy_ += 0.5 * (n11 * e11 + n22 * e22 + n12 * e12).sum() + 0.5 * U.cwiseProduct(BU).sum();
+
+      Gradient stress;
+      for (int c = 0; c < 3; ++c) {
+        stress.col(c).head<points>() = n11 * a1[c] + n12 * a2[c];
+        stress.col(c).tail<points>() = n12 * a1[c] + n22 * a2[c];
+      }
+      const Gradient force = element.gradient.transpose() * stress + BU;
+      for (int c = 0; c < 3; ++c) {
+        nodal_force_[i].segment<8>(c * n + 4 * j) += force.col(c).head<8>();
+        nodal_force_[i + 1].segment<8>(c * n + 4 * j) += force.col(c).tail<8>();
+      }
+
+      // Mixed Newton: the geometric stiffness takes the stresses of the linearised last step,
+      // without the squares of its rotations. Identical at equilibrium, far larger steps.
+      PointArray m11 = n11, m22 = n22, m12 = n12;
+      Matrix16& previous = previous_gradient_[i * ny + j];
+      if (has_previous_) {
+        std::array<PointArray, 3> d1, d2;
+        for (int c = 0; c < 3; ++c) {
+          d1[c] = a1[c] - previous.col(c).head<points>().array();
+          d2[c] = a2[c] - previous.col(c).tail<points>().array();
+        }
+        const PointArray q11 = 0.5 * dot(d1, d1), q22 = 0.5 * dot(d2, d2), q12 = dot(d1, d2);
+        m11 -= w * (A11 * q11 + A12 * q22);
+        m22 -= w * (A12 * q11 + A11 * q22);
+        m12 -= w * (A33 * q12);
+      }
+      previous.leftCols<3>() = a;
+
+      const auto Gx = element.gradient.topRows<points>();
+      const auto Gy = element.gradient.bottomRows<points>();
+      for (int c = 0; c < 3; ++c)
+        for (int d = 0; d <= c; ++d) {
+          PointArray xx = w * (A11 * a1[c] * a1[d] + A33 * a2[c] * a2[d]),
+                     xy = w * (A12 * a1[c] * a2[d] + A33 * a2[c] * a1[d]),
+                     yx = w * (A12 * a2[c] * a1[d] + A33 * a1[c] * a2[d]),
+                     yy = w * (A11 * a2[c] * a2[d] + A33 * a1[c] * a1[d]);
+          if (c == d) {
+            xx += m11;
+            xy += m12;
+            yx += m12;
+            yy += m22;
+          }
+          Matrix16 CG;
+          CG.topRows<points>().noalias() = xx.matrix().asDiagonal() * Gx;
+          CG.topRows<points>().noalias() += xy.matrix().asDiagonal() * Gy;
+          CG.bottomRows<points>().noalias() = yx.matrix().asDiagonal() * Gx;
+          CG.bottomRows<points>().noalias() += yy.matrix().asDiagonal() * Gy;
+          Matrix16 K;
+          K.noalias() = element.gradient.transpose() * CG;
+          if (c == d) K += element.bending;
+          const int r = c * n + 4 * j, s = d * n + 4 * j;
+          D0.block<8, 8>(r, s) += K.topLeftCorner<8, 8>();
+          D1.block<8, 8>(r, s) += K.bottomRightCorner<8, 8>();
+          O.block<8, 8>(r, s) += K.bottomLeftCorner<8, 8>();
+          if (c != d) O.block<8, 8>(s, r) += K.topRightCorner<8, 8>().transpose();
+        }
+    }
+  }
+  has_previous_ = true;
+}
+
+void PlateLeaf::assemble() {
+  assemble_elements();
+  const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
+  for (int i = 1; i < last; ++i) g_.segment(K_.offset[i], 3 * n) = nodal_force_[i];
+  coupling_.setZero();
+  edge_tangent_.setZero();
+
+  for (int e = 0; e < 2; ++e) {
+    const int line = e == 0 ? 0 : last, inner = e == 0 ? 1 : last - 1;
+    const EdgePose& pose = state_.edges[e];
+    const VectorXd& f = nodal_force_[line];
+    MatrixXd& J = edge_jacobian_[e];
+    MatrixXd H = MatrixXd::Zero(n + 6, n + 6);  // second derivatives of the map times f
+    J.setZero();
+    for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
+      const auto v =
+          edge_vectors(pose.axes, mesh_->y()[j], state_.x.data() + K_.offset[line] + 4 * j);
+      for (int k = 0; k < 4; ++k) {
+        const int s = 4 * j + k;
+        const Vector3d fk(f[s], f[n + s], f[2 * n + s]);
+        for (int c = 0; c < 3; ++c) {
+          const Vector3d row = v[k].cross(Vector3d::Unit(c));  // δr = ω × v
+          J.block<1, 3>(c * n + s, n + 3) = row.transpose();
+          if (k == 0) J(c * n + s, n + c) = 1;
+        }
+        H.bottomRightCorner<3, 3>() += 0.5 * (fk * v[k].transpose() + v[k] * fk.transpose()) -
+                                       fk.dot(v[k]) * Matrix3d::Identity();
+        if (k == 1 || k == 3)
+          for (int d = 0; d < 2; ++d) {
+            const int local = 4 * j + (k - 1) + d;
+            const Vector3d axis = pose.axes.col(d);
+            for (int c = 0; c < 3; ++c) J(c * n + s, local) = axis[c];
+            H.block<3, 1>(n + 3, local) += axis.cross(fk);
+          }
+      }
+    }
+    MatrixXd& D = edge_diagonal_[e];
+    D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
+    H.noalias() += J.transpose() * (D * J);
+    const VectorXd gJ = J.transpose() * f;
+    K_.diagonal[line] = H.topLeftCorner(n, n);
+    g_.segment(K_.offset[line], n) = gJ.head(n);
+    edge_force_.segment<6>(6 * e) = gJ.tail<6>();
+    edge_tangent_.block<6, 6>(6 * e, 6 * e) = H.bottomRightCorner<6, 6>();
+    // mixed terms stand below the diagonal only
+    coupling_.block(K_.offset[line], 6 * e, n, 6) = H.bottomLeftCorner(6, n).transpose();
+    const MatrixXd& O = edge_below_[e];
+    if (e == 0) {
+      K_.below[0].noalias() = O * J.leftCols(n);
+      coupling_.block(K_.offset[inner], 0, 3 * n, 6).noalias() = O * J.rightCols<6>();
+    } else {
+      K_.below[last - 1].noalias() = J.leftCols(n).transpose() * O;
+      coupling_.block(K_.offset[inner], 6, 3 * n, 6).noalias() = O.transpose() * J.rightCols<6>();
+    }
+  }
+
+  K_.factorise();
+  y_ = g_;
+  K_.solve_lower(y_);
+  Y_ = coupling_;
+  K_.solve_lower(Y_.leftCols<6>());
+  K_.solve_lower(Y_.rightCols<6>(), last - 1);
+  VectorXd sy = y_;
+  K_.apply_signs(sy);
+  correction_ = std::sqrt(std::abs(y_.dot(sy)));
+  force_ = edge_force_ - Y_.transpose() * sy;
+  if (K_.negative_pivots() == 0) {
+    tangent_ = edge_tangent_ - Y_.transpose() * Y_;
+  } else {
+    MatrixXd sY = Y_;
+    K_.apply_signs(sY);
+    tangent_ = edge_tangent_ - Y_.transpose() * sY;
+  }
+}
+
+VectorXd PlateLeaf::internal_step(const Vector12d& dq) const {
+  VectorXd step = -(y_ + Y_ * dq);
+  K_.apply_signs(step);
+  K_.solve_upper(step);
+  return step;
+}
+
+MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {
+  const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
+  if (line != 0 && line != last) return T.middleRows(K_.offset[line], 3 * n);
+  const int e = line == 0 ? 0 : 1;
+  MatrixXd rates = edge_jacobian_[e].leftCols(n) * T.middleRows(K_.offset[line], n);
+  if (T.rows() == unknowns() + 12)
+    rates.noalias() += edge_jacobian_[e].rightCols<6>() * T.middleRows(unknowns() + 6 * e, 6);
+  return rates;
+}
+
+MatrixXd PlateLeaf::mass(const MatrixXd& T) const {
+  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
+  MatrixXd M = MatrixXd::Zero(T.cols(), T.cols());
+  MatrixXd previous;
+  for (int i = 0; i < lines; ++i) {
+    MatrixXd rates = nodal_rates(i, T);
+    for (int c = 0; c < 3; ++c) {
+      const auto R = rates.middleRows(c * n, n);
+      M.noalias() += R.transpose() * (mesh_->mass_diagonal(i) * R);
+      if (i == 0) continue;
+      const MatrixXd X = R.transpose() * (mesh_->mass_below(i - 1) * previous.middleRows(c * n, n));
+      M += X + X.transpose();
+    }
+    previous = std::move(rates);
+  }
+  return M;
+}
+
+VectorXd PlateLeaf::mass_times(const VectorXd& v) const {
+  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
+  std::vector<MatrixXd> R(lines);
+  for (int i = 0; i < lines; ++i) R[i] = nodal_rates(i, v).reshaped(n, 3);
+  VectorXd result(unknowns());
+  for (int i = 0; i < lines; ++i) {
+    MatrixXd F = mesh_->mass_diagonal(i) * R[i];
+    if (i > 0) F.noalias() += mesh_->mass_below(i - 1) * R[i - 1];
+    if (i + 1 < lines) F.noalias() += mesh_->mass_below(i).transpose() * R[i + 1];
+    if (i == 0 || i == lines - 1) {
+      result.segment(K_.offset[i], n).noalias() =
+          edge_jacobian_[i == 0 ? 0 : 1].leftCols(n).transpose() * F.reshaped();
+    } else {
+      result.segment(K_.offset[i], 3 * n) = F.reshaped();
+    }
+  }
+  return result;
+}
+
+namespace {
+
+struct ShiftInvert {
+  using Scalar = double;
+  const PlateLeaf& leaf;
+  Eigen::Index rows() const { return leaf.unknowns(); }
+  Eigen::Index cols() const { return leaf.unknowns(); }
+  void set_shift(double) const {}  // the shift is zero: K itself is factorised
+  void perform_op(const double* in, double* out) const {
+    Eigen::Map<VectorXd> y(out, rows());
+    y = Eigen::Map<const VectorXd>(in, rows());
+    leaf.solve(y);
+  }
+};
+
+struct Mass {
+  using Scalar = double;
+  const PlateLeaf& leaf;
+  Eigen::Index rows() const { return leaf.unknowns(); }
+  Eigen::Index cols() const { return leaf.unknowns(); }
+  void perform_op(const double* in, double* out) const {
+    Eigen::Map<VectorXd>(out, rows()) = leaf.mass_times(Eigen::Map<const VectorXd>(in, rows()));
+  }
+};
+
+}  // namespace
+
+std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count) const {
+  std::vector<Mode> result;
+  if (count == 0) return result;
+  ShiftInvert inverse{*this};
+  Mass mass{*this};
+  const int krylov = std::min(unknowns(), std::max(2 * count + 4, 16));
+  Spectra::SymGEigsShiftSolver<ShiftInvert, Mass, Spectra::GEigsMode::ShiftInvert> solver(
+      inverse, mass, count, krylov, 0.0);
+  solver.init();
+  solver.compute(Spectra::SortRule::LargestMagn, 300, 1e-9, Spectra::SortRule::SmallestAlge);
+  if (solver.info() != Spectra::CompInfo::Successful) return result;
+  const VectorXd values = solver.eigenvalues();
+  const MatrixXd vectors = solver.eigenvectors();
+  std::vector<int> order(values.size());
+  for (int k = 0; k < static_cast<int>(order.size()); ++k) order[k] = k;
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
+  for (int k : order) {
+    VectorXd shape = vectors.col(k);
+    shape /= std::sqrt(shape.dot(mass_times(shape)));
+    result.push_back({values[k], shape});
+  }
+  return result;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,104 @@
+#pragma once
+// The full plate leaf: geometrically exact thin plate between two rigid edges, in the scaled units
+// of plate_mesh.hpp (length L, energy D). Equations (1)–(4) of README.md.
+#include <memory>
+#include <vector>
+
+#include "core/elements/block_tridiagonal.hpp"
+#include "core/elements/leaf_element.hpp"
+#include "core/elements/plate_mesh.hpp"
+
+namespace flexopt {
+
+/// State of a plate leaf and the linear algebra about it. The unknowns, in the order of the blocks:
+/// base line (α, γ, α′, γ′ per node), the interior lines (r, r,x, r,y, r,xy; component by
+/// component), tip line; the two edge poses are arguments.
+class PlateLeaf {
+ public:
+  explicit PlateLeaf(std::shared_ptr<const PlateMesh> mesh);
+
+  const PlateMesh& mesh() const { return *mesh_; }
+  int unknowns() const { return K_.size(); }
+  int block_offset(int line) const { return K_.offset[line]; }
+
+  /// Edge poses in leaf axes over L, undeflected: (0, 1) and (e1, 1).
+  struct State {
+    EdgePoses edges;
+    VectorXd x;  ///< all unknowns
+  };
+  const State& state() const { return state_; }
+  void set_state(const State& state);
+  static State undeflected(const PlateMesh& mesh);
+
+  /// Assembles and factorises at the present state. After it the results below hold.
+  void assemble();
+
+  double energy() const { return energy_; }
+  double correction() const { return correction_; }
+  int negative_pivots() const { return K_.negative_pivots(); }
+
+  /// Condensed force and tangent at the edges (12), to first order in the internal residual.
+  const Vector12d& force() const { return force_; }
+  const Matrix12d& tangent() const { return tangent_; }
+  /// Force at the edges with the internal unknowns as they are.
+  const Vector12d& edge_force() const { return edge_force_; }
+
+  /// Internal step for an edge increment: −K_ff⁻¹ (g_f + K_fb dq).
+  VectorXd internal_step(const Vector12d& dq) const;
+  /// Moves edges and unknowns: edges to `edges`, x += dx.
+  void step(const EdgePoses& edges, const VectorXd& dx);
+
+  /// K_ff⁻¹ b.
+  void solve(Eigen::Ref<MatrixXd> b) const { K_.solve(b); }
+  /// K_fb: unknowns × 12.
+  const MatrixXd& coupling() const { return coupling_; }
+  const Matrix12d& edge_tangent() const { return edge_tangent_; }
+  const VectorXd& residual() const { return g_; }
+
+  /// Nodal dofs (functions_per_line × 3) of each line, total values r/L.
+  const std::vector<MatrixXd>& nodal() const { return nodal_; }
+
+  /// Velocity of the nodal dofs for rates of the unknowns and of the edges: line by line,
+  /// functions_per_line × 3 columns each stacked for every column of (dx; dq).
+  /// Mass matrix Tᵀ M T of rates T (unknowns + 12 rows), in units ρ t L⁴.
+  MatrixXd mass(const MatrixXd& T) const;
+  /// M_ff v with the edges held.
+  VectorXd mass_times(const VectorXd& v) const;
+
+  struct Mode {
+    double omega2;   ///< in D / (ρ t L⁴)
+    VectorXd shape;  ///< M_ff-orthonormal
+  };
+  /// Lowest fixed-interface modes about the present state; needs assemble().
+  std::vector<Mode> modes(int count) const;
+
+ private:
+  struct EdgeLine {
+    MatrixXd jacobian;   ///< 3 functions_per_line × (functions_per_line + 6)
+    MatrixXd curvature;  ///< second derivatives of the map, contracted with the nodal force
+  };
+
+  void update_nodal();
+  void assemble_elements();
+  EdgeLine edge_line(int edge, const VectorXd& nodal_force) const;
+  /// Nodal rates of line i for the columns of T.
+  MatrixXd nodal_rates(int line, const MatrixXd& T) const;
+
+  std::shared_ptr<const PlateMesh> mesh_;
+  State state_;
+  std::vector<MatrixXd> nodal_;
+  std::vector<VectorXd> nodal_force_;                   ///< per line, 3 functions_per_line
+  std::vector<PlateMesh::Matrix16> previous_gradient_;  ///< of the last assembly: columns 0–2
+  bool has_previous_ = false;
+
+  BlockTridiagonal K_;
+  MatrixXd edge_diagonal_[2], edge_below_[2];
+  MatrixXd edge_jacobian_[2];
+  VectorXd g_, y_;         ///< residual, and L⁻¹ residual
+  MatrixXd coupling_, Y_;  ///< K_fb and L⁻¹ K_fb
+  Matrix12d edge_tangent_, tangent_;
+  Vector12d edge_force_, force_;
+  double energy_ = 0, correction_ = 0;
+};
+
+}  // namespace flexopt

@@ -1,0 +1,122 @@
+#include "core/elements/plate_mesh.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+namespace flexopt {
+namespace {
+
+struct GaussRule {
+  std::vector<double> point, weight;  // on [0, 1]
+};
+
+GaussRule gauss(int n) {
+  if (n == 2) {
+    const double a = 0.5 / std::sqrt(3.0);
+    return {{0.5 - a, 0.5 + a}, {0.5, 0.5}};
+  }
+  assert(n == 4);
+  const double r = std::sqrt(1.2), s = std::sqrt(30.0);
+  const double a = 0.5 * std::sqrt((3 + 2 * r) / 7), b = 0.5 * std::sqrt((3 - 2 * r) / 7);
+  const double wa = (18 - s) / 72, wb = (18 + s) / 72;
+  return {{0.5 - a, 0.5 - b, 0.5 + b, 0.5 + a}, {wa, wb, wb, wa}};
+}
+
+// Row of the 16 products X[2p + kx] Y[2q + ky] at function 8p + 4q + kx + 2ky.
+using Row16 = Eigen::Matrix<double, 16, 1>;
+Row16 products(const std::array<double, 4>& X, const std::array<double, 4>& Y) {
+  Row16 row;
+  for (int p = 0; p < 2; ++p)
+    for (int q = 0; q < 2; ++q)
+      for (int kx = 0; kx < 2; ++kx)
+        for (int ky = 0; ky < 2; ++ky)
+          row[8 * p + 4 * q + kx + 2 * ky] = X[2 * p + kx] * Y[2 * q + ky];
+  return row;
+}
+
+}  // namespace
+
+std::vector<double> graded_points(double a, double b, int intervals, double g) {
+  std::vector<double> points(intervals + 1);
+  for (int i = 0; i <= intervals; ++i) {
+    const double xi = -1 + 2.0 * i / intervals;
+    const double z = (1 - g) * xi - g * std::cos(std::numbers::pi * (xi + 1) / 2);
+    points[i] = a + (b - a) * (z + 1) / 2;
+  }
+  points.front() = a;
+  points.back() = b;
+  return points;
+}
+
+HermiteValues hermite(double s, double h) {
+  return {
+      {1 - 3 * s * s + 2 * s * s * s, h * (s - 2 * s * s + s * s * s), 3 * s * s - 2 * s * s * s,
+       h * (s * s * s - s * s)},
+      {(-6 * s + 6 * s * s) / h, 1 - 4 * s + 3 * s * s, (6 * s - 6 * s * s) / h, 3 * s * s - 2 * s},
+      {(-6 + 12 * s) / (h * h), (-4 + 6 * s) / h, (6 - 12 * s) / (h * h), (6 * s - 2) / h}};
+}
+
+PlateMesh::PlateMesh(const PlateShape& shape)
+    : shape_(shape), membrane_(12 / (shape.thickness * shape.thickness)) {
+  const int nx = shape.mesh[0], ny = shape.mesh[1];
+  assert(nx >= 2 && ny >= 1);
+  const double nu = shape.poissons_ratio;
+  x_ = graded_points(0, 1, nx, 0.5);
+  y_ = graded_points(-shape.width / 2, shape.width / 2, ny, 0.7);
+
+  const GaussRule full = gauss(4), membrane_x = gauss(2);
+  // −½ G c t⁴ ∫ |r,xy|² ds with c = 0.105 for each free edge, over D.
+  const double edge = shape.free_edge_torsion ? 0.105 * 6 * (1 - nu) * shape.thickness : 0.0;
+
+  elements_.resize(nx * ny);
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j) {
+      Element& element = elements_[i * ny + j];
+      const double hx = x_[i + 1] - x_[i], hy = y_[j + 1] - y_[j];
+      element.bending.setZero();
+      element.mass.setZero();
+      for (int a = 0; a < 4; ++a) {
+        const HermiteValues X = hermite(full.point[a], hx);
+        for (int b = 0; b < 4; ++b) {
+          const HermiteValues Y = hermite(full.point[b], hy);
+          const double w = full.weight[a] * full.weight[b] * hx * hy;
+          const Row16 N = products(X.value, Y.value), Nxx = products(X.curvature, Y.value),
+                      Nyy = products(X.value, Y.curvature), Nxy = products(X.slope, Y.slope);
+          const Row16 laplace = Nxx + Nyy;
+          element.bending += w * ((1 - nu) * (Nxx * Nxx.transpose() + Nyy * Nyy.transpose() +
+                                              2 * Nxy * Nxy.transpose()) +
+                                  nu * laplace * laplace.transpose());
+          element.mass += w * N * N.transpose();
+        }
+        for (int side = 0; side < 2; ++side) {
+          if (side == 0 ? j != 0 : j != ny - 1) continue;
+          const Row16 Nxy = products(X.slope, hermite(side, hy).slope);
+          element.bending -= edge * full.weight[a] * hx * Nxy * Nxy.transpose();
+        }
+      }
+      for (int a = 0; a < 2; ++a) {
+        const HermiteValues X = hermite(membrane_x.point[a], hx);
+        for (int b = 0; b < 4; ++b) {
+          const HermiteValues Y = hermite(full.point[b], hy);
+          const int g = 4 * a + b;
+          element.gradient.row(g) = products(X.slope, Y.value).transpose();
+          element.gradient.row(points + g) = products(X.value, Y.slope).transpose();
+          element.weight[g] = membrane_x.weight[a] * full.weight[b] * hx * hy;
+        }
+      }
+    }
+
+  const int n = functions_per_line();
+  mass_diagonal_.assign(lines(), MatrixXd::Zero(n, n));
+  mass_below_.assign(nx, MatrixXd::Zero(n, n));
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j) {
+      const Matrix16& m = element(i, j).mass;
+      mass_diagonal_[i].block<8, 8>(4 * j, 4 * j) += m.topLeftCorner<8, 8>();
+      mass_diagonal_[i + 1].block<8, 8>(4 * j, 4 * j) += m.bottomRightCorner<8, 8>();
+      mass_below_[i].block<8, 8>(4 * j, 4 * j) += m.bottomLeftCorner<8, 8>();
+    }
+}
+
+}  // namespace flexopt

@@ -1,0 +1,117 @@
+#include "core/equilibrium/stroke_path.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+
+double present_stroke(const System& system) {
+  const Mechanism& m = system.mechanism();
+  const BodyPose& pose = system.pose(m.end_effector);
+  const int d = index(m.drive);
+  if (is_rotation(m.drive)) return rotation_log(pose.rotation)[d - 3];
+  return pose.position[d] - m.bodies[m.end_effector].reference[d];
+}
+
+Vector6d stroke_gradient(const System& system) {
+  const Mechanism& m = system.mechanism();
+  const int d = index(m.drive);
+  Vector6d h = Vector6d::Zero();
+  if (is_rotation(m.drive)) {
+    const Vector3d v = rotation_log(system.pose(m.end_effector).rotation);
+    h.tail<3>() = rotation_left_tangent_inverse(v).row(d - 3).transpose();
+  } else {
+    h[d] = 1;
+  }
+  return h;
+}
+
+Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& load,
+                              const NewtonOptions& options) {
+  const Mechanism& m = system.mechanism();
+  const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(m.drive);
+  const double L = system.length();
+  Equilibrium result;
+  VectorXd scale = VectorXd::Ones(n);
+  for (int b = 0; b < n; b += 6) scale.segment<3>(b).setConstant(L);
+
+  double lambda = 0, previous = 0;
+  system.assemble();
+  for (int it = 0;; ++it) {
+    // [K  −e; hᵀ  0] (dq, λ) = (load − f, stroke − s), scaled to lengths over L
+    MatrixXd A = MatrixXd::Zero(n + 1, n + 1);
+    VectorXd b(n + 1);
+    const double unit = system.tangent_stiffness()(d, d);
+    A.topLeftCorner(n, n) = scale.asDiagonal() * system.tangent_stiffness() * scale.asDiagonal();
+    A(d, n) = -scale[d] * unit * scale[d];
+    A.block(n, ee, 1, 6) = (stroke_gradient(system).cwiseProduct(scale.segment<6>(ee))).transpose();
+    VectorXd r = -system.internal_force();
+    r.segment<6>(ee) += load;
+    b.head(n) = scale.cwiseProduct(r);
+    b[n] = stroke - present_stroke(system);
+    const VectorXd x = A.partialPivLu().solve(b);
+    lambda = x[n] * unit * scale[d];
+    result.step = x.head(n).cwiseAbs().maxCoeff();
+    const double size = std::max(result.step, system.correction());
+    result.iterations = it;
+    if (!std::isfinite(size)) {
+      result.message = fmt::format("Newton met a singular tangent in iteration {}", it + 1);
+      return result;
+    }
+    // rounding holds the last digits: a small step that no longer shrinks is the end too
+    const bool stalled = it > 1 && size < 1e-6 && size > 0.3 * previous;
+    if (it > 0 && (size < options.tolerance || stalled)) {
+      result.converged = true;
+      result.drive_load = lambda;
+      return result;
+    }
+    if (result.step > 2 || it == options.max_iterations) {
+      result.message = fmt::format(
+          "Newton stopped after {} iterations: step {:.1e} > {:.1e} (lengths / L), leaf correction "
+          "{:.1e}",
+          it, result.step, options.tolerance, system.correction());
+      return result;
+    }
+    previous = size;
+    system.move(scale.cwiseProduct(x.head(n)));
+    system.assemble();
+  }
+}
+
+Equilibrium step_to(System& system, double stroke, const Vector6d& load,
+                    const NewtonOptions& options) {
+  const double start = present_stroke(system);
+  System::Snapshot good = system.save();
+  double reached = start, step = stroke - start;
+  int halvings = 0, sub_steps = 0;
+  Equilibrium result;
+  for (;;) {
+    const bool last = std::abs(stroke - reached) <= std::abs(step) * (1 + 1e-9);
+    const double target = last ? stroke : reached + step;
+    result = solve_equilibrium(system, target, load, options);
+    if (result.converged) {
+      ++sub_steps;
+      if (last) break;
+      reached = target;
+      good = system.save();
+      continue;
+    }
+    system.restore(good);
+    system.assemble();
+    if (++halvings > options.max_halvings) {
+      result.message = fmt::format("no equilibrium between stroke {:.6g} and {:.6g}: {}", reached,
+                                   target, result.message);
+      break;
+    }
+    step /= 2;
+  }
+  result.sub_steps = std::max(sub_steps, 1);
+  return result;
+}
+
+}  // namespace flexopt

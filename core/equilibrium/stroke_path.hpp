@@ -1,0 +1,34 @@
+#pragma once
+// Newton's method for an equilibrium at a prescribed stroke, and the steps along the stroke.
+#include <string>
+
+#include "core/equilibrium/system.hpp"
+
+namespace flexopt {
+
+/// The stroke of the drive at the present state: displacement of O along a global axis [m], or the
+/// component of the end-effector's rotation vector about it [rad].
+double present_stroke(const System& system);
+/// Its derivative with respect to (displacement, spin) of the end-effector.
+Vector6d stroke_gradient(const System& system);
+
+struct Equilibrium {
+  bool converged = false;
+  int iterations = 0;  ///< linear solves of the last (sub-)step
+  int sub_steps = 1;
+  double drive_load = 0;  ///< [N or N m]
+  double step = 0;        ///< size of the last Newton step, lengths / L [-]
+  std::string message;    ///< why not, with the figures
+};
+
+/// Solves internal_force − load − λ e_drive = 0 with the stroke held at `stroke`, from the present
+/// state. `load`: dead load at O. The system stays assembled at the last iterate.
+Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& load,
+                              const NewtonOptions& options);
+
+/// The same, halving the step when Newton fails; on failure the system is left where the last
+/// sub-step converged.
+Equilibrium step_to(System& system, double stroke, const Vector6d& load,
+                    const NewtonOptions& options);
+
+}  // namespace flexopt

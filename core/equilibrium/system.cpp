@@ -1,0 +1,109 @@
+#include "core/equilibrium/system.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+
+System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves)
+    : mechanism_(&mechanism), leaves_(std::move(leaves)) {
+  assert(leaves_.size() == mechanism.leaves.size());
+  for (const RigidBody& b : mechanism.bodies) poses_.push_back({b.reference, Matrix3d::Identity()});
+  for (const LeafSpring& l : mechanism.leaves) length_ = std::max(length_, l.length);
+}
+
+Vector3d System::lever(int i, int end) const {
+  const LeafSpring& l = mechanism_->leaves[i];
+  const int b = body(i, end);
+  const Vector3d place = end == 0 ? l.origin : l.tip_middle();
+  return poses_[b].rotation * (place - mechanism_->bodies[b].reference);
+}
+
+EdgePose System::edge_pose(int i, int end) const {
+  const LeafSpring& l = mechanism_->leaves[i];
+  const int b = body(i, end);
+  if (b == ground) return {end == 0 ? l.origin : l.tip_middle(), l.axes};
+  return {poses_[b].position + lever(i, end), poses_[b].rotation * l.axes};
+}
+
+Matrix6d System::edge_map(int i, int end) const {
+  Matrix6d Q = Matrix6d::Identity();
+  Q.topRightCorner<3, 3>() = -hat(lever(i, end));
+  return Q;
+}
+
+void System::assemble() {
+  force_ = VectorXd::Zero(size());
+  tangent_ = MatrixXd::Zero(size(), size());
+  energy_ = correction_ = 0;
+  negative_pivots_ = 0;
+  for (int i = 0; i < leaves(); ++i) {
+    const LeafEvaluation& e = leaves_[i]->evaluate();
+    energy_ += e.energy;
+    correction_ = std::max(correction_, e.correction);
+    negative_pivots_ += e.negative_pivots;
+    Matrix6d Q[2];
+    for (int end = 0; end < 2; ++end)
+      if (body(i, end) != ground) Q[end] = edge_map(i, end);
+    for (int a = 0; a < 2; ++a) {
+      if (body(i, a) == ground) continue;
+      const int r = 6 * body(i, a);
+      const Vector6d f = e.force.segment<6>(6 * a);
+      force_.segment<6>(r) += Q[a].transpose() * f;
+      for (int b = 0; b < 2; ++b) {
+        if (body(i, b) == ground) continue;
+        tangent_.block<6, 6>(r, 6 * body(i, b)) +=
+            Q[a].transpose() * e.tangent.block<6, 6>(6 * a, 6 * b) * Q[b];
+      }
+      // second derivative of the lever arm under the exponential map, times the force
+      const Vector3d o = lever(i, a), fo = f.head<3>();
+      tangent_.block<3, 3>(r + 3, r + 3) +=
+          0.5 * (fo * o.transpose() + o * fo.transpose()) - fo.dot(o) * Matrix3d::Identity();
+    }
+  }
+}
+
+void System::move(const VectorXd& dq) {
+  std::vector<Vector12d> increments(leaves(), Vector12d::Zero());
+  for (int i = 0; i < leaves(); ++i)
+    for (int end = 0; end < 2; ++end)
+      if (const int b = body(i, end); b != ground)
+        increments[i].segment<6>(6 * end) = edge_map(i, end) * dq.segment<6>(6 * b);
+  for (int b = 0; b < static_cast<int>(poses_.size()); ++b) {
+    poses_[b].position += dq.segment<3>(6 * b);
+    poses_[b].rotation =
+        orthonormalised(rotation_exp(dq.segment<3>(6 * b + 3)) * poses_[b].rotation);
+  }
+  for (int i = 0; i < leaves(); ++i)
+    leaves_[i]->move({edge_pose(i, 0), edge_pose(i, 1)}, increments[i]);
+}
+
+System::Snapshot System::save() const {
+  Snapshot snapshot{poses_, {}};
+  for (const auto& leaf : leaves_) snapshot.leaves.push_back(leaf->save());
+  return snapshot;
+}
+
+void System::restore(const Snapshot& snapshot) {
+  poses_ = snapshot.poses;
+  for (int i = 0; i < leaves(); ++i) leaves_[i]->restore(*snapshot.leaves[i]);
+}
+
+MatrixXd System::body_mass() const {
+  MatrixXd M = MatrixXd::Zero(size(), size());
+  for (int b = 0; b < static_cast<int>(poses_.size()); ++b) {
+    const RigidBody& body = mechanism_->bodies[b];
+    const Matrix3d& R = poses_[b].rotation;
+    const Matrix3d c = hat(R * (body.center_of_mass - body.reference));
+    auto m = M.block<6, 6>(6 * b, 6 * b);
+    m.topLeftCorner<3, 3>() = body.mass * Matrix3d::Identity();
+    m.topRightCorner<3, 3>() = -body.mass * c;
+    m.bottomLeftCorner<3, 3>() = body.mass * c;
+    m.bottomRightCorner<3, 3>() = R * body.inertia * R.transpose() - body.mass * c * c;
+  }
+  return M;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,74 @@
+#pragma once
+// A mechanism in a configuration: rigid bodies with absolute coordinates, leaves between them.
+#include <memory>
+#include <vector>
+
+#include "core/elements/leaf_element.hpp"
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+/// Present place of a body: its reference point and the rotation since the undeflected state.
+struct BodyPose {
+  Vector3d position;
+  Matrix3d rotation = Matrix3d::Identity();
+};
+
+class System {
+ public:
+  /// One leaf element for each leaf of the mechanism. The mechanism must outlive the system.
+  System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves);
+
+  const Mechanism& mechanism() const { return *mechanism_; }
+  int size() const { return 6 * static_cast<int>(poses_.size()); }
+  const BodyPose& pose(int body) const { return poses_[body]; }
+  LeafElement& leaf(int i) { return *leaves_[i]; }
+  int leaves() const { return static_cast<int>(leaves_.size()); }
+  /// Puts another model of the same leaf in its place, at the present state.
+  void replace_leaf(int i, std::unique_ptr<LeafElement> leaf) { leaves_[i] = std::move(leaf); }
+
+  /// Evaluates every leaf at the present state. After it the results below hold.
+  void assemble();
+  double energy() const { return energy_; }
+  const VectorXd& internal_force() const { return force_; }       ///< (force, moment) per body
+  const MatrixXd& tangent_stiffness() const { return tangent_; }  ///< with every geometric term
+  double correction() const { return correction_; }               ///< largest of the leaves
+  int negative_pivots() const { return negative_pivots_; }        ///< of all leaf interiors
+
+  /// Moves the bodies by (displacement, spin) each; the leaves follow the linearised increment.
+  void move(const VectorXd& dq);
+
+  struct Snapshot {
+    std::vector<BodyPose> poses;
+    std::vector<std::unique_ptr<LeafState>> leaves;
+  };
+  Snapshot save() const;
+  void restore(const Snapshot& snapshot);
+
+  /// Pose of an end of a leaf (0 base, 1 tip) and the map from its body's increment to the edge's.
+  EdgePose edge_pose(int leaf, int end) const;
+  Matrix6d edge_map(int leaf, int end) const;
+
+  /// Mass matrix of the rigid bodies about their moved reference points.
+  MatrixXd body_mass() const;
+
+  /// Longest leaf: the length that displacements are compared with [m].
+  double length() const { return length_; }
+
+ private:
+  int body(int leaf, int end) const {
+    return end == 0 ? mechanism_->leaves[leaf].base : mechanism_->leaves[leaf].tip;
+  }
+  Vector3d lever(int leaf, int end) const;
+
+  const Mechanism* mechanism_;
+  std::vector<std::unique_ptr<LeafElement>> leaves_;
+  std::vector<BodyPose> poses_;
+  double length_ = 0;
+  VectorXd force_;
+  MatrixXd tangent_;
+  double energy_ = 0, correction_ = 0;
+  int negative_pivots_ = 0;
+};
+
+}  // namespace flexopt
