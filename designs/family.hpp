@@ -1,5 +1,6 @@
 #pragma once
-// A family: named parameters with units and ranges → a mechanism. Nothing downstream knows families.
+// A family: named parameters with units and ranges → a mechanism. Nothing downstream knows
+// families.
 #include <functional>
 #include <map>
 #include <optional>
@@ -20,21 +21,30 @@ struct Parameter {
   std::string meaning;
 };
 
+/// A choice that a family offers by name, next to its numbers.
+struct FamilyOption {
+  std::string name;
+  std::vector<std::string> choices;  ///< the first is the default
+  std::vector<std::string> later;    ///< of the job format, but not offered by this version
+  std::string meaning;
+};
+
 using ParameterValues = std::map<std::string, double>;
 
 /// The rigid end-effector that the leaves carry.
 struct EndEffector {
-  double mass = 0;                                ///< [kg]
-  Matrix3d inertia = Matrix3d::Zero();            ///< about its centre of mass, global axes [kg m²]
-  Vector3d center_of_mass = Vector3d::Zero();     ///< relative to O [m]
+  double mass = 0;                             ///< [kg]
+  Matrix3d inertia = Matrix3d::Zero();         ///< about its centre of mass, global axes [kg m²]
+  Vector3d center_of_mass = Vector3d::Zero();  ///< relative to O [m]
 };
 
 struct Family {
   std::string name;
-  std::string summary;   ///< one sentence
-  std::string drawing;   ///< ASCII sketch with the parameters
+  std::string summary;  ///< one sentence
+  std::string drawing;  ///< ASCII sketch with the parameters
   Direction drive = Direction::uy;
   std::vector<Parameter> parameters;
+  std::vector<FamilyOption> options;
   /// Values must hold every parameter, in range. Throws SpecError (pointer /design/parameters/…)
   /// when they contradict each other.
   std::function<Mechanism(const ParameterValues&, const Material&, const EndEffector&)> make;

@@ -22,9 +22,9 @@ inline constexpr bool is_rotation(Direction d) { return index(d) >= 3; }
 template <class Scalar>
 struct MaterialT {
   std::string name;
-  Scalar youngs_modulus{};  ///< [Pa]
-  Scalar poissons_ratio{};  ///< [-]
-  Scalar density{};         ///< [kg/m³]
+  Scalar youngs_modulus{};                 ///< [Pa]
+  Scalar poissons_ratio{};                 ///< [-]
+  Scalar density{};                        ///< [kg/m³]
   std::optional<double> allowable_stress;  ///< [Pa]
 
   Scalar shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poissons_ratio)); }
@@ -38,10 +38,10 @@ inline constexpr int ground = -1;
 template <class Scalar>
 struct LeafSpringT {
   std::string name;
-  int base = ground;            ///< body that holds the base edge
-  int tip = 0;                  ///< body that holds the tip edge
-  Vector3<Scalar> origin;       ///< middle of the base edge [m]
-  Matrix3<Scalar> axes;         ///< columns: along the leaf, along its width, normal to it
+  int base = ground;       ///< body that holds the base edge
+  int tip = 0;             ///< body that holds the tip edge
+  Vector3<Scalar> origin;  ///< middle of the base edge [m]
+  Matrix3<Scalar> axes;    ///< columns: along the leaf, along its width, normal to it
   Scalar length{}, width{}, thickness{};  ///< [m]
   MaterialT<Scalar> material;
 
@@ -65,8 +65,8 @@ template <class Scalar>
 struct MechanismT {
   std::vector<RigidBodyT<Scalar>> bodies;  ///< the free ones
   std::vector<LeafSpringT<Scalar>> leaves;
-  int end_effector = 0;                 ///< its reference point is O
-  Direction drive = Direction::uy;      ///< what the stroke prescribes of the end-effector
+  int end_effector = 0;             ///< its reference point is O
+  Direction drive = Direction::uy;  ///< what the stroke prescribes of the end-effector
 };
 
 using Material = MaterialT<double>;

@@ -1,0 +1,114 @@
+#include "core/mechanism/mechanism.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace flexopt {
+namespace {
+
+/// A leaf as the box it fills.
+struct Box {
+  Vector3d middle, half;  ///< half sizes along the axes [m]
+  Matrix3d axes;
+};
+
+Box box_of(const LeafSpring& leaf) {
+  return {leaf.origin + 0.5 * leaf.length * leaf.axes.col(0),
+          0.5 * Vector3d(leaf.length, leaf.width, leaf.thickness), leaf.axes};
+}
+
+/// Whether two boxes share volume: no plane separates them. The normals to try are the faces' and
+/// the cross products of the edges (separating axis theorem). Boxes that only touch are apart.
+bool intersect(const Box& a, const Box& b) {
+  const Vector3d apart = b.middle - a.middle;
+  const double touching = 1e-9 * (a.half.norm() + b.half.norm());
+  const auto separates = [&](const Vector3d& normal) {
+    const double length = normal.norm();
+    if (length < 1e-6) return false;  // parallel edges: the faces' normals decide
+    const double reach = (a.axes.transpose() * normal).cwiseAbs().dot(a.half) +
+                         (b.axes.transpose() * normal).cwiseAbs().dot(b.half);
+    return std::abs(apart.dot(normal)) > reach - touching * length;
+  };
+  for (int i = 0; i < 3; ++i) {
+    if (separates(a.axes.col(i)) || separates(b.axes.col(i))) return false;
+    for (int j = 0; j < 3; ++j)
+      if (separates(a.axes.col(i).cross(b.axes.col(j)))) return false;
+  }
+  return true;
+}
+
+std::optional<std::string> broken_rule(const Material& m, const std::string& where) {
+  const bool stiff = std::isfinite(m.youngs_modulus) && m.youngs_modulus > 0;
+  if (!stiff) return where + ": Young's modulus must be positive";
+  if (!(m.poissons_ratio > -1 && m.poissons_ratio <= 0.5))
+    return where + ": Poisson's ratio must satisfy -1 < nu <= 0.5";
+  if (!(std::isfinite(m.density) && m.density > 0)) return where + ": density must be positive";
+  return std::nullopt;
+}
+
+std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
+  const std::string& name = leaf.name;
+  for (const int body : {leaf.base, leaf.tip})
+    if (body != ground && (body < 0 || body >= bodies))
+      return fmt::format("{}: there is no body {}", name, body);
+  if (leaf.base == leaf.tip) return name + ": both edges are held by the same body";
+  if (!leaf.origin.allFinite() || !leaf.axes.allFinite()) return name + ": its place is not finite";
+  for (const double size : {leaf.length, leaf.width, leaf.thickness})
+    if (!(std::isfinite(size) && size > 0))
+      return name + ": length, width and thickness must be positive";
+  if ((leaf.axes.transpose() * leaf.axes - Matrix3d::Identity()).norm() > 1e-9 ||
+      leaf.axes.determinant() < 0)
+    return name + ": its axes must be orthonormal and right-handed";
+  return broken_rule(leaf.material, name);
+}
+
+std::optional<std::string> broken_rule(const RigidBody& body) {
+  if (!body.reference.allFinite() || !body.center_of_mass.allFinite())
+    return body.name + ": its place is not finite";
+  if (!(std::isfinite(body.mass) && body.mass >= 0))
+    return body.name + ": mass must not be negative";
+  if (!body.inertia.allFinite() ||
+      (body.inertia - body.inertia.transpose()).norm() > 1e-9 * body.inertia.norm())
+    return body.name + ": inertia must be finite and symmetric";
+  return std::nullopt;
+}
+
+/// Bodies that no chain of leaves ties to the ground.
+std::optional<std::string> loose_body(const Mechanism& mechanism) {
+  std::vector<bool> held(mechanism.bodies.size(), false);
+  const auto is_held = [&](int body) {
+    return body == ground || held[static_cast<std::size_t>(body)];
+  };
+  for (std::size_t pass = 0; pass < mechanism.bodies.size(); ++pass)
+    for (const LeafSpring& leaf : mechanism.leaves)
+      if (is_held(leaf.base) || is_held(leaf.tip))
+        for (const int body : {leaf.base, leaf.tip})
+          if (body != ground) held[static_cast<std::size_t>(body)] = true;
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (!held[i]) return mechanism.bodies[i].name + ": no leaf ties it to the ground";
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::string> broken_rule(const Mechanism& mechanism) {
+  const int bodies = static_cast<int>(mechanism.bodies.size());
+  if (mechanism.end_effector < 0 || mechanism.end_effector >= bodies)
+    return fmt::format("there is no body {} to be the end-effector", mechanism.end_effector);
+  if (mechanism.leaves.empty()) return "there are no leaves";
+  for (const RigidBody& body : mechanism.bodies)
+    if (auto rule = broken_rule(body)) return rule;
+  for (const LeafSpring& leaf : mechanism.leaves)
+    if (auto rule = broken_rule(leaf, bodies)) return rule;
+  if (auto rule = loose_body(mechanism)) return rule;
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (intersect(box_of(mechanism.leaves[j]), box_of(mechanism.leaves[i])))
+        return fmt::format("{} and {} intersect when undeflected", mechanism.leaves[j].name,
+                           mechanism.leaves[i].name);
+  return std::nullopt;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,293 @@
+#include "core/spec/field_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
+#include "core/spec/quantity.hpp"
+#include "core/spec/spec_error.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using Pointer = json::json_pointer;
+
+namespace shape {
+
+Shape quantity(std::string unit) {
+  Shape shape{.kind = ShapeKind::quantity};
+  shape.unit = std::move(unit);
+  return shape;
+}
+
+Shape quantity(std::string unit, double min, double max, bool open_min, bool open_max) {
+  Shape shape = quantity(std::move(unit));
+  shape.min = min;
+  shape.max = max;
+  shape.open_min = open_min;
+  shape.open_max = open_max;
+  return shape;
+}
+
+Shape integer(double min, double max) {
+  Shape shape{.kind = ShapeKind::integer};
+  shape.min = min;
+  shape.max = max;
+  return shape;
+}
+
+Shape boolean() { return {.kind = ShapeKind::boolean}; }
+
+Shape text(std::size_t longest) {
+  Shape shape{.kind = ShapeKind::text};
+  shape.min_size = 1;
+  shape.max_size = longest;
+  return shape;
+}
+
+Shape choice(std::vector<std::string> choices, std::vector<std::string> later) {
+  Shape shape = text();
+  shape.choices = std::move(choices);
+  shape.later = std::move(later);
+  return shape;
+}
+
+Shape list(Shape item, std::size_t min_size, std::size_t max_size) {
+  Shape shape{.kind = ShapeKind::list};
+  shape.inner.push_back(std::move(item));
+  shape.min_size = min_size;
+  shape.max_size = max_size;
+  return shape;
+}
+
+Shape record(std::vector<Field> fields) {
+  Shape shape{.kind = ShapeKind::record};
+  shape.fields = std::move(fields);
+  return shape;
+}
+
+Shape one_of(std::vector<Shape> alternatives) {
+  Shape shape{.kind = ShapeKind::one_of};
+  shape.inner = std::move(alternatives);
+  return shape;
+}
+
+Field required(std::string name, Shape shape, std::string meaning) {
+  return {.name = std::move(name),
+          .shape = std::move(shape),
+          .meaning = std::move(meaning),
+          .required = true};
+}
+
+Field optional(std::string name, Shape shape, std::string meaning) {
+  return {.name = std::move(name), .shape = std::move(shape), .meaning = std::move(meaning)};
+}
+
+Field standard(std::string name, Shape shape, json value, std::string meaning) {
+  return {.name = std::move(name),
+          .shape = std::move(shape),
+          .meaning = std::move(meaning),
+          .standard = std::move(value)};
+}
+
+Field not_offered(std::string name, std::string meaning) {
+  Field field;
+  field.name = std::move(name);
+  field.meaning = std::move(meaning);
+  field.offered = false;
+  return field;
+}
+
+}  // namespace shape
+
+std::string describe_range(const Shape& shape, const std::string& unit) {
+  const bool low = std::isfinite(shape.min), high = std::isfinite(shape.max);
+  if (!low && !high) return "";
+  std::string range = "value";
+  if (low) range = fmt::format("{:g} {} {}", shape.min, shape.open_min ? "<" : "<=", range);
+  if (high) range += fmt::format(" {} {:g}", shape.open_max ? "<" : "<=", shape.max);
+  if (!unit.empty() && unit != "1") range += " " + unit;
+  return range;
+}
+
+std::string describe(const Shape& shape) {
+  const auto joined = [](const std::string& what, const std::string& range) {
+    return range.empty() ? what : what + "; " + range;
+  };
+  switch (shape.kind) {
+    case ShapeKind::quantity:
+      return joined(shape.unit.empty() ? "a number in SI, or a text with its unit"
+                                       : describe_unit(shape.unit),
+                    describe_range(shape, shape.unit));
+    case ShapeKind::integer:
+      return joined("a whole number", describe_range(shape));
+    case ShapeKind::boolean:
+      return "true or false";
+    case ShapeKind::text:
+      if (!shape.choices.empty())
+        return fmt::format("{}\"{}\"", shape.choices.size() == 1 ? "" : "one of ",
+                           fmt::join(shape.choices, "\", \""));
+      return fmt::format("a text of 1 to {} letters", shape.max_size);
+    case ShapeKind::list:
+      return fmt::format("a list of {} x ({})",
+                         shape.min_size == shape.max_size
+                             ? fmt::format("{}", shape.min_size)
+                             : fmt::format("{} to {}", shape.min_size, shape.max_size),
+                         describe(shape.inner.front()));
+    case ShapeKind::record: {
+      std::vector<std::string> names;
+      for (const Field& field : shape.fields)
+        if (field.offered) names.push_back(field.name);
+      return fmt::format("an object with the keys {}", fmt::join(names, ", "));
+    }
+    case ShapeKind::one_of: {
+      std::vector<std::string> all;
+      for (const Shape& alternative : shape.inner) all.push_back(describe(alternative));
+      return fmt::format("{}", fmt::join(all, "; or "));
+    }
+  }
+  return "";
+}
+
+namespace {
+
+constexpr const char* later_rule = "this version does not offer it";
+
+SpecError wrong(const Shape& shape, const json& value, const Pointer& at) {
+  return {at.to_string(), shown(value), "expected " + describe(shape)};
+}
+
+/// Whether the value's JSON type alone fits the shape.
+bool fits_type(const Shape& shape, const json& value) {
+  switch (shape.kind) {
+    case ShapeKind::quantity:
+      return value.is_number() || value.is_string();
+    case ShapeKind::integer:
+      return value.is_number();
+    case ShapeKind::boolean:
+      return value.is_boolean();
+    case ShapeKind::text:
+      return value.is_string();
+    case ShapeKind::list:
+      return value.is_array();
+    case ShapeKind::record:
+      return value.is_object();
+    case ShapeKind::one_of:
+      return std::any_of(shape.inner.begin(), shape.inner.end(),
+                         [&](const Shape& inner) { return fits_type(inner, value); });
+  }
+  return false;
+}
+
+void check_range(const Shape& shape, double value, const json& as_written, const Pointer& at) {
+  const bool low = shape.open_min ? value > shape.min : value >= shape.min;
+  const bool high = shape.open_max ? value < shape.max : value <= shape.max;
+  if (!low || !high) throw wrong(shape, as_written, at);
+}
+
+json read_integer(const Shape& shape, const json& value, const Pointer& at) {
+  const double number = value.get<double>();
+  if (number != std::floor(number)) throw wrong(shape, value, at);
+  check_range(shape, number, value, at);
+  return static_cast<long long>(number);
+}
+
+json read_text(const Shape& shape, const json& value, const Pointer& at) {
+  const std::string& string = value.get_ref<const std::string&>();
+  const auto among = [&](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), string) != names.end();
+  };
+  if (among(shape.later))
+    throw SpecError(at.to_string(), shown(value),
+                    fmt::format("{}; expected {}", later_rule, describe(shape)));
+  if (!shape.choices.empty() && !among(shape.choices))
+    throw SpecError(at.to_string(), shown(value), known_names(string, shape.choices));
+  if (string.size() < shape.min_size || string.size() > shape.max_size)
+    throw wrong(shape, value, at);
+  return value;
+}
+
+/// A list whose items all fit by type, so that one_of can tell three values from three rows.
+bool fits_items(const Shape& shape, const json& value) {
+  if (shape.kind != ShapeKind::list || value.empty()) return true;
+  return fits_type(shape.inner.front(), value.front());
+}
+
+json read_record(const Shape& shape, const json& value, const Pointer& at) {
+  std::vector<std::string> names;
+  for (const Field& field : shape.fields)
+    if (field.offered) names.push_back(field.name);
+  const auto field_of = [&](const std::string& key) {
+    return std::find_if(shape.fields.begin(), shape.fields.end(),
+                        [&](const Field& field) { return field.name == key; });
+  };
+  for (const auto& [key, item] : value.items()) {
+    const auto field = field_of(key);
+    if (field == shape.fields.end())
+      throw SpecError((at / key).to_string(), shown(item),
+                      "unknown key; " + known_names(key, names));
+    if (!field->offered)
+      throw SpecError((at / key).to_string(), shown(item),
+                      fmt::format("{} ({}); offered here: {}", later_rule, field->meaning,
+                                  fmt::join(names, ", ")));
+  }
+  json result = json::object();
+  for (const Field& field : shape.fields) {
+    const auto item = value.find(field.name);
+    if (item != value.end())
+      result[field.name] = read_value(field.shape, *item, at / field.name);
+    else if (field.required)
+      throw SpecError((at / field.name).to_string(), "nothing",
+                      fmt::format("it is required: {} ({})", field.meaning, describe(field.shape)));
+    else if (!field.standard.is_null())
+      result[field.name] = read_value(field.shape, field.standard, at / field.name);
+  }
+  return result;
+}
+
+}  // namespace
+
+double read_quantity(const Shape& shape, const json& value, const Pointer& at) {
+  if (!fits_type(shape, value)) throw wrong(shape, value, at);
+  const double number = value.is_string()
+                            ? parse_quantity(value.get<std::string>(), shape.unit, at.to_string())
+                            : value.get<double>();
+  check_range(shape, number, value, at);
+  return number;
+}
+
+json read_value(const Shape& shape, const json& value, const Pointer& at) {
+  if (!fits_type(shape, value)) throw wrong(shape, value, at);
+  switch (shape.kind) {
+    case ShapeKind::quantity:
+      return shape.unit.empty() ? value : json(read_quantity(shape, value, at));
+    case ShapeKind::integer:
+      return read_integer(shape, value, at);
+    case ShapeKind::boolean:
+      return value;
+    case ShapeKind::text:
+      return read_text(shape, value, at);
+    case ShapeKind::list: {
+      if (value.size() < shape.min_size || value.size() > shape.max_size)
+        throw wrong(shape, value, at);
+      json result = json::array();
+      for (std::size_t i = 0; i < value.size(); ++i)
+        result.push_back(read_value(shape.inner.front(), value[i], at / i));
+      return result;
+    }
+    case ShapeKind::record:
+      return read_record(shape, value, at);
+    case ShapeKind::one_of:
+      for (const Shape& inner : shape.inner)
+        if (fits_type(inner, value) && fits_items(inner, value))
+          return read_value(inner, value, at);
+      throw wrong(shape, value, at);
+  }
+  return {};
+}
+
+}  // namespace flexopt

@@ -1,0 +1,88 @@
+#pragma once
+// One description of what a place in a JSON document may hold. It drives reading, defaults, ranges,
+// error messages and the JSON Schema.
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace flexopt {
+
+struct Field;
+
+enum class ShapeKind {
+  quantity,  ///< number in SI, or text with unit
+  integer,
+  boolean,
+  text,
+  list,
+  record,  ///< an object with known keys
+  one_of   ///< alternatives told apart by their JSON type
+};
+
+/// What a place may hold.
+struct Shape {
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+
+  ShapeKind kind = ShapeKind::record;
+  std::string
+      unit;  ///< of a quantity, SI; empty: it depends on other keys, the value is left as is
+  double min = -infinity, max = infinity;  ///< of a quantity or an integer
+  bool open_min = false, open_max = false;
+  std::vector<std::string> choices;  ///< of a text; empty: any
+  std::vector<std::string> later;    ///< choices of the format that this version does not offer
+  std::size_t min_size = 0, max_size = 0;  ///< of a list; letters of a text
+  std::vector<Shape> inner;                ///< of a list: its one item; of one_of: the alternatives
+  std::vector<Field> fields;               ///< of a record
+};
+
+/// A key of a record.
+struct Field {
+  std::string name;
+  Shape shape;
+  std::string meaning;
+  bool required = false;
+  nlohmann::json standard = nullptr;  ///< default; null: the key may stay away
+  bool offered = true;                ///< false: part of the format, but not of this version
+};
+
+/// Short ways to write a Shape or a Field.
+namespace shape {
+
+Shape quantity(std::string unit);
+Shape quantity(std::string unit, double min, double max, bool open_min = false,
+               bool open_max = false);
+Shape integer(double min, double max);
+Shape boolean();
+Shape text(std::size_t longest = 500);
+Shape choice(std::vector<std::string> choices, std::vector<std::string> later = {});
+Shape list(Shape item, std::size_t min_size, std::size_t max_size);
+Shape record(std::vector<Field> fields);
+Shape one_of(std::vector<Shape> alternatives);
+
+Field required(std::string name, Shape shape, std::string meaning);
+Field optional(std::string name, Shape shape, std::string meaning);
+Field standard(std::string name, Shape shape, nlohmann::json value, std::string meaning);
+Field not_offered(std::string name, std::string meaning);
+
+}  // namespace shape
+
+/// The value checked, defaults filled in, every quantity in SI. Throws SpecError with the pointer
+/// below `at`.
+nlohmann::json read_value(const Shape& shape, const nlohmann::json& value,
+                          const nlohmann::json::json_pointer& at = {});
+
+/// A quantity whose unit became known only later; range checked. Throws SpecError.
+double read_quantity(const Shape& shape, const nlohmann::json& value,
+                     const nlohmann::json::json_pointer& at);
+
+/// What is allowed, in words: "a length in m ...; 0 < value <= 20".
+std::string describe(const Shape& shape);
+
+/// The range alone: "0 < value <= 20", empty where there is none. `unit` is appended.
+std::string describe_range(const Shape& shape, const std::string& unit = "");
+
+/// JSON Schema (draft 2020-12) of the same description.
+nlohmann::json json_schema(const Shape& shape);
+
+}  // namespace flexopt

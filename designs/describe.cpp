@@ -1,0 +1,52 @@
+#include "designs/describe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+namespace flexopt {
+namespace {
+
+/// A value the way a designer reads it: angles in degrees.
+std::string value_in_words(double value, const std::string& unit) {
+  if (unit == "rad") return fmt::format("{:g} deg", value * 180 / std::numbers::pi);
+  return unit == "1" ? fmt::format("{:g}", value) : fmt::format("{:g} {}", value, unit);
+}
+
+std::string range_in_words(const Parameter& p) {
+  return fmt::format("{} {} value {} {}", value_in_words(p.min, p.unit), p.open_min ? "<" : "<=",
+                     p.open_max ? "<" : "<=", value_in_words(p.max, p.unit));
+}
+
+}  // namespace
+
+std::string describe_families() {
+  std::string text = "Families (flexopt designs FAMILY describes one):\n";
+  for (const Family& family : families())
+    text += fmt::format("  {:<26} {}\n", family.name, family.summary);
+  text += "\nMaterials:\n";
+  for (const NamedMaterial& m : materials())
+    text += fmt::format(
+        "  {:<20} E = {:g} GPa, nu = {:g}, rho = {:g} kg/m^3, allowed {:g} MPa\n"
+        "  {:<20} {}\n",
+        m.material.name, m.material.youngs_modulus / 1e9, m.material.poissons_ratio,
+        m.material.density, m.material.allowable_stress.value_or(0) / 1e6, "", m.source);
+  return text;
+}
+
+std::string describe_family(const Family& family) {
+  std::string text = fmt::format("{}: {}\n{}\n", family.name, family.summary, family.drawing);
+  text += fmt::format("drive: {}\n\nparameters:\n",
+                      direction_names[static_cast<std::size_t>(index(family.drive))]);
+  for (const Parameter& p : family.parameters)
+    text += fmt::format("  {:<18} {:<4} {}\n  {:<18} {:<4} {}; {}\n", p.name, p.unit, p.meaning, "",
+                        "", range_in_words(p),
+                        p.standard ? "default " + value_in_words(*p.standard, p.unit) : "required");
+  for (const FamilyOption& option : family.options)
+    text += fmt::format("  {:<18} {:<4} {}; one of: {}\n", option.name, "", option.meaning,
+                        fmt::join(option.choices, ", "));
+  return text;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,196 @@
+#include "designs/family.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <numbers>
+
+#include "core/spec/names.hpp"
+#include "core/spec/spec_error.hpp"
+#include "designs/cross_hinge.hpp"
+#include "designs/leaf_spring.hpp"
+#include "designs/parallel_guide.hpp"
+
+namespace flexopt {
+
+template MechanismT<double> make_leaf_spring(const LeafSpringParameters<double>&, const Material&,
+                                             const EndEffector&);
+template MechanismT<double> make_parallel_guide(const ParallelGuideParameters<double>&,
+                                                const Material&, const EndEffector&);
+template MechanismT<double> make_cross_hinge(const CrossHingeParameters<double>&, const Material&,
+                                             const EndEffector&);
+template MechanismT<double> make_three_flexure_cross_hinge(
+    const ThreeFlexureCrossHingeParameters<double>&, const Material&, const EndEffector&);
+
+namespace {
+
+constexpr double largest_size = 20;  // [m]; above it millimetres were meant
+
+Parameter size(std::string name, std::string meaning, double max = largest_size) {
+  Parameter p;
+  p.name = std::move(name);
+  p.unit = "m";
+  p.max = max;
+  p.open_min = true;
+  p.meaning = std::move(meaning);
+  return p;
+}
+
+Parameter length() { return size("length", "length of a leaf, from clamped edge to clamped edge"); }
+Parameter width() { return size("width", "width of a leaf, along z"); }
+Parameter thickness() { return size("thickness", "thickness of a leaf", 1.0); }
+
+Parameter half_angle() {
+  Parameter p{.name = "half_angle", .unit = "rad", .standard = std::numbers::pi / 4};
+  p.max = std::numbers::pi / 2;
+  p.open_min = p.open_max = true;
+  p.meaning = "angle between a leaf and x";
+  return p;
+}
+
+Parameter crossing_fraction() {
+  Parameter p{.name = "crossing_fraction", .unit = "1", .standard = 0.5};
+  p.min = -5;
+  p.max = 6;
+  p.meaning =
+      "part of a leaf's length between base and rotation axis; outside 0..1 the axis is virtual";
+  return p;
+}
+
+Parameter gap() {
+  Parameter p{.name = "gap", .unit = "m"};
+  p.min = -largest_size;
+  p.max = largest_size;
+  p.meaning =
+      "clearance along z between neighbouring leaves; negative only where they do not cross";
+  return p;
+}
+
+std::string pointer_to(const std::string& parameter) { return "/design/parameters/" + parameter; }
+
+/// A plate model needs leaves that are thinner than long and wide.
+void check_thin(const LeafSpring& leaf, const ParameterValues& values) {
+  const double smallest = std::min(leaf.length, leaf.width);
+  if (leaf.thickness >= smallest)
+    throw SpecError(pointer_to("thickness"), fmt::format("{:g} m", values.at("thickness")),
+                    fmt::format("a leaf is thinner than long and wide: thickness < {:g} m ({})",
+                                smallest, leaf.name));
+}
+
+/// `apart` is the parameter that keeps the leaves apart.
+template <class Parameters>
+auto checked_maker(Mechanism (*make)(const Parameters&, const Material&, const EndEffector&),
+                   std::string apart) {
+  return [make, apart = std::move(apart)](const ParameterValues& values, const Material& material,
+                                          const EndEffector& payload) {
+    Parameters parameters{};
+    parameters.each([&](const char* name, double& value) { value = values.at(name); });
+    Mechanism mechanism = make(parameters, material, payload);
+    for (const LeafSpring& leaf : mechanism.leaves) check_thin(leaf, values);
+    if (const auto rule = broken_rule(mechanism))
+      throw SpecError(pointer_to(apart), fmt::format("{:g} m", values.at(apart)), *rule);
+    return mechanism;
+  };
+}
+
+Family leaf_spring() {
+  Family f;
+  f.name = "leaf_spring";
+  f.summary = "One leaf spring, clamped at its base, with a rigid tip.";
+  f.drawing = R"(
+    y
+    |  //|========================[#] O        thickness along y
+    |  //|<------- length ------->             width along z
+    +---- x
+)";
+  f.drive = Direction::uy;
+  f.parameters = {length(), width(), thickness()};
+  f.options = {{"tip",
+                {"rigid"},
+                {"free", "guided"},
+                "how the tip is held: rigid, the edge is part of the end-effector"}};
+  f.make = checked_maker(&make_leaf_spring<double>, "length");
+  return f;
+}
+
+Family parallel_guide() {
+  Family f;
+  f.name = "parallel_guide";
+  f.summary = "Two parallel leaf springs that guide the end-effector along y.";
+  f.drawing = R"(
+    y    //|========================|#|
+    |    //|         ^              |#|
+    |    //|      spacing           |#| O      width along z
+    |    //|         v              |#|
+    |    //|========================|#|
+    +---- x |<------- length ------->|
+)";
+  f.drive = Direction::uy;
+  f.parameters = {length(), width(), thickness(),
+                  size("spacing", "distance between the mid-planes of the leaves")};
+  f.make = checked_maker(&make_parallel_guide<double>, "spacing");
+  return f;
+}
+
+Family cross_hinge() {
+  Family f;
+  f.name = "cross_hinge";
+  f.summary = "Two crossing leaf springs side by side: a hinge about z.";
+  f.drawing = R"(
+    y      //        ##                     side view:   z
+    |      // \    / ##  leaf 1 (+z)                     |  [=== leaf 1 ===]  width
+    |      //   \/   ##                                  |         gap
+    |      //   /\   ##  O at the crossing               |  [=== leaf 2 ===]  width
+    |      // /    \ ##  leaf 2 (-z)                     +---- x
+    +---- x    half_angle from x; the base end is on the left
+)";
+  f.drive = Direction::rz;
+  f.parameters = {length(), width(), thickness(), half_angle(), crossing_fraction(), gap()};
+  f.make = checked_maker(&make_cross_hinge<double>, "gap");
+  return f;
+}
+
+Family three_flexure_cross_hinge() {
+  Family f;
+  f.name = "three_flexure_cross_hinge";
+  f.summary =
+      "An inner leaf spring crossing two outer ones, mirror-symmetric in z: a hinge about z.";
+  f.drawing = R"(
+    y      //        ##                     side view:   z  [= outer =]  outer_width
+    |      // \    / ##  outer leaves                    |      gap
+    |      //   \/   ##                                  |  [= inner =]  inner_width
+    |      //   /\   ##  O at the crossing               |      gap
+    |      // /    \ ##  inner leaf                      |  [= outer =]  outer_width
+    +---- x    half_angle from x; the base end is on the left
+)";
+  f.drive = Direction::rz;
+  f.parameters = {length(),
+                  thickness(),
+                  size("outer_width", "width of each outer leaf, along z"),
+                  size("inner_width", "width of the inner leaf, along z"),
+                  half_angle(),
+                  crossing_fraction(),
+                  gap()};
+  f.make = checked_maker(&make_three_flexure_cross_hinge<double>, "gap");
+  return f;
+}
+
+}  // namespace
+
+const std::vector<Family>& families() {
+  static const std::vector<Family> all{leaf_spring(), parallel_guide(), cross_hinge(),
+                                       three_flexure_cross_hinge()};
+  return all;
+}
+
+const Family& find_family(const std::string& name, const std::string& pointer) {
+  std::vector<std::string> names;
+  for (const Family& family : families()) {
+    if (family.name == name) return family;
+    names.push_back(family.name);
+  }
+  throw SpecError(pointer, '"' + name + '"', "unknown family; " + known_names(name, names));
+}
+
+}  // namespace flexopt
