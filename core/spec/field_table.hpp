@@ -70,7 +70,7 @@ Field not_offered(std::string name, std::string meaning);
 /// The value checked, defaults filled in, every quantity in SI. Throws SpecError with the pointer
 /// below `at`.
 nlohmann::json read_value(const Shape& shape, const nlohmann::json& value,
-                          const nlohmann::json::json_pointer& at = {});
+                          const nlohmann::json::json_pointer& at = nlohmann::json::json_pointer());
 
 /// A quantity whose unit became known only later; range checked. Throws SpecError.
 double read_quantity(const Shape& shape, const nlohmann::json& value,

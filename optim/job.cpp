@@ -1,0 +1,302 @@
+#include "optim/job.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "core/spec/json_file.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/expression.hpp"
+#include "optim/job_shape.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using Pointer = json::json_pointer;
+
+namespace {
+
+const Pointer parameters_at("/design/parameters");
+
+/// The family named in the document, or null where there is none to read.
+const Family* named_family(const json& document) {
+  const Pointer at("/design/family");
+  if (!document.is_object() || !document.contains("design") || !document["design"].is_object() ||
+      !document.contains(at) || !document[at].is_string())
+    return nullptr;
+  for (const Family& family : families())
+    if (family.name == document[at].get<std::string>()) return &family;
+  return nullptr;
+}
+
+Vector3d vector_of(const json& list) {
+  return {list[0].get<double>(), list[1].get<double>(), list[2].get<double>()};
+}
+
+Material read_material(json& read, std::vector<std::string>& notes) {
+  const Pointer at("/design/material");
+  Material material;
+  if (read.is_string()) {
+    for (const NamedMaterial& named : materials())
+      if (named.material.name == read.get<std::string>()) material = named.material;
+  } else {
+    material.name = read.value("name", "custom");
+    material.youngs_modulus = read["youngs_modulus"];
+    material.density = read["density"];
+    if (read.contains("allowable_stress"))
+      material.allowable_stress = read["allowable_stress"].get<double>();
+    const bool nu = read.contains("poissons_ratio"), shear = read.contains("shear_modulus");
+    if (nu == shear)
+      throw SpecError((at / "poissons_ratio").to_string(),
+                      nu ? shown(read["poissons_ratio"]) : "nothing",
+                      "give poissons_ratio or shear_modulus, one of the two");
+    if (nu) {
+      material.poissons_ratio = read["poissons_ratio"];
+    } else {
+      const double G = read["shear_modulus"];
+      const double implied = material.youngs_modulus / (2 * G) - 1;
+      if (!(implied > -1 && implied <= 0.5 + 1e-9))
+        throw SpecError((at / "shear_modulus").to_string(), fmt::format("{:g} Pa", G),
+                        fmt::format("it implies a Poisson's ratio E/(2G) - 1 of {:g}; expected "
+                                    "-1 < nu <= 0.5, that is G >= E/3 = {:g} Pa",
+                                    implied, material.youngs_modulus / 3));
+      material.poissons_ratio = std::min(implied, 0.5);
+    }
+    if (material.poissons_ratio < 0.2 || material.poissons_ratio > 0.4)
+      notes.push_back(
+          fmt::format("The material's Poisson's ratio {}is {:g}; metals have 0.2 to 0.4.",
+                      shear ? "E/(2G) - 1 " : "", material.poissons_ratio));
+  }
+  read = {{"name", material.name},
+          {"youngs_modulus", material.youngs_modulus},
+          {"poissons_ratio", material.poissons_ratio},
+          {"density", material.density}};
+  if (material.allowable_stress) read["allowable_stress"] = *material.allowable_stress;
+  return material;
+}
+
+/// A real body's inertia: symmetric, principal values I1 <= I2 <= I3 with 0 <= I1, I3 <= I1 + I2.
+Matrix3d read_inertia(const json& read) {
+  const Pointer at("/end_effector/inertia");
+  Matrix3d inertia = Matrix3d::Zero();
+  if (!read[0].is_array()) {
+    inertia.diagonal() = vector_of(read);
+  } else {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) inertia(i, j) = read[i][j];
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < i; ++j)
+        if (std::abs(inertia(i, j) - inertia(j, i)) > 1e-9 * inertia.cwiseAbs().maxCoeff())
+          throw SpecError((at / i / j).to_string(), fmt::format("{:g} kg m^2", inertia(i, j)),
+                          fmt::format("an inertia is symmetric: expected {:g} kg m^2 as in row {}",
+                                      inertia(j, i), j));
+    inertia = 0.5 * (inertia + inertia.transpose()).eval();
+  }
+  const Vector3d principal = Eigen::SelfAdjointEigenSolver<Matrix3d>(inertia).eigenvalues();
+  const double rounding = 1e-9 * principal.cwiseAbs().maxCoeff();
+  const std::string values = fmt::format("principal values {:g}, {:g}, {:g} kg m^2", principal[0],
+                                         principal[1], principal[2]);
+  if (principal[0] < -rounding) throw SpecError(at.to_string(), values, "expected none below zero");
+  if (principal[2] > principal[0] + principal[1] + rounding)
+    throw SpecError(at.to_string(), values,
+                    "no body has these: each is at most the sum of the other two");
+  return inertia;
+}
+
+EndEffector read_end_effector(const json& read, std::vector<std::string>& notes) {
+  EndEffector body;
+  body.mass = read["mass"];
+  body.inertia = read_inertia(read["inertia"]);
+  body.center_of_mass = vector_of(read["center_of_mass"]);
+  if (body.mass > 0 && body.inertia.isZero(0))
+    notes.push_back("The end-effector has mass but no inertia: it is a point mass.");
+  return body;
+}
+
+std::vector<double> read_stroke(json& read, const json& as_written) {
+  const Pointer at("/stroke");
+  if (read.contains("at")) {
+    for (const char* key : {"from", "to", "points"})
+      if (read.contains(key))
+        throw SpecError((at / key).to_string(), shown(as_written[key]),
+                        "the stroke is given by 'at', or by from, to and points, not by both");
+    return read["at"].get<std::vector<double>>();
+  }
+  if (!read.contains("to"))
+    throw SpecError((at / "to").to_string(), "nothing",
+                    "it is required: the last point of the stroke (or give 'at')");
+  if (!read.contains("from")) read["from"] = 0.0;
+  if (!read.contains("points")) read["points"] = 11;
+  const double from = read["from"], to = read["to"];
+  const int points = read["points"];
+  if (points == 1 && from != to)
+    throw SpecError((at / "points").to_string(), "1",
+                    "both ends are included: expected at least 2 points between different ends");
+  std::vector<double> stroke;
+  for (int i = 0; i < points; ++i)
+    stroke.push_back(i + 1 == points ? to : from + (to - from) * i / (points - 1));
+  return stroke;
+}
+
+StrokeRequest read_request(json& read, const json& as_written) {
+  StrokeRequest request;
+  request.points = read_stroke(read["stroke"], as_written["stroke"]);
+  for (const json& load : read["loads"]) {
+    request.load.head<3>() += vector_of(load["force"]);
+    request.load.tail<3>() += vector_of(load["moment"]);
+  }
+  request.frequencies = read["frequencies"];
+  request.parasitic_with_drive_locked = read["parasitic"]["drive"] == "locked";
+  for (const json& kind : read["parasitic"]["skip"])
+    (kind == "leaf" ? request.parasitic_skips_leaf_modes
+                    : request.parasitic_skips_intermediate_modes) = true;
+  request.newton.tolerance = read["model"]["tolerance"];
+  return request;
+}
+
+ModelOptions read_model(const json& read) {
+  ModelOptions model;
+  model.accuracy = read["accuracy"] == "full" ? Accuracy::full : Accuracy::reduced;
+  model.mesh = {read["mesh"][0], read["mesh"][1]};
+  model.free_edge_torsion = read["free_edge_torsion"];
+  model.degree = read["degree"];
+  if (model.degree == 6)
+    throw SpecError("/model/degree", "6", "expected 5 or 7, the degrees of the reduced potential");
+  model.leaf_modes = read["leaf_modes"];
+  return model;
+}
+
+DesignSpec read_design(json& read, const Family& family, std::vector<std::string>& notes) {
+  DesignSpec design;
+  design.family = family.name;
+  for (const FamilyOption& option : family.options)
+    if (read.contains(option.name)) {  // beside the parameters is as good a place
+      read["parameters"][option.name] = read[option.name];
+      read.erase(option.name);
+    }
+  for (const Parameter& p : family.parameters) {
+    const json& value = read["parameters"][p.name];
+    if (value.is_object())
+      design.expressions[p.name] = value["expression"];
+    else
+      design.parameters[p.name] = value;
+  }
+  design.parameters = complete_parameters(design, design.parameters);
+  design.material = read_material(read["material"], notes);
+  return design;
+}
+
+std::vector<Expectation> read_expectations(const json& read) {
+  std::vector<Expectation> result;
+  for (const json& item : read) {
+    Expectation e{item["pointer"], item["value"], item["tolerance"], item["source"]};
+    try {
+      static_cast<void>(Pointer(e.pointer));
+    } catch (const json::exception&) {
+      throw SpecError((Pointer("/expect") / result.size() / "pointer").to_string(),
+                      shown(item["pointer"]),
+                      "expected a JSON pointer such as \"/path/10/drive_load\"");
+    }
+    result.push_back(std::move(e));
+  }
+  return result;
+}
+
+void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& notes) {
+  constexpr double thin = 0.1;  // of the smaller side; plate theory's customary limit
+  for (const LeafSpring& leaf : mechanism.leaves)
+    if (leaf.thickness > thin * std::min(leaf.length, leaf.width))
+      notes.push_back(
+          fmt::format("{} is {:.2g} times as thick as its smaller side; plate theory "
+                      "wants at most {:g}.",
+                      leaf.name, leaf.thickness / std::min(leaf.length, leaf.width), thin));
+}
+
+}  // namespace
+
+ParameterValues complete_parameters(const DesignSpec& design, ParameterValues parameters) {
+  const Family& family = find_family(design.family, "/design/family");
+  std::vector<std::string> given;
+  for (const Parameter& p : family.parameters)
+    if (!design.expressions.contains(p.name)) given.push_back(p.name);
+  for (const auto& [name, formula] : design.expressions) {
+    const std::string at = (parameters_at / name / "expression").to_string();
+    const std::optional<double> value = Expression(formula, given, at).value(parameters);
+    if (!value) throw SpecError(at, formula, "it has no finite value at these parameters");
+    parameters[name] = *value;
+  }
+  for (const Parameter& p : family.parameters)
+    read_quantity(parameter_shape(p), parameters.at(p.name), parameters_at / p.name);
+  return parameters;
+}
+
+Mechanism make_mechanism(const Job& job, const ParameterValues& parameters) {
+  const Family& family = find_family(job.design.family, "/design/family");
+  return family.make(complete_parameters(job.design, parameters), job.design.material,
+                     job.end_effector);
+}
+
+Job parse_job(const json& document) {
+  const Family* named = named_family(document);
+  json read = read_value(job_shape(named), document);
+  const Family& family = find_family(read["design"]["family"], "/design/family");
+
+  Job job;
+  job.name = read["name"];
+  job.design = read_design(read["design"], family, job.notes);
+  job.end_effector = read_end_effector(read["end_effector"], job.notes);
+  job.model = read_model(read["model"]);
+  job.request = read_request(read, document);
+  job.expect = read_expectations(read["expect"]);
+  note_thick_leaves(make_mechanism(job, job.design.parameters), job.notes);
+
+  job.kind = read["job"] == "optimise" ? JobKind::optimise : JobKind::evaluate;
+  if (read.contains("optimise")) {
+    job.optimise = read_optimise(read["optimise"], family, job.design, job.request, job.notes);
+  } else if (job.kind == JobKind::optimise) {
+    throw SpecError("/optimise", "nothing", "it is required for \"job\": \"optimise\"");
+  }
+  if (job.kind == JobKind::evaluate && job.optimise) {
+    job.notes.push_back("The section optimise is not used by \"job\": \"evaluate\".");
+    job.optimise.reset();
+  }
+  job.as_read = std::move(read);
+  return job;
+}
+
+Job read_job(const std::string& file, const std::vector<std::string>& overrides) {
+  json document = read_json_file(file);
+  for (const std::string& assignment : overrides) apply_override(document, assignment);
+  if (document.is_object() && !document.contains("name")) {
+    const std::string stem = std::filesystem::path(file).stem().string();
+    if (!stem.empty()) document["name"] = stem;
+  }
+  return parse_job(document);
+}
+
+json job_schema() {
+  json schema = json_schema(job_shape(nullptr));
+  schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
+  schema["title"] = "A job of flexopt";
+  json by_family = json::array();  // each family's own parameters and unit of the stroke
+  for (const Family& family : families()) {
+    const json whole = json_schema(job_shape(&family));
+    const json is_family{{"properties",
+                          {{"design",
+                            {{"properties", {{"family", {{"const", family.name}}}}},
+                             {"required", json::array({"family"})}}}}},
+                         {"required", json::array({"design"})}};
+    const json then{{"properties",
+                     {{"design", whole["properties"]["design"]},
+                      {"stroke", whole["properties"]["stroke"]},
+                      {"optimise", whole["properties"]["optimise"]}}}};
+    by_family.push_back({{"if", is_family}, {"then", then}});
+  }
+  schema["allOf"] = std::move(by_family);
+  return schema;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,258 @@
+// The section "optimise" of a job: what the tables cannot say, because units and names depend on
+// the family and on each other.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/expression.hpp"
+#include "optim/job_shape.hpp"
+#include "optim/problem.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using Pointer = json::json_pointer;
+
+namespace {
+
+/// What the section's parts need to know of the rest of the job.
+struct Context {
+  const Family& family;
+  const DesignSpec& design;
+  const StrokeRequest& request;
+  std::vector<Quantity> quantities;
+  std::vector<std::string> parameter_names;
+
+  const Quantity* find_quantity(const std::string& name) const {
+    const auto it = std::find_if(quantities.begin(), quantities.end(),
+                                 [&](const Quantity& q) { return q.name == name; });
+    return it == quantities.end() ? nullptr : &*it;
+  }
+
+  /// The quantity of that name, with what it asks of the rest of the job. Throws SpecError.
+  const Quantity& quantity(const std::string& name, const Pointer& at) const {
+    const Quantity* found = find_quantity(name);
+    if (!found) {
+      std::vector<std::string> names;
+      for (const Quantity& q : quantities) names.push_back(q.name);
+      throw SpecError(at.to_string(), '"' + name + '"',
+                      "unknown quantity; " + known_names(name, names));
+    }
+    if (name.find("frequenc") != std::string::npos && request.frequencies == 0)
+      throw SpecError("/frequencies", "0",
+                      fmt::format("\"{}\" at {} needs at least 1", name, at.to_string()));
+    return *found;
+  }
+};
+
+/// The power of the metre in a formula's unit: how its value grows when every length does. Nothing
+/// where it is a sum of different powers, as plain numbers in it make it.
+std::optional<int> power_of_metre(const Expression& formula, const Context& context) {
+  const auto at_scale = [&](double scale) {
+    ParameterValues values = context.design.parameters;
+    for (const Parameter& p : context.family.parameters)
+      if (p.unit == "m") values[p.name] *= scale;
+    return formula.value(values);
+  };
+  const std::optional<double> one = at_scale(1), two = at_scale(2), three = at_scale(3);
+  if (!one || !two || !three || *one == 0 || *two / *one <= 0) return std::nullopt;
+  const double power = std::log2(*two / *one);
+  const int n = static_cast<int>(std::lround(power));
+  constexpr double rounding = 1e-9;
+  if (std::abs(n) > 6 || std::abs(*two / *one / std::pow(2.0, n) - 1) > rounding ||
+      std::abs(*three / *one / std::pow(3.0, n) - 1) > rounding)
+    return std::nullopt;
+  return n;
+}
+
+/// Bound of a formula: a number in SI, or a text with a unit that the formula can have.
+double formula_bound(const Expression& formula, const json& value, const Pointer& at,
+                     const Context& context) {
+  if (value.is_number()) return value.get<double>();
+  std::vector<std::string> units;
+  const std::optional<int> power = power_of_metre(formula, context);
+  if (power && *power != 0) units = {*power == 1 ? "m" : fmt::format("m^{}", *power)};
+  if (power && *power == 0) units = {"1", "rad"};
+  if (!power) units = {"m", "rad", "1"};
+  for (std::size_t i = 0; i + 1 < units.size(); ++i) {
+    try {
+      return read_quantity(shape::quantity(units[i]), value, at);
+    } catch (const SpecError&) {
+      continue;  // the last one's complaint is the one to show
+    }
+  }
+  return read_quantity(shape::quantity(units.back()), value, at);
+}
+
+Variable read_variable(json& read, const Context& context, const Pointer& at,
+                       std::vector<std::string>& notes) {
+  Variable variable;
+  variable.parameter = read["parameter"];
+  if (const auto it = context.design.expressions.find(variable.parameter);
+      it != context.design.expressions.end())
+    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"',
+                    fmt::format("it is given by the formula {}; a variable needs a number in "
+                                "/design/parameters",
+                                it->second));
+  const auto parameter =
+      std::find_if(context.family.parameters.begin(), context.family.parameters.end(),
+                   [&](const Parameter& p) { return p.name == variable.parameter; });
+  const Shape shape = parameter_shape(*parameter);
+  variable.min = read_quantity(shape, read["min"], at / "min");
+  variable.max = read_quantity(shape, read["max"], at / "max");
+  if (!(variable.min < variable.max))
+    throw SpecError((at / "min").to_string(), shown(read["min"]),
+                    fmt::format("expected min < max = {}", shown(read["max"])));
+  const double own = context.design.parameters.at(variable.parameter);
+  if (read.contains("start")) {
+    Shape inside = shape;
+    inside.min = variable.min;
+    inside.max = variable.max;
+    inside.open_min = inside.open_max = false;
+    variable.start = read_quantity(inside, read["start"], at / "start");
+  } else {
+    variable.start = std::clamp(own, variable.min, variable.max);
+    if (*variable.start != own)
+      notes.push_back(
+          fmt::format("The job's {} = {:g} {} is outside the variable's range; the first "
+                      "start begins at {:g}.",
+                      variable.parameter, own, shape.unit, *variable.start));
+  }
+  read = {{"parameter", variable.parameter},
+          {"min", variable.min},
+          {"max", variable.max},
+          {"start", *variable.start}};
+  return variable;
+}
+
+std::string name_of(OverStroke over) { return over_stroke_names()[static_cast<std::size_t>(over)]; }
+
+void forbid_over_stroke(const json& read, const Pointer& at) {
+  if (read.contains("over_stroke"))
+    throw SpecError((at / "over_stroke").to_string(), shown(read["over_stroke"]),
+                    "a formula of the parameters does not vary over the stroke: leave it away");
+}
+
+Objective read_objective(json& read, const Context& context) {
+  const Pointer at("/optimise/objective");
+  Objective objective;
+  objective.maximise = read.contains("maximise");
+  if (objective.maximise == read.contains("minimise"))
+    throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
+  const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
+  const bool formula =
+      !context.find_quantity(goal) && (goal.find_first_of("+-*/^(") != std::string::npos ||
+                                       context.design.parameters.contains(goal));
+  if (formula) {
+    forbid_over_stroke(read, at);
+    objective.expression = Expression(goal, context.parameter_names, (at / key).to_string()).text();
+    return objective;
+  }
+  objective.quantity = context.quantity(goal, at / key).name;
+  objective.over_stroke = read.contains("over_stroke")
+                              ? over_stroke_of(read["over_stroke"])
+                              : (objective.maximise ? OverStroke::min : OverStroke::max);
+  read["over_stroke"] = name_of(objective.over_stroke);
+  return objective;
+}
+
+Constraint read_constraint(json& read, const Context& context, const Pointer& at) {
+  Constraint constraint;
+  if (read.contains("quantity") == read.contains("expression"))
+    throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
+  if (!read.contains("min") && !read.contains("max"))
+    throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
+  std::function<double(const char*)> bound;
+  if (read.contains("expression")) {
+    forbid_over_stroke(read, at);
+    const Expression formula(read["expression"], context.parameter_names,
+                             (at / "expression").to_string());
+    constraint.expression = constraint.label = formula.text();
+    bound = [&, formula](const char* key) {
+      return formula_bound(formula, read[key], at / key, context);
+    };
+  } else {
+    const Quantity& quantity = context.quantity(read["quantity"], at / "quantity");
+    constraint.quantity = quantity.name;
+    if (read.contains("over_stroke")) {
+      constraint.over_stroke = over_stroke_of(read["over_stroke"]);
+    } else if (read.contains("min") && read.contains("max")) {
+      throw SpecError((at / "over_stroke").to_string(), "nothing",
+                      "with min and max it must be said which value over the stroke is meant: "
+                      "min, max, max_abs, first, last");
+    } else {
+      constraint.over_stroke = read.contains("max") ? OverStroke::max : OverStroke::min;
+    }
+    read["over_stroke"] = name_of(constraint.over_stroke);
+    constraint.label =
+        fmt::format("{} {} over stroke", quantity.name, name_of(constraint.over_stroke));
+    bound = [&, unit = quantity.unit](const char* key) {
+      return read_quantity(shape::quantity(unit), read[key], at / key);
+    };
+  }
+  if (read.contains("min")) read["min"] = *(constraint.min = bound("min"));
+  if (read.contains("max")) read["max"] = *(constraint.max = bound("max"));
+  if (constraint.min && constraint.max && !(*constraint.min <= *constraint.max))
+    throw SpecError((at / "min").to_string(), fmt::format("{:g}", *constraint.min),
+                    fmt::format("expected min <= max = {:g}", *constraint.max));
+  return constraint;
+}
+
+Algorithm read_algorithm(json& read) {
+  const Pointer at("/optimise/algorithm");
+  Algorithm algorithm;
+  algorithm.library = read["library"];
+  if (algorithm.library == "ipopt") {
+    if (read.contains("name"))
+      throw SpecError((at / "name").to_string(), shown(read["name"]),
+                      "ipopt is one algorithm and takes no name");
+    algorithm.name.clear();
+    return algorithm;
+  }
+  algorithm.name = read.value("name", algorithm.name);
+  std::vector<std::string> names;
+  for (const std::string& offered : algorithms())
+    if (offered.starts_with("nlopt ")) names.push_back(offered.substr(6));
+  if (std::find(names.begin(), names.end(), algorithm.name) == names.end())
+    throw SpecError((at / "name").to_string(), '"' + algorithm.name + '"',
+                    "unknown algorithm; " + known_names(algorithm.name, names));
+  read["name"] = algorithm.name;
+  return algorithm;
+}
+
+}  // namespace
+
+OptimiseSpec read_optimise(json& read, const Family& family, const DesignSpec& design,
+                           const StrokeRequest& request, std::vector<std::string>& notes) {
+  Context context{family, design, request, quantities(family.drive), {}};
+  for (const Parameter& p : family.parameters) context.parameter_names.push_back(p.name);
+  const Pointer at("/optimise");
+  OptimiseSpec spec;
+  for (std::size_t i = 0; i < read["variables"].size(); ++i) {
+    const Pointer here = at / "variables" / i;
+    Variable variable = read_variable(read["variables"][i], context, here, notes);
+    for (const Variable& other : spec.variables)
+      if (other.parameter == variable.parameter)
+        throw SpecError((here / "parameter").to_string(), '"' + variable.parameter + '"',
+                        "it is a variable already");
+    spec.variables.push_back(std::move(variable));
+  }
+  spec.objective = read_objective(read["objective"], context);
+  for (std::size_t i = 0; i < read["constraints"].size(); ++i)
+    spec.constraints.push_back(
+        read_constraint(read["constraints"][i], context, at / "constraints" / i));
+  spec.algorithm = read_algorithm(read["algorithm"]);
+  spec.starts = read["starts"];
+  spec.seed = read["seed"];
+  spec.max_evaluations = read["max_evaluations"];
+  spec.tolerance = read["tolerance"];
+  spec.constraint_tolerance = read["constraint_tolerance"];
+  return spec;
+}
+
+}  // namespace flexopt
