@@ -18,8 +18,8 @@ enum class OverStroke { min, max, max_abs, first, last };
 
 struct Variable {
   std::string parameter;
-  double min = 0, max = 0;       ///< SI
-  std::optional<double> start;   ///< first start; the job's own value otherwise
+  double min = 0, max = 0;      ///< SI
+  std::optional<double> start;  ///< first start; the job's own value otherwise
 };
 
 struct Objective {
@@ -32,13 +32,13 @@ struct Objective {
 struct Constraint {
   std::string quantity, expression;  ///< one of the two is empty
   OverStroke over_stroke = OverStroke::max;
-  std::optional<double> min, max;    ///< SI; at least one
-  std::string label;                 ///< "max_stress max over stroke"
+  std::optional<double> min, max;  ///< SI; at least one
+  std::string label;               ///< "max_stress max over stroke"
 };
 
 struct Algorithm {
-  std::string library = "nlopt";        ///< nlopt | ipopt
-  std::string name = "LN_COBYLA";       ///< NLopt's name; unused for ipopt
+  std::string library = "nlopt";   ///< nlopt | ipopt
+  std::string name = "LN_COBYLA";  ///< NLopt's name; unused for ipopt
 };
 
 struct OptimiseSpec {
@@ -54,7 +54,7 @@ struct OptimiseSpec {
 };
 
 struct Expectation {
-  std::string pointer;  ///< into result.json
+  std::string pointer;              ///< into result.json
   double value = 0, tolerance = 0;  ///< absolute tolerance
   std::string source;
 };
@@ -77,7 +77,7 @@ struct Job {
   std::optional<OptimiseSpec> optimise;
   std::vector<Expectation> expect;
   std::vector<std::string> notes;  ///< what the reader found odd but allowed; for the user's eyes
-  nlohmann::json as_read;  ///< the job with defaults filled in, SI: what result.json shows
+  nlohmann::json as_read;          ///< the job with defaults filled in, SI: what result.json shows
 };
 
 /// Reads and checks a job. `overrides` are --set /pointer=value texts. Throws SpecError.
