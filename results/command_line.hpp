@@ -1,0 +1,29 @@
+#pragma once
+// What the user typed.
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace flexopt {
+
+enum class Command { run, validate, designs, schema, check_gradients, report };
+
+struct CommandLine {
+  Command command = Command::run;
+  std::string job;                     ///< file of run, validate, check-gradients
+  std::string folder;                  ///< of report; --out of run, already with its default
+  std::vector<std::string> overrides;  ///< --set /pointer=value
+  int threads = 1;
+  bool quiet = false;
+  std::optional<std::string> family;  ///< of designs
+  double tolerance = 1e-6;            ///< of check-gradients
+};
+
+/// Parses, or prints help or what is wrong; then `exit_code` is set instead.
+struct ParsedCommandLine {
+  CommandLine line;
+  std::optional<int> exit_code;
+};
+ParsedCommandLine parse_command_line(int argc, const char* const* argv);
+
+}  // namespace flexopt

@@ -1,0 +1,84 @@
+#include "results/commands.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "core/spec/spec_error.hpp"
+#include "designs/describe.hpp"
+#include "results/folder.hpp"
+#include "results/progress.hpp"
+#include "results/report.hpp"
+#include "results/result_json.hpp"
+#include "results/run.hpp"
+#include "results/run_files.hpp"
+#include "results/summary.hpp"
+
+namespace flexopt {
+
+namespace {
+
+/// Reads, checks and builds a job's first mechanism: all that can be wrong before a run.
+Job checked_job(const CommandLine& line) {
+  Job job = read_job(line.job, line.overrides);
+  (void)make_mechanism(job, job.design.parameters);
+  return job;
+}
+
+}  // namespace
+
+int run_job(const CommandLine& line) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Job job = checked_job(line);
+  OutputFolder folder(line.folder);  // goes away again if something is still wrong with the input
+  write_job(folder.path(), job);
+
+  Progress progress(stderr, progress_style(stderr, line.quiet));
+  for (const std::string& note : job.notes) progress.say("note: " + note);
+  RunRecord record = job.kind == JobKind::optimise
+                         ? run_optimisation(job, folder.path(), line.threads, progress)
+                         : run_evaluation(job, progress);
+  record.timings["total"] =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+
+  const WrittenRun written = write_run(folder.path(), record);
+  folder.keep();
+  fmt::print("{}results: {}\n", summary_of(record), line.folder);
+  for (const std::string& failure : written.failed_expectations)
+    fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
+  return usable(written.result) ? exit_usable : exit_not_usable;
+}
+
+int validate_job(const CommandLine& line) {
+  const Job job = checked_job(line);
+  for (const std::string& note : job.notes) fmt::print("note: {}\n", note);
+  fmt::print("{}: a valid job ({} {}, {} stroke points)\n", line.job, name_of(job.kind),
+             job.design.family, job.request.points.size());
+  return exit_usable;
+}
+
+int describe_designs(const CommandLine& line) {
+  fmt::print("{}", line.family ? describe_family(find_family(*line.family, "FAMILY"))
+                               : describe_families());
+  return exit_usable;
+}
+
+int print_schema() {
+  fmt::print("{}\n", job_schema().dump(2));
+  return exit_usable;
+}
+
+int check_gradients(const CommandLine&) {
+  throw SpecError("check-gradients", "asked for",
+                  "this version has no exact gradients to check yet; its gradient methods use "
+                  "central differences");
+}
+
+int rewrite_report(const CommandLine& line) {
+  const OrderedJson result = read_result(line.folder);
+  write_report(line.folder, result);
+  fmt::print("{}\n", (std::filesystem::path(line.folder) / "report.html").string());
+  return exit_usable;
+}
+
+}  // namespace flexopt

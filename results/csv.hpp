@@ -1,0 +1,20 @@
+#pragma once
+// Tables for spreadsheets and scripts: comma separated, one header line with units, SI.
+#include <filesystem>
+#include <string>
+
+#include "results/run_record.hpp"
+
+namespace flexopt {
+
+/// One row a stroke point; a cell without value is empty.
+std::string path_csv(const StrokeResponse& response, Direction drive);
+
+/// One row an evaluated design, in the order start, number; `best` is the objective of the best
+/// feasible design up to and including this row.
+std::string history_csv(const Job& job, const Optimum& optimum, Direction drive);
+
+void write_path_csv(const std::filesystem::path& folder, const RunRecord& record);
+void write_history_csv(const std::filesystem::path& folder, const RunRecord& record);
+
+}  // namespace flexopt

@@ -1,0 +1,166 @@
+// The part "optimum" of result.json.
+#include <fmt/format.h>
+
+#include <cassert>
+#include <cmath>
+
+#include "results/result_json.hpp"
+#include "results/units.hpp"
+
+namespace flexopt {
+
+namespace {
+
+using Json = OrderedJson;
+
+Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json goal_json(const std::string& quantity, const std::string& expression, OverStroke over,
+               Direction drive) {
+  if (!expression.empty()) return {{"expression", expression}, {"unit", "SI"}};
+  return {{"quantity", quantity},
+          {"over_stroke", name_of(over)},
+          {"unit", quantity_unit(quantity, drive)}};
+}
+
+/// The bound that the margin is measured from.
+Json nearest_bound(const ConstraintState& state) {
+  if (!state.min) return optional_json(state.max);
+  if (!state.max) return *state.min;
+  return state.value - *state.min < *state.max - state.value ? *state.min : *state.max;
+}
+
+Json constraints_json(const OptimiseSpec& spec, const Optimum& optimum, Direction drive) {
+  assert(optimum.constraints.size() == spec.constraints.size() || optimum.constraints.empty());
+  Json constraints = Json::array();
+  for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
+    const ConstraintState& state = optimum.constraints[i];
+    const Constraint& asked = spec.constraints[i];
+    Json json = {{"label", state.label}};
+    json.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drive));
+    json.update({{"value", state.value},
+                 {"bound", nearest_bound(state)},
+                 {"min", optional_json(state.min)},
+                 {"max", optional_json(state.max)},
+                 {"margin", state.margin},
+                 {"active", state.active},
+                 {"multiplier", optional_json(state.multiplier)}});
+    constraints.push_back(std::move(json));
+  }
+  return constraints;
+}
+
+Json variables_json(const Job& job, const Optimum& optimum, const Family& family) {
+  Json variables = Json::array();
+  for (const Variable& variable : job.optimise->variables) {
+    const auto found = optimum.parameters.find(variable.parameter);
+    const auto initial = job.design.parameters.find(variable.parameter);
+    Json json = {{"parameter", variable.parameter},
+                 {"unit", parameter_unit(family, variable.parameter)},
+                 {"min", variable.min},
+                 {"max", variable.max},
+                 {"initial", nullptr},
+                 {"optimum", nullptr},
+                 {"at_bound", nullptr}};
+    if (initial != job.design.parameters.end()) json["initial"] = initial->second;
+    if (variable.start) json["initial"] = *variable.start;
+    if (found != optimum.parameters.end()) {
+      const double near = 1e-4 * (variable.max - variable.min);
+      json["optimum"] = found->second;
+      if (found->second - variable.min <= near) json["at_bound"] = "min";
+      if (variable.max - found->second <= near) json["at_bound"] = "max";
+    }
+    variables.push_back(std::move(json));
+  }
+  return variables;
+}
+
+Json starts_json(const Optimum& optimum) {
+  Json starts = Json::array();
+  for (const StartSummary& start : optimum.starts)
+    starts.push_back({{"start", start.index},
+                      {"from", start.from},
+                      {"to", start.to},
+                      {"objective", start.objective},
+                      {"violation", start.violation},
+                      {"feasible", start.feasible},
+                      {"status", start.status},
+                      {"stop_reason", start.stop_reason},
+                      {"evaluations", start.evaluations},
+                      {"failed_evaluations", start.failed_evaluations}});
+  return starts;
+}
+
+Json verified_json(const Optimum& optimum, const Mechanism& mechanism) {
+  if (!optimum.verified) return nullptr;
+  const Verification& verified = *optimum.verified;
+  assert(verified.constraints.size() == verified.constraint_differences.size());
+  Json constraints = Json::array();
+  for (std::size_t i = 0; i < verified.constraints.size(); ++i)
+    constraints.push_back(
+        {{"label", i < optimum.constraints.size() ? optimum.constraints[i].label : ""},
+         {"value", verified.constraints[i]},
+         {"difference", verified.constraint_differences[i]}});
+  Json path = Json::array();
+  for (const PathPoint& point : verified.response.path)
+    path.push_back(make_path_point(point, mechanism));
+  return {{"accuracy", "full"},
+          {"status", verified.response.status == Status::ok ? "ok" : "no_equilibrium"},
+          {"message", verified.response.message},
+          {"objective", verified.objective},
+          {"objective_difference", verified.objective_difference},
+          {"constraints", std::move(constraints)},
+          {"path", std::move(path)}};
+}
+
+Json sensitivities_json(const Optimum& optimum, const Family& family) {
+  Json sensitivities = Json::array();
+  for (const Sensitivity& s : optimum.sensitivities)
+    sensitivities.push_back({{"of", s.of},
+                             {"parameter", s.parameter},
+                             {"value", s.value},
+                             {"per", parameter_unit(family, s.parameter)}});
+  return sensitivities;
+}
+
+/// One column each: the convergence history without the designs, which history.csv has.
+Json history_json(const Optimum& optimum) {
+  Json start = Json::array(), number = Json::array(), objective = Json::array(),
+       violation = Json::array();
+  for (const EvaluationRecord& record : optimum.history) {
+    start.push_back(record.start);
+    number.push_back(record.number);
+    objective.push_back(record.ok ? Json(record.objective) : Json());
+    violation.push_back(record.ok ? Json(record.violation) : Json());
+  }
+  return {{"start", start}, {"number", number}, {"objective", objective}, {"violation", violation}};
+}
+
+}  // namespace
+
+OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
+  assert(job.optimise);
+  const OptimiseSpec& spec = *job.optimise;
+  const Family& family = find_family(job.design.family, "/design/family");
+  Json goal = {{"sense", spec.objective.maximise ? "maximise" : "minimise"}};
+  goal.update(goal_json(spec.objective.quantity, spec.objective.expression,
+                        spec.objective.over_stroke, mechanism.drive));
+  return {{"status", name_of(optimum.status)},
+          {"stop_reason", optimum.stop_reason},
+          {"parameters", optimum.parameters},
+          {"objective", optimum.status == OptimumStatus::failed ? Json() : Json(optimum.objective)},
+          {"goal", std::move(goal)},
+          {"constraints", constraints_json(spec, optimum, mechanism.drive)},
+          {"variables", variables_json(job, optimum, family)},
+          {"algorithm", {{"library", spec.algorithm.library}, {"name", spec.algorithm.name}}},
+          {"gradients", optimum.gradients},
+          {"evaluations", optimum.evaluations},
+          {"failed_evaluations", optimum.failed_evaluations},
+          {"best_start", optimum.best_start},
+          {"starts", starts_json(optimum)},
+          {"verified", verified_json(optimum, mechanism)},
+          {"sensitivities", sensitivities_json(optimum, family)},
+          {"history", history_json(optimum)}};
+}
+
+}  // namespace flexopt

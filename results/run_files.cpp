@@ -1,0 +1,65 @@
+#include "results/run_files.hpp"
+
+#include "core/spec/spec_error.hpp"
+#include "results/csv.hpp"
+#include "results/expectations.hpp"
+#include "results/folder.hpp"
+#include "results/interrupted.hpp"
+#include "results/report.hpp"
+#include "results/result_json.hpp"
+#include "results/timings.hpp"
+#include "results/vtk.hpp"
+
+namespace flexopt {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+OrderedJson read_json(const fs::path& file) {
+  const std::string text = read_file(file);
+  try {
+    return OrderedJson::parse(text);
+  } catch (const OrderedJson::parse_error& error) {
+    throw SpecError("", file.string(), std::string("expected JSON: ") + error.what());
+  }
+}
+
+}  // namespace
+
+void write_job(const fs::path& folder, const Job& job) {
+  write_file(folder / "job.json", json_text(OrderedJson(job.as_read)));
+}
+
+WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
+  WrittenRun written;
+  written.result = make_result(record);
+  written.failed_expectations = check_expectations(record.job.expect, written.result);
+  write_path_csv(folder, record);
+  if (record.optimum) write_history_csv(folder, record);
+  write_shapes(folder, response_of(record).path);
+  write_timings(folder, record.timings);
+  write_report(folder, written.result);
+  write_result(folder, written.result);
+  return written;
+}
+
+OrderedJson read_result(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw SpecError("", folder.string(), "expected the output folder of a run");
+  const fs::path result_file = folder / "result.json", job_file = folder / "job.json";
+  const bool has_job = fs::exists(job_file);
+  if (fs::exists(result_file)) {
+    OrderedJson result = read_json(result_file);
+    if (!result.is_object())
+      throw SpecError("", result_file.string(), "expected the result.json of a run");
+    // A newer job.json: this result is of an earlier run, and the newer one was interrupted.
+    if (!has_job || result.value("job", OrderedJson()) == read_json(job_file)) return result;
+  }
+  if (!has_job)
+    throw SpecError("", folder.string(),
+                    "expected the output folder of a run: no result.json in it");
+  return interrupted_result(folder);
+}
+
+}  // namespace flexopt

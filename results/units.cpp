@@ -1,0 +1,26 @@
+#include "results/units.hpp"
+
+#include <algorithm>
+
+namespace flexopt {
+
+std::string stroke_unit(Direction drive) { return is_rotation(drive) ? "rad" : "m"; }
+
+std::string load_unit(Direction direction) { return is_rotation(direction) ? "N m" : "N"; }
+
+std::string stiffness_unit(Direction direction) {
+  return is_rotation(direction) ? "N m/rad" : "N/m";
+}
+
+std::string quantity_unit(const std::string& quantity, Direction drive) {
+  const auto known = quantities(drive);
+  const auto found = std::ranges::find(known, quantity, &Quantity::name);
+  return found == known.end() ? "" : found->unit;
+}
+
+std::string parameter_unit(const Family& family, const std::string& parameter) {
+  const auto found = std::ranges::find(family.parameters, parameter, &Parameter::name);
+  return found == family.parameters.end() ? "" : found->unit;
+}
+
+}  // namespace flexopt

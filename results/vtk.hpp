@@ -1,0 +1,21 @@
+#pragma once
+// Deformed mid-surfaces for ParaView: one shape_NNN.vtu a stroke point and shapes.pvd over all.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+/// VTK XML unstructured grid of quadrilaterals on the undeflected leaves, with the point data
+/// displacement [m] and von_mises [Pa] and the cell data leaf (index).
+std::string shape_vtu(const std::vector<LeafShape>& leaves);
+
+/// The collection; "time" is the stroke. Only points with shapes are in it.
+std::string shapes_pvd(const std::vector<PathPoint>& path);
+
+/// Writes both, and removes shape files of a longer earlier path. Nothing if no point has shapes.
+void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoint>& path);
+
+}  // namespace flexopt
