@@ -1,0 +1,11 @@
+# What flexopt is made with: found here by its own build and by every project that links it.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fmt REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(CLI11 REQUIRED)
+pkg_check_modules(udunits REQUIRED IMPORTED_TARGET udunits)
+pkg_check_modules(nlopt REQUIRED IMPORTED_TARGET nlopt)
+pkg_check_modules(ipopt REQUIRED IMPORTED_TARGET ipopt)
+pkg_check_modules(muparser REQUIRED IMPORTED_TARGET muparser)
