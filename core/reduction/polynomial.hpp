@@ -4,6 +4,7 @@
 // Monomials stand in graded order: 1; x0, x1, …; x0², x0x1, …, x1², …: by total degree, within it
 // by falling exponents of x0, then x1, …. A lower order is therefore a prefix of a higher one.
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -142,12 +143,14 @@ template <int NV, int ORDER, class T>
 Polynomial<NV, ORDER, T> compose(std::span<const T> taylor, Polynomial<NV, ORDER, T> q) {
   using P = Polynomial<NV, ORDER, T>;
   q.c[0] = T(q.c[0] * 0.0);
+  assert(!taylor.empty());
   int k = static_cast<int>(taylor.size()) - 1;
   if (k > ORDER) k = ORDER;
   P r = P::constant(taylor[k]);
-  while (k-- > 0) {  // Horner; q has no constant part, so r needs degrees ≤ ORDER − k − 1 only
+  // Horner. k factors q, which has no constant part, are still to come: degree ≤ ORDER − k will do.
+  while (k-- > 0) {
     P next = P::constant(taylor[k]);
-    add_product(P::table(), next.c.data(), q.c.data(), r.c.data(), ORDER, ORDER);
+    add_product(P::table(), next.c.data(), q.c.data(), r.c.data(), ORDER - k, ORDER - k - 1);
     r = next;
   }
   return r;
