@@ -1,0 +1,113 @@
+#include <catch2/catch.hpp>
+
+#include "core/math/rotation.hpp"
+#include "core/mechanism/mechanism.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Material steel() {
+  Material m;
+  m.youngs_modulus = 210e9;
+  m.poissons_ratio = 0.3;
+  m.density = 7800;
+  return m;
+}
+
+LeafSpring leaf(std::string name, const Vector3d& origin, const Matrix3d& axes) {
+  LeafSpring l;
+  l.name = std::move(name);
+  l.origin = origin;
+  l.axes = axes;
+  l.length = 0.1;
+  l.width = 0.03;
+  l.thickness = 0.5e-3;
+  l.material = steel();
+  return l;
+}
+
+RigidBody body(std::string name) {
+  RigidBody b;
+  b.name = std::move(name);
+  b.reference = b.center_of_mass = Vector3d::Zero();
+  b.inertia = Matrix3d::Zero();
+  return b;
+}
+
+Mechanism one_leaf() {
+  Mechanism m;
+  m.bodies = {body("stage")};
+  m.leaves = {leaf("a", Vector3d::Zero(), Matrix3d::Identity())};
+  return m;
+}
+
+/// A second leaf, placed at `origin` with axes turned by `v`.
+std::optional<std::string> with_second(const Vector3d& origin, const Vector3d& v) {
+  Mechanism m = one_leaf();
+  m.leaves.push_back(leaf("b", origin, rotation_exp(v)));
+  return broken_rule(m);
+}
+
+}  // namespace
+
+TEST_CASE("a sound mechanism breaks no rule", "[mechanism]") {
+  CHECK_FALSE(broken_rule(one_leaf()));
+}
+
+TEST_CASE("each rule of a mechanism is named when broken", "[mechanism]") {
+  const auto broken = [](auto change) {
+    Mechanism m = one_leaf();
+    change(m);
+    return broken_rule(m).value_or("none");
+  };
+  CHECK_THAT(broken([](auto& m) { m.end_effector = 1; }), Contains("no body 1"));
+  CHECK_THAT(broken([](auto& m) { m.leaves.clear(); }), Contains("no leaves"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].tip = 3; }), Contains("no body 3"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].tip = ground; }), Contains("same body"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].thickness = 0; }), Contains("positive"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].length = -1; }), Contains("positive"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].width = std::nan(""); }), Contains("positive"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].origin[0] = INFINITY; }), Contains("not finite"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].axes *= 2; }), Contains("orthonormal"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].axes.col(2) *= -1; }), Contains("right-handed"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].material.youngs_modulus = 0; }), Contains("Young"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].material.poissons_ratio = 0.6; }),
+             Contains("Poisson"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].material.density = 0; }), Contains("density"));
+  CHECK_THAT(broken([](auto& m) { m.bodies[0].mass = -1; }), Contains("mass"));
+  CHECK_THAT(broken([](auto& m) { m.bodies[0].inertia(0, 1) = 1; }), Contains("symmetric"));
+  CHECK_THAT(broken([](auto& m) { m.bodies.push_back(body("adrift")); }), Contains("adrift"));
+}
+
+TEST_CASE("a body may hang on the ground through another body", "[mechanism]") {
+  Mechanism m = one_leaf();
+  m.bodies.push_back(body("carried"));
+  m.leaves.push_back(leaf("b", Vector3d(0, 0, 0.02), Matrix3d::Identity()));
+  m.leaves[1].base = 1;
+  m.leaves[1].tip = 0;
+  CHECK_FALSE(broken_rule(m));
+}
+
+TEST_CASE("leaves that share volume intersect, leaves that touch do not", "[mechanism]") {
+  const Vector3d none(0, 0, 0), quarter(0, 0, M_PI / 2);
+  CHECK_FALSE(with_second({0, 0, 0.6e-3}, none));      // one above the other
+  CHECK_FALSE(with_second({0, 0, 0.5e-3}, none));      // touching faces
+  CHECK(with_second({0, 0, 0.49e-3}, none));           // 0.01 mm deep
+  CHECK(with_second({0.05, -0.05, 0.2e-3}, quarter));  // crossing in one plane
+  CHECK_FALSE(with_second({0.05, 0.0151 + 1e-4, 0.2e-3}, quarter));
+  CHECK_FALSE(with_second({0.1, 0, 0}, none));  // end to end
+  // Skew rods whose faces' normals all overlap: only a cross product of edges separates them.
+  Mechanism m = one_leaf();
+  m.leaves[0].width = m.leaves[0].thickness = 0.01;
+  m.leaves.push_back(leaf("b", {0, 0, 0}, rotation_exp({0, 0, M_PI / 2})));
+  m.leaves[1].width = m.leaves[1].thickness = 0.01;
+  m.leaves[0].axes = rotation_exp({M_PI / 4, 0, 0});  // along x, standing on its edge
+  m.leaves[1].axes = rotation_exp({0, 0, M_PI / 2}) * rotation_exp({M_PI / 4, 0, 0});  // along y
+  const double edge = 0.01 / std::sqrt(2.0);  // half diagonal: edges meet at twice that
+  m.leaves[1].origin = Vector3d(0.05, -0.05, 2 * edge * 1.001);
+  CHECK_FALSE(broken_rule(m));
+  m.leaves[1].origin = Vector3d(0.05, -0.05, 2 * edge * 0.999);
+  CHECK(broken_rule(m));
+}

@@ -1,0 +1,116 @@
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "core/spec/quantity.hpp"
+#include "core/spec/spec_error.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string complaint(const std::string& text, const std::string& unit) {
+  try {
+    parse_quantity(text, unit, "/here");
+  } catch (const SpecError& error) {
+    CHECK(error.pointer() == "/here");
+    return error.what();
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("a text with a unit is the number in SI", "[spec][quantity]") {
+  struct Case {
+    const char *text, *unit;
+    double value;
+  };
+  const double degree = std::numbers::pi / 180;
+  for (const Case& c : {Case{"0.35 mm", "m", 0.35e-3},
+                        {"0.35mm", "m", 0.35e-3},
+                        {"  +1e2 um ", "m", 1e-4},
+                        {"100 µm", "m", 1e-4},
+                        {"2 in", "m", 0.0508},
+                        {"-.5 m", "m", -0.5},
+                        {"20 deg", "rad", 20 * degree},
+                        {"20 °", "rad", 20 * degree},
+                        {"50 mrad", "rad", 0.05},
+                        {"100 gon", "rad", 90 * degree},
+                        {"1e-3 kg m^2", "kg m^2", 1e-3},
+                        {"3 g cm2", "kg m^2", 3e-7},
+                        {"50 N/mm", "N/m", 5e4},
+                        {"1 N m", "N m", 1},
+                        {"1 N.m", "N m", 1},
+                        {"1 N*m", "N m", 1},
+                        {"20 N mm", "N m", 0.02},
+                        {"3 N m/rad", "N m/rad", 3},
+                        {"3 N m", "N m/rad", 3},
+                        {"210 GPa", "Pa", 210e9},
+                        {"450 N/mm^2", "Pa", 450e6},
+                        {"7.8 g/cm^3", "kg/m^3", 7800},
+                        {"2 kHz", "Hz", 2000},
+                        {"50 %", "1", 0.5},
+                        {"0.3", "1", 0.3}}) {
+    INFO(c.text << " as " << c.unit);
+    CHECK(parse_quantity(c.text, c.unit, "") == Approx(c.value).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("a unit of another dimension is refused with the expected one", "[spec][quantity]") {
+  CHECK_THAT(complaint("5 N", "m"),
+             Contains("/here = \"5 N\"") && Contains("a length") && Contains("0.35 mm"));
+  CHECK_THAT(complaint("5 mm", "rad"), Contains("an angle"));
+  CHECK_THAT(complaint("5 mm", "kg m^2"), Contains("a moment of inertia"));
+  CHECK_THAT(complaint("5 kg", "N"), Contains("a force"));
+  CHECK_THAT(complaint("5 N", "N m"), Contains("a moment"));
+  CHECK_THAT(complaint("5 mm", "1"), Contains("a plain number"));
+}
+
+TEST_CASE("the radian is a dimension, although UDUNITS takes it for a number", "[spec][quantity]") {
+  CHECK_THAT(complaint("600 rad/s", "Hz"), Contains("a frequency"));
+  CHECK_THAT(complaint("600 rpm", "Hz"), Contains("a frequency"));
+  CHECK_THAT(complaint("0.3", "rad"), Contains("unit is missing"));
+  CHECK_THAT(complaint("5 %", "rad"), Contains("an angle"));
+  CHECK_THAT(complaint("20 deg", "1"), Contains("a plain number"));
+  CHECK_THAT(complaint("1 N m/rad", "N m"), Contains("a moment"));
+}
+
+TEST_CASE("texts that are no plain quantity are refused", "[spec][quantity]") {
+  for (const char* text : {"",
+                           " ",
+                           "mm",
+                           "five mm",
+                           "0.35",
+                           "0.35 mmm",
+                           "0,35 mm",
+                           "1.2.3 mm",
+                           "nan mm",
+                           "inf mm",
+                           "-inf m",
+                           "1e999 mm",
+                           "1e308 km",
+                           "2 3 mm",
+                           "1 /m",
+                           "1 -mm",
+                           "1 mm @ 5",
+                           "1 lg(re 1 m)",
+                           "1 m since 2000-01-01",
+                           "0x10 mm",
+                           "1 mm; rm",
+
+                           "++1 mm",
+                           "1 \xff"}) {
+    INFO(text);
+    CHECK_THAT(complaint(text, "m"), Contains("expected a length"));
+  }
+  CHECK_THAT(complaint("0,35 mm", "m"), Contains("the decimal sign is a point"));
+  CHECK_THAT(complaint("20 degC", "m"), Contains("another dimension"));
+}
+
+TEST_CASE("UDUNITS knows the units that messages speak of", "[spec][quantity]") {
+  for (const char* unit : {"m", "m^2", "m^3", "rad", "1", "kg", "kg m^2", "kg/m^3", "Pa", "N",
+                           "N m", "N/m", "N m/rad", "Hz", "m/N", "rad/(N m)"})
+    CHECK(is_known_unit(unit));
+  CHECK_FALSE(is_known_unit("parrot"));
+}

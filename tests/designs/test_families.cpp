@@ -1,0 +1,200 @@
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "core/spec/quantity.hpp"
+#include "core/spec/spec_error.hpp"
+#include "designs/describe.hpp"
+#include "designs/family.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+EndEffector payload() {
+  EndEffector e;
+  e.mass = 0.5;
+  e.inertia = Vector3d(1e-4, 2e-4, 2.5e-4).asDiagonal();
+  e.center_of_mass = Vector3d(0.01, -0.02, 0.03);
+  return e;
+}
+
+Mechanism make(const std::string& family, const ParameterValues& values) {
+  return find_family(family, "").make(values, materials().front().material, payload());
+}
+
+std::string complaint(const std::string& family, const ParameterValues& values) {
+  try {
+    make(family, values);
+  } catch (const SpecError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+const ParameterValues spring{{"length", 0.08}, {"width", 0.02}, {"thickness", 3e-4}};
+const ParameterValues guide{
+    {"length", 0.1}, {"width", 0.03}, {"thickness", 5e-4}, {"spacing", 0.06}};
+const ParameterValues cross{{"length", 0.08},
+                            {"width", 0.03},
+                            {"thickness", 3.5e-4},
+                            {"half_angle", pi / 6},
+                            {"crossing_fraction", 0.25},
+                            {"gap", 1e-3}};
+const ParameterValues three{{"length", 0.088},      {"thickness", 2e-4},
+                            {"outer_width", 0.02},  {"inner_width", 0.05},
+                            {"half_angle", pi / 4}, {"crossing_fraction", 0.5},
+                            {"gap", 1e-3}};
+
+ParameterValues with(ParameterValues values, const std::string& name, double value) {
+  values.at(name) = value;
+  return values;
+}
+
+void check_place(const LeafSpring& leaf, const Vector3d& origin, const Vector3d& tip) {
+  CHECK((leaf.origin - origin).norm() < 1e-15);
+  CHECK((leaf.tip_middle() - tip).norm() < 1e-15);
+  CHECK((leaf.axes.col(1) - Vector3d::UnitZ()).norm() < 1e-15);
+  CHECK(leaf.base == ground);
+  CHECK(leaf.tip == 0);
+}
+
+}  // namespace
+
+TEST_CASE("every family makes a mechanism that breaks no rule", "[designs]") {
+  for (const auto& [name, values] : {std::pair{"leaf_spring", spring},
+                                     {"parallel_guide", guide},
+                                     {"cross_hinge", cross},
+                                     {"three_flexure_cross_hinge", three}}) {
+    INFO(name);
+    const Mechanism m = make(name, values);
+    CHECK_FALSE(broken_rule(m));
+    CHECK(m.drive == find_family(name, "").drive);
+    REQUIRE(m.bodies.size() == 1);
+    CHECK(m.end_effector == 0);
+    const RigidBody& body = m.bodies[0];
+    CHECK(body.role == BodyRole::end_effector);
+    CHECK(body.mass == 0.5);
+    CHECK((body.center_of_mass - body.reference - payload().center_of_mass).norm() < 1e-15);
+    CHECK(body.inertia == payload().inertia);
+    for (const LeafSpring& leaf : m.leaves) {
+      CHECK((leaf.axes.col(0).cross(leaf.axes.col(1)) - leaf.axes.col(2)).norm() < 1e-15);
+      CHECK(leaf.length == Approx(values.at("length")).epsilon(1e-15));
+      CHECK(leaf.thickness == values.at("thickness"));
+      CHECK(leaf.material.name == materials().front().material.name);
+    }
+  }
+}
+
+TEST_CASE("a leaf spring reaches from the origin along x, O in the middle of its tip",
+          "[designs]") {
+  const Mechanism m = make("leaf_spring", spring);
+  REQUIRE(m.leaves.size() == 1);
+  check_place(m.leaves[0], {0, 0, 0}, {0.08, 0, 0});
+  CHECK(m.bodies[0].reference == Vector3d(0.08, 0, 0));
+  CHECK(m.drive == Direction::uy);
+}
+
+TEST_CASE("the leaves of a parallel guide lie at half the spacing", "[designs]") {
+  const Mechanism m = make("parallel_guide", guide);
+  REQUIRE(m.leaves.size() == 2);
+  check_place(m.leaves[0], {0, 0.03, 0}, {0.1, 0.03, 0});
+  check_place(m.leaves[1], {0, -0.03, 0}, {0.1, -0.03, 0});
+  CHECK(m.bodies[0].reference == Vector3d(0.1, 0, 0));
+  CHECK(m.drive == Direction::uy);
+}
+
+TEST_CASE("the leaves of a cross hinge cross the axis at the crossing fraction", "[designs]") {
+  const Mechanism m = make("cross_hinge", cross);
+  REQUIRE(m.leaves.size() == 2);
+  const double c = std::cos(pi / 6), s = std::sin(pi / 6), z = 0.0155;
+  check_place(m.leaves[0], {-0.02 * c, -0.02 * s, z}, {0.06 * c, 0.06 * s, z});
+  check_place(m.leaves[1], {-0.02 * c, 0.02 * s, -z}, {0.06 * c, -0.06 * s, -z});
+  CHECK(m.bodies[0].reference == Vector3d(0, 0, 0));
+  CHECK(m.drive == Direction::rz);
+}
+
+TEST_CASE("the outer leaves of a three-flexure hinge mirror each other in z", "[designs]") {
+  const Mechanism m = make("three_flexure_cross_hinge", three);
+  REQUIRE(m.leaves.size() == 3);
+  const double a = 0.044 / std::sqrt(2.0), z = 0.025 + 1e-3 + 0.01;
+  check_place(m.leaves[0], {-a, -a, z}, {a, a, z});
+  check_place(m.leaves[1], {-a, a, 0}, {a, -a, 0});
+  check_place(m.leaves[2], {-a, -a, -z}, {a, a, -z});
+  CHECK(m.leaves[0].width == 0.02);
+  CHECK(m.leaves[1].width == 0.05);
+  CHECK(m.leaves[2].width == 0.02);
+}
+
+TEST_CASE("leaves that intersect are refused at the parameter that keeps them apart", "[designs]") {
+  CHECK_THAT(complaint("parallel_guide", with(guide, "spacing", 4e-4)),
+             Contains("/design/parameters/spacing = 0.0004 m") && Contains("intersect"));
+  CHECK_THAT(complaint("cross_hinge", with(cross, "gap", -1e-4)),
+             Contains("/design/parameters/gap = -0.0001 m") && Contains("intersect"));
+  CHECK_THAT(complaint("three_flexure_cross_hinge", with(three, "gap", -1e-4)),
+             Contains("/design/parameters/gap") && Contains("outer +z and inner intersect"));
+  CHECK(complaint("cross_hinge", with(cross, "gap", 0)) == "accepted");
+  // Leaves that meet beyond their ends may lie in one plane.
+  CHECK(complaint("cross_hinge", with(with(cross, "crossing_fraction", -0.5), "gap", -0.03)) ==
+        "accepted");
+}
+
+TEST_CASE("a leaf as thick as long or wide is refused", "[designs]") {
+  CHECK_THAT(complaint("leaf_spring", with(spring, "thickness", 0.02)),
+             Contains("/design/parameters/thickness = 0.02 m") && Contains("thickness < 0.02 m"));
+  CHECK_THAT(complaint("three_flexure_cross_hinge", with(three, "outer_width", 1e-4)),
+             Contains("thickness < 0.0001 m (outer +z)"));
+}
+
+TEST_CASE("an unknown family is refused with the known ones", "[designs]") {
+  CHECK_THAT(
+      [] {
+        try {
+          find_family("cross_hing", "/design/family");
+        } catch (const SpecError& error) {
+          return std::string(error.what());
+        }
+        return std::string("accepted");
+      }(),
+      Contains("/design/family = \"cross_hing\"") && Contains("did you mean 'cross_hinge'") &&
+          Contains("three_flexure_cross_hinge"));
+}
+
+TEST_CASE("the tables of the families are sound", "[designs]") {
+  for (const Family& family : families()) {
+    INFO(family.name);
+    CHECK_FALSE(family.summary.empty());
+    CHECK_FALSE(family.drawing.empty());
+    for (const Parameter& p : family.parameters) {
+      INFO(p.name);
+      CHECK(is_known_unit(p.unit));
+      CHECK(p.min < p.max);
+      CHECK_FALSE(p.meaning.empty());
+      if (p.standard) CHECK((p.min < *p.standard && *p.standard < p.max));
+    }
+  }
+}
+
+TEST_CASE("built-in materials are sound and name their source", "[designs]") {
+  REQUIRE(materials().size() >= 5);
+  for (const NamedMaterial& m : materials()) {
+    INFO(m.material.name);
+    CHECK(m.material.youngs_modulus > 50e9);
+    CHECK(m.material.poissons_ratio > 0.2);
+    CHECK(m.material.poissons_ratio < 0.4);
+    CHECK(m.material.density > 1000);
+    CHECK(m.material.allowable_stress.value() < 0.01 * m.material.youngs_modulus);
+    CHECK(m.source.size() > 20);
+  }
+}
+
+TEST_CASE("families in words have every parameter with unit, range and default", "[designs]") {
+  CHECK_THAT(describe_families(), Contains("three_flexure_cross_hinge") && Contains("stavax"));
+  const std::string text = describe_family(find_family("cross_hinge", ""));
+  for (const Parameter& p : find_family("cross_hinge", "").parameters)
+    CHECK_THAT(text, Contains(p.name) && Contains(p.meaning));
+  CHECK_THAT(text, Contains("0 deg < value < 90 deg; default 45 deg") && Contains("drive: rz"));
+  CHECK_THAT(describe_family(find_family("leaf_spring", "")), Contains("tip") && Contains("rigid"));
+}
