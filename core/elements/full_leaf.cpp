@@ -63,8 +63,9 @@ FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh
     : leaf_(leaf), index_(index), scale_(leaf), plate_(std::move(mesh)) {}
 
 void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
-  const VectorXd dx = plate_.internal_step(scale_.scaled_increment(dq));
-  plate_.step({scale_.scaled(edges[0]), scale_.scaled(edges[1])}, dx);
+  const Vector12d increment = scale_.scaled_increment(dq);
+  plate_.step({scale_.scaled(edges[0]), scale_.scaled(edges[1])}, plate_.internal_step(increment),
+              increment);
 }
 
 const LeafEvaluation& FullLeaf::evaluate() {

@@ -31,7 +31,8 @@ PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh) : mesh_(std::move(me
   K_.resize(sizes);
   nodal_.assign(lines, MatrixXd::Zero(n, 3));
   nodal_force_.assign(lines, VectorXd::Zero(3 * n));
-  previous_gradient_.resize(mesh_->elements_along() * mesh_->elements_across());
+  points_.resize(mesh_->elements_along() * mesh_->elements_across());
+  nodal_step_.assign(lines, MatrixXd::Zero(n, 3));
   for (int e = 0; e < 2; ++e) {
     edge_diagonal_[e].resize(3 * n, 3 * n);
     edge_below_[e].resize(3 * n, 3 * n);
@@ -63,14 +64,49 @@ PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh) {
 void PlateLeaf::set_state(const State& state) {
   assert(state.x.size() == unknowns());
   state_ = state;
-  has_previous_ = false;
+  stress_is_linearised_ = false;
   update_nodal();
 }
 
-void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx) {
+void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq) {
+  linearised_stress(dx, dq);
   state_.edges = edges;
   state_.x += dx;
   update_nodal();
+}
+
+void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
+  const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
+            ny = mesh_->elements_across();
+  const double A11 = mesh_->membrane(), A12 = mesh_->shape().poissons_ratio * A11,
+               A33 = 0.5 * (A11 - A12);
+  VectorXd T(unknowns() + 12);
+  T << dx, dq;
+  std::vector<MatrixXd>& rates = nodal_step_;
+  for (int i = 0; i <= nx; ++i) rates[i] = nodal_rates(i, T).reshaped(n, 3);
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j) {
+      const PlateMesh::Element& element = mesh_->element(i, j);
+      PointState& point = points_[i * ny + j];
+      Gradient dU;
+      dU << rates[i].middleRows<8>(4 * j), rates[i + 1].middleRows<8>(4 * j);
+      const Gradient da = element.gradient * dU;
+      const auto& a = point.gradient;
+      const auto a1 = a.topRows<points>(), a2 = a.bottomRows<points>();
+      const auto d1 = da.topRows<points>(), d2 = da.bottomRows<points>();
+      const PointArray e11 = 0.5 * (a1.rowwise().squaredNorm().array() - 1) +
+                             a1.cwiseProduct(d1).rowwise().sum().array(),
+                       e22 = 0.5 * (a2.rowwise().squaredNorm().array() - 1) +
+                             a2.cwiseProduct(d2).rowwise().sum().array(),
+                       e12 = (a1.cwiseProduct(a2) + a1.cwiseProduct(d2) + a2.cwiseProduct(d1))
+                                 .rowwise()
+                                 .sum()
+                                 .array();
+      point.stress.col(0) = element.weight * (A11 * e11 + A12 * e22);
+      point.stress.col(1) = element.weight * (A12 * e11 + A11 * e22);
+      point.stress.col(2) = element.weight * (A33 * e12);
+    }
+  stress_is_linearised_ = true;
 }
 
 void PlateLeaf::update_nodal() {
@@ -141,20 +177,14 @@ void PlateLeaf::assemble_elements() {
 
       // Mixed Newton: the geometric stiffness takes the stresses of the linearised last step,
       // without the squares of its rotations. Identical at equilibrium, far larger steps.
-      PointArray m11 = n11, m22 = n22, m12 = n12;
-      Matrix16& previous = previous_gradient_[i * ny + j];
-      if (has_previous_) {
-        std::array<PointArray, 3> d1, d2;
-        for (int c = 0; c < 3; ++c) {
-          d1[c] = a1[c] - previous.col(c).head<points>().array();
-          d2[c] = a2[c] - previous.col(c).tail<points>().array();
-        }
-        const PointArray q11 = 0.5 * dot(d1, d1), q22 = 0.5 * dot(d2, d2), q12 = dot(d1, d2);
-        m11 -= w * (A11 * q11 + A12 * q22);
-        m22 -= w * (A12 * q11 + A11 * q22);
-        m12 -= w * (A33 * q12);
+      PointState& point = points_[i * ny + j];
+      point.gradient = a;
+      if (!stress_is_linearised_) {
+        point.stress.col(0) = n11;
+        point.stress.col(1) = n22;
+        point.stress.col(2) = n12;
       }
-      previous.leftCols<3>() = a;
+      const auto m11 = point.stress.col(0), m22 = point.stress.col(1), m12 = point.stress.col(2);
 
       const auto Gx = element.gradient.topRows<points>();
       const auto Gy = element.gradient.bottomRows<points>();
@@ -186,7 +216,7 @@ void PlateLeaf::assemble_elements() {
         }
     }
   }
-  has_previous_ = true;
+  stress_is_linearised_ = false;
 }
 
 void PlateLeaf::assemble() {

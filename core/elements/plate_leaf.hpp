@@ -45,8 +45,9 @@ class PlateLeaf {
 
   /// Internal step for an edge increment: −K_ff⁻¹ (g_f + K_fb dq).
   VectorXd internal_step(const Vector12d& dq) const;
-  /// Moves edges and unknowns: edges to `edges`, x += dx.
-  void step(const EdgePoses& edges, const VectorXd& dx);
+  /// Moves edges and unknowns: edges to `edges`, x += dx. dq: the linearised increment of the edges
+  /// that dx was made for.
+  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq);
 
   /// K_ff⁻¹ b.
   void solve(Eigen::Ref<MatrixXd> b) const { K_.solve(b); }
@@ -73,23 +74,25 @@ class PlateLeaf {
   std::vector<Mode> modes(int count) const;
 
  private:
-  struct EdgeLine {
-    MatrixXd jacobian;   ///< 3 functions_per_line × (functions_per_line + 6)
-    MatrixXd curvature;  ///< second derivatives of the map, contracted with the nodal force
-  };
-
   void update_nodal();
   void assemble_elements();
-  EdgeLine edge_line(int edge, const VectorXd& nodal_force) const;
+  void linearised_stress(const VectorXd& dx, const Vector12d& dq);
   /// Nodal rates of line i for the columns of T.
   MatrixXd nodal_rates(int line, const MatrixXd& T) const;
 
   std::shared_ptr<const PlateMesh> mesh_;
   State state_;
   std::vector<MatrixXd> nodal_;
-  std::vector<VectorXd> nodal_force_;                   ///< per line, 3 functions_per_line
-  std::vector<PlateMesh::Matrix16> previous_gradient_;  ///< of the last assembly: columns 0–2
-  bool has_previous_ = false;
+  std::vector<VectorXd> nodal_force_;  ///< per line, 3 functions_per_line
+  /// At the membrane points of an element: r,x and r,y of the last assembly, and the stresses
+  /// (n11, n22, n12, times the weights) that the geometric stiffness takes.
+  struct PointState {
+    Eigen::Matrix<double, 16, 3> gradient;
+    Eigen::Array<double, PlateMesh::points, 3> stress;
+  };
+  std::vector<PointState> points_;
+  bool stress_is_linearised_ = false;
+  std::vector<MatrixXd> nodal_step_;
 
   BlockTridiagonal K_;
   MatrixXd edge_diagonal_[2], edge_below_[2];

@@ -83,35 +83,56 @@ Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& loa
   }
 }
 
-Equilibrium step_to(System& system, double stroke, const Vector6d& load,
-                    const NewtonOptions& options) {
-  const double start = present_stroke(system);
+namespace {
+
+// From parameter 0 to 1 with `solve(parameter)`, halving the step when it fails.
+template <class Solve>
+Equilibrium step_parameter(System& system, const NewtonOptions& options, const char* what,
+                           const Solve& solve) {
   System::Snapshot good = system.save();
-  double reached = start, step = stroke - start;
+  double reached = 0, step = 1;
   int halvings = 0, sub_steps = 0;
   Equilibrium result;
-  for (;;) {
-    const bool last = std::abs(stroke - reached) <= std::abs(step) * (1 + 1e-9);
-    const double target = last ? stroke : reached + step;
-    result = solve_equilibrium(system, target, load, options);
+  while (reached < 1) {
+    const double target = std::min(1.0, reached + step);  // powers of two: 1 is met exactly
+    result = solve(target);
     if (result.converged) {
       ++sub_steps;
-      if (last) break;
       reached = target;
-      good = system.save();
+      if (reached < 1) good = system.save();
       continue;
     }
     system.restore(good);
-    system.assemble();
     if (++halvings > options.max_halvings) {
-      result.message = fmt::format("no equilibrium between stroke {:.6g} and {:.6g}: {}", reached,
-                                   target, result.message);
+      system.assemble();
+      result.message = fmt::format("no equilibrium between {:.4g} and {:.4g} of the {} step: {}",
+                                   reached, target, what, result.message);
       break;
     }
     step /= 2;
   }
   result.sub_steps = std::max(sub_steps, 1);
   return result;
+}
+
+}  // namespace
+
+Equilibrium step_to(System& system, double stroke, const Vector6d& load,
+                    const NewtonOptions& options) {
+  const double start = present_stroke(system);
+  Equilibrium result = step_parameter(system, options, "stroke", [&](double s) {
+    return solve_equilibrium(system, s == 1 ? stroke : start + s * (stroke - start), load, options);
+  });
+  if (!result.converged)
+    result.message = fmt::format("stroke {:.6g} to {:.6g}: {}", start, stroke, result.message);
+  return result;
+}
+
+Equilibrium step_load(System& system, const Vector6d& load, const NewtonOptions& options) {
+  const double stroke = present_stroke(system);
+  return step_parameter(system, options, "load", [&](double s) {
+    return solve_equilibrium(system, stroke, s * load, options);
+  });
 }
 
 }  // namespace flexopt

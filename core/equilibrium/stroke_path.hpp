@@ -31,4 +31,7 @@ Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& loa
 Equilibrium step_to(System& system, double stroke, const Vector6d& load,
                     const NewtonOptions& options);
 
+/// Brings the dead load from zero to `load` at the present stroke, in halved steps where needed.
+Equilibrium step_load(System& system, const Vector6d& load, const NewtonOptions& options);
+
 }  // namespace flexopt

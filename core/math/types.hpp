@@ -1,6 +1,7 @@
 #pragma once
 // Names of the fixed-size matrices that mechanics is written in.
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace flexopt {
 

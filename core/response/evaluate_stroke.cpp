@@ -1,0 +1,156 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/rotation.hpp"
+#include "core/reduction/leaf_models.hpp"
+#include "core/response/frequencies.hpp"
+#include "core/response/response.hpp"
+#include "core/response/stiffness.hpp"
+
+namespace flexopt {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism,
+                                                      const ModelOptions& model,
+                                                      const StrokeRequest&) {
+  return make_full_leaves(mechanism, model);
+}
+
+std::optional<double> parasitic_frequency(const PathPoint& point, const StrokeRequest& request) {
+  const auto& modes = request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
+  for (const Mode& mode : modes) {
+    if (mode.kind == ModeKind::drive) continue;
+    if (mode.kind == ModeKind::leaf && request.parasitic_skips_leaf_modes) continue;
+    if (mode.kind == ModeKind::intermediate_body && request.parasitic_skips_intermediate_modes)
+      continue;
+    return mode.frequency;
+  }
+  return std::nullopt;
+}
+
+void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelOptions& model,
+                    const StrokeRequest& request, PathPoint& point) {
+  const Mechanism& mechanism = system.mechanism();
+  point.status = PointStatus::converged;
+  point.newton_iterations = equilibrium.iterations;
+  point.sub_steps = equilibrium.sub_steps;
+  point.drive_load = equilibrium.drive_load;
+  const BodyPose& pose = system.pose(mechanism.end_effector);
+  point.displacement = pose.position - mechanism.bodies[mechanism.end_effector].reference;
+  point.rotation = rotation_log(pose.rotation);
+
+  const EndEffectorCompliance c = end_effector_compliance(system);
+  point.compliance_free = c.drive_free;
+  point.compliance_locked = c.drive_locked;
+  for (int d = 0; d < 6; ++d)
+    if (d != index(mechanism.drive)) point.support_stiffness[d] = 1 / c.drive_locked(d, d);
+  const int d = index(mechanism.drive);
+  point.drive_stiffness = 1 / c.drive_free(d, d);
+  point.negative_pivots = c.negative_pivots;
+  point.stable = c.negative_pivots == 0;
+
+  for (int i = 0; i < system.leaves(); ++i) point.leaves.push_back(system.leaf(i).report());
+  if (request.frequencies > 0) {
+    const bool full = model.accuracy == Accuracy::full;
+    const Frequencies f =
+        natural_frequencies(system, {.count = request.frequencies,
+                                     .leaf_modes = full ? 2 * model.leaf_modes : model.leaf_modes,
+                                     .cutoff_ratio = full ? 8.0 : 4.0});
+    point.modes_free = f.free;
+    point.modes_locked = f.locked;
+    for (const Mode& m : f.free) point.frequencies_free.push_back(m.frequency);
+    for (const Mode& m : f.locked) point.frequencies_locked.push_back(m.frequency);
+    point.parasitic_frequency = parasitic_frequency(point, request);
+    for (int i = 0; i < system.leaves(); ++i) point.leaves[i] = system.leaf(i).report();
+  }
+  if (request.stress)
+    for (int i = 0; i < system.leaves(); ++i) {
+      const StressPeak peak = system.leaf(i).max_stress();
+      // equal leaves carry equal stress but for rounding: the first one is named
+      if (!point.max_stress || peak.value > point.max_stress->value * (1 + 1e-9))
+        point.max_stress = peak;
+    }
+  if (request.shapes)
+    for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());
+}
+
+// From the undeflected state through the points in `order` (all of one sign, outward).
+void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
+                   const StrokeRequest& request, const std::vector<int>& order,
+                   StrokeResponse& response) {
+  auto start = Clock::now();
+  System system(mechanism, make_leaves(mechanism, model, request));
+  response.seconds_coefficients += seconds_since(start);
+  start = Clock::now();
+
+  bool lost = false;
+  std::string reason;
+  if (!request.load.isZero()) {
+    const Equilibrium loaded = step_load(system, request.load, request.newton);
+    lost = !loaded.converged;
+    reason = loaded.message;
+  }
+  for (const int k : order) {
+    PathPoint& point = response.path[k];
+    if (lost) {
+      point.message = reason;
+      continue;
+    }
+    const Equilibrium equilibrium = step_to(system, point.stroke, request.load, request.newton);
+    if (!equilibrium.converged) {
+      point.status = PointStatus::no_equilibrium;
+      point.message = equilibrium.message;
+      point.newton_iterations = equilibrium.iterations;
+      lost = true;
+      reason = fmt::format("the path ended before: {}", equilibrium.message);
+      continue;
+    }
+    evaluate_point(system, equilibrium, model, request, point);
+  }
+  response.seconds_path += seconds_since(start);
+}
+
+}  // namespace
+
+StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
+                               const StrokeRequest& request) {
+  StrokeResponse response;
+  std::vector<int> outward, backward;
+  for (int k = 0; k < static_cast<int>(request.points.size()); ++k) {
+    PathPoint point;
+    point.stroke = request.points[k];
+    response.path.push_back(point);
+    (request.points[k] < 0 ? backward : outward).push_back(k);
+  }
+  auto by_distance = [&](int a, int b) {
+    return std::abs(request.points[a]) < std::abs(request.points[b]);
+  };
+  std::stable_sort(outward.begin(), outward.end(), by_distance);
+  std::stable_sort(backward.begin(), backward.end(), by_distance);
+  for (const auto& branch : {outward, backward})
+    if (!branch.empty()) follow_branch(mechanism, model, request, branch, response);
+
+  int converged = 0;
+  for (const PathPoint& p : response.path) converged += p.status == PointStatus::converged;
+  if (converged == static_cast<int>(response.path.size())) {
+    response.message = fmt::format("all {} stroke points converged", converged);
+  } else {
+    response.status = Status::no_equilibrium;
+    response.message =
+        fmt::format("{} of {} stroke points converged", converged, response.path.size());
+    for (const PathPoint& p : response.path)
+      if (p.status == PointStatus::no_equilibrium) response.message += "; " + p.message;
+  }
+  return response;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,167 @@
+#include "core/response/frequencies.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace flexopt {
+namespace {
+
+// K and M over (bodies, internal modes of leaf 0, of leaf 1, …).
+struct Pencil {
+  MatrixXd K, M;
+  int bodies = 0;                 ///< coordinates of the bodies
+  double lowest_highest = 1e300;  ///< smallest of the leaves' highest kept mode [Hz]
+  double check = 0;
+};
+
+Pencil assemble(System& system, int leaf_modes, double cutoff) {
+  const Mechanism& m = system.mechanism();
+  std::vector<LeafDynamics> leaves;
+  int n = system.size();
+  Pencil pencil;
+  pencil.bodies = n;
+  for (int i = 0; i < system.leaves(); ++i) {
+    leaves.push_back(system.leaf(i).dynamics(leaf_modes, cutoff));
+    const VectorXd& f = leaves.back().mode_frequencies;
+    n += static_cast<int>(f.size());
+    if (f.size() > 0) pencil.lowest_highest = std::min(pencil.lowest_highest, f.maxCoeff());
+    pencil.check = std::max(pencil.check, leaves.back().check);
+  }
+  pencil.K = MatrixXd::Zero(n, n);
+  pencil.M = MatrixXd::Zero(n, n);
+  pencil.K.topLeftCorner(pencil.bodies, pencil.bodies) = system.tangent_stiffness();
+  pencil.M.topLeftCorner(pencil.bodies, pencil.bodies) = system.body_mass();
+  int o = pencil.bodies;
+  for (int i = 0; i < system.leaves(); ++i) {
+    const LeafDynamics& leaf = leaves[i];
+    const int k = static_cast<int>(leaf.mode_frequencies.size());
+    // rows (12 edge coordinates, k modes) of the leaf from those of the pencil
+    MatrixXd T = MatrixXd::Zero(12 + k, n);
+    const LeafSpring& l = m.leaves[i];
+    for (int end = 0; end < 2; ++end) {
+      const int b = end == 0 ? l.base : l.tip;
+      if (b != ground) T.block<6, 6>(6 * end, 6 * b) = system.edge_map(i, end);
+    }
+    T.block(12, o, k, k).setIdentity();
+    pencil.M += T.transpose() * leaf.mass * T;
+    pencil.K.block(o, o, k, k) = leaf.stiffness.bottomRightCorner(k, k);
+    o += k;
+  }
+  return pencil;
+}
+
+struct EigenPairs {
+  VectorXd omega2;  ///< ascending
+  MatrixXd shape;   ///< M-orthonormal columns
+};
+
+// Through the Cholesky factor of K, whose spectrum is inverted: the lowest frequencies come out
+// with full accuracy. Through that of M where K is not positive definite.
+EigenPairs solve(const MatrixXd& K, const MatrixXd& M, int count) {
+  const int n = static_cast<int>(K.rows());
+  count = std::min(count, n);
+  EigenPairs pairs{VectorXd(count), MatrixXd(n, count)};
+  const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatrixXd Ks = s.asDiagonal() * K * s.asDiagonal(), Ms = s.asDiagonal() * M * s.asDiagonal();
+  const Eigen::LLT<MatrixXd> llt(Ks);
+  if (llt.info() == Eigen::Success) {
+    MatrixXd A = llt.matrixL().solve(Ms);
+    A = llt.matrixL().solve(A.transpose()).eval();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (A + A.transpose()));
+    for (int k = 0; k < count; ++k) {
+      const double mu = std::max(eigen.eigenvalues()[n - 1 - k], 1e-300);
+      pairs.omega2[k] = 1 / mu;
+      pairs.shape.col(k) = s.asDiagonal() *
+                           VectorXd(llt.matrixU().solve(eigen.eigenvectors().col(n - 1 - k))) /
+                           std::sqrt(mu);
+    }
+  } else {
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(Ks, Ms);
+    pairs.omega2 = eigen.eigenvalues().head(count);
+    pairs.shape = s.asDiagonal() * eigen.eigenvectors().leftCols(count);
+  }
+  return pairs;
+}
+
+double hertz(double omega2) {
+  return std::copysign(std::sqrt(std::abs(omega2)), omega2) / (2 * std::numbers::pi);
+}
+
+// Shares of the modal kinetic energy. The drive's is that of the static motion under a drive load;
+// the rest is split between the coordinates, mixed terms half each.
+Mode classify(const Pencil& pencil, const System& system, double omega2, const VectorXd& phi,
+              const VectorXd& drive_shape) {
+  Mode mode;
+  mode.frequency = hertz(omega2);
+  VectorXd rest = phi;
+  if (drive_shape.size() > 0) {
+    const VectorXd Mx = pencil.M * drive_shape;
+    const double a = Mx.dot(phi), b = Mx.dot(drive_shape);
+    mode.drive = std::clamp(a * a / b, 0.0, 1.0);
+    rest -= a / b * drive_shape;
+  }
+  const VectorXd share = rest.cwiseProduct(pencil.M * rest);
+  for (int b = 0; b < pencil.bodies / 6; ++b) {
+    const double e = std::max(0.0, share.segment<6>(6 * b).sum());
+    if (b == system.mechanism().end_effector)
+      mode.end_effector += e;
+    else
+      mode.intermediate_body += e;
+  }
+  mode.leaf = std::max(0.0, share.tail(share.size() - pencil.bodies).sum());
+  const double sum = mode.end_effector + mode.intermediate_body + mode.leaf;
+  const double factor = sum > 0 ? (1 - mode.drive) / sum : 0;
+  mode.end_effector *= factor;
+  mode.intermediate_body *= factor;
+  mode.leaf *= factor;
+  const double largest =
+      std::max({mode.drive, mode.end_effector, mode.intermediate_body, mode.leaf});
+  mode.kind = largest == mode.drive          ? ModeKind::drive
+              : largest == mode.end_effector ? ModeKind::end_effector
+              : largest == mode.leaf         ? ModeKind::leaf
+                                             : ModeKind::intermediate_body;
+  return mode;
+}
+
+}  // namespace
+
+Frequencies natural_frequencies(System& system, const FrequencyOptions& options) {
+  Frequencies result;
+  const int d = 6 * system.mechanism().end_effector + index(system.mechanism().drive);
+  Pencil pencil = assemble(system, options.leaf_modes, 0);
+  for (;;) {
+    const int n = static_cast<int>(pencil.K.rows());
+    std::vector<int> kept;
+    for (int i = 0; i < n; ++i)
+      if (i != d) kept.push_back(i);
+    const EigenPairs locked = solve(pencil.K(kept, kept), pencil.M(kept, kept), options.count);
+    const double wanted =
+        options.cutoff_ratio * hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
+    if (pencil.lowest_highest < wanted) {
+      const int before = n;
+      pencil = assemble(system, options.leaf_modes, wanted);
+      if (pencil.K.rows() != before) continue;
+    }
+    const EigenPairs free = solve(pencil.K, pencil.M, options.count);
+    VectorXd drive_shape = VectorXd::Zero(n);
+    {
+      const MatrixXd K = pencil.K.topLeftCorner(pencil.bodies, pencil.bodies);
+      VectorXd x = K.partialPivLu().solve(VectorXd::Unit(pencil.bodies, d));
+      drive_shape.head(pencil.bodies) = x / x.cwiseAbs().maxCoeff();
+    }
+    for (int k = 0; k < free.omega2.size(); ++k)
+      result.free.push_back(
+          classify(pencil, system, free.omega2[k], free.shape.col(k), drive_shape));
+    for (int k = 0; k < locked.omega2.size(); ++k) {
+      VectorXd phi = VectorXd::Zero(n);
+      phi(kept) = locked.shape.col(k);
+      result.locked.push_back(classify(pencil, system, locked.omega2[k], phi, {}));
+    }
+    result.check = pencil.check;
+    return result;
+  }
+}
+
+}  // namespace flexopt

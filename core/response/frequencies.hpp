@@ -1,0 +1,25 @@
+#pragma once
+// Natural frequencies about an equilibrium, drive free and drive locked, with the modes sorted into
+// drive, end-effector, intermediate body and leaf.
+#include <vector>
+
+#include "core/equilibrium/system.hpp"
+
+namespace flexopt {
+
+struct FrequencyOptions {
+  int count = 8;
+  int leaf_modes = 4;       ///< fixed-interface modes per leaf, at least
+  double cutoff_ratio = 4;  ///< leaf modes up to this multiple of the highest frequency wanted
+};
+
+struct Frequencies {
+  std::vector<Mode> free, locked;  ///< ascending; a negative frequency marks a growing motion
+  double check = 0;                ///< largest internal correction of the condensed leaves
+};
+
+/// Solves (K − ω² M) φ = 0 over the bodies and the leaves' fixed-interface modes. The system must
+/// be assembled at an equilibrium.
+Frequencies natural_frequencies(System& system, const FrequencyOptions& options);
+
+}  // namespace flexopt

@@ -1,0 +1,45 @@
+#include "core/response/stiffness.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace flexopt {
+
+EndEffectorCompliance end_effector_compliance(const System& system) {
+  const Mechanism& m = system.mechanism();
+  const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(m.drive);
+  EndEffectorCompliance result;
+  // unit diagonal: translations and rotations differ by many orders of magnitude
+  const MatrixXd K = 0.5 * (system.tangent_stiffness() + system.tangent_stiffness().transpose());
+  const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatrixXd A = s.asDiagonal() * K * s.asDiagonal();
+  const MatrixXd C = s.asDiagonal() * A.partialPivLu().inverse() * s.asDiagonal();
+  result.drive_free = C.block<6, 6>(ee, ee);
+  result.drive_free = (0.5 * (result.drive_free + result.drive_free.transpose())).eval();
+
+  // held drive: delete its row and column
+  MatrixXd H(n - 1, n - 1);
+  for (int j = 0, q = 0; j < n; ++j) {
+    if (j == d) continue;
+    for (int i = 0, p = 0; i < n; ++i)
+      if (i != d) H(p++, q) = A(i, j);
+    ++q;
+  }
+  const MatrixXd X = H.partialPivLu().inverse();
+  for (int j = 0; j < 6; ++j) {
+    if (ee + j == d) continue;
+    const int q = ee + j - (ee + j > d);
+    for (int i = 0; i < 6; ++i) {
+      if (ee + i == d) continue;
+      const int p = ee + i - (ee + i > d);
+      result.drive_locked(i, j) = 0.5 * (X(p, q) + X(q, p)) * s[ee + i] * s[ee + j];
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H, Eigen::EigenvaluesOnly);
+  // inertia adds up over static condensation (Haynsworth)
+  result.negative_pivots =
+      system.negative_pivots() + static_cast<int>((eigen.eigenvalues().array() < 0).count());
+  return result;
+}
+
+}  // namespace flexopt

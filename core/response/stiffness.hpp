@@ -1,0 +1,16 @@
+#pragma once
+// Compliance, support stiffness and stability of an assembled equilibrium.
+#include "core/equilibrium/system.hpp"
+
+namespace flexopt {
+
+/// C = K⁻¹ seen at the end-effector, all other bodies free and unloaded.
+struct EndEffectorCompliance {
+  Matrix6d drive_free = Matrix6d::Zero();
+  Matrix6d drive_locked = Matrix6d::Zero();  ///< zero row and column at the drive
+  int negative_pivots = 0;  ///< of the whole tangent with the drive held, leaf interiors included
+};
+
+EndEffectorCompliance end_effector_compliance(const System& system);
+
+}  // namespace flexopt
