@@ -8,24 +8,26 @@
 
 namespace flexopt {
 
-/// min f(x) subject to c(x) ≤ 0 and lower ≤ x ≤ upper, all scaled to order one.
+/// min f(x) subject to c(x) ≤ 0 and lower ≤ x ≤ upper, all scaled to order one. A bound may be
+/// infinite (a slack variable has none).
 struct Problem {
   VectorXd lower, upper;
   int constraints = 0;
 
   struct Value {
-    bool ok = false;      ///< false: the numbers did not work out here; nothing else holds then
+    bool ok = false;  ///< false: the numbers did not work out here; nothing else holds then
     double f = 0;
-    VectorXd c;           ///< size `constraints`
-    VectorXd df;          ///< size n, when the gradient was asked for
-    MatrixXd dc;          ///< constraints × n, when the gradient was asked for
+    VectorXd c;    ///< size `constraints`
+    VectorXd df;   ///< size n, when the gradient was asked for
+    MatrixXd dc;   ///< constraints × n, when the gradient was asked for
+    int cost = 1;  ///< evaluations that this took; 0 when it was known before (holds always)
   };
   std::function<Value(const VectorXd& x, bool gradient)> evaluate;
 };
 
 struct OptimiserOptions {
   std::string library = "nlopt", name = "LN_COBYLA";
-  int max_evaluations = 500;
+  int max_evaluations = 500;           ///< sum of Value::cost
   double tolerance = 1e-5;             ///< relative change of x and f
   double constraint_tolerance = 1e-4;  ///< on c
 };
@@ -43,15 +45,33 @@ struct OptimiserSummary {
   VectorXd x;           ///< best point seen: feasible first, then lowest f
   double f = 0;
   VectorXd c;
-  VectorXd multipliers;  ///< of c, empty where the library gives none
-  int evaluations = 0;
+  /// λ ≥ 0 of c in ∇f + Σ λ ∇c = 0 (bounds of x aside): Ipopt's own, by least squares for the other
+  /// gradient methods; empty for the others.
+  VectorXd multipliers;
+  int evaluations = 0;         ///< sum of Value::cost
+  int failed_evaluations = 0;  ///< points where evaluate was not ok
 };
 
-/// Runs the named algorithm from x0. Throws SpecError for an unknown library or algorithm.
-OptimiserSummary minimise(const Problem& problem, const VectorXd& x0, const OptimiserOptions& options);
+/// Runs the named algorithm from x0 (moved into the box). Where x0 fails, points on the way to the
+/// middle of the box are tried. Throws SpecError for an unknown library or algorithm, and for an
+/// algorithm that takes no constraints when there are some.
+///
+/// What a failed evaluation does:
+/// - simplex and global methods see a value worse than any seen so far;
+/// - COBYLA sees the nearest good point's values and a further constraint "evaluation works", −1
+///   where it does, +1 where it does not: its linear model keeps it half-way from the failure;
+/// - SLSQP, MMA and CCSAQ see a worse value, which shortens their step; when they stop after
+///   failures they start again from the best point in a box that leaves the failures out;
+/// - Ipopt is told that the function is undefined there and shortens its step.
+OptimiserSummary minimise(const Problem& problem, const VectorXd& x0,
+                          const OptimiserOptions& options);
 
-/// True if the algorithm asks for gradients.
+/// True if the algorithm asks for gradients. Throws like minimise.
 bool needs_gradients(const OptimiserOptions& options);
+
+/// True if the algorithm models each constraint by itself, so that a slack variable with one
+/// constraint for each stroke point beats one value with kinks. Throws like minimise.
+bool prefers_slack(const OptimiserOptions& options);
 
 /// Every algorithm this build offers, "library name" each.
 std::vector<std::string> algorithms();

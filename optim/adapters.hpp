@@ -1,0 +1,30 @@
+#pragma once
+// What each library's adapter file offers to `minimise`. Private to optim/.
+#include <string>
+#include <vector>
+
+#include "optim/trials.hpp"
+
+namespace flexopt {
+
+enum class Constraining {
+  own,        ///< the algorithm models constraints
+  augmented,  ///< through NLopt's augmented Lagrangian
+  none        ///< bounds only
+};
+
+struct AlgorithmInfo {
+  std::string name;
+  bool gradients = false;
+  bool slack = false;  ///< better served by a slack variable than by one value with kinks
+  Constraining constraining = Constraining::own;
+};
+
+/// NLopt's algorithms that this build offers, by NLopt's names.
+const std::vector<AlgorithmInfo>& nlopt_algorithms();
+
+/// Both start from trials' best point, which must exist.
+OptimiserSummary minimise_nlopt(Trials& trials);
+OptimiserSummary minimise_ipopt(Trials& trials);
+
+}  // namespace flexopt
