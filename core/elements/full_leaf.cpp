@@ -59,8 +59,13 @@ PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
           mesh, free_edge_torsion};
 }
 
-FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index)
-    : leaf_(leaf), index_(index), scale_(leaf), plate_(std::move(mesh)) {}
+FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index,
+                   std::string reason)
+    : leaf_(leaf),
+      index_(index),
+      reason_(std::move(reason)),
+      scale_(leaf),
+      plate_(std::move(mesh)) {}
 
 void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   const Vector12d increment = scale_.scaled_increment(dq);

@@ -35,16 +35,19 @@ PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
 class FullLeaf final : public LeafElement {
  public:
   /// `mesh` must have the shape of the leaf. `index`: of the leaf in its mechanism.
-  FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index);
+  /// `reason`: why the leaf is not what was asked for; empty if it is.
+  FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index,
+           std::string reason = {});
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
+  const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(int min_modes, double cutoff) override;
   StressPeak max_stress() override;
   LeafShape shape() override;
-  LeafReport report() const override { return {.model = "full", .reason = {}, .check = 0}; }
+  LeafReport report() const override { return {.model = "full", .reason = reason_, .check = 0}; }
 
   PlateLeaf& plate() { return plate_; }
   const LeafScale& scale() const { return scale_; }
@@ -52,6 +55,7 @@ class FullLeaf final : public LeafElement {
  private:
   LeafSpring leaf_;
   int index_;
+  std::string reason_;
   LeafScale scale_;
   PlateLeaf plate_;
   LeafEvaluation evaluation_;

@@ -3,9 +3,12 @@
 // answers energy, internal force, tangent stiffness and mass. Full and reduced leaves alike.
 #include <array>
 #include <memory>
+#include <string>
 
+#include "core/elements/leaf_results.hpp"
 #include "core/math/types.hpp"
-#include "core/response/response.hpp"
+#include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/model_options.hpp"
 
 namespace flexopt {
 
@@ -47,6 +50,17 @@ class LeafElement {
 
   /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
   virtual const LeafEvaluation& evaluate() = 0;
+  /// The last one.
+  virtual const LeafEvaluation& evaluation() const = 0;
+
+  /// What a model of limited range wants changed before this equilibrium is believed.
+  struct Refinement {
+    bool changed = false;                      ///< solve again
+    std::unique_ptr<LeafElement> replacement;  ///< another model of the leaf, at the same state
+  };
+  virtual Refinement refine() { return {}; }
+  /// The same leaf without limits of range, at the same state; nothing if it is that already.
+  virtual std::unique_ptr<LeafElement> full_model(const std::string& /*reason*/) { return nullptr; }
 
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;

@@ -1,21 +1,124 @@
 #include "core/reduction/leaf_models.hpp"
 
+#include <Eigen/LU>
+#include <cmath>
 #include <map>
+#include <numbers>
 
 #include "core/elements/full_leaf.hpp"
+#include "core/equilibrium/system.hpp"
+#include "core/reduction/tube_leaf.hpp"
 
 namespace flexopt {
+namespace {
+
+using Meshes = std::map<PlateShape, std::shared_ptr<const PlateMesh>>;  // shared by equal leaves
+
+std::shared_ptr<const PlateMesh> mesh_of(const LeafSpring& leaf, const ModelOptions& model,
+                                         Meshes& meshes) {
+  const PlateShape shape = plate_shape(leaf, model.mesh, model.free_edge_torsion);
+  auto& mesh = meshes[shape];
+  if (!mesh) mesh = std::make_shared<PlateMesh>(shape);
+  return mesh;
+}
+
+std::vector<std::unique_ptr<LeafElement>> full_leaves(const Mechanism& mechanism,
+                                                      const ModelOptions& model, Meshes& meshes) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i)
+    leaves.push_back(std::make_unique<FullLeaf>(mechanism.leaves[i],
+                                                mesh_of(mechanism.leaves[i], model, meshes), i));
+  return leaves;
+}
+
+struct LinearMotion {
+  Eigen::Vector2d bending = Eigen::Vector2d::Zero();  ///< (θ1y, θ2y) for a unit stroke
+  double axial = 0;  ///< N under the dead load, drive held; over D/L
+};
+
+// Linear statics of the undeflected mechanism, leaf by leaf.
+std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelOptions& model,
+                                        const Vector6d& load, Meshes& meshes) {
+  System system(mechanism, full_leaves(mechanism, model, meshes));
+  system.assemble();
+  const int ee = 6 * mechanism.end_effector, d = ee + index(mechanism.drive);
+  VectorXd s = system.tangent_stiffness().diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
+  MatrixXd K = s.asDiagonal() * system.tangent_stiffness() * s.asDiagonal();
+  VectorXd drive = s.asDiagonal() * K.partialPivLu().solve(VectorXd::Unit(K.rows(), d));
+  drive /= drive[d];
+  VectorXd P = VectorXd::Zero(K.rows());
+  P.segment<6>(ee) = load;
+  P[d] = 0;
+  K.row(d).setZero();
+  K.col(d).setZero();
+  K(d, d) = 1;
+  const VectorXd loaded = s.asDiagonal() * K.partialPivLu().solve(s.asDiagonal() * P);
+
+  std::vector<LinearMotion> motion(system.leaves());
+  for (int i = 0; i < system.leaves(); ++i) {
+    const LeafSpring& l = mechanism.leaves[i];
+    const LeafScale scale(l);
+    auto edge_increment = [&](const VectorXd& q) {
+      Vector12d dq = Vector12d::Zero();
+      if (l.base != ground) dq.head<6>() = system.edge_map(i, 0) * q.segment<6>(6 * l.base);
+      if (l.tip != ground) dq.tail<6>() = system.edge_map(i, 1) * q.segment<6>(6 * l.tip);
+      return dq;
+    };
+    const ChordFrame frame = chord_frame(
+        {scale.scaled(system.edge_pose(i, 0)), scale.scaled(system.edge_pose(i, 1))}, 1.0);
+    const Vector6d e = frame.B * scale.scaled_increment(edge_increment(drive));
+    motion[i].bending = {e[theta1y], e[theta2y]};
+    const Vector12d force = system.leaf(i).evaluation().tangent * edge_increment(loaded);
+    motion[i].axial = l.axes.col(0).dot(force.segment<3>(6)) * scale.length / scale.energy;
+  }
+  return motion;
+}
+
+}  // namespace
 
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
                                                            const ModelOptions& model) {
-  std::map<PlateShape, std::shared_ptr<const PlateMesh>> meshes;  // equal leaves share theirs
+  Meshes meshes;
+  return full_leaves(mechanism, model, meshes);
+}
+
+std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
+                                                              const ModelOptions& model,
+                                                              double largest_stroke,
+                                                              const Vector6d& load) {
+  Meshes meshes;
+  const std::vector<LinearMotion> motion = linear_motion(mechanism, model, load, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;
+  std::vector<std::shared_ptr<TubeModel>> models;
   for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
-    const PlateShape shape = plate_shape(leaf, model.mesh, model.free_edge_torsion);
-    auto& mesh = meshes[shape];
-    if (!mesh) mesh = std::make_shared<PlateMesh>(shape);
-    leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i));
+    const auto mesh = mesh_of(leaf, model, meshes);
+    TubeRange range;
+    range.order = model.degree == 7 ? 3 : 2;
+    Eigen::Vector2d b = motion[i].bending;
+    const double size = b.cwiseAbs().maxCoeff();
+    if (size > 1e-9) {
+      if (b[0] < 0) b = -b;  // the tube is mirrored
+      range.ray = b / size;
+      for (int k = 0; k < 2; ++k)  // rounding must not tell equal leaves apart
+        range.ray[k] = std::round(range.ray[k] * 1e9) * 1e-9;
+    }
+    range.sigma_max = 1.12 * size * largest_stroke;
+    const double scale = tube_force_scale(mesh->shape())[0];
+    const double buckling = 4 * std::numbers::pi * std::numbers::pi * mesh->shape().width;
+    if (std::abs(motion[i].axial) > 0.01 * buckling) range.force_centre = motion[i].axial / scale;
+
+    std::shared_ptr<TubeModel> tube;
+    for (const auto& m : models)
+      if (m->mesh() == mesh && (m->range().ray - range.ray).norm() < 1e-6 &&
+          std::abs(m->range().sigma_max - range.sigma_max) < 1e-6 &&
+          std::abs(m->range().force_centre - range.force_centre) < 1e-6)
+        tube = m;
+    if (!tube) models.push_back(tube = std::make_shared<TubeModel>(mesh, range));
+    if (tube->built())
+      leaves.push_back(std::make_unique<TubeLeaf>(leaf, tube, i));
+    else
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "no bent states were found"));
   }
   return leaves;
 }

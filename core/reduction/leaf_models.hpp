@@ -11,4 +11,12 @@ namespace flexopt {
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
                                                            const ModelOptions& model);
 
+/// One tube per distinct leaf, its ray and range from the linear kinematics of the drive at the
+/// undeflected state, centred on the leaf's share of the dead load at O. A leaf whose bent states
+/// are not found is full, and says so.
+std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
+                                                              const ModelOptions& model,
+                                                              double largest_stroke,
+                                                              const Vector6d& load);
+
 }  // namespace flexopt

@@ -84,6 +84,8 @@ bool evaluate_reduced_leaf(const TubePotential& potential, double length, const 
   const Rows6x12 KB = m.hessian.lazyProduct(frame.B);
   response.tangent = geometric_stiffness(frame, m.gradient);
   response.tangent.noalias() += frame.B.transpose().lazyProduct(KB);
+  for (int i = 1; i < 12; ++i)  // symmetric to the last digit
+    for (int j = 0; j < i; ++j) response.tangent(j, i) = response.tangent(i, j);
   return true;
 }
 

@@ -21,8 +21,40 @@ double seconds_since(Clock::time_point start) {
 
 std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism,
                                                       const ModelOptions& model,
-                                                      const StrokeRequest&) {
-  return make_full_leaves(mechanism, model);
+                                                      const StrokeRequest& request) {
+  if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
+  double largest = 0;
+  for (const double s : request.points) largest = std::max(largest, std::abs(s));
+  return make_reduced_leaves(mechanism, model, largest, request.load);
+}
+
+// Solves by `solve`, then again as long as a leaf of limited range wants its model changed. Where
+// no equilibrium is found with reduced leaves, full ones take over.
+template <class Solve>
+Equilibrium solve_refined(System& system, const Solve& solve) {
+  Equilibrium equilibrium = solve();
+  if (!equilibrium.converged) {
+    bool replaced = false;
+    for (int i = 0; i < system.leaves(); ++i)
+      if (auto full = system.leaf(i).full_model("no equilibrium with reduced leaves")) {
+        system.replace_leaf(i, std::move(full));
+        replaced = true;
+      }
+    if (replaced) equilibrium = solve();
+  }
+  for (int round = 0; equilibrium.converged && round < 8; ++round) {
+    bool changed = false;
+    for (int i = 0; i < system.leaves(); ++i) {
+      LeafElement::Refinement refinement = system.leaf(i).refine();
+      changed |= refinement.changed;
+      if (refinement.replacement) system.replace_leaf(i, std::move(refinement.replacement));
+    }
+    if (!changed) break;
+    const int before = equilibrium.iterations;
+    equilibrium = solve();
+    equilibrium.iterations += before;
+  }
+  return equilibrium;
 }
 
 std::optional<double> parasitic_frequency(const PathPoint& point, const StrokeRequest& request) {
@@ -95,7 +127,8 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   bool lost = false;
   std::string reason;
   if (!request.load.isZero()) {
-    const Equilibrium loaded = step_load(system, request.load, request.newton);
+    const Equilibrium loaded =
+        solve_refined(system, [&] { return step_load(system, request.load, request.newton); });
     lost = !loaded.converged;
     reason = loaded.message;
   }
@@ -105,7 +138,8 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       point.message = reason;
       continue;
     }
-    const Equilibrium equilibrium = step_to(system, point.stroke, request.load, request.newton);
+    const Equilibrium equilibrium = solve_refined(
+        system, [&] { return step_to(system, point.stroke, request.load, request.newton); });
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
       point.message = equilibrium.message;

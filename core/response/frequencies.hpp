@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/equilibrium/system.hpp"
+#include "core/response/response.hpp"
 
 namespace flexopt {
 

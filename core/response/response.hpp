@@ -5,27 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "core/elements/leaf_results.hpp"
 #include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/model_options.hpp"
 
 namespace flexopt {
-
-enum class Accuracy { reduced, full };
-
-/// How a mechanism is modelled.
-struct ModelOptions {
-  Accuracy accuracy = Accuracy::reduced;
-  std::array<int, 2> mesh{8, 4};  ///< plate elements [along, across] per leaf
-  bool free_edge_torsion = true;  ///< 3-D torsion layer of the free edges; off: thin-shell limit
-  int degree = 5;                 ///< of the reduced potential: 5 or 7
-  int leaf_modes = 4;  ///< fixed-interface modes kept per leaf for frequencies (at least)
-};
-
-/// Newton's iteration and the step control of the path.
-struct NewtonOptions {
-  double tolerance = 1e-9;  ///< largest last correction, lengths divided by the leaf length [-]
-  int max_iterations = 25;
-  int max_halvings = 6;  ///< of a stroke step before the path is given up
-};
 
 struct StrokeRequest {
   std::vector<double> points{0.0};   ///< stroke of the drive, in the order wanted [m or rad]
@@ -53,28 +37,6 @@ struct Mode {
   /// Share of the modal kinetic energy, each in [0, 1]; drive + end_effector + intermediate_body +
   /// leaf = 1.
   double drive = 0, end_effector = 0, intermediate_body = 0, leaf = 0;
-};
-
-struct StressPeak {
-  double value = 0;                      ///< von Mises [Pa]
-  int leaf = 0;                          ///< index in the mechanism
-  double along = 0, across = 0;          ///< place on the leaf, each in [0, 1]
-  Vector3d position = Vector3d::Zero();  ///< deflected place [m]
-  bool on_positive_normal = true;        ///< which surface
-};
-
-/// Which model a leaf was evaluated with at a point, and why.
-struct LeafReport {
-  std::string model;   ///< "tube", "full"
-  std::string reason;  ///< why not the default; empty otherwise
-  double check = 0;    ///< relative correction of the condensed full leaf; 0 if not made
-};
-
-/// Deformed mid-surface of a leaf on its mesh, points along first.
-struct LeafShape {
-  int points_along = 0, points_across = 0;
-  std::vector<Vector3d> undeflected, deflected;  ///< [m]
-  std::vector<double> von_mises;                 ///< larger of both surfaces [Pa]
 };
 
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.

@@ -1,0 +1,25 @@
+#pragma once
+// How a mechanism is modelled and solved. Plain data.
+#include <array>
+
+namespace flexopt {
+
+enum class Accuracy { reduced, full };
+
+/// How a mechanism is modelled.
+struct ModelOptions {
+  Accuracy accuracy = Accuracy::reduced;
+  std::array<int, 2> mesh{8, 4};  ///< plate elements [along, across] per leaf
+  bool free_edge_torsion = true;  ///< 3-D torsion layer of the free edges; off: thin-shell limit
+  int degree = 5;                 ///< of the reduced potential: 5 or 7
+  int leaf_modes = 4;  ///< fixed-interface modes kept per leaf for frequencies (at least)
+};
+
+/// Newton's iteration and the step control of the path.
+struct NewtonOptions {
+  double tolerance = 1e-9;  ///< largest last correction, lengths divided by the leaf length [-]
+  int max_iterations = 25;
+  int max_halvings = 6;  ///< of a stroke step before the path is given up
+};
+
+}  // namespace flexopt

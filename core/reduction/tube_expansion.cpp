@@ -1,0 +1,515 @@
+#include "core/reduction/tube_expansion.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "core/math/rotation.hpp"
+#include "core/reduction/polynomial.hpp"
+
+namespace flexopt {
+
+Vector3d tube_force_scale(const PlateShape& shape) {
+  const double w = shape.width;
+  return {w, w * w, w * w};
+}
+
+// ---------------------------------------------------------------------------- leaf in its frame
+
+ChordLeaf::ChordLeaf(std::shared_ptr<const PlateMesh> mesh) : plate_(std::move(mesh)) {
+  plate_.assemble();
+}
+
+EdgePoses ChordLeaf::edges(const Vector3d& s, const Vector3d& c) {
+  return {EdgePose{Vector3d::Zero(), rotation_exp({-0.5 * s[2], s[0], c[1]})},
+          EdgePose{{1 + c[0], 0, 0}, rotation_exp({0.5 * s[2], s[1], c[2]})}};
+}
+
+Eigen::Matrix<double, 12, 3> ChordLeaf::stiff_map() const {
+  Eigen::Matrix<double, 12, 3> G = Eigen::Matrix<double, 12, 3>::Zero();
+  G(6, 0) = 1;
+  G.block<3, 1>(3, 1) = rotation_left_tangent({-0.5 * s_[2], s_[0], c_[1]}).col(2);
+  G.block<3, 1>(9, 2) = rotation_left_tangent({0.5 * s_[2], s_[1], c_[2]}).col(2);
+  return G;
+}
+
+Eigen::Matrix<double, 12, 3> ChordLeaf::soft_map() const {
+  Eigen::Matrix<double, 12, 3> G = Eigen::Matrix<double, 12, 3>::Zero();
+  const Matrix3d J1 = rotation_left_tangent({-0.5 * s_[2], s_[0], c_[1]}),
+                 J2 = rotation_left_tangent({0.5 * s_[2], s_[1], c_[2]});
+  G.block<3, 1>(3, 0) = J1.col(1);
+  G.block<3, 1>(9, 1) = J2.col(1);
+  G.block<3, 1>(3, 2) = -0.5 * J1.col(0);
+  G.block<3, 1>(9, 2) = 0.5 * J2.col(0);
+  return G;
+}
+
+namespace {
+
+// ω′ where exp(v + ε e) exp(−v) = exp(ε J e + ½ ε² ω′ + …): derivative of J(v) e along e.
+Vector3d spin_rate(const Vector3d& v, const Vector3d& e) {
+  // J = 1 + a hat + b hat², a = Σ (−q)^k/(2k+2)!, b = Σ (−q)^k/(2k+3)!
+  const double q = v.squaredNorm();
+  double b = 0, da = 0, db = 0, power = 1, lower = 0, factorial = 2;
+  for (int k = 0; k < 14; ++k) {
+    const double fa = factorial, fb = factorial * (2 * k + 3), sign = k % 2 == 0 ? 1 : -1;
+    b += sign * power / fb;
+    da += sign * k * lower / fa;
+    db += sign * k * lower / fb;
+    factorial = fb * (2 * k + 4);
+    lower = power;
+    power *= q;
+  }
+  const Vector3d ve = v.cross(e);
+  const double dq = 2 * v.dot(e);
+  return da * dq * ve + db * dq * v.cross(ve) + b * e.cross(ve);
+}
+
+}  // namespace
+
+Matrix3d ChordLeaf::stiff_tangent() const {
+  const auto G = stiff_map();
+  Matrix3d S = G.transpose() * plate_.tangent() * G;
+  const Vector12d& g = plate_.force();
+  S(1, 1) += g.segment<3>(3).dot(spin_rate({-0.5 * s_[2], s_[0], c_[1]}, Vector3d::UnitZ()));
+  S(2, 2) += g.segment<3>(9).dot(spin_rate({0.5 * s_[2], s_[1], c_[2]}, Vector3d::UnitZ()));
+  return S;
+}
+
+ChordLeaf::Solution ChordLeaf::solve(const Vector3d& s, const Vector3d& f, int max_iterations) {
+  Solution solution;
+  f_ = f;
+  double previous = 0;
+  for (int it = 0; it <= max_iterations; ++it) {
+    const auto G = stiff_map();
+    const Matrix3d S = stiff_tangent();
+    const Vector3d ds = s - s_;
+    const Vector12d dq_soft = soft_map() * ds;
+    const Vector3d r = G.transpose() * (plate_.force() + plate_.tangent() * dq_soft) - f;
+    const Vector3d dc = -S.partialPivLu().solve(r);
+    solution.iterations = it;
+    solution.correction = std::max(dc.cwiseAbs().maxCoeff(), plate_.correction());
+    if (!std::isfinite(solution.correction) || solution.correction > 1e3) break;
+    const bool stalled = solution.correction < 1e-7 && solution.correction > 0.3 * previous;
+    if (it > 0 && (solution.correction < 1e-10 || stalled)) {
+      solution.converged = true;
+      break;
+    }
+    previous = solution.correction;
+    const Vector12d dq = dq_soft + G * dc;
+    const VectorXd dx = plate_.internal_step(dq);
+    s_ = s;
+    c_ += dc;
+    plate_.step(edges(s_, c_), dx, dq);
+    plate_.assemble();
+  }
+  // the tangent of the last step takes linearised stresses: make it the exact one
+  plate_.set_state(plate_.state());
+  plate_.assemble();
+  return solution;
+}
+
+VectorXd ChordLeaf::unknowns() const {
+  VectorXd y(plate_.unknowns() + 3);
+  y << plate_.state().x, c_;
+  return y;
+}
+
+double ChordLeaf::potential() const { return plate_.energy() - f_.dot(c_); }
+
+// ---------------------------------------------------------------------------- series
+
+namespace {
+
+using Lanes = double __attribute__((vector_size(64)));  // the eight membrane points of an element
+constexpr int points = PlateMesh::points;
+
+// Everything about one leaf as polynomials in x, truncated at ORDER. Nodal dofs of a line:
+// functions_per_line × (3 · size), column c · size + k for component c, monomial k.
+template <int ORDER>
+class Series {
+ public:
+  using P = Polynomial<6, ORDER>;
+  static constexpr int size = P::size;
+
+  Series(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int field_order)
+      : leaf_(leaf),
+        mesh_(leaf.plate().mesh()),
+        table_(monomials<6, ORDER>()),
+        field_order_(field_order) {
+    const Vector3d& s = leaf.soft();
+    const Vector3d scale = tube_force_scale(mesh_.shape());
+    for (int k = 0; k < 2; ++k) {
+      soft_[k] = P::constant(s[k]);
+      soft_[k][1] = ray(k, 0);
+      soft_[k][2] = ray(k, 1);
+    }
+    soft_[2] = P::variable(2, s[2], 1);
+    for (int k = 0; k < 3; ++k) force_[k] = P::variable(3 + k, leaf.forces()[k], scale[k]);
+    nodal_.assign(mesh_.lines(), MatrixXd::Zero(mesh_.functions_per_line(), 3 * size));
+  }
+
+  /// Nodal dofs of the unknowns Y (rows as ChordLeaf::unknowns, columns monomials ≤ field order).
+  void set_fields(const MatrixXd& Y) {
+    const int n = mesh_.functions_per_line(), last = mesh_.lines() - 1;
+    const int m = static_cast<int>(Y.cols());
+    for (int i = 1; i < last; ++i)
+      for (int c = 0; c < 3; ++c)
+        nodal_[i].middleCols(c * size, m) = Y.middleRows(leaf_.plate().block_offset(i) + c * n, n);
+    const int u = leaf_.plate().unknowns();
+    for (int k = 0; k < 3; ++k) stiff_[k] = row(Y, u + k);
+    for (int e = 0; e < 2; ++e) {
+      set_axes(e);
+      const int line = e == 0 ? 0 : last;
+      nodal_[line].setZero();
+      for (int j = 0; j < mesh_.nodes_per_line(); ++j) {
+        const int o = leaf_.plate().block_offset(line) + 4 * j;
+        std::array<P, 4> a{row(Y, o), row(Y, o + 1), row(Y, o + 2), row(Y, o + 3)};
+        a[0][0] += 1;
+        for (int c = 0; c < 3; ++c) {
+          const P &e1 = axis_[e][0][c], &e2 = axis_[e][1][c];
+          P value = e2 * mesh_.y()[j];
+          if (e == 1 && c == 0) {
+            value += stiff_[0];
+            value[0] += 1;
+          }
+          put(line, 4 * j, c, value);
+          put(line, 4 * j + 1, c, times_low(e1, a[0]) + times_low(e2, a[1]));
+          put(line, 4 * j + 2, c, e2);
+          put(line, 4 * j + 3, c, times_low(e1, a[2]) + times_low(e2, a[3]));
+        }
+      }
+    }
+  }
+
+  /// Degree-d part of the residual ∂Π/∂y: rows as the unknowns, one column a monomial of degree d.
+  MatrixXd residual(int d) const {
+    const int n = mesh_.functions_per_line(), last = mesh_.lines() - 1;
+    const int k0 = table_.count(d - 1), k1 = table_.count(d);
+    std::vector<MatrixXd> force(mesh_.lines(), MatrixXd::Zero(n, 3 * size));
+    // the turning edges mix all degrees of the nodal forces there
+    for (int i = 0; i < mesh_.elements_along(); ++i)
+      for (int j = 0; j < mesh_.elements_across(); ++j)
+        add_force(i, j, i == 0 || i == mesh_.elements_along() - 1 ? 0 : d, d, force);
+
+    MatrixXd R(leaf_.plate().unknowns() + 3, k1 - k0);
+    for (int i = 1; i < last; ++i)
+      for (int c = 0; c < 3; ++c)
+        R.middleRows(leaf_.plate().block_offset(i) + c * n, n) =
+            force[i].middleCols(c * size + k0, k1 - k0);
+    for (int e = 0; e < 2; ++e) {
+      const int line = e == 0 ? 0 : last;
+      std::array<P, 3> moment{P::constant(0), P::constant(0), P::constant(0)};
+      P pull = P::constant(0);
+      for (int j = 0; j < mesh_.nodes_per_line(); ++j) {
+        const int o = leaf_.plate().block_offset(line) + 4 * j;
+        for (int k = 0; k < 4; ++k) {
+          const int s = 4 * j + k;
+          std::array<P, 3> g, r;
+          for (int c = 0; c < 3; ++c) {
+            g[c] = get(force[line], s, c);
+            r[c] = get(nodal_[line], s, c);
+          }
+          // lever arms count from the middle of the edge
+          if (k == 0 && e == 1) {
+            r[0] -= stiff_[0];
+            r[0][0] -= 1;
+          }
+          for (int c = 0; c < 3; ++c) {
+            const int a = (c + 1) % 3, b = (c + 2) % 3;
+            moment[c] += r[a] * g[b] - r[b] * g[a];
+          }
+          if (k == 0) pull += g[0];
+          if (k == 1 || k == 3)
+            for (int q = 0; q < 2; ++q) {
+              P sum = P::constant(0);
+              for (int c = 0; c < 3; ++c) sum += axis_[e][q][c] * g[c];
+              copy_degree(sum, k0, k1, R, o + (k - 1) + q);
+            }
+        }
+      }
+      const int u = leaf_.plate().unknowns();
+      if (e == 1) copy_degree(pull - force_[0], k0, k1, R, u);
+      P sum = P::constant(0);
+      for (int c = 0; c < 3; ++c) sum += tangent_z_[e][c] * moment[c];
+      copy_degree(sum - force_[1 + e], k0, k1, R, u + 1 + e);
+    }
+    return R;
+  }
+
+  /// Π = U − f·c. Odd powers of (φ, M1, M2) are not filled where the mesh is mirror symmetric.
+  std::vector<double> potential() const {
+    std::vector<Lanes> sum(size, Lanes{});
+    const int ny = mesh_.elements_across();
+    for (int j = 0; j < (ny + 1) / 2; ++j) {
+      const double weight = 2 * j + 1 == ny ? 1 : 2;  // the other half is the mirror image
+      for (int i = 0; i < mesh_.elements_along(); ++i) add_energy(i, j, weight, sum);
+    }
+    P total = P::constant(0);
+    for (int k = 0; k < size; ++k)
+      for (int g = 0; g < points; ++g) total[k] += sum[k][g];
+    for (int k = 0; k < 3; ++k) total -= force_[k] * stiff_[k];
+    return {total.c.begin(), total.c.end()};
+  }
+
+ private:
+  P row(const MatrixXd& Y, int r) const {
+    P p = P::constant(0);
+    for (int k = 0; k < Y.cols(); ++k) p[k] = Y(r, k);
+    return p;
+  }
+  // b has no degree above the order of the fields
+  P times_low(const P& a, const P& b) const {
+    P r = P::constant(0);
+    add_product(table_, r.c.data(), b.c.data(), a.c.data(), field_order_, ORDER);
+    return r;
+  }
+  void put(int line, int s, int c, const P& p) {
+    for (int k = 0; k < size; ++k) nodal_[line](s, c * size + k) = p[k];
+  }
+  P get(const MatrixXd& m, int s, int c) const {
+    P p;
+    for (int k = 0; k < size; ++k) p[k] = m(s, c * size + k);
+    return p;
+  }
+  static void copy_degree(const P& p, int k0, int k1, MatrixXd& R, int r) {
+    for (int k = k0; k < k1; ++k) R(r, k - k0) = p[k];
+  }
+
+  // exp(hat v) and the third column of its left tangent.
+  void set_axes(int e) {
+    const std::array<P, 3> v{soft_[2] * (e == 0 ? -0.5 : 0.5), soft_[e], stiff_[1 + e]};
+    const P q = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    // Taylor coefficients at q0 of Σ (−q)^k/(2k + m)!, m = 1, 2, 3
+    auto function = [&](int m) {
+      std::array<double, ORDER + 1> taylor{};
+      const double q0 = q[0];
+      for (int t = 0; t <= ORDER; ++t) {
+        double term = 0, binomial = 1, power = 1;
+        for (int k = t; k < t + 16; ++k) {
+          const double inverse_factorial = 1 / std::tgamma(2 * k + m + 1);
+          term += (k % 2 == 0 ? 1 : -1) * binomial * power * inverse_factorial;
+          binomial *= static_cast<double>(k + 1) / (k + 1 - t);
+          power *= q0;
+        }
+        taylor[t] = term;
+      }
+      return compose<6, ORDER, double>(std::span<const double>(taylor), q);
+    };
+    const P a = function(1), b = function(2), c = function(3);
+    std::array<std::array<P, 3>, 3> K, K2;
+    for (auto& r : K) r.fill(P::constant(0));
+    K[0][1] = v[2] * -1.0;
+    K[0][2] = v[1];
+    K[1][0] = v[2];
+    K[1][2] = v[0] * -1.0;
+    K[2][0] = v[1] * -1.0;
+    K[2][1] = v[0];
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        K2[i][j] = v[i] * v[j];
+        if (i == j) K2[i][j] -= q;
+      }
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 2; ++j) {
+        axis_[e][j][i] = a * K[i][j] + b * K2[i][j];
+        if (i == j) axis_[e][j][i][0] += 1;
+      }
+      tangent_z_[e][i] = b * K[i][2] + c * K2[i][2];
+      if (i == 2) tangent_z_[e][i][0] += 1;
+    }
+  }
+
+  // Degree of an element's fields: the edges turn by the exponential, the rest is of field order.
+  int field_degree(int i) const {
+    return i == 0 || i == mesh_.elements_along() - 1 ? ORDER : std::min(ORDER, field_order_);
+  }
+
+  // Columns of the monomials ≤ degree, component by component.
+  MatrixXd gather(int i, int j, int m) const {
+    MatrixXd U(16, 3 * m);
+    for (int c = 0; c < 3; ++c) {
+      U.block(0, c * m, 8, m) = nodal_[i].block(4 * j, c * size, 8, m);
+      U.block(8, c * m, 8, m) = nodal_[i + 1].block(4 * j, c * size, 8, m);
+    }
+    return U;
+  }
+
+  struct Points {
+    int degree, m;  ///< of the gradients
+    std::array<std::vector<Lanes>, 3> a1, a2;
+    std::array<std::vector<Lanes>, 3> strain;  ///< e11, e22, 2 e12, all monomials
+  };
+
+  // Gradients and Green–Lagrange strains; strains to degree `strain_degree`.
+  Points point_series(const MatrixXd& U, int i, int j, int m, int degree, int strain_degree) const {
+    const MatrixXd A = mesh_.element(i, j).gradient * U;
+    Points p;
+    p.degree = degree;
+    p.m = m;
+    for (int c = 0; c < 3; ++c) {
+      p.a1[c].resize(m);
+      p.a2[c].resize(m);
+      for (int k = 0; k < m; ++k)
+        for (int g = 0; g < points; ++g) {
+          p.a1[c][k][g] = A(g, c * m + k);
+          p.a2[c][k][g] = A(points + g, c * m + k);
+        }
+      p.strain[c].assign(table_.count(strain_degree), Lanes{});
+    }
+    for (int d = 0; d <= strain_degree; ++d)
+      for (int c = 0; c < 3; ++c) {
+        add_product_of_degree(table_, p.strain[0].data(), p.a1[c].data(), p.a1[c].data(), d, degree,
+                              degree);
+        add_product_of_degree(table_, p.strain[1].data(), p.a2[c].data(), p.a2[c].data(), d, degree,
+                              degree);
+        add_product_of_degree(table_, p.strain[2].data(), p.a1[c].data(), p.a2[c].data(), d, degree,
+                              degree);
+      }
+    for (int q = 0; q < 2; ++q) {
+      p.strain[q][0] -= 1.0;
+      for (Lanes& e : p.strain[q]) e *= 0.5;
+    }
+    return p;
+  }
+
+  Lanes weights(int i, int j) const {
+    Lanes w;
+    for (int g = 0; g < points; ++g) w[g] = mesh_.element(i, j).weight[g];
+    return w;
+  }
+
+  // Nodal forces of degrees d0 to d.
+  void add_force(int i, int j, int d0, int d, std::vector<MatrixXd>& force) const {
+    const int m = table_.count(d);
+    const MatrixXd U = gather(i, j, m);
+    Points p = point_series(U, i, j, m, d, d);
+    const Lanes w = weights(i, j);
+    const double A11 = mesh_.membrane(), A12 = mesh_.shape().poissons_ratio * A11,
+                 A33 = 0.5 * (A11 - A12);
+    std::array<std::vector<Lanes>, 3> stress;
+    for (auto& s : stress) s.resize(m);
+    for (int k = 0; k < m; ++k) {
+      stress[0][k] = w * (A11 * p.strain[0][k] + A12 * p.strain[1][k]);
+      stress[1][k] = w * (A12 * p.strain[0][k] + A11 * p.strain[1][k]);
+      stress[2][k] = w * (A33 * p.strain[2][k]);
+    }
+    const int k0 = table_.count(d0 - 1), nd = m - k0;
+    MatrixXd S(16, 3 * nd);
+    for (int c = 0; c < 3; ++c) {
+      std::vector<Lanes> f1(m, Lanes{}), f2(m, Lanes{});
+      for (int t = d0; t <= d; ++t) {
+        add_product_of_degree(table_, f1.data(), stress[0].data(), p.a1[c].data(), t, d, d);
+        add_product_of_degree(table_, f1.data(), stress[2].data(), p.a2[c].data(), t, d, d);
+        add_product_of_degree(table_, f2.data(), stress[2].data(), p.a1[c].data(), t, d, d);
+        add_product_of_degree(table_, f2.data(), stress[1].data(), p.a2[c].data(), t, d, d);
+      }
+      for (int k = 0; k < nd; ++k)
+        for (int g = 0; g < points; ++g) {
+          S(g, c * nd + k) = f1[k0 + k][g];
+          S(points + g, c * nd + k) = f2[k0 + k][g];
+        }
+    }
+    const PlateMesh::Element& element = mesh_.element(i, j);
+    MatrixXd F = element.gradient.transpose() * S;
+    for (int c = 0; c < 3; ++c) {
+      F.middleCols(c * nd, nd).noalias() += element.bending * U.middleCols(c * m + k0, nd);
+      force[i].block(4 * j, c * size + k0, 8, nd) += F.block(0, c * nd, 8, nd);
+      force[i + 1].block(4 * j, c * size + k0, 8, nd) += F.block(8, c * nd, 8, nd);
+    }
+  }
+
+  void add_energy(int i, int j, double weight, std::vector<Lanes>& sum) const {
+    const int degree = field_degree(i), m = table_.count(degree);
+    const MatrixXd U = gather(i, j, m);
+    const int strain_degree = std::min(ORDER, 2 * degree);
+    const Points p = point_series(U, i, j, m, degree, strain_degree);
+    const Lanes w = weights(i, j) * (0.5 * weight);
+    const double A11 = mesh_.membrane(), A12 = mesh_.shape().poissons_ratio * A11,
+                 A33 = 0.5 * (A11 - A12);
+    const int ms = table_.count(strain_degree);
+    // ½ [e11 (A11 e11 + 2 A12 e22) + A11 e22² + A33 (2 e12)²]
+    std::array<std::vector<Lanes>, 3> stress;
+    for (auto& s : stress) s.resize(ms);
+    for (int k = 0; k < ms; ++k) {
+      stress[0][k] = w * (A11 * p.strain[0][k] + 2 * A12 * p.strain[1][k]);
+      stress[1][k] = w * (A11 * p.strain[1][k]);
+      stress[2][k] = w * (A33 * p.strain[2][k]);
+    }
+    for (int q = 0; q < 3; ++q)
+      add_product(table_, sum.data(), p.strain[q].data(), stress[q].data(), strain_degree,
+                  strain_degree);
+    // ½ U · K_B U, eight functions at a time
+    const MatrixXd B = (0.5 * weight) * (mesh_.element(i, j).bending * U);
+    std::vector<Lanes> a(m), b(m);
+    for (int c = 0; c < 3; ++c)
+      for (int half = 0; half < 2; ++half) {
+        for (int k = 0; k < m; ++k)
+          for (int g = 0; g < 8; ++g) {
+            a[k][g] = U(8 * half + g, c * m + k);
+            b[k][g] = B(8 * half + g, c * m + k);
+          }
+        add_product(table_, sum.data(), a.data(), b.data(), degree, degree);
+      }
+  }
+
+  const ChordLeaf& leaf_;
+  const PlateMesh& mesh_;
+  const MonomialTable& table_;
+  int field_order_;
+  std::array<P, 3> soft_, stiff_, force_;
+  std::array<std::array<std::array<P, 3>, 2>, 2> axis_;  ///< [edge][column][component]
+  std::array<std::array<P, 3>, 2> tangent_z_;            ///< [edge][component] of J e_z
+  std::vector<MatrixXd> nodal_;
+};
+
+// Field coefficients degree by degree: K y_d = −(degree-d part of the residual without y_d).
+template <int ORDER>
+MatrixXd perturbation_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) {
+  const PlateLeaf& plate = leaf.plate();
+  const MonomialTable& table = monomials<6, ORDER>();
+  const int n = plate.unknowns();
+  const auto G = leaf.stiff_map();
+  MatrixXd X = plate.coupling() * G;  // K_fb G, then K_ff⁻¹ of it
+  const MatrixXd KcT = X.transpose();
+  plate.solve(X);
+  const Eigen::PartialPivLU<Matrix3d> S(leaf.stiff_tangent());
+
+  MatrixXd Y = MatrixXd::Zero(n + 3, table.size());
+  Y.col(0) = leaf.unknowns();
+  auto series = std::make_unique<Series<ORDER>>(leaf, ray, ORDER);
+  for (int d = 1; d <= ORDER; ++d) {
+    series->set_fields(Y);
+    MatrixXd R = series->residual(d);
+    MatrixXd top = -R.topRows(n);
+    plate.solve(top);
+    const MatrixXd c = S.solve(MatrixXd(-R.bottomRows(3) - KcT * top));
+    const int k0 = table.count(d - 1);
+    Y.block(0, k0, n, R.cols()) = top - X * c;
+    Y.block(n, k0, 3, R.cols()) = c;
+  }
+  return Y;
+}
+
+}  // namespace
+
+TubeExpansion expand(ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray, int order) {
+  assert(order == 2 || order == 3);
+  TubeExpansion expansion;
+  expansion.sigma = sigma;
+  if (order == 2) {
+    expansion.fields = perturbation_fields<2>(leaf, ray);
+    auto series = std::make_unique<Series<5>>(leaf, ray, 2);
+    series->set_fields(expansion.fields);
+    expansion.W = series->potential();
+  } else {
+    expansion.fields = perturbation_fields<3>(leaf, ray);
+    auto series = std::make_unique<Series<7>>(leaf, ray, 3);
+    series->set_fields(expansion.fields);
+    expansion.W = series->potential();
+  }
+  return expansion;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,266 @@
+#include "core/reduction/tube_leaf.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/elements/plate_stress.hpp"
+#include "core/reduction/polynomial.hpp"
+
+namespace flexopt {
+
+ValidityBox validity_box(const TubeRange& range) {
+  const bool c_shaped = range.ray[0] * range.ray[1] < 0;  // symmetric buckling mode: half the N
+  if (range.order == 3)
+    return {.tau_ratio = 0.9,
+            .tau = 0.02,
+            .twist = 0.016,
+            .axial = c_shaped ? 0.15 : 0.3,
+            .lateral = 0.45};
+  return {.tau_ratio = 0.25,
+          .tau = 0.01,
+          .twist = 0.006,
+          .axial = c_shaped ? 0.06 : 0.12,
+          .lateral = 0.25};
+}
+
+TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range)
+    : mesh_(std::move(mesh)), range_(range), leaf_(mesh_) {
+  directions_.col(0) = range.ray;
+  // across the ray; for the S (1, 1) and C (1, −1) rays the other one of the two
+  directions_.col(1) = Eigen::Vector2d(range.ray[1], -range.ray[0]);
+  if (range.ray[0] * range.ray[1] < 0) directions_.col(1) *= -1;
+
+  const PlateShape& shape = mesh_->shape();
+  const double slenderness = shape.width * shape.width / shape.thickness;  // w²/(L t)
+  std::vector<double> sigma{0};
+  // the transition to a stiffened, wide leaf lies at small curvature
+  if (slenderness > 20 && range.sigma_max > 0.05) sigma.push_back(0.03);
+  if (slenderness > 5 && range.sigma_max > 0.16) sigma.push_back(0.1);
+  if (range.sigma_max > 0.45) sigma.push_back(0.25);
+  sigma.push_back(std::max(range.sigma_max, 0.01));
+  for (double s : sigma)
+    if (!add(s)) return;
+  std::vector<TubeNode> nodes;
+  for (const TubeExpansion& e : expansions_) nodes.push_back({e.sigma, e.W});
+  potential_ =
+      std::make_unique<TubePotential>(directions_, tube_force_scale(shape), 2 * range.order + 1,
+                                      std::move(nodes), Vector3d(range.force_centre, 0, 0));
+}
+
+bool TubeModel::add(double sigma) {
+  const Vector3d s(range_.ray[0] * sigma, range_.ray[1] * sigma, 0);
+  const Vector3d f(range_.force_centre * tube_force_scale(mesh_->shape())[0], 0, 0);
+  if (!leaf_.solve(s, f).converged || leaf_.plate().negative_pivots() > 0) return false;
+  expansions_.push_back(expand(leaf_, sigma, directions_, range_.order));
+  return true;
+}
+
+bool TubeModel::extend(double sigma) {
+  if (!add(sigma)) return false;
+  potential_->add_node({sigma, expansions_.back().W});
+  return true;
+}
+
+namespace {
+
+// Weights of the Taylor coefficients (times h^j) at both ends of the two-point Hermite polynomial
+// that takes q of them from each.
+struct HermiteWeights {
+  std::array<double, 3> a{}, b{};
+};
+HermiteWeights two_point_hermite(int q, double t) {
+  const double r = 1 - t;
+  // weight of coefficient j at the end t = 0; the other end mirrors it with (−1)^j
+  auto weight = [q](int j, double t, double r) {
+    double sum = 0, binomial = 1, power = 1;
+    for (int k = 0; k + j < q; ++k) {
+      sum += binomial * power;
+      binomial *= static_cast<double>(q + k) / (k + 1);
+      power *= t;
+    }
+    return std::pow(t, j) * std::pow(r, q) * sum;
+  };
+  HermiteWeights w;
+  for (int j = 0; j < q; ++j) {
+    w.a[j] = weight(j, t, r);
+    w.b[j] = (j % 2 == 0 ? 1 : -1) * weight(j, r, t);
+  }
+  return w;
+}
+
+}  // namespace
+
+VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) const {
+  const TubeLocation location = potential_->locate(s);
+  const double side = location.sigma < 0 ? -1 : 1;
+  const double sigma = side * location.sigma;
+  const TubeExpansion &a = expansions_[location.interval], &b = expansions_[location.interval + 1];
+  const double h = b.sigma - a.sigma, t = (sigma - a.sigma) / h;
+  const double z[5] = {side * location.tau, side * s[2], f[0] - range_.force_centre, f[1], f[2]};
+
+  const MonomialTable& table = monomials<6, 2>();
+  VectorXd wa(table.size()), wb(table.size());
+  for (int k = 0; k < table.size(); ++k) {
+    const auto e = table.exponents(k);
+    const int j = e[0];
+    const HermiteWeights w = two_point_hermite(3 - (table.degree(k) - j), t);
+    double factor = std::pow(h, j);
+    for (int v = 0; v < 5; ++v)
+      for (int p = 0; p < e[1 + v]; ++p) factor *= z[v];
+    wa[k] = factor * w.a[j];
+    wb[k] = factor * w.b[j];
+  }
+  VectorXd y = a.fields.leftCols(table.size()) * wa + b.fields.leftCols(table.size()) * wb;
+  if (side < 0) {  // mirror in the thickness: the normal components of the interior change sign
+    const int n = mesh_->functions_per_line();
+    for (int i = 1; i + 1 < mesh_->lines(); ++i) y.segment(n + (i - 1) * 3 * n + 2 * n, n) *= -1;
+  }
+  return y;
+}
+
+// ---------------------------------------------------------------------------- element
+
+TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index)
+    : leaf_(leaf),
+      index_(index),
+      scale_(leaf),
+      model_(std::move(model)),
+      edges_(PlateLeaf::undeflected(*model_->mesh()).edges) {
+  state_.mixed.f[0] = model_->range().force_centre;
+}
+
+void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
+  follow(state_, scale_.scaled_increment(dq));
+  edges_ = {scale_.scaled(edges[0]), scale_.scaled(edges[1])};
+  plate_is_current_ = false;
+}
+
+const LeafEvaluation& TubeLeaf::evaluate() {
+  const bool framed = evaluate_reduced_leaf(model_->potential(), 1.0, edges_, state_, response_);
+  if (!framed) {  // edges on top of each other: no step leads on from here
+    evaluation_.correction = 1e6;
+    return evaluation_;
+  }
+  evaluation_.energy = scale_.energy * response_.mixed.energy;
+  evaluation_.force = scale_.global_force(response_.force);
+  evaluation_.tangent = scale_.global_tangent(response_.tangent);
+  // the energy that the forces still want to give, as in the full leaf
+  const MixedState& m = state_.mixed;
+  evaluation_.correction = std::sqrt(std::abs(m.R.dot(m.F_inverse * m.R)));
+  return evaluation_;
+}
+
+LeafElement::Refinement TubeLeaf::refine() {
+  const TubeLocation& at = response_.location;
+  const double sigma = std::abs(at.sigma);
+  if (at.beyond > 1e-9 * sigma) {
+    if (sigma < 1.0 && model_->extend(1.1 * sigma)) return {.changed = true, .replacement = {}};
+    return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
+  }
+  const ValidityBox box = validity_box(model_->range());
+  const PlateShape& shape = model_->mesh()->shape();
+  const Vector3d scale = model_->potential().force_scale();
+  const double buckling = 4 * std::numbers::pi * std::numbers::pi * shape.width;
+  const Vector3d& f = state_.mixed.f;
+  const double axial = std::abs(f[0] - model_->range().force_centre) * scale[0] / buckling;
+  const double lateral = 2 * std::max(std::abs(f[1]), std::abs(f[2])) * scale[1] / buckling;
+  const double phi = std::abs(response_.frame.e[twist]);
+  std::string reason;
+  if (std::abs(at.tau) > std::max(box.tau_ratio * sigma, box.tau))
+    reason = fmt::format("bends {:.3g} rad off its ray at {:.3g} rad", std::abs(at.tau), sigma);
+  else if (phi > box.twist)
+    reason = fmt::format("twists by {:.3g} rad > {:.3g} rad", phi, box.twist);
+  else if (axial > box.axial)
+    reason = fmt::format("axial force {:.3g} of its buckling load off {:.3g}, > {:.3g}", axial,
+                         model_->range().force_centre * scale[0] / buckling, box.axial);
+  else if (lateral > box.lateral)
+    reason = fmt::format("lateral load {:.3g} of its buckling load > {:.3g}", lateral, box.lateral);
+  if (reason.empty()) return {};
+  return {true, full_model(reason)};
+}
+
+std::unique_ptr<LeafElement> TubeLeaf::full_model(const std::string& reason) {
+  auto full = std::make_unique<FullLeaf>(leaf_, model_->mesh(), index_, reason);
+  full->plate().set_state(rebuilt());
+  return full;
+}
+
+namespace {
+struct TubeLeafState final : LeafState {
+  EdgePoses edges;
+  ReducedState state;
+};
+}  // namespace
+
+std::unique_ptr<LeafState> TubeLeaf::save() const {
+  auto copy = std::make_unique<TubeLeafState>();
+  copy->edges = edges_;
+  copy->state = state_;
+  return copy;
+}
+
+void TubeLeaf::restore(const LeafState& state) {
+  const auto& copy = static_cast<const TubeLeafState&>(state);
+  edges_ = copy.edges;
+  state_ = copy.state;
+  plate_is_current_ = false;
+}
+
+PlateLeaf::State TubeLeaf::rebuilt() const {
+  const PlateMesh& mesh = *model_->mesh();
+  const int n = mesh.functions_per_line();
+  const Vector6d& e = response_.frame.e;
+  const VectorXd y = model_->fields({e[theta1y], e[theta2y], e[twist]}, state_.mixed.f);
+  PlateLeaf::State state{edges_, y.head(y.size() - 3)};
+  // from the chord frame to the leaf's axes: values move with the base edge, slopes turn only
+  const Matrix3d& E = response_.frame.axes;
+  for (int i = 1; i + 1 < mesh.lines(); ++i) {
+    Eigen::Map<MatrixXd> r(state.x.data() + n + (i - 1) * 3 * n, n, 3);
+    r = (r * E.transpose()).eval();
+    for (int j = 0; j < mesh.nodes_per_line(); ++j) r.row(4 * j) += edges_[0].position.transpose();
+  }
+  return state;
+}
+
+PlateLeaf& TubeLeaf::condensed() {
+  if (!plate_) plate_ = std::make_unique<PlateLeaf>(model_->mesh());
+  if (!plate_is_current_) {
+    plate_->set_state(rebuilt());
+    plate_->assemble();
+    const VectorXd dx = plate_->internal_step(Vector12d::Zero());
+    check_ = dx.cwiseAbs().maxCoeff();
+    PlateLeaf::State state = plate_->state();
+    state.x += dx;
+    plate_->set_state(state);
+    plate_->assemble();
+    plate_is_current_ = true;
+  }
+  return *plate_;
+}
+
+LeafDynamics TubeLeaf::dynamics(int min_modes, double cutoff) {
+  PlateLeaf& plate = condensed();
+  LeafDynamics dynamics = plate_dynamics(plate, scale_, min_modes, cutoff);
+  dynamics.check = check_;
+  return dynamics;
+}
+
+std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {
+  if (plate_is_current_) return plate_->nodal();
+  if (!plate_) plate_ = std::make_unique<PlateLeaf>(model_->mesh());
+  plate_->set_state(rebuilt());
+  return plate_->nodal();
+}
+
+StressPeak TubeLeaf::max_stress() {
+  return plate_max_stress(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_);
+}
+
+LeafShape TubeLeaf::shape() {
+  return plate_deformed_shape(*model_->mesh(), rebuilt_nodal(), leaf_, scale_);
+}
+
+}  // namespace flexopt
