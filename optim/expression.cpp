@@ -59,7 +59,8 @@ Expression::Expression(std::string text, const std::vector<std::string>& paramet
   };
   if (p.text.find_first_not_of(" \t\n") == std::string::npos)
     throw refuse("expected a formula over the design parameters: " + list(parameters));
-  if (assigns(p.text)) throw refuse("a formula has a value, it does not assign: '=' is not allowed");
+  if (assigns(p.text))
+    throw refuse("a formula has a value, it does not assign: '=' is not allowed");
   if (p.text.find('"') != std::string::npos) throw refuse("a formula holds numbers, no texts");
   try {
     p.parser.DefineConst("pi", std::numbers::pi);
@@ -72,13 +73,12 @@ Expression::Expression(std::string text, const std::vector<std::string>& paramet
     if (p.names.empty())
       throw refuse("the formula uses no design parameter; there are: " + list(parameters));
     p.values.assign(p.names.size(), 1.0);
-    for (std::size_t i = 0; i < p.names.size(); ++i)
-      p.parser.DefineVar(p.names[i], &p.values[i]);
+    for (std::size_t i = 0; i < p.names.size(); ++i) p.parser.DefineVar(p.names[i], &p.values[i]);
     p.parser.Eval();  // parses
     if (p.parser.GetNumResults() != 1) throw refuse("a formula has one value; ',' separates two");
   } catch (const mu::Parser::exception_type& error) {
-    throw refuse(fmt::format("not a formula: {} (position {})", lowered(error.GetMsg()),
-                             error.GetPos()));
+    throw refuse(
+        fmt::format("not a formula: {} (position {})", lowered(error.GetMsg()), error.GetPos()));
   }
 }
 

@@ -15,8 +15,8 @@ namespace flexopt {
 class Expression {
  public:
   /// `parameters` are the names it may use; `pointer` is the JSON pointer of the text. Throws
-  /// SpecError for bad syntax, for an unknown name (the rule lists the known ones) and for a formula
-  /// that uses no parameter.
+  /// SpecError for bad syntax, for an unknown name (the rule lists the known ones) and for a
+  /// formula that uses no parameter.
   Expression(std::string text, const std::vector<std::string>& parameters, std::string pointer);
 
   const std::string& text() const;

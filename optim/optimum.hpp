@@ -29,6 +29,7 @@ struct EvaluationRecord {
   double objective = 0;
   std::vector<double> constraints;  ///< values, in the order of the job
   double violation = 0;             ///< largest relative violation, 0 when feasible
+  bool difference = false;          ///< a neighbour evaluated for central differences only
 };
 
 struct StartSummary {
@@ -40,7 +41,8 @@ struct StartSummary {
   int evaluations = 0, failed_evaluations = 0;
 };
 
-/// The optimum evaluated again at full accuracy.
+/// The optimum evaluated again at full accuracy. Where that found no equilibrium, `response` says so
+/// and there are no values. Differences: reduced / full − 1, reduced − full where full is 0.
 struct Verification {
   StrokeResponse response;
   double objective = 0;

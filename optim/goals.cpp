@@ -1,0 +1,155 @@
+#include "optim/goals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace flexopt {
+namespace {
+
+constexpr int most_branches = 3;  // two modes cross at a point of the path; the third is a reserve
+
+bool is_frequency(const std::string& quantity) {
+  return quantity.find("frequenc") != std::string::npos;
+}
+
+Goal make_goal(const Job& job, const std::string& label, const std::string& quantity,
+               const std::string& expression, OverStroke over, const std::string& pointer) {
+  Goal goal{label, quantity, {}, over, 1};
+  if (!expression.empty()) {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : job.design.parameters) names.push_back(name);
+    goal.expression.emplace(expression, names, pointer);
+    goal.over_stroke = OverStroke::first;
+  } else if (quantity == "parasitic_frequency" && over == OverStroke::min) {
+    goal.branches = std::clamp(job.request.frequencies, 1, most_branches);
+  }
+  return goal;
+}
+
+/// The parasitic frequency, then the next modes of its list that count, the last one repeated where
+/// the list is short.
+void add_branches(const PathPoint& point, const StrokeRequest& request, double lowest, int branches,
+                  GoalValues& values) {
+  const std::vector<Mode>& modes =
+      request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
+  values.push_back(lowest);
+  int found = 1;
+  bool lowest_seen = false;
+  for (const Mode& mode : modes) {
+    if (found == branches) break;
+    const bool skipped =
+        mode.kind == ModeKind::drive ||
+        (mode.kind == ModeKind::leaf && request.parasitic_skips_leaf_modes) ||
+        (mode.kind == ModeKind::intermediate_body && request.parasitic_skips_intermediate_modes);
+    if (skipped || mode.frequency < lowest) continue;
+    if (!lowest_seen && mode.frequency == lowest) {
+      lowest_seen = true;
+      continue;
+    }
+    values.push_back(mode.frequency);
+    ++found;
+  }
+  for (; found < branches; ++found) values.push_back(values.back());
+}
+
+}  // namespace
+
+std::vector<Goal> make_goals(const Job& job) {
+  assert(job.optimise);
+  const OptimiseSpec& spec = *job.optimise;
+  const Objective& o = spec.objective;
+  std::vector<Goal> goals{
+      make_goal(job, "objective", o.quantity, o.expression, o.over_stroke, "/optimise/objective")};
+  for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
+    const Constraint& c = spec.constraints[i];
+    goals.push_back(make_goal(job, c.label, c.quantity, c.expression, c.over_stroke,
+                              fmt::format("/optimise/constraints/{}", i)));
+  }
+  return goals;
+}
+
+StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals) {
+  StrokeRequest request = job.request;
+  const auto any = [&](auto&& test) {
+    return std::any_of(goals.begin(), goals.end(), [&](const Goal& g) { return test(g.quantity); });
+  };
+  request.stress = any([](const std::string& q) { return q == "max_stress"; });
+  if (!any(is_frequency)) request.frequencies = 0;
+  request.shapes = false;
+  return request;
+}
+
+GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
+                      const StrokeRequest& request) {
+  GoalReading reading;
+  for (const PathPoint& point : response.path) {
+    if (point.status != PointStatus::converged) {
+      const std::string& why = point.message.empty() ? response.message : point.message;
+      reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
+                                    why.empty() ? "" : ": ", why);
+      return reading;
+    }
+    const std::optional<double> value = value_of(point, goal.quantity);
+    if (!value || !std::isfinite(*value)) {
+      reading.message =
+          fmt::format("{} has no value at stroke {:.6g}", goal.quantity, point.stroke);
+      return reading;
+    }
+    if (goal.branches == 1)
+      reading.values.push_back(*value);
+    else
+      add_branches(point, request, *value, goal.branches, reading.values);
+  }
+  if (response.path.size() != request.points.size() || response.path.empty()) {
+    reading.message = fmt::format("{} of {} stroke points came back: {}", response.path.size(),
+                                  request.points.size(), response.message);
+    return reading;
+  }
+  reading.ok = true;
+  return reading;
+}
+
+GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
+  assert(goal.expression);
+  GoalReading reading;
+  const std::optional<double> value = goal.expression->value(parameters);
+  reading.ok = value.has_value();
+  if (value)
+    reading.values = {*value};
+  else
+    reading.message = fmt::format("{} is not finite", goal.expression->text());
+  return reading;
+}
+
+Extreme extreme(const Goal& goal, const GoalValues& values) {
+  assert(!values.empty() && values.size() % static_cast<std::size_t>(goal.branches) == 0);
+  const auto stride = static_cast<std::size_t>(goal.branches);
+  Extreme best;
+  if (goal.over_stroke == OverStroke::last) best.entry = values.size() - stride;
+  const auto rank = [&](std::size_t i) {
+    switch (goal.over_stroke) {
+      case OverStroke::min:
+        return -values[i];
+      case OverStroke::max:
+        return values[i];
+      case OverStroke::max_abs:
+        return std::abs(values[i]);
+      default:
+        return 0.0;
+    }
+  };
+  for (std::size_t i = 0; i < values.size(); i += stride)
+    if (rank(i) > rank(best.entry)) best.entry = i;
+  if (goal.over_stroke == OverStroke::max_abs && values[best.entry] < 0) best.sign = -1;
+  return best;
+}
+
+double aggregate(const Goal& goal, const GoalValues& values) {
+  const Extreme e = extreme(goal, values);
+  return e.sign * values[e.entry];
+}
+
+}  // namespace flexopt
