@@ -9,9 +9,9 @@
 
 namespace flexopt::synthetic {
 
-constexpr double length = 0.1;                      // [m]
-constexpr double EI_over_L = 0.6;                   // [J]
-inline const Vector3d force_scale(60.0, 1.8, 1.8);  // EI/L², w EI/L² [N, N m, N m]
+constexpr double length = 0.1;                       // [m]
+constexpr double EI_over_L = 0.6;                    // [J]
+inline const Vector3d force_scale(6.0, 0.18, 0.18);  // EI/L², w EI/L² [N, N m, N m]
 
 inline double exp_of(double x) { return std::exp(x); }
 template <int NV, int ORDER>
@@ -30,11 +30,11 @@ S potential(const S& th1, const S& th2, const S& phi, const S& N, const S& M1, c
   const S foreshortening =
       (1.0 / 15) * (th1 * th1) - (1.0 / 30) * (th1 * th2) + (1.0 / 15) * (th2 * th2);
   const S softening = exp_of(2.0 * bend);
-  const S W = 2.0 * bend + 0.3 * (bend * bend) + 0.4 * (phi * phi * softening) +
+  const S W = 2.0 * bend + 0.3 * (bend * bend * softening) + 0.4 * (phi * phi * softening) +
               N * foreshortening + 0.1 * (N * phi * phi) - 0.0008 * (N * N * exp_of(th1 * th2)) -
-              0.03 * ((M1 * M1 + M2 * M2 - M1 * M2) * softening) - 1e-5 * (N * N * N * bend) +
-              0.08 * (phi * (M1 * th1 - M2 * th2)) - 0.002 * (N * M1 * M2) -
-              0.0005 * (M1 * M1 * M1 * M1 + M1 * phi * M2 * phi);
+              0.003 * ((M1 * M1 + M2 * M2 - M1 * M2) * softening) - 1e-5 * (N * N * N * bend) +
+              0.02 * (phi * (M1 * th1 - M2 * th2)) - 0.0002 * (N * M1 * M2) -
+              0.0001 * (M1 * M1 * M1 * M1 + M1 * phi * M2 * phi);
   return EI_over_L * W;
 }
 

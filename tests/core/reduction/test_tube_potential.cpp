@@ -192,15 +192,16 @@ TEST_CASE("coefficients of the monomials m are C^(d - |m|) across nodes", "[redu
   }
 }
 
-TEST_CASE("between nodes the error falls with the order of the Hermite data", "[reduction][tube]") {
+TEST_CASE("between nodes the error falls at least with the order of the Hermite data",
+          "[reduction][tube]") {
   // On the ray: the value has 6 + 6 data (order 12), the moment by its derivative 11, the stiffness
   // against twist |m| = 2, so 4 + 4 data (order 8).
   const Eigen::Matrix2d D = c_ray();
   const auto error = [&](double h) {
-    const TubePotential t = tube(D, {0, 0.6, 0.6 + h});
+    const TubePotential t = tube(D, {0, 0.2, 0.2 + h});
     Vector3d worst = Vector3d::Zero();
     for (double u : {0.3, 0.5, 0.7}) {
-      const Vector3d s = soft(D, 0.6 + u * h, 0, 0);
+      const Vector3d s = soft(D, 0.2 + u * h, 0, 0);
       const PotentialValue p = t.evaluate(s, Vector3d::Zero()), v = exact(s, Vector3d::Zero());
       worst = worst.cwiseMax(Vector3d(std::abs(p.value - v.value),
                                       std::abs(p.gradient[0] - v.gradient[0]),
@@ -208,11 +209,12 @@ TEST_CASE("between nodes the error falls with the order of the Hermite data", "[
     }
     return worst;
   };
-  const Vector3d coarse = error(0.8), fine = error(0.4);
+  const Vector3d coarse = error(0.5), fine = error(0.25);
+  CAPTURE(coarse, fine);
   REQUIRE(fine.minCoeff() > 1e-12);  // above rounding
-  CHECK(std::log2(coarse[0] / fine[0]) == Approx(12).margin(1));
-  CHECK(std::log2(coarse[1] / fine[1]) == Approx(11).margin(1));
-  CHECK(std::log2(coarse[2] / fine[2]) == Approx(8).margin(1));
+  CHECK(std::log2(coarse[0] / fine[0]) > 11.5);
+  CHECK(std::log2(coarse[1] / fine[1]) > 10.5);
+  CHECK(std::log2(coarse[2] / fine[2]) > 7.5);
 }
 
 TEST_CASE("a node added later gives the tube that was built with it", "[reduction][tube]") {
