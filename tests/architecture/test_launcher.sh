@@ -1,0 +1,107 @@
+#!/bin/sh
+# Tests of ./flexopt with stand-ins for everything it calls: sh test_launcher.sh PATH_OF_LAUNCHER
+set -eu
+launcher=$1
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+mkdir -p "$work/repo/core" "$work/repo/designs/jobs" "$work/repo/optim" \
+  "$work/repo/results/report" "$work/bin"
+cp "$launcher" "$work/repo/flexopt"
+touch "$work/repo/CMakeLists.txt" "$work/repo/CMakePresets.json" "$work/repo/core/a.cpp"
+
+# Each stand-in notes how it was called. FAKE_MISSING is a Debian package that is not there yet.
+stand_in() { printf '#!/bin/sh\necho "%s $*" >>"%s/calls"\n%s\n' "$1" "$work" "$2" >"$work/bin/$1"
+  chmod +x "$work/bin/$1"; }
+stand_in cmake "case \$1 in --build) mkdir -p build/release
+  printf '#!/bin/sh\necho program \"\$@\"; exit 7\n' >build/release/flexopt
+  chmod +x build/release/flexopt;; esac"
+stand_in ctest ''
+stand_in npm ''
+stand_in node ''
+stand_in sudo '"$@"'
+stand_in apt-get ''
+stand_in dpkg-query 'for last; do :; done
+case $last in "${FAKE_MISSING:-}") exit 1;; esac; printf "installed"'
+PATH=$work/bin:$PATH
+export PATH
+
+problem() { echo "FAILED: $*"; echo "calls:"; cat "$work/calls"; exit 1; }
+called() { grep -q -- "$1" "$work/calls"; }
+# start ARGUMENTS: runs the launcher; sets `code`, `out`, `err`, and the file of calls.
+start() {
+  : >"$work/calls"
+  code=0
+  "$work/repo/flexopt" "$@" >"$work/out" 2>"$work/err" || code=$?
+  out=$(cat "$work/out")
+  err=$(cat "$work/err")
+}
+# A build counts from its second on: step back what was made, so that "newer" means something.
+age() { find "$work/repo" -exec touch -d '1 hour ago' {} +; touch "$work/repo/build/release/.built"; }
+
+start run job.json --out 'a folder'
+[ "$code" = 7 ] || problem "the program's exit code is handed on, got $code: $err"
+[ "$out" = "program run job.json --out a folder" ] || problem "arguments are handed on: $out"
+called "cmake --preset release" || problem "configures with the preset release"
+called "cmake --build --preset release --target flexopt" || problem "builds the program alone"
+called "apt-get" && problem "installs nothing when nothing is missing"
+
+age
+start designs
+[ -s "$work/calls" ] && problem "a warm start calls nothing"
+[ "$out" = "program designs" ] || problem "a warm start runs the program"
+
+sleep 0.01
+touch "$work/repo/core/a.cpp"
+start designs
+called "cmake --build" || problem "a newer source is built"
+
+age
+sleep 0.01
+rm "$work/repo/core/a.cpp"
+start designs
+called "cmake --build" || problem "a removed source is noticed"
+
+age
+sleep 0.01
+touch "$work/repo/designs/jobs/job.json"
+start designs
+called "cmake --build" && problem "a job file is no source"
+
+age
+echo "another processor" >"$work/repo/build/release/.built"
+start designs
+called "cmake --build" || problem "another processor means another build"
+
+rm -r "$work/repo/build"
+FAKE_MISSING=libeigen3-dev FLEXOPT_NO_INSTALL=1 start designs
+[ "$code" = 4 ] || problem "forbidden to install what is missing: exit code 4, got $code"
+case $err in *libeigen3-dev*) ;; *) problem "names the missing package: $err" ;; esac
+called "apt-get" && problem "installs although forbidden"
+called "^cmake " && problem "builds although a package is missing"
+
+FAKE_MISSING=libeigen3-dev start designs
+called "apt-get update" || problem "updates the package lists"
+called "apt-get install .*libeigen3-dev" || problem "installs the missing package"
+called "apt-get install .*libfmt-dev" && problem "installs a package that is there"
+case $err in *"installing Debian packages: libeigen3-dev"*) ;; *) problem "says so first: $err" ;; esac
+
+rm -r "$work/repo/build"
+echo '{}' >"$work/repo/results/report/package-lock.json"
+stand_in npm 'mkdir -p node_modules'
+FLEXOPT_NO_INSTALL=1 start designs
+[ "$code" = 4 ] || problem "forbidden to fetch npm packages: exit code 4, got $code"
+start designs
+called "npm ci" || problem "fetches the report's libraries"
+
+start test -R units
+called "cmake --build --preset release --target all" || problem "test builds everything"
+called "ctest --preset release .*-R units" || problem "test runs ctest with its options"
+
+stand_in cmake 'exit 1'
+touch "$work/repo/core/b.cpp"
+start designs
+[ "$code" = 4 ] || problem "a failed build: exit code 4, got $code"
+case $out in *program*) problem "a failed build does not start the old program" ;; esac
+start designs
+[ "$code" = 4 ] || problem "a failed build is tried again"
+echo "the launcher does what it says"
