@@ -82,10 +82,9 @@ bool evaluate_reduced_leaf(const TubePotential& potential, double length, const 
   const MixedEnergy& m = response.mixed;
   response.force.noalias() = frame.B.transpose() * m.gradient;
   const Rows6x12 KB = m.hessian.lazyProduct(frame.B);
-  response.tangent = geometric_stiffness(frame, m.gradient);
-  response.tangent.noalias() += frame.B.transpose().lazyProduct(KB);
-  for (int i = 1; i < 12; ++i)  // symmetric to the last digit
-    for (int j = 0; j < i; ++j) response.tangent(j, i) = response.tangent(i, j);
+  Matrix12d K = geometric_stiffness(frame, m.gradient);
+  K.noalias() += frame.B.transpose().lazyProduct(KB);
+  response.tangent = 0.5 * (K + K.transpose());  // symmetric to the last digit
   return true;
 }
 
