@@ -79,6 +79,7 @@ const LeafEvaluation& FullLeaf::evaluate() {
   evaluation_.force = scale_.global_force(plate_.force());
   evaluation_.tangent = scale_.global_tangent(plate_.tangent());
   evaluation_.correction = plate_.correction();
+  evaluation_.strain = plate_.strain();
   evaluation_.negative_pivots = plate_.negative_pivots();
   return evaluation_;
 }

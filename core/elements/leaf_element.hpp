@@ -25,6 +25,7 @@ struct LeafEvaluation {
   Vector12d force = Vector12d::Zero();    ///< ∂energy/∂q [N, N m]
   Matrix12d tangent = Matrix12d::Zero();  ///< ∂force/∂q, rotation varied as exp(hat δ) R
   double correction = 0;  ///< size of the step that the internal unknowns still want (lengths / L)
+  double strain = 0;      ///< largest stretch of the mid-surface
   int negative_pivots = 0;  ///< of the internal stiffness, edges held
 };
 

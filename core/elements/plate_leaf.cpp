@@ -2,6 +2,7 @@
 
 #include <Spectra/SymGEigsShiftSolver.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -139,7 +140,7 @@ void PlateLeaf::assemble_elements() {
   for (int i = 0; i <= nx; ++i) diagonal(i).setZero();
   for (int i = 0; i < nx; ++i) below(i).setZero();
   for (VectorXd& f : nodal_force_) f.setZero();
-  energy_ = 0;
+  energy_ = strain_ = 0;
 
   for (int i = 0; i < nx; ++i) {
     MatrixXd &D0 = diagonal(i), &D1 = diagonal(i + 1), &O = below(i);
@@ -159,6 +160,7 @@ void PlateLeaf::assemble_elements() {
       // Green–Lagrange: e11, e22 and 2 e12
       const PointArray e11 = 0.5 * (dot(a1, a1) - 1), e22 = 0.5 * (dot(a2, a2) - 1),
                        e12 = dot(a1, a2);
+      strain_ = std::max({strain_, e11.abs().maxCoeff(), e22.abs().maxCoeff()});
       const PointArray& w = element.weight;
       const PointArray n11 = w * (A11 * e11 + A12 * e22), n22 = w * (A12 * e11 + A11 * e22),
                        n12 = w * (A33 * e12);

@@ -36,6 +36,8 @@ class PlateLeaf {
   double energy() const { return energy_; }
   double correction() const { return correction_; }
   int negative_pivots() const { return K_.negative_pivots(); }
+  /// Largest membrane strain |e11|, |e22| met at the last assembly.
+  double strain() const { return strain_; }
 
   /// Condensed force and tangent at the edges (12), to first order in the internal residual.
   const Vector12d& force() const { return force_; }
@@ -101,7 +103,7 @@ class PlateLeaf {
   MatrixXd coupling_, Y_;  ///< K_fb and L⁻¹ K_fb
   Matrix12d edge_tangent_, tangent_;
   Vector12d edge_force_, force_;
-  double energy_ = 0, correction_ = 0;
+  double energy_ = 0, correction_ = 0, strain_ = 0;
 };
 
 }  // namespace flexopt

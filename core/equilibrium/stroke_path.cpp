@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -29,6 +30,21 @@ Vector6d stroke_gradient(const System& system) {
     h[d] = 1;
   }
   return h;
+}
+
+int negative_pivots_with_held_drive(const System& system) {
+  const Mechanism& m = system.mechanism();
+  const int n = system.size(), d = 6 * m.end_effector + index(m.drive);
+  const MatrixXd& K = system.tangent_stiffness();
+  const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  MatrixXd H = s.asDiagonal() * K * s.asDiagonal();
+  // a decoupled positive one in the drive's place
+  H.row(d).setZero();
+  H.col(d).setZero();
+  H(d, d) = 1;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H.topLeftCorner(n, n),
+                                                      Eigen::EigenvaluesOnly);
+  return system.negative_pivots() + static_cast<int>((eigen.eigenvalues().array() < 0).count());
 }
 
 Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& load,
@@ -91,14 +107,30 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
                            const Solve& solve) {
   System::Snapshot good = system.save();
   double reached = 0, step = 1;
-  int halvings = 0, sub_steps = 0;
+  int halvings = 0, sub_steps = 0, negative = -1;
   Equilibrium result;
   while (reached < 1) {
+    if (negative < 0) {
+      system.assemble();
+      negative = negative_pivots_with_held_drive(system);
+    }
     const double target = std::min(1.0, reached + step);  // powers of two: 1 is met exactly
     result = solve(target);
+    int now = 0;
+    if (result.converged) {
+      now = negative_pivots_with_held_drive(system);
+      if (system.strain() > largest_strain) {
+        result.converged = false;
+        result.message = fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
+                                     system.strain(), largest_strain);
+      } else if (now > negative && halvings + 2 < options.max_halvings) {
+        result.converged = false;  // another branch? believed only if short steps lead there too
+      }
+    }
     if (result.converged) {
       ++sub_steps;
       reached = target;
+      negative = now;
       if (reached < 1) good = system.save();
       continue;
     }

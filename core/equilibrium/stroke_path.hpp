@@ -12,6 +12,10 @@ double present_stroke(const System& system);
 /// Its derivative with respect to (displacement, spin) of the end-effector.
 Vector6d stroke_gradient(const System& system);
 
+/// Negative eigenvalues of the whole tangent with the drive held, leaf interiors included (inertia
+/// adds up over static condensation: Haynsworth). The system must be assembled.
+int negative_pivots_with_held_drive(const System& system);
+
 struct Equilibrium {
   bool converged = false;
   int iterations = 0;  ///< linear solves of the last (sub-)step
@@ -26,8 +30,13 @@ struct Equilibrium {
 Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& load,
                               const NewtonOptions& options);
 
-/// The same, halving the step when Newton fails; on failure the system is left where the last
-/// sub-step converged.
+/// Largest stretch of a leaf's mid-surface that is still taken for a flexure at work; far beyond
+/// any elastic metal or polymer leaf.
+inline constexpr double largest_strain = 0.05;
+
+/// The same, halving the step when Newton fails, when stability is lost over it (a large step may
+/// land on another branch) or when a leaf would be stretched beyond `largest_strain`; on failure
+/// the system is left where the last sub-step converged.
 Equilibrium step_to(System& system, double stroke, const Vector6d& load,
                     const NewtonOptions& options);
 

@@ -37,12 +37,13 @@ Matrix6d System::edge_map(int i, int end) const {
 void System::assemble() {
   force_ = VectorXd::Zero(size());
   tangent_ = MatrixXd::Zero(size(), size());
-  energy_ = correction_ = 0;
+  energy_ = correction_ = strain_ = 0;
   negative_pivots_ = 0;
   for (int i = 0; i < leaves(); ++i) {
     const LeafEvaluation& e = leaves_[i]->evaluate();
     energy_ += e.energy;
     correction_ = std::max(correction_, e.correction);
+    strain_ = std::max(strain_, e.strain);
     negative_pivots_ += e.negative_pivots;
     Matrix6d Q[2];
     for (int end = 0; end < 2; ++end)

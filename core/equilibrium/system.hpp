@@ -33,7 +33,8 @@ class System {
   const VectorXd& internal_force() const { return force_; }       ///< (force, moment) per body
   const MatrixXd& tangent_stiffness() const { return tangent_; }  ///< with every geometric term
   double correction() const { return correction_; }               ///< largest of the leaves
-  int negative_pivots() const { return negative_pivots_; }        ///< of all leaf interiors
+  double strain() const { return strain_; }  ///< largest mid-surface stretch of the leaves
+  int negative_pivots() const { return negative_pivots_; }  ///< of all leaf interiors
 
   /// Moves the bodies by (displacement, spin) each; the leaves follow the linearised increment.
   void move(const VectorXd& dq);
@@ -67,7 +68,7 @@ class System {
   double length_ = 0;
   VectorXd force_;
   MatrixXd tangent_;
-  double energy_ = 0, correction_ = 0;
+  double energy_ = 0, correction_ = 0, strain_ = 0;
   int negative_pivots_ = 0;
 };
 

@@ -147,6 +147,7 @@ const LeafEvaluation& TubeLeaf::evaluate() {
   evaluation_.energy = scale_.energy * response_.mixed.energy;
   evaluation_.force = scale_.global_force(response_.force);
   evaluation_.tangent = scale_.global_tangent(response_.tangent);
+  evaluation_.strain = std::abs(response_.frame.e[elongation]);
   // the energy that the forces still want to give, as in the full leaf
   const MixedState& m = state_.mixed;
   evaluation_.correction = std::sqrt(std::abs(m.R.dot(m.F_inverse * m.R)));

@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "core/equilibrium/stroke_path.hpp"
+
 namespace flexopt {
 
 EndEffectorCompliance end_effector_compliance(const System& system) {
@@ -35,10 +37,7 @@ EndEffectorCompliance end_effector_compliance(const System& system) {
       result.drive_locked(i, j) = 0.5 * (X(p, q) + X(q, p)) * s[ee + i] * s[ee + j];
     }
   }
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H, Eigen::EigenvaluesOnly);
-  // inertia adds up over static condensation (Haynsworth)
-  result.negative_pivots =
-      system.negative_pivots() + static_cast<int>((eigen.eigenvalues().array() < 0).count());
+  result.negative_pivots = negative_pivots_with_held_drive(system);
   return result;
 }
 

@@ -1,0 +1,128 @@
+// Newton along the stroke: iterations, large single steps, the fallback, failures in words.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/reduction/leaf_models.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+System make_system(const Mechanism& m, Accuracy accuracy, double largest) {
+  ModelOptions options;
+  options.accuracy = accuracy;
+  return System(m, accuracy == Accuracy::full
+                       ? make_full_leaves(m, options)
+                       : make_reduced_leaves(m, options, largest, Vector6d::Zero()));
+}
+
+const double pi = std::numbers::pi;
+
+}  // namespace
+
+TEST_CASE("at most six iterations a step and no sub-steps, full and reduced") {
+  const Accuracy accuracy = GENERATE(Accuracy::full, Accuracy::reduced);
+  struct Case {
+    Mechanism mechanism;
+    double step;
+    int steps;
+  };
+  const Case cases[] = {
+      {models::guide(0.1, 0.03, 5e-4), 0.003, 10},
+      {models::guide(0.06, 0.06, 2.5e-4), 0.0018, 10},
+      {models::three_leaf_hinge(0.06, 0.04, 4e-4), 5 * pi / 180, 9},
+      {models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}}), 5 * pi / 180, 9}};
+  for (const Case& c : cases) {
+    System system = make_system(c.mechanism, accuracy, c.step * c.steps);
+    for (int k = 1; k <= c.steps; ++k) {
+      const Equilibrium e = step_to(system, k * c.step, Vector6d::Zero(), {});
+      REQUIRE(e.converged);
+      CHECK(e.sub_steps == 1);
+      CHECK(e.iterations <= 6);
+      CHECK(present_stroke(system) == Approx(k * c.step).epsilon(1e-9));
+    }
+  }
+}
+
+TEST_CASE("a single step to 0.3 L or 45 degrees converges for a single leaf") {
+  const Accuracy accuracy = GENERATE(Accuracy::full, Accuracy::reduced);
+  const double sign = GENERATE(1.0, -1.0);
+  struct Leaf {
+    double length, width, thickness;
+  };
+  for (const Leaf& l : {Leaf{0.1, 0.03, 5e-4}, Leaf{0.06, 0.04, 4e-4}, Leaf{0.06, 0.06, 2.5e-4}}) {
+    {
+      // guided: the two leaves of a guide far apart stay parallel
+      const Mechanism m = models::guide(l.length, l.width, l.thickness, 1.0);
+      System system = make_system(m, accuracy, 0.3 * l.length);
+      const Equilibrium e = step_to(system, sign * 0.3 * l.length, Vector6d::Zero(), {});
+      REQUIRE(e.converged);
+      CHECK(e.sub_steps == 1);
+    }
+    const Mechanism m = models::single_leaf(l.length, l.width, l.thickness, Direction::rz);
+    System system = make_system(m, accuracy, pi / 4);
+    const Equilibrium e = step_to(system, sign * pi / 4, Vector6d::Zero(), {});
+    REQUIRE(e.converged);
+    CHECK(e.sub_steps == 1);
+  }
+}
+
+TEST_CASE("a step that Newton cannot make is halved, and the path ends at the same place") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  System direct = make_system(m, Accuracy::full, 0.02);
+  REQUIRE(step_to(direct, 0.02, Vector6d::Zero(), {}).converged);
+
+  NewtonOptions short_of_breath;
+  short_of_breath.max_iterations = 3;
+  System halved = make_system(m, Accuracy::full, 0.02);
+  const Equilibrium e = step_to(halved, 0.02, Vector6d::Zero(), short_of_breath);
+  REQUIRE(e.converged);
+  CHECK(e.sub_steps > 1);
+  CHECK((halved.pose(0).position - direct.pose(0).position).norm() < 1e-10);
+  CHECK((halved.tangent_stiffness() - direct.tangent_stiffness()).norm() <
+        1e-6 * direct.tangent_stiffness().norm());
+}
+
+TEST_CASE("the way back ends where it began") {
+  const Accuracy accuracy = GENERATE(Accuracy::full, Accuracy::reduced);
+  const Mechanism m = models::three_leaf_hinge(0.06, 0.04, 4e-4);
+  System system = make_system(m, accuracy, 0.5);
+  for (const double s : {0.2, 0.4, -0.3, 0.1, 0.0})
+    REQUIRE(step_to(system, s, Vector6d::Zero(), {}).converged);
+  CHECK(system.pose(0).position.norm() < 1e-9 * 0.06);
+  CHECK((system.pose(0).rotation - Matrix3d::Identity()).norm() < 1e-9);
+}
+
+TEST_CASE("a stroke beyond reach gives the points that converged and says what happened") {
+  StrokeRequest request;
+  request.points = {0, 0.02, 0.3};  // three times the length of the leaf
+  ModelOptions model;
+  model.accuracy = GENERATE(Accuracy::full, Accuracy::reduced);
+  const StrokeResponse r = evaluate_stroke(models::guide(0.1, 0.03, 5e-4), model, request);
+  CHECK(r.status == Status::no_equilibrium);
+  CHECK(r.path[0].status == PointStatus::converged);
+  CHECK(r.path[1].status == PointStatus::converged);
+  CHECK(r.path[2].status == PointStatus::no_equilibrium);
+  CHECK(r.path[2].message.find("no equilibrium between") != std::string::npos);
+}
+
+TEST_CASE(
+    "the tangent of the whole mechanism is symmetric and the work of the path is the energy") {
+  const Mechanism m = models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}});
+  System system = make_system(m, Accuracy::reduced, 0.5);
+  // Simpson's rule over the drive moment
+  const int steps = 20;
+  double work = 0;
+  for (int k = 1; k <= steps; ++k) {
+    const Equilibrium e = step_to(system, 0.4 * k / steps, Vector6d::Zero(), {});
+    REQUIRE(e.converged);
+    work += (k == steps ? 1 : k % 2 == 1 ? 4 : 2) * e.drive_load * 0.4 / steps / 3;
+    const MatrixXd& K = system.tangent_stiffness();
+    CHECK((K - K.transpose()).norm() < 1e-10 * K.norm());
+  }
+  CHECK(system.energy() == Approx(work).epsilon(1e-5));
+}

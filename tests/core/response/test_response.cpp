@@ -1,0 +1,97 @@
+// Compliance, frequencies, modes and stability of whole mechanisms.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+TEST_CASE("the locked compliance is the free one with the drive taken out") {
+  StrokeRequest request;
+  request.points = {0, 0.01, 0.02};
+  const StrokeResponse r = evaluate_stroke(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
+  REQUIRE(r.status == Status::ok);
+  for (const PathPoint& p : r.path) {
+    const Matrix6d& C = p.compliance_free;
+    const Matrix6d expected = C - C.col(1) * C.row(1) / C(1, 1);
+    CHECK((p.compliance_locked - expected).cwiseAbs().maxCoeff() < 1e-7 * C.cwiseAbs().maxCoeff());
+    CHECK(p.compliance_locked.row(1).norm() == 0);
+    CHECK((C - C.transpose()).norm() == 0);
+    CHECK(p.stable);
+    CHECK(p.drive_stiffness == Approx(1 / C(1, 1)));
+    CHECK(!p.support_stiffness[1]);
+  }
+}
+
+TEST_CASE("mirrored strokes give mirrored responses") {
+  StrokeRequest request;
+  request.points = {-0.015, 0, 0.015};
+  request.frequencies = 4;
+  const StrokeResponse r = evaluate_stroke(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
+  REQUIRE(r.status == Status::ok);
+  const PathPoint &a = r.path[0], &b = r.path[2];
+  CHECK(a.drive_load == Approx(-b.drive_load).epsilon(1e-8));
+  CHECK(a.displacement[0] == Approx(b.displacement[0]).epsilon(1e-8));
+  for (int d : {0, 2, 3, 4, 5})
+    CHECK(*a.support_stiffness[d] == Approx(*b.support_stiffness[d]).epsilon(1e-6));
+  for (int k = 0; k < 4; ++k)
+    CHECK(a.frequencies_locked[k] == Approx(b.frequencies_locked[k]).epsilon(1e-6));
+}
+
+TEST_CASE("the drive mode of a heavy guide is the mass on its drive stiffness") {
+  const double mass = 50;
+  StrokeRequest request;
+  request.frequencies = 4;
+  const StrokeResponse r =
+      evaluate_stroke(models::guide(0.1, 0.03, 5e-4, 0.06, mass, 1), ModelOptions{}, request);
+  REQUIRE(r.status == Status::ok);
+  const PathPoint& p = r.path[0];
+  CHECK(p.modes_free[0].kind == ModeKind::drive);
+  CHECK(p.modes_free[0].drive > 0.999);
+  CHECK(p.frequencies_free[0] ==
+        Approx(std::sqrt(p.drive_stiffness / mass) / (2 * std::numbers::pi)).epsilon(1e-3));
+  for (const Mode& m : p.modes_locked) {
+    CHECK(m.drive + m.end_effector + m.intermediate_body + m.leaf == Approx(1));
+    CHECK(m.kind != ModeKind::drive);
+  }
+  REQUIRE(p.parasitic_frequency);
+  CHECK(*p.parasitic_frequency == p.frequencies_locked[0]);
+}
+
+TEST_CASE("a guide pushed beyond its buckling load is unstable, one that is pulled is stiffer") {
+  // Sway buckling with the drive free at 2 · π² EI/L² (clamped–guided pair); held drive: 4 times.
+  const double L = 0.1, w = 0.01, t = 5e-4, E = 200e9;
+  const double sway = 2 * std::numbers::pi * std::numbers::pi * E * w * t * t * t / 12 / (L * L);
+  auto at_load = [&](double factor) {
+    StrokeRequest request;
+    request.load[0] = factor * sway;
+    request.stress = false;
+    ModelOptions model;
+    const StrokeResponse r = evaluate_stroke(models::guide(L, w, t), model, request);
+    REQUIRE(r.status == Status::ok);
+    return r.path[0];
+  };
+  const PathPoint free = at_load(0), pulled = at_load(0.5), half = at_load(-0.5),
+                  beyond = at_load(-1.2);
+  CHECK(pulled.drive_stiffness > free.drive_stiffness);
+  CHECK(half.drive_stiffness == Approx(0.5 * free.drive_stiffness).epsilon(0.05));
+  CHECK(beyond.drive_stiffness < 0);
+  CHECK(beyond.stable);  // the held drive supports it
+}
+
+TEST_CASE("a reinforced check: every quantity of a converged point has a value and a unit") {
+  StrokeRequest request;
+  request.points = {0.01};
+  request.frequencies = 12;
+  const StrokeResponse r = evaluate_stroke(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
+  REQUIRE(r.status == Status::ok);
+  int with_value = 0;
+  for (const Quantity& q : quantities(Direction::uy)) {
+    CHECK(!q.unit.empty());
+    CHECK(q.name != "support_stiffness.uy");
+    if (value_of(r.path[0], q.name)) ++with_value;
+  }
+  CHECK(with_value == static_cast<int>(quantities(Direction::uy).size()));
+}

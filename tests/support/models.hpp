@@ -1,0 +1,80 @@
+#pragma once
+// Mechanisms that many tests share, written out by hand: independent of the families.
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt::models {
+
+inline Material steel() { return {"steel", 200e9, 0.3, 7800, {}}; }
+
+/// Leaf from `from` along `along`, width along z.
+inline LeafSpring leaf(const Vector3d& from, const Vector3d& along, double length, double width,
+                       double thickness, const Material& material = steel()) {
+  LeafSpring l;
+  l.origin = from;
+  l.axes.col(0) = along.normalized();
+  l.axes.col(1) = Vector3d::UnitZ();
+  l.axes.col(2) = l.axes.col(0).cross(l.axes.col(1));
+  l.length = length;
+  l.width = width;
+  l.thickness = thickness;
+  l.material = material;
+  return l;
+}
+
+inline RigidBody body(const Vector3d& at, double mass, double inertia) {
+  RigidBody b;
+  b.name = "end-effector";
+  b.reference = b.center_of_mass = at;
+  b.mass = mass;
+  b.inertia = inertia * Matrix3d::Identity();
+  return b;
+}
+
+/// One leaf along x, O at the middle of its tip.
+inline Mechanism single_leaf(double length, double width, double thickness,
+                             Direction drive = Direction::uy, const Material& m = steel()) {
+  Mechanism mechanism;
+  mechanism.drive = drive;
+  mechanism.bodies = {body({length, 0, 0}, 0, 0)};
+  mechanism.leaves = {leaf({0, 0, 0}, {1, 0, 0}, length, width, thickness, m)};
+  return mechanism;
+}
+
+/// Two leaves along x, O on the line of their tips.
+inline Mechanism guide(double length, double width, double thickness, double spacing = 0.06,
+                       double mass = 0.5, double inertia = 4e-4) {
+  Mechanism mechanism;
+  mechanism.drive = Direction::uy;
+  mechanism.bodies = {body({length, 0, 0}, mass, inertia)};
+  for (const double y : {0.5 * spacing, -0.5 * spacing})
+    mechanism.leaves.push_back(leaf({0, y, 0}, {1, 0, 0}, length, width, thickness));
+  return mechanism;
+}
+
+/// Leaves that cross at the origin under ±45°, given by (side, z, width).
+struct Crossing {
+  double side, z, width;
+};
+inline Mechanism hinge(double length, double thickness, const std::vector<Crossing>& leaves,
+                       double mass = 0.3, double inertia = 3e-4) {
+  Mechanism mechanism;
+  mechanism.drive = Direction::rz;
+  mechanism.bodies = {body({0, 0, 0}, mass, inertia)};
+  for (const Crossing& c : leaves) {
+    const Vector3d along = Vector3d(1, c.side, 0).normalized();
+    mechanism.leaves.push_back(
+        leaf(Vector3d(0, 0, c.z) - 0.5 * length * along, along, length, c.width, thickness));
+  }
+  return mechanism;
+}
+
+/// Outer, inner, outer leaf of equal total width.
+inline Mechanism three_leaf_hinge(double length, double width, double thickness) {
+  return hinge(length, thickness,
+               {{1, 0.8 * width, 0.5 * width}, {-1, 0, width}, {1, -0.8 * width, 0.5 * width}});
+}
+
+}  // namespace flexopt::models
