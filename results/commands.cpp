@@ -31,13 +31,11 @@ int run_job(const CommandLine& line) {
   const auto begin = std::chrono::steady_clock::now();
   const Job job = checked_job(line);
   OutputFolder folder(line.folder);  // goes away again if something is still wrong with the input
-  write_job(folder.path(), job);
-
-  Progress progress(stderr, progress_style(stderr, line.quiet));
+  ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
   for (const std::string& note : job.notes) progress.say("note: " + note);
   RunRecord record = job.kind == JobKind::optimise
                          ? run_optimisation(job, folder.path(), line.threads, progress)
-                         : run_evaluation(job, progress);
+                         : run_evaluation(job, folder.path(), progress);
   record.timings["total"] =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
@@ -69,9 +67,10 @@ int print_schema() {
 }
 
 int check_gradients(const CommandLine&) {
-  throw SpecError("check-gradients", "asked for",
-                  "this version has no exact gradients to check yet; its gradient methods use "
-                  "central differences");
+  fmt::print(stderr,
+             "flexopt: check-gradients is not offered by this version: it has no exact gradients "
+             "yet, its gradient methods use central differences\n");
+  return exit_wrong_input;
 }
 
 int rewrite_report(const CommandLine& line) {

@@ -6,6 +6,13 @@ if(GIT AND EXISTS "${SOURCE}/.git")
     RESULT_VARIABLE failed OUTPUT_VARIABLE described OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
   if(NOT failed AND described)
     set(commit "${described}")
+    if(commit MATCHES "-dirty$")  # which changes: results of other code must not pass for the same
+      execute_process(COMMAND ${GIT} -C ${SOURCE} diff HEAD
+        COMMAND ${GIT} hash-object --stdin
+        OUTPUT_VARIABLE changes OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+      string(SUBSTRING "${changes}" 0 8 changes)
+      string(APPEND commit "-${changes}")
+    endif()
   endif()
 endif()
 set(text "#pragma once\n#define FLEXOPT_COMMIT \"${commit}\"\n")

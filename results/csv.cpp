@@ -45,7 +45,7 @@ struct Column {
 bool converged(const PathPoint& point) { return point.status == PointStatus::converged; }
 
 std::string compliance_unit(int i, int j) {
-  return fmt::format("{}/({})", i < 3 ? "m" : "rad", j < 3 ? "N" : "N m");
+  return fmt::format("{}/{}", i < 3 ? "m" : "rad", j < 3 ? "N" : "(N m)");
 }
 
 /// C_ij with i ≤ j; the matrices are symmetric.
@@ -113,7 +113,7 @@ std::vector<Column> path_columns(const StrokeResponse& response, Direction drive
 std::vector<std::string> history_header(const Job& job, const Family& family, Direction drive) {
   const OptimiseSpec& spec = *job.optimise;
   const Objective& goal = spec.objective;
-  std::vector<std::string> cells{"start", "number", "ok"};
+  std::vector<std::string> cells{"start", "number", "ok", "difference"};
   for (const Variable& variable : spec.variables)
     cells.push_back(headed(variable.parameter, parameter_unit(family, variable.parameter)));
   const std::string objective =
@@ -150,7 +150,8 @@ std::string history_csv(const Job& job, const Optimum& optimum, Direction drive)
       row(history_header(job, find_family(job.design.family, "/design/family"), drive));
   std::optional<double> best;
   for (const EvaluationRecord& record : optimum.history) {
-    const bool feasible = record.ok && record.violation <= spec.constraint_tolerance;
+    const bool feasible =
+        record.ok && !record.difference && record.violation <= spec.constraint_tolerance;
     if (feasible &&
         (!best || (spec.objective.maximise ? record.objective > *best : record.objective < *best)))
       best = record.objective;
@@ -158,7 +159,8 @@ std::string history_csv(const Job& job, const Optimum& optimum, Direction drive)
       return record.ok ? number_cell(value) : std::string();
     };
     std::vector<std::string> cells{fmt::format("{}", record.start),
-                                   fmt::format("{}", record.number), record.ok ? "true" : "false"};
+                                   fmt::format("{}", record.number), record.ok ? "true" : "false",
+                                   record.difference ? "true" : "false"};
     for (const Variable& variable : spec.variables) {
       const auto found = record.variables.find(variable.parameter);
       cells.push_back(found == record.variables.end() ? "" : number_cell(found->second));

@@ -11,7 +11,7 @@ namespace flexopt {
 std::string path_csv(const StrokeResponse& response, Direction drive);
 
 /// One row an evaluated design, in the order start, number; `best` is the objective of the best
-/// feasible design up to and including this row.
+/// feasible design up to and including this row, `difference` marks neighbours for derivatives.
 std::string history_csv(const Job& job, const Optimum& optimum, Direction drive);
 
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record);

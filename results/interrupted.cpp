@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/evaluation_book.hpp"
 #include "results/folder.hpp"
 #include "results/result_json.hpp"
 
@@ -14,8 +15,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Reads the lines that are whole; an interruption may have torn the last one.
-std::vector<EvaluationRecord> read_evaluations(const fs::path& file) {
+/// The whole lines of evaluations.jsonl after its heading; the last one may be torn. Unlike the
+/// optimiser's own reader this takes a log of any version and leaves the file alone.
+std::vector<EvaluationRecord> read_evaluations(const fs::path& file) try {
   std::vector<EvaluationRecord> records;
   std::istringstream lines(read_file(file));
   for (std::string line; std::getline(lines, line);) {
@@ -26,6 +28,7 @@ std::vector<EvaluationRecord> read_evaluations(const fs::path& file) {
     record.number = json.at("number");
     record.variables = json.at("variables").get<ParameterValues>();
     record.ok = json.at("ok");
+    record.difference = json.value("difference", false);
     record.message = json.value("message", "");
     if (record.ok) {
       record.objective = json.at("objective");
@@ -35,15 +38,8 @@ std::vector<EvaluationRecord> read_evaluations(const fs::path& file) {
     records.push_back(std::move(record));
   }
   return records;
-}
-
-/// Feasible before infeasible, then the better objective or the smaller violation.
-bool better(const EvaluationRecord& a, const EvaluationRecord& b, const OptimiseSpec& spec) {
-  const bool a_holds = a.violation <= spec.constraint_tolerance;
-  const bool b_holds = b.violation <= spec.constraint_tolerance;
-  if (a_holds != b_holds) return a_holds;
-  if (!a_holds) return a.violation < b.violation;
-  return spec.objective.maximise ? a.objective > b.objective : a.objective < b.objective;
+} catch (const OrderedJson::exception& error) {
+  throw SpecError("", file.string(), std::string("expected evaluations: ") + error.what());
 }
 
 }  // namespace
@@ -56,6 +52,7 @@ OrderedJson interrupted_result(const fs::path& folder) {
                     "expected a finished run or an optimisation with some evaluations");
   RunRecord record;
   record.job = job;
+  const OptimiseSpec& spec = *job.optimise;
   Optimum optimum;
   optimum.history = read_evaluations(log);
   optimum.parameters = job.design.parameters;
@@ -65,7 +62,8 @@ OrderedJson interrupted_result(const fs::path& folder) {
     ++optimum.evaluations;
     if (!trial.ok)
       ++optimum.failed_evaluations;
-    else if (!best || better(trial, *best, *job.optimise))
+    else if (!trial.difference &&
+             (!best || better(trial, *best, spec.objective.maximise, spec.constraint_tolerance)))
       best = &trial;
   }
   if (best) {
@@ -73,9 +71,8 @@ OrderedJson interrupted_result(const fs::path& folder) {
     optimum.parameters = complete_parameters(job.design, optimum.parameters);
     optimum.objective = best->objective;
     optimum.best_start = best->start;
-    optimum.status = best->violation <= job.optimise->constraint_tolerance
-                         ? OptimumStatus::feasible
-                         : OptimumStatus::infeasible;
+    optimum.status = best->violation <= spec.constraint_tolerance ? OptimumStatus::feasible
+                                                                  : OptimumStatus::infeasible;
   }
   record.mechanism = make_mechanism(job, optimum.parameters);
   record.status = "interrupted";

@@ -104,11 +104,12 @@ Json verified_json(const Optimum& optimum, const Mechanism& mechanism) {
   Json path = Json::array();
   for (const PathPoint& point : verified.response.path)
     path.push_back(make_path_point(point, mechanism));
+  const bool found = verified.response.status == Status::ok;
   return {{"accuracy", "full"},
-          {"status", verified.response.status == Status::ok ? "ok" : "no_equilibrium"},
+          {"status", found ? "ok" : "no_equilibrium"},
           {"message", verified.response.message},
-          {"objective", verified.objective},
-          {"objective_difference", verified.objective_difference},
+          {"objective", found ? Json(verified.objective) : Json()},
+          {"objective_difference", found ? Json(verified.objective_difference) : Json()},
           {"constraints", std::move(constraints)},
           {"path", std::move(path)}};
 }
@@ -123,11 +124,13 @@ Json sensitivities_json(const Optimum& optimum, const Family& family) {
   return sensitivities;
 }
 
-/// One column each: the convergence history without the designs, which history.csv has.
+/// One column each: the convergence history without designs and without the neighbours for
+/// differences; history.csv has both.
 Json history_json(const Optimum& optimum) {
   Json start = Json::array(), number = Json::array(), objective = Json::array(),
        violation = Json::array();
   for (const EvaluationRecord& record : optimum.history) {
+    if (record.difference) continue;
     start.push_back(record.start);
     number.push_back(record.number);
     objective.push_back(record.ok ? Json(record.objective) : Json());

@@ -1,6 +1,8 @@
 #pragma once
 // How far a run is, on stderr: a bar on a terminal, plain lines otherwise.
+#include <chrono>
 #include <cstdio>
+#include <optional>
 #include <string>
 
 namespace flexopt {
@@ -10,16 +12,16 @@ enum class ProgressStyle { silent, lines, bar };
 /// A bar if `stream` is a terminal.
 ProgressStyle progress_style(std::FILE* stream, bool quiet);
 
-class Progress {
+class ProgressDisplay {
  public:
-  Progress(std::FILE* stream, ProgressStyle style);
-  ~Progress();  ///< ends the bar's line
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
+  ProgressDisplay(std::FILE* stream, ProgressStyle style);
+  ~ProgressDisplay();  ///< ends the bar's line
+  ProgressDisplay(const ProgressDisplay&) = delete;
+  ProgressDisplay& operator=(const ProgressDisplay&) = delete;
 
   /// A line of its own.
   void say(const std::string& text);
-  /// `done` of `total`; lines are printed at every tenth of the total only.
+  /// `done` of `total`. Often called: a line comes at most every two seconds, and at both ends.
   void step(int done, int total, const std::string& text);
 
  private:
@@ -28,7 +30,7 @@ class Progress {
   std::FILE* stream_;
   ProgressStyle style_;
   bool bar_shown_ = false;
-  int tenths_said_ = -1;
+  std::optional<std::chrono::steady_clock::time_point> last_;
 };
 
 }  // namespace flexopt

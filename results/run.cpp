@@ -1,6 +1,15 @@
 #include "results/run.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "core/spec/spec_error.hpp"
+#include "optim/optimise.hpp"
+#include "results/run_files.hpp"
+#include "results/units.hpp"
+#include "results/version.hpp"
 
 namespace flexopt {
 
@@ -13,9 +22,42 @@ StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism) {
   return evaluate_stroke(mechanism, job.model, request);
 }
 
+/// Ctrl-C: one sentence, then the usual end. Only calls that a signal handler may make.
+extern "C" void say_how_to_resume(int signal) {
+  constexpr char text[] =
+      "\nflexopt: interrupted; the same command goes on from evaluations.jsonl\n";
+  const auto ignored = ::write(STDERR_FILENO, text, sizeof text - 1);
+  (void)ignored;
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+/// True where a finished run of another job, or of another version, left its evaluations: they are
+/// of no use and nothing is lost with them. Those of an interrupted one are refused.
+bool overwrites_finished(const Job& job, const std::filesystem::path& folder,
+                         const std::filesystem::path& log, const std::string& version) try {
+  const EvaluationLog own(job, log, version, false);
+  return false;
+} catch (const SpecError&) {
+  if (!holds_finished_run(folder)) throw;
+  return true;
+}
+
+std::string progress_text(const Progress& progress, const std::string& unit) {
+  std::string text = fmt::format("evaluations at most, {} start{}", progress.starts,
+                                 progress.starts == 1 ? "" : "s");
+  if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
+  if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
+  if (progress.best)
+    text += fmt::format(", best {:.6g}{}{}", *progress.best, unit.empty() ? "" : " ", unit);
+  return text;
+}
+
 }  // namespace
 
-RunRecord run_evaluation(const Job& job, Progress& progress) {
+RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder,
+                         ProgressDisplay& display) {
+  write_job(folder, job);
   RunRecord record;
   record.job = job;
   record.mechanism = make_mechanism(job, job.design.parameters);
@@ -24,6 +66,41 @@ RunRecord run_evaluation(const Job& job, Progress& progress) {
   record.response = drawn_response(job, record.mechanism);
   record.timings["coefficients"] = record.response.seconds_coefficients;
   record.timings["path"] = record.response.seconds_path;
+  conclude(record);
+  return record;
+}
+
+RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
+                           ProgressDisplay& display) {
+  RunRecord record;
+  record.job = job;
+  OptimiseOptions options;
+  options.log = folder / "evaluations.jsonl";
+  options.version = version() + " " + commit();
+  options.threads = threads;
+  options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
+  write_job(folder, job);  // from here on the folder is this job's
+
+  const OptimiseSpec& spec = *job.optimise;
+  const int total = spec.starts * spec.max_evaluations;
+  const Direction drive = make_mechanism(job, job.design.parameters).drive;
+  const std::string unit =
+      spec.objective.quantity.empty() ? "" : quantity_unit(spec.objective.quantity, drive);
+  options.progress = [&](const EvaluationRecord&, const Progress& progress) {
+    display.step(progress.evaluations, total, progress_text(progress, unit));
+  };
+  display.say(fmt::format("optimising {}: {} variables, {} constraints, {} starts", job.name,
+                          spec.variables.size(), spec.constraints.size(), spec.starts));
+  const auto previous = std::signal(SIGINT, say_how_to_resume);
+  record.optimum = optimise(job, options);
+  std::signal(SIGINT, previous);
+
+  Optimum& optimum = *record.optimum;
+  const bool evaluated = optimum.status != OptimumStatus::failed;
+  record.mechanism = make_mechanism(job, evaluated ? optimum.parameters : job.design.parameters);
+  if (evaluated) optimum.response = drawn_response(job, record.mechanism);
+  record.timings["coefficients"] = optimum.response.seconds_coefficients;
+  record.timings["path"] = optimum.response.seconds_path;
   conclude(record);
   return record;
 }

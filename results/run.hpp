@@ -7,10 +7,13 @@
 
 namespace flexopt {
 
-RunRecord run_evaluation(const Job& job, Progress& progress);
+/// Both leave job.json in the folder before they start.
+RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder,
+                         ProgressDisplay& display);
 
-/// Appends to evaluations.jsonl in the folder, and goes on from the one it finds there.
+/// Appends to evaluations.jsonl in the folder, and goes on from the one it finds there. Throws
+/// SpecError where an interrupted run of another job stands in the way.
 RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
-                           Progress& progress);
+                           ProgressDisplay& display);
 
 }  // namespace flexopt

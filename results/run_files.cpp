@@ -44,19 +44,21 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   return written;
 }
 
+bool holds_finished_run(const fs::path& folder) {
+  const fs::path result_file = folder / "result.json", job_file = folder / "job.json";
+  if (!fs::exists(result_file)) return false;
+  const OrderedJson result = read_json(result_file);
+  if (!result.is_object())
+    throw SpecError("", result_file.string(), "expected the result.json of a run");
+  // A newer job.json: this result is of an earlier run, and the newer one was interrupted.
+  return !fs::exists(job_file) || result.value("job", OrderedJson()) == read_json(job_file);
+}
+
 OrderedJson read_result(const fs::path& folder) {
   if (!fs::is_directory(folder))
     throw SpecError("", folder.string(), "expected the output folder of a run");
-  const fs::path result_file = folder / "result.json", job_file = folder / "job.json";
-  const bool has_job = fs::exists(job_file);
-  if (fs::exists(result_file)) {
-    OrderedJson result = read_json(result_file);
-    if (!result.is_object())
-      throw SpecError("", result_file.string(), "expected the result.json of a run");
-    // A newer job.json: this result is of an earlier run, and the newer one was interrupted.
-    if (!has_job || result.value("job", OrderedJson()) == read_json(job_file)) return result;
-  }
-  if (!has_job)
+  if (holds_finished_run(folder)) return read_json(folder / "result.json");
+  if (!fs::exists(folder / "job.json"))
     throw SpecError("", folder.string(),
                     "expected the output folder of a run: no result.json in it");
   return interrupted_result(folder);

@@ -57,6 +57,11 @@ void conclude_optimisation(RunRecord& record) {
   if (optimum.failed_evaluations > 0)
     record.message += fmt::format(" ({} failed)", optimum.failed_evaluations);
   record.message += optimum.stop_reason.empty() ? "." : "; " + optimum.stop_reason;
+  if (optimum.verified && optimum.verified->response.status != Status::ok) {
+    if (record.status == "ok") record.status = "not_verified";
+    record.message +=
+        " At full accuracy it has no equilibrium: " + optimum.verified->response.message;
+  }
 }
 
 }  // namespace

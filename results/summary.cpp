@@ -112,7 +112,7 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, Direction driv
   const auto unit = [&](const std::string& quantity) {
     return quantity.empty() ? std::string() : quantity_unit(quantity, drive);
   };
-  const bool verified = optimum.verified.has_value();
+  const bool verified = optimum.verified && optimum.verified->response.status == Status::ok;
   std::vector<std::string> header{"value", "bound"};
   if (verified) header.insert(header.end(), {"full accuracy", "reduced/full - 1"});
   text += line("", header);

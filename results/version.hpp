@@ -4,6 +4,6 @@
 namespace flexopt {
 
 std::string version();  ///< of the project: "0.1.0"
-std::string commit();   ///< that was built, with "-dirty" if files were changed; or "unknown"
+std::string commit();   ///< that was built, with "-dirty-…" if files were changed; or "unknown"
 
 }  // namespace flexopt

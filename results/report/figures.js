@@ -99,8 +99,7 @@ function line_chart(spec) {
     return figure;
   }
   const named = (spec.legend ?? lines).filter((line) => line.name);
-  if (named.length > 0)
-    figure.append(element("div", {class: "legend"}, ...named.map((line) =>
+  figure.append(element("div", {class: "legend"}, ...named.map((line) =>
       element("span", {}, line_sample(line.color, line.dashed, line.line === false), line.name))));
   const all = lines.flatMap((line) => line.points.map((p) => ({...p, line})));
   const y = {label: null, grid: true, ...(spec.y_domain ? {domain: spec.y_domain} : {nice: true})};

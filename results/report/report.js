@@ -66,10 +66,10 @@ function tiles() {
   if (slowest) add("Lowest parasitic frequency", slowest.parasitic_frequency, "Hz", at_stroke(slowest));
   for (const [name, list] of [["translation", supports.filter((d) => d[0] === "u")], ["rotation", supports.filter((d) => d[0] === "r")]]) {
     const weakest = d3.least(list.map((d) => ({d, p: least_at((q) => q.support_stiffness[d])})), (w) => w.p.support_stiffness[w.d]);
-    if (weakest) add(`Weakest support, ${name}`, weakest.p.support_stiffness[weakest.d], result.units.support_stiffness[weakest.d], `${weakest.d} ${at_stroke(weakest.p)}, drive locked`);
+    if (weakest) add(`Weakest support: ${weakest.d}`, weakest.p.support_stiffness[weakest.d], result.units.support_stiffness[weakest.d], `${at_stroke(weakest.p)}, of all ${name}s, drive locked`);
   }
   const hardest = least_at((p) => -Math.abs(p.drive_load));
-  add("Largest drive load", hardest.drive_load, load_unit, at_stroke(hardest));
+  add("Largest drive load", Math.abs(hardest.drive_load), load_unit, at_stroke(hardest));
   const hottest = least_at((p) => p.max_stress === null ? null : -p.max_stress);
   if (hottest) add("Largest von Mises stress", hottest.max_stress, "Pa",
     at_stroke(hottest) + (hottest.max_stress_place ? `, ${hottest.max_stress_place.leaf}` : "") + (allowable ? `; allowed ${quantity_text(allowable, "Pa", 3)}` : ""));
@@ -88,7 +88,7 @@ function optimisation() {
   const bounds = (optimum.variables ?? []).filter((v) => v.at_bound).map((v) => `${readable(v.parameter)} at its ${v.at_bound}imum`);
   const agree = (optimum.starts ?? []).filter((s) => s.feasible && Math.abs(s.objective - optimum.objective) <= 0.01 * Math.abs(optimum.objective));
   const verdict = [
-    `${goal.sense} ${goal.expression ?? readable(goal.quantity) + ` (${readable(goal.over_stroke)} over the stroke)`}: ${constraint_text(goal, optimum.objective)}.`,
+    `${goal.sense === "maximise" ? "Largest" : "Smallest"} ${goal.expression ?? readable(goal.quantity) + ` (${readable(goal.over_stroke)} over the stroke)`} found: ${constraint_text(goal, optimum.objective)}.`,
     worst && `Tightest constraint: ${readable(worst.label)}, ${worst.margin < 0 ? "violated by" : "margin"} ${number_text(100 * Math.abs(worst.margin / worst.bound), 3)} %.`,
     `Active: ${[...active.map(readable), ...bounds].join(", ") || "none"}.`,
     (optimum.starts ?? []).length > 1 && `${agree.length} of ${optimum.starts.length} starts agree within 1 %.`,
@@ -99,7 +99,7 @@ function optimisation() {
     {name: "Start", text: (v) => quantity_text(v.initial, v.unit)},
     {name: "Optimum", text: (v) => quantity_text(v.optimum, v.unit, 5)},
     {name: "Range", text: (v) => `${quantity_text(v.min, v.unit)} … ${quantity_text(v.max, v.unit)}`},
-    {name: "Bound", left: true, text: (v) => v.at_bound ? `at ${v.at_bound}` : "", tone: () => "warn"}]);
+    {name: "", left: true, text: (v) => v.at_bound ? `at ${v.at_bound}` : "", tone: () => "warn"}]);
   const limits = table_of(constraints, [
     {name: "Constraint", left: true, text: (c) => readable(c.label)},
     {name: "Value", text: (c) => constraint_text(c, c.value)},
@@ -109,7 +109,7 @@ function optimisation() {
     {name: "Multiplier", unit: "SI", text: (c) => number_text(c.multiplier)}], (c) => c.active);
   section("Optimum", element("p", {class: "lead"}, verdict),
     element("p", {class: "soft"}, `${optimum.algorithm.library} ${optimum.algorithm.library === "ipopt" ? "" : optimum.algorithm.name}; gradients: ${optimum.gradients}; ${optimum.evaluations} evaluations (${optimum.failed_evaluations} failed); ${optimum.stop_reason}`),
-    element("div", {class: "columns"}, element("div", {}, design), element("div", {}, limits)));
+    design, limits);
   accuracy_box();
   history();
   starts();

@@ -8,15 +8,22 @@ function view_axes(azimuth, elevation) {
 const along_z = {right: [1, 0, 0], up: [0, 1, 0], towards: [0, 0, 1]};
 const dot3 = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-/// Corners of every element of a leaf, with its mean stress.
+/// Colours of low stress start at blue: turbo's own black would vanish in the dark.
+const stress_color = (t) => d3.interpolateTurbo(0.1 + 0.9 * t);
+
+/// Quarters of every element of a leaf, bilinear, with their mean stress.
 function facets(leaf) {
-  const made = [];
-  for (let j = 0; j + 1 < leaf.points_across; ++j)
-    for (let i = 0; i + 1 < leaf.points_along; ++i) {
-      const a = j * leaf.points_along + i;
-      const corners = [a, a + 1, a + 1 + leaf.points_along, a + leaf.points_along];
-      made.push({corners: corners.map((k) => leaf.deflected[k]),
-                 stress: d3.mean(corners, (k) => leaf.von_mises[k])});
+  const n = leaf.points_along, made = [];
+  const value = (list, i, j) => {  // at half steps, bilinear
+    const ends = (x) => [Math.floor(x), Math.ceil(x)];
+    const picked = ends(i).flatMap((a) => ends(j).map((b) => list[b * n + a]));
+    return Array.isArray(picked[0]) ? middle(picked) : d3.mean(picked);
+  };
+  for (let j = 0; j < leaf.points_across - 1; j += 0.5)
+    for (let i = 0; i < n - 1; i += 0.5) {
+      const corners = [[i, j], [i + 0.5, j], [i + 0.5, j + 0.5], [i, j + 0.5]];
+      made.push({corners: corners.map(([a, b]) => value(leaf.deflected, a, b)),
+                 stress: d3.mean(corners, ([a, b]) => value(leaf.von_mises, a, b))});
     }
   return made;
 }
@@ -84,9 +91,9 @@ function draw_shape(svg, shape, rest, box, axes, color) {
 function shape_panels(shapes, stroke_unit) {
   const rest = d3.least(shapes, (shape) => Math.abs(shape.stroke));
   const top = Math.max(d3.max(shapes, (shape) => d3.max(shape.leaves, (leaf) => d3.max(leaf.von_mises))), 1);
-  const color = d3.scaleSequential([0, top], d3.interpolateTurbo).clamp(true);
+  const color = d3.scaleSequential([0, top], stress_color).clamp(true);
   const stress_of = (shape) => d3.max(shape.leaves, (leaf) => d3.max(leaf.von_mises));
-  const turned = {azimuth: -0.95, elevation: 0.5};
+  const turned = {azimuth: -1.9, elevation: 0.55};
   const grid = element("div", {class: "shapes"});
   grid.style.gridTemplateColumns = `repeat(${shapes.length}, minmax(0, 1fr))`;
   const panels = [];
@@ -113,7 +120,7 @@ function shape_panels(shapes, stroke_unit) {
       draw();
     }));
   draw();
-  const legend = Plot.legend({color: {type: "linear", domain: [0, top * 1e-6], interpolate: d3.interpolateTurbo,
+  const legend = Plot.legend({color: {type: "linear", domain: [0, top * 1e-6], interpolate: stress_color,
                                       label: "von Mises stress of the leaf surfaces [MPa]"}, width: 320});
   return element("div", {}, legend, grid);
 }
