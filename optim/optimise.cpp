@@ -48,33 +48,59 @@ struct Start {
 };
 
 /// x, or the first design on the way from it to the middle of the box that can be evaluated.
-const DesignValues* workable(const DesignProblem& problem, EvaluationBook& book, VectorXd& x) {
+/// False when there is none.
+bool workable(const DesignProblem& problem, EvaluationBook& book, VectorXd& x) {
   const VectorXd begin = x, middle = VectorXd::Constant(x.size(), 0.5);
   int cost = 0;
   for (const double step : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     x = begin + step * (middle - begin);
-    const DesignValues& values = book.at(problem.variables(x), false, cost);
-    if (values.ok) return &values;
+    if (book.at(problem.variables(x), false, cost).ok) return true;
   }
-  return nullptr;
+  return false;
 }
 
 void run_start(const DesignProblem& problem, Start& start) {
   VectorXd x = start.from;
-  const DesignValues* values = workable(problem, *start.book, x);
-  if (!values) {
+  if (!workable(problem, *start.book, x)) {
     const auto& tried = start.book->evaluations();
     start.summary.message =
         fmt::format("no design from the start to the middle of the box could be evaluated: {}",
                     tried.empty() ? "the formulas rule them out" : tried.front().record.message);
     return;
   }
-  OptimiserOptions options = optimiser_options(problem.spec());
-  // The designs so far count, but for the one that minimise begins with.
-  const int spent = static_cast<int>(start.book->evaluations().size()) - 1;
-  options.max_evaluations = std::max(1, options.max_evaluations - spent);
-  Posing posing(problem, *start.book, prefers_slack(options));
-  start.summary = minimise(posing.problem(), posing.start(x, *values), options);
+  EvaluationBook& book = *start.book;
+  const OptimiseSpec& spec = problem.spec();
+  const auto left = [&] {
+    return spec.max_evaluations - static_cast<int>(book.evaluations().size());
+  };
+  const auto seek = [&](Aim aim, const VectorXd& from, double violation) {
+    OptimiserOptions options = optimiser_options(spec);
+    // Designs known by now cost nothing; the one it begins with is among them.
+    options.max_evaluations = std::max(1, left());
+    Posing posing(problem, book, prefers_slack(options), aim, violation);
+    int cost = 0;
+    const DesignValues& at = book.at(problem.variables(from), false, cost);
+    return minimise(posing.problem(), posing.start(from, at), options);
+  };
+  start.summary = seek(Aim::objective, x, 1);
+  // Some algorithms give up where constraints contradict each other to first order. The least
+  // violation settles whether they can be met; if so, the objective is taken up again from there.
+  const LoggedEvaluation* best = book.best();
+  const auto place = [&] {
+    Variables v;
+    for (const Variable& of : spec.variables) v.push_back(best->record.variables.at(of.parameter));
+    return problem.scaled(v);
+  };
+  if (!best || best->record.violation <= spec.constraint_tolerance || left() <= 0) return;
+  const OptimiserSummary nearest = seek(Aim::feasibility, place(), best->record.violation);
+  best = book.best();
+  if (best->record.violation <= spec.constraint_tolerance && left() > 0) {
+    start.summary = seek(Aim::objective, place(), 1);
+  } else {
+    start.summary.reason = nearest.reason;
+    start.summary.message = "least violation: " + nearest.message;
+    start.summary.multipliers.resize(0);
+  }
 }
 
 StartSummary summarise(const DesignProblem& problem, const Start& start, int index) {

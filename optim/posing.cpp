@@ -6,12 +6,16 @@
 
 namespace flexopt {
 
-Posing::Posing(const DesignProblem& problem, EvaluationBook& book, bool slack)
-    : problem_(problem), book_(book), split_(slack) {
+Posing::Posing(const DesignProblem& problem, EvaluationBook& book, bool slack, Aim aim,
+               double violation)
+    : problem_(problem), book_(book), aim_(aim), violation_(violation), split_(slack) {
   const OptimiseSpec& spec = problem.spec();
   const Scales& scales = book.scales();
   sense_ = spec.objective.maximise ? -1 : 1;
-  if (slack && pointwise(problem.goals()[0], !spec.objective.maximise)) {
+  if (aim == Aim::feasibility) {
+    slack_ = slack;
+    sense_ = 1;
+  } else if (slack && pointwise(problem.goals()[0], !spec.objective.maximise)) {
     slack_ = true;
     add_rows(0, !spec.objective.maximise, 0, scales.objective, spec.objective.maximise ? 1 : -1,
              true);
@@ -19,8 +23,11 @@ Posing::Posing(const DesignProblem& problem, EvaluationBook& book, bool slack)
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
     const Constraint& c = spec.constraints[i];
     const Goal& goal = problem.goals()[i + 1];
-    if (c.max) add_rows(i + 1, true, *c.max, scales.constraints[i], 0, pointwise(goal, true));
-    if (c.min) add_rows(i + 1, false, *c.min, scales.constraints[i], 0, pointwise(goal, false));
+    const double t = aim == Aim::feasibility ? -1 : 0;
+    const double scale =
+        aim == Aim::feasibility ? scales.constraints[i] * violation : scales.constraints[i];
+    if (c.max) add_rows(i + 1, true, *c.max, scale, t, pointwise(goal, true));
+    if (c.min) add_rows(i + 1, false, *c.min, scale, t, pointwise(goal, false));
   }
 }
 
@@ -55,8 +62,8 @@ Problem Posing::problem() {
   Problem p;
   p.lower = VectorXd::Zero(n);
   p.upper = VectorXd::Ones(n);
-  if (slack_) p.lower[n - 1] = -inf, p.upper[n - 1] = inf;
-  p.constraints = static_cast<int>(rows_.size());
+  if (slack_) p.lower[n - 1] = aim_ == Aim::feasibility ? 0 : -inf, p.upper[n - 1] = inf;
+  if (aim_ == Aim::objective || slack_) p.constraints = static_cast<int>(rows_.size());
   p.evaluate = [this](const VectorXd& x, bool gradient) { return evaluate(x, gradient); };
   return p;
 }
@@ -64,6 +71,10 @@ Problem Posing::problem() {
 VectorXd Posing::start(const VectorXd& x, const DesignValues& values) const {
   if (!slack_) return x;
   VectorXd with_slack(x.size() + 1);
+  if (aim_ == Aim::feasibility) {
+    with_slack << x, values.ok ? problem_.violation(values, book_.scales()) / violation_ : 1.0;
+    return with_slack;
+  }
   with_slack << x, values.ok ? problem_.objective(values) / book_.scales().objective : 0.0;
   return with_slack;
 }
@@ -109,6 +120,14 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) const {
   if (slack_) {
     out.f = sense_ * x[n];
     if (gradient) out.df[n] = sense_;
+    return out;
+  }
+  if (aim_ == Aim::feasibility) {
+    Eigen::Index worst = 0;
+    out.f = std::max(0.0, out.c.maxCoeff(&worst));
+    if (gradient) out.df = out.f > 0 ? VectorXd(out.dc.row(worst)) : VectorXd::Zero(x.size());
+    out.c.resize(0);
+    out.dc.resize(0, x.size());
     return out;
   }
   const Extreme e = extreme(problem_.goals()[0], values.goals[0]);

@@ -14,9 +14,15 @@
 
 namespace flexopt {
 
+/// What is to be minimised: the job's objective, or the largest violation V of its constraints, as
+/// min t, c / V₀ − t ≤ 0 (V₀: that of the start), which ends at 0 where they can be met.
+enum class Aim { objective, feasibility };
+
 class Posing {
  public:
-  Posing(const DesignProblem& problem, EvaluationBook& book, bool slack);
+  /// `violation` is V₀.
+  Posing(const DesignProblem& problem, EvaluationBook& book, bool slack, Aim aim = Aim::objective,
+         double violation = 1);
 
   /// Refers to this object and the book.
   Problem problem();
@@ -41,7 +47,9 @@ class Posing {
 
   const DesignProblem& problem_;
   EvaluationBook& book_;
-  bool slack_ = false;  ///< the objective has one
+  Aim aim_;
+  double violation_;
+  bool slack_ = false;  ///< there is one
   bool split_ = false;  ///< constraints are posed at each point
   double sense_ = 1;    ///< −1 to maximise
   std::vector<Row> rows_;

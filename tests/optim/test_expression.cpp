@@ -1,0 +1,64 @@
+#include "optim/expression.hpp"
+
+#include <catch2/catch.hpp>
+#include <thread>
+
+#include "core/spec/spec_error.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+
+namespace {
+const std::vector<std::string> names{"length", "width", "gap"};
+Expression make(const std::string& text) { return {text, names, "/optimise/constraints/0"}; }
+}  // namespace
+
+TEST_CASE("a formula has the value that mathematics gives it", "[optim]") {
+  const ParameterValues v{{"length", 0.1}, {"width", 0.03}, {"gap", 0.001}};
+  CHECK(*make("2*width + length - gap").value(v) == Approx(0.159));
+  CHECK(*make("length^2/width").value(v) == Approx(1.0 / 3));
+  CHECK(*make("max(length, width) + min(gap, 1) + abs(-gap)").value(v) == Approx(0.102));
+  CHECK(*make("cos(pi*length*10)").value(v) == Approx(-1));
+  CHECK(*make("(length >= width)*gap").value(v) == Approx(0.001));
+  CHECK(*make("1e-3*length").value(v) == Approx(1e-4));
+  CHECK(make("gap + width*gap").names() == std::vector<std::string>{"gap", "width"});
+}
+
+TEST_CASE("a formula that is not finite has no value", "[optim]") {
+  CHECK_FALSE(make("1/gap").value({{"gap", 0.0}}));
+  CHECK_FALSE(make("sqrt(gap)").value({{"gap", -1.0}}));
+  CHECK(make("sqrt(gap)").value({{"gap", 4.0}}) == 2.0);
+}
+
+TEST_CASE("wrong formulas are refused with place and reason", "[optim]") {
+  const auto [text, reason] = GENERATE(table<std::string, std::string>({
+      {"2*outer_width",
+       "unknown name 'outer_width'; the design parameters are: length, width, gap"},
+      {"2*(width", "not a formula"},
+      {"width +", "not a formula"},
+      {"width width", "not a formula"},
+      {"", "expected a formula"},
+      {"  ", "expected a formula"},
+      {"3 + 4", "uses no design parameter"},
+      {"width = 3", "does not assign"},
+      {"width, gap", "one value"},
+      {"\"width\"", "no texts"},
+      {"frobnicate(width)", "not a formula"},
+  }));
+  CAPTURE(text);
+  CHECK_THROWS_AS(make(text), SpecError);
+  CHECK_THROWS_WITH(make(text), Contains("/optimise/constraints/0") && Contains(reason));
+}
+
+TEST_CASE("one formula serves many threads", "[optim]") {
+  const Expression e = make("length + width*gap");
+  std::vector<std::jthread> threads;
+  std::atomic<int> wrong{0};
+  for (int k = 0; k < 4; ++k)
+    threads.emplace_back([&, k] {
+      for (int i = 0; i < 2000; ++i)
+        if (*e.value({{"length", k}, {"width", i}, {"gap", 1}}) != k + i) ++wrong;
+    });
+  threads.clear();
+  CHECK(wrong == 0);
+}
