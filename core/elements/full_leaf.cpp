@@ -100,16 +100,11 @@ void FullLeaf::restore(const LeafState& state) {
   plate_.set_state(static_cast<const FullLeafState&>(state).state);
 }
 
-LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int min_modes,
-                            double cutoff) {
+LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int mode_count) {
   const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
   auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
-  std::vector<PlateLeaf::Mode> modes = plate.modes(min_modes);
-  const int limit = std::min(60, plate.unknowns() / 4);
-  while (!modes.empty() && frequency(modes.back().omega2) < cutoff &&
-         static_cast<int>(modes.size()) < limit)
-    modes = plate.modes(std::min<int>(limit, 2 * static_cast<int>(modes.size())));
-
+  const std::vector<PlateLeaf::Mode> modes =
+      plate.modes(std::min(mode_count, plate.unknowns() / 4));
   const int n = plate.unknowns(), m = static_cast<int>(modes.size());
   // x = −K_ff⁻¹ K_fb q + Ψ ξ
   MatrixXd T = MatrixXd::Zero(n + 12, 12 + m);
@@ -135,9 +130,7 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int 
   return dynamics;
 }
 
-LeafDynamics FullLeaf::dynamics(int min_modes, double cutoff) {
-  return plate_dynamics(plate_, scale_, min_modes, cutoff);
-}
+LeafDynamics FullLeaf::dynamics(int modes) { return plate_dynamics(plate_, scale_, modes); }
 
 StressPeak FullLeaf::max_stress() {
   return plate_max_stress(plate_.mesh(), plate_.nodal(), leaf_, scale_, index_);

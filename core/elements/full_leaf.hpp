@@ -44,7 +44,7 @@ class FullLeaf final : public LeafElement {
   const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
-  LeafDynamics dynamics(int min_modes, double cutoff) override;
+  LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
   LeafShape shape() override;
   LeafReport report() const override { return {.model = "full", .reason = reason_, .check = 0}; }
@@ -62,7 +62,6 @@ class FullLeaf final : public LeafElement {
 };
 
 /// Craig–Bampton dynamics of an assembled plate, SI and global axes.
-LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int min_modes,
-                            double cutoff);
+LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int mode_count);
 
 }  // namespace flexopt

@@ -67,8 +67,8 @@ class LeafElement {
   virtual void restore(const LeafState& state) = 0;
 
   /// Craig–Bampton dynamics of the present equilibrium: constraint modes of the edges and the
-  /// fixed-interface modes below `cutoff` [Hz], at least `min_modes`.
-  virtual LeafDynamics dynamics(int min_modes, double cutoff) = 0;
+  /// lowest `modes` fixed-interface modes.
+  virtual LeafDynamics dynamics(int modes) = 0;
 
   virtual StressPeak max_stress() = 0;
   virtual LeafShape shape() = 0;

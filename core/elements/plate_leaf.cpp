@@ -382,11 +382,12 @@ std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count) const {
   if (count == 0) return result;
   ShiftInvert inverse{*this};
   Mass mass{*this};
-  const int krylov = std::min(unknowns(), std::max(2 * count + 4, 16));
+  const int krylov = std::min(unknowns(), 2 * count + 4);
   Spectra::SymGEigsShiftSolver<ShiftInvert, Mass, Spectra::GEigsMode::ShiftInvert> solver(
       inverse, mass, count, krylov, 0.0);
   solver.init();
-  solver.compute(Spectra::SortRule::LargestMagn, 300, 1e-9, Spectra::SortRule::SmallestAlge);
+  // the error of an eigenvalue is the square of this
+  solver.compute(Spectra::SortRule::LargestMagn, 300, 1e-6, Spectra::SortRule::SmallestAlge);
   if (solver.info() != Spectra::CompInfo::Successful) return result;
   const VectorXd values = solver.eigenvalues();
   const MatrixXd vectors = solver.eigenvectors();

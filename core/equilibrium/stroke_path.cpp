@@ -64,6 +64,9 @@ Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& loa
     VectorXd b(n + 1);
     const double unit = system.tangent_stiffness()(d, d);
     A.topLeftCorner(n, n) = scale.asDiagonal() * system.tangent_stiffness() * scale.asDiagonal();
+    // spins do not commute: the moment's true derivative is K − ½ hat(moment)
+    for (int b = 0; b < n; b += 6)
+      A.block<3, 3>(b + 3, b + 3) -= 0.5 * hat(system.internal_force().segment<3>(b + 3));
     A(d, n) = -scale[d] * unit * scale[d];
     A.block(n, ee, 1, 6) = (stroke_gradient(system).cwiseProduct(scale.segment<6>(ee))).transpose();
     VectorXd r = -system.internal_force();

@@ -242,9 +242,9 @@ PlateLeaf& TubeLeaf::condensed() {
   return *plate_;
 }
 
-LeafDynamics TubeLeaf::dynamics(int min_modes, double cutoff) {
+LeafDynamics TubeLeaf::dynamics(int modes) {
   PlateLeaf& plate = condensed();
-  LeafDynamics dynamics = plate_dynamics(plate, scale_, min_modes, cutoff);
+  LeafDynamics dynamics = plate_dynamics(plate, scale_, modes);
   dynamics.check = check_;
   return dynamics;
 }

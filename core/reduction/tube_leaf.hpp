@@ -68,7 +68,7 @@ class TubeLeaf final : public LeafElement {
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
-  LeafDynamics dynamics(int min_modes, double cutoff) override;
+  LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
   LeafShape shape() override;
   LeafReport report() const override { return {"tube", {}, check_}; }

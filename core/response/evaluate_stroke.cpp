@@ -70,7 +70,7 @@ std::optional<double> parasitic_frequency(const PathPoint& point, const StrokeRe
 }
 
 void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelOptions& model,
-                    const StrokeRequest& request, PathPoint& point) {
+                    const StrokeRequest& request, std::vector<int>& leaf_modes, PathPoint& point) {
   const Mechanism& mechanism = system.mechanism();
   point.status = PointStatus::converged;
   point.newton_iterations = equilibrium.iterations;
@@ -94,9 +94,11 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
   if (request.frequencies > 0) {
     const bool full = model.accuracy == Accuracy::full;
     const Frequencies f =
-        natural_frequencies(system, {.count = request.frequencies,
-                                     .leaf_modes = full ? 2 * model.leaf_modes : model.leaf_modes,
-                                     .cutoff_ratio = full ? 8.0 : 4.0});
+        natural_frequencies(system,
+                            {.count = request.frequencies,
+                             .leaf_modes = full ? 2 * model.leaf_modes : model.leaf_modes,
+                             .cutoff_ratio = full ? 6.0 : 4.0},
+                            leaf_modes);
     point.modes_free = f.free;
     point.modes_locked = f.locked;
     for (const Mode& m : f.free) point.frequencies_free.push_back(m.frequency);
@@ -126,6 +128,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
 
   bool lost = false;
   std::string reason;
+  std::vector<int> leaf_modes;
   if (!request.load.isZero()) {
     const Equilibrium loaded =
         solve_refined(system, [&] { return step_load(system, request.load, request.newton); });
@@ -148,7 +151,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       reason = fmt::format("the path ended before: {}", equilibrium.message);
       continue;
     }
-    evaluate_point(system, equilibrium, model, request, point);
+    evaluate_point(system, equilibrium, model, request, leaf_modes, point);
   }
   response.seconds_path += seconds_since(start);
 }

@@ -11,22 +11,23 @@ namespace {
 // K and M over (bodies, internal modes of leaf 0, of leaf 1, …).
 struct Pencil {
   MatrixXd K, M;
-  int bodies = 0;                 ///< coordinates of the bodies
-  double lowest_highest = 1e300;  ///< smallest of the leaves' highest kept mode [Hz]
+  int bodies = 0;    ///< coordinates of the bodies
+  VectorXd highest;  ///< highest kept mode of each leaf [Hz]
   double check = 0;
 };
 
-Pencil assemble(System& system, int leaf_modes, double cutoff) {
+Pencil assemble(System& system, const std::vector<int>& leaf_modes) {
   const Mechanism& m = system.mechanism();
   std::vector<LeafDynamics> leaves;
   int n = system.size();
   Pencil pencil;
   pencil.bodies = n;
+  pencil.highest.resize(system.leaves());
   for (int i = 0; i < system.leaves(); ++i) {
-    leaves.push_back(system.leaf(i).dynamics(leaf_modes, cutoff));
+    leaves.push_back(system.leaf(i).dynamics(leaf_modes[i]));
     const VectorXd& f = leaves.back().mode_frequencies;
     n += static_cast<int>(f.size());
-    if (f.size() > 0) pencil.lowest_highest = std::min(pencil.lowest_highest, f.maxCoeff());
+    pencil.highest[i] = f.size() > 0 ? f.maxCoeff() : 0;
     pencil.check = std::max(pencil.check, leaves.back().check);
   }
   pencil.K = MatrixXd::Zero(n, n);
@@ -130,25 +131,36 @@ Mode classify(const Pencil& pencil, const System& system, double omega2, const V
   return mode;
 }
 
+// More modes where the highest kept one is below the cutoff; false if all are enough.
+bool grow(std::vector<int>& leaf_modes, const VectorXd& highest, double cutoff) {
+  constexpr int limit = 48;
+  bool grown = false;
+  for (int i = 0; i < static_cast<int>(leaf_modes.size()); ++i) {
+    if (highest[i] >= cutoff || leaf_modes[i] >= limit) continue;
+    // the number of plate modes below a frequency grows in proportion to it
+    const double factor = std::min(3.0, 1.1 * cutoff / std::max(highest[i], 1e-3 * cutoff));
+    leaf_modes[i] = std::min(limit, static_cast<int>(std::ceil(leaf_modes[i] * factor)));
+    grown = true;
+  }
+  return grown;
+}
+
 }  // namespace
 
-Frequencies natural_frequencies(System& system, const FrequencyOptions& options) {
+Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
+                                std::vector<int>& leaf_modes) {
   Frequencies result;
+  leaf_modes.resize(system.leaves(), options.leaf_modes);
   const int d = 6 * system.mechanism().end_effector + index(system.mechanism().drive);
-  Pencil pencil = assemble(system, options.leaf_modes, 0);
   for (;;) {
+    const Pencil pencil = assemble(system, leaf_modes);
     const int n = static_cast<int>(pencil.K.rows());
     std::vector<int> kept;
     for (int i = 0; i < n; ++i)
       if (i != d) kept.push_back(i);
     const EigenPairs locked = solve(pencil.K(kept, kept), pencil.M(kept, kept), options.count);
-    const double wanted =
-        options.cutoff_ratio * hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
-    if (pencil.lowest_highest < wanted) {
-      const int before = n;
-      pencil = assemble(system, options.leaf_modes, wanted);
-      if (pencil.K.rows() != before) continue;
-    }
+    const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
+    if (grow(leaf_modes, pencil.highest, options.cutoff_ratio * highest)) continue;
     const EigenPairs free = solve(pencil.K, pencil.M, options.count);
     VectorXd drive_shape = VectorXd::Zero(n);
     {

@@ -20,7 +20,9 @@ struct Frequencies {
 };
 
 /// Solves (K − ω² M) φ = 0 over the bodies and the leaves' fixed-interface modes. The system must
-/// be assembled at an equilibrium.
-Frequencies natural_frequencies(System& system, const FrequencyOptions& options);
+/// be assembled at an equilibrium. `leaf_modes`: how many modes each leaf needed so far; grows, and
+/// spares the search at the next equilibrium of a path. Empty at first.
+Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
+                                std::vector<int>& leaf_modes);
 
 }  // namespace flexopt
