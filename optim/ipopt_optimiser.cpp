@@ -224,13 +224,14 @@ OptimiserSummary minimise_ipopt(Trials& trials) {
       outcome.spent ? StopReason::max_evaluations
       : good        ? StopReason::converged
                     : StopReason::stalled,
-      outcome.spent ? fmt::format("Ipopt: the evaluations are spent: {} ({} failed)",
-                                  trials.evaluations(), trials.failures())
-                    : fmt::format("Ipopt: {} after {} iterations, {} evaluations ({} failed): dual "
-                                  "infeasibility {:.1e}, violation {:.1e}, complementarity {:.1e}",
-                                  words(outcome.status), outcome.iterations, trials.evaluations(),
-                                  trials.failures(), outcome.dual, outcome.violation,
-                                  outcome.complementarity));
+      outcome.spent
+          ? fmt::format("Ipopt: the evaluations are spent: {} ({} without values)",
+                        trials.evaluations(), trials.failures())
+          : fmt::format("Ipopt: {} after {} iterations, {} evaluations ({} without values): dual "
+                        "infeasibility {:.1e}, violation {:.1e}, complementarity {:.1e}",
+                        words(outcome.status), outcome.iterations, trials.evaluations(),
+                        trials.failures(), outcome.dual, outcome.violation,
+                        outcome.complementarity));
   if (good && (outcome.x - summary.x).lpNorm<Eigen::Infinity>() < 10 * options.tolerance) {
     summary.multipliers = outcome.multipliers.cwiseMax(0.0);
   } else if (const auto balance = trials.multipliers()) {  // Ipopt ended elsewhere

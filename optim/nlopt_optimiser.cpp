@@ -241,6 +241,10 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
   std::optional<Multipliers> balance;
   int runs = 0;
   bool done = false;
+  // COBYLA's trust region often collapses on a ridge between constraints: its end counts when a
+  // second run from there, with a new simplex, finds no better.
+  const bool confirm = entry.id == nlopt::LN_COBYLA;
+  bool met_test = false;
   // A run that rounding ended, that met failures while it modelled the functions, or that leaves
   // the gradients unbalanced is followed by another from the best point, in a box that ends
   // half-way to the nearest failure, until that no longer helps.
@@ -254,24 +258,28 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
                  : run.start(x0, lower, upper, step);
     ++runs;
     if (result == nlopt::MAXEVAL_REACHED) result = nlopt::FORCED_STOP;
-    if (trials.stopped() || result == nlopt::FORCED_STOP) break;
+    const bool moved = violation - trials.best_violation() > options.constraint_tolerance ||
+                       f - trials.best().f > 10 * options.tolerance;
+    if (trials.stopped() || result == nlopt::FORCED_STOP) {
+      if (met_test && !moved) result = nlopt::XTOL_REACHED;
+      break;
+    }
     if (entry.info.gradients) balance = trials.multipliers();
     const bool balanced = !balance || balance->residual <= unbalanced(trials);
     const bool clean = !entry.info.slack || trials.failures() == failures;
     const bool whole_box = lower == problem.lower && upper == problem.upper;
-    const bool moved = violation - trials.best_violation() > options.constraint_tolerance ||
-                       f - trials.best().f > options.tolerance;
-    done = (result > 0 && clean && balanced && whole_box) || (runs > 1 && !moved);
+    met_test = result > 0 && clean && balanced && whole_box;
+    done = (met_test && !confirm) || (runs > 1 && !moved);
     const double radius = clean ? 0.5 * step : std::min(trials.retreat_radius(), 0.5 * step);
     const VectorXd reach = VectorXd::Constant(x0.size(), radius);
     lower = clean ? problem.lower : problem.lower.cwiseMax(trials.best_x() - reach);
     upper = clean ? problem.upper : problem.upper.cwiseMin(trials.best_x() + reach);
     step = std::max(radius, 10 * options.tolerance);
   }
-  const bool spent = trials.stopped() || result == nlopt::FORCED_STOP;
-  std::string message = fmt::format("NLopt {}: {} after {} evaluations ({} failed, {} run{})",
-                                    options.name, words(result), trials.evaluations(),
-                                    trials.failures(), runs, runs == 1 ? "" : "s");
+  const bool spent = result == nlopt::FORCED_STOP;
+  std::string message = fmt::format(
+      "NLopt {}: {} after {} evaluations ({} without values, {} run{})", options.name,
+      words(result), trials.evaluations(), trials.failures(), runs, runs == 1 ? "" : "s");
   if (balance) message += fmt::format("; |grad f + sum lambda grad c| = {:.1e}", balance->residual);
   const bool stalled = result < 0 || (balance && balance->residual > 10 * unbalanced(trials));
   OptimiserSummary summary = trials.summary(spent     ? StopReason::max_evaluations
