@@ -182,8 +182,9 @@ TEST_CASE("a slack variable takes every algorithm that models constraints to the
   INFO(s.message);
   CHECK(prefers_slack(options(name)));
   CHECK(s.reason == StopReason::converged);
-  CHECK(s.x[0] == Approx(x).margin(2e-3));
-  CHECK(s.x[1] == Approx(y).margin(2e-3));
+  // The tolerated violation, 3e-5, moves a flat optimum by √(3e-5 / 0.75).
+  CHECK(s.x[0] == Approx(x).margin(6e-3));
+  CHECK(s.x[1] == Approx(y).margin(6e-3));
   CHECK(-s.f == Approx(1 + x - 0.5 * y * y).epsilon(2e-4));
   if (!needs_gradients(options(name))) return;
   CHECK(s.multipliers[0] == Approx(0.5).margin(5e-3));
