@@ -1,6 +1,7 @@
 // The part "optimum" of result.json.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -114,13 +115,23 @@ Json verified_json(const Optimum& optimum, const Mechanism& mechanism) {
           {"path", std::move(path)}};
 }
 
-Json sensitivities_json(const Optimum& optimum, const Family& family) {
+/// SI unit of the goal with this label; that of the objective where no constraint has it.
+std::string goal_unit(const OptimiseSpec& spec, const std::string& label, Direction drive) {
+  const auto found = std::ranges::find(spec.constraints, label, &Constraint::label);
+  const bool constraint = found != spec.constraints.end();
+  const std::string& quantity = constraint ? found->quantity : spec.objective.quantity;
+  return quantity.empty() ? "SI" : quantity_unit(quantity, drive);
+}
+
+Json sensitivities_json(const OptimiseSpec& spec, const Optimum& optimum, const Family& family,
+                        Direction drive) {
   Json sensitivities = Json::array();
   for (const Sensitivity& s : optimum.sensitivities)
     sensitivities.push_back({{"of", s.of},
+                             {"unit", goal_unit(spec, s.of, drive)},
                              {"parameter", s.parameter},
-                             {"value", s.value},
-                             {"per", parameter_unit(family, s.parameter)}});
+                             {"per", parameter_unit(family, s.parameter)},
+                             {"value", s.value}});
   return sensitivities;
 }
 
@@ -162,7 +173,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
           {"best_start", optimum.best_start},
           {"starts", starts_json(optimum)},
           {"verified", verified_json(optimum, mechanism)},
-          {"sensitivities", sensitivities_json(optimum, family)},
+          {"sensitivities", sensitivities_json(spec, optimum, family, mechanism.drive)},
           {"history", history_json(optimum)}};
 }
 

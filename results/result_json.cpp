@@ -114,12 +114,16 @@ Json units_json(const Job& job, const Mechanism& mechanism) {
 /// What the numbers refer to, so that nobody has to guess.
 Json conventions_json(const RunRecord& record) {
   const StrokeRequest& request = record.job.request;
+  std::string parasitic = request.parasitic_with_drive_locked
+                              ? "lowest with the drive locked"
+                              : "lowest with the drive free that is not the drive's own";
+  if (request.parasitic_skips_leaf_modes) parasitic += ", modes of single leaves left out";
+  if (request.parasitic_skips_intermediate_modes)
+    parasitic += ", modes of intermediate bodies left out";
   return {{"drive", std::string(direction_names[index(record.mechanism.drive)])},
           {"support_stiffness", "1/C_dd with the drive locked, all other directions free"},
           {"drive_stiffness", "1/C_dd with the drive free"},
-          {"parasitic_frequency", request.parasitic_with_drive_locked
-                                      ? "lowest with the drive locked"
-                                      : "lowest with the drive free that is not the drive's own"},
+          {"parasitic_frequency", parasitic},
           {"matrix_order", {"ux", "uy", "uz", "rx", "ry", "rz"}},
           {"matrix_point", "the moved O, global axes"}};
 }

@@ -61,7 +61,7 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder,
   RunRecord record;
   record.job = job;
   record.mechanism = make_mechanism(job, job.design.parameters);
-  progress.say(
+  display.say(
       fmt::format("evaluating {} at {} stroke points", job.name, job.request.points.size()));
   record.response = drawn_response(job, record.mechanism);
   record.timings["coefficients"] = record.response.seconds_coefficients;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 #include <optional>
 #include <string_view>
@@ -31,6 +32,11 @@ std::string shown(const std::optional<double>& value, const std::string& unit) {
     return fmt::format("{:.5g} {}", *value * found->factor, found->shown);
   return fmt::format("{:.5g}{}{}", *value, unit.empty() || unit == "1" ? "" : " ",
                      unit == "1" ? "" : unit);
+}
+
+/// Rounding noise beside the largest value of its kind is shown as zero.
+double without_noise(double value, double largest) {
+  return std::abs(value) < 1e-9 * largest ? 0 : value;
 }
 
 std::string line(const std::string& name, const std::vector<std::string>& cells) {
@@ -74,19 +80,27 @@ std::string stroke_lines(const StrokeResponse& response, Direction drive) {
     for (const PathPoint* point : points) texts.push_back(cell(*point));
     return texts;
   };
+  const auto stress = [](const PathPoint& p) { return p.max_stress ? p.max_stress->value : 0.0; };
+  double largest_load = 0, largest_stress = 0;
+  for (const PathPoint& p : response.path) {
+    largest_load = std::max(largest_load, std::abs(p.drive_load));
+    largest_stress = std::max(largest_stress, stress(p));
+  }
   std::string text =
       line("stroke " + std::string(direction_names[index(drive)]),
            cells([&](const PathPoint& p) { return shown(p.stroke, stroke_unit(drive)); }));
-  text += line("drive load",
-               cells([&](const PathPoint& p) { return shown(p.drive_load, load_unit(drive)); }));
+  text += line("drive load", cells([&](const PathPoint& p) {
+                 return shown(without_noise(p.drive_load, largest_load), load_unit(drive));
+               }));
   text += line("weakest support, translation",
                cells([](const PathPoint& p) { return weakest_support(p, 0); }));
   text += line("weakest support, rotation",
                cells([](const PathPoint& p) { return weakest_support(p, 3); }));
   text += line("parasitic frequency",
                cells([](const PathPoint& p) { return shown(p.parasitic_frequency, "Hz"); }));
-  text += line("largest von Mises stress", cells([](const PathPoint& p) {
-                 return p.max_stress ? shown(p.max_stress->value, "Pa") : std::string("-");
+  text += line("largest von Mises stress", cells([&](const PathPoint& p) {
+                 return p.max_stress ? shown(without_noise(stress(p), largest_stress), "Pa")
+                                     : std::string("-");
                }));
   return text;
 }
@@ -110,7 +124,7 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, Direction driv
       text += line(variable.parameter,
                    {shown(found->second, parameter_unit(family, variable.parameter))});
   const auto unit = [&](const std::string& quantity) {
-    return quantity.empty() ? std::string() : quantity_unit(quantity, drive);
+    return quantity.empty() ? std::string("(SI)") : quantity_unit(quantity, drive);
   };
   const bool verified = optimum.verified && optimum.verified->response.status == Status::ok;
   std::vector<std::string> header{"value", "bound"};

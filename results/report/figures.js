@@ -33,7 +33,11 @@ function quantity_text(x, unit, digits = 4) {
 }
 
 const percent_text = (x) => x === null || x === undefined ? "–"
+  : Math.abs(x) < 1e-6 ? "< 10⁻⁴ %"
   : (x > 0 ? "+" : "") + number_text(100 * x, 2) + " %";
+
+/// Rounding noise beside the largest value of its kind is shown as zero.
+const without_noise = (x, largest) => x !== null && Math.abs(x) < 1e-9 * largest ? 0 : x;
 
 /// element("p", {class: "soft"}, "text", child, …): text is never read as HTML.
 function element(tag, attributes = {}, ...children) {
@@ -117,7 +121,7 @@ function line_chart(spec) {
     x: {label: spec.x, labelAnchor: "center", labelArrow: "none", nice: !spec.x_domain, ...(spec.x_domain ? {domain: spec.x_domain} : {})},
     y,
     marks: [
-      spec.log ? null : Plot.ruleY([0], {strokeOpacity: 0.35}),
+      spec.log || spec.zero === false ? null : Plot.ruleY([0], {strokeOpacity: 0.35}),
       Plot.text([spec.y], {frameAnchor: "top-left", dy: -22, dx: -58, textAnchor: "start", fontWeight: 500}),
       ...lines.filter((line) => line.line !== false).map((line) => Plot.line(line.points, {
         x: "x", y: "y", stroke: line.color, strokeWidth: line.width ?? 2, strokeOpacity: line.opacity ?? 1,

@@ -18,6 +18,8 @@ const over_stroke = (value, factor = 1, points = converged) => points.map((p) =>
   return {x: p.stroke * shown_factor(stroke_unit), y: y === null || y === undefined ? NaN : y * factor};
 });
 const section = (title, ...children) => report.append(element("h2", {}, title), ...children.filter(Boolean));
+const largest_load = d3.max(converged, (p) => Math.abs(p.drive_load)) ?? 0;
+const largest_stress = d3.max(converged, (p) => p.max_stress) ?? 0;
 const at_stroke = (point) => `at ${quantity_text(point.stroke, stroke_unit)}`;
 /// The stroke point of least value.
 const least_at = (value) => d3.least(converged.filter((p) => value(p) !== null && value(p) !== undefined), value);
@@ -89,7 +91,7 @@ function optimisation() {
   const agree = (optimum.starts ?? []).filter((s) => s.feasible && Math.abs(s.objective - optimum.objective) <= 0.01 * Math.abs(optimum.objective));
   const verdict = [
     `${goal.sense === "maximise" ? "Largest" : "Smallest"} ${goal.expression ?? readable(goal.quantity) + ` (${readable(goal.over_stroke)} over the stroke)`} found: ${constraint_text(goal, optimum.objective)}.`,
-    worst && `Tightest constraint: ${readable(worst.label)}, ${worst.margin < 0 ? "violated by" : "margin"} ${number_text(100 * Math.abs(worst.margin / worst.bound), 3)} %.`,
+    worst && `Tightest constraint: ${readable(worst.label)}, ${worst.active ? "at its bound" : (worst.margin < 0 ? "violated by " : "margin ") + number_text(100 * Math.abs(worst.margin / worst.bound), 3) + " %"}.`,
     `Active: ${[...active.map(readable), ...bounds].join(", ") || "none"}.`,
     (optimum.starts ?? []).length > 1 && `${agree.length} of ${optimum.starts.length} starts agree within 1 %.`,
     verified && `At full accuracy: ${constraint_text(goal, verified.objective)} (reduced/full − 1 = ${percent_text(verified.objective_difference)}).`,
@@ -104,7 +106,7 @@ function optimisation() {
     {name: "Constraint", left: true, text: (c) => readable(c.label)},
     {name: "Value", text: (c) => constraint_text(c, c.value)},
     {name: "Bound", text: (c) => c.bound === null ? "–" : `${c.bound === c.max ? "≤" : "≥"} ${constraint_text(c, c.bound)}`},
-    {name: "Margin", text: (c) => c.bound ? percent_text(c.margin / Math.abs(c.bound)) : number_text(c.margin), tone: (c) => c.active ? "warn" : c.margin < 0 ? "bad" : ""},
+    {name: "Margin", text: (c) => c.bound ? percent_text(c.margin / Math.abs(c.bound)).replace("+", "") : number_text(c.margin), tone: (c) => c.active ? "warn" : c.margin < 0 ? "bad" : ""},
     {name: "Active", left: true, text: (c) => c.active ? "active" : ""},
     {name: "Multiplier", unit: "SI", text: (c) => number_text(c.multiplier)}], (c) => c.active);
   section("Optimum", element("p", {class: "lead"}, verdict),
@@ -138,7 +140,7 @@ function accuracy_box() {
     table_of(quantities.filter(([, value]) => pairs.some((pair) => value(pair.full) !== null)),
       [{name: "Quantity", left: true, text: ([name]) => name},
        ...chosen.flatMap((pair) => [
-         {name: at_stroke(pair.full), text: ([, value, unit]) => quantity_text(value(pair.full), unit)},
+         {name: at_stroke(pair.full), text: ([name, value, unit]) => quantity_text(without_noise(value(pair.full), largest.get(name)), unit)},
          {name: "difference", text: (q) => percent_text(difference(pair, q)), tone: (q) => Math.abs(difference(pair, q) ?? 0) > 0.012 ? "warn" : ""}])]));
 }
 
@@ -162,7 +164,7 @@ function history() {
   });
   const unit = goal.unit === "SI" ? "SI" : shown_unit(goal.unit);
   section("Convergence", element("div", {class: "figures"},
-    line_chart({title: "Objective", note: "best feasible design so far, each start", x: "evaluation", y: `objective [${unit}]`,
+    line_chart({title: "Objective", note: "best feasible design so far, each start", x: "evaluation", y: `objective [${unit}]`, zero: false,
       lines: lines.map(({name, color, progress}) => ({name, color, points: progress, dots: false, curve: "step-after"}))}),
     line_chart({title: "Worst constraint violation", note: "relative to its bound; feasible points are drawn at 10⁻⁸", x: "evaluation", y: "violation [1]", log: true,
       lines: lines.map(({name, color, worst}) => ({name, color, points: worst, line: false, radius: 2}))})));
@@ -181,12 +183,13 @@ function starts() {
       {name: "Stopped", left: true, text: (s) => s.stop_reason}], (s) => s.start === optimum.best_start));
   const sensitivities = optimum.sensitivities ?? [];
   if (sensitivities.length > 0) {
-    const per_percent = (s) => s.value * (optimum.parameters[s.parameter] ?? 0) * 0.01;
+    const factor = (unit) => unit === "SI" ? 1 : shown_factor(unit);
+    const name = (unit) => unit === "SI" ? "SI" : shown_unit(unit) || "1";
     section("Sensitivities", table_of(sensitivities, [
       {name: "Of", left: true, text: (s) => readable(s.of)},
       {name: "With respect to", left: true, text: (s) => readable(s.parameter)},
-      {name: "Derivative", unit: "SI", text: (s) => number_text(s.value)},
-      {name: "Change for +1 % of the parameter", unit: "SI", text: (s) => number_text(per_percent(s), 3)}]));
+      {name: "Derivative", text: (s) => `${number_text(s.value * factor(s.unit) / shown_factor(s.per))} ${name(s.unit)}/${name(s.per)}`},
+      {name: "Change for +1 % of the parameter", text: (s) => `${number_text(s.value * factor(s.unit) * 0.01 * (optimum.parameters[s.parameter] ?? 0), 3)} ${name(s.unit)}`}]));
   }
 }
 
@@ -261,11 +264,11 @@ function stroke_table() {
   const value = (text) => (p) => p.status === "converged" ? text(p) : "–";
   section("Stroke table", table_of(path, [
     {name: "Stroke", unit: shown_unit(stroke_unit), text: (p) => number_text(p.stroke * shown_factor(stroke_unit))},
-    {name: "Drive load", unit: load_unit, text: value((p) => number_text(p.drive_load))},
+    {name: "Drive load", unit: load_unit, text: value((p) => number_text(without_noise(p.drive_load, largest_load)))},
     {name: "Drive stiffness", unit: result.units?.drive_stiffness, text: value((p) => number_text(p.drive_stiffness))},
     ...supports.map((d) => ({name: `K ${d}`, unit: result.units.support_stiffness[d], text: value((p) => number_text(p.support_stiffness[d]))})),
     {name: "Parasitic f", unit: "Hz", text: value((p) => number_text(p.parasitic_frequency))},
-    {name: "Stress", unit: "MPa", text: value((p) => p.max_stress === null ? "–" : number_text(p.max_stress * 1e-6)), tone: (p) => allowable && p.max_stress > allowable * 1.0001 ? "bad" : ""},
+    {name: "Stress", unit: "MPa", text: value((p) => p.max_stress === null ? "–" : number_text(without_noise(p.max_stress, largest_stress) * 1e-6)), tone: (p) => allowable && p.max_stress > allowable * 1.0001 ? "bad" : ""},
     {name: "Where", left: true, text: value((p) => p.max_stress_place?.leaf ?? "")},
     {name: "Newton", unit: "iterations", text: (p) => String(p.newton_iterations)},
     {name: "State", left: true, text: (p) => p.status !== "converged" ? readable(p.status) : p.stable ? "stable" : "unstable", tone: (p) => p.status === "converged" && p.stable ? "" : "bad"}]));

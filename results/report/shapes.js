@@ -95,7 +95,7 @@ function shape_panels(shapes, stroke_unit) {
   const stress_of = (shape) => d3.max(shape.leaves, (leaf) => d3.max(leaf.von_mises));
   const turned = {azimuth: -1.9, elevation: 0.55};
   const grid = element("div", {class: "shapes"});
-  grid.style.gridTemplateColumns = `repeat(${shapes.length}, minmax(0, 1fr))`;
+  grid.style.gridTemplateColumns = `repeat(${shapes.length}, minmax(0, 26rem))`;
   const panels = [];
   for (const solid of [false, true])
     for (const shape of shapes) {
@@ -103,7 +103,7 @@ function shape_panels(shapes, stroke_unit) {
       if (solid) svg.setAttribute("class", "turnable");
       panels.push({svg, shape, solid});
       grid.append(element("figure", {}, element("figcaption", {},
-        solid ? "turned view" : `stroke ${quantity_text(shape.stroke, stroke_unit)}, at most ${quantity_text(stress_of(shape), "Pa", 3)}`), svg));
+        solid ? "turned view" : `stroke ${quantity_text(shape.stroke, stroke_unit)}, at most ${quantity_text(without_noise(stress_of(shape), top), "Pa", 3)}`), svg));
     }
   const draw = () => {
     for (const solid of [false, true]) {

@@ -133,6 +133,9 @@ TEST_CASE("The optimum keeps the names of the contract", "[results][json]") {
   CHECK(optimum["verified"]["objective"] == 168.9);
   CHECK(optimum["verified"]["constraints"][1]["difference"] == -2e-4);
   CHECK(optimum["verified"]["path"].size() == 5);
+  CHECK(optimum["sensitivities"][0]["unit"] == "Hz");
+  CHECK(optimum["sensitivities"][1]["unit"] == "Pa");
+  CHECK(optimum["sensitivities"][1]["per"] == "m");
   CHECK(optimum["history"]["objective"].size() == 32);
   CHECK(optimum["history"]["objective"][2].is_null());  // a failed evaluation
 }
