@@ -14,8 +14,8 @@ struct PlateShape {
   double width = 0.3;       ///< w/L
   double thickness = 5e-3;  ///< t/L
   double poissons_ratio = 0.3;
-  std::array<int, 2> mesh{8, 4};  ///< elements along, across
-  bool free_edge_torsion = true;  ///< see README.md (4)
+  std::array<int, 2> mesh{10, 4};  ///< elements along, across
+  bool free_edge_torsion = true;   ///< see README.md (4)
 
   auto operator<=>(const PlateShape&) const = default;
 };

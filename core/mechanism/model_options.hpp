@@ -9,9 +9,9 @@ enum class Accuracy { reduced, full };
 /// How a mechanism is modelled.
 struct ModelOptions {
   Accuracy accuracy = Accuracy::reduced;
-  std::array<int, 2> mesh{8, 4};  ///< plate elements [along, across] per leaf
-  bool free_edge_torsion = true;  ///< 3-D torsion layer of the free edges; off: thin-shell limit
-  int degree = 5;                 ///< of the reduced potential: 5 or 7
+  std::array<int, 2> mesh{10, 4};  ///< plate elements [along, across] per leaf
+  bool free_edge_torsion = true;   ///< 3-D torsion layer of the free edges; off: thin-shell limit
+  int degree = 5;                  ///< of the reduced potential: 5 or 7
   int leaf_modes = 4;  ///< fixed-interface modes kept per leaf for frequencies (at least)
 };
 

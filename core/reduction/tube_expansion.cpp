@@ -126,7 +126,8 @@ using Lanes = double __attribute__((vector_size(64)));  // the eight membrane po
 constexpr int points = PlateMesh::points;
 
 // Everything about one leaf as polynomials in x, truncated at ORDER. Nodal dofs of a line:
-// functions_per_line × (3 · size), column c · size + k for component c, monomial k.
+// functions_per_line × (3 · m), column c · m + k for component c, monomial k; m = size at the
+// edges, the monomials of the fields inside.
 template <int ORDER>
 class Series {
  public:
@@ -147,16 +148,19 @@ class Series {
     }
     soft_[2] = P::variable(2, s[2], 1);
     for (int k = 0; k < 3; ++k) force_[k] = P::variable(3 + k, leaf.forces()[k], scale[k]);
-    nodal_.assign(mesh_.lines(), MatrixXd::Zero(mesh_.functions_per_line(), 3 * size));
+    nodal_.assign(mesh_.lines(), MatrixXd());
+    nodal_.front() = nodal_.back() = MatrixXd::Zero(mesh_.functions_per_line(), 3 * size);
   }
 
   /// Nodal dofs of the unknowns Y (rows as ChordLeaf::unknowns, columns monomials ≤ field order).
   void set_fields(const MatrixXd& Y) {
     const int n = mesh_.functions_per_line(), last = mesh_.lines() - 1;
     const int m = static_cast<int>(Y.cols());
-    for (int i = 1; i < last; ++i)
+    for (int i = 1; i < last; ++i) {
+      nodal_[i].resize(n, 3 * m);
       for (int c = 0; c < 3; ++c)
-        nodal_[i].middleCols(c * size, m) = Y.middleRows(leaf_.plate().block_offset(i) + c * n, n);
+        nodal_[i].middleCols(c * m, m) = Y.middleRows(leaf_.plate().block_offset(i) + c * n, n);
+    }
     const int u = leaf_.plate().unknowns();
     for (int k = 0; k < 3; ++k) stiff_[k] = row(Y, u + k);
     for (int e = 0; e < 2; ++e) {
@@ -328,10 +332,12 @@ class Series {
 
   // Columns of the monomials ≤ degree, component by component.
   MatrixXd gather(int i, int j, int m) const {
-    MatrixXd U(16, 3 * m);
-    for (int c = 0; c < 3; ++c) {
-      U.block(0, c * m, 8, m) = nodal_[i].block(4 * j, c * size, 8, m);
-      U.block(8, c * m, 8, m) = nodal_[i + 1].block(4 * j, c * size, 8, m);
+    MatrixXd U = MatrixXd::Zero(16, 3 * m);
+    for (int p = 0; p < 2; ++p) {
+      const MatrixXd& line = nodal_[i + p];
+      const int stored = static_cast<int>(line.cols()) / 3, used = std::min(m, stored);
+      for (int c = 0; c < 3; ++c)
+        U.block(8 * p, c * m, 8, used) = line.block(4 * j, c * stored, 8, used);
     }
     return U;
   }

@@ -39,7 +39,7 @@ TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& ran
   // the transition to a stiffened, wide leaf lies at small curvature
   if (slenderness > 20 && range.sigma_max > 0.05) sigma.push_back(0.03);
   if (slenderness > 5 && range.sigma_max > 0.16) sigma.push_back(0.1);
-  if (range.sigma_max > 0.45) sigma.push_back(0.25);
+  if (range.sigma_max > 0.32) sigma.push_back(0.22);
   sigma.push_back(std::max(range.sigma_max, 0.01));
   for (double s : sigma)
     if (!add(s)) return;

@@ -37,15 +37,16 @@ void leaf_kernels() {
   auto mesh = [&](std::array<int, 2> m) {
     return std::make_shared<PlateMesh>(plate_shape(leaf, m, true));
   };
-  const auto coarse = mesh({8, 4}), fine = mesh({16, 8});
+  const auto coarse = mesh(ModelOptions{}.mesh), fine = mesh({16, 8});
   FullLeaf full(leaf, coarse, 0), full_fine(leaf, fine, 0);
   TubeRange range;
-  const double build =
-      median_seconds(9, [&] { TubeModel model(coarse, range); });
+  const double build = median_seconds(9, [&] { TubeModel model(coarse, range); });
   TubeLeaf tube(leaf, std::make_shared<TubeModel>(coarse, range), 0);
-  const double t_tube = median_seconds(21, [&] {
-                          for (int k = 0; k < 1000; ++k) tube.evaluate();
-                        }) / 1000;
+  const double t_tube = median_seconds(21,
+                                       [&] {
+                                         for (int k = 0; k < 1000; ++k) tube.evaluate();
+                                       }) /
+                        1000;
   const double t_full = median_seconds(101, [&] { full.evaluate(); });
   const double t_fine = median_seconds(41, [&] { full_fine.evaluate(); });
   // a load step of the fine leaf: 4 mm guided, from rest
@@ -55,16 +56,18 @@ void leaf_kernels() {
     request.points = {0.003};
     request.stress = false;
     ModelOptions model{.accuracy = Accuracy::full, .mesh = {16, 8}};
-    step = median_seconds(9, [&] {
-      evaluate_stroke(models::single_leaf(0.06, 0.04, 4e-4), model, request);
-    });
+    step = median_seconds(
+        9, [&] { evaluate_stroke(models::single_leaf(0.06, 0.04, 4e-4), model, request); });
   }
   fmt::print("leaf: value, gradient, Hessian       tube {:.2f} us\n", t_tube * 1e6);
-  fmt::print("leaf: condensed force and tangent    8x4 {:.0f} us = {:.0f} x tube, 16x8 {:.0f} us = "
-             "{:.0f} x tube\n",
-             t_full * 1e6, t_full / t_tube, t_fine * 1e6, t_fine / t_tube);
-  fmt::print("leaf: coefficients, 4 bent states    {:.1f} ms = {:.2f} load steps of the 16x8 leaf\n",
-             build * 1e3, build / step);
+  fmt::print(
+      "leaf: condensed force and tangent    default mesh {:.0f} us = {:.0f} x tube, 16x8 {:.0f} us "
+      "= "
+      "{:.0f} x tube\n",
+      t_full * 1e6, t_full / t_tube, t_fine * 1e6, t_fine / t_tube);
+  fmt::print(
+      "leaf: coefficients, 4 bent states    {:.1f} ms = {:.2f} load steps of the 16x8 leaf\n",
+      build * 1e3, build / step);
 }
 
 void hinge_paths() {
@@ -91,10 +94,11 @@ void hinge_paths() {
     const double reduced = path({}, 15, &build);
     const double full = path({.accuracy = Accuracy::full}, 5);
     const double fine = path({.accuracy = Accuracy::full, .mesh = {16, 8}}, 3);
-    fmt::print("three-leaf hinge, 11 points, 6x6, {} frequencies: reduced {:.2f} ms (coefficients "
-               "{:.1f} ms), full 8x4 {:.1f} ms = {:.1f} x, 16x8 {:.0f} ms = {:.0f} x\n",
-               frequencies, reduced * 1e3, build * 1e3, full * 1e3, full / reduced, fine * 1e3,
-               fine / reduced);
+    fmt::print(
+        "three-leaf hinge, 11 points, 6x6, {} frequencies: reduced {:.2f} ms (coefficients "
+        "{:.1f} ms), full {:.1f} ms = {:.1f} x, 16x8 {:.0f} ms = {:.0f} x\n",
+        frequencies, reduced * 1e3, build * 1e3, full * 1e3, full / reduced, fine * 1e3,
+        fine / reduced);
   }
 }
 

@@ -1,0 +1,149 @@
+// Accuracy tables: mesh against a converged mesh, reduced against full on the same mesh.
+//
+//   accuracy [mesh | reduced | order]     one table; all of them without an argument
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+const double pi = std::numbers::pi;
+
+struct Leaf {
+  double length, width, thickness;  // mm
+  double slenderness() const { return width * width / (length * thickness); }
+};
+const std::vector<Leaf> leaves{{100, 10, .5}, {100, 30, .5}, {100, 30, .2},
+                               {60, 40, .4},  {60, 60, .5},  {60, 60, .25}};
+
+struct Errors {
+  double drive = 0, motion = 0, support = 0, free = 0, locked = 0;
+  int fallbacks = 0, iterations = 0;
+};
+
+Errors differences(const StrokeResponse& reference, const StrokeResponse& tried) {
+  Errors e;
+  double motion = 0;
+  for (const PathPoint& p : reference.path) motion = std::max(motion, p.displacement.norm());
+  for (std::size_t k = 0; k < reference.path.size(); ++k) {
+    const PathPoint &a = reference.path[k], &b = tried.path[k];
+    if (a.status != PointStatus::converged || b.status != PointStatus::converged) {
+      fmt::print("  point {} did not converge\n", k);
+      continue;
+    }
+    if (a.stroke != 0) e.drive = std::max(e.drive, std::abs(b.drive_load / a.drive_load - 1));
+    e.motion = std::max(e.motion, (a.displacement - b.displacement).norm() / motion);
+    for (int d = 0; d < 6; ++d)
+      if (a.support_stiffness[d])
+        e.support =
+            std::max(e.support, std::abs(*b.support_stiffness[d] / *a.support_stiffness[d] - 1));
+    for (std::size_t i = 0; i < a.frequencies_free.size(); ++i) {
+      e.free = std::max(e.free, std::abs(b.frequencies_free[i] / a.frequencies_free[i] - 1));
+      e.locked =
+          std::max(e.locked, std::abs(b.frequencies_locked[i] / a.frequencies_locked[i] - 1));
+    }
+    e.iterations = std::max(e.iterations, b.newton_iterations);
+    for (const LeafReport& l : b.leaves) e.fallbacks += !l.reason.empty();
+  }
+  return e;
+}
+
+struct Case {
+  std::string name;
+  Mechanism mechanism;
+  StrokeRequest request;
+};
+
+std::vector<Case> cases(const Leaf& l, int frequencies) {
+  const double L = l.length * 1e-3, w = l.width * 1e-3, t = l.thickness * 1e-3;
+  auto to = [&](double end, int points) {
+    StrokeRequest r;
+    r.points.clear();
+    for (int k = 0; k < points; ++k) r.points.push_back(end * k / (points - 1));
+    r.stress = false;
+    r.frequencies = frequencies;
+    return r;
+  };
+  return {{"guided 0.3 L", models::guide(L, w, t, 1.0), to(0.3 * L, 11)},
+          {"rotated 45°", models::single_leaf(L, w, t, Direction::rz), to(pi / 4, 10)},
+          {"hinge 45°", models::three_leaf_hinge(L, w, t), to(pi / 4, 10)},
+          {"hinge -45°", models::three_leaf_hinge(L, w, t), to(-pi / 4, 10)}};
+}
+
+void mesh_table() {
+  fmt::print(
+      "\nMesh against 28x14 (drive load, motion of O over its largest, worst support "
+      "stiffness; %)\n");
+  for (const Leaf& l : leaves)
+    for (const Case& c : cases(l, 0)) {
+      if (c.name == "hinge -45°") continue;
+      fmt::print("w²/(Lt) = {:3.0f}  {:13}", l.slenderness(), c.name);
+      const StrokeResponse fine =
+          evaluate_stroke(c.mechanism, {.accuracy = Accuracy::full, .mesh = {28, 14}}, c.request);
+      for (const std::array<int, 2> mesh : {std::array{8, 4}, {10, 4}, {16, 4}, {16, 8}}) {
+        const Errors e = differences(
+            fine,
+            evaluate_stroke(c.mechanism, {.accuracy = Accuracy::full, .mesh = mesh}, c.request));
+        fmt::print("  {}x{}: {:.2f} {:.2f} {:.2f}", mesh[0], mesh[1], 100 * e.drive, 100 * e.motion,
+                   100 * e.support);
+      }
+      fmt::print("\n");
+      std::fflush(stdout);
+    }
+}
+
+void reduced_table() {
+  fmt::print("\nReduced against full on the default mesh, six frequencies each\n");
+  fmt::print("{:>7}  {:13} {:>8} {:>8} {:>8} {:>8} {:>8}  iterations, full leaves\n", "w²/(Lt)",
+             "path", "drive", "motion", "support", "free", "locked");
+  for (const Leaf& l : leaves)
+    for (const Case& c : cases(l, 6)) {
+      const StrokeResponse full =
+          evaluate_stroke(c.mechanism, {.accuracy = Accuracy::full}, c.request);
+      const Errors e = differences(full, evaluate_stroke(c.mechanism, {}, c.request));
+      fmt::print("{:7.0f}  {:13} {:8.1e} {:8.1e} {:8.1e} {:8.1e} {:8.1e}  {}, {}\n",
+                 l.slenderness(), c.name, e.drive, e.motion, e.support, e.free, e.locked,
+                 e.iterations, e.fallbacks);
+      std::fflush(stdout);
+    }
+}
+
+void order_table() {
+  fmt::print(
+      "\nOrder of the mesh: drive load and support stiffness of the 60x40x0.4 guide at "
+      "0.1 L, n x n/2 elements against 32x16\n");
+  const Mechanism m = models::guide(0.06, 0.04, 4e-4, 1.0);
+  StrokeRequest r;
+  r.points = {0.006};
+  r.stress = false;
+  const StrokeResponse fine = evaluate_stroke(m, {.accuracy = Accuracy::full, .mesh = {32, 16}}, r);
+  double previous[2] = {0, 0};
+  for (const int n : {4, 6, 8, 12, 16}) {
+    const Errors e =
+        differences(fine, evaluate_stroke(m, {.accuracy = Accuracy::full, .mesh = {n, n / 2}}, r));
+    fmt::print("{:2}x{:<2} drive {:.2e}  support {:.2e}", n, n / 2, e.drive, e.support);
+    if (n == 8 || n == 16)
+      fmt::print("   order from half the elements: {:.1f}, {:.1f}",
+                 std::log2(previous[0] / e.drive), std::log2(previous[1] / e.support));
+    if (n == 4 || n == 8) previous[0] = e.drive, previous[1] = e.support;
+    fmt::print("\n");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string table = argc > 1 ? argv[1] : "";
+  if (table.empty() || table == "reduced") reduced_table();
+  if (table.empty() || table == "order") order_table();
+  if (table.empty() || table == "mesh") mesh_table();
+}
