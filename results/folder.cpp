@@ -93,8 +93,9 @@ std::string read_file(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-OutputFolder::OutputFolder(fs::path folder) : folder_(absolute_folder(folder)) {
+OutputFolder::OutputFolder(const fs::path& folder) {
   check_writable(folder);
+  folder_ = absolute_folder(folder);
   const fs::path parent = nearest_existing(folder_);
   if (parent != folder_) first_made_ = parent / *folder_.lexically_relative(parent).begin();
   std::error_code error;

@@ -20,7 +20,7 @@ std::string read_file(const std::filesystem::path& file);
 /// its input wrong, that is unless `keep` was called. An existing folder always stays.
 class OutputFolder {
  public:
-  explicit OutputFolder(std::filesystem::path folder);
+  explicit OutputFolder(const std::filesystem::path& folder);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;

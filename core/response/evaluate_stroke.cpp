@@ -6,8 +6,8 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
-#include "core/reduction/leaf_models.hpp"
 #include "core/response/frequencies.hpp"
+#include "core/response/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stiffness.hpp"
 

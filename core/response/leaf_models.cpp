@@ -1,4 +1,4 @@
-#include "core/reduction/leaf_models.hpp"
+#include "core/response/leaf_models.hpp"
 
 #include <Eigen/LU>
 #include <cmath>
