@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "core/spec/spec_error.hpp"
@@ -25,14 +26,23 @@ Job checked_job(const CommandLine& line) {
   return job;
 }
 
+/// Expected numbers are those of the job as written, unless --set gives others.
+bool overrides_expect(const CommandLine& line) {
+  return std::ranges::any_of(line.overrides,
+                             [](const std::string& text) { return text.starts_with("/expect"); });
+}
+
 }  // namespace
 
 int run_job(const CommandLine& line) {
   const auto begin = std::chrono::steady_clock::now();
-  const Job job = checked_job(line);
+  Job job = checked_job(line);
+  const bool changed = !job.expect.empty() && !line.overrides.empty() && !overrides_expect(line);
+  if (changed) job.expect.clear();
   OutputFolder folder(line.folder);  // goes away again if something is still wrong with the input
   ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
   for (const std::string& note : job.notes) progress.say("note: " + note);
+  if (changed) progress.say("note: --set changed the job; its expected numbers are not checked");
   RunRecord record = job.kind == JobKind::optimise
                          ? run_optimisation(job, folder.path(), line.threads, progress)
                          : run_evaluation(job, folder.path(), progress);

@@ -25,9 +25,11 @@ void conclude_evaluation(RunRecord& record) {
     return;
   }
   record.status = "no_equilibrium";
-  record.message =
-      fmt::format("{} of {} converged", converged, plural(path.size(), "stroke point"));
-  record.message += record.response.message.empty() ? "." : ": " + record.response.message;
+  record.message = record.response.message;
+  if (record.message.empty())
+    record.message =
+        fmt::format("{} of {} converged", converged, plural(path.size(), "stroke point"));
+  record.message += ".";
 }
 
 void conclude_optimisation(RunRecord& record) {

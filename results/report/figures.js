@@ -107,6 +107,8 @@ function line_chart(spec) {
       element("span", {}, line_sample(line.color, line.dashed, line.line === false), line.name))));
   const all = lines.flatMap((line) => line.points.map((p) => ({...p, line})));
   const y = {label: null, grid: true, ...(spec.y_domain ? {domain: spec.y_domain} : {nice: true})};
+  const top = d3.max(all, (p) => Math.abs(p.y));
+  if (top < 1e-3 || top >= 1e6) y.tickFormat = (v) => number_text(v, 3);
   if (spec.log) {
     const domain = decades(all.map((p) => p.y));
     const first = Math.round(Math.log10(domain[0])), last = Math.round(Math.log10(domain[1]));

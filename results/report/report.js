@@ -110,8 +110,8 @@ function optimisation() {
     {name: "Active", left: true, text: (c) => c.active ? "active" : ""},
     {name: "Multiplier", unit: "SI", text: (c) => number_text(c.multiplier)}], (c) => c.active);
   section("Optimum", element("p", {class: "lead"}, verdict),
-    element("p", {class: "soft"}, `${optimum.algorithm.library} ${optimum.algorithm.library === "ipopt" ? "" : optimum.algorithm.name}; gradients: ${optimum.gradients}; ${optimum.evaluations} evaluations (${optimum.failed_evaluations} failed); ${optimum.stop_reason}`),
-    design, limits);
+    element("p", {class: "soft"}, `${optimum.algorithm.library} ${optimum.algorithm.library === "ipopt" ? "" : optimum.algorithm.name}; gradients: ${optimum.gradients || "not recorded"}; ${optimum.evaluations} evaluations (${optimum.failed_evaluations} failed); ${optimum.stop_reason}`),
+    design, constraints.length ? limits : null);
   accuracy_box();
   history();
   starts();

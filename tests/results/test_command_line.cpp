@@ -152,6 +152,13 @@ TEST_CASE("A wrong expectation exits 1, on stderr and in the result", "[results]
   const auto result =
       OrderedJson::parse(test::content_of(folder.path() / "leaf.out" / "result.json"));
   CHECK(result["status"] == "expectation_failed");
+
+  // Expected are the numbers of the job as written.
+  const Outcome changed = flexopt_in(folder.path(), "run leaf.json --set /stroke/points=4");
+  CHECK(changed.code == 0);
+  CHECK_THAT(changed.err, Contains("not checked"));
+  CHECK(flexopt_in(folder.path(), "run leaf.json --set /expect/0/tolerance=1e9").code == 0);
+  CHECK(flexopt_in(folder.path(), "run leaf.json --set /expect/0/tolerance=2").code == 1);
 }
 
 TEST_CASE("A stroke beyond reach exits 1 with the points that converged", "[results][command]") {
