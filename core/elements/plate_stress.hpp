@@ -10,23 +10,18 @@ namespace flexopt {
 
 struct LeafScale;
 
-/// Von Mises stress on both surfaces at a point of an element [Pa].
+/// Largest von Mises stress on both surfaces,
 ///
-///     σ = E/(1 − ν²) [ε_ab(1 − ν) + ν ε_cc δ_ab],   ε = e ± t/2 κ,   κ_ab = −r,ab · n
+///     σ = E/(1 − ν²) [(1 − ν) ε_ab + ν ε_cc δ_ab],   ε = e ± t/2 κ,   κ_ab = −r,ab · n,
 ///
-/// e: Green–Lagrange strain of the mid-surface, taken at the two membrane stations along the
-/// element (where it is superconvergent) and carried linearly to the point.
-struct SurfaceStress {
-  double positive = 0, negative = 0;  ///< on the side of the normal, and opposite
-};
-SurfaceStress plate_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal, int i, int j,
-                           double xi, double eta, double youngs_modulus);
-
-/// Largest von Mises stress over a 3 × 3 grid of points in every element, corners included.
+/// with strains recovered from the elements' superconvergent points, at stations that do not depend
+/// on the mesh, outside squares of a tenth of the shorter side at the four corners: where a clamped
+/// edge meets a free one plate theory is singular, and the value there would only tell the size of
+/// the element.
 StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const LeafSpring& leaf, const LeafScale& scale, int index);
 
-/// Deflected mid-surface at the mesh nodes with the larger von Mises stress of all elements there.
+/// Deflected mid-surface at the mesh nodes with the larger von Mises stress of both surfaces.
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                                const LeafSpring& leaf, const LeafScale& scale);
 
