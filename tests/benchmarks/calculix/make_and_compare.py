@@ -1,0 +1,311 @@
+#!/usr/bin/env python3
+"""Leaf mechanisms in solid elements (CalculiX) against flexopt. See README.md.
+
+make_and_compare.py --flexopt build/release/flexopt --work /tmp/calculix [--case NAME]...
+                    [--store calculix_solids.json] [--reuse calculix_solids.json]
+"""
+import argparse
+import json
+import math
+import os
+import shutil
+import subprocess
+
+import numpy as np
+
+from solid_model import REFERENCE, ROTATION, Case, Leaf, Mesh, Model, run_ccx
+
+DIRECTIONS = ["ux", "uy", "uz", "rx", "ry", "rz"]
+MODES = 6
+# Small loads at O: perturbation steps are linear, the size only sets the printed digits.
+UNIT_LOADS = [1.0, 1.0, 1.0, 0.01, 0.01, 0.01]
+
+
+def guide(name, length, width, thickness, spacing, strokes):
+    leaves = [Leaf((0, y, 0), (length, y, 0), width) for y in (spacing / 2, -spacing / 2)]
+    design = {"family": "parallel_guide",
+              "parameters": {"length": length, "width": width, "thickness": thickness,
+                             "spacing": spacing}}
+    return Case(name, thickness, leaves, (length, 0, 0), 1, strokes, 0.5, 4e-4, design)
+
+
+def crossing(length, side, z, width):
+    a = length / 2 * math.sqrt(0.5)
+    return Leaf((-a, -side * a, z), (a, side * a, z), width)
+
+
+def cross_hinge(name, length, width, thickness, gap, strokes):
+    z = (width + gap) / 2
+    leaves = [crossing(length, 1, z, width), crossing(length, -1, -z, width)]
+    design = {"family": "cross_hinge",
+              "parameters": {"length": length, "width": width, "thickness": thickness,
+                             "gap": gap}}
+    return Case(name, thickness, leaves, (0, 0, 0), 5, strokes, 0.3, 3e-4, design,
+                steps_per_stroke=5)
+
+
+def three_flexure(name, length, outer, inner, thickness, gap, strokes):
+    z = inner / 2 + gap + outer / 2
+    leaves = [crossing(length, 1, z, outer), crossing(length, -1, 0, inner),
+              crossing(length, 1, -z, outer)]
+    design = {"family": "three_flexure_cross_hinge",
+              "parameters": {"length": length, "outer_width": outer, "inner_width": inner,
+                             "thickness": thickness, "gap": gap}}
+    return Case(name, thickness, leaves, (0, 0, 0), 5, strokes, 0.3, 3e-4, design,
+                steps_per_stroke=5)
+
+
+DEG = math.pi / 180
+CASES = {c.name: (c, mesh) for c, mesh in [
+    (guide("guide", 0.1, 0.03, 0.5e-3, 0.06, [0.01, 0.02]), Mesh(24, 14, 2)),
+    (guide("wide_short_guide", 0.03, 0.06, 0.5e-3, 0.06, [0.0015, 0.003]), Mesh(20, 18, 2)),
+    (cross_hinge("cross_hinge", 0.1, 0.02, 0.35e-3, 0.005, [15 * DEG, 30 * DEG]),
+     Mesh(20, 12, 2)),
+    (three_flexure("three_flexure_cross_hinge", 0.1, 0.02, 0.04, 0.35e-3, 0.005,
+                   [15 * DEG, 30 * DEG]), Mesh(18, 10, 2)),
+]}
+
+
+def hat(v):
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+
+
+def rotation_matrix(v):
+    a = np.linalg.norm(v)
+    h = hat(v)
+    return (np.eye(3) + np.sinc(a / np.pi) * h
+            + 0.5 * np.sinc(a / 2 / np.pi) ** 2 * (h @ h))
+
+
+def spin_of_rate(v):
+    """T in spin = T d(rotation vector)."""
+    a, h = np.linalg.norm(v), hat(v)
+    if a < 1e-6:
+        return np.eye(3) + 0.5 * h
+    return (np.eye(3) + (1 - math.cos(a)) / a**2 * h + (a - math.sin(a)) / a**3 * (h @ h))
+
+
+def tables(dat):
+    """Every printed table of a .dat file: [(title, {node: [3 values]})]."""
+    result = []
+    for line in dat.splitlines():
+        words = line.split()
+        if line.startswith((" displacements", " forces")):
+            result.append((line.strip(), {}))
+        elif len(words) == 4 and result and words[0].isdigit():
+            try:
+                result[-1][1][int(words[0])] = np.array([float(w) for w in words[1:]])
+            except ValueError:
+                pass
+    return result
+
+
+def eigenvalues(dat):
+    found, inside = [], False
+    for line in dat.splitlines():
+        if "E I G E N V A L U E   O U T P U T" in line:
+            inside = True
+        elif "P A R T I C I P A T I O N" in line:
+            inside = False
+        words = line.split()
+        if inside and len(words) == 5 and words[0].isdigit():
+            found.append(float(words[1]))
+    return found
+
+
+def solve_case(case, mesh, material, folder, finite_loads=()):
+    """CalculiX's answer at every stroke of a case. `finite_loads`: directions whose compliance at
+    the last stroke is also found from two nonlinear steps."""
+    model = Model(case, mesh, material)
+    lines = model.header()
+    for stroke in case.strokes:
+        lines += model.stroke_step(stroke, case.steps_per_stroke)
+    printed = tables(run_ccx(folder, "path", lines))
+    node, dof = model.held()
+    free = [(REFERENCE, i) if i < 3 else (ROTATION, i - 3) for i in range(6)]
+    path = []
+    for step, stroke in enumerate(case.strokes, 1):
+        at_o, at_tip, force = [t[1] for t in printed[3 * (step - 1):3 * step]]
+        displacement, rotation = at_o[REFERENCE], at_o[ROTATION]
+        o = model.nodes[REFERENCE] + displacement
+        arms = {n: model.nodes[n] + at_tip[n] - o for n in force}
+        # The rigid body carries every tip node where the rotation vector says.
+        r = rotation_matrix(rotation)
+        off = max(np.linalg.norm(r @ (model.nodes[n] - model.nodes[REFERENCE]) - a)
+                  for n, a in arms.items())
+        assert off < 1e-6 * np.linalg.norm(model.nodes[model.tip[0]]), off
+        total = sum(force.values())
+        moment = sum(np.cross(arms[n], f) for n, f in force.items())
+        load = np.concatenate([total, moment])
+        # Second derivative of the rigid body's rows times their forces, which a linear
+        # perturbation leaves out: x = O + exp(spin) p, f . (spin x (spin x p))/2.
+        moments = sum(np.outer(f, arms[n]) for n, f in force.items())
+        geometric = np.zeros((6, 6))
+        geometric[3:, 3:] = 0.5 * (moments + moments.T) - np.trace(moments) * np.eye(3)
+
+        def perturbed(name, cards):
+            shutil.copy(os.path.join(folder, "path.rout"), os.path.join(folder, name + ".rin"))
+            return run_ccx(folder, name,
+                           [f"*RESTART, READ, STEP={step}", "*STEP, PERTURBATION", *cards,
+                            "*NODE PRINT, NSET=O", "U", "*END STEP"])
+
+        to_spin = np.eye(6)
+        to_spin[3:, 3:] = spin_of_rate(rotation)
+        compliance = np.zeros((6, 6))
+        for i in range(6):
+            if i == case.drive:
+                continue
+            n, d = free[i]
+            u = tables(perturbed("unit", ["*STATIC", "*CLOAD, OP=NEW",
+                                          f"{n}, {d + 1}, {UNIT_LOADS[i]}"]))[0][1]
+            compliance[:, i] = np.concatenate([u[REFERENCE], u[ROTATION]]) / UNIT_LOADS[i]
+        compliance[case.drive, :] = 0
+        compliance = to_spin @ compliance @ to_spin.T
+        keep = [i for i in range(6) if i != case.drive]
+        finite = {}
+        for i in finite_loads if step == len(case.strokes) else []:
+            n, d = free[i]
+            size = 0.002 * case.thickness / compliance[i, i] if i < 3 else (
+                2e-4 / compliance[i, i])
+            ends = []
+            for load_size in (size, -size):
+                shutil.copy(os.path.join(folder, "path.rout"),
+                            os.path.join(folder, "finite.rin"))
+                u = tables(run_ccx(folder, "finite", [
+                    f"*RESTART, READ, STEP={step}", "*STEP, NLGEOM",
+                    "*CONTROLS, PARAMETERS=FIELD", "1e-6, 1e-5", "*STATIC", "1., 1.",
+                    "*CLOAD, OP=NEW", f"{n}, {d + 1}, {load_size:.15g}",
+                    "*NODE PRINT, NSET=O, FREQUENCY=1000", "U", "*END STEP"]))[-1][1]
+                ends.append(u[n][d])
+            finite[i] = (ends[0] - ends[1]) / (2 * size)
+        block = compliance[np.ix_(keep, keep)]
+        asymmetry = np.abs(block - block.T).max() / np.abs(block).max()
+        stiffness = np.linalg.inv(block)
+        exact = np.linalg.inv(0.5 * (stiffness + stiffness.T) + geometric[np.ix_(keep, keep)])
+        dat = perturbed("modes", ["*FREQUENCY", str(2 * MODES)])
+        omega2 = eigenvalues(dat)
+        shapes = np.array([np.concatenate([t[1][REFERENCE], t[1][ROTATION]])
+                           for t in tables(dat)]).T
+        shapes = to_spin @ shapes
+        shapes[case.drive, :] = 0
+        # Modes have unit modal mass.
+        corrected = np.linalg.eigvalsh(np.diag(omega2) + shapes.T @ geometric @ shapes)
+        for i, value in finite.items():
+            k = keep.index(i)
+            print(f"compliance {DIRECTIONS[i]}: finite loads {value:.6e}, "
+                  f"linear + rigid body term {exact[k, k]:.6e}, linear {block[k, k]:.6e}")
+        path.append({
+            "stroke": stroke, "drive_load": load[case.drive],
+            "displacement": displacement.tolist(), "rotation": rotation.tolist(),
+            "support_stiffness": {DIRECTIONS[i]: 1 / exact[k, k] for k, i in enumerate(keep)},
+            "frequencies": (np.sqrt(corrected[:MODES]) / (2 * math.pi)).tolist(),
+            "checks": {
+                "asymmetry": asymmetry,
+                "unbalanced_load": float(np.abs(np.delete(load, case.drive)).max()),
+                "rigid_body_term_in_compliance":
+                    float(max(abs(exact[k, k] / block[k, k] - 1) for k in range(5))),
+                "rigid_body_term_in_frequency":
+                    float(np.abs(np.sqrt(corrected[:MODES] / omega2[:MODES]) - 1).max())}})
+    return {"unknowns": model.unknowns, "material": material,
+            "mesh": [mesh.along, mesh.across, mesh.through, mesh.grade], "path": path}
+
+
+def run_flexopt(program, case, accuracy, mesh, folder):
+    model = {"accuracy": accuracy}
+    if mesh:
+        model["mesh"] = mesh
+    job = {"flexopt": 1, "name": case.name, "job": "evaluate",
+           "design": {**case.flexopt,
+                      "material": {"youngs_modulus": case.youngs_modulus,
+                                   "poissons_ratio": case.poissons_ratio,
+                                   "density": case.density}},
+           "end_effector": {"mass": case.mass, "inertia": [case.inertia] * 3},
+           "stroke": {"at": case.strokes}, "model": model, "frequencies": MODES}
+    os.makedirs(folder, exist_ok=True)
+    with open(os.path.join(folder, "job.json"), "w") as file:
+        json.dump(job, file, indent=2)
+    subprocess.run([program, "run", os.path.join(folder, "job.json"), "--out",
+                    os.path.join(folder, "out"), "--quiet"], check=True,
+                   stdout=subprocess.DEVNULL)
+    with open(os.path.join(folder, "out", "result.json")) as file:
+        path = json.load(file)["path"]
+    return [{**p, "frequencies": p["frequencies"]["drive_locked"]} for p in path]
+
+
+def differences(case, points, reference):
+    """Percent, per stroke: {quantity: value}."""
+    rows = []
+    for p, q in zip(points, reference):
+        row = {"drive": p["drive_load"] / q["drive_load"] - 1}
+        # Parasitic motion relative to its largest component; frequencies: the worst.
+        keep = [i for i in range(3) if i != case.drive]
+        a, b = np.array(p["displacement"])[keep], np.array(q["displacement"])[keep]
+        row["shift"] = float(np.abs(a - b).max() / np.abs(b).max())
+        for d, k in q["support_stiffness"].items():
+            row[d] = p["support_stiffness"][d] / k - 1
+        f = np.array(p["frequencies"]) / np.array(q["frequencies"]) - 1
+        for i, v in enumerate(f, 1):
+            row[f"f{i}"] = float(v)
+        rows.append({k: 100 * v for k, v in row.items()})
+    return rows
+
+
+def print_table(title, case, strokes, rows):
+    names = ["drive", "shift"] + [d for i, d in enumerate(DIRECTIONS) if i != case.drive]
+    names += [f"f{i}" for i in range(1, MODES + 1)]
+    for stroke, row in zip(strokes, rows):
+        worst = max(abs(v) for v in row.values())
+        print(f"| {title} | {stroke:.4g} | " + " | ".join(f"{row[n]:+.2f}" for n in names)
+              + f" | {worst:.2f} |", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--flexopt", required=True)
+    parser.add_argument("--work", required=True, help="scratch folder")
+    parser.add_argument("--case", action="append", choices=list(CASES))
+    parser.add_argument("--material", choices=["plate", "isotropic"], default="plate")
+    parser.add_argument("--finite-loads", type=int, nargs="+", default=[],
+                        help="0-5: check these compliances by finite loads")
+    parser.add_argument("--mesh", type=int, nargs=3, help="along across through, instead")
+    parser.add_argument("--store", help="write CalculiX's numbers here")
+    parser.add_argument("--reuse", help="take CalculiX's numbers from here")
+    options = parser.parse_args()
+    stored = {"cases": {}}
+    if options.store and os.path.exists(options.store):
+        with open(options.store) as file:
+            stored = json.load(file)
+    if options.reuse:
+        with open(options.reuse) as file:
+            reuse = json.load(file)["cases"]
+    for name in options.case or CASES:
+        case, mesh = CASES[name]
+        if options.mesh:
+            mesh = Mesh(*options.mesh)
+        folder = os.path.join(options.work, name)
+        if options.reuse:
+            solid = reuse[name]
+        else:
+            solid = solve_case(case, mesh, options.material, folder, options.finite_loads)
+            print(json.dumps({"case": name, "unknowns": solid["unknowns"],
+                              "checks": [p["checks"] for p in solid["path"]]}), flush=True)
+        for title, accuracy, plate_mesh in [("full 16x4", "full", [16, 4]),
+                                            ("full 20x6", "full", [20, 6]),
+                                            ("reduced", "reduced", None)]:
+            points = run_flexopt(options.flexopt, case, accuracy, plate_mesh,
+                                 os.path.join(folder, title.replace(" ", "_")))
+            print_table(f"{name}, {title}", case, case.strokes,
+                        differences(case, points, solid["path"]))
+        if options.store:
+            stored["cases"][name] = {
+                **{k: solid[k] for k in ("unknowns", "material", "mesh", "path")},
+                "design": case.flexopt, "mass": case.mass, "inertia": case.inertia,
+                "youngs_modulus": case.youngs_modulus, "poissons_ratio": case.poissons_ratio,
+                "density": case.density}
+            with open(options.store, "w") as file:
+                json.dump(stored, file, indent=1)
+
+
+if __name__ == "__main__":
+    main()

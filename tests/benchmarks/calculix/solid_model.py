@@ -1,0 +1,178 @@
+"""Leaf mechanisms in C3D20R solids for CalculiX: geometry, mesh, input decks, results.
+
+Frames as everywhere in flexopt: x from base to end-effector, z along the leaves' width, O the
+end-effector's reference point. SI units.
+"""
+import os
+import subprocess
+from dataclasses import dataclass
+
+import numpy as np
+
+REFERENCE, ROTATION = 1, 2  # node numbers of the rigid end-effector: O and its rotation vector
+FIRST_MASS = 3              # six point masses, then the nodes of the leaves
+
+
+@dataclass
+class Leaf:
+    base: tuple
+    tip: tuple
+    width: float
+
+
+@dataclass
+class Case:
+    name: str
+    thickness: float
+    leaves: list
+    reference: tuple      # O
+    drive: int            # 1 = uy, 5 = rz
+    strokes: list
+    mass: float
+    inertia: float        # the same about every axis
+    flexopt: dict         # the design of the flexopt job
+    youngs_modulus: float = 200e9
+    poissons_ratio: float = 0.3
+    density: float = 7800.0
+    steps_per_stroke: int = 4
+
+
+@dataclass
+class Mesh:
+    along: int = 24
+    across: int = 14
+    through: int = 2
+    grade: float = 0.7    # x = L(xi - g sin(2 pi xi)/(2 pi)): fine at clamps and at free edges
+
+
+def graded(count, grade):
+    """Corner and mid-side positions in [0, 1]; mid-sides in the middle of their element."""
+    xi = np.linspace(0.0, 1.0, count + 1)
+    corners = xi - grade * np.sin(2 * np.pi * xi) / (2 * np.pi)
+    points = np.empty(2 * count + 1)
+    points[::2] = corners
+    points[1::2] = 0.5 * (corners[1:] + corners[:-1])
+    return points
+
+
+def mesh_leaf(leaf, thickness, mesh, first_node):
+    """Nodes {number: xyz}, elements (20 nodes each), base and tip node lists, local axes."""
+    base, tip = np.array(leaf.base), np.array(leaf.tip)
+    along = tip - base
+    length = np.linalg.norm(along)
+    ex, ez = along / length, np.array([0.0, 0.0, 1.0])
+    ey = np.cross(ez, ex)
+    xs = graded(mesh.along, mesh.grade) * length
+    zs = (graded(mesh.across, mesh.grade) - 0.5) * leaf.width
+    ys = (np.linspace(0, 1, 2 * mesh.through + 1) - 0.5) * thickness
+    number, nodes = {}, {}
+    for i in range(len(xs)):
+        for j in range(len(ys)):
+            for k in range(len(zs)):
+                if (i % 2) + (j % 2) + (k % 2) > 1:
+                    continue  # serendipity: corners and mid-sides only
+                n = first_node + len(nodes)
+                number[i, j, k] = n
+                nodes[n] = base + ex * xs[i] + ey * ys[j] + ez * zs[k]
+    # Corner order 1-8, then mid-sides 9-20 of a C3D20 in offsets (x, y, z) of half elements.
+    order = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2),
+             (0, 2, 2), (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2),
+             (1, 2, 2), (0, 1, 2), (0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
+    elements = [[number[2 * i + a, 2 * j + b, 2 * k + c] for a, b, c in order]
+                for i in range(mesh.along) for j in range(mesh.through)
+                for k in range(mesh.across)]
+    ends = [[n for (i, j, k), n in number.items() if i == end] for end in (0, len(xs) - 1)]
+    return nodes, elements, ends[0], ends[1], (ex, ey, ez)
+
+
+def chunks(numbers, size=12):
+    return "\n".join(", ".join(str(n) for n in numbers[i:i + size]) + ","
+                     for i in range(0, len(numbers), size))
+
+
+class Model:
+    """The mesh of a case and what every deck of it shares."""
+
+    def __init__(self, case, mesh, material):
+        self.case, self.mesh, self.material = case, mesh, material
+        self.nodes = {REFERENCE: np.array(case.reference), ROTATION: np.array(case.reference)}
+        self.masses, self.base, self.tip, self.leaves = [], [], [], []
+        # Six equal masses at +-a on the axes: inertia (m/6) 4 a^2 about every axis.
+        arm = (1.5 * case.inertia / case.mass) ** 0.5
+        for axis in range(3):
+            for side in (1, -1):
+                n = FIRST_MASS + len(self.masses)
+                self.nodes[n] = np.array(case.reference) + side * arm * np.eye(3)[axis]
+                self.masses.append(n)
+        first, elements = FIRST_MASS + 6, 0
+        for leaf in case.leaves:
+            nodes, cells, base, tip, axes = mesh_leaf(leaf, case.thickness, mesh, first)
+            self.nodes.update(nodes)
+            self.base += base
+            self.tip += tip
+            self.leaves.append((cells, axes))
+            first += len(nodes)
+        self.unknowns = 3 * len(self.nodes)
+
+    def header(self):
+        c, out = self.case, ["*NODE, NSET=NALL"]
+        out += [f"{n}, {p[0]:.12g}, {p[1]:.12g}, {p[2]:.12g}" for n, p in self.nodes.items()]
+        element = 1
+        for index, (cells, axes) in enumerate(self.leaves, 1):
+            out.append(f"*ELEMENT, TYPE=C3D20R, ELSET=LEAF{index}")
+            for cell in cells:
+                out.append(f"{element}, " + ", ".join(map(str, cell[:15])) + ",")
+                out.append(", ".join(map(str, cell[15:])))
+                element += 1
+            ex, ey, _ = axes
+            out.append(f"*ORIENTATION, NAME=AXES{index}, SYSTEM=RECTANGULAR")
+            out.append(", ".join(f"{v:.12g}" for v in (*ex, *ey)))
+        out.append("*ELEMENT, TYPE=MASS, ELSET=POINTS")
+        out += [f"{element + i}, {n}" for i, n in enumerate(self.masses)]
+        out += ["*MASS, ELSET=POINTS", f"{c.mass / 6:.12g}"]
+        e, nu = c.youngs_modulus, c.poissons_ratio
+        g = e / (2 * (1 + nu))
+        out.append("*MATERIAL, NAME=STEEL")
+        if self.material == "plate":
+            # No Poisson coupling with the thickness (local y): what Kirchhoff's plane stress is.
+            out += ["*ELASTIC, TYPE=ENGINEERING CONSTANTS",
+                    f"{e:.12g}, {e:.12g}, {e:.12g}, 0., {nu:.12g}, 0., {g:.12g}, {g:.12g},",
+                    f"{g:.12g}, 293."]
+        else:
+            out += ["*ELASTIC", f"{e:.12g}, {nu:.12g}"]
+        out += ["*DENSITY", f"{c.density:.12g}"]
+        for index in range(1, len(self.leaves) + 1):
+            out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL=STEEL, "
+                       f"ORIENTATION=AXES{index}")
+        out += ["*NSET, NSET=BASE", chunks(self.base), "*NSET, NSET=TIP", chunks(self.tip),
+                "*NSET, NSET=BODY", chunks(self.tip + self.masses),
+                f"*NSET, NSET=O\n{REFERENCE}, {ROTATION},",
+                f"*RIGID BODY, NSET=BODY, REF NODE={REFERENCE}, ROT NODE={ROTATION}",
+                "*BOUNDARY", "BASE, 1, 3, 0."]
+        return out
+
+    def held(self):
+        return ((REFERENCE, self.case.drive + 1) if self.case.drive < 3
+                else (ROTATION, self.case.drive - 2))
+
+    def stroke_step(self, stroke, increments):
+        node, dof = self.held()
+        return ["*STEP, NLGEOM, INC=200", "*RESTART, WRITE",
+                "*CONTROLS, PARAMETERS=FIELD", "1e-5, 1e-4", "*STATIC",
+                f"{1 / increments:.12g}, 1., 1e-6, {1 / increments:.12g}",
+                "*BOUNDARY", f"{node}, {dof}, {dof}, {stroke:.12g}",
+                "*NODE PRINT, NSET=O, FREQUENCY=1000", "U",
+                "*NODE PRINT, NSET=TIP, FREQUENCY=1000", "U, RF",
+                "*END STEP"]
+
+
+def run_ccx(folder, name, lines):
+    os.makedirs(folder, exist_ok=True)
+    with open(os.path.join(folder, name + ".inp"), "w") as file:
+        file.write("\n".join(lines) + "\n")
+    environment = dict(os.environ, OMP_NUM_THREADS="1")
+    with open(os.path.join(folder, name + ".log"), "w") as log:
+        subprocess.run(["ccx", name], cwd=folder, env=environment, stdout=log,
+                       stderr=subprocess.STDOUT, check=True)
+    with open(os.path.join(folder, name + ".dat")) as file:
+        return file.read()
