@@ -58,7 +58,8 @@ void BlockTridiagonal::factorise() {
   }
 }
 
-void BlockTridiagonal::solve_lower(Eigen::Ref<MatrixXd> b, int first) const {
+template <class Derived>
+void BlockTridiagonal::lower(Eigen::MatrixBase<Derived>& b, int first) const {
   for (int i = first; i < blocks(); ++i) {
     auto row = b.middleRows(offset[i], offset[i + 1] - offset[i]);
     if (i > first)
@@ -70,16 +71,8 @@ void BlockTridiagonal::solve_lower(Eigen::Ref<MatrixXd> b, int first) const {
   }
 }
 
-void BlockTridiagonal::apply_signs(Eigen::Ref<MatrixXd> y) const {
-  if (negative_ == 0) return;
-  for (int i = 0; i < blocks(); ++i)
-    if (indefinite_[i].signs.size() != 0)
-      y.middleRows(offset[i], offset[i + 1] - offset[i]) =
-          (indefinite_[i].signs.asDiagonal() * y.middleRows(offset[i], offset[i + 1] - offset[i]))
-              .eval();
-}
-
-void BlockTridiagonal::solve_upper(Eigen::Ref<MatrixXd> b) const {
+template <class Derived>
+void BlockTridiagonal::upper(Eigen::MatrixBase<Derived>& b) const {
   for (int i = blocks() - 1; i >= 0; --i) {
     auto row = b.middleRows(offset[i], offset[i + 1] - offset[i]);
     if (i + 1 < blocks())
@@ -90,6 +83,34 @@ void BlockTridiagonal::solve_upper(Eigen::Ref<MatrixXd> b) const {
     else
       row = (indefinite_[i].inverse_root.transpose() * row).eval();
   }
+}
+
+// A single column takes matrix–vector kernels, which need no packing.
+void BlockTridiagonal::solve_lower(Eigen::Ref<MatrixXd> b, int first) const {
+  if (b.cols() == 1) {
+    auto v = b.col(0);
+    lower(v, first);
+  } else {
+    lower(b, first);
+  }
+}
+
+void BlockTridiagonal::solve_upper(Eigen::Ref<MatrixXd> b) const {
+  if (b.cols() == 1) {
+    auto v = b.col(0);
+    upper(v);
+  } else {
+    upper(b);
+  }
+}
+
+void BlockTridiagonal::apply_signs(Eigen::Ref<MatrixXd> y) const {
+  if (negative_ == 0) return;
+  for (int i = 0; i < blocks(); ++i)
+    if (indefinite_[i].signs.size() != 0)
+      y.middleRows(offset[i], offset[i + 1] - offset[i]) =
+          (indefinite_[i].signs.asDiagonal() * y.middleRows(offset[i], offset[i + 1] - offset[i]))
+              .eval();
 }
 
 }  // namespace flexopt

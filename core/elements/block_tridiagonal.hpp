@@ -41,6 +41,11 @@ class BlockTridiagonal {
   }
 
  private:
+  template <class Derived>
+  void lower(Eigen::MatrixBase<Derived>& b, int first) const;
+  template <class Derived>
+  void upper(Eigen::MatrixBase<Derived>& b) const;
+
   struct Indefinite {
     MatrixXd inverse_root;  ///< |Λ|^(−½) Vᵀ
     VectorXd signs;
