@@ -41,7 +41,7 @@ def cross_hinge(name, length, width, thickness, gap, strokes):
               "parameters": {"length": length, "width": width, "thickness": thickness,
                              "gap": gap}}
     return Case(name, thickness, leaves, (0, 0, 0), 5, strokes, 0.3, 3e-4, design,
-                steps_per_stroke=5)
+                steps_per_stroke=4)
 
 
 def three_flexure(name, length, outer, inner, thickness, gap, strokes):
@@ -52,7 +52,7 @@ def three_flexure(name, length, outer, inner, thickness, gap, strokes):
               "parameters": {"length": length, "outer_width": outer, "inner_width": inner,
                              "thickness": thickness, "gap": gap}}
     return Case(name, thickness, leaves, (0, 0, 0), 5, strokes, 0.3, 3e-4, design,
-                steps_per_stroke=5)
+                steps_per_stroke=4)
 
 
 DEG = math.pi / 180
@@ -60,9 +60,9 @@ CASES = {c.name: (c, mesh) for c, mesh in [
     (guide("guide", 0.1, 0.03, 0.5e-3, 0.06, [0.01, 0.02]), Mesh(24, 14, 2)),
     (guide("wide_short_guide", 0.03, 0.06, 0.5e-3, 0.06, [0.0015, 0.003]), Mesh(20, 18, 2)),
     (cross_hinge("cross_hinge", 0.1, 0.02, 0.35e-3, 0.005, [15 * DEG, 30 * DEG]),
-     Mesh(20, 12, 2)),
+     Mesh(14, 8, 1)),
     (three_flexure("three_flexure_cross_hinge", 0.1, 0.02, 0.04, 0.35e-3, 0.005,
-                   [15 * DEG, 30 * DEG]), Mesh(18, 10, 2)),
+                   [15 * DEG, 30 * DEG]), Mesh(14, 8, 1)),
 ]}
 
 
