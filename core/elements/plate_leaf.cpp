@@ -1,12 +1,11 @@
 #include "core/elements/plate_leaf.hpp"
 
-#include <Spectra/SymGEigsShiftSolver.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
 
+#include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
@@ -350,55 +349,18 @@ VectorXd PlateLeaf::mass_times(const VectorXd& v) const {
   return result;
 }
 
-namespace {
-
-struct ShiftInvert {
-  using Scalar = double;
-  const PlateLeaf& leaf;
-  Eigen::Index rows() const { return leaf.unknowns(); }
-  Eigen::Index cols() const { return leaf.unknowns(); }
-  void set_shift(double) const {}  // the shift is zero: K itself is factorised
-  void perform_op(const double* in, double* out) const {
-    Eigen::Map<VectorXd> y(out, rows());
-    y = Eigen::Map<const VectorXd>(in, rows());
-    leaf.solve(y);
-  }
-};
-
-struct Mass {
-  using Scalar = double;
-  const PlateLeaf& leaf;
-  Eigen::Index rows() const { return leaf.unknowns(); }
-  Eigen::Index cols() const { return leaf.unknowns(); }
-  void perform_op(const double* in, double* out) const {
-    Eigen::Map<VectorXd>(out, rows()) = leaf.mass_times(Eigen::Map<const VectorXd>(in, rows()));
-  }
-};
-
-}  // namespace
-
 std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count) const {
   std::vector<Mode> result;
   if (count == 0) return result;
-  ShiftInvert inverse{*this};
-  Mass mass{*this};
-  const int krylov = std::min(unknowns(), 2 * count + 4);
-  Spectra::SymGEigsShiftSolver<ShiftInvert, Mass, Spectra::GEigsMode::ShiftInvert> solver(
-      inverse, mass, count, krylov, 0.0);
-  solver.init();
-  // the error of an eigenvalue is the square of this
-  solver.compute(Spectra::SortRule::LargestMagn, 300, 1e-6, Spectra::SortRule::SmallestAlge);
-  if (solver.info() != Spectra::CompInfo::Successful) return result;
-  const VectorXd values = solver.eigenvalues();
-  const MatrixXd vectors = solver.eigenvectors();
-  std::vector<int> order(values.size());
-  for (int k = 0; k < static_cast<int>(order.size()); ++k) order[k] = k;
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
-  for (int k : order) {
-    VectorXd shape = vectors.col(k);
-    shape /= std::sqrt(shape.dot(mass_times(shape)));
-    result.push_back({values[k], shape});
-  }
+  const LowestPairs pairs = lowest_pairs(
+      unknowns(), count,
+      [this](VectorXd x) {
+        K_.solve(x);
+        return x;
+      },
+      [this](const VectorXd& x) { return mass_times(x); });
+  if (!pairs.converged) return result;
+  for (int k = 0; k < count; ++k) result.push_back({pairs.values[k], pairs.vectors.col(k)});
   return result;
 }
 

@@ -10,7 +10,7 @@ set(wrapped
   "muParser[A-Za-z]*\\.h" "optim/expression\\.cpp"
   "udunits2?\\.h" "core/spec/quantity\\.cpp"
   "CLI/.*" "results/.*"
-  "Spectra/.*" "core/.*")
+)
 
 set(wrong "")
 set(files 0)

@@ -1,0 +1,41 @@
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "core/math/rotation.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+Vector3d random_vector(std::mt19937& random, double size) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  return size * Vector3d(u(random), u(random), u(random)).normalized();
+}
+
+}  // namespace
+
+TEST_CASE("logarithm and exponential of a rotation undo each other from 0 to nearly π") {
+  std::mt19937 random(1);
+  for (const double angle : {0.0, 1e-12, 1e-7, 1e-4, 1.1e-4, 0.01, 0.5, 1.5, 2.9, 3.1, 3.14}) {
+    const Vector3d v = random_vector(random, angle);
+    const Matrix3d R = rotation_exp(v);
+    CHECK((R.transpose() * R - Matrix3d::Identity()).norm() < 1e-14);
+    CHECK((rotation_log(R) - v).norm() < 1e-13 + 1e-11 * (angle > 3));
+  }
+}
+
+TEST_CASE("the left tangent is the derivative of the exponential, and its inverse is one") {
+  std::mt19937 random(2);
+  for (const double angle : {1e-6, 9e-3, 1.1e-2, 0.7, 2.0, 3.0}) {
+    const Vector3d v = random_vector(random, angle), d = random_vector(random, 1);
+    double rest[2];
+    for (int k = 0; k < 2; ++k) {
+      const double h = 1e-3 / (1 << k);
+      const Vector3d spin = rotation_log(rotation_exp(v + h * d) * rotation_exp(v).transpose());
+      rest[k] = (spin - h * rotation_left_tangent(v) * d).norm();
+    }
+    if (angle > 0.1) CHECK(std::log2(rest[0] / rest[1]) == Approx(2).margin(0.1));
+    CHECK((rotation_left_tangent(v) * rotation_left_tangent_inverse(v) - Matrix3d::Identity())
+              .norm() < 1e-12);
+  }
+}
