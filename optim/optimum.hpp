@@ -13,16 +13,16 @@ namespace flexopt {
 struct ConstraintState {
   std::string label;
   double value = 0;
-  std::optional<double> min, max;  ///< bounds asked for
-  double margin = 0;               ///< distance to the nearest bound, negative when violated
-  bool active = false;             ///< |margin| within the constraint tolerance
+  std::optional<double> min, max;    ///< bounds asked for
+  double margin = 0;                 ///< distance to the nearest bound, negative when violated
+  bool active = false;               ///< |margin| within the constraint tolerance
   std::optional<double> multiplier;  ///< dObjective/dBound, where the algorithm yields one
 };
 
 /// One evaluated design; a line of evaluations.jsonl.
 struct EvaluationRecord {
-  int start = 0;       ///< which start asked for it
-  int number = 0;      ///< counts up within the start
+  int start = 0;   ///< which start asked for it
+  int number = 0;  ///< counts up within the start
   ParameterValues variables;
   bool ok = false;
   std::string message;  ///< why not, with the figures
@@ -41,8 +41,8 @@ struct StartSummary {
   int evaluations = 0, failed_evaluations = 0;
 };
 
-/// The optimum evaluated again at full accuracy. Where that found no equilibrium, `response` says so
-/// and there are no values. Differences: reduced / full − 1, reduced − full where full is 0.
+/// The optimum evaluated again at full accuracy. Where that found no equilibrium, `response` says
+/// so and there are no values. Differences: reduced / full − 1, reduced − full where full is 0.
 struct Verification {
   StrokeResponse response;
   double objective = 0;
@@ -61,7 +61,7 @@ enum class OptimumStatus { optimal, feasible, infeasible, failed };
 struct Optimum {
   OptimumStatus status = OptimumStatus::failed;
   std::string stop_reason;
-  std::string gradients;  ///< "none", "central differences", "exact"
+  std::string gradients;       ///< "none", "central differences", "exact"
   ParameterValues parameters;  ///< all of the family's
   double objective = 0;
   std::vector<ConstraintState> constraints;

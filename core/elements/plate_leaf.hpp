@@ -61,8 +61,6 @@ class PlateLeaf {
   /// Nodal dofs (functions_per_line × 3) of each line, total values r/L.
   const std::vector<MatrixXd>& nodal() const { return nodal_; }
 
-  /// Velocity of the nodal dofs for rates of the unknowns and of the edges: line by line,
-  /// functions_per_line × 3 columns each stacked for every column of (dx; dq).
   /// Mass matrix Tᵀ M T of rates T (unknowns + 12 rows), in units ρ t L⁴.
   MatrixXd mass(const MatrixXd& T) const;
   /// M_ff v with the edges held.

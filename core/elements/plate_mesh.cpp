@@ -23,17 +23,7 @@ GaussRule gauss(int n) {
   return {{0.5 - a, 0.5 - b, 0.5 + b, 0.5 + a}, {wa, wb, wb, wa}};
 }
 
-// Row of the 16 products X[2p + kx] Y[2q + ky] at function 8p + 4q + kx + 2ky.
 using Row16 = Eigen::Matrix<double, 16, 1>;
-Row16 products(const std::array<double, 4>& X, const std::array<double, 4>& Y) {
-  Row16 row;
-  for (int p = 0; p < 2; ++p)
-    for (int q = 0; q < 2; ++q)
-      for (int kx = 0; kx < 2; ++kx)
-        for (int ky = 0; ky < 2; ++ky)
-          row[8 * p + 4 * q + kx + 2 * ky] = X[2 * p + kx] * Y[2 * q + ky];
-  return row;
-}
 
 }  // namespace
 
@@ -55,6 +45,15 @@ HermiteValues hermite(double s, double h) {
        h * (s * s * s - s * s)},
       {(-6 * s + 6 * s * s) / h, 1 - 4 * s + 3 * s * s, (6 * s - 6 * s * s) / h, 3 * s * s - 2 * s},
       {(-6 + 12 * s) / (h * h), (-4 + 6 * s) / h, (6 - 12 * s) / (h * h), (6 * s - 2) / h}};
+}
+
+Eigen::Matrix<double, 16, 1> hermite_products(const std::array<double, 4>& X,
+                                              const std::array<double, 4>& Y) {
+  Row16 row;
+  for (int p = 0; p < 2; ++p)
+    for (int q = 0; q < 2; ++q)
+      for (int k = 0; k < 4; ++k) row[8 * p + 4 * q + k] = X[2 * p + k % 2] * Y[2 * q + k / 2];
+  return row;
 }
 
 PlateMesh::PlateMesh(const PlateShape& shape)
@@ -81,8 +80,10 @@ PlateMesh::PlateMesh(const PlateShape& shape)
         for (int b = 0; b < 4; ++b) {
           const HermiteValues Y = hermite(full.point[b], hy);
           const double w = full.weight[a] * full.weight[b] * hx * hy;
-          const Row16 N = products(X.value, Y.value), Nxx = products(X.curvature, Y.value),
-                      Nyy = products(X.value, Y.curvature), Nxy = products(X.slope, Y.slope);
+          const Row16 N = hermite_products(X.value, Y.value),
+                      Nxx = hermite_products(X.curvature, Y.value),
+                      Nyy = hermite_products(X.value, Y.curvature),
+                      Nxy = hermite_products(X.slope, Y.slope);
           const Row16 laplace = Nxx + Nyy;
           element.bending += w * ((1 - nu) * (Nxx * Nxx.transpose() + Nyy * Nyy.transpose() +
                                               2 * Nxy * Nxy.transpose()) +
@@ -91,7 +92,7 @@ PlateMesh::PlateMesh(const PlateShape& shape)
         }
         for (int side = 0; side < 2; ++side) {
           if (side == 0 ? j != 0 : j != ny - 1) continue;
-          const Row16 Nxy = products(X.slope, hermite(side, hy).slope);
+          const Row16 Nxy = hermite_products(X.slope, hermite(side, hy).slope);
           element.bending -= edge * full.weight[a] * hx * Nxy * Nxy.transpose();
         }
       }
@@ -100,8 +101,8 @@ PlateMesh::PlateMesh(const PlateShape& shape)
         for (int b = 0; b < 4; ++b) {
           const HermiteValues Y = hermite(full.point[b], hy);
           const int g = 4 * a + b;
-          element.gradient.row(g) = products(X.slope, Y.value).transpose();
-          element.gradient.row(points + g) = products(X.value, Y.slope).transpose();
+          element.gradient.row(g) = hermite_products(X.slope, Y.value).transpose();
+          element.gradient.row(points + g) = hermite_products(X.value, Y.slope).transpose();
           element.weight[g] = membrane_x.weight[a] * full.weight[b] * hx * hy;
         }
       }

@@ -29,6 +29,10 @@ struct HermiteValues {
 };
 HermiteValues hermite(double xi, double h);
 
+/// The 16 products X[2p + kx] Y[2q + ky], at function 8p + 4q + kx + 2ky of an element.
+Eigen::Matrix<double, 16, 1> hermite_products(const std::array<double, 4>& X,
+                                              const std::array<double, 4>& Y);
+
 class PlateMesh {
  public:
   static constexpr int points = 8;  ///< membrane points per element: 2 along × 4 across

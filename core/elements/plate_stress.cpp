@@ -10,17 +10,8 @@
 namespace flexopt {
 namespace {
 
-using Row16 = Eigen::Matrix<double, 16, 1>;
 using Gradient = Eigen::Matrix<double, 16, 3>;
 using Strains = Eigen::Matrix<double, 6, 1>;  // e11, e22, 2 e12, κ11, κ22, 2 κ12
-
-Row16 products(const std::array<double, 4>& X, const std::array<double, 4>& Y) {
-  Row16 row;
-  for (int p = 0; p < 2; ++p)
-    for (int q = 0; q < 2; ++q)
-      for (int k = 0; k < 4; ++k) row[8 * p + 4 * q + k] = X[2 * p + k % 2] * Y[2 * q + k / 2];
-  return row;
-}
 
 Gradient dofs(const std::vector<MatrixXd>& nodal, int i, int j) {
   Gradient U;
@@ -29,12 +20,12 @@ Gradient dofs(const std::vector<MatrixXd>& nodal, int i, int j) {
 }
 
 Strains strains(const Gradient& U, const HermiteValues& X, const HermiteValues& Y) {
-  const Vector3d a1 = U.transpose() * products(X.slope, Y.value);
-  const Vector3d a2 = U.transpose() * products(X.value, Y.slope);
+  const Vector3d a1 = U.transpose() * hermite_products(X.slope, Y.value);
+  const Vector3d a2 = U.transpose() * hermite_products(X.value, Y.slope);
   const Vector3d n = a1.cross(a2).normalized();
-  const Vector3d r11 = U.transpose() * products(X.curvature, Y.value);
-  const Vector3d r22 = U.transpose() * products(X.value, Y.curvature);
-  const Vector3d r12 = U.transpose() * products(X.slope, Y.slope);
+  const Vector3d r11 = U.transpose() * hermite_products(X.curvature, Y.value);
+  const Vector3d r22 = U.transpose() * hermite_products(X.value, Y.curvature);
+  const Vector3d r12 = U.transpose() * hermite_products(X.slope, Y.slope);
   Strains e;
   // a fibre on the side of the normal is stretched by −r,ab · n
   e << 0.5 * (a1.squaredNorm() - 1), 0.5 * (a2.squaredNorm() - 1), a1.dot(a2), -r11.dot(n),
@@ -150,8 +141,8 @@ StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& 
   const auto [i, xi] = locate(x, peak.along);
   const auto [j, eta] = locate(y, y.front() + peak.across * (y.back() - y.front()));
   const Gradient U = dofs(nodal, i, j);
-  const Vector3d r = U.transpose() * products(hermite(xi, x[i + 1] - x[i]).value,
-                                              hermite(eta, y[j + 1] - y[j]).value);
+  const Vector3d r = U.transpose() * hermite_products(hermite(xi, x[i + 1] - x[i]).value,
+                                                      hermite(eta, y[j + 1] - y[j]).value);
   peak.position = scale.origin + scale.axes * r * scale.length;
   return peak;
 }

@@ -31,7 +31,7 @@ ValidityBox validity_box(const TubeRange& range);
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
 class TubeModel {
  public:
-  /// Solves and expands the bent states. Throws nothing: `built()` tells whether they were found.
+  /// Solves and expands the bent states; `built()` tells whether all were found.
   TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range);
 
   bool built() const { return potential_ != nullptr; }
