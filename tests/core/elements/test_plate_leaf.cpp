@@ -159,6 +159,17 @@ TEST_CASE("the internal force is the gradient of the energy and the tangent its 
   CHECK(((4 * Kv[1] - Kv[0]) / 3 - w).norm() < 1e-5 * w.norm());
   CHECK(((4 * Kbv[1] - Kbv[0]) / 3 - coupled).norm() < 1e-6 * coupled.norm());
 
+  // All blocks at once: the rest beyond the quadratic term is of third order.
+  energy_along(leaf, state, 0 * dx, 0 * dq);
+  const double along = leaf.residual().dot(v) + leaf.edge_force().dot(dq);
+  const double curvature = v.dot(w) + 2 * dq.dot(coupled) + dq.dot(edge * dq);
+  for (int k = 0; k < 2; ++k) {
+    const double h = 4e-3 / (1 << k);
+    rest[k] = std::abs(energy_along(leaf, state, h * v, h * dq) - e0 - h * along -
+                       0.5 * h * h * curvature);
+  }
+  CHECK(observed_rate(rest[0], rest[1]) == Approx(3).margin(0.1));
+
   // The edges' own block: second difference of the energy along edge motions.
   for (int trial = 0; trial < 4; ++trial) {
     for (double& x : dq) x = u(random);
