@@ -131,16 +131,29 @@ Mode classify(const Pencil& pencil, const System& system, double omega2, const V
   return mode;
 }
 
-// More modes where the highest kept one is below the cutoff; false if all are enough.
-bool grow(std::vector<int>& leaf_modes, const VectorXd& highest, double cutoff) {
-  constexpr int limit = 48;
+constexpr int most_leaf_modes = 48;
+// Below this share of a leaf's lowest own frequency its static shapes and one mode are enough.
+constexpr double far_below = 0.2;
+
+// More modes where the kept ones do not reach far enough beyond `highest`, or are too few to yield
+// `missing` further frequencies; false if all are enough.
+bool grow(std::vector<int>& leaf_modes, const VectorXd& top, double highest, int missing,
+          const FrequencyOptions& options) {
   bool grown = false;
-  for (int i = 0; i < static_cast<int>(leaf_modes.size()); ++i) {
-    if (highest[i] >= cutoff || leaf_modes[i] >= limit) continue;
+  const int leaves = static_cast<int>(leaf_modes.size());
+  for (int i = 0; i < leaves; ++i) {
+    int& modes = leaf_modes[i];
+    int wanted = modes;
+    if (modes < options.leaf_modes && far_below * top[i] < highest) wanted = options.leaf_modes;
+    const double cutoff = options.cutoff_ratio * highest;
     // the number of plate modes below a frequency grows in proportion to it
-    const double factor = std::min(3.0, 1.1 * cutoff / std::max(highest[i], 1e-3 * cutoff));
-    leaf_modes[i] = std::min(limit, static_cast<int>(std::ceil(leaf_modes[i] * factor)));
-    grown = true;
+    if (wanted == modes && top[i] < cutoff)
+      wanted = static_cast<int>(
+          std::ceil(modes * std::min(3.0, 1.1 * cutoff / std::max(top[i], 1e-3 * cutoff))));
+    if (missing > 0) wanted = std::max(wanted, modes + (missing + leaves - 1) / leaves);
+    wanted = std::min(wanted, most_leaf_modes);
+    grown |= wanted > modes;
+    modes = std::max(modes, wanted);
   }
   return grown;
 }
@@ -150,7 +163,7 @@ bool grow(std::vector<int>& leaf_modes, const VectorXd& highest, double cutoff) 
 Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
                                 std::vector<int>& leaf_modes) {
   Frequencies result;
-  leaf_modes.resize(system.leaves(), options.leaf_modes);
+  leaf_modes.resize(system.leaves(), 1);
   const int d = 6 * system.mechanism().end_effector + index(system.mechanism().drive);
   for (;;) {
     const Pencil pencil = assemble(system, leaf_modes);
@@ -160,7 +173,7 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
       if (i != d) kept.push_back(i);
     const EigenPairs locked = solve(pencil.K(kept, kept), pencil.M(kept, kept), options.count);
     const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
-    if (grow(leaf_modes, pencil.highest, options.cutoff_ratio * highest)) continue;
+    if (grow(leaf_modes, pencil.highest, highest, options.count - (n - 1), options)) continue;
     const EigenPairs free = solve(pencil.K, pencil.M, options.count);
     VectorXd drive_shape = VectorXd::Zero(n);
     {

@@ -10,7 +10,8 @@ namespace flexopt {
 
 struct FrequencyOptions {
   int count = 8;
-  int leaf_modes = 4;       ///< fixed-interface modes per leaf, at least
+  int leaf_modes = 4;       ///< fixed-interface modes per leaf, at least, unless all frequencies
+                            ///< wanted are below a fifth of the leaf's own: then one
   double cutoff_ratio = 4;  ///< leaf modes up to this multiple of the highest frequency wanted
 };
 

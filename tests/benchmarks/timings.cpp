@@ -71,12 +71,15 @@ void leaf_kernels() {
 }
 
 void hinge_paths() {
-  const Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
+  Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
   StrokeRequest request;
   request.points.clear();
   for (int k = 0; k < 11; ++k) request.points.push_back(std::numbers::pi / 6 * k / 10);
   request.stress = false;
-  for (const int frequencies : {0, 8}) {
+  // one frequency of a heavy payload lies far below the leaves' own: cheaper modes suffice
+  for (const auto& [frequencies, payload] : {std::pair{0, 0.3}, {8, 0.3}, {1, 300.0}}) {
+    hinge.bodies[0].mass = payload;
+    hinge.bodies[0].inertia = 1e-3 * payload * Matrix3d::Identity();
     request.frequencies = frequencies;
     auto path = [&](const ModelOptions& model, int runs, double* coefficients = nullptr) {
       std::vector<double> seconds, build;
@@ -95,9 +98,9 @@ void hinge_paths() {
     const double full = path({.accuracy = Accuracy::full}, 5);
     const double fine = path({.accuracy = Accuracy::full, .mesh = {16, 8}}, 3);
     fmt::print(
-        "three-leaf hinge, 11 points, 6x6, {} frequencies: reduced {:.2f} ms (coefficients "
+        "three-leaf hinge, 11 points, 6x6, {} frequencies ({} kg): reduced {:.2f} ms (coefficients "
         "{:.1f} ms), full {:.1f} ms = {:.1f} x, 16x8 {:.0f} ms = {:.0f} x\n",
-        frequencies, reduced * 1e3, build * 1e3, full * 1e3, full / reduced, fine * 1e3,
+        frequencies, payload, reduced * 1e3, build * 1e3, full * 1e3, full / reduced, fine * 1e3,
         fine / reduced);
   }
 }

@@ -61,6 +61,23 @@ TEST_CASE("the drive mode of a heavy guide is the mass on its drive stiffness") 
   CHECK(*p.parasitic_frequency == p.frequencies_locked[0]);
 }
 
+TEST_CASE("as many frequencies come back as were asked for, and few cost no accuracy") {
+  auto at = [](int count) {
+    StrokeRequest request;
+    request.points = {0.01};
+    request.frequencies = count;
+    const StrokeResponse r =
+        evaluate_stroke(models::guide(0.1, 0.03, 5e-4, 0.06, 20, 0.05), ModelOptions{}, request);
+    REQUIRE(r.status == Status::ok);
+    return r.path[0];
+  };
+  const PathPoint one = at(1), many = at(30);
+  CHECK(many.frequencies_free.size() == 30);
+  CHECK(many.frequencies_locked.size() == 30);
+  CHECK(one.frequencies_free[0] == Approx(many.frequencies_free[0]).epsilon(1e-3));
+  CHECK(one.frequencies_locked[0] == Approx(many.frequencies_locked[0]).epsilon(1e-3));
+}
+
 TEST_CASE("a guide pushed beyond its buckling load is unstable, one that is pulled is stiffer") {
   // Sway buckling with the drive free at 2 · π² EI/L² (clamped–guided pair); held drive: 4 times.
   const double L = 0.1, w = 0.01, t = 5e-4, E = 200e9;
