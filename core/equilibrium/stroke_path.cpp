@@ -34,7 +34,7 @@ Vector6d stroke_gradient(const System& system) {
 
 int negative_pivots_with_held_drive(const System& system) {
   const Mechanism& m = system.mechanism();
-  const int n = system.size(), d = 6 * m.end_effector + index(m.drive);
+  const int d = 6 * m.end_effector + index(m.drive);
   const MatrixXd& K = system.tangent_stiffness();
   const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   MatrixXd H = s.asDiagonal() * K * s.asDiagonal();
@@ -42,8 +42,7 @@ int negative_pivots_with_held_drive(const System& system) {
   H.row(d).setZero();
   H.col(d).setZero();
   H(d, d) = 1;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H.topLeftCorner(n, n),
-                                                      Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H, Eigen::EigenvaluesOnly);
   return system.negative_pivots() + static_cast<int>((eigen.eigenvalues().array() < 0).count());
 }
 

@@ -35,6 +35,8 @@ Matrix6d System::edge_map(int i, int end) const {
 }
 
 void System::assemble() {
+  if (assembled_) return;
+  assembled_ = true;
   force_ = VectorXd::Zero(size());
   tangent_ = MatrixXd::Zero(size(), size());
   energy_ = correction_ = strain_ = 0;
@@ -67,6 +69,7 @@ void System::assemble() {
 }
 
 void System::move(const VectorXd& dq) {
+  assembled_ = false;
   std::vector<Vector12d> increments(leaves(), Vector12d::Zero());
   for (int i = 0; i < leaves(); ++i)
     for (int end = 0; end < 2; ++end)
@@ -88,6 +91,7 @@ System::Snapshot System::save() const {
 }
 
 void System::restore(const Snapshot& snapshot) {
+  assembled_ = false;
   poses_ = snapshot.poses;
   for (int i = 0; i < leaves(); ++i) leaves_[i]->restore(*snapshot.leaves[i]);
 }

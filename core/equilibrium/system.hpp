@@ -25,9 +25,14 @@ class System {
   LeafElement& leaf(int i) { return *leaves_[i]; }
   int leaves() const { return static_cast<int>(leaves_.size()); }
   /// Puts another model of the same leaf in its place, at the present state.
-  void replace_leaf(int i, std::unique_ptr<LeafElement> leaf) { leaves_[i] = std::move(leaf); }
+  void replace_leaf(int i, std::unique_ptr<LeafElement> leaf) {
+    leaves_[i] = std::move(leaf);
+    assembled_ = false;
+  }
+  /// A leaf has changed in itself: the next assemble() must not be spared.
+  void invalidate() { assembled_ = false; }
 
-  /// Evaluates every leaf at the present state. After it the results below hold.
+  /// Evaluates every leaf at the present state, once. After it the results below hold.
   void assemble();
   double energy() const { return energy_; }
   const VectorXd& internal_force() const { return force_; }       ///< (force, moment) per body
@@ -70,6 +75,7 @@ class System {
   MatrixXd tangent_;
   double energy_ = 0, correction_ = 0, strain_ = 0;
   int negative_pivots_ = 0;
+  bool assembled_ = false;  ///< the results are those of the present state
 };
 
 }  // namespace flexopt

@@ -50,6 +50,7 @@ Equilibrium solve_refined(System& system, const Solve& solve) {
       if (refinement.replacement) system.replace_leaf(i, std::move(refinement.replacement));
     }
     if (!changed) break;
+    system.invalidate();  // a tube has grown or was replaced
     const int before = equilibrium.iterations;
     equilibrium = solve();
     equilibrium.iterations += before;
