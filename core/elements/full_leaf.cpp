@@ -104,13 +104,11 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int 
   const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
   auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
   const std::vector<PlateLeaf::Mode> modes =
-      plate.modes(std::min(mode_count, plate.unknowns() / 4));
+      plate.modes(std::min(mode_count, plate.unknowns() / 4), 1e-5);
   const int n = plate.unknowns(), m = static_cast<int>(modes.size());
   // x = −K_ff⁻¹ K_fb q + Ψ ξ
   MatrixXd T = MatrixXd::Zero(n + 12, 12 + m);
-  MatrixXd X = plate.coupling();
-  plate.solve(X);
-  T.topLeftCorner(n, 12) = -X;
+  T.topLeftCorner(n, 12) = -plate.static_shapes();
   T.bottomLeftCorner(12, 12).setIdentity();
   for (int k = 0; k < m; ++k) T.col(12 + k).head(n) = modes[k].shape;
 

@@ -302,6 +302,13 @@ VectorXd PlateLeaf::internal_step(const Vector12d& dq) const {
   return step;
 }
 
+MatrixXd PlateLeaf::static_shapes() const {
+  MatrixXd X = Y_;
+  K_.apply_signs(X);
+  K_.solve_upper(X);
+  return X;
+}
+
 MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
   if (line != 0 && line != last) return T.middleRows(K_.offset[line], 3 * n);
@@ -349,7 +356,7 @@ VectorXd PlateLeaf::mass_times(const VectorXd& v) const {
   return result;
 }
 
-std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count) const {
+std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const {
   std::vector<Mode> result;
   if (count == 0) return result;
   const LowestPairs pairs = lowest_pairs(
@@ -358,7 +365,7 @@ std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count) const {
         K_.solve(x);
         return x;
       },
-      [this](const VectorXd& x) { return mass_times(x); });
+      [this](const VectorXd& x) { return mass_times(x); }, tolerance);
   if (!pairs.converged) return result;
   for (int k = 0; k < count; ++k) result.push_back({pairs.values[k], pairs.vectors.col(k)});
   return result;

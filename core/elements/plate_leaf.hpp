@@ -53,6 +53,8 @@ class PlateLeaf {
 
   /// K_ff⁻¹ b.
   void solve(Eigen::Ref<MatrixXd> b) const { K_.solve(b); }
+  /// Static shapes of the edges, K_ff⁻¹ K_fb: unknowns × 12.
+  MatrixXd static_shapes() const;
   /// K_fb: unknowns × 12.
   const MatrixXd& coupling() const { return coupling_; }
   const Matrix12d& edge_tangent() const { return edge_tangent_; }
@@ -70,8 +72,9 @@ class PlateLeaf {
     double omega2;   ///< in D / (ρ t L⁴)
     VectorXd shape;  ///< M_ff-orthonormal
   };
-  /// Lowest fixed-interface modes about the present state; needs assemble().
-  std::vector<Mode> modes(int count) const;
+  /// Lowest fixed-interface modes about the present state; needs assemble(). Residuals to
+  /// `tolerance`, values to its square.
+  std::vector<Mode> modes(int count, double tolerance = 1e-7) const;
 
  private:
   void update_nodal();

@@ -91,6 +91,21 @@ void add_product_of_degree(const MonomialTable& table, C* c, const A* a, const B
     if (n - p <= max_degree_b) add_homogeneous_product(table, c, a, b, p, n - p);
 }
 
+/// c += weight a², truncated at the order of the table; a holds degrees ≤ max_degree only.
+template <class C, class A, class W>
+void add_square(const MonomialTable& table, C* c, const A* a, const W& weight, int max_degree) {
+  const int na = table.count(max_degree);
+  for (int i = 0; i < na; ++i) {
+    const int room = table.order() - table.degree(i);
+    const int nb = table.count(max_degree < room ? max_degree : room);
+    if (nb <= i) break;
+    const std::uint16_t* k = table.products(i);
+    const A ai = weight * a[i], twice = ai + ai;
+    c[k[i]] += ai * a[i];
+    for (int j = i + 1; j < nb; ++j) c[k[j]] += twice * a[j];
+  }
+}
+
 /// Polynomial in NV variables to degree ORDER with coefficients T.
 template <int NV, int ORDER, class T = double>
 struct Polynomial {

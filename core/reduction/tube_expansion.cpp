@@ -80,31 +80,36 @@ Matrix3d ChordLeaf::stiff_tangent() const {
 ChordLeaf::Solution ChordLeaf::solve(const Vector3d& s, const Vector3d& f, int max_iterations) {
   Solution solution;
   f_ = f;
-  double previous = 0;
-  for (int it = 0; it <= max_iterations; ++it) {
+  for (int it = 1; it <= max_iterations; ++it) {
     const auto G = stiff_map();
     const Matrix3d S = stiff_tangent();
     const Vector3d ds = s - s_;
     const Vector12d dq_soft = soft_map() * ds;
     const Vector3d r = G.transpose() * (plate_.force() + plate_.tangent() * dq_soft) - f;
     const Vector3d dc = -S.partialPivLu().solve(r);
+    const double size =
+        std::max({dc.cwiseAbs().maxCoeff(), plate_.correction(), ds.cwiseAbs().maxCoeff()});
     solution.iterations = it;
-    solution.correction = std::max(dc.cwiseAbs().maxCoeff(), plate_.correction());
-    if (!std::isfinite(solution.correction) || solution.correction > 1e3) break;
-    const bool stalled = solution.correction < 1e-7 && solution.correction > 0.3 * previous;
-    if (it > 0 && (solution.correction < 1e-10 || stalled)) {
-      solution.converged = true;
-      break;
-    }
-    previous = solution.correction;
+    if (!std::isfinite(size) || size > 1e3) break;
     const Vector12d dq = dq_soft + G * dc;
     const VectorXd dx = plate_.internal_step(dq);
     s_ = s;
     c_ += dc;
-    plate_.step(edges(s_, c_), dx, dq);
+    // Newton squares a step this small; what follows wants the exact tangent, not the mixed one
+    const bool last = size < 1e-5;
+    if (last) {
+      PlateLeaf::State state{edges(s_, c_), plate_.state().x + dx};
+      plate_.set_state(state);
+    } else {
+      plate_.step(edges(s_, c_), dx, dq);
+    }
     plate_.assemble();
+    solution.correction = plate_.correction();
+    if (last && solution.correction < 1e-7) {
+      solution.converged = true;
+      return solution;
+    }
   }
-  // the tangent of the last step takes linearised stresses: make it the exact one
   plate_.set_state(plate_.state());
   plate_.assemble();
   return solution;
@@ -188,7 +193,7 @@ class Series {
   }
 
   /// Degree-d part of the residual ∂Π/∂y: rows as the unknowns, one column a monomial of degree d.
-  MatrixXd residual(int d) const {
+  MatrixXd residual(int d) {
     const int n = mesh_.functions_per_line(), last = mesh_.lines() - 1;
     const int k0 = table_.count(d - 1), k1 = table_.count(d);
     std::vector<MatrixXd> force(mesh_.lines(), MatrixXd::Zero(n, 3 * size));
@@ -243,7 +248,7 @@ class Series {
   }
 
   /// Π = U − f·c. Odd powers of (φ, M1, M2) are not filled where the mesh is mirror symmetric.
-  std::vector<double> potential() const {
+  std::vector<double> potential() {
     std::vector<Lanes> sum(size, Lanes{});
     const int ny = mesh_.elements_across();
     for (int j = 0; j < (ny + 1) / 2; ++j) {
@@ -331,29 +336,27 @@ class Series {
   }
 
   // Columns of the monomials ≤ degree, component by component.
-  MatrixXd gather(int i, int j, int m) const {
-    MatrixXd U = MatrixXd::Zero(16, 3 * m);
+  void gather(int i, int j, int m) {
+    MatrixXd& U = U_;
+    U.setZero(16, 3 * m);
     for (int p = 0; p < 2; ++p) {
       const MatrixXd& line = nodal_[i + p];
       const int stored = static_cast<int>(line.cols()) / 3, used = std::min(m, stored);
       for (int c = 0; c < 3; ++c)
         U.block(8 * p, c * m, 8, used) = line.block(4 * j, c * stored, 8, used);
     }
-    return U;
   }
 
   struct Points {
-    int degree, m;  ///< of the gradients
     std::array<std::vector<Lanes>, 3> a1, a2;
     std::array<std::vector<Lanes>, 3> strain;  ///< e11, e22, 2 e12, all monomials
   };
 
-  // Gradients and Green–Lagrange strains; strains to degree `strain_degree`.
-  Points point_series(const MatrixXd& U, int i, int j, int m, int degree, int strain_degree) const {
-    const MatrixXd A = mesh_.element(i, j).gradient * U;
-    Points p;
-    p.degree = degree;
-    p.m = m;
+  // Gradients and Green–Lagrange strains of the gathered element; strains to `strain_degree`.
+  void point_series(int i, int j, int m, int degree, int strain_degree) {
+    MatrixXd& A = A_;
+    A.noalias() = mesh_.element(i, j).gradient * U_;
+    Points& p = points_;
     for (int c = 0; c < 3; ++c) {
       p.a1[c].resize(m);
       p.a2[c].resize(m);
@@ -364,6 +367,23 @@ class Series {
         }
       p.strain[c].assign(table_.count(strain_degree), Lanes{});
     }
+    if (strain_degree == std::min(ORDER, 2 * degree)) {  // nothing to leave out
+      const Lanes one = Lanes{} + 1.0;
+      for (int c = 0; c < 3; ++c) {
+        add_square(table_, p.strain[0].data(), p.a1[c].data(), one, degree);
+        add_square(table_, p.strain[1].data(), p.a2[c].data(), one, degree);
+        add_product(table_, p.strain[2].data(), p.a1[c].data(), p.a2[c].data(), degree, degree);
+      }
+    } else {
+      add_strains(p, strain_degree, degree);
+    }
+    for (int q = 0; q < 2; ++q) {
+      p.strain[q][0] -= 1.0;
+      for (Lanes& e : p.strain[q]) e *= 0.5;
+    }
+  }
+
+  void add_strains(Points& p, int strain_degree, int degree) const {
     for (int d = 0; d <= strain_degree; ++d)
       for (int c = 0; c < 3; ++c) {
         add_product_of_degree(table_, p.strain[0].data(), p.a1[c].data(), p.a1[c].data(), d, degree,
@@ -373,11 +393,6 @@ class Series {
         add_product_of_degree(table_, p.strain[2].data(), p.a1[c].data(), p.a2[c].data(), d, degree,
                               degree);
       }
-    for (int q = 0; q < 2; ++q) {
-      p.strain[q][0] -= 1.0;
-      for (Lanes& e : p.strain[q]) e *= 0.5;
-    }
-    return p;
   }
 
   Lanes weights(int i, int j) const {
@@ -387,10 +402,12 @@ class Series {
   }
 
   // Nodal forces of degrees d0 to d.
-  void add_force(int i, int j, int d0, int d, std::vector<MatrixXd>& force) const {
+  void add_force(int i, int j, int d0, int d, std::vector<MatrixXd>& force) {
     const int m = table_.count(d);
-    const MatrixXd U = gather(i, j, m);
-    Points p = point_series(U, i, j, m, d, d);
+    gather(i, j, m);
+    point_series(i, j, m, d, d);
+    const MatrixXd& U = U_;
+    const Points& p = points_;
     const Lanes w = weights(i, j);
     const double A11 = mesh_.membrane(), A12 = mesh_.shape().poissons_ratio * A11,
                  A33 = 0.5 * (A11 - A12);
@@ -426,29 +443,35 @@ class Series {
     }
   }
 
-  void add_energy(int i, int j, double weight, std::vector<Lanes>& sum) const {
+  void add_energy(int i, int j, double weight, std::vector<Lanes>& sum) {
     const int degree = field_degree(i), m = table_.count(degree);
-    const MatrixXd U = gather(i, j, m);
     const int strain_degree = std::min(ORDER, 2 * degree);
-    const Points p = point_series(U, i, j, m, degree, strain_degree);
+    gather(i, j, m);
+    point_series(i, j, m, degree, strain_degree);
+    const MatrixXd& U = U_;
+    const Points& p = points_;
+    // ½ [A11 (e11² + e22²) + 2 A12 e11 e22 + A33 (2 e12)²] as three squares
     const Lanes w = weights(i, j) * (0.5 * weight);
     const double A11 = mesh_.membrane(), A12 = mesh_.shape().poissons_ratio * A11,
                  A33 = 0.5 * (A11 - A12);
     const int ms = table_.count(strain_degree);
-    // ½ [e11 (A11 e11 + 2 A12 e22) + A11 e22² + A33 (2 e12)²]
-    std::array<std::vector<Lanes>, 3> stress;
-    for (auto& s : stress) s.resize(ms);
+    std::vector<Lanes>&mean = work_[0], &difference = work_[1];
+    mean.resize(ms);
+    difference.resize(ms);
     for (int k = 0; k < ms; ++k) {
-      stress[0][k] = w * (A11 * p.strain[0][k] + 2 * A12 * p.strain[1][k]);
-      stress[1][k] = w * (A11 * p.strain[1][k]);
-      stress[2][k] = w * (A33 * p.strain[2][k]);
+      mean[k] = p.strain[0][k] + p.strain[1][k];
+      difference[k] = p.strain[0][k] - p.strain[1][k];
     }
-    for (int q = 0; q < 3; ++q)
-      add_product(table_, sum.data(), p.strain[q].data(), stress[q].data(), strain_degree,
-                  strain_degree);
+    add_square(table_, sum.data(), mean.data(), w * (0.5 * (A11 + A12)), strain_degree);
+    add_square(table_, sum.data(), difference.data(), w * (0.5 * (A11 - A12)), strain_degree);
+    add_square(table_, sum.data(), p.strain[2].data(), w * A33, strain_degree);
     // ½ U · K_B U, eight functions at a time
-    const MatrixXd B = (0.5 * weight) * (mesh_.element(i, j).bending * U);
-    std::vector<Lanes> a(m), b(m);
+    MatrixXd& B = A_;
+    B.noalias() = mesh_.element(i, j).bending * U;
+    B *= 0.5 * weight;
+    std::vector<Lanes>&a = work_[0], &b = work_[1];
+    a.resize(m);
+    b.resize(m);
     for (int c = 0; c < 3; ++c)
       for (int half = 0; half < 2; ++half) {
         for (int k = 0; k < m; ++k)
@@ -468,6 +491,11 @@ class Series {
   std::array<std::array<std::array<P, 3>, 2>, 2> axis_;  ///< [edge][column][component]
   std::array<std::array<P, 3>, 2> tangent_z_;            ///< [edge][component] of J e_z
   std::vector<MatrixXd> nodal_;
+
+  // of the element at hand
+  MatrixXd U_, A_;
+  Points points_;
+  std::array<std::vector<Lanes>, 2> work_;
 };
 
 // Field coefficients degree by degree: K y_d = −(degree-d part of the residual without y_d).

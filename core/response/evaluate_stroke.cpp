@@ -98,7 +98,7 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
         natural_frequencies(system,
                             {.count = request.frequencies,
                              .leaf_modes = full ? 2 * model.leaf_modes : model.leaf_modes,
-                             .cutoff_ratio = full ? 6.0 : 4.0},
+                             .cutoff_ratio = full ? 4.0 : 2.5},
                             leaf_modes);
     point.modes_free = f.free;
     point.modes_locked = f.locked;

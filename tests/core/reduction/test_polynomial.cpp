@@ -165,3 +165,15 @@ TEST_CASE("a series of a polynomial is its Taylor polynomial", "[reduction][poly
   CHECK(one[0] == Approx(1).epsilon(1e-14));
   CHECK(rest < 1e-10 * scale);
 }
+
+TEST_CASE("a weighted square is the product with itself", "[reduction][polynomial]") {
+  std::mt19937 engine(11);
+  using P = Polynomial<4, 5>;
+  for (const int degree : {1, 2, 3, 5}) {
+    P a = random_polynomial<4, 5>(engine), expected = P::constant(0), square = P::constant(0);
+    for (int k = P::table().count(degree); k < P::size; ++k) a[k] = 0;
+    add_product(P::table(), expected.c.data(), a.c.data(), a.c.data(), degree, degree);
+    add_square(P::table(), square.c.data(), a.c.data(), -0.7, degree);
+    for (int k = 0; k < P::size; ++k) CHECK(square[k] == Approx(-0.7 * expected[k]).margin(1e-13));
+  }
+}
