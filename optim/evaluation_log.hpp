@@ -1,14 +1,13 @@
 #pragma once
 // evaluations.jsonl: every evaluated design, one line each, from which an interrupted run resumes.
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "optim/design_problem.hpp"
+#include "optim/line_log.hpp"
 #include "optim/optimum.hpp"
 
 namespace flexopt {
@@ -27,9 +26,7 @@ class EvaluationLog {
   /// Without a file nothing is kept on disk.
   explicit EvaluationLog(const Job& job) : job_(job) {}
 
-  /// Opens or creates the file. Reads what it holds; a last line that was cut off is removed.
-  /// Throws SpecError when it is the log of another job (the rule names the first difference) or no
-  /// log, unless `overwrite` starts it anew.
+  /// Opens or creates the file and reads what it holds; refuses others' as LineLog does.
   EvaluationLog(const Job& job, const std::filesystem::path& path, const std::string& version,
                 bool overwrite);
 
@@ -45,15 +42,12 @@ class EvaluationLog {
   void finish(const std::vector<LoggedEvaluation>& evaluations);
 
  private:
-  void read(bool overwrite);
+  void read(const std::string& line);
 
   const Job& job_;
-  std::filesystem::path path_;
-  std::string header_;
-  std::ofstream out_;
-  std::mutex mutex_;
   std::vector<LoggedEvaluation> loaded_;
   std::map<Variables, std::size_t> index_;
+  LineLog lines_;
 };
 
 }  // namespace flexopt

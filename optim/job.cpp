@@ -153,20 +153,8 @@ StrokeRequest read_request(json& read, const json& as_written) {
   for (const json& kind : read["parasitic"]["skip"])
     (kind == "leaf" ? request.parasitic_skips_leaf_modes
                     : request.parasitic_skips_intermediate_modes) = true;
-  request.newton.tolerance = read["model"]["tolerance"];
+  request.newton = read_newton(read["model"]);
   return request;
-}
-
-ModelOptions read_model(const json& read) {
-  ModelOptions model;
-  model.accuracy = read["accuracy"] == "full" ? Accuracy::full : Accuracy::reduced;
-  model.mesh = {read["mesh"][0], read["mesh"][1]};
-  model.free_edge_torsion = read["free_edge_torsion"];
-  model.degree = read["degree"];
-  if (model.degree == 6)
-    throw SpecError("/model/degree", "6", "expected 5 or 7, the degrees of the reduced potential");
-  model.leaf_modes = read["leaf_modes"];
-  return model;
 }
 
 DesignSpec read_design(json& read, const Family& family, std::vector<std::string>& notes) {
@@ -217,6 +205,25 @@ void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& not
 
 }  // namespace
 
+ModelOptions read_model(const json& read, const Pointer& at) {
+  ModelOptions model;
+  model.accuracy = read["accuracy"] == "full" ? Accuracy::full : Accuracy::reduced;
+  model.mesh = {read["mesh"][0], read["mesh"][1]};
+  model.free_edge_torsion = read["free_edge_torsion"];
+  model.degree = read["degree"];
+  if (model.degree == 6)
+    throw SpecError((at / "degree").to_string(), "6",
+                    "expected 5 or 7, the degrees of the reduced potential");
+  model.leaf_modes = read["leaf_modes"];
+  return model;
+}
+
+NewtonOptions read_newton(const json& read) {
+  NewtonOptions newton;
+  newton.tolerance = read["tolerance"];
+  return newton;
+}
+
 ParameterValues complete_parameters(const DesignSpec& design, ParameterValues parameters) {
   const Family& family = find_family(design.family, "/design/family");
   std::vector<std::string> given;
@@ -248,21 +255,33 @@ Job parse_job(const json& document) {
   job.name = read["name"];
   job.design = read_design(read["design"], family, job.notes);
   job.end_effector = read_end_effector(read["end_effector"], job.notes);
-  job.model = read_model(read["model"]);
+  job.model = read_model(read["model"], Pointer("/model"));
   job.request = read_request(read, document);
   job.expect = read_expectations(read["expect"]);
   note_thick_leaves(make_mechanism(job, job.design.parameters), job.notes);
 
-  job.kind = read["job"] == "optimise" ? JobKind::optimise : JobKind::evaluate;
-  if (read.contains("optimise")) {
+  job.kind = read["job"] == "optimise"  ? JobKind::optimise
+             : read["job"] == "compare" ? JobKind::compare
+                                        : JobKind::evaluate;
+  const std::string kind = read["job"];
+  for (const auto& [section, owner] : {std::pair{"optimise", JobKind::optimise},
+                                       {"samples", JobKind::compare},
+                                       {"models", JobKind::compare}})
+    if (read.contains(section) && job.kind != owner)
+      job.notes.push_back(
+          fmt::format("The section {} is not used by \"job\": \"{}\".", section, kind));
+  const auto demand = [&](const char* section) {
+    if (!read.contains(section))
+      throw SpecError("/" + std::string(section), "nothing",
+                      fmt::format("it is required for \"job\": \"{}\"", kind));
+  };
+  if (job.kind == JobKind::optimise) demand("optimise");
+  if (job.kind == JobKind::compare) demand("samples");
+  if (read.contains("optimise"))
     job.optimise = read_optimise(read["optimise"], family, job.design, job.request, job.notes);
-  } else if (job.kind == JobKind::optimise) {
-    throw SpecError("/optimise", "nothing", "it is required for \"job\": \"optimise\"");
-  }
-  if (job.kind == JobKind::evaluate && job.optimise) {
-    job.notes.push_back("The section optimise is not used by \"job\": \"evaluate\".");
-    job.optimise.reset();
-  }
+  if (read.contains("samples")) job.compare = read_compare(read, family, job.design, job.request);
+  if (job.kind != JobKind::optimise) job.optimise.reset();
+  if (job.kind != JobKind::compare) job.compare.reset();
   job.as_read = std::move(read);
   return job;
 }
@@ -292,7 +311,8 @@ json job_schema() {
     const json then{{"properties",
                      {{"design", whole["properties"]["design"]},
                       {"stroke", whole["properties"]["stroke"]},
-                      {"optimise", whole["properties"]["optimise"]}}}};
+                      {"optimise", whole["properties"]["optimise"]},
+                      {"samples", whole["properties"]["samples"]}}}};
     by_family.push_back({{"if", is_family}, {"then", then}});
   }
   schema["allOf"] = std::move(by_family);

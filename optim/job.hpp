@@ -11,7 +11,7 @@
 
 namespace flexopt {
 
-enum class JobKind { evaluate, optimise };
+enum class JobKind { evaluate, optimise, compare };
 
 /// How the values of a quantity over the stroke become one number.
 enum class OverStroke { min, max, max_abs, first, last };
@@ -53,6 +53,46 @@ struct OptimiseSpec {
   double constraint_tolerance = 1e-4;  ///< relative to the bound
 };
 
+enum class SampleMethod { sobol, latin_hypercube, grid, list };
+
+/// A number that differs from design to design.
+struct SampleRange {
+  std::string name;
+  bool symbol = false;       ///< not a parameter of the family: a name for formulas
+  double min = 0, max = 0;   ///< SI
+  bool logarithmic = false;  ///< even in the logarithm
+  int points = 0;            ///< of a grid
+};
+
+/// A parameter (or the stroke) that follows from sampled numbers.
+struct SampleFormula {
+  std::string parameter, formula;
+  std::vector<std::string> may_use;  ///< names that are known before it
+  std::string pointer;               ///< into the job
+};
+
+struct SamplesSpec {
+  SampleMethod method = SampleMethod::sobol;
+  int count = 64;
+  unsigned seed = 1;
+  std::vector<SampleRange> ranges;
+  std::vector<SampleFormula> formulas;   ///< in their order
+  std::vector<ParameterValues> designs;  ///< of a list: what differs from the job's own, SI
+  SampleFormula largest_stroke;          ///< no formula: the job's stroke for every design
+};
+
+struct ModelChoice {
+  std::string name;
+  ModelOptions model;
+  NewtonOptions newton;
+};
+
+struct CompareSpec {
+  SamplesSpec samples;
+  ModelChoice full;                 ///< the reference: the job's model at full accuracy
+  std::vector<ModelChoice> models;  ///< what is compared with it
+};
+
 struct Expectation {
   std::string pointer;              ///< into result.json
   double value = 0, tolerance = 0;  ///< absolute tolerance
@@ -75,6 +115,7 @@ struct Job {
   StrokeRequest request;
   ModelOptions model;
   std::optional<OptimiseSpec> optimise;
+  std::optional<CompareSpec> compare;
   std::vector<Expectation> expect;
   std::vector<std::string> notes;  ///< what the reader found odd but allowed; for the user's eyes
   nlohmann::json as_read;          ///< the job with defaults filled in, SI: what result.json shows

@@ -110,30 +110,6 @@ Shape stroke_shape(const Family* family) {
   });
 }
 
-Shape model_shape() {
-  const ModelOptions model;
-  const NewtonOptions newton;
-  return record({
-      standard("flexure", choice({"plate"}, {"beam"}), "plate", "kinematics of a leaf"),
-      standard("accuracy", choice({"reduced", "full"}), "reduced",
-               "superelements, or the discretisation they were made from"),
-      standard("method",
-               choice({"mixed_potential"},
-                      {"modal_derivatives", "quadratic_manifold", "linear_craig_bampton"}),
-               "mixed_potential", "the reduction"),
-      standard("mesh", list(integer(2, 128), 2, 2), model.mesh,
-               "elements of a leaf, [along, across]"),
-      standard("free_edge_torsion", boolean(), model.free_edge_torsion,
-               "the three-dimensional torsion layer of the free edges; off: the thin-shell limit"),
-      standard("degree", integer(5, 7), model.degree, "of the reduced potential: 5 or 7"),
-      standard("leaf_modes", integer(1, 40), model.leaf_modes,
-               "modes of a leaf between fixed edges kept for the frequencies, at least"),
-      standard("tolerance", quantity("1", 0, 1e-3, true), newton.tolerance,
-               "Newton's largest last correction, lengths divided by the leaf length"),
-      not_offered("superelements", "several superelements along a leaf"),
-  });
-}
-
 Shape optimise_shape(const Family* family) {
   const OptimiseSpec defaults;
   std::vector<std::string> parameter_names;
@@ -183,7 +159,77 @@ Shape optimise_shape(const Family* family) {
   });
 }
 
+/// Sampled numbers and formulas of a job "compare".
+Shape samples_shape(const Family* family) {
+  const SamplesSpec defaults;
+  std::vector<std::string> parameter_names;
+  std::vector<Field> listed;
+  for (const Parameter& p : family ? family->parameters : std::vector<Parameter>{}) {
+    parameter_names.push_back(p.name);
+    listed.push_back(optional(p.name, parameter_shape(p), p.meaning));
+  }
+  const Shape vary = record({
+      optional("parameter", parameter_names.empty() ? text() : choice(parameter_names),
+               "which parameter of the family differs from design to design"),
+      optional("symbol", text(50), "or a name of its own, for formulas"),
+      optional("min", quantity(""), "least value"),
+      optional("max", quantity(""), "largest value"),
+      optional("scale", choice({"linear", "log"}), "even in the value (default) or its logarithm"),
+      optional("points", integer(1, 1000), "of a grid, instead of samples.points"),
+      optional("expression", text(),
+               "formula for the parameter instead of a range: of symbols, and of parameters that "
+               "have no formula or one further up, in SI"),
+  });
+  return record({
+      standard("method", choice({"sobol", "latin_hypercube", "grid", "list"}), "sobol",
+               "how the designs spread over their box, or a list of designs"),
+      optional("count", integer(1, 100000), "designs; default 64; not of a grid or list"),
+      optional("seed", integer(0, 4294967295.0), "of the spread; default 1; not of a grid or list"),
+      optional("points", integer(1, 1000), "of a grid, for each sampled number; default 5"),
+      standard("vary", list(vary, 0, 50), json::array(), "what differs from design to design"),
+      optional("designs",
+               list(family ? record(std::move(listed)) : any_parameters_shape(), 1, 100000),
+               "of a list: parameters that differ from the job's own"),
+      optional("largest_stroke", text(),
+               "formula of parameters and symbols, in SI: the job's stroke points are multiplied "
+               "so that the furthest gets there; default: the same stroke for all designs"),
+  });
+}
+
 }  // namespace
+
+Shape model_shape() {
+  const ModelOptions model;
+  const NewtonOptions newton;
+  return record({
+      standard("flexure", choice({"plate"}, {"beam"}), "plate", "kinematics of a leaf"),
+      standard("accuracy", choice({"reduced", "full"}), "reduced",
+               "superelements, or the discretisation they were made from"),
+      standard("method",
+               choice({"mixed_potential"},
+                      {"modal_derivatives", "quadratic_manifold", "linear_craig_bampton"}),
+               "mixed_potential", "the reduction"),
+      standard("mesh", list(integer(2, 128), 2, 2), model.mesh,
+               "elements of a leaf, [along, across]"),
+      standard("free_edge_torsion", boolean(), model.free_edge_torsion,
+               "the three-dimensional torsion layer of the free edges; off: the thin-shell limit"),
+      standard("degree", integer(5, 7), model.degree, "of the reduced potential: 5 or 7"),
+      standard("leaf_modes", integer(1, 40), model.leaf_modes,
+               "modes of a leaf between fixed edges kept for the frequencies, at least"),
+      standard("tolerance", quantity("1", 0, 1e-3, true), newton.tolerance,
+               "Newton's largest last correction, lengths divided by the leaf length"),
+      not_offered("superelements", "several superelements along a leaf"),
+  });
+}
+
+Shape model_entry_shape() {
+  std::vector<Field> fields{required("name", text(100), "for the results; each its own")};
+  for (Field field : model_shape().fields) {
+    field.standard = nullptr;  // the job's own model is the default
+    fields.push_back(std::move(field));
+  }
+  return record(std::move(fields));
+}
 
 Shape parameter_shape(const Parameter& p) {
   return quantity(p.unit, p.min, p.max, p.open_min, p.open_max);
@@ -219,7 +265,7 @@ Shape job_shape(const Family* family) {
   return record({
       standard("flexopt", integer(1, 1), 1, "version of the job format"),
       standard("name", text(200), "job", "for the report"),
-      standard("job", choice({"evaluate", "optimise"}, {"compare"}), "evaluate", "what to do"),
+      standard("job", choice({"evaluate", "optimise", "compare"}), "evaluate", "what to do"),
       required("design", design_shape(family), "the mechanism"),
       standard("end_effector", end_effector_shape(), json::object(), "what the leaves carry"),
       required("stroke", stroke_shape(family), "where the drive goes"),
@@ -229,12 +275,14 @@ Shape job_shape(const Family* family) {
       standard("frequencies", integer(0, 100), 6, "how many, drive free and drive locked each"),
       standard("parasitic", parasitic, json::object(), "what the parasitic frequency is"),
       optional("optimise", optimise_shape(family), "the search, for job optimise"),
+      optional("samples", samples_shape(family), "the designs, for job compare"),
+      optional("models", list(model_entry_shape(), 1, 20),
+               "what is compared with full accuracy, for job compare; keys left out are those of "
+               "model; default: the reduced one"),
       standard("expect", list(expectation, 0, 1000), json::array(),
                "values the result must have; a job in the repository is a test"),
       not_offered("load_path", "a dead load that grows instead of a stroke"),
       not_offered("probes", "material points of the leaves"),
-      not_offered("samples", "designs for the job compare"),
-      not_offered("models", "models for the job compare"),
   });
 }
 

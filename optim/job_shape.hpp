@@ -15,6 +15,14 @@ Shape job_shape(const Family* family);
 /// The numbers of a family parameter: unit and range.
 Shape parameter_shape(const Parameter& parameter);
 
+/// The section "model", and an entry of "models": a name and any keys of the model.
+Shape model_shape();
+Shape model_entry_shape();
+
+/// What the section "model" says; `at` is its place. Throws SpecError.
+ModelOptions read_model(const nlohmann::json& read, const nlohmann::json::json_pointer& at);
+NewtonOptions read_newton(const nlohmann::json& read);
+
 /// Names of the enums as the job file writes them.
 const std::vector<std::string>& over_stroke_names();
 OverStroke over_stroke_of(const std::string& name);
@@ -23,5 +31,10 @@ OverStroke over_stroke_of(const std::string& name);
 /// `read` is completed with what was decided. Throws SpecError.
 OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, const DesignSpec& design,
                            const StrokeRequest& request, std::vector<std::string>& notes);
+
+/// Fills in the sections "samples" and "models" of a job that has passed its table, and completes
+/// them in `read` with what was decided. Throws SpecError.
+CompareSpec read_compare(nlohmann::json& read, const Family& family, const DesignSpec& design,
+                         const StrokeRequest& request);
 
 }  // namespace flexopt

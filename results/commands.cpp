@@ -7,6 +7,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
+#include "optim/samples.hpp"
 #include "results/folder.hpp"
 #include "results/progress.hpp"
 #include "results/report.hpp"
@@ -43,9 +44,17 @@ int run_job(const CommandLine& line) {
   ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
   for (const std::string& note : job.notes) progress.say("note: " + note);
   if (changed) progress.say("note: --set changed the job; its expected numbers are not checked");
-  RunRecord record = job.kind == JobKind::optimise
-                         ? run_optimisation(job, folder.path(), line.threads, progress)
-                         : run_evaluation(job, folder.path(), progress);
+  RunRecord record = [&] {
+    switch (job.kind) {
+      case JobKind::optimise:
+        return run_optimisation(job, folder.path(), line.threads, progress);
+      case JobKind::compare:
+        return run_comparison(job, folder.path(), line.threads, progress);
+      case JobKind::evaluate:
+        break;
+    }
+    return run_evaluation(job, folder.path(), progress);
+  }();
   record.timings["total"] =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
@@ -60,8 +69,13 @@ int run_job(const CommandLine& line) {
 int validate_job(const CommandLine& line) {
   const Job job = checked_job(line);
   for (const std::string& note : job.notes) fmt::print("note: {}\n", note);
-  fmt::print("{}: a valid job ({} {}, {} stroke points)\n", line.job, name_of(job.kind),
-             job.design.family, job.request.points.size());
+  const std::string batch =
+      job.compare
+          ? fmt::format(", {} designs, {} model{}", make_samples(job).size(),
+                        job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s")
+          : "";
+  fmt::print("{}: a valid job ({} {}, {} stroke points{})\n", line.job, name_of(job.kind),
+             job.design.family, job.request.points.size(), batch);
   return exit_usable;
 }
 

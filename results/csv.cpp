@@ -128,6 +128,36 @@ std::vector<std::string> history_header(const Job& job, const Family& family, Di
   return cells;
 }
 
+/// Worst error of a quantity at one design; nothing where none was compared.
+std::optional<double> worst_at(const std::vector<PointError>& errors, int design, Compared quantity,
+                               int direction = -1) {
+  std::optional<double> worst;
+  for (const PointError& e : errors)
+    if (e.design == design && e.quantity == quantity &&
+        (direction < 0 || e.direction == direction) && (!worst || e.value > *worst))
+      worst = e.value;
+  return worst;
+}
+
+std::vector<std::string> comparison_header(const Job& job, const Family& family, Direction drive) {
+  std::vector<std::string> cells{"design", "model", "status"};
+  for (const Parameter& p : family.parameters) cells.push_back(headed(p.name, p.unit));
+  for (const SampleRange& range : job.compare->samples.ranges)
+    if (range.symbol) cells.push_back(headed(range.name, "SI"));
+  cells.insert(cells.end(), {headed("largest stroke", stroke_unit(drive)), "length/width [1]",
+                             "thickness/length [1]", "width^2/(length thickness) [1]", "points",
+                             "points at full accuracy", "fallback points"});
+  for (const char* name : compared_names)
+    cells.push_back(headed(std::string("error: ") + name, "1"));
+  for (int d = 0; d < 6; ++d)
+    if (d != index(drive))
+      cells.push_back(headed(
+          fmt::format("error: support_stiffness.{}", direction_names[static_cast<std::size_t>(d)]),
+          "1"));
+  cells.insert(cells.end(), {"fallback reason", "message"});
+  return cells;
+}
+
 }  // namespace
 
 std::string path_csv(const StrokeResponse& response, Direction drive) {
@@ -176,6 +206,48 @@ std::string history_csv(const Job& job, const Optimum& optimum, Direction drive)
   return text;
 }
 
+std::string comparison_csv(const Job& job, const Comparison& comparison, Direction drive) {
+  assert(job.compare);
+  const Family& family = find_family(job.design.family, "/design/family");
+  std::string text = row(comparison_header(job, family, drive));
+  for (std::size_t d = 0; d < comparison.designs.size(); ++d) {
+    const ComparedDesign& design = comparison.designs[d];
+    const Sample& sample = design.sample;
+    const auto own = [](const ParameterValues& values, const std::string& name) {
+      const auto found = values.find(name);
+      return found == values.end() ? std::string() : number_cell(found->second);
+    };
+    double largest_stroke = 0;
+    for (const double s : sample.stroke)
+      if (std::abs(s) > std::abs(largest_stroke)) largest_stroke = s;
+    for (const ModelComparison& model : comparison.models) {
+      const ModelDesign& result = model.designs[d];
+      std::vector<std::string> cells{fmt::format("{}", d), text_cell(model.name),
+                                     design.failed   ? "full accuracy failed"
+                                     : result.failed ? "failed"
+                                                     : "ok"};
+      for (const Parameter& p : family.parameters) cells.push_back(own(sample.parameters, p.name));
+      for (const SampleRange& range : job.compare->samples.ranges)
+        if (range.symbol) cells.push_back(own(sample.symbols, range.name));
+      for (const double value : {largest_stroke, design.length_over_width,
+                                 design.thickness_over_length, design.width2_over_length_thickness})
+        cells.push_back(number_cell(value));
+      for (const int count : {result.points, design.points, result.fallback_points})
+        cells.push_back(fmt::format("{}", count));
+      const int at = static_cast<int>(d);
+      for (int q = 0; q < static_cast<int>(compared_names.size()); ++q)
+        cells.push_back(number_cell(worst_at(model.errors, at, static_cast<Compared>(q))));
+      for (int k = 0; k < 6; ++k)
+        if (k != index(drive))
+          cells.push_back(number_cell(worst_at(model.errors, at, Compared::support_stiffness, k)));
+      cells.push_back(text_cell(result.fallback_reason));
+      cells.push_back(text_cell(design.failed ? design.message : result.message));
+      text += row(cells);
+    }
+  }
+  return text;
+}
+
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
   write_file(folder / "path.csv", path_csv(response_of(record), record.mechanism.drive));
 }
@@ -184,6 +256,12 @@ void write_history_csv(const std::filesystem::path& folder, const RunRecord& rec
   assert(record.optimum);
   write_file(folder / "history.csv",
              history_csv(record.job, *record.optimum, record.mechanism.drive));
+}
+
+void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record) {
+  assert(record.comparison);
+  write_file(folder / "comparison.csv",
+             comparison_csv(record.job, *record.comparison, record.mechanism.drive));
 }
 
 }  // namespace flexopt

@@ -14,7 +14,13 @@ std::string path_csv(const StrokeResponse& response, Direction drive);
 /// feasible design up to and including this row, `difference` marks neighbours for derivatives.
 std::string history_csv(const Job& job, const Optimum& optimum, Direction drive);
 
+/// One row a design and model: parameters and symbols, ratios of the widest leaf, points reached,
+/// and the worst error of each quantity.
+std::string comparison_csv(const Job& job, const Comparison& comparison, Direction drive);
+
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record);
 void write_history_csv(const std::filesystem::path& folder, const RunRecord& record);
+
+void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record);
 
 }  // namespace flexopt

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/compare.hpp"
 #include "optim/evaluation_book.hpp"
 #include "results/folder.hpp"
 #include "results/result_json.hpp"
@@ -42,14 +43,28 @@ std::vector<EvaluationRecord> read_evaluations(const fs::path& file) try {
   throw SpecError("", file.string(), std::string("expected evaluations: ") + error.what());
 }
 
+OrderedJson interrupted_comparison(const Job& job, const fs::path& log) {
+  RunRecord record;
+  record.job = job;
+  record.mechanism = make_mechanism(job, job.design.parameters);
+  record.comparison = compare_logged(job, log);
+  record.status = "interrupted";
+  record.message = fmt::format(
+      "The comparison was interrupted after {} of {} evaluations; run the same command to go on.",
+      record.comparison->evaluated, record.comparison->evaluations);
+  return make_result(record);
+}
+
 }  // namespace
 
 OrderedJson interrupted_result(const fs::path& folder) {
   const Job job = read_job((folder / "job.json").string());
   const fs::path log = folder / "evaluations.jsonl";
-  if (job.kind != JobKind::optimise || !fs::exists(log))
+  if (job.kind == JobKind::evaluate || !fs::exists(log))
     throw SpecError("", folder.string(),
-                    "expected a finished run or an optimisation with some evaluations");
+                    "expected a finished run, or an optimisation or comparison with some "
+                    "evaluations");
+  if (job.kind == JobKind::compare) return interrupted_comparison(job, log);
   RunRecord record;
   record.job = job;
   const OptimiseSpec& spec = *job.optimise;

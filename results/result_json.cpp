@@ -231,6 +231,7 @@ OrderedJson make_result(const RunRecord& record) {
                  {"path", std::move(path)}};
   if (record.optimum)
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);
+  if (record.comparison) result["comparison"] = make_comparison_json(*record.comparison);
   result["shapes"] = shapes_json(response, record.mechanism);
   flag_non_finite(result);
   return result;

@@ -16,6 +16,10 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism);
 /// The part "optimum" of the result.
 OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism& mechanism);
 
+/// The part "comparison". Its speed-ups are the only numbers of the result that a clock decides;
+/// they come from the log, so that a resumed run keeps those of the designs it does not repeat.
+OrderedJson make_comparison_json(const Comparison& comparison);
+
 void write_result(const std::filesystem::path& folder, const OrderedJson& result);
 
 /// True if the exit code may be 0.

@@ -6,6 +6,7 @@
 #include <csignal>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/compare.hpp"
 #include "optim/optimise.hpp"
 #include "results/run_files.hpp"
 #include "results/units.hpp"
@@ -36,7 +37,11 @@ extern "C" void say_how_to_resume(int signal) {
 /// of no use and nothing is lost with them. Those of an interrupted one are refused.
 bool overwrites_finished(const Job& job, const std::filesystem::path& folder,
                          const std::filesystem::path& log, const std::string& version) try {
-  const EvaluationLog own(job, log, version, false);
+  if (job.kind == JobKind::compare) {
+    check_compare_log(job, log, version);
+  } else {
+    const EvaluationLog own(job, log, version, false);
+  }
   return false;
 } catch (const SpecError&) {
   if (!holds_finished_run(folder)) throw;
@@ -101,6 +106,39 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
   if (evaluated) optimum.response = drawn_response(job, record.mechanism);
   record.timings["coefficients"] = optimum.response.seconds_coefficients;
   record.timings["path"] = optimum.response.seconds_path;
+  conclude(record);
+  return record;
+}
+
+RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
+                         ProgressDisplay& display) {
+  RunRecord record;
+  record.job = job;
+  record.mechanism = make_mechanism(job, job.design.parameters);
+  CompareOptions options;
+  options.log = folder / "evaluations.jsonl";
+  options.version = version() + " " + commit();
+  options.threads = threads;
+  options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
+  write_job(folder, job);  // from here on the folder is this job's
+
+  options.progress = [&](const CompareProgress& progress) {
+    std::string text = "evaluations";
+    if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
+    if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
+    display.step(progress.evaluations, progress.total, text);
+  };
+  display.say(fmt::format("comparing {}: {} model{} with full accuracy", job.name,
+                          job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s"));
+  const auto previous = std::signal(SIGINT, say_how_to_resume);
+  CompareRun run = compare(job, options);
+  std::signal(SIGINT, previous);
+  record.comparison = std::move(run.comparison);
+  for (std::size_t m = 0; m < run.seconds.size(); ++m) {
+    const std::string name = m == 0 ? "full accuracy" : "model " + job.compare->models[m - 1].name;
+    record.timings[name + ", paths"] = run.seconds[m].path;
+    record.timings[name + ", whole"] = run.seconds[m].total;
+  }
   conclude(record);
   return record;
 }

@@ -16,4 +16,8 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder,
 RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
                            ProgressDisplay& display);
 
+/// The same for a comparison with full accuracy.
+RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
+                         ProgressDisplay& display);
+
 }  // namespace flexopt

@@ -35,7 +35,10 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   WrittenRun written;
   written.result = make_result(record);
   written.failed_expectations = check_expectations(record.job.expect, written.result);
-  write_path_csv(folder, record);
+  if (record.comparison)
+    write_comparison_csv(folder, record);
+  else
+    write_path_csv(folder, record);
   if (record.optimum) write_history_csv(folder, record);
   write_shapes(folder, response_of(record).path);
   write_timings(folder, record.timings);

@@ -66,10 +66,45 @@ void conclude_optimisation(RunRecord& record) {
   }
 }
 
+void conclude_comparison(RunRecord& record) {
+  const Comparison& comparison = *record.comparison;
+  int failures = 0, fallbacks = 0;
+  bool compared = false;
+  for (const ModelComparison& model : comparison.models) {
+    failures += model.failures;
+    fallbacks += model.fallback_designs;
+    compared = compared || !model.errors.empty();
+  }
+  record.status = compared ? "ok" : "failed";
+  record.message = compared ? fmt::format("{} compared with full accuracy over {}",
+                                          plural(comparison.models.size(), "model"),
+                                          plural(comparison.designs.size(), "design"))
+                            : fmt::format("None of {} could be compared",
+                                          plural(comparison.designs.size(), "design"));
+  if (comparison.failed_designs > 0)
+    record.message +=
+        fmt::format("; {} not to the end at full accuracy",
+                    plural(static_cast<std::size_t>(comparison.failed_designs), "design"));
+  if (failures > 0)
+    record.message += fmt::format("; the models failed {} on their own",
+                                  failures == 1 ? "once" : fmt::format("{} times", failures));
+  if (fallbacks > 0)
+    record.message += fmt::format("; {} with leaves evaluated at full accuracy instead",
+                                  plural(static_cast<std::size_t>(fallbacks), "path"));
+  for (const ComparedDesign& design : comparison.designs)
+    if (!compared && !design.message.empty()) {
+      record.message += ": " + design.message;
+      break;
+    }
+  record.message += ".";
+}
+
 }  // namespace
 
 void conclude(RunRecord& record) {
-  if (record.optimum)
+  if (record.comparison)
+    conclude_comparison(record);
+  else if (record.optimum)
     conclude_optimisation(record);
   else
     conclude_evaluation(record);
@@ -85,6 +120,8 @@ std::string name_of(JobKind kind) {
       return "evaluate";
     case JobKind::optimise:
       return "optimise";
+    case JobKind::compare:
+      return "compare";
   }
   assert(false);
   return {};

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/response/response.hpp"
+#include "optim/comparison.hpp"
 #include "optim/job.hpp"
 #include "optim/optimum.hpp"
 
@@ -15,12 +16,13 @@ struct RunRecord {
   Mechanism mechanism;                    ///< the evaluated one: of the job, or of the optimum
   StrokeResponse response;                ///< job evaluate
   std::optional<Optimum> optimum;         ///< job optimise; its response stands for `response`
+  std::optional<Comparison> comparison;   ///< job compare; there is no path then
   std::string status = "ok";              ///< "ok", or why the result is not usable, in one word
   std::string message;                    ///< one sentence with the figures
   std::map<std::string, double> timings;  ///< [s], only for timings.json
 };
 
-/// Fills in status and message from the response or the optimum.
+/// Fills in status and message from the response, the optimum or the comparison.
 void conclude(RunRecord& record);
 
 /// The path that the run is about.

@@ -151,12 +151,38 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, Direction driv
   return text + "  (* active)\n";
 }
 
+std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
+
+std::string comparison_lines(const Comparison& comparison) {
+  std::string text;
+  for (const ModelComparison& model : comparison.models) {
+    text += line(model.name + ", errors:", {"99th percentile", "worst", "median"});
+    const auto add = [&](const std::string& name, const std::optional<ErrorFigures>& figures) {
+      if (figures)
+        text +=
+            line(name, {percent(figures->p99), percent(figures->worst), percent(figures->median)});
+    };
+    for (std::size_t q = 0; q < compared_names.size(); ++q)
+      add(compared_names[q], error_figures(model.errors, static_cast<Compared>(q)));
+    text += line("failures", {fmt::format("{}", model.failures)});
+    if (model.fallback_designs > 0)
+      text += line("full leaves instead", {fmt::format("{} points", model.fallback_points),
+                                           fmt::format("{} designs", model.fallback_designs)});
+    if (model.speed_up && model.speed_up_with_reduction)
+      text +=
+          line("speed-up, with reduction", {fmt::format("{:.3g}", *model.speed_up),
+                                            fmt::format("{:.3g}", *model.speed_up_with_reduction)});
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string summary_of(const RunRecord& record) {
   std::string text = fmt::format("{}: {}. {}\n", record.job.name.empty() ? "run" : record.job.name,
                                  record.status, record.message);
   const Direction drive = record.mechanism.drive;
+  if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drive);
   return text + stroke_lines(response_of(record), drive);
 }

@@ -91,10 +91,10 @@ function decades(values) {
 }
 
 /// A figure with caption, note, legend and chart. lines: [{name, color, points: [{x, y}], dashed,
-/// line: false for dots only, width}]; points without y are left out.
+/// line: false for dots only, width}]; points without y are left out. log, x_log: logarithmic axes.
 function line_chart(spec) {
   const lines = spec.lines
-    .map((line) => ({...line, points: line.points.filter((p) => Number.isFinite(p.x) && Number.isFinite(p.y) && (!spec.log || p.y > 0))}))
+    .map((line) => ({...line, points: line.points.filter((p) => Number.isFinite(p.x) && Number.isFinite(p.y) && (!spec.log || p.y > 0) && (!spec.x_log || p.x > 0))}))
     .filter((line) => line.points.length > 0);
   const figure = element("figure", {class: "figure"}, element("figcaption", {}, spec.title),
                          element("div", {class: "soft"}, spec.note ?? ""));
@@ -120,7 +120,7 @@ function line_chart(spec) {
   figure.append(Plot.plot({
     width: 560, height: spec.height ?? 300, marginLeft: 62, marginRight: 18, marginTop: 26, marginBottom: 40,
     aspectRatio: spec.aspect, style: {fontSize: "12px", background: "transparent"},
-    x: {label: spec.x, labelAnchor: "center", labelArrow: "none", nice: !spec.x_domain, ...(spec.x_domain ? {domain: spec.x_domain} : {})},
+    x: {label: spec.x, labelAnchor: "center", labelArrow: "none", ...(spec.x_log ? {type: "log", ticks: 6, tickFormat: (v) => number_text(v, 2)} : {}), nice: !spec.x_domain, ...(spec.x_domain ? {domain: spec.x_domain} : {})},
     y,
     marks: [
       spec.log || spec.zero === false ? null : Plot.ruleY([0], {strokeOpacity: 0.35}),

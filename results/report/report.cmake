@@ -43,6 +43,7 @@ flexopt_embed(flexopt_results ${CMAKE_CURRENT_BINARY_DIR}/generated/embedded_fil
   report.css=${report_folder}/report.css
   figures.js=${report_folder}/figures.js
   shapes.js=${report_folder}/shapes.js
+  comparison.js=${report_folder}/comparison.js
   report.js=${report_folder}/report.js
   d3.js=${d3_js}
   plot.js=${plot_js}

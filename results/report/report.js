@@ -5,6 +5,7 @@ const report = document.getElementById("report");
 const path = result.path ?? [];
 const converged = path.filter((point) => point.status === "converged");
 const optimum = result.optimum ?? null;
+const comparison = result.comparison ?? null;
 const drive = result.conventions?.drive ?? "";
 const stroke_unit = result.units?.stroke ?? "";
 const load_unit = result.units?.drive_load ?? "";
@@ -277,7 +278,7 @@ function stroke_table() {
 }
 
 function checks() {
-  const rows = (result.leaves ?? []).map((leaf) => {
+  const rows = (comparison ? [] : result.leaves ?? []).map((leaf) => {
     const used = converged.map((p) => ({p, report: p.leaves?.find((l) => l.name === leaf.name)})).filter((u) => u.report);
     const models = [...d3.group(used, (u) => u.report.model)].map(([name, list]) => `${name} (${list.length})`).join(", ");
     return {...leaf, models, reasons: [...new Set(used.map((u) => u.report.reason).filter(Boolean))].join("; "), check: d3.max(used, (u) => Math.abs(u.report.check))};
@@ -294,13 +295,14 @@ function checks() {
       {name: "Expected number", left: true, text: (e) => e.pointer}, {name: "Expected", text: (e) => number_text(e.expected, 6)}, {name: "±", text: (e) => number_text(e.tolerance, 2)},
       {name: "Found", text: (e) => number_text(e.value, 6)}, {name: "", left: true, text: (e) => e.ok ? "agrees" : "differs", tone: (e) => e.ok ? "good" : "bad"}, {name: "Source", left: true, text: (e) => e.source}]) : null,
     converged.some((p) => !p.stable) ? element("p", {class: "bad"}, `Unstable with the drive held (buckled) ${converged.filter((p) => !p.stable).map(at_stroke).join(", ")}.`) : converged.length ? element("p", {}, "The tangent with the drive held has no negative eigenvalue at any converged point.") : null,
-    element("p", {class: "soft"}, "Not checked: fatigue, clearance between moving leaves, stiffness of the frame."),
+    comparison ? null : element("p", {class: "soft"}, "Not checked: fatigue, clearance between moving leaves, stiffness of the frame."),
     ...(result.notes ?? []).map((note) => element("p", {class: "warn"}, note)));
 }
 
 header();
 tiles();
 optimisation();
+comparison_sections();
 stroke_figures();
 shapes();
 stroke_table();
