@@ -1,5 +1,6 @@
 #include "optim/parallel.hpp"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -22,6 +23,8 @@ void parallel_for(int count, int threads, const std::function<void(int)>& work) 
   if (together <= 1) {
     for (int i = 0; i < count; ++i) guarded(i);
   } else {
+    // As many threads as asked for, also beyond the processor's: that is for the caller to say.
+    static const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 1024);
     // An arena of its own: a thread that waits here takes up no work of a loop around this one.
     tbb::task_arena arena(together);
     arena.execute([&] { tbb::parallel_for(0, count, guarded, tbb::simple_partitioner()); });

@@ -35,6 +35,7 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   WrittenRun written;
   written.result = make_result(record);
   written.failed_expectations = check_expectations(record.job.expect, written.result);
+  fs::remove(folder / (record.comparison ? "path.csv" : "comparison.csv"));  // of an earlier run
   if (record.comparison)
     write_comparison_csv(folder, record);
   else

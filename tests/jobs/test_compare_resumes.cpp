@@ -1,0 +1,114 @@
+// A batch that is killed and started again ends with the same bytes as one that ran through.
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr int designs = 24, models = 2;
+
+json job_document() {
+  return json::parse(R"({
+    "flexopt": 1, "name": "killed", "job": "compare",
+    "design": {"family": "cross_hinge",
+      "parameters": {"length": "60 mm", "width": "20 mm", "thickness": "0.3 mm", "gap": "2 mm"},
+      "material": "stavax"},
+    "end_effector": {"mass": "0.3 kg", "inertia": ["1e-4 kg m^2", "1e-4 kg m^2", "1e-4 kg m^2"]},
+    "stroke": {"to": "20 deg", "points": 5}, "frequencies": 6,
+    "samples": {"count": 24, "seed": 3, "vary": [
+      {"parameter": "width", "min": "8 mm", "max": "60 mm", "scale": "log"},
+      {"parameter": "thickness", "min": "0.15 mm", "max": "0.8 mm"}]},
+    "models": [{"name": "default"}, {"name": "coarse", "mesh": [6, 2]}]
+  })");
+}
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("flexopt_killed_" + std::to_string(getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+};
+
+std::string read(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+pid_t start(const fs::path& job, const fs::path& out, const char* threads) {
+  const pid_t child = fork();
+  if (child == 0) {
+    if (!freopen("/dev/null", "w", stdout)) _exit(127);
+    execl(FLEXOPT_PROGRAM, FLEXOPT_PROGRAM, "run", job.c_str(), "--out", out.c_str(), "--quiet",
+          "--threads", threads, static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  return child;
+}
+
+int finished(pid_t child) {
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+std::ptrdiff_t lines(const fs::path& file) {
+  const std::string text = read(file);
+  return std::count(text.begin(), text.end(), '\n');
+}
+
+/// The result without what the clock decides.
+json without_clock(const fs::path& out) {
+  json result = json::parse(read(out / "result.json"));
+  for (json& model : result["comparison"]["models"])
+    for (const char* key : {"speed_up", "speed_up_with_reduction"}) {
+      REQUIRE(model[key].get<double>() > 0);
+      model.erase(key);
+    }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("a batch killed and started again ends with the same bytes", "[jobs][compare]") {
+  const Folder folder;
+  const fs::path job = folder.path / "job.json";
+  std::ofstream(job) << job_document().dump();
+  const fs::path through = folder.path / "through", killed = folder.path / "killed";
+  REQUIRE(finished(start(job, through, "1")) == 0);
+
+  int kills = 0;
+  for (const std::ptrdiff_t enough : {5, 20, 40}) {
+    const pid_t child = start(job, killed, "2");
+    for (int status = 0; lines(killed / "evaluations.jsonl") < enough;) {
+      if (waitpid(child, &status, WNOHANG) == child) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    if (kill(child, SIGKILL) == 0) ++kills;
+    finished(child);
+    CHECK_FALSE(fs::exists(killed / "result.json"));
+  }
+  CHECK(kills == 3);
+  CHECK(lines(killed / "evaluations.jsonl") < 1 + designs * (1 + models));
+  REQUIRE(finished(start(job, killed, "2")) == 0);
+
+  for (const char* file : {"job.json", "evaluations.jsonl", "comparison.csv"}) {
+    CAPTURE(file);
+    CHECK(read(through / file).size() > 100);
+    CHECK(read(killed / file) == read(through / file));
+  }
+  CHECK(without_clock(killed) == without_clock(through));
+  CHECK(lines(through / "evaluations.jsonl") == 1 + designs * (1 + models));
+  CHECK(lines(through / "comparison.csv") == 1 + designs * models);
+}
