@@ -10,31 +10,6 @@ namespace {
 constexpr double roll_tolerance = 1e-14;  // [rad]
 constexpr int max_roll_steps = 12;        // 2 or 3 happen
 
-struct HatSquareFactor {
-  double value, slope;
-};
-
-/// γ = (1 − ½a cot ½a)/a² in J⁻¹ = 1 − ½ hat θ + γ hat² θ, a = |θ|, and dγ/d(a²).
-HatSquareFactor hat_square_factor(double q) {
-  if (q < 1) {
-    // Σ |B_2n| qⁿ⁻¹/(2n)!; the ratio of its terms tends to q/4π², the twelfth is below 1e-19.
-    constexpr double c[] = {8.3333333333333333e-02, 1.3888888888888889e-03, 3.3068783068783069e-05,
-                            8.2671957671957672e-07, 2.0876756987868099e-08, 5.2841901386874932e-10,
-                            1.3382536530684679e-11, 3.3896802963225829e-13, 8.5860620562778446e-15,
-                            2.1748686985580619e-16, 5.5090028283602295e-18, 1.3954464685812523e-19};
-    double f = 0, d = 0;
-    for (int k = 11; k >= 0; --k) {
-      d = d * q + f;
-      f = f * q + c[k];
-    }
-    return {f, d};
-  }
-  const double a = std::sqrt(q), x = 0.5 * a, cot = 1 / std::tan(x);
-  const double f = (1 - x * cot) / q;
-  const double df_da = (-0.5 * (cot - x * (1 + cot * cot)) - 2 * a * f) / q;
-  return {f, df_da / (2 * a)};
-}
-
 /// First entry of J⁻¹, with which the roll of the frame changes θx.
 double roll_rate(const Vector3d& th) {
   const double q = th.squaredNorm();
@@ -141,12 +116,9 @@ Matrix12d geometric_stiffness(const ChordFrame& c, const Vector6d& g) {
   std::array<Rows3x12, 2> dm;
   for (int a = 0; a < 2; ++a) {
     load[a][0] += lambda;
-    const Vector3d &th = c.theta[a], &v = load[a];
-    const Vector3d tv = th.cross(v), ttv = th.cross(tv);
-    m[a] = v + 0.5 * tv + c.gamma[a] * ttv;
-    const Matrix3d dm_dth = -0.5 * hat(v) - c.gamma[a] * (hat(tv) + hat(th) * hat(v)) +
-                            2 * c.dgamma[a] * ttv * th.transpose();
-    dm[a].noalias() = dm_dth.lazyProduct(c.theta_rate[a]);
+    const TurnedMoment moment = turned_moment(c.theta[a], load[a], {c.gamma[a], c.dgamma[a]});
+    m[a] = moment.value;
+    dm[a].noalias() = moment.slope.lazyProduct(c.theta_rate[a]);
   }
   const Eigen::Matrix<double, 1, 12> dlambda = -(dm[0].row(0) + dm[1].row(0)) / roll;
   for (int a = 0; a < 2; ++a)

@@ -1,0 +1,94 @@
+#pragma once
+// A linear superelement: any linear body reduced to the six coordinates of its interface nodes,
+// placed by a floating frame that takes up its rigid motion. Equations (10)–(14) of README.md.
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// What a superelement is: plain data, in the axes of the undeformed body. Coordinates of a node
+/// are its displacement [m] and rotation [rad]. Rows and columns of K and M: the m nodes, six each,
+/// then the amplitudes of the fixed-interface vibration modes.
+struct SuperelementModel {
+  std::vector<Vector3d> nodes;  ///< undeformed interface nodes, seen from the frame's point [m]
+  MatrixXd stiffness;           ///< K_CB; boundary and vibration modes do not mix
+  MatrixXd mass;                ///< M_CB
+  /// Φ_CB, 6 × 6m: displacement and rotation of the frame's material point by the boundary modes.
+  MatrixXd frame_modes;
+  /// Optional: displacements of the FE body, one column a boundary mode, for stresses and shapes.
+  MatrixXd recovery;
+
+  int coordinates() const { return 6 * static_cast<int>(nodes.size()); }
+  double size() const;  ///< largest distance of two nodes [m]
+};
+
+/// The first broken rule, or nothing: sizes; K symmetric and without energy for rigid motions;
+/// Φ_CB carries the frame along with them; M symmetric.
+std::optional<std::string> broken_rule(const SuperelementModel& model);
+
+/// Place of an interface node: position [m] and the axes of the body as the node carries them.
+struct NodePose {
+  Vector3d position;
+  Matrix3d axes;
+};
+
+/// Where the undeformed body fits the deformed one: Φ_CB q = 0.
+struct FloatingFrame {
+  bool converged = false;
+  int iterations = 0;
+  double residual = 0;  ///< size of the last Newton step (lengths / size of the body)
+  Vector3d position = Vector3d::Zero();
+  Matrix3d axes = Matrix3d::Identity();
+};
+
+/// Local coordinates q = (u, θ) of the nodes in a frame: u = Fᵀ(p − x) − X, θ = log(Fᵀ R).
+VectorXd local_coordinates(const SuperelementModel& model, std::span<const NodePose> nodes,
+                           const FloatingFrame& frame);
+
+/// A superelement at given places of its nodes. Vectors have (force, moment) or (displacement,
+/// spin) per node, global axes.
+class Superelement {
+ public:
+  /// The model must outlive the superelement.
+  explicit Superelement(const SuperelementModel& model);
+
+  /// Frame, energy, force and tangent. `stress_coordinates`: local coordinates whose forces the
+  /// geometric stiffness takes instead of the present ones (Newton's linearised last step; equal at
+  /// equilibrium). Returns false when no frame was found; the results do not hold then.
+  bool evaluate(std::span<const NodePose> nodes, const VectorXd* stress_coordinates = nullptr);
+
+  const SuperelementModel& model() const { return *model_; }
+  const FloatingFrame& frame() const { return frame_; }
+  const VectorXd& local() const { return q_; }       ///< q
+  const MatrixXd& local_rate() const { return B_; }  ///< dq = B · (displacement, spin) of the nodes
+  double energy() const { return energy_; }
+  const VectorXd& force() const { return force_; }      ///< ∂energy/∂nodes
+  const MatrixXd& tangent() const { return tangent_; }  ///< R varied as exp(hat δ) R, 2nd order
+  /// Largest stretch of the lines between the nodes.
+  double strain() const;
+  /// M_CB turned into global axes; the vibration modes keep their amplitudes.
+  MatrixXd mass() const;
+
+ private:
+  bool find_frame(std::span<const NodePose> nodes);
+  void place(std::span<const NodePose> nodes);
+  void rotate_rows(MatrixXd& A) const;
+
+  const SuperelementModel* model_;
+  double size_;
+  FloatingFrame frame_;
+  std::vector<Vector3d> place_;    ///< deformed places y in the frame
+  std::vector<Matrix3d> to_rate_;  ///< J⁻¹(θ): dθ = J⁻¹ spin
+  Eigen::Matrix<double, 6, Eigen::Dynamic> PhiD_, Z_;
+  Eigen::Matrix<double, Eigen::Dynamic, 6> Phi_rig_;
+  Matrix6d A_;  ///< Φ_CB D Φ_rig
+  VectorXd q_, s_, r_, f_, force_;
+  MatrixXd DT_, B_, tangent_, work_;
+  double energy_ = 0;
+};
+
+}  // namespace flexopt
