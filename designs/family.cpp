@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cassert>
 #include <numbers>
+#include <type_traits>
+#include <utility>
 
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
+#include "designs/clamped_plate.hpp"
 #include "designs/cross_hinge.hpp"
 #include "designs/leaf_spring.hpp"
 #include "designs/parallel_guide.hpp"
@@ -15,7 +18,9 @@
 namespace flexopt {
 
 template MechanismT<double> make_leaf_spring(const LeafSpringParameters<double>&, const Material&,
-                                             const EndEffector&);
+                                             const EndEffector&, Tip);
+template MechanismT<double> make_clamped_plate(const ClampedPlateParameters<double>&,
+                                               const Material&, const EndEffector&);
 template MechanismT<double> make_parallel_guide(const ParallelGuideParameters<double>&,
                                                 const Material&, const EndEffector&);
 template MechanismT<double> make_cross_hinge(const CrossHingeParameters<double>&, const Material&,
@@ -78,20 +83,25 @@ void check_thin(const LeafSpring& leaf, const ParameterValues& values) {
                                 smallest, leaf.name));
 }
 
-/// `apart` is the parameter that keeps the leaves apart.
-template <class Parameters>
-auto checked_maker(Mechanism (*make)(const Parameters&, const Material&, const EndEffector&),
-                   std::string apart) {
-  return [make, apart = std::move(apart)](const ParameterValues& values, const Material& material,
-                                          const EndEffector& payload) {
-    Parameters parameters{};
-    parameters.each([&](const char* name, double& value) { value = values.at(name); });
-    Mechanism mechanism = make(parameters, material, payload);
-    for (const LeafSpring& leaf : mechanism.leaves) check_thin(leaf, values);
-    if (const auto rule = broken_rule(mechanism))
-      throw SpecError(pointer_to(apart), fmt::format("{:g} m", values.at(apart)), *rule);
-    return mechanism;
-  };
+/// `make` may take the choices last. `apart` is the parameter that keeps the leaves apart.
+template <class Parameters, class Make>
+auto checked_maker(Make make, std::string apart) {
+  return
+      [make, apart = std::move(apart)](const ParameterValues& values, const FamilyChoices& choices,
+                                       const Material& material, const EndEffector& payload) {
+        Parameters parameters{};
+        parameters.each([&](const char* name, double& value) { value = values.at(name); });
+        Mechanism mechanism = [&] {
+          if constexpr (std::is_invocable_v<Make, Parameters, Material, EndEffector, FamilyChoices>)
+            return make(parameters, material, payload, choices);
+          else
+            return make(parameters, material, payload);
+        }();
+        for (const LeafSpring& leaf : mechanism.leaves) check_thin(leaf, values);
+        if (const auto rule = broken_rule(mechanism))
+          throw SpecError(pointer_to(apart), fmt::format("{:g} m", values.at(apart)), *rule);
+        return mechanism;
+      };
 }
 
 Family leaf_spring() {
@@ -107,10 +117,21 @@ Family leaf_spring() {
   f.drive = Direction::uy;
   f.parameters = {length(), width(), thickness()};
   f.options = {{"tip",
-                {"rigid"},
-                {"free", "guided"},
-                "how the tip is held: rigid, the edge is part of the end-effector"}};
-  f.make = checked_maker(&make_leaf_spring<double>, "length");
+                {"rigid", "free", "guided"},
+                {},
+                "rigid: the edge is part of the end-effector; guided: and that moves along x and y "
+                "only; free: O is the middle of the free edge, its load spread over it"}};
+  f.has_end_effector = [](const FamilyChoices& choices) { return choices.at("tip") != "free"; };
+  f.make = checked_maker<LeafSpringParameters<double>>(
+      [](const LeafSpringParameters<double>& p, const Material& material,
+         const EndEffector& payload, const FamilyChoices& choices) {
+        const std::string& tip = choices.at("tip");
+        return make_leaf_spring(p, material, payload,
+                                tip == "free"     ? Tip::free
+                                : tip == "guided" ? Tip::guided
+                                                  : Tip::rigid);
+      },
+      "length");
   return f;
 }
 
@@ -129,7 +150,7 @@ Family parallel_guide() {
   f.drive = Direction::uy;
   f.parameters = {length(), width(), thickness(),
                   size("spacing", "distance between the mid-planes of the leaves")};
-  f.make = checked_maker(&make_parallel_guide<double>, "spacing");
+  f.make = checked_maker<ParallelGuideParameters<double>>(&make_parallel_guide<double>, "spacing");
   return f;
 }
 
@@ -147,7 +168,7 @@ Family cross_hinge() {
 )";
   f.drive = Direction::rz;
   f.parameters = {length(), width(), thickness(), half_angle(), crossing_fraction(), gap()};
-  f.make = checked_maker(&make_cross_hinge<double>, "gap");
+  f.make = checked_maker<CrossHingeParameters<double>>(&make_cross_hinge<double>, "gap");
   return f;
 }
 
@@ -172,15 +193,56 @@ Family three_flexure_cross_hinge() {
                   half_angle(),
                   crossing_fraction(),
                   gap()};
-  f.make = checked_maker(&make_three_flexure_cross_hinge<double>, "gap");
+  f.make = checked_maker<ThreeFlexureCrossHingeParameters<double>>(
+      &make_three_flexure_cross_hinge<double>, "gap");
+  return f;
+}
+
+Family clamped_plate() {
+  Family f;
+  f.name = "clamped_plate";
+  f.summary = "A plate clamped along two opposite edges, loaded across at a point.";
+  f.drawing = R"(
+    z    //+--------------------------+//   the other two edges are free
+    |    //|                          |//   thickness along y
+    |    //|            x O           |//
+    |    //|     (load_point_x, _z)   |//   width along z
+    |    //+--------------------------+//
+    +---- x |<-------- length ------->|
+)";
+  f.drive = Direction::uy;
+  f.parameters = {length(), width(), thickness(),
+                  size("load_point_x", "place of O, from the clamped edge x = 0"),
+                  size("load_point_z", "place of O, from the free edge z = 0")};
+  f.parameters.back().open_min = false;
+  f.has_end_effector = [](const FamilyChoices&) { return false; };
+  f.mesh = {20, 20};  // the load may stand anywhere
+  f.make = [make = checked_maker<ClampedPlateParameters<double>>(&make_clamped_plate<double>,
+                                                                 "load_point_x")](
+               const ParameterValues& values, const FamilyChoices& choices,
+               const Material& material, const EndEffector& payload) {
+    for (const auto& [name, side] :
+         {std::pair{"load_point_x", "length"}, {"load_point_z", "width"}})
+      if (values.at(name) > values.at(side))
+        throw SpecError(pointer_to(name), fmt::format("{:g} m", values.at(name)),
+                        fmt::format("the load point lies on the plate: at most {} = {:g} m", side,
+                                    values.at(side)));
+    return make(values, choices, material, payload);
+  };
   return f;
 }
 
 }  // namespace
 
+FamilyChoices standard_choices(const Family& family) {
+  FamilyChoices choices;
+  for (const FamilyOption& option : family.options) choices[option.name] = option.choices.front();
+  return choices;
+}
+
 const std::vector<Family>& families() {
   static const std::vector<Family> all{leaf_spring(), parallel_guide(), cross_hinge(),
-                                       three_flexure_cross_hinge()};
+                                       three_flexure_cross_hinge(), clamped_plate()};
   return all;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // A family: named parameters with units and ranges → a mechanism. Nothing downstream knows
 // families.
+#include <array>
 #include <functional>
 #include <map>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/model_options.hpp"
 
 namespace flexopt {
 
@@ -30,6 +32,7 @@ struct FamilyOption {
 };
 
 using ParameterValues = std::map<std::string, double>;
+using FamilyChoices = std::map<std::string, std::string>;  ///< option → choice
 
 /// The rigid end-effector that the leaves carry.
 struct EndEffector {
@@ -45,10 +48,20 @@ struct Family {
   Direction drive = Direction::uy;
   std::vector<Parameter> parameters;
   std::vector<FamilyOption> options;
-  /// Values must hold every parameter, in range. Throws SpecError (pointer /design/parameters/…)
-  /// when they contradict each other.
-  std::function<Mechanism(const ParameterValues&, const Material&, const EndEffector&)> make;
+  std::array<int, 2> mesh = ModelOptions{}.mesh;  ///< that its leaves want when none is asked for
+  /// Else O is a material point of a leaf for these choices: no mass, no moments at O.
+  std::function<bool(const FamilyChoices&)> has_end_effector = [](const FamilyChoices&) {
+    return true;
+  };
+  /// Values must hold every parameter, in range, and choices every option. Throws SpecError
+  /// (pointer /design/parameters/…) when they contradict each other.
+  std::function<Mechanism(const ParameterValues&, const FamilyChoices&, const Material&,
+                          const EndEffector&)>
+      make;
 };
+
+/// The first choice of every option.
+FamilyChoices standard_choices(const Family& family);
 
 /// All families, in the order of the documentation.
 const std::vector<Family>& families();

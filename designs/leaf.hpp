@@ -67,6 +67,15 @@ RigidBodyT<S> make_end_effector(const Vector3<S>& reference, const EndEffector& 
   return body;
 }
 
+/// O as a material point of a leaf: no mass, no rotations.
+template <class S>
+RigidBodyT<S> make_point_body(const Vector3<S>& reference) {
+  RigidBodyT<S> body = make_end_effector<S>(reference, EndEffector{});
+  body.name = "O";
+  body.held = {false, false, false, true, true, true};
+  return body;
+}
+
 /// z, the direction of the leaves' width in the planar families.
 template <class S>
 Vector3<S> z_axis() {

@@ -1,5 +1,5 @@
 #pragma once
-// One leaf spring with a rigid tip.
+// One leaf spring with a rigid, guided or free tip.
 #include "designs/leaf.hpp"
 
 namespace flexopt {
@@ -16,20 +16,32 @@ struct LeafSpringParameters {
   }
 };
 
-/// From x = 0 (ground) to x = length (end-effector), width along z; O in the middle of the tip.
+enum class Tip {
+  rigid,   ///< the tip edge is part of the end-effector
+  guided,  ///< and that moves along x and y only
+  free     ///< O is the middle of the free tip edge; its load is spread evenly over the edge
+};
+
+/// From x = 0 (ground) to x = length, width along z; O in the middle of the tip.
 template <class S>
 MechanismT<S> make_leaf_spring(const LeafSpringParameters<S>& p, const MaterialT<S>& material,
-                               const EndEffector& payload) {
+                               const EndEffector& payload, Tip kind = Tip::rigid) {
   const Vector3<S> foot(S(0), S(0), S(0)), tip(p.length, S(0), S(0));
   MechanismT<S> mechanism;
   mechanism.drive = Direction::uy;
-  mechanism.bodies.push_back(make_end_effector<S>(tip, payload));
-  mechanism.leaves.push_back(make_leaf<S>("leaf", {ground, foot}, {0, tip}, z_axis<S>(),
-                                          {p.width, p.thickness, material}));
+  const bool is_free = kind == Tip::free;
+  mechanism.bodies.push_back(is_free ? make_point_body<S>(tip)
+                                     : make_end_effector<S>(tip, payload));
+  if (kind == Tip::guided) mechanism.bodies[0].held = {false, false, true, true, true, true};
+  mechanism.leaves.push_back(make_leaf<S>("leaf", {ground, foot}, {is_free ? free_edge : 0, tip},
+                                          z_axis<S>(), {p.width, p.thickness, material}));
+  if (is_free)
+    mechanism.leaves[0].point =
+        LeafPointT<S>{.body = 0, .along = S(1), .across = S(0.5), .spread_over_tip = true};
   return mechanism;
 }
 
 extern template MechanismT<double> make_leaf_spring(const LeafSpringParameters<double>&,
-                                                    const Material&, const EndEffector&);
+                                                    const Material&, const EndEffector&, Tip);
 
 }  // namespace flexopt

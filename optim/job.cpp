@@ -143,7 +143,22 @@ std::vector<double> read_stroke(json& read, const json& as_written) {
 
 StrokeRequest read_request(json& read, const json& as_written) {
   StrokeRequest request;
-  request.points = read_stroke(read["stroke"], as_written["stroke"]);
+  if (read.contains("stroke") == read.contains("load_path"))
+    throw SpecError("/stroke", read.contains("stroke") ? shown(as_written["stroke"]) : "nothing",
+                    "give a stroke or a load_path, one of the two");
+  if (read.contains("stroke")) {
+    request.points = read_stroke(read["stroke"], as_written["stroke"]);
+  } else {
+    const json& path = read["load_path"];
+    request.load_path.emplace();
+    *request.load_path << vector_of(path["force"]), vector_of(path["moment"]);
+    if (request.load_path->isZero())
+      throw SpecError("/load_path/force", shown(path["force"]),
+                      "a load path has a force or a moment");
+    const int points = path["points"];
+    request.points.clear();
+    for (int i = 0; i < points; ++i) request.points.push_back(i / (points - 1.0));
+  }
   for (const json& load : read["loads"]) {
     request.load.head<3>() += vector_of(load["force"]);
     request.load.tail<3>() += vector_of(load["moment"]);
@@ -172,6 +187,8 @@ DesignSpec read_design(json& read, const Family& family, std::vector<std::string
     else
       design.parameters[p.name] = value;
   }
+  for (const FamilyOption& option : family.options)
+    design.choices[option.name] = read["parameters"][option.name];
   design.parameters = complete_parameters(design, design.parameters);
   design.material = read_material(read["material"], notes);
   return design;
@@ -191,6 +208,41 @@ std::vector<Expectation> read_expectations(const json& read) {
     result.push_back(std::move(e));
   }
   return result;
+}
+
+/// Where O is a material point of a leaf, nothing rigid hangs on it.
+void check_material_point(const Job& job) {
+  const auto refuse = [](const char* pointer, double value, const char* what) {
+    throw SpecError(pointer, fmt::format("{:g}", value),
+                    fmt::format("O is a material point of a leaf here: it has no {}", what));
+  };
+  if (job.end_effector.mass != 0)
+    refuse("/end_effector/mass", job.end_effector.mass, "mass of its own");
+  if (!job.end_effector.inertia.isZero(0))
+    refuse("/end_effector/inertia", job.end_effector.inertia.cwiseAbs().maxCoeff(), "inertia");
+  const auto moment = [](const Vector6d& load) { return load.tail<3>().norm(); };
+  if (moment(job.request.load) != 0)
+    refuse("/loads", moment(job.request.load), "rotation that a moment could turn");
+  if (job.request.load_path && moment(*job.request.load_path) != 0)
+    refuse("/load_path/moment", moment(*job.request.load_path),
+           "rotation that a moment could turn");
+}
+
+std::vector<Probe> read_probes(const json& read, const Mechanism& mechanism) {
+  std::vector<Probe> probes;
+  for (const json& item : read) {
+    const Pointer at = Pointer("/probes") / probes.size();
+    const std::string name = item["name"];
+    for (const Probe& other : probes)
+      if (other.name == name)
+        throw SpecError((at / "name").to_string(), shown(item["name"]), "names must be different");
+    const std::optional<Probe> probe = probe_at(mechanism, name, vector_of(item["at"]));
+    if (!probe)
+      throw SpecError((at / "at").to_string(), shown(item["at"]) + " m",
+                      "no leaf is there when undeflected");
+    probes.push_back(*probe);
+  }
+  return probes;
 }
 
 void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& notes) {
@@ -242,14 +294,16 @@ ParameterValues complete_parameters(const DesignSpec& design, ParameterValues pa
 
 Mechanism make_mechanism(const Job& job, const ParameterValues& parameters) {
   const Family& family = find_family(job.design.family, "/design/family");
-  return family.make(complete_parameters(job.design, parameters), job.design.material,
-                     job.end_effector);
+  return family.make(complete_parameters(job.design, parameters), job.design.choices,
+                     job.design.material, job.end_effector);
 }
 
 Job parse_job(const json& document) {
   const Family* named = named_family(document);
   json read = read_value(job_shape(named), document);
   const Family& family = find_family(read["design"]["family"], "/design/family");
+
+  if (!document.contains(Pointer("/model/mesh"))) read["model"]["mesh"] = family.mesh;
 
   Job job;
   job.name = read["name"];
@@ -258,7 +312,10 @@ Job parse_job(const json& document) {
   job.model = read_model(read["model"], Pointer("/model"));
   job.request = read_request(read, document);
   job.expect = read_expectations(read["expect"]);
-  note_thick_leaves(make_mechanism(job, job.design.parameters), job.notes);
+  if (!family.has_end_effector(job.design.choices)) check_material_point(job);
+  const Mechanism mechanism = make_mechanism(job, job.design.parameters);
+  note_thick_leaves(mechanism, job.notes);
+  job.request.probes = read_probes(read["probes"], mechanism);
 
   job.kind = read["job"] == "optimise"  ? JobKind::optimise
              : read["job"] == "compare" ? JobKind::compare

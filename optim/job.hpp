@@ -104,6 +104,7 @@ struct DesignSpec {
   ParameterValues parameters;  ///< every parameter of the family, SI
   /// Parameters that are formulas of the others, SI: {"outer_width", "(0.1 - inner_width)/2"}.
   std::map<std::string, std::string> expressions;
+  FamilyChoices choices;  ///< of every option of the family
   Material material;
 };
 

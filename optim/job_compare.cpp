@@ -243,6 +243,9 @@ ModelChoice choice_of(const std::string& name, const json& whole, const Pointer&
 CompareSpec read_compare(json& read, const Family& family, const DesignSpec& design,
                          const StrokeRequest& request) {
   CompareSpec spec;
+  if (request.load_path && read["samples"].contains("largest_stroke"))
+    throw SpecError("/samples/largest_stroke", shown(read["samples"]["largest_stroke"]),
+                    "a load_path has no stroke to scale");
   spec.samples = SamplesReader(family, design).read(read["samples"], request);
   const json& model = read["model"];
   spec.full = choice_of("full", overlaid(model, {{"accuracy", "full"}}, Pointer("/model")),

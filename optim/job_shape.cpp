@@ -67,14 +67,19 @@ Shape design_shape(const Family* family) {
   std::vector<std::string> names;
   for (const Family& known : families()) names.push_back(known.name);
   std::vector<Field> fields{
-      required("family", choice(names, {"clamped_plate"}), "which parametric geometry"),
+      required("family", choice(names), "which parametric geometry"),
       required("parameters", family ? parameters_shape(*family) : any_parameters_shape(),
                "sizes of the family"),
       required("material", material_shape(), "a built-in material by name, or its constants"),
   };
-  if (family)
-    for (const FamilyOption& option : family->options)
-      fields.push_back(optional(option.name, choice(option.choices, option.later), option.meaning));
+  for (const Family& known : families()) {
+    if (family && known.name != family->name) continue;
+    for (const FamilyOption& option : known.options)
+      if (std::none_of(fields.begin(), fields.end(),
+                       [&](const Field& field) { return field.name == option.name; }))
+        fields.push_back(
+            optional(option.name, choice(option.choices, option.later), option.meaning));
+  }
   return record(std::move(fields));
 }
 
@@ -251,6 +256,16 @@ Shape job_shape(const Family* family) {
       standard("force", vector3("N", most), zeros, "dead force at O"),
       standard("moment", vector3("N m", most), zeros, "dead moment at O"),
   });
+  const Shape load_path = record({
+      standard("force", vector3("N", most), zeros, "dead force at O at its end"),
+      standard("moment", vector3("N m", most), zeros, "dead moment at O at its end"),
+      standard("points", integer(2, 10001), 11, "how many, zero and the whole load included"),
+  });
+  const Shape probe = record({
+      required("name", text(100), "in the results"),
+      required("at", vector3("m", 1e3),
+               "place on an undeflected leaf; its foot on the mid-surface"),
+  });
   const Shape parasitic = record({
       standard("drive", choice({"locked", "free"}), "locked", "which list of frequencies"),
       standard("skip", list(choice({"leaf", "intermediate_body"}), 0, 2), json::array(),
@@ -268,7 +283,12 @@ Shape job_shape(const Family* family) {
       standard("job", choice({"evaluate", "optimise", "compare"}), "evaluate", "what to do"),
       required("design", design_shape(family), "the mechanism"),
       standard("end_effector", end_effector_shape(), json::object(), "what the leaves carry"),
-      required("stroke", stroke_shape(family), "where the drive goes"),
+      optional("stroke", stroke_shape(family), "where the drive goes; or give load_path"),
+      optional("load_path", load_path,
+               "a dead load at O that grows from zero, beside loads; nothing is driven, and stroke "
+               "in the results is the load factor"),
+      standard("probes", list(probe, 0, 100), json::array(),
+               "material points of the undeflected leaves whose displacement is wanted"),
       standard("loads", list(load, 0, 100), json::array(),
                "dead loads at O in global axes, applied before the stroke"),
       standard("model", model_shape(), json::object(), "how the mechanism is modelled"),
@@ -281,8 +301,6 @@ Shape job_shape(const Family* family) {
                "model; default: the reduced one"),
       standard("expect", list(expectation, 0, 1000), json::array(),
                "values the result must have; a job in the repository is a test"),
-      not_offered("load_path", "a dead load that grows instead of a stroke"),
-      not_offered("probes", "material points of the leaves"),
   });
 }
 

@@ -81,9 +81,10 @@ void add_frequencies(std::vector<Column>& columns, const StrokeResponse& respons
   }
 }
 
-std::vector<Column> path_columns(const StrokeResponse& response, Direction drive) {
+std::vector<Column> path_columns(const StrokeResponse& response, Direction drive,
+                                 const StrokeRequest& request) {
   std::vector<Column> columns{
-      {headed("stroke", stroke_unit(drive)),
+      {headed("stroke", stroke_unit(drive, request)),
        [](const PathPoint& point) { return number_cell(point.stroke); }},
       {"status", [](const PathPoint& point) { return name_of(point.status); }},
       {"newton_iterations",
@@ -96,6 +97,13 @@ std::vector<Column> path_columns(const StrokeResponse& response, Direction drive
                          return converged(point) ? number_cell(value_of(point, quantity.name)) : "";
                        }});
   }
+  for (std::size_t k = 0; k < request.probes.size(); ++k)
+    for (int i = 0; i < 3; ++i)
+      columns.push_back({headed(fmt::format("probes.{}.{}", request.probes[k].name, "xyz"[i]), "m"),
+                         [=](const PathPoint& point) {
+                           return converged(point) ? number_cell(point.probes[k][i])
+                                                   : std::string();
+                         }});
   columns.push_back({"stable", [](const PathPoint& point) {
                        return !converged(point) ? "" : point.stable ? "true" : "false";
                      }});
@@ -144,9 +152,10 @@ std::vector<std::string> comparison_header(const Job& job, const Family& family,
   for (const Parameter& p : family.parameters) cells.push_back(headed(p.name, p.unit));
   for (const SampleRange& range : job.compare->samples.ranges)
     if (range.symbol) cells.push_back(headed(range.name, "SI"));
-  cells.insert(cells.end(), {headed("largest stroke", stroke_unit(drive)), "length/width [1]",
-                             "thickness/length [1]", "width^2/(length thickness) [1]", "points",
-                             "points at full accuracy", "fallback points"});
+  cells.insert(cells.end(),
+               {headed("largest stroke", stroke_unit(drive, job.request)), "length/width [1]",
+                "thickness/length [1]", "width^2/(length thickness) [1]", "points",
+                "points at full accuracy", "fallback points"});
   for (const char* name : compared_names)
     cells.push_back(headed(std::string("error: ") + name, "1"));
   for (int d = 0; d < 6; ++d)
@@ -160,8 +169,9 @@ std::vector<std::string> comparison_header(const Job& job, const Family& family,
 
 }  // namespace
 
-std::string path_csv(const StrokeResponse& response, Direction drive) {
-  const auto columns = path_columns(response, drive);
+std::string path_csv(const StrokeResponse& response, Direction drive,
+                     const StrokeRequest& request) {
+  const auto columns = path_columns(response, drive, request);
   std::vector<std::string> cells;
   for (const Column& column : columns) cells.push_back(column.header);
   std::string text = row(cells);
@@ -249,7 +259,8 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, Directi
 }
 
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  write_file(folder / "path.csv", path_csv(response_of(record), record.mechanism.drive));
+  write_file(folder / "path.csv",
+             path_csv(response_of(record), record.mechanism.drive, record.job.request));
 }
 
 void write_history_csv(const std::filesystem::path& folder, const RunRecord& record) {

@@ -8,7 +8,7 @@
 namespace flexopt {
 
 /// One row a stroke point; a cell without value is empty.
-std::string path_csv(const StrokeResponse& response, Direction drive);
+std::string path_csv(const StrokeResponse& response, Direction drive, const StrokeRequest& request);
 
 /// One row an evaluated design, in the order start, number; `best` is the objective of the best
 /// feasible design up to and including this row, `difference` marks neighbours for derivatives.

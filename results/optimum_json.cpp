@@ -92,7 +92,8 @@ Json starts_json(const Optimum& optimum) {
   return starts;
 }
 
-Json verified_json(const Optimum& optimum, const Mechanism& mechanism) {
+Json verified_json(const Optimum& optimum, const Mechanism& mechanism,
+                   const StrokeRequest& request) {
   if (!optimum.verified) return nullptr;
   const Verification& verified = *optimum.verified;
   assert(verified.constraints.size() == verified.constraint_differences.size());
@@ -104,7 +105,7 @@ Json verified_json(const Optimum& optimum, const Mechanism& mechanism) {
          {"difference", verified.constraint_differences[i]}});
   Json path = Json::array();
   for (const PathPoint& point : verified.response.path)
-    path.push_back(make_path_point(point, mechanism));
+    path.push_back(make_path_point(point, mechanism, request));
   const bool found = verified.response.status == Status::ok;
   return {{"accuracy", "full"},
           {"status", found ? "ok" : "no_equilibrium"},
@@ -172,7 +173,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
           {"failed_evaluations", optimum.failed_evaluations},
           {"best_start", optimum.best_start},
           {"starts", starts_json(optimum)},
-          {"verified", verified_json(optimum, mechanism)},
+          {"verified", verified_json(optimum, mechanism, job.request)},
           {"sensitivities", sensitivities_json(spec, optimum, family, mechanism.drive)},
           {"history", history_json(optimum)}};
 }

@@ -98,7 +98,7 @@ Json units_json(const Job& job, const Mechanism& mechanism) {
   for (int d = 0; d < 6; ++d)
     if (d != index(mechanism.drive))
       stiffness[std::string(direction_names[d])] = stiffness_unit(static_cast<Direction>(d));
-  return {{"stroke", stroke_unit(mechanism.drive)},
+  return {{"stroke", stroke_unit(mechanism.drive, job.request)},
           {"drive_load", load_unit(mechanism.drive)},
           {"displacement", "m"},
           {"rotation", "rad"},
@@ -175,7 +175,8 @@ void flag_non_finite(Json& result) {
 
 }  // namespace
 
-OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism) {
+OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
+                            const StrokeRequest& request) {
   Json json = {{"stroke", point.stroke},
                {"status", name_of(point.status)},
                {"message", point.message},
@@ -206,6 +207,12 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism) 
   json["parasitic_frequency"] = optional_json(point.parasitic_frequency);
   json["max_stress"] = point.max_stress ? Json(point.max_stress->value) : Json();
   json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
+  if (!point.probes.empty()) {
+    Json probes = Json::object();
+    for (std::size_t k = 0; k < point.probes.size(); ++k)
+      probes[request.probes[k].name] = {{"displacement", vector_json(point.probes[k])}};
+    json["probes"] = std::move(probes);
+  }
   json["buckling_load_factor"] = optional_json(point.buckling_load_factor);
   json["stable"] = point.stable;
   json["negative_pivots"] = point.negative_pivots;
@@ -217,7 +224,7 @@ OrderedJson make_result(const RunRecord& record) {
   const StrokeResponse& response = response_of(record);
   Json path = Json::array();
   for (const PathPoint& point : response.path)
-    path.push_back(make_path_point(point, record.mechanism));
+    path.push_back(make_path_point(point, record.mechanism, record.job.request));
 
   Json result = {{"flexopt", {{"version", version()}, {"commit", commit()}}},
                  {"job", Json(record.job.as_read)},

@@ -11,7 +11,8 @@ namespace flexopt {
 OrderedJson make_result(const RunRecord& record);
 
 /// One stroke point; numbers that a point without equilibrium does not have are null.
-OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism);
+OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
+                            const StrokeRequest& request);
 
 /// The part "optimum" of the result.
 OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism& mechanism);

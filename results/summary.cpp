@@ -72,7 +72,8 @@ std::vector<const PathPoint*> shown_points(const StrokeResponse& response) {
   return chosen;
 }
 
-std::string stroke_lines(const StrokeResponse& response, Direction drive) {
+std::string stroke_lines(const StrokeResponse& response, Direction drive,
+                         const StrokeRequest& request) {
   const auto points = shown_points(response);
   if (points.empty()) return "";
   const auto cells = [&](auto cell) {
@@ -86,9 +87,9 @@ std::string stroke_lines(const StrokeResponse& response, Direction drive) {
     largest_load = std::max(largest_load, std::abs(p.drive_load));
     largest_stress = std::max(largest_stress, stress(p));
   }
-  std::string text =
-      line("stroke " + std::string(direction_names[index(drive)]),
-           cells([&](const PathPoint& p) { return shown(p.stroke, stroke_unit(drive)); }));
+  std::string text = line(
+      request.load_path ? "load factor" : "stroke " + std::string(direction_names[index(drive)]),
+      cells([&](const PathPoint& p) { return shown(p.stroke, stroke_unit(drive, request)); }));
   text += line("drive load", cells([&](const PathPoint& p) {
                  return shown(without_noise(p.drive_load, largest_load), load_unit(drive));
                }));
@@ -184,7 +185,7 @@ std::string summary_of(const RunRecord& record) {
   const Direction drive = record.mechanism.drive;
   if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drive);
-  return text + stroke_lines(response_of(record), drive);
+  return text + stroke_lines(response_of(record), drive, record.job.request);
 }
 
 }  // namespace flexopt

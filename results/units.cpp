@@ -4,7 +4,10 @@
 
 namespace flexopt {
 
-std::string stroke_unit(Direction drive) { return is_rotation(drive) ? "rad" : "m"; }
+std::string stroke_unit(Direction drive, const StrokeRequest& request) {
+  if (request.load_path) return "1";
+  return is_rotation(drive) ? "rad" : "m";
+}
 
 std::string load_unit(Direction direction) { return is_rotation(direction) ? "N m" : "N"; }
 

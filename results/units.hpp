@@ -7,7 +7,8 @@
 
 namespace flexopt {
 
-std::string stroke_unit(Direction drive);                                 ///< m | rad
+/// m | rad, or 1 for a load path
+std::string stroke_unit(Direction drive, const StrokeRequest& request);
 std::string load_unit(Direction direction);                               ///< N | N m
 std::string stiffness_unit(Direction direction);                          ///< N/m | N m/rad
 std::string quantity_unit(const std::string& quantity, Direction drive);  ///< "" if unknown

@@ -59,18 +59,45 @@ PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
           mesh, free_edge_torsion};
 }
 
+PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh) {
+  PlateSupport support;
+  support.free_tip = leaf.tip == free_edge;
+  if (leaf.point)
+    support.point = leaf.point->spread_over_tip
+                        ? tip_mean_weights(mesh)
+                        : point_weights(mesh, leaf.point->along, leaf.point->across);
+  return support;
+}
+
+LeafEvaluation::Point LeafScale::global_point(const LeafEvaluation::Point& s) const {
+  return {axes * s.force * (energy / length),
+          axes * s.tangent * axes.transpose() * (energy / (length * length)),
+          axes * s.coupling * transformation().transpose() * (energy / length)};
+}
+
 FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index,
                    std::string reason)
     : leaf_(leaf),
       index_(index),
       reason_(std::move(reason)),
       scale_(leaf),
-      plate_(std::move(mesh)) {}
+      plate_(mesh, plate_support(leaf, *mesh)) {}
+
+void FullLeaf::displace_point(const Vector3d& displacement, const Vector3d& du) {
+  point_ = scale_.axes.transpose() * displacement / scale_.length;
+  point_increment_ = scale_.axes.transpose() * du / scale_.length;
+}
 
 void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   const Vector12d increment = scale_.scaled_increment(dq);
-  plate_.step({scale_.scaled(edges[0]), scale_.scaled(edges[1])}, plate_.internal_step(increment),
-              increment);
+  const EdgePoses scaled{scale_.scaled(edges[0]), scale_.scaled(edges[1])};
+  if (!plate_.has_point()) {
+    plate_.step(scaled, plate_.internal_step(increment), increment);
+    return;
+  }
+  Vector3d df;
+  const VectorXd dx = plate_.internal_step(increment, point_increment_, df);
+  plate_.step(scaled, dx, increment, point_, df);
 }
 
 const LeafEvaluation& FullLeaf::evaluate() {
@@ -78,6 +105,7 @@ const LeafEvaluation& FullLeaf::evaluate() {
   evaluation_.energy = scale_.energy * plate_.energy();
   evaluation_.force = scale_.global_force(plate_.force());
   evaluation_.tangent = scale_.global_tangent(plate_.tangent());
+  if (plate_.has_point()) evaluation_.point = scale_.global_point(plate_.point());
   evaluation_.correction = plate_.correction();
   evaluation_.strain = plate_.strain();
   evaluation_.negative_pivots = plate_.negative_pivots();
@@ -106,23 +134,31 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int 
   const std::vector<PlateLeaf::Mode> modes =
       plate.modes(std::min(mode_count, plate.unknowns() / 4), 1e-5);
   const int n = plate.unknowns(), m = static_cast<int>(modes.size());
-  // x = −K_ff⁻¹ K_fb q + Ψ ξ
-  MatrixXd T = MatrixXd::Zero(n + 12, 12 + m);
-  T.topLeftCorner(n, 12) = -plate.static_shapes();
+  const int b = plate.has_point() ? 15 : 12;  // boundary coordinates
+  // x = static shapes · q + Ψ ξ
+  MatrixXd T = MatrixXd::Zero(n + 12, b + m);
+  T.topLeftCorner(n, b) = plate.static_shapes();
   T.bottomLeftCorner(12, 12).setIdentity();
-  for (int k = 0; k < m; ++k) T.col(12 + k).head(n) = modes[k].shape;
+  for (int k = 0; k < m; ++k) T.col(b + k).head(n) = modes[k].shape;
 
   LeafDynamics dynamics;
   dynamics.mode_frequencies.resize(m);
-  MatrixXd S = MatrixXd::Zero(12 + m, 12 + m);
+  MatrixXd S = MatrixXd::Zero(b + m, b + m);
   S.topLeftCorner<12, 12>() = scale.transformation();
+  if (plate.has_point()) S.block<3, 3>(12, 12) = scale.axes / scale.length;
   const double amplitude = 1 / std::sqrt(scale.mass);  // unit modal mass in SI
-  for (int k = 0; k < m; ++k) S(12 + k, 12 + k) = amplitude;
+  for (int k = 0; k < m; ++k) S(b + k, b + k) = amplitude;
   dynamics.mass = scale.mass * (S * plate.mass(T) * S.transpose());
-  dynamics.stiffness = MatrixXd::Zero(12 + m, 12 + m);
+  dynamics.stiffness = MatrixXd::Zero(b + m, b + m);
   dynamics.stiffness.topLeftCorner<12, 12>() = scale.global_tangent(plate.tangent());
+  if (plate.has_point()) {
+    const LeafEvaluation::Point point = scale.global_point(plate.point());
+    dynamics.stiffness.block<3, 3>(12, 12) = point.tangent;
+    dynamics.stiffness.block<3, 12>(12, 0) = point.coupling;
+    dynamics.stiffness.block<12, 3>(0, 12) = point.coupling.transpose();
+  }
   for (int k = 0; k < m; ++k) {
-    dynamics.stiffness(12 + k, 12 + k) = modes[k].omega2 * scale.energy / scale.mass;
+    dynamics.stiffness(b + k, b + k) = modes[k].omega2 * scale.energy / scale.mass;
     dynamics.mode_frequencies[k] = frequency(modes[k].omega2);
   }
   return dynamics;
@@ -136,6 +172,10 @@ StressPeak FullLeaf::max_stress() {
 
 LeafShape FullLeaf::shape() {
   return plate_deformed_shape(plate_.mesh(), plate_.nodal(), leaf_, scale_);
+}
+
+Vector3d FullLeaf::material_point(double along, double across) {
+  return plate_material_point(plate_.mesh(), plate_.nodal(), scale_, along, across);
 }
 
 }  // namespace flexopt

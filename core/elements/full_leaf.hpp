@@ -25,12 +25,16 @@ struct LeafScale {
   /// Force and tangent: scaled → global SI.
   Vector12d global_force(const Vector12d& scaled) const;
   Matrix12d global_tangent(const Matrix12d& scaled) const;
+  /// Force at a material point and its derivatives: scaled → global SI.
+  LeafEvaluation::Point global_point(const LeafEvaluation::Point& scaled) const;
   /// S of q̂ = Sᵀ q.
   Matrix12d transformation() const;
 };
 
 PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
                        bool free_edge_torsion);
+
+PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh);
 
 class FullLeaf final : public LeafElement {
  public:
@@ -40,6 +44,7 @@ class FullLeaf final : public LeafElement {
            std::string reason = {});
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
+  void displace_point(const Vector3d& displacement, const Vector3d& du) override;
   const LeafEvaluation& evaluate() override;
   const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
@@ -47,6 +52,7 @@ class FullLeaf final : public LeafElement {
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
   LeafShape shape() override;
+  Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return {.model = "full", .reason = reason_, .check = 0}; }
 
   PlateLeaf& plate() { return plate_; }
@@ -58,6 +64,7 @@ class FullLeaf final : public LeafElement {
   std::string reason_;
   LeafScale scale_;
   PlateLeaf plate_;
+  Vector3d point_ = Vector3d::Zero(), point_increment_ = Vector3d::Zero();  ///< scaled
   LeafEvaluation evaluation_;
 };
 

@@ -3,6 +3,7 @@
 // answers energy, internal force, tangent stiffness and mass. Full and reduced leaves alike.
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/elements/leaf_results.hpp"
@@ -24,6 +25,13 @@ struct LeafEvaluation {
   double energy = 0;                      ///< [J]
   Vector12d force = Vector12d::Zero();    ///< ∂energy/∂q [N, N m]
   Matrix12d tangent = Matrix12d::Zero();  ///< ∂force/∂q, rotation varied as exp(hat δ) R
+  /// Of the displacement u of the leaf's material point, where it has one (LeafSpring::point).
+  struct Point {
+    Vector3d force = Vector3d::Zero();      ///< ∂energy/∂u [N]
+    Matrix3d tangent = Matrix3d::Zero();    ///< ∂force/∂u
+    Eigen::Matrix<double, 3, 12> coupling;  ///< ∂force/∂q
+  };
+  std::optional<Point> point;
   double correction = 0;  ///< size of the step that the internal unknowns still want (lengths / L)
   double strain = 0;      ///< largest stretch of the mid-surface
   int negative_pivots = 0;  ///< of the internal stiffness, edges held
@@ -34,7 +42,8 @@ struct LeafState {
   virtual ~LeafState() = default;
 };
 
-/// Stiffness and mass over (12 edge coordinates, internal modes): K = [tangent 0; 0 ω²].
+/// Stiffness and mass over (12 edge coordinates, 3 of the material point if there is one, internal
+/// modes): K = [tangent 0; 0 ω²].
 struct LeafDynamics {
   MatrixXd stiffness, mass;
   VectorXd mode_frequencies;  ///< [Hz] of the internal modes, edges held
@@ -48,6 +57,9 @@ class LeafElement {
   /// Follows the edges to a new place. `dq` is the linearised increment that led there, through
   /// the lever arms of the old place: the internal unknowns follow *it*.
   virtual void move(const EdgePoses& edges, const Vector12d& dq) = 0;
+  /// Displacement of the material point, and its increment, for the move() to come. Only for leaves
+  /// that have one.
+  virtual void displace_point(const Vector3d& /*displacement*/, const Vector3d& /*du*/) {}
 
   /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
   virtual const LeafEvaluation& evaluate() = 0;
@@ -72,6 +84,8 @@ class LeafElement {
 
   virtual StressPeak max_stress() = 0;
   virtual LeafShape shape() = 0;
+  /// Present place of a point of the mid-surface, given by its place in [0, 1]².
+  virtual Vector3d material_point(double along, double across) = 0;
   virtual LeafReport report() const = 0;
 };
 

@@ -1,5 +1,7 @@
 #include "core/elements/plate_leaf.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -24,10 +26,12 @@ std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, double y, const doubl
 
 }  // namespace
 
-PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh) : mesh_(std::move(mesh)) {
+PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support)
+    : mesh_(std::move(mesh)), support_(std::move(support)) {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
   std::vector<int> sizes(lines, 3 * n);
-  sizes.front() = sizes.back() = n;
+  for (const int line : {0, lines - 1})
+    if (is_rigid_edge(line)) sizes[line] = n;
   K_.resize(sizes);
   nodal_.assign(lines, MatrixXd::Zero(n, 3));
   nodal_force_.assign(lines, VectorXd::Zero(3 * n));
@@ -40,16 +44,20 @@ PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh) : mesh_(std::move(me
   }
   g_.resize(unknowns());
   coupling_ = MatrixXd::Zero(unknowns(), 12);
-  set_state(undeflected(*mesh_));
+  set_state(undeflected(*mesh_, support_.free_tip));
+  point_place_.setZero();
+  for (const NodalWeight& w : support_.point)
+    point_place_ += w.weight * nodal_[w.line].row(w.function).transpose();
 }
 
-PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh) {
+PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh, bool free_tip) {
   const int n = mesh.functions_per_line(), lines = mesh.lines();
   State state;
   state.edges[0] = {Vector3d::Zero(), Matrix3d::Identity()};
   state.edges[1] = {Vector3d::UnitX(), Matrix3d::Identity()};
-  state.x = VectorXd::Zero(2 * n + (lines - 2) * 3 * n);
-  for (int i = 1; i + 1 < lines; ++i) {
+  const int last = free_tip ? lines - 1 : lines - 2;  // the last line with nodal unknowns
+  state.x = VectorXd::Zero(n + last * 3 * n + (free_tip ? 0 : n));
+  for (int i = 1; i <= last; ++i) {
     const int o = n + (i - 1) * 3 * n;
     for (int j = 0; j < mesh.nodes_per_line(); ++j) {
       state.x[o + 4 * j] = mesh.x()[i];
@@ -73,6 +81,13 @@ void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d
   state_.edges = edges;
   state_.x += dx;
   update_nodal();
+}
+
+void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq,
+                     const Vector3d& point, const Vector3d& df) {
+  state_.point = point;
+  state_.point_force += df;
+  step(edges, dx, dq);
 }
 
 void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
@@ -111,10 +126,12 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
 
 void PlateLeaf::update_nodal() {
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
-  for (int i = 1; i < last; ++i)
-    nodal_[i] = Eigen::Map<const MatrixXd>(state_.x.data() + K_.offset[i], n, 3);
+  for (int i = 1; i <= last; ++i)
+    if (!is_rigid_edge(i))
+      nodal_[i] = Eigen::Map<const MatrixXd>(state_.x.data() + K_.offset[i], n, 3);
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : last;
+    if (!is_rigid_edge(line)) continue;
     const EdgePose& pose = state_.edges[e];
     for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
       const auto v =
@@ -131,10 +148,10 @@ void PlateLeaf::assemble_elements() {
   const double A11 = mesh_->membrane(), nu = mesh_->shape().poissons_ratio, A12 = nu * A11,
                A33 = 0.5 * (1 - nu) * A11;
   auto diagonal = [&](int i) -> MatrixXd& {
-    return i == 0 ? edge_diagonal_[0] : i == nx ? edge_diagonal_[1] : K_.diagonal[i];
+    return is_rigid_edge(i) ? edge_diagonal_[edge_of(i)] : K_.diagonal[i];
   };
   auto below = [&](int i) -> MatrixXd& {
-    return i == 0 ? edge_below_[0] : i == nx - 1 ? edge_below_[1] : K_.below[i];
+    return is_rigid_edge(i) ? edge_below_[0] : is_rigid_edge(i + 1) ? edge_below_[1] : K_.below[i];
   };
   for (int i = 0; i <= nx; ++i) diagonal(i).setZero();
   for (int i = 0; i < nx; ++i) below(i).setZero();
@@ -223,12 +240,18 @@ void PlateLeaf::assemble_elements() {
 void PlateLeaf::assemble() {
   assemble_elements();
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
-  for (int i = 1; i < last; ++i) g_.segment(K_.offset[i], 3 * n) = nodal_force_[i];
+  for (const NodalWeight& w : support_.point)
+    for (int c = 0; c < 3; ++c)
+      nodal_force_[w.line][c * n + w.function] -= w.weight * state_.point_force[c];
+  for (int i = 1; i <= last; ++i)
+    if (!is_rigid_edge(i)) g_.segment(K_.offset[i], 3 * n) = nodal_force_[i];
   coupling_.setZero();
   edge_tangent_.setZero();
+  edge_force_.setZero();
 
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : last, inner = e == 0 ? 1 : last - 1;
+    if (!is_rigid_edge(line)) continue;
     const EdgePose& pose = state_.edges[e];
     const VectorXd& f = nodal_force_[line];
     MatrixXd& J = edge_jacobian_[e];
@@ -293,6 +316,50 @@ void PlateLeaf::assemble() {
     K_.apply_signs(sY);
     tangent_ = edge_tangent_ - Y_.transpose() * sY;
   }
+  negative_ = K_.negative_pivots();
+  if (has_point()) condense_point();
+}
+
+void PlateLeaf::condense_point() {
+  const int n = mesh_->functions_per_line();
+  MatrixXd C = MatrixXd::Zero(unknowns(), 3);  // (∂c/∂x)ᵀ
+  Eigen::Matrix<double, 3, 12> Cq = Eigen::Matrix<double, 3, 12>::Zero();
+  Vector3d place = -point_place_;
+  for (const NodalWeight& w : support_.point) {
+    place += w.weight * nodal_[w.line].row(w.function).transpose();
+    const int o = K_.offset[w.line];
+    for (int c = 0; c < 3; ++c) {
+      if (!is_rigid_edge(w.line)) {
+        C(o + c * n + w.function, c) += w.weight;
+        continue;
+      }
+      const int e = edge_of(w.line);
+      const auto J = edge_jacobian_[e].row(c * n + w.function);
+      C.block(o, c, n, 1) += w.weight * J.head(n).transpose();
+      Cq.block<1, 6>(c, 6 * e) += w.weight * J.tail<6>();
+    }
+  }
+  Yc_ = std::move(C);
+  K_.solve_lower(Yc_);
+  MatrixXd sYc = Yc_;
+  K_.apply_signs(sYc);
+  const Matrix3d S = Yc_.transpose() * sYc;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(S);
+  negative_ -= static_cast<int>((eigen.eigenvalues().array() < 0).count());
+  S_inverse_ = S.inverse();
+  G_ = sYc.transpose() * Y_ - Cq;
+  h_ = state_.point - place + sYc.transpose() * y_;
+
+  const Vector3d dl = S_inverse_ * h_;
+  point_.force = state_.point_force + dl;
+  point_.tangent = S_inverse_;
+  point_.coupling = S_inverse_ * G_;
+  force_ += G_.transpose() * dl;
+  tangent_ += G_.transpose() * point_.coupling;
+  VectorXd rest = y_ - Yc_ * dl;
+  VectorXd signed_rest = rest;
+  K_.apply_signs(signed_rest);
+  correction_ = std::sqrt(std::abs(rest.dot(signed_rest)));
 }
 
 VectorXd PlateLeaf::internal_step(const Vector12d& dq) const {
@@ -302,17 +369,41 @@ VectorXd PlateLeaf::internal_step(const Vector12d& dq) const {
   return step;
 }
 
+VectorXd PlateLeaf::internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const {
+  df = S_inverse_ * (h_ + G_ * dq + du);
+  VectorXd step = Yc_ * df - y_ - Y_ * dq;
+  K_.apply_signs(step);
+  K_.solve_upper(step);
+  return step;
+}
+
+void PlateLeaf::solve(Eigen::Ref<MatrixXd> b) const {
+  K_.solve_lower(b);
+  if (has_point()) {
+    MatrixXd sb = b;
+    K_.apply_signs(sb);
+    b -= Yc_ * (S_inverse_ * (Yc_.transpose() * sb));
+  }
+  K_.apply_signs(b);
+  K_.solve_upper(b);
+}
+
 MatrixXd PlateLeaf::static_shapes() const {
-  MatrixXd X = Y_;
+  MatrixXd X(unknowns(), has_point() ? 15 : 12);
+  X.leftCols<12>() = -Y_;
+  if (has_point()) {
+    X.leftCols<12>() += Yc_ * (S_inverse_ * G_);
+    X.rightCols<3>() = Yc_ * S_inverse_;
+  }
   K_.apply_signs(X);
   K_.solve_upper(X);
   return X;
 }
 
 MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {
-  const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
-  if (line != 0 && line != last) return T.middleRows(K_.offset[line], 3 * n);
-  const int e = line == 0 ? 0 : 1;
+  const int n = mesh_->functions_per_line();
+  if (!is_rigid_edge(line)) return T.middleRows(K_.offset[line], 3 * n);
+  const int e = edge_of(line);
   MatrixXd rates = edge_jacobian_[e].leftCols(n) * T.middleRows(K_.offset[line], n);
   if (T.rows() == unknowns() + 12)
     rates.noalias() += edge_jacobian_[e].rightCols<6>() * T.middleRows(unknowns() + 6 * e, 6);
@@ -346,9 +437,9 @@ VectorXd PlateLeaf::mass_times(const VectorXd& v) const {
     MatrixXd F = mesh_->mass_diagonal(i) * R[i];
     if (i > 0) F.noalias() += mesh_->mass_below(i - 1) * R[i - 1];
     if (i + 1 < lines) F.noalias() += mesh_->mass_below(i).transpose() * R[i + 1];
-    if (i == 0 || i == lines - 1) {
+    if (is_rigid_edge(i)) {
       result.segment(K_.offset[i], n).noalias() =
-          edge_jacobian_[i == 0 ? 0 : 1].leftCols(n).transpose() * F.reshaped();
+          edge_jacobian_[edge_of(i)].leftCols(n).transpose() * F.reshaped();
     } else {
       result.segment(K_.offset[i], 3 * n) = F.reshaped();
     }
@@ -362,7 +453,7 @@ std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const
   const LowestPairs pairs = lowest_pairs(
       unknowns(), count,
       [this](VectorXd x) {
-        K_.solve(x);
+        solve(x);
         return x;
       },
       [this](const VectorXd& x) { return mass_times(x); }, tolerance);

@@ -10,12 +10,18 @@
 
 namespace flexopt {
 
+/// How a plate is held beyond its base edge.
+struct PlateSupport {
+  bool free_tip = false;           ///< else the tip edge is rigid, at its pose
+  std::vector<NodalWeight> point;  ///< of a material point with a prescribed displacement; or empty
+};
+
 /// State of a plate leaf and the linear algebra about it. The unknowns, in the order of the blocks:
 /// base line (α, γ, α′, γ′ per node), the interior lines (r, r,x, r,y, r,xy; component by
 /// component), tip line; the two edge poses are arguments.
 class PlateLeaf {
  public:
-  explicit PlateLeaf(std::shared_ptr<const PlateMesh> mesh);
+  explicit PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support = {});
 
   const PlateMesh& mesh() const { return *mesh_; }
   int unknowns() const { return K_.size(); }
@@ -24,18 +30,20 @@ class PlateLeaf {
   /// Edge poses in leaf axes over L, undeflected: (0, 1) and (e1, 1).
   struct State {
     EdgePoses edges;
-    VectorXd x;  ///< all unknowns
+    VectorXd x;                               ///< all unknowns
+    Vector3d point = Vector3d::Zero();        ///< displacement of the material point
+    Vector3d point_force = Vector3d::Zero();  ///< that holds it there
   };
   const State& state() const { return state_; }
   void set_state(const State& state);
-  static State undeflected(const PlateMesh& mesh);
+  static State undeflected(const PlateMesh& mesh, bool free_tip = false);
 
   /// Assembles and factorises at the present state. After it the results below hold.
   void assemble();
 
   double energy() const { return energy_; }
   double correction() const { return correction_; }
-  int negative_pivots() const { return K_.negative_pivots(); }
+  int negative_pivots() const { return negative_; }
   /// Largest membrane strain |e11|, |e22| met at the last assembly.
   double strain() const { return strain_; }
 
@@ -47,13 +55,21 @@ class PlateLeaf {
 
   /// Internal step for an edge increment: −K_ff⁻¹ (g_f + K_fb dq).
   VectorXd internal_step(const Vector12d& dq) const;
+  /// The same beside an increment du of the material point; the change of its force goes to `df`.
+  VectorXd internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const;
   /// Moves edges and unknowns: edges to `edges`, x += dx. dq: the linearised increment of the edges
   /// that dx was made for.
   void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq);
+  /// Moves the material point too; its force changes by df.
+  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq, const Vector3d& point,
+            const Vector3d& df);
+  bool has_point() const { return !support_.point.empty(); }
+  /// Force at the material point and its derivatives, condensed.
+  const LeafEvaluation::Point& point() const { return point_; }
 
-  /// K_ff⁻¹ b.
-  void solve(Eigen::Ref<MatrixXd> b) const { K_.solve(b); }
-  /// Static shapes of the edges, K_ff⁻¹ K_fb: unknowns × 12.
+  /// K_ff⁻¹ b, the material point held.
+  void solve(Eigen::Ref<MatrixXd> b) const;
+  /// Static shapes dx/d(edges, point), all other coordinates held: unknowns × 12 or 15.
   MatrixXd static_shapes() const;
   /// K_fb: unknowns × 12.
   const MatrixXd& coupling() const { return coupling_; }
@@ -77,13 +93,19 @@ class PlateLeaf {
   std::vector<Mode> modes(int count, double tolerance = 1e-7) const;
 
  private:
+  bool is_rigid_edge(int line) const {
+    return line == 0 || (line == mesh_->lines() - 1 && !support_.free_tip);
+  }
+  int edge_of(int line) const { return line == 0 ? 0 : 1; }
   void update_nodal();
   void assemble_elements();
+  void condense_point();
   void linearised_stress(const VectorXd& dx, const Vector12d& dq);
   /// Nodal rates of line i for the columns of T.
   MatrixXd nodal_rates(int line, const MatrixXd& T) const;
 
   std::shared_ptr<const PlateMesh> mesh_;
+  PlateSupport support_;
   State state_;
   std::vector<MatrixXd> nodal_;
   std::vector<VectorXd> nodal_force_;  ///< per line, 3 functions_per_line
@@ -105,6 +127,15 @@ class PlateLeaf {
   Matrix12d edge_tangent_, tangent_;
   Vector12d edge_force_, force_;
   double energy_ = 0, correction_ = 0, strain_ = 0;
+  int negative_ = 0;
+
+  // The material point c(x, q) = u with its force λ: equations (5) and (6) of README.md.
+  Vector3d point_place_;            ///< Σ weight · nodal of the undeflected leaf
+  MatrixXd Yc_;                     ///< L⁻¹ (∂c/∂x)ᵀ
+  Eigen::Matrix<double, 3, 12> G_;  ///< ∂c/∂x K⁻¹ K_fb − ∂c/∂q
+  Matrix3d S_inverse_;              ///< (∂c/∂x K⁻¹ ∂c/∂xᵀ)⁻¹
+  Vector3d h_;                      ///< u − c + ∂c/∂x K⁻¹ g
+  LeafEvaluation::Point point_;
 };
 
 }  // namespace flexopt

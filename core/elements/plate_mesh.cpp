@@ -120,4 +120,39 @@ PlateMesh::PlateMesh(const PlateShape& shape)
     }
 }
 
+std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across) {
+  const auto &x = mesh.x(), &y = mesh.y();
+  auto locate = [](const std::vector<double>& points, double s) {
+    int i = 0;
+    while (i + 2 < static_cast<int>(points.size()) && s > points[i + 1]) ++i;
+    return i;
+  };
+  const double sx = x.front() + along * (x.back() - x.front());
+  const double sy = y.front() + across * (y.back() - y.front());
+  const int i = locate(x, sx), j = locate(y, sy);
+  const double hx = x[i + 1] - x[i], hy = y[j + 1] - y[j];
+  const auto N =
+      hermite_products(hermite((sx - x[i]) / hx, hx).value, hermite((sy - y[j]) / hy, hy).value);
+  std::vector<NodalWeight> weights;
+  for (int f = 0; f < 16; ++f)
+    if (std::abs(N[f]) > 1e-14) weights.push_back({i + f / 8, 4 * j + f % 8, N[f]});
+  return weights;
+}
+
+std::vector<NodalWeight> tip_mean_weights(const PlateMesh& mesh) {
+  const auto& y = mesh.y();
+  const int last = mesh.lines() - 1;
+  const double width = y.back() - y.front();
+  std::vector<NodalWeight> weights;
+  for (int j = 0; j + 1 < static_cast<int>(y.size()); ++j) {
+    const double h = y[j + 1] - y[j];
+    // ∫ of the cubic Hermite functions; k = 2 is ∂y
+    weights.push_back({last, 4 * j, 0.5 * h / width});
+    weights.push_back({last, 4 * j + 2, h * h / 12 / width});
+    weights.push_back({last, 4 * (j + 1), 0.5 * h / width});
+    weights.push_back({last, 4 * (j + 1) + 2, -h * h / 12 / width});
+  }
+  return weights;
+}
+
 }  // namespace flexopt

@@ -74,4 +74,14 @@ class PlateMesh {
   std::vector<MatrixXd> mass_diagonal_, mass_below_;
 };
 
+/// Value of a displacement component as Σ weight · nodal dof.
+struct NodalWeight {
+  int line, function;
+  double weight;
+};
+/// At the place (along, across) in [0, 1]².
+std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across);
+/// Mean over the tip edge.
+std::vector<NodalWeight> tip_mean_weights(const PlateMesh& mesh);
+
 }  // namespace flexopt

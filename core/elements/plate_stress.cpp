@@ -105,14 +105,6 @@ std::vector<double> stations(double a, double b, int intervals, double zone) {
   return s;
 }
 
-// Element that holds a station, and the place in it.
-std::pair<int, double> locate(const std::vector<double>& points, double s) {
-  const int last = static_cast<int>(points.size()) - 2;
-  int i = 0;
-  while (i < last && s > points[i + 1]) ++i;
-  return {i, (s - points[i]) / (points[i + 1] - points[i])};
-}
-
 }  // namespace
 
 StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
@@ -138,12 +130,7 @@ StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& 
       peak.along = sx;
       peak.across = (sy - y.front()) / (y.back() - y.front());
     }
-  const auto [i, xi] = locate(x, peak.along);
-  const auto [j, eta] = locate(y, y.front() + peak.across * (y.back() - y.front()));
-  const Gradient U = dofs(nodal, i, j);
-  const Vector3d r = U.transpose() * hermite_products(hermite(xi, x[i + 1] - x[i]).value,
-                                                      hermite(eta, y[j + 1] - y[j]).value);
-  peak.position = scale.origin + scale.axes * r * scale.length;
+  peak.position = plate_material_point(mesh, nodal, scale, peak.along, peak.across);
   return peak;
 }
 
@@ -165,6 +152,14 @@ LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd
       shape.von_mises.push_back(std::max(s.positive, s.negative));
     }
   return shape;
+}
+
+Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                              const LeafScale& scale, double along, double across) {
+  Vector3d r = Vector3d::Zero();
+  for (const NodalWeight& w : point_weights(mesh, along, across))
+    r += w.weight * nodal[w.line].row(w.function).transpose();
+  return scale.origin + scale.axes * r * scale.length;
 }
 
 }  // namespace flexopt

@@ -25,4 +25,8 @@ StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& 
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                                const LeafSpring& leaf, const LeafScale& scale);
 
+/// Deflected place of the point (along, across) in [0, 1]² of the mid-surface.
+Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                              const LeafScale& scale, double along, double across);
+
 }  // namespace flexopt

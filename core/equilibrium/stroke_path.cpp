@@ -32,21 +32,22 @@ Vector6d stroke_gradient(const System& system) {
   return h;
 }
 
-int negative_pivots_with_held_drive(const System& system) {
+int negative_pivots(const System& system, bool drive_held) {
   const Mechanism& m = system.mechanism();
   const int d = 6 * m.end_effector + index(m.drive);
   const MatrixXd& K = system.tangent_stiffness();
   const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   MatrixXd H = s.asDiagonal() * K * s.asDiagonal();
-  // a decoupled positive one in the drive's place
-  H.row(d).setZero();
-  H.col(d).setZero();
-  H(d, d) = 1;
+  if (drive_held) {  // a decoupled positive one in the drive's place
+    H.row(d).setZero();
+    H.col(d).setZero();
+    H(d, d) = 1;
+  }
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H, Eigen::EigenvaluesOnly);
   return system.negative_pivots() + static_cast<int>((eigen.eigenvalues().array() < 0).count());
 }
 
-Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& load,
+Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, const Vector6d& load,
                               const NewtonOptions& options) {
   const Mechanism& m = system.mechanism();
   const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(m.drive);
@@ -58,7 +59,7 @@ Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& loa
   double lambda = 0, previous = 0;
   system.assemble();
   for (int it = 0;; ++it) {
-    // [K  −e; hᵀ  0] (dq, λ) = (load − f, stroke − s), scaled to lengths over L
+    // [K  −e; hᵀ  0] (dq, λ) = (load − f, stroke − s), scaled to lengths over L; or λ = 0
     MatrixXd A = MatrixXd::Zero(n + 1, n + 1);
     VectorXd b(n + 1);
     const double unit = system.tangent_stiffness()(d, d);
@@ -66,12 +67,19 @@ Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& loa
     // spins do not commute: the moment's true derivative is K − ½ hat(moment)
     for (int b = 0; b < n; b += 6)
       A.block<3, 3>(b + 3, b + 3) -= 0.5 * hat(system.internal_force().segment<3>(b + 3));
-    A(d, n) = -scale[d] * unit * scale[d];
-    A.block(n, ee, 1, 6) = (stroke_gradient(system).cwiseProduct(scale.segment<6>(ee))).transpose();
+    if (stroke) {
+      A(d, n) = -scale[d] * unit * scale[d];
+      A.block(n, ee, 1, 6) =
+          (stroke_gradient(system).cwiseProduct(scale.segment<6>(ee))).transpose();
+      b[n] = *stroke - present_stroke(system);
+    } else {
+      A(n, n) = 1;
+      b[n] = 0;
+    }
     VectorXd r = -system.internal_force();
     r.segment<6>(ee) += load;
+    for (const int k : system.held()) r[k] = 0;
     b.head(n) = scale.cwiseProduct(r);
-    b[n] = stroke - present_stroke(system);
     const VectorXd x = A.partialPivLu().solve(b);
     lambda = x[n] * unit * scale[d];
     result.step = x.head(n).cwiseAbs().maxCoeff();
@@ -106,7 +114,7 @@ namespace {
 // From parameter 0 to 1 with `solve(parameter)`, halving the step when it fails.
 template <class Solve>
 Equilibrium step_parameter(System& system, const NewtonOptions& options, const char* what,
-                           const Solve& solve) {
+                           bool drive_held, const Solve& solve) {
   System::Snapshot good = system.save();
   double reached = 0, step = 1;
   int halvings = 0, sub_steps = 0, negative = -1;
@@ -114,13 +122,13 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
   while (reached < 1) {
     if (negative < 0) {
       system.assemble();
-      negative = negative_pivots_with_held_drive(system);
+      negative = negative_pivots(system, drive_held);
     }
     const double target = std::min(1.0, reached + step);  // powers of two: 1 is met exactly
     result = solve(target);
     int now = 0;
     if (result.converged) {
-      now = negative_pivots_with_held_drive(system);
+      now = negative_pivots(system, drive_held);
       if (system.strain() > largest_strain) {
         result.converged = false;
         result.message = fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
@@ -154,7 +162,7 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
 Equilibrium step_to(System& system, double stroke, const Vector6d& load,
                     const NewtonOptions& options) {
   const double start = present_stroke(system);
-  Equilibrium result = step_parameter(system, options, "stroke", [&](double s) {
+  Equilibrium result = step_parameter(system, options, "stroke", true, [&](double s) {
     return solve_equilibrium(system, s == 1 ? stroke : start + s * (stroke - start), load, options);
   });
   if (!result.converged)
@@ -164,8 +172,16 @@ Equilibrium step_to(System& system, double stroke, const Vector6d& load,
 
 Equilibrium step_load(System& system, const Vector6d& load, const NewtonOptions& options) {
   const double stroke = present_stroke(system);
-  return step_parameter(system, options, "load", [&](double s) {
+  return step_parameter(system, options, "load", true, [&](double s) {
     return solve_equilibrium(system, stroke, s * load, options);
+  });
+}
+
+Equilibrium step_free_load(System& system, const Vector6d& from, const Vector6d& to,
+                           const NewtonOptions& options) {
+  return step_parameter(system, options, "load", false, [&](double s) {
+    return solve_equilibrium(system, std::nullopt, s == 1 ? to : Vector6d(from + s * (to - from)),
+                             options);
   });
 }
 

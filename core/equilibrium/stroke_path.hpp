@@ -1,5 +1,6 @@
 #pragma once
 // Newton's method for an equilibrium at a prescribed stroke, and the steps along the stroke.
+#include <optional>
 #include <string>
 
 #include "core/equilibrium/system.hpp"
@@ -12,9 +13,9 @@ double present_stroke(const System& system);
 /// Its derivative with respect to (displacement, spin) of the end-effector.
 Vector6d stroke_gradient(const System& system);
 
-/// Negative eigenvalues of the whole tangent with the drive held, leaf interiors included (inertia
-/// adds up over static condensation: Haynsworth). The system must be assembled.
-int negative_pivots_with_held_drive(const System& system);
+/// Negative eigenvalues of the whole tangent with the drive held or not, leaf interiors included
+/// (inertia adds up over static condensation: Haynsworth). The system must be assembled.
+int negative_pivots(const System& system, bool drive_held);
 
 struct Equilibrium {
   bool converged = false;
@@ -26,8 +27,9 @@ struct Equilibrium {
 };
 
 /// Solves internal_force − load − λ e_drive = 0 with the stroke held at `stroke`, from the present
-/// state. `load`: dead load at O. The system stays assembled at the last iterate.
-Equilibrium solve_equilibrium(System& system, double stroke, const Vector6d& load,
+/// state; without a stroke nothing is driven and λ = 0. `load`: dead load at O. The system stays
+/// assembled at the last iterate.
+Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, const Vector6d& load,
                               const NewtonOptions& options);
 
 /// Largest stretch of a leaf's mid-surface that is still taken for a flexure at work; far beyond
@@ -42,5 +44,9 @@ Equilibrium step_to(System& system, double stroke, const Vector6d& load,
 
 /// Brings the dead load from zero to `load` at the present stroke, in halved steps where needed.
 Equilibrium step_load(System& system, const Vector6d& load, const NewtonOptions& options);
+
+/// Brings the dead load from `from` to `to` with nothing driven, in halved steps where needed.
+Equilibrium step_free_load(System& system, const Vector6d& from, const Vector6d& to,
+                           const NewtonOptions& options);
 
 }  // namespace flexopt

@@ -12,6 +12,9 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
   assert(leaves_.size() == mechanism.leaves.size());
   for (const RigidBody& b : mechanism.bodies) poses_.push_back({b.reference, Matrix3d::Identity()});
   for (const LeafSpring& l : mechanism.leaves) length_ = std::max(length_, l.length);
+  for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
+    for (int d = 0; d < 6; ++d)
+      if (mechanism.bodies[b].held[d]) held_.push_back(6 * b + d);
 }
 
 Vector3d System::lever(int i, int end) const {
@@ -24,7 +27,7 @@ Vector3d System::lever(int i, int end) const {
 EdgePose System::edge_pose(int i, int end) const {
   const LeafSpring& l = mechanism_->leaves[i];
   const int b = body(i, end);
-  if (b == ground) return {end == 0 ? l.origin : l.tip_middle(), l.axes};
+  if (b < 0) return {end == 0 ? l.origin : l.tip_middle(), l.axes};
   return {poses_[b].position + lever(i, end), poses_[b].rotation * l.axes};
 }
 
@@ -49,14 +52,14 @@ void System::assemble() {
     negative_pivots_ += e.negative_pivots;
     Matrix6d Q[2];
     for (int end = 0; end < 2; ++end)
-      if (body(i, end) != ground) Q[end] = edge_map(i, end);
+      if (body(i, end) >= 0) Q[end] = edge_map(i, end);
     for (int a = 0; a < 2; ++a) {
-      if (body(i, a) == ground) continue;
+      if (body(i, a) < 0) continue;
       const int r = 6 * body(i, a);
       const Vector6d f = e.force.segment<6>(6 * a);
       force_.segment<6>(r) += Q[a].transpose() * f;
       for (int b = 0; b < 2; ++b) {
-        if (body(i, b) == ground) continue;
+        if (body(i, b) < 0) continue;
         tangent_.block<6, 6>(r, 6 * body(i, b)) +=
             Q[a].transpose() * e.tangent.block<6, 6>(6 * a, 6 * b) * Q[b];
       }
@@ -65,6 +68,22 @@ void System::assemble() {
       tangent_.block<3, 3>(r + 3, r + 3) +=
           0.5 * (fo * o.transpose() + o * fo.transpose()) - fo.dot(o) * Matrix3d::Identity();
     }
+    if (!e.point) continue;
+    const int p = 6 * mechanism_->leaves[i].point->body;
+    force_.segment<3>(p) += e.point->force;
+    tangent_.block<3, 3>(p, p) += e.point->tangent;
+    for (int a = 0; a < 2; ++a) {
+      if (body(i, a) < 0) continue;
+      const Eigen::Matrix<double, 3, 6> K = e.point->coupling.middleCols<6>(6 * a) * Q[a];
+      tangent_.block<3, 6>(p, 6 * body(i, a)) += K;
+      tangent_.block<6, 3>(6 * body(i, a), p) += K.transpose();
+    }
+  }
+  for (const int k : held_) {
+    force_[k] = 0;
+    tangent_.row(k).setZero();
+    tangent_.col(k).setZero();
+    tangent_(k, k) = 1;
   }
 }
 
@@ -73,15 +92,20 @@ void System::move(const VectorXd& dq) {
   std::vector<Vector12d> increments(leaves(), Vector12d::Zero());
   for (int i = 0; i < leaves(); ++i)
     for (int end = 0; end < 2; ++end)
-      if (const int b = body(i, end); b != ground)
+      if (const int b = body(i, end); b >= 0)
         increments[i].segment<6>(6 * end) = edge_map(i, end) * dq.segment<6>(6 * b);
   for (int b = 0; b < static_cast<int>(poses_.size()); ++b) {
     poses_[b].position += dq.segment<3>(6 * b);
     poses_[b].rotation =
         orthonormalised(rotation_exp(dq.segment<3>(6 * b + 3)) * poses_[b].rotation);
   }
-  for (int i = 0; i < leaves(); ++i)
+  for (int i = 0; i < leaves(); ++i) {
+    if (const auto& point = mechanism_->leaves[i].point)
+      leaves_[i]->displace_point(
+          poses_[point->body].position - mechanism_->bodies[point->body].reference,
+          dq.segment<3>(6 * point->body));
     leaves_[i]->move({edge_pose(i, 0), edge_pose(i, 1)}, increments[i]);
+  }
 }
 
 System::Snapshot System::save() const {

@@ -1,5 +1,6 @@
 #pragma once
 // A mechanism in a configuration: rigid bodies with absolute coordinates, leaves between them.
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -40,6 +41,11 @@ class System {
   double correction() const { return correction_; }               ///< largest of the leaves
   double strain() const { return strain_; }  ///< largest mid-surface stretch of the leaves
   int negative_pivots() const { return negative_pivots_; }  ///< of all leaf interiors
+  /// Coordinates of bodies that cannot move: in tangent and force they are decoupled ones.
+  const std::vector<int>& held() const { return held_; }
+  bool is_held(int coordinate) const {
+    return std::find(held_.begin(), held_.end(), coordinate) != held_.end();
+  }
 
   /// Moves the bodies by (displacement, spin) each; the leaves follow the linearised increment.
   void move(const VectorXd& dq);
@@ -71,6 +77,7 @@ class System {
   std::vector<std::unique_ptr<LeafElement>> leaves_;
   std::vector<BodyPose> poses_;
   double length_ = 0;
+  std::vector<int> held_;
   VectorXd force_;
   MatrixXd tangent_;
   double energy_ = 0, correction_ = 0, strain_ = 0;

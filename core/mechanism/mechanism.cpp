@@ -50,10 +50,24 @@ std::optional<std::string> broken_rule(const Material& m, const std::string& whe
 
 std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
   const std::string& name = leaf.name;
-  for (const int body : {leaf.base, leaf.tip})
-    if (body != ground && (body < 0 || body >= bodies))
-      return fmt::format("{}: there is no body {}", name, body);
-  if (leaf.base == leaf.tip) return name + ": both edges are held by the same body";
+  const auto known = [&](int body) { return body >= 0 && body < bodies; };
+  if (leaf.base != ground && !known(leaf.base))
+    return fmt::format("{}: there is no body {}", name, leaf.base);
+  if (leaf.tip != ground && leaf.tip != free_edge && !known(leaf.tip))
+    return fmt::format("{}: there is no body {}", name, leaf.tip);
+  if (leaf.point) {
+    if (!known(leaf.point->body))
+      return fmt::format("{}: there is no body {}", name, leaf.point->body);
+    for (const double place : {leaf.point->along, leaf.point->across})
+      if (!(place >= 0 && place <= 1)) return name + ": its material point lies outside";
+    if (leaf.point->spread_over_tip
+            ? leaf.tip != free_edge
+            : leaf.point->along <= 0 || (leaf.tip != free_edge && leaf.point->along >= 1))
+      return name + ": its material point lies on a held edge";
+  } else {
+    if (leaf.base == leaf.tip) return name + ": both edges are held by the same body";
+    if (leaf.tip == free_edge) return name + ": its tip is free, yet nothing follows it";
+  }
   if (!leaf.origin.allFinite() || !leaf.axes.allFinite()) return name + ": its place is not finite";
   for (const double size : {leaf.length, leaf.width, leaf.thickness})
     if (!(std::isfinite(size) && size > 0))
@@ -82,10 +96,12 @@ std::optional<std::string> loose_body(const Mechanism& mechanism) {
     return body == ground || held[static_cast<std::size_t>(body)];
   };
   for (std::size_t pass = 0; pass < mechanism.bodies.size(); ++pass)
-    for (const LeafSpring& leaf : mechanism.leaves)
-      if (is_held(leaf.base) || is_held(leaf.tip))
-        for (const int body : {leaf.base, leaf.tip})
-          if (body != ground) held[static_cast<std::size_t>(body)] = true;
+    for (const LeafSpring& leaf : mechanism.leaves) {
+      if (!is_held(leaf.base) && !(leaf.tip != free_edge && is_held(leaf.tip))) continue;
+      for (const int body : {leaf.base, leaf.tip})
+        if (body >= 0) held[static_cast<std::size_t>(body)] = true;
+      if (leaf.point) held[static_cast<std::size_t>(leaf.point->body)] = true;
+    }
   for (std::size_t i = 0; i < held.size(); ++i)
     if (!held[i]) return mechanism.bodies[i].name + ": no leaf ties it to the ground";
   return std::nullopt;
@@ -97,6 +113,8 @@ std::optional<std::string> broken_rule(const Mechanism& mechanism) {
   const int bodies = static_cast<int>(mechanism.bodies.size());
   if (mechanism.end_effector < 0 || mechanism.end_effector >= bodies)
     return fmt::format("there is no body {} to be the end-effector", mechanism.end_effector);
+  if (mechanism.bodies[mechanism.end_effector].held[index(mechanism.drive)])
+    return "the end-effector cannot move in the direction of the drive";
   if (mechanism.leaves.empty()) return "there are no leaves";
   for (const RigidBody& body : mechanism.bodies)
     if (auto rule = broken_rule(body)) return rule;

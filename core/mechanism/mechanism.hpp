@@ -32,18 +32,31 @@ struct MaterialT {
 
 /// Body index of the fixed world.
 inline constexpr int ground = -1;
+/// In a body's place: nothing holds the tip edge.
+inline constexpr int free_edge = -2;
+
+/// A material point of a leaf's mid-surface that is a body of its own: the two share their
+/// displacement, and a force on the body acts on the leaf there.
+template <class Scalar>
+struct LeafPointT {
+  int body = 0;
+  Scalar along{}, across{};  ///< place on the leaf, each in [0, 1]
+  /// The body follows the mean of the tip edge instead, and spreads its force evenly over it.
+  bool spread_over_tip = false;
+};
 
 /// A rectangular leaf spring of uniform thickness, flat when undeformed; both short edges are
-/// clamped along their whole width to a body or to the ground.
+/// clamped along their whole width to a body or to the ground; the tip edge may be free.
 template <class Scalar>
 struct LeafSpringT {
   std::string name;
   int base = ground;       ///< body that holds the base edge
-  int tip = 0;             ///< body that holds the tip edge
+  int tip = 0;             ///< body that holds the tip edge, or free_edge
   Vector3<Scalar> origin;  ///< middle of the base edge [m]
   Matrix3<Scalar> axes;    ///< columns: along the leaf, along its width, normal to it
   Scalar length{}, width{}, thickness{};  ///< [m]
   MaterialT<Scalar> material;
+  std::optional<LeafPointT<Scalar>> point;
 
   Vector3<Scalar> tip_middle() const { return origin + axes.col(0) * length; }
 };
@@ -59,6 +72,8 @@ struct RigidBodyT {
   Scalar mass{};                   ///< [kg]
   Vector3<Scalar> center_of_mass;  ///< [m]
   Matrix3<Scalar> inertia;         ///< about the centre of mass, global axes [kg m²]
+  /// Directions in which it cannot move. A material point of a leaf has no rotations.
+  std::array<bool, 6> held{};
 };
 
 template <class Scalar>
@@ -70,6 +85,7 @@ struct MechanismT {
 };
 
 using Material = MaterialT<double>;
+using LeafPoint = LeafPointT<double>;
 using LeafSpring = LeafSpringT<double>;
 using RigidBody = RigidBodyT<double>;
 using Mechanism = MechanismT<double>;

@@ -264,4 +264,8 @@ LeafShape TubeLeaf::shape() {
   return plate_deformed_shape(*model_->mesh(), rebuilt_nodal(), leaf_, scale_);
 }
 
+Vector3d TubeLeaf::material_point(double along, double across) {
+  return plate_material_point(*model_->mesh(), rebuilt_nodal(), scale_, along, across);
+}
+
 }  // namespace flexopt

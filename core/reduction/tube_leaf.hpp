@@ -71,6 +71,7 @@ class TubeLeaf final : public LeafElement {
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
   LeafShape shape() override;
+  Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return {"tube", {}, check_}; }
 
  private:

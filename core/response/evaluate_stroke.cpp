@@ -25,6 +25,9 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
   double largest = 0;
   for (const double s : request.points) largest = std::max(largest, std::abs(s));
+  if (request.load_path)
+    return make_reduced_leaves(mechanism, model, std::nullopt,
+                               request.load + largest * *request.load_path);
   return make_reduced_leaves(mechanism, model, largest, request.load);
 }
 
@@ -78,18 +81,33 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
   point.sub_steps = equilibrium.sub_steps;
   point.drive_load = equilibrium.drive_load;
   const BodyPose& pose = system.pose(mechanism.end_effector);
-  point.displacement = pose.position - mechanism.bodies[mechanism.end_effector].reference;
+  const RigidBody& body = mechanism.bodies[mechanism.end_effector];
+  point.displacement = pose.position - body.reference;
   point.rotation = rotation_log(pose.rotation);
+  for (int i = 0; i < system.leaves(); ++i) {
+    const auto& follows = mechanism.leaves[i].point;
+    if (follows && follows->body == mechanism.end_effector && follows->spread_over_tip)
+      point.displacement =
+          system.leaf(i).material_point(follows->along, follows->across) - body.reference;
+  }
+  for (const Probe& probe : request.probes) {
+    const LeafSpring& leaf = mechanism.leaves[probe.leaf];
+    const Vector3d place = leaf.origin + leaf.axes.col(0) * (probe.along * leaf.length) +
+                           leaf.axes.col(1) * ((probe.across - 0.5) * leaf.width);
+    point.probes.push_back(system.leaf(probe.leaf).material_point(probe.along, probe.across) -
+                           place);
+  }
 
   const EndEffectorCompliance c = end_effector_compliance(system);
   point.compliance_free = c.drive_free;
   point.compliance_locked = c.drive_locked;
   for (int d = 0; d < 6; ++d)
-    if (d != index(mechanism.drive)) point.support_stiffness[d] = 1 / c.drive_locked(d, d);
+    if (d != index(mechanism.drive) && !body.held[d])
+      point.support_stiffness[d] = 1 / c.drive_locked(d, d);
   const int d = index(mechanism.drive);
   point.drive_stiffness = 1 / c.drive_free(d, d);
-  point.negative_pivots = c.negative_pivots;
-  point.stable = c.negative_pivots == 0;
+  point.negative_pivots = request.load_path ? negative_pivots(system, false) : c.negative_pivots;
+  point.stable = point.negative_pivots == 0;
 
   for (int i = 0; i < system.leaves(); ++i) point.leaves.push_back(system.leaf(i).report());
   if (request.frequencies > 0) {
@@ -130,9 +148,17 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   bool lost = false;
   std::string reason;
   std::vector<int> leaf_modes;
+  Vector6d present = Vector6d::Zero();  // dead load reached, where nothing is driven
+  const auto follow_load = [&](const Vector6d& load) {
+    const Equilibrium reached = step_free_load(system, present, load, request.newton);
+    if (reached.converged) present = load;
+    return reached;
+  };
   if (!request.load.isZero()) {
-    const Equilibrium loaded =
-        solve_refined(system, [&] { return step_load(system, request.load, request.newton); });
+    const Equilibrium loaded = solve_refined(system, [&] {
+      return request.load_path ? follow_load(request.load)
+                               : step_load(system, request.load, request.newton);
+    });
     lost = !loaded.converged;
     reason = loaded.message;
   }
@@ -142,8 +168,10 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       point.message = reason;
       continue;
     }
-    const Equilibrium equilibrium = solve_refined(
-        system, [&] { return step_to(system, point.stroke, request.load, request.newton); });
+    const Equilibrium equilibrium = solve_refined(system, [&] {
+      return request.load_path ? follow_load(request.load + point.stroke * *request.load_path)
+                               : step_to(system, point.stroke, request.load, request.newton);
+    });
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
       point.message = equilibrium.message;

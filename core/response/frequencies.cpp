@@ -38,14 +38,16 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes) {
   for (int i = 0; i < system.leaves(); ++i) {
     const LeafDynamics& leaf = leaves[i];
     const int k = static_cast<int>(leaf.mode_frequencies.size());
-    // rows (12 edge coordinates, k modes) of the leaf from those of the pencil
-    MatrixXd T = MatrixXd::Zero(12 + k, n);
+    // rows (edge and point coordinates, k modes) of the leaf from those of the pencil
     const LeafSpring& l = m.leaves[i];
+    const int boundary = l.point ? 15 : 12;
+    MatrixXd T = MatrixXd::Zero(boundary + k, n);
     for (int end = 0; end < 2; ++end) {
       const int b = end == 0 ? l.base : l.tip;
-      if (b != ground) T.block<6, 6>(6 * end, 6 * b) = system.edge_map(i, end);
+      if (b >= 0) T.block<6, 6>(6 * end, 6 * b) = system.edge_map(i, end);
     }
-    T.block(12, o, k, k).setIdentity();
+    if (l.point) T.block<3, 3>(12, 6 * l.point->body).setIdentity();
+    T.block(boundary, o, k, k).setIdentity();
     pencil.M += T.transpose() * leaf.mass * T;
     // a condensed full leaf is nearer the truth than the reduced one it stands in for
     const MatrixXd Q = T.topLeftCorner(12, pencil.bodies);
@@ -165,16 +167,25 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
   Frequencies result;
   leaf_modes.resize(system.leaves(), 1);
   const int d = 6 * system.mechanism().end_effector + index(system.mechanism().drive);
+  const auto pairs = [&](const Pencil& pencil, bool drive_locked) {
+    std::vector<int> kept;
+    const int n = static_cast<int>(pencil.K.rows());
+    for (int i = 0; i < n; ++i)
+      if (!system.is_held(i) && !(drive_locked && i == d)) kept.push_back(i);
+    EigenPairs found = solve(pencil.K(kept, kept), pencil.M(kept, kept), options.count);
+    MatrixXd shape = MatrixXd::Zero(n, found.shape.cols());
+    shape(kept, Eigen::all) = found.shape;
+    found.shape = std::move(shape);
+    return found;
+  };
   for (;;) {
     const Pencil pencil = assemble(system, leaf_modes);
     const int n = static_cast<int>(pencil.K.rows());
-    std::vector<int> kept;
-    for (int i = 0; i < n; ++i)
-      if (i != d) kept.push_back(i);
-    const EigenPairs locked = solve(pencil.K(kept, kept), pencil.M(kept, kept), options.count);
+    const EigenPairs locked = pairs(pencil, true);
     const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
-    if (grow(leaf_modes, pencil.highest, highest, options.count - (n - 1), options)) continue;
-    const EigenPairs free = solve(pencil.K, pencil.M, options.count);
+    const int unknowns = n - 1 - static_cast<int>(system.held().size());
+    if (grow(leaf_modes, pencil.highest, highest, options.count - unknowns, options)) continue;
+    const EigenPairs free = pairs(pencil, false);
     VectorXd drive_shape = VectorXd::Zero(n);
     {
       const MatrixXd K = pencil.K.topLeftCorner(pencil.bodies, pencil.bodies);
@@ -184,11 +195,8 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
     for (int k = 0; k < free.omega2.size(); ++k)
       result.free.push_back(
           classify(pencil, system, free.omega2[k], free.shape.col(k), drive_shape));
-    for (int k = 0; k < locked.omega2.size(); ++k) {
-      VectorXd phi = VectorXd::Zero(n);
-      phi(kept) = locked.shape.col(k);
-      result.locked.push_back(classify(pencil, system, locked.omega2[k], phi, {}));
-    }
+    for (int k = 0; k < locked.omega2.size(); ++k)
+      result.locked.push_back(classify(pencil, system, locked.omega2[k], locked.shape.col(k), {}));
     result.check = pencil.check;
     return result;
   }

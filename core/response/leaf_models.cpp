@@ -36,18 +36,21 @@ struct LinearMotion {
   double axial = 0;  ///< N under the dead load, drive held; over D/L
 };
 
-// Linear statics of the undeflected mechanism, leaf by leaf.
+// Linear statics of the undeflected mechanism, leaf by leaf, for a unit stroke beside the load or,
+// where nothing is driven, for the load.
 std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelOptions& model,
-                                        const Vector6d& load, Meshes& meshes) {
+                                        bool driven, const Vector6d& load, Meshes& meshes) {
   System system(mechanism, full_leaves(mechanism, model, meshes));
   system.assemble();
   const int ee = 6 * mechanism.end_effector, d = ee + index(mechanism.drive);
   VectorXd s = system.tangent_stiffness().diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   MatrixXd K = s.asDiagonal() * system.tangent_stiffness() * s.asDiagonal();
-  VectorXd drive = s.asDiagonal() * K.partialPivLu().solve(VectorXd::Unit(K.rows(), d));
-  drive /= drive[d];
   VectorXd P = VectorXd::Zero(K.rows());
   P.segment<6>(ee) = load;
+  for (const int k : system.held()) P[k] = 0;
+  VectorXd drive = driven ? VectorXd::Unit(K.rows(), d) : P;
+  drive = s.asDiagonal() * K.partialPivLu().solve(s.asDiagonal() * drive);
+  if (driven) drive /= drive[d];
   P[d] = 0;
   K.row(d).setZero();
   K.col(d).setZero();
@@ -60,8 +63,8 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
     const LeafScale scale(l);
     auto edge_increment = [&](const VectorXd& q) {
       Vector12d dq = Vector12d::Zero();
-      if (l.base != ground) dq.head<6>() = system.edge_map(i, 0) * q.segment<6>(6 * l.base);
-      if (l.tip != ground) dq.tail<6>() = system.edge_map(i, 1) * q.segment<6>(6 * l.tip);
+      if (l.base >= 0) dq.head<6>() = system.edge_map(i, 0) * q.segment<6>(6 * l.base);
+      if (l.tip >= 0) dq.tail<6>() = system.edge_map(i, 1) * q.segment<6>(6 * l.tip);
       return dq;
     };
     const ChordFrame frame = chord_frame(
@@ -84,15 +87,20 @@ std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mech
 
 std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
                                                               const ModelOptions& model,
-                                                              double largest_stroke,
+                                                              std::optional<double> largest_stroke,
                                                               const Vector6d& load) {
   Meshes meshes;
-  const std::vector<LinearMotion> motion = linear_motion(mechanism, model, load, meshes);
+  const std::vector<LinearMotion> motion =
+      linear_motion(mechanism, model, largest_stroke.has_value(), load, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<TubeModel>> models;
   for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
     const auto mesh = mesh_of(leaf, model, meshes);
+    if (leaf.point) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "it has no two rigid edges"));
+      continue;
+    }
     TubeRange range;
     range.order = model.degree == 7 ? 3 : 2;
     Eigen::Vector2d b = motion[i].bending;
@@ -103,10 +111,12 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
       for (int k = 0; k < 2; ++k)  // rounding must not tell equal leaves apart
         range.ray[k] = std::round(range.ray[k] * 1e9) * 1e-9;
     }
-    range.sigma_max = 1.12 * size * largest_stroke;
+    // linear kinematics overrates a large load; the tube grows where it does not
+    range.sigma_max = largest_stroke ? 1.12 * size * *largest_stroke : std::min(0.5, 1.12 * size);
     const double scale = tube_force_scale(mesh->shape())[0];
     const double buckling = 4 * std::numbers::pi * std::numbers::pi * mesh->shape().width;
-    if (std::abs(motion[i].axial) > 0.01 * buckling) range.force_centre = motion[i].axial / scale;
+    if (largest_stroke && std::abs(motion[i].axial) > 0.01 * buckling)
+      range.force_centre = motion[i].axial / scale;
 
     std::shared_ptr<TubeModel> tube;
     for (const auto& m : models)

@@ -1,6 +1,7 @@
 #pragma once
 // The leaf elements of a mechanism for the accuracy asked for.
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/elements/leaf_element.hpp"
@@ -12,11 +13,12 @@ std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mech
                                                            const ModelOptions& model);
 
 /// One tube per distinct leaf, its ray and range from the linear kinematics of the drive at the
-/// undeflected state, centred on the leaf's share of the dead load at O. A leaf whose bent states
-/// are not found is full, and says so.
+/// undeflected state, centred on the leaf's share of the dead load at O. Without a stroke nothing
+/// is driven and the load, which grows from zero, gives the kinematics. A leaf with a free tip or a
+/// material point, or whose bent states are not found, is full, and says so.
 std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
                                                               const ModelOptions& model,
-                                                              double largest_stroke,
+                                                              std::optional<double> largest_stroke,
                                                               const Vector6d& load);
 
 }  // namespace flexopt

@@ -11,10 +11,24 @@
 
 namespace flexopt {
 
+/// A material point of a leaf's mid-surface whose displacement is wanted.
+struct Probe {
+  std::string name;
+  int leaf = 0;
+  double along = 0, across = 0;  ///< place on the leaf, each in [0, 1]
+};
+
+/// The probe at a place of the undeflected mechanism (its foot on the mid-surface), if a leaf is
+/// there.
+std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, const Vector3d& place);
+
 struct StrokeRequest {
   std::vector<double> points{0.0};   ///< stroke of the drive, in the order wanted [m or rad]
   Vector6d load = Vector6d::Zero();  ///< dead load at O: force [N], moment [N m], global axes
-  int frequencies = 0;               ///< how many, drive free and drive locked each
+  /// Nothing is driven: the points are factors of this dead load at O, which comes to `load`.
+  std::optional<Vector6d> load_path;
+  std::vector<Probe> probes;
+  int frequencies = 0;                      ///< how many, drive free and drive locked each
   bool parasitic_with_drive_locked = true;  ///< which list the parasitic frequency is taken from
   bool parasitic_skips_leaf_modes = false;
   bool parasitic_skips_intermediate_modes = false;
@@ -63,6 +77,7 @@ struct PathPoint {
   int negative_pivots = 0;  ///< inertia of that tangent
   std::vector<LeafReport> leaves;
   std::vector<LeafShape> shapes;
+  std::vector<Vector3d> probes;  ///< displacements, in the order of the request [m]
 };
 
 enum class Status { ok, no_equilibrium };

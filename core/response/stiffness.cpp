@@ -37,7 +37,14 @@ EndEffectorCompliance end_effector_compliance(const System& system) {
       result.drive_locked(i, j) = 0.5 * (X(p, q) + X(q, p)) * s[ee + i] * s[ee + j];
     }
   }
-  result.negative_pivots = negative_pivots_with_held_drive(system);
+  for (int j = 0; j < 6; ++j) {
+    if (!m.bodies[m.end_effector].held[j]) continue;
+    for (Matrix6d* C : {&result.drive_free, &result.drive_locked}) {
+      C->row(j).setZero();
+      C->col(j).setZero();
+    }
+  }
+  result.negative_pivots = negative_pivots(system, true);
   return result;
 }
 

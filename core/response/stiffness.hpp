@@ -11,6 +11,7 @@ struct EndEffectorCompliance {
   int negative_pivots = 0;  ///< of the whole tangent with the drive held, leaf interiors included
 };
 
+/// Directions in which the end-effector cannot move have zero rows and columns.
 EndEffectorCompliance end_effector_compliance(const System& system);
 
 }  // namespace flexopt

@@ -1,0 +1,31 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, const Vector3d& place) {
+  Probe probe{std::move(name)};
+  double nearest = 0;
+  bool found = false;
+  for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
+    const LeafSpring& leaf = mechanism.leaves[i];
+    const Vector3d local = leaf.axes.transpose() * (place - leaf.origin);
+    const double slack = 1e-9 * (leaf.length + leaf.width), height = std::abs(local[2]);
+    if (local[0] < -slack || local[0] > leaf.length + slack ||
+        std::abs(local[1]) > 0.5 * leaf.width + slack || height > 0.5 * leaf.thickness + slack)
+      continue;
+    if (found && height >= nearest) continue;
+    found = true;
+    nearest = height;
+    probe.leaf = i;
+    probe.along = std::clamp(local[0] / leaf.length, 0.0, 1.0);
+    probe.across = std::clamp(local[1] / leaf.width + 0.5, 0.0, 1.0);
+  }
+  if (!found) return std::nullopt;
+  return probe;
+}
+
+}  // namespace flexopt
