@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/reduction/superelement_grid.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/expression.hpp"
@@ -228,6 +229,15 @@ void check_material_point(const Job& job) {
            "rotation that a moment could turn");
 }
 
+/// A material point of a leaf must be a node of its superelements.
+void check_superelements(const Mechanism& mechanism, const ModelOptions& model, const json& read) {
+  if (model.method != Reduction::linear_craig_bampton || model.accuracy == Accuracy::full) return;
+  for (const LeafSpring& leaf : mechanism.leaves)
+    if (const auto rule = broken_rule(leaf, model))
+      throw SpecError("/model/superelements",
+                      read.contains("superelements") ? read["superelements"].dump() : "1", *rule);
+}
+
 std::vector<Probe> read_probes(const json& read, const Mechanism& mechanism) {
   std::vector<Probe> probes;
   for (const json& item : read) {
@@ -267,6 +277,19 @@ ModelOptions read_model(const json& read, const Pointer& at) {
     throw SpecError((at / "degree").to_string(), "6",
                     "expected 5 or 7, the degrees of the reduced potential");
   model.leaf_modes = read["leaf_modes"];
+  if (read["method"] == "linear_craig_bampton") model.method = Reduction::linear_craig_bampton;
+  if (read.contains("superelements")) {
+    const json& cut = read["superelements"];
+    if (cut.is_array())
+      model.superelements = {cut[0], cut[1]};
+    else
+      model.superelements = {cut, 0};
+    if (model.method == Reduction::mixed_potential && cut != 1)
+      throw SpecError(
+          (at / "superelements").to_string(), cut.dump(),
+          "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
+          "or \"method\": \"linear_craig_bampton\"");
+  }
   return model;
 }
 
@@ -315,6 +338,7 @@ Job parse_job(const json& document) {
   if (!family.has_end_effector(job.design.choices)) check_material_point(job);
   const Mechanism mechanism = make_mechanism(job, job.design.parameters);
   note_thick_leaves(mechanism, job.notes);
+  check_superelements(mechanism, job.model, read["model"]);
   job.request.probes = read_probes(read["probes"], mechanism);
 
   job.kind = read["job"] == "optimise"  ? JobKind::optimise

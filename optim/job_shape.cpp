@@ -211,9 +211,12 @@ Shape model_shape() {
       standard("accuracy", choice({"reduced", "full"}), "reduced",
                "superelements, or the discretisation they were made from"),
       standard("method",
-               choice({"mixed_potential"},
-                      {"modal_derivatives", "quadratic_manifold", "linear_craig_bampton"}),
+               choice({"mixed_potential", "linear_craig_bampton"},
+                      {"modal_derivatives", "quadratic_manifold"}),
                "mixed_potential", "the reduction"),
+      optional("superelements", one_of({integer(1, 100), list(integer(1, 100), 2, 2)}),
+               "of linear_craig_bampton: n of two nodes along a leaf, between rigid lines; or "
+               "[along, across] of four nodes; default 1"),
       standard("mesh", list(integer(2, 128), 2, 2), model.mesh,
                "elements of a leaf, [along, across]"),
       standard("free_edge_torsion", boolean(), model.free_edge_torsion,
@@ -223,7 +226,6 @@ Shape model_shape() {
                "modes of a leaf between fixed edges kept for the frequencies, at least"),
       standard("tolerance", quantity("1", 0, 1e-3, true), newton.tolerance,
                "Newton's largest last correction, lengths divided by the leaf length"),
-      not_offered("superelements", "several superelements along a leaf"),
   });
 }
 

@@ -10,6 +10,33 @@ namespace flexopt {
 
 struct LeafScale;
 
+/// e11, e22, 2 e12 and κ11, κ22, 2 κ12 of the mid-surface, lengths over L.
+using Strains = Eigen::Matrix<double, 6, 1>;
+
+/// Strains known at a tensor grid of stations over the leaf, and between them by bilinear
+/// interpolation. Places over L: x from 0, y from −w/2.
+class StrainField {
+ public:
+  /// `values`: stations across run fastest.
+  StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values);
+  Strains at(double x, double y) const;
+
+ private:
+  std::vector<double> x_, y_;
+  std::vector<Strains> values_;
+};
+
+/// Von Mises stress [Pa] on the side of the normal, and opposite.
+struct SurfaceStress {
+  double positive = 0, negative = 0;
+};
+SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus);
+
+/// Largest von Mises stress of a strain field, its position left open; stations and corners as
+/// below.
+StressPeak largest_stress(const StrainField& field, const PlateShape& shape, double youngs_modulus,
+                          int index);
+
 /// Largest von Mises stress on both surfaces,
 ///
 ///     σ = E/(1 − ν²) [(1 − ν) ε_ab + ν ε_cc δ_ab],   ε = e ± t/2 κ,   κ_ab = −r,ab · n,

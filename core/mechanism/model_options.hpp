@@ -6,12 +6,21 @@ namespace flexopt {
 
 enum class Accuracy { reduced, full };
 
+/// How a reduced leaf is made.
+enum class Reduction {
+  mixed_potential,       ///< one tube for the whole leaf
+  linear_craig_bampton,  ///< linear superelements in floating frames
+};
+
 /// How a mechanism is modelled.
 struct ModelOptions {
   Accuracy accuracy = Accuracy::reduced;
   std::array<int, 2> mesh{10, 4};  ///< plate elements [along, across] per leaf
   bool free_edge_torsion = true;   ///< 3-D torsion layer of the free edges; off: thin-shell limit
-  int degree = 5;                  ///< of the reduced potential: 5 or 7
+  Reduction method = Reduction::mixed_potential;
+  /// Linear superelements along a leaf and across; across 0: of two nodes, between rigid lines.
+  std::array<int, 2> superelements{1, 0};
+  int degree = 5;      ///< of the reduced potential: 5 or 7
   int leaf_modes = 4;  ///< fixed-interface modes kept per leaf for frequencies (at least)
 };
 

@@ -7,6 +7,7 @@
 
 #include "core/elements/full_leaf.hpp"
 #include "core/equilibrium/system.hpp"
+#include "core/reduction/superelement_leaf.hpp"
 #include "core/reduction/tube_leaf.hpp"
 
 namespace flexopt {
@@ -77,6 +78,25 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
   return motion;
 }
 
+std::vector<std::unique_ptr<LeafElement>> linear_leaves(const Mechanism& mechanism,
+                                                        const ModelOptions& model, Meshes& meshes) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  std::vector<std::shared_ptr<const SuperelementGrid>> grids;  // shared by equal leaves
+  for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
+    const LeafSpring& leaf = mechanism.leaves[i];
+    if (const auto rule = broken_rule(leaf, model)) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i, *rule));
+      continue;
+    }
+    std::shared_ptr<const SuperelementGrid> grid;
+    for (const auto& g : grids)
+      if (g->fits(leaf, model)) grid = g;
+    if (!grid) grids.push_back(grid = std::make_shared<SuperelementGrid>(leaf, model));
+    leaves.push_back(std::make_unique<SuperelementLeaf>(leaf, grid, i));
+  }
+  return leaves;
+}
+
 }  // namespace
 
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
@@ -90,6 +110,8 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
                                                               std::optional<double> largest_stroke,
                                                               const Vector6d& load) {
   Meshes meshes;
+  if (model.method == Reduction::linear_craig_bampton)
+    return linear_leaves(mechanism, model, meshes);
   const std::vector<LinearMotion> motion =
       linear_motion(mechanism, model, largest_stroke.has_value(), load, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;

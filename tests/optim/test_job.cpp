@@ -97,6 +97,21 @@ TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[o
   CHECK(job.request.newton.tolerance == 1e-10);
 }
 
+TEST_CASE("the reduction and the cut of the leaves are read", "[optim][job]") {
+  json document = base("evaluate");
+  CHECK(parse_job(document).model.method == Reduction::mixed_potential);
+  document["model"]["superelements"] = 1;  // says what is
+  CHECK(parse_job(document).model.method == Reduction::mixed_potential);
+  document["model"]["method"] = "linear_craig_bampton";
+  CHECK(parse_job(document).model.superelements == std::array<int, 2>{1, 0});
+  document["model"]["superelements"] = 4;
+  CHECK(parse_job(document).model.superelements == std::array<int, 2>{4, 0});
+  document["model"]["superelements"] = {10, 1};
+  const Job job = parse_job(document);
+  CHECK(job.model.method == Reduction::linear_craig_bampton);
+  CHECK(job.model.superelements == std::array<int, 2>{10, 1});
+}
+
 TEST_CASE("the stroke holds both ends exactly, and may stay at zero", "[optim][job]") {
   json document = base("optimise");
   document["stroke"] = {{"from", "-20 deg"}, {"to", "20 deg"}, {"points", 9}};
