@@ -7,6 +7,7 @@
 
 #include "core/math/rotation.hpp"
 #include "core/reduction/plate_body.hpp"
+#include "core/reduction/superelement_leaf.hpp"
 #include "support/models.hpp"
 #include "synthetic_leaf.hpp"
 
