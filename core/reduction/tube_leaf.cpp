@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,21 +12,6 @@
 #include "core/reduction/polynomial.hpp"
 
 namespace flexopt {
-
-ValidityBox validity_box(const TubeRange& range) {
-  const bool c_shaped = range.ray[0] * range.ray[1] < 0;  // symmetric buckling mode: half the N
-  if (range.order == 3)
-    return {.tau_ratio = 0.9,
-            .tau = 0.02,
-            .twist = 0.016,
-            .axial = c_shaped ? 0.15 : 0.3,
-            .lateral = 0.45};
-  return {.tau_ratio = 0.25,
-          .tau = 0.01,
-          .twist = 0.006,
-          .axial = c_shaped ? 0.06 : 0.12,
-          .lateral = 0.25};
-}
 
 TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range)
     : mesh_(std::move(mesh)), range_(range), leaf_(mesh_) {
@@ -45,9 +32,10 @@ TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& ran
     if (!add(s)) return;
   std::vector<TubeNode> nodes;
   for (const TubeExpansion& e : expansions_) nodes.push_back({e.sigma, e.W});
-  potential_ =
-      std::make_unique<TubePotential>(directions_, tube_force_scale(shape), 2 * range.order + 1,
-                                      std::move(nodes), Vector3d(range.force_centre, 0, 0));
+  for (const int less : {0, 1})
+    (less ? lower_ : potential_) = std::make_unique<TubePotential>(
+        directions_, tube_force_scale(shape), 2 * range.order + 1 - less, nodes,
+        Vector3d(range.force_centre, 0, 0));
 }
 
 bool TubeModel::add(double sigma) {
@@ -61,6 +49,7 @@ bool TubeModel::add(double sigma) {
 bool TubeModel::extend(double sigma) {
   if (!add(sigma)) return false;
   potential_->add_node({sigma, expansions_.back().W});
+  lower_->add_node({sigma, expansions_.back().W});
   return true;
 }
 
@@ -154,6 +143,17 @@ const LeafEvaluation& TubeLeaf::evaluate() {
   return evaluation_;
 }
 
+std::optional<double> TubeLeaf::degree_change() const {
+  MixedState state = state_.mixed;
+  const Matrix6d& K = response_.mixed.hessian;
+  const Matrix6d change = condense(model_->lower(), response_.frame.e, state).hessian - K;
+  const Eigen::LLT<Matrix6d> llt(K);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  Matrix6d X = llt.matrixL().solve(change);
+  X = llt.matrixL().solve(X.transpose()).eval();
+  return X.norm();
+}
+
 LeafElement::Refinement TubeLeaf::refine() {
   const TubeLocation& at = response_.location;
   const double sigma = std::abs(at.sigma);
@@ -161,26 +161,13 @@ LeafElement::Refinement TubeLeaf::refine() {
     if (sigma < 1.0 && model_->extend(1.1 * sigma)) return {.changed = true, .replacement = {}};
     return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
   }
-  const ValidityBox box = validity_box(model_->range());
-  const PlateShape& shape = model_->mesh()->shape();
-  const Vector3d scale = model_->potential().force_scale();
-  const double buckling = 4 * std::numbers::pi * std::numbers::pi * shape.width;
-  const Vector3d& f = state_.mixed.f;
-  const double axial = std::abs(f[0] - model_->range().force_centre) * scale[0] / buckling;
-  const double lateral = 2 * std::max(std::abs(f[1]), std::abs(f[2])) * scale[1] / buckling;
-  const double phi = std::abs(response_.frame.e[twist]);
-  std::string reason;
-  if (std::abs(at.tau) > std::max(box.tau_ratio * sigma, box.tau))
-    reason = fmt::format("bends {:.3g} rad off its ray at {:.3g} rad", std::abs(at.tau), sigma);
-  else if (phi > box.twist)
-    reason = fmt::format("twists by {:.3g} rad > {:.3g} rad", phi, box.twist);
-  else if (axial > box.axial)
-    reason = fmt::format("axial force {:.3g} of its buckling load off {:.3g}, > {:.3g}", axial,
-                         model_->range().force_centre * scale[0] / buckling, box.axial);
-  else if (lateral > box.lateral)
-    reason = fmt::format("lateral load {:.3g} of its buckling load > {:.3g}", lateral, box.lateral);
-  if (reason.empty()) return {};
-  return {true, full_model(reason)};
+  const std::optional<double> change = degree_change();
+  if (change && *change <= largest_degree_change) return {};
+  return {true,
+          full_model(change ? fmt::format("its potential has not converged: the highest degree "
+                                          "changes the stiffness by {:.2g} > {:.2g}",
+                                          *change, largest_degree_change)
+                            : std::string("it has no stable equilibrium with held edges"))};
 }
 
 std::unique_ptr<LeafElement> TubeLeaf::full_model(const std::string& reason) {

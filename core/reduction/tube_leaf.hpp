@@ -1,6 +1,7 @@
 #pragma once
 // The reduced leaf: a tube potential with the fields to rebuild the full leaf from.
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,15 +19,10 @@ struct TubeRange {
   int order = 2;              ///< of the fields: potential of degree 2 order + 1
 };
 
-/// How far off the expansion a state may lie: beyond these the support stiffness may be off by more
-/// than about 0.3 % (degree 5, measured on leaves with w²/(Lt) from 18 to 240).
-struct ValidityBox {
-  double tau_ratio, tau;  ///< |τ| ≤ max(tau_ratio |σ|, tau) [rad]
-  double twist;           ///< |φ| [rad]
-  double axial;           ///< |N − centre| over the buckling load 4π² E I / (1 − ν²) L²
-  double lateral;         ///< |M1|, |M2| times 2/L over the same
-};
-ValidityBox validity_box(const TubeRange& range);
+/// Largest relative change of the leaf's stiffness by the highest degree of its potential: beyond
+/// it the support stiffness may be off by more than about 0.5 % (degree 5, measured on some 5000
+/// states of guides and hinges with w²/(Lt) from 1 to 1200, loaded and off their rays).
+inline constexpr double largest_degree_change = 0.06;
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
 class TubeModel {
@@ -36,6 +32,8 @@ class TubeModel {
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
+  /// The same without the highest degree: what that changes tells what the next would.
+  const TubePotential& lower() const { return *lower_; }
   const TubeRange& range() const { return range_; }
   const std::shared_ptr<const PlateMesh>& mesh() const { return mesh_; }
 
@@ -54,7 +52,7 @@ class TubeModel {
   Eigen::Matrix2d directions_;
   ChordLeaf leaf_;
   std::vector<TubeExpansion> expansions_;
-  std::unique_ptr<TubePotential> potential_;
+  std::unique_ptr<TubePotential> potential_, lower_;
 };
 
 class TubeLeaf final : public LeafElement {
@@ -80,6 +78,9 @@ class TubeLeaf final : public LeafElement {
   /// The full leaf at that state after one Newton step with the edges held.
   PlateLeaf& condensed();
   std::vector<MatrixXd> rebuilt_nodal();
+  /// Relative change of the leaf's stiffness when the highest degree is left out; nothing where the
+  /// leaf is not stable on its own.
+  std::optional<double> degree_change() const;
 
   LeafSpring leaf_;
   int index_;
