@@ -97,8 +97,8 @@ def deviation(name, curve, full):
 
 
 def figure_4(program, out, folder):
-    models = [("full plate", FULL, "#888", ""),
-              ("10 plate superelements", {**PATCHES, "superelements": [10, 1]}, "#000", ""),
+    models = [("full plate", FULL, "#888", "none"),
+              ("10 plate superelements", {**PATCHES, "superelements": [10, 1]}, "#000", "none"),
               ("10 beam superelements", {**PATCHES, **BEAM, "superelements": 10}, "#000", "6 4"),
               ("full beam", {**FULL, **BEAM}, "#888", "6 4")]
     curves = []
@@ -127,7 +127,7 @@ def figure_6_7(program, out, folder, number, load):
         at_load = [(load * p["stroke"], 1e3 * p["displacement"][1]) for p in path]
         opposite = [(load * p["stroke"], 1e3 * p["probes"]["opposite"]["displacement"][1])
                     for p in path]
-        curves += [(f"{name}, A", colour, "", at_load),
+        curves += [(f"{name}, A", colour, "none", at_load),
                    (f"{name}, opposite A", colour, "6 4", opposite)]
     write(out, f"figure_{number}", "Square plate clamped along two edges", "P [N]", "deflection [mm]",
           curves)
