@@ -17,7 +17,7 @@ struct StressPeak {
 
 /// Which model a leaf was evaluated with at a point, and why.
 struct LeafReport {
-  std::string model;   ///< "tube", "full"
+  std::string model;   ///< "tube", "linear_craig_bampton", "full"
   std::string reason;  ///< why not the default; empty otherwise
   double check = 0;    ///< relative correction of the condensed full leaf; 0 if not made
 };
