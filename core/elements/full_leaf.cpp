@@ -1,5 +1,6 @@
 #include "core/elements/full_leaf.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 
@@ -128,28 +129,83 @@ void FullLeaf::restore(const LeafState& state) {
   plate_.set_state(static_cast<const FullLeafState&>(state).state);
 }
 
-LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int mode_count) {
+namespace {
+
+// M-orthonormal Ritz shapes of span(Y), Y M-orthogonal to the modes; KY = K Y. Directions that Y
+// hardly has are left out.
+struct RitzShapes {
+  VectorXd omega2;
+  MatrixXd shapes;
+};
+RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY) {
+  const VectorXd size = Y.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  Y *= size.asDiagonal();
+  KY *= size.asDiagonal();
+  const MatrixXd M = Y.transpose() * plate.mass_times(Y), K = Y.transpose() * KY;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> mass(0.5 * (M + M.transpose()));
+  const VectorXd& mu = mass.eigenvalues();
+  int first = 0;
+  while (first < mu.size() && mu[first] < 1e-9 * mu[mu.size() - 1]) ++first;
+  const int kept = static_cast<int>(mu.size()) - first;
+  const MatrixXd B =
+      mass.eigenvectors().rightCols(kept) * mu.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> ritz(B.transpose() * (0.5 * (K + K.transpose())) *
+                                                     B);
+  return {ritz.eigenvalues(), Y * (B * ritz.eigenvectors())};
+}
+
+}  // namespace
+
+LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
+                            int mode_count) {
   const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
   auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
   const std::vector<PlateLeaf::Mode> modes =
       plate.modes(std::min(mode_count, plate.unknowns() / 4), 1e-5);
   const int n = plate.unknowns(), m = static_cast<int>(modes.size());
-  const int b = plate.has_point() ? 15 : 12;  // boundary coordinates
-  // x = static shapes · q + Ψ ξ
-  MatrixXd T = MatrixXd::Zero(n + 12, b + m);
-  T.topLeftCorner(n, b) = plate.static_shapes();
-  T.bottomLeftCorner(12, 12).setIdentity();
-  for (int k = 0; k < m; ++k) T.col(b + k).head(n) = modes[k].shape;
+  const int b = plate.has_point() ? 15 : 12;  // boundary coordinates; the ground's do not move
+  std::vector<int> moving;
+  for (int k = 0; k < b; ++k)
+    if (k >= 12 || (k < 6 ? leaf.base : leaf.tip) >= 0) moving.push_back(k);
+  const int a = static_cast<int>(moving.size());
 
-  LeafDynamics dynamics;
-  dynamics.mode_frequencies.resize(m);
-  MatrixXd S = MatrixXd::Zero(b + m, b + m);
-  S.topLeftCorner<12, 12>() = scale.transformation();
-  if (plate.has_point()) S.block<3, 3>(12, 12) = scale.axes / scale.length;
+  // x = X q + Ψ ξ + Y η: static shapes, modes, and the static answer to the static shapes' own
+  // inertia, Y = K⁻¹ M X, without which the modes left out cost (ω/ω_cut)²: (7) of README.md
+  MatrixXd X = MatrixXd::Zero(n + 12, a);
+  X.topRows(n) = plate.static_shapes(moving);
+  for (int k = 0; k < a; ++k)
+    if (moving[k] < 12) X(n + moving[k], k) = 1;
+  MatrixXd Psi(n, m);
+  VectorXd omega2(m);
+  for (int k = 0; k < m; ++k) {
+    Psi.col(k) = modes[k].shape;
+    omega2[k] = modes[k].omega2;
+  }
+  MatrixXd KY = plate.mass_times(X), Y = KY;
+  plate.solve(Y);
+  const MatrixXd MPsi = plate.mass_times(Psi);
+  const MatrixXd share = MPsi.transpose() * Y;
+  Y -= Psi * share;
+  KY -= MPsi * (omega2.asDiagonal() * share);
+  const RitzShapes ritz = ritz_shapes(plate, std::move(Y), std::move(KY));
+  const int r = static_cast<int>(ritz.omega2.size()), internal = m + r;
+
+  MatrixXd T = MatrixXd::Zero(n + 12, a + internal);
+  T.leftCols(a) = X;
+  T.block(0, a, n, m) = Psi;
+  T.block(0, a + m, n, r) = ritz.shapes;
   const double amplitude = 1 / std::sqrt(scale.mass);  // unit modal mass in SI
-  for (int k = 0; k < m; ++k) S(b + k, b + k) = amplitude;
+  MatrixXd S = MatrixXd::Zero(b + internal, a + internal);
+  {
+    MatrixXd boundary = MatrixXd::Zero(b, b);
+    boundary.topLeftCorner<12, 12>() = scale.transformation();
+    if (plate.has_point()) boundary.block<3, 3>(12, 12) = scale.axes / scale.length;
+    for (int k = 0; k < a; ++k) S.col(k).head(b) = boundary.col(moving[k]);
+    for (int k = 0; k < internal; ++k) S(b + k, a + k) = amplitude;
+  }
+  LeafDynamics dynamics;
   dynamics.mass = scale.mass * (S * plate.mass(T) * S.transpose());
-  dynamics.stiffness = MatrixXd::Zero(b + m, b + m);
+  dynamics.stiffness = MatrixXd::Zero(b + internal, b + internal);
   dynamics.stiffness.topLeftCorner<12, 12>() = scale.global_tangent(plate.tangent());
   if (plate.has_point()) {
     const LeafEvaluation::Point point = scale.global_point(plate.point());
@@ -157,14 +213,17 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int 
     dynamics.stiffness.block<3, 12>(12, 0) = point.coupling;
     dynamics.stiffness.block<12, 3>(0, 12) = point.coupling.transpose();
   }
-  for (int k = 0; k < m; ++k) {
-    dynamics.stiffness(b + k, b + k) = modes[k].omega2 * scale.energy / scale.mass;
-    dynamics.mode_frequencies[k] = frequency(modes[k].omega2);
+  dynamics.mode_frequencies.resize(internal);
+  for (int k = 0; k < internal; ++k) {
+    const double w = k < m ? omega2[k] : ritz.omega2[k - m];
+    dynamics.stiffness(b + k, b + k) = w * scale.energy / scale.mass;
+    dynamics.mode_frequencies[k] = frequency(w);
   }
+  dynamics.highest_mode = m > 0 ? dynamics.mode_frequencies.head(m).maxCoeff() : 0;
   return dynamics;
 }
 
-LeafDynamics FullLeaf::dynamics(int modes) { return plate_dynamics(plate_, scale_, modes); }
+LeafDynamics FullLeaf::dynamics(int modes) { return plate_dynamics(plate_, leaf_, scale_, modes); }
 
 StressPeak FullLeaf::max_stress() {
   return plate_max_stress(plate_.mesh(), plate_.nodal(), leaf_, scale_, index_);

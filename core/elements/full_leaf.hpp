@@ -69,6 +69,7 @@ class FullLeaf final : public LeafElement {
 };
 
 /// Craig–Bampton dynamics of an assembled plate, SI and global axes.
-LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafScale& scale, int mode_count);
+LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
+                            int mode_count);
 
 }  // namespace flexopt

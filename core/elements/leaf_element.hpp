@@ -46,7 +46,8 @@ struct LeafState {
 /// modes): K = [tangent 0; 0 ω²].
 struct LeafDynamics {
   MatrixXd stiffness, mass;
-  VectorXd mode_frequencies;  ///< [Hz] of the internal modes, edges held
+  VectorXd mode_frequencies;  ///< [Hz] of the internal shapes, edges held
+  double highest_mode = 0;    ///< [Hz]; below it every mode between held edges is there
   double check = 0;           ///< relative internal correction met on the way
 };
 
@@ -78,8 +79,8 @@ class LeafElement {
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;
 
-  /// Craig–Bampton dynamics of the present equilibrium: constraint modes of the edges and the
-  /// lowest `modes` fixed-interface modes.
+  /// Craig–Bampton dynamics of the present equilibrium: constraint modes of the edges, the lowest
+  /// `modes` fixed-interface modes and, where the leaf has them, further internal shapes.
   virtual LeafDynamics dynamics(int modes) = 0;
 
   virtual StressPeak max_stress() = 0;

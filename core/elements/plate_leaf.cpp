@@ -388,12 +388,16 @@ void PlateLeaf::solve(Eigen::Ref<MatrixXd> b) const {
   K_.solve_upper(b);
 }
 
-MatrixXd PlateLeaf::static_shapes() const {
-  MatrixXd X(unknowns(), has_point() ? 15 : 12);
-  X.leftCols<12>() = -Y_;
-  if (has_point()) {
-    X.leftCols<12>() += Yc_ * (S_inverse_ * G_);
-    X.rightCols<3>() = Yc_ * S_inverse_;
+MatrixXd PlateLeaf::static_shapes(const std::vector<int>& columns) const {
+  MatrixXd X(unknowns(), columns.size());
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const int c = columns[k];
+    if (c >= 12)
+      X.col(k) = Yc_ * S_inverse_.col(c - 12);
+    else if (has_point())
+      X.col(k) = Yc_ * (S_inverse_ * G_.col(c)) - Y_.col(c);
+    else
+      X.col(k) = -Y_.col(c);
   }
   K_.apply_signs(X);
   K_.solve_upper(X);
@@ -428,21 +432,22 @@ MatrixXd PlateLeaf::mass(const MatrixXd& T) const {
   return M;
 }
 
-VectorXd PlateLeaf::mass_times(const VectorXd& v) const {
+MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
-  std::vector<MatrixXd> R(lines);
-  for (int i = 0; i < lines; ++i) R[i] = nodal_rates(i, v).reshaped(n, 3);
-  VectorXd result(unknowns());
+  const int m = static_cast<int>(V.cols());
+  std::vector<MatrixXd> R(lines);  // functions × (3 components of each column)
+  for (int i = 0; i < lines; ++i) R[i] = nodal_rates(i, V).reshaped(n, 3 * m);
+  MatrixXd result(unknowns(), m), F;
   for (int i = 0; i < lines; ++i) {
-    MatrixXd F = mesh_->mass_diagonal(i) * R[i];
+    F.noalias() = mesh_->mass_diagonal(i) * R[i];
     if (i > 0) F.noalias() += mesh_->mass_below(i - 1) * R[i - 1];
     if (i + 1 < lines) F.noalias() += mesh_->mass_below(i).transpose() * R[i + 1];
-    if (is_rigid_edge(i)) {
-      result.segment(K_.offset[i], n).noalias() =
-          edge_jacobian_[edge_of(i)].leftCols(n).transpose() * F.reshaped();
-    } else {
-      result.segment(K_.offset[i], 3 * n) = F.reshaped();
-    }
+    const auto rows = F.reshaped(3 * n, m);
+    if (is_rigid_edge(i))
+      result.middleRows(K_.offset[i], n).noalias() =
+          edge_jacobian_[edge_of(i)].leftCols(n).transpose() * rows;
+    else
+      result.middleRows(K_.offset[i], 3 * n) = rows;
   }
   return result;
 }
@@ -456,7 +461,7 @@ std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const
         solve(x);
         return x;
       },
-      [this](const VectorXd& x) { return mass_times(x); }, tolerance);
+      [this](const VectorXd& x) -> VectorXd { return mass_times(x); }, tolerance);
   if (!pairs.converged) return result;
   for (int k = 0; k < count; ++k) result.push_back({pairs.values[k], pairs.vectors.col(k)});
   return result;

@@ -69,8 +69,8 @@ class PlateLeaf {
 
   /// K_ff⁻¹ b, the material point held.
   void solve(Eigen::Ref<MatrixXd> b) const;
-  /// Static shapes dx/d(edges, point), all other coordinates held: unknowns × 12 or 15.
-  MatrixXd static_shapes() const;
+  /// Static shapes dx/d(edges, point), all other coordinates held: columns of unknowns × 12 or 15.
+  MatrixXd static_shapes(const std::vector<int>& columns) const;
   /// K_fb: unknowns × 12.
   const MatrixXd& coupling() const { return coupling_; }
   const Matrix12d& edge_tangent() const { return edge_tangent_; }
@@ -81,8 +81,8 @@ class PlateLeaf {
 
   /// Mass matrix Tᵀ M T of rates T (unknowns + 12 rows), in units ρ t L⁴.
   MatrixXd mass(const MatrixXd& T) const;
-  /// M_ff v with the edges held.
-  VectorXd mass_times(const VectorXd& v) const;
+  /// Rows of the unknowns of M V, for rates V of the unknowns alone or with 12 rows of the edges.
+  MatrixXd mass_times(const MatrixXd& V) const;
 
   struct Mode {
     double omega2;   ///< in D / (ρ t L⁴)

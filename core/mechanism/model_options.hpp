@@ -21,7 +21,7 @@ struct ModelOptions {
   /// Linear superelements along a leaf and across; across 0: of two nodes, between rigid lines.
   std::array<int, 2> superelements{1, 0};
   int degree = 5;      ///< of the reduced potential: 5 or 7
-  int leaf_modes = 4;  ///< fixed-interface modes kept per leaf for frequencies (at least)
+  int leaf_modes = 2;  ///< fixed-interface modes kept per leaf for frequencies (at least)
 };
 
 /// Newton's iteration and the step control of the path.

@@ -339,6 +339,8 @@ LeafDynamics SuperelementLeaf::dynamics(int count) {
     K(outer + k, outer + k) = pairs.values[k];
     dynamics.mode_frequencies[k] = std::sqrt(std::abs(pairs.values[k])) / (2 * std::numbers::pi);
   }
+  // half: no shapes of the boundary's own inertia, so more modes are needed
+  dynamics.highest_mode = modes > 0 ? 0.5 * dynamics.mode_frequencies.maxCoeff() : 0;
   return dynamics;
 }
 

@@ -231,7 +231,7 @@ PlateLeaf& TubeLeaf::condensed() {
 
 LeafDynamics TubeLeaf::dynamics(int modes) {
   PlateLeaf& plate = condensed();
-  LeafDynamics dynamics = plate_dynamics(plate, scale_, modes);
+  LeafDynamics dynamics = plate_dynamics(plate, leaf_, scale_, modes);
   dynamics.check = check_;
   return dynamics;
 }

@@ -111,13 +111,8 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
 
   for (int i = 0; i < system.leaves(); ++i) point.leaves.push_back(system.leaf(i).report());
   if (request.frequencies > 0) {
-    const bool full = model.accuracy == Accuracy::full;
-    const Frequencies f =
-        natural_frequencies(system,
-                            {.count = request.frequencies,
-                             .leaf_modes = full ? 2 * model.leaf_modes : model.leaf_modes,
-                             .cutoff_ratio = full ? 4.0 : 2.5},
-                            leaf_modes);
+    const Frequencies f = natural_frequencies(
+        system, {.count = request.frequencies, .leaf_modes = model.leaf_modes}, leaf_modes);
     point.modes_free = f.free;
     point.modes_locked = f.locked;
     for (const Mode& m : f.free) point.frequencies_free.push_back(m.frequency);

@@ -27,7 +27,7 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes) {
     leaves.push_back(system.leaf(i).dynamics(leaf_modes[i]));
     const VectorXd& f = leaves.back().mode_frequencies;
     n += static_cast<int>(f.size());
-    pencil.highest[i] = f.size() > 0 ? f.maxCoeff() : 0;
+    pencil.highest[i] = leaves.back().highest_mode;
     pencil.check = std::max(pencil.check, leaves.back().check);
   }
   pencil.K = MatrixXd::Zero(n, n);

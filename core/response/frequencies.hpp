@@ -10,9 +10,9 @@ namespace flexopt {
 
 struct FrequencyOptions {
   int count = 8;
-  int leaf_modes = 4;         ///< fixed-interface modes per leaf, at least, unless all frequencies
+  int leaf_modes = 2;         ///< fixed-interface modes per leaf, at least, unless all frequencies
                               ///< wanted are below a fifth of the leaf's own: then one
-  double cutoff_ratio = 2.5;  ///< leaf modes up to this multiple of the highest frequency wanted
+  double cutoff_ratio = 1.2;  ///< leaf modes up to this multiple of the highest frequency wanted
 };
 
 struct Frequencies {

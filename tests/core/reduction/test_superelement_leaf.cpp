@@ -38,8 +38,10 @@ Matrix6d tip_compliance(const LeafSpring& leaf, LeafElement& element) {
 }  // namespace
 
 TEST_CASE("a leaf of one linear superelement is the full leaf at rest", "[reduction]") {
-  const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0.3, 0}, 0.1, 0.03, 5e-4);
-  const ModelOptions model = linear(1, 0);
+  LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0.3, 0}, 0.1, 0.03, 5e-4);
+  leaf.base = 1;  // both edges move
+  ModelOptions model = linear(1, 0);
+  model.leaf_modes = 4;
   SuperelementLeaf one(leaf, std::make_shared<SuperelementGrid>(leaf, model), 0);
   FullLeaf full(leaf, std::make_shared<PlateMesh>(plate_shape(leaf, model.mesh, true)), 0);
   const Matrix6d a = tip_compliance(leaf, one), b = tip_compliance(leaf, full);
