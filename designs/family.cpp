@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <numbers>
 #include <type_traits>
 #include <utility>
@@ -74,9 +75,15 @@ Parameter gap() {
 
 std::string pointer_to(const std::string& parameter) { return "/design/parameters/" + parameter; }
 
-/// A plate model needs leaves that are thinner than long and wide.
+/// A leaf is thinner than long and wide; a wire has one diameter.
 void check_thin(const LeafSpring& leaf, const ParameterValues& values) {
-  const double smallest = std::min(leaf.length, leaf.width);
+  const bool wire = leaf.section == Section::circular;
+  if (wire && std::abs(leaf.width - leaf.thickness) > 1e-9 * leaf.thickness)
+    throw SpecError(pointer_to("width"), fmt::format("{:g} m", leaf.width),
+                    fmt::format("a circular section has one diameter: leave the width out or give "
+                                "the thickness, {:g} m",
+                                leaf.thickness));
+  const double smallest = wire ? leaf.length : std::min(leaf.length, leaf.width);
   if (leaf.thickness >= smallest)
     throw SpecError(pointer_to("thickness"), fmt::format("{:g} m", values.at("thickness")),
                     fmt::format("a leaf is thinner than long and wide: thickness < {:g} m ({})",
@@ -97,6 +104,9 @@ auto checked_maker(Make make, std::string apart) {
           else
             return make(parameters, material, payload);
         }();
+        const auto section = choices.find("section");
+        if (section != choices.end() && section->second == "circular")
+          for (LeafSpring& leaf : mechanism.leaves) leaf.section = Section::circular;
         for (const LeafSpring& leaf : mechanism.leaves) check_thin(leaf, values);
         if (const auto rule = broken_rule(mechanism))
           throw SpecError(pointer_to(apart), fmt::format("{:g} m", values.at(apart)), *rule);
@@ -120,7 +130,11 @@ Family leaf_spring() {
                 {"rigid", "free", "guided"},
                 {},
                 "rigid: the edge is part of the end-effector; guided: and that moves along x and y "
-                "only; free: O is the middle of the free edge, its load spread over it"}};
+                "only; free: O is the middle of the free edge, its load spread over it"},
+               {"section",
+                {"rectangular", "circular"},
+                {},
+                "cross-section; circular: a wire whose diameter is the thickness, for beams"}};
   f.has_end_effector = [](const FamilyChoices& choices) { return choices.at("tip") != "free"; };
   f.make = checked_maker<LeafSpringParameters<double>>(
       [](const LeafSpringParameters<double>& p, const Material& material,

@@ -59,12 +59,8 @@ Material read_material(json& read, std::vector<std::string>& notes) {
     } else {
       const double G = read["shear_modulus"];
       const double implied = material.youngs_modulus / (2 * G) - 1;
-      if (!(implied > -1 && implied <= 0.5 + 1e-9))
-        throw SpecError((at / "shear_modulus").to_string(), fmt::format("{:g} Pa", G),
-                        fmt::format("it implies a Poisson's ratio E/(2G) - 1 of {:g}; expected "
-                                    "-1 < nu <= 0.5, that is G >= E/3 = {:g} Pa",
-                                    implied, material.youngs_modulus / 3));
-      material.poissons_ratio = std::min(implied, 0.5);
+      // what a plate cannot be made of, a beam can: check_leaf_model tells
+      material.poissons_ratio = implied < 0.5 + 1e-9 ? std::min(implied, 0.5) : implied;
     }
     if (material.poissons_ratio < 0.2 || material.poissons_ratio > 0.4)
       notes.push_back(
@@ -73,8 +69,11 @@ Material read_material(json& read, std::vector<std::string>& notes) {
   }
   read = {{"name", material.name},
           {"youngs_modulus", material.youngs_modulus},
-          {"poissons_ratio", material.poissons_ratio},
           {"density", material.density}};
+  if (material.poissons_ratio <= 0.5)
+    read["poissons_ratio"] = material.poissons_ratio;
+  else
+    read["shear_modulus"] = material.shear_modulus();
   if (material.allowable_stress) read["allowable_stress"] = *material.allowable_stress;
   return material;
 }
@@ -173,6 +172,27 @@ StrokeRequest read_request(json& read, const json& as_written) {
   return request;
 }
 
+bool is_wire(const DesignSpec& design) {
+  const auto section = design.choices.find("section");
+  return section != design.choices.end() && section->second == "circular";
+}
+
+/// A wire needs no width: it is the thickness.
+json with_width_of_wire(json document) {
+  if (!document.contains("design") || !document["design"].is_object()) return document;
+  json& design = document["design"];
+  if (!design.contains("parameters") || !design["parameters"].is_object()) return document;
+  json& parameters = design["parameters"];
+  const auto circular = [](const json& record) {
+    return record.contains("section") && record["section"] == "circular";
+  };
+  if ((circular(design) || circular(parameters)) && parameters.contains("thickness") &&
+      !parameters.contains("width"))
+    parameters["width"] = parameters["thickness"].is_object() ? parameters["thickness"]
+                                                              : json{{"expression", "thickness"}};
+  return document;
+}
+
 DesignSpec read_design(json& read, const Family& family, std::vector<std::string>& notes) {
   DesignSpec design;
   design.family = family.name;
@@ -181,16 +201,34 @@ DesignSpec read_design(json& read, const Family& family, std::vector<std::string
       read["parameters"][option.name] = read[option.name];
       read.erase(option.name);
     }
+  for (const FamilyOption& option : family.options)
+    design.choices[option.name] = read["parameters"][option.name];
   for (const Parameter& p : family.parameters) {
+    if (!read["parameters"].contains(p.name))
+      throw SpecError(
+          (parameters_at / p.name).to_string(), "nothing",
+          fmt::format("it is required: {} ({})", p.meaning, describe(parameter_shape(p))));
     const json& value = read["parameters"][p.name];
     if (value.is_object())
       design.expressions[p.name] = value["expression"];
     else
       design.parameters[p.name] = value;
   }
-  for (const FamilyOption& option : family.options)
-    design.choices[option.name] = read["parameters"][option.name];
   design.parameters = complete_parameters(design, design.parameters);
+  if (is_wire(design) && !design.expressions.contains("width")) {
+    // one diameter, also while an optimiser varies it
+    const double width = design.parameters.at("width"),
+                 diameter = design.parameters.at("thickness");
+    if (std::abs(width - diameter) > 1e-9 * diameter)
+      throw SpecError(
+          (parameters_at / "width").to_string(), fmt::format("{:g} m", width),
+          fmt::format("a circular section has one diameter: leave the width out or give "
+                      "the thickness, {:g} m",
+                      diameter));
+    const auto formula = design.expressions.find("thickness");
+    design.expressions["width"] =
+        formula == design.expressions.end() ? "thickness" : formula->second;
+  }
   design.material = read_material(read["material"], notes);
   return design;
 }
@@ -270,6 +308,8 @@ void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& not
 ModelOptions read_model(const json& read, const Pointer& at) {
   ModelOptions model;
   model.accuracy = read["accuracy"] == "full" ? Accuracy::full : Accuracy::reduced;
+  model.flexure = read["flexure"] == "beam" ? Flexure::beam : Flexure::plate;
+  model.warping = read["warping"] == "free" ? Warping::free : Warping::clamped;
   model.mesh = {read["mesh"][0], read["mesh"][1]};
   model.free_edge_torsion = read["free_edge_torsion"];
   model.degree = read["degree"];
@@ -299,6 +339,27 @@ NewtonOptions read_newton(const json& read) {
   return newton;
 }
 
+void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const Pointer& at) {
+  const std::string where = (at / "flexure").to_string();
+  if (model.flexure == Flexure::beam) {
+    if (model.method == Reduction::linear_craig_bampton)
+      throw SpecError(where, "\"beam\"",
+                      "linear superelements are cut from plates: expected \"plate\", or another "
+                      "method");
+    return;
+  }
+  if (is_wire(design))
+    throw SpecError(where, "\"plate\"", "a leaf of circular section is a beam: expected \"beam\"");
+  const Material& m = design.material;
+  if (m.poissons_ratio > 0.5)
+    throw SpecError(
+        "/design/material/shear_modulus", fmt::format("{:g} Pa", m.shear_modulus()),
+        fmt::format(
+            "it implies a Poisson's ratio E/(2G) - 1 of {:g}; a plate wants -1 < nu <= 0.5, "
+            "that is G >= E/3 = {:g} Pa; a beam (/model/flexure) takes any",
+            m.poissons_ratio, m.youngs_modulus / 3));
+}
+
 ParameterValues complete_parameters(const DesignSpec& design, ParameterValues parameters) {
   const Family& family = find_family(design.family, "/design/family");
   std::vector<std::string> given;
@@ -323,7 +384,7 @@ Mechanism make_mechanism(const Job& job, const ParameterValues& parameters) {
 
 Job parse_job(const json& document) {
   const Family* named = named_family(document);
-  json read = read_value(job_shape(named), document);
+  json read = read_value(job_shape(named), named ? with_width_of_wire(document) : document);
   const Family& family = find_family(read["design"]["family"], "/design/family");
 
   if (!document.contains(Pointer("/model/mesh"))) read["model"]["mesh"] = family.mesh;
@@ -336,8 +397,11 @@ Job parse_job(const json& document) {
   job.request = read_request(read, document);
   job.expect = read_expectations(read["expect"]);
   if (!family.has_end_effector(job.design.choices)) check_material_point(job);
+  check_leaf_model(job.design, job.model, Pointer("/model"));
   const Mechanism mechanism = make_mechanism(job, job.design.parameters);
-  note_thick_leaves(mechanism, job.notes);
+  if (job.model.flexure == Flexure::plate) note_thick_leaves(mechanism, job.notes);
+  if (job.model.flexure == Flexure::plate && job.model.warping == Warping::free)
+    job.notes.push_back("Free warping is a matter of beams; the plate's ends are clamped.");
   check_superelements(mechanism, job.model, read["model"]);
   job.request.probes = read_probes(read["probes"], mechanism);
 

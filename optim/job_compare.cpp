@@ -234,8 +234,11 @@ json overlaid(const json& model, const json& entry, const Pointer& at) {
   return read_value(model_shape(), whole, at);
 }
 
-ModelChoice choice_of(const std::string& name, const json& whole, const Pointer& at) {
-  return {name, read_model(whole, at), read_newton(whole)};
+ModelChoice model_choice(const std::string& name, const json& whole, const DesignSpec& design,
+                         const Pointer& at) {
+  const ModelChoice choice{name, read_model(whole, at), read_newton(whole)};
+  check_leaf_model(design, choice.model, at);
+  return choice;
 }
 
 }  // namespace
@@ -248,8 +251,8 @@ CompareSpec read_compare(json& read, const Family& family, const DesignSpec& des
                     "a load_path has no stroke to scale");
   spec.samples = SamplesReader(family, design).read(read["samples"], request);
   const json& model = read["model"];
-  spec.full = choice_of("full", overlaid(model, {{"accuracy", "full"}}, Pointer("/model")),
-                        Pointer("/model"));
+  spec.full = model_choice("full", overlaid(model, {{"accuracy", "full"}}, Pointer("/model")),
+                           design, Pointer("/model"));
   if (!read.contains("models"))
     read["models"] = json::array({{{"name", "default"}, {"accuracy", "reduced"}}});
   for (std::size_t i = 0; i < read["models"].size(); ++i) {
@@ -259,7 +262,7 @@ CompareSpec read_compare(json& read, const Family& family, const DesignSpec& des
       if (other.name == name)
         throw SpecError((at / "name").to_string(), '"' + name + '"', "another model has this name");
     json whole = overlaid(model, read["models"][i], at);
-    spec.models.push_back(choice_of(name, whole, at));
+    spec.models.push_back(model_choice(name, whole, design, at));
     whole["name"] = name;
     read["models"][i] = std::move(whole);
   }

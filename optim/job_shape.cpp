@@ -21,10 +21,15 @@ Shape number_or_formula(const Shape& number) {
 
 Shape parameters_shape(const Family& family) {
   std::vector<Field> fields;
+  const bool wires = std::any_of(family.options.begin(), family.options.end(),
+                                 [](const FamilyOption& o) { return o.name == "section"; });
   for (const Parameter& p : family.parameters) {
     const Shape shape = number_or_formula(parameter_shape(p));
-    fields.push_back(p.standard ? standard(p.name, shape, *p.standard, p.meaning)
-                                : required(p.name, shape, p.meaning));
+    if (wires && p.name == "width")  // the job's reader demands it where it must be
+      fields.push_back(optional(p.name, shape, p.meaning + "; a circular section needs none"));
+    else
+      fields.push_back(p.standard ? standard(p.name, shape, *p.standard, p.meaning)
+                                  : required(p.name, shape, p.meaning));
   }
   for (const FamilyOption& option : family.options)
     fields.push_back(standard(option.name, choice(option.choices, option.later),
@@ -207,7 +212,10 @@ Shape model_shape() {
   const ModelOptions model;
   const NewtonOptions newton;
   return record({
-      standard("flexure", choice({"plate"}, {"beam"}), "plate", "kinematics of a leaf"),
+      standard("flexure", choice({"plate", "beam"}), "plate",
+               "kinematics of a leaf: a thin plate, or a beam with straight lines across"),
+      standard("warping", choice({"clamped", "free"}), "clamped",
+               "whether the ends of a beam hold the warping of its section"),
       standard("accuracy", choice({"reduced", "full"}), "reduced",
                "superelements, or the discretisation they were made from"),
       standard("method",

@@ -21,6 +21,11 @@ Shape model_entry_shape();
 
 /// What the section "model" says; `at` is its place. Throws SpecError.
 ModelOptions read_model(const nlohmann::json& read, const nlohmann::json::json_pointer& at);
+
+/// Refuses a model that the design's leaves do not allow: plates of wires, or of a material with a
+/// Poisson's ratio above a half. Throws SpecError.
+void check_leaf_model(const DesignSpec& design, const ModelOptions& model,
+                      const nlohmann::json::json_pointer& at);
 NewtonOptions read_newton(const nlohmann::json& read);
 
 /// Names of the enums as the job file writes them.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/elements/leaf_validity.hpp"
 #include "results/folder.hpp"
 #include "results/units.hpp"
 #include "results/version.hpp"
@@ -80,13 +81,30 @@ Json material_json(const Material& material) {
           {"allowable_stress", optional_json(material.allowable_stress)}};
 }
 
+/// Which model the leaf needs, with the estimated errors of the cheaper ones.
+Json validity_json(const LeafSpring& leaf) {
+  const LeafValidity v = leaf_validity(leaf);
+  return {{"needed", v.needed},
+          {"accepted_error", LeafValidity::accepted},
+          {"length_over_width", v.aspect},
+          {"width_squared_over_length_thickness", v.flatness},
+          {"warping_length", v.warping_length},
+          {"estimated_errors",
+           {{"beam_free_warping", v.beam_free_warping},
+            {"beam", v.beam},
+            {"beam_drive_stiffness", v.beam_drive},
+            {"plate", optional_json(v.plate)}}}};
+}
+
 Json leaf_geometry_json(const Mechanism& mechanism) {
   Json leaves = Json::array();
   for (const LeafSpring& leaf : mechanism.leaves)
     leaves.push_back({{"name", leaf.name},
                       {"length", leaf.length},
                       {"width", leaf.width},
-                      {"thickness", leaf.thickness}});
+                      {"thickness", leaf.thickness},
+                      {"section", leaf.section == Section::circular ? "circular" : "rectangular"},
+                      {"validity", validity_json(leaf)}});
   return leaves;
 }
 

@@ -8,10 +8,11 @@
 
 namespace flexopt {
 
-LeafScale::LeafScale(const LeafSpring& leaf)
+LeafScale::LeafScale(const LeafSpring& leaf, Flexure flexure)
     : origin(leaf.origin), axes(leaf.axes), length(leaf.length) {
   const double t = leaf.thickness, nu = leaf.material.poissons_ratio;
-  energy = leaf.material.youngs_modulus * t * t * t / (12 * (1 - nu * nu));
+  energy = leaf.material.youngs_modulus * t * t * t /
+           (12 * (flexure == Flexure::plate ? 1 - nu * nu : 1.0));
   mass = leaf.material.density * t * std::pow(length, 4);
 }
 
@@ -76,12 +77,24 @@ LeafEvaluation::Point LeafScale::global_point(const LeafEvaluation::Point& s) co
           axes * s.coupling * transformation().transpose() * (energy / length)};
 }
 
+PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model) {
+  PlateShape shape = plate_shape(leaf, model.mesh, model.free_edge_torsion);
+  if (model.flexure == Flexure::plate) return shape;
+  // what a beam does not depend on is left out, so that equal beams share one mesh
+  shape.flexure = Flexure::beam;
+  shape.mesh[1] = 1;
+  shape.free_edge_torsion = true;
+  shape.section = leaf.section;
+  if (leaf.section == Section::rectangular) shape.warping = model.warping;
+  return shape;
+}
+
 FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index,
                    std::string reason)
     : leaf_(leaf),
       index_(index),
       reason_(std::move(reason)),
-      scale_(leaf),
+      scale_(leaf, mesh->shape().flexure),
       plate_(mesh, plate_support(leaf, *mesh)) {}
 
 void FullLeaf::displace_point(const Vector3d& displacement, const Vector3d& du) {

@@ -8,15 +8,15 @@
 
 namespace flexopt {
 
-/// Scales between a leaf spring and its dimensionless plate.
+/// Scales between a leaf spring and its dimensionless plate or beam.
 struct LeafScale {
   Vector3d origin;    ///< middle of the base edge, undeflected [m]
   Matrix3d axes;      ///< leaf axes, undeflected
   double length = 1;  ///< L [m]
-  double energy = 1;  ///< D = E t³ / 12(1 − ν²) [J]
+  double energy = 1;  ///< D = E t³ / 12(1 − ν²), of a beam E t³ / 12 [J]
   double mass = 1;    ///< ρ t L⁴: kinetic energy of unit scaled velocity [kg m²]
 
-  explicit LeafScale(const LeafSpring& leaf);
+  explicit LeafScale(const LeafSpring& leaf, Flexure flexure = Flexure::plate);
 
   EdgePose scaled(const EdgePose& global) const;
   EdgePose global(const EdgePose& scaled) const;
@@ -33,6 +33,8 @@ struct LeafScale {
 
 PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
                        bool free_edge_torsion);
+/// What a leaf is modelled as.
+PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model);
 
 PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh);
 

@@ -14,14 +14,17 @@ namespace flexopt {
 namespace {
 
 constexpr int points = PlateMesh::points;
-using Matrix16 = PlateMesh::Matrix16;
 using Gradient = Eigen::Matrix<double, 16, 3>;
 using PointArray = Eigen::Array<double, points, 1>;
 
 // Nodal vectors (r − t, r,x, r,y, r,xy) of an edge node: function k of node j.
-std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, double y, const double* a) {
+std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, double y,
+                                     const std::vector<PlateMesh::EdgeSlope>& slopes,
+                                     const double* a) {
   const Vector3d e1 = axes.col(0), e2 = axes.col(1);
-  return {y * e2, (1 + a[0]) * e1 + a[1] * e2, e2, a[2] * e1 + a[3] * e2};
+  std::array<Vector3d, 4> v{y * e2, e1, e2, Vector3d::Zero()};
+  for (const PlateMesh::EdgeSlope& s : slopes) v[s.function] += *a++ * axes.col(s.axis);
+  return v;
 }
 
 }  // namespace
@@ -30,8 +33,9 @@ PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support
     : mesh_(std::move(mesh)), support_(std::move(support)) {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
   std::vector<int> sizes(lines, 3 * n);
+  const int m = mesh_->edge_unknowns();
   for (const int line : {0, lines - 1})
-    if (is_rigid_edge(line)) sizes[line] = n;
+    if (is_rigid_edge(line)) sizes[line] = m;
   K_.resize(sizes);
   nodal_.assign(lines, MatrixXd::Zero(n, 3));
   nodal_force_.assign(lines, VectorXd::Zero(3 * n));
@@ -40,7 +44,7 @@ PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support
   for (int e = 0; e < 2; ++e) {
     edge_diagonal_[e].resize(3 * n, 3 * n);
     edge_below_[e].resize(3 * n, 3 * n);
-    edge_jacobian_[e] = MatrixXd::Zero(3 * n, n + 6);
+    edge_jacobian_[e] = MatrixXd::Zero(3 * n, m + 6);
   }
   g_.resize(unknowns());
   coupling_ = MatrixXd::Zero(unknowns(), 12);
@@ -51,14 +55,14 @@ PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support
 }
 
 PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh, bool free_tip) {
-  const int n = mesh.functions_per_line(), lines = mesh.lines();
+  const int n = mesh.functions_per_line(), lines = mesh.lines(), m = mesh.edge_unknowns();
   State state;
   state.edges[0] = {Vector3d::Zero(), Matrix3d::Identity()};
   state.edges[1] = {Vector3d::UnitX(), Matrix3d::Identity()};
   const int last = free_tip ? lines - 1 : lines - 2;  // the last line with nodal unknowns
-  state.x = VectorXd::Zero(n + last * 3 * n + (free_tip ? 0 : n));
+  state.x = VectorXd::Zero(m + last * 3 * n + (free_tip ? 0 : m));
   for (int i = 1; i <= last; ++i) {
-    const int o = n + (i - 1) * 3 * n;
+    const int o = m + (i - 1) * 3 * n;
     for (int j = 0; j < mesh.nodes_per_line(); ++j) {
       state.x[o + 4 * j] = mesh.x()[i];
       state.x[o + 4 * j + 1] = 1;
@@ -77,7 +81,10 @@ void PlateLeaf::set_state(const State& state) {
 }
 
 void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq) {
-  linearised_stress(dx, dq);
+  if (mesh_->functions_per_side() == 8)
+    linearised_stress<8>(dx, dq);
+  else
+    linearised_stress<4>(dx, dq);
   state_.edges = edges;
   state_.x += dx;
   update_nodal();
@@ -90,11 +97,11 @@ void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d
   step(edges, dx, dq);
 }
 
+template <int Side>
 void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
   const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
             ny = mesh_->elements_across();
-  const double A11 = mesh_->membrane(), A12 = mesh_->shape().poissons_ratio * A11,
-               A33 = 0.5 * (A11 - A12);
+  const auto [A11, A12, A33] = mesh_->membrane();
   VectorXd T(unknowns() + 12);
   T << dx, dq;
   std::vector<MatrixXd>& rates = nodal_step_;
@@ -103,9 +110,9 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
     for (int j = 0; j < ny; ++j) {
       const PlateMesh::Element& element = mesh_->element(i, j);
       PointState& point = points_[i * ny + j];
-      Gradient dU;
-      dU << rates[i].middleRows<8>(4 * j), rates[i + 1].middleRows<8>(4 * j);
-      const Gradient da = element.gradient * dU;
+      Eigen::Matrix<double, 2 * Side, 3> dU;
+      dU << rates[i].middleRows<Side>(4 * j), rates[i + 1].middleRows<Side>(4 * j);
+      const Gradient da = element.gradient.leftCols<2 * Side>() * dU;
       const auto& a = point.gradient;
       const auto a1 = a.topRows<points>(), a2 = a.bottomRows<points>();
       const auto d1 = da.topRows<points>(), d2 = da.bottomRows<points>();
@@ -124,6 +131,12 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
   stress_is_linearised_ = true;
 }
 
+std::array<Vector3d, 4> PlateLeaf::edge_node_vectors(int e, int j) const {
+  const auto& slopes = mesh_->edge_slopes();
+  const int o = K_.offset[e == 0 ? 0 : mesh_->lines() - 1] + static_cast<int>(slopes.size()) * j;
+  return edge_vectors(state_.edges[e].axes, mesh_->y()[j], slopes, state_.x.data() + o);
+}
+
 void PlateLeaf::update_nodal() {
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
   for (int i = 1; i <= last; ++i)
@@ -134,19 +147,19 @@ void PlateLeaf::update_nodal() {
     if (!is_rigid_edge(line)) continue;
     const EdgePose& pose = state_.edges[e];
     for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
-      const auto v =
-          edge_vectors(pose.axes, mesh_->y()[j], state_.x.data() + K_.offset[line] + 4 * j);
+      const auto v = edge_node_vectors(e, j);
       for (int k = 0; k < 4; ++k) nodal_[line].row(4 * j + k) = v[k].transpose();
       nodal_[line].row(4 * j) += pose.position.transpose();
     }
   }
 }
 
+template <int Side>
 void PlateLeaf::assemble_elements() {
+  constexpr int functions = 2 * Side;
   const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
             ny = mesh_->elements_across();
-  const double A11 = mesh_->membrane(), nu = mesh_->shape().poissons_ratio, A12 = nu * A11,
-               A33 = 0.5 * (1 - nu) * A11;
+  const auto [A11, A12, A33] = mesh_->membrane();
   auto diagonal = [&](int i) -> MatrixXd& {
     return is_rigid_edge(i) ? edge_diagonal_[edge_of(i)] : K_.diagonal[i];
   };
@@ -162,9 +175,12 @@ void PlateLeaf::assemble_elements() {
     MatrixXd &D0 = diagonal(i), &D1 = diagonal(i + 1), &O = below(i);
     for (int j = 0; j < ny; ++j) {
       const PlateMesh::Element& element = mesh_->element(i, j);
-      Gradient U;
-      U << nodal_[i].middleRows<8>(4 * j), nodal_[i + 1].middleRows<8>(4 * j);
-      const Gradient a = element.gradient * U, BU = element.bending * U;
+      const auto G = element.gradient.leftCols<functions>();
+      const auto bending = element.bending.topLeftCorner<functions, functions>();
+      Eigen::Matrix<double, functions, 3> U;
+      U << nodal_[i].middleRows<Side>(4 * j), nodal_[i + 1].middleRows<Side>(4 * j);
+      const Gradient a = G * U;
+      const Eigen::Matrix<double, functions, 3> BU = bending * U;
       std::array<PointArray, 3> a1, a2;
       for (int c = 0; c < 3; ++c) {
         a1[c] = a.col(c).head<points>();
@@ -187,10 +203,10 @@ void PlateLeaf::assemble_elements() {
         stress.col(c).head<points>() = n11 * a1[c] + n12 * a2[c];
         stress.col(c).tail<points>() = n12 * a1[c] + n22 * a2[c];
       }
-      const Gradient force = element.gradient.transpose() * stress + BU;
+      const Eigen::Matrix<double, functions, 3> force = G.transpose() * stress + BU;
       for (int c = 0; c < 3; ++c) {
-        nodal_force_[i].segment<8>(c * n + 4 * j) += force.col(c).head<8>();
-        nodal_force_[i + 1].segment<8>(c * n + 4 * j) += force.col(c).tail<8>();
+        nodal_force_[i].segment<Side>(c * n + 4 * j) += force.col(c).template head<Side>();
+        nodal_force_[i + 1].segment<Side>(c * n + 4 * j) += force.col(c).template tail<Side>();
       }
 
       // Mixed Newton: the geometric stiffness takes the stresses of the linearised last step,
@@ -204,8 +220,8 @@ void PlateLeaf::assemble_elements() {
       }
       const auto m11 = point.stress.col(0), m22 = point.stress.col(1), m12 = point.stress.col(2);
 
-      const auto Gx = element.gradient.topRows<points>();
-      const auto Gy = element.gradient.bottomRows<points>();
+      const auto Gx = element.gradient.topLeftCorner<points, functions>();
+      const auto Gy = element.gradient.bottomLeftCorner<points, functions>();
       for (int c = 0; c < 3; ++c)
         for (int d = 0; d <= c; ++d) {
           PointArray xx = w * (A11 * a1[c] * a1[d] + A33 * a2[c] * a2[d]),
@@ -218,19 +234,20 @@ void PlateLeaf::assemble_elements() {
             yx += m12;
             yy += m22;
           }
-          Matrix16 CG;
-          CG.topRows<points>().noalias() = xx.matrix().asDiagonal() * Gx;
-          CG.topRows<points>().noalias() += xy.matrix().asDiagonal() * Gy;
-          CG.bottomRows<points>().noalias() = yx.matrix().asDiagonal() * Gx;
-          CG.bottomRows<points>().noalias() += yy.matrix().asDiagonal() * Gy;
-          Matrix16 K;
-          K.noalias() = element.gradient.transpose() * CG;
-          if (c == d) K += element.bending;
+          Eigen::Matrix<double, 16, functions> CG;
+          CG.template topRows<points>().noalias() = xx.matrix().asDiagonal() * Gx;
+          CG.template topRows<points>().noalias() += xy.matrix().asDiagonal() * Gy;
+          CG.template bottomRows<points>().noalias() = yx.matrix().asDiagonal() * Gx;
+          CG.template bottomRows<points>().noalias() += yy.matrix().asDiagonal() * Gy;
+          Eigen::Matrix<double, functions, functions> K;
+          K.noalias() = G.transpose() * CG;
+          if (c == d) K += bending;
           const int r = c * n + 4 * j, s = d * n + 4 * j;
-          D0.block<8, 8>(r, s) += K.topLeftCorner<8, 8>();
-          D1.block<8, 8>(r, s) += K.bottomRightCorner<8, 8>();
-          O.block<8, 8>(r, s) += K.bottomLeftCorner<8, 8>();
-          if (c != d) O.block<8, 8>(s, r) += K.topRightCorner<8, 8>().transpose();
+          D0.block<Side, Side>(r, s) += K.template topLeftCorner<Side, Side>();
+          D1.block<Side, Side>(r, s) += K.template bottomRightCorner<Side, Side>();
+          O.block<Side, Side>(r, s) += K.template bottomLeftCorner<Side, Side>();
+          if (c != d)
+            O.block<Side, Side>(s, r) += K.template topRightCorner<Side, Side>().transpose();
         }
     }
   }
@@ -238,8 +255,13 @@ void PlateLeaf::assemble_elements() {
 }
 
 void PlateLeaf::assemble() {
-  assemble_elements();
+  if (mesh_->functions_per_side() == 8)
+    assemble_elements<8>();
+  else
+    assemble_elements<4>();
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
+  const auto& slopes = mesh_->edge_slopes();
+  const int m = mesh_->edge_unknowns(), per_node = static_cast<int>(slopes.size());
   for (const NodalWeight& w : support_.point)
     for (int c = 0; c < 3; ++c)
       nodal_force_[w.line][c * n + w.function] -= w.weight * state_.point_force[c];
@@ -255,27 +277,26 @@ void PlateLeaf::assemble() {
     const EdgePose& pose = state_.edges[e];
     const VectorXd& f = nodal_force_[line];
     MatrixXd& J = edge_jacobian_[e];
-    MatrixXd H = MatrixXd::Zero(n + 6, n + 6);  // second derivatives of the map times f
+    MatrixXd H = MatrixXd::Zero(m + 6, m + 6);  // second derivatives of the map times f
     J.setZero();
     for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
-      const auto v =
-          edge_vectors(pose.axes, mesh_->y()[j], state_.x.data() + K_.offset[line] + 4 * j);
+      const auto v = edge_node_vectors(e, j);
       for (int k = 0; k < 4; ++k) {
         const int s = 4 * j + k;
         const Vector3d fk(f[s], f[n + s], f[2 * n + s]);
         for (int c = 0; c < 3; ++c) {
           const Vector3d row = v[k].cross(Vector3d::Unit(c));  // δr = ω × v
-          J.block<1, 3>(c * n + s, n + 3) = row.transpose();
-          if (k == 0) J(c * n + s, n + c) = 1;
+          J.block<1, 3>(c * n + s, m + 3) = row.transpose();
+          if (k == 0) J(c * n + s, m + c) = 1;
         }
         H.bottomRightCorner<3, 3>() += 0.5 * (fk * v[k].transpose() + v[k] * fk.transpose()) -
                                        fk.dot(v[k]) * Matrix3d::Identity();
-        if (k == 1 || k == 3)
-          for (int d = 0; d < 2; ++d) {
-            const int local = 4 * j + (k - 1) + d;
-            const Vector3d axis = pose.axes.col(d);
+        for (int d = 0; d < per_node; ++d)
+          if (slopes[d].function == k) {
+            const int local = per_node * j + d;
+            const Vector3d axis = pose.axes.col(slopes[d].axis);
             for (int c = 0; c < 3; ++c) J(c * n + s, local) = axis[c];
-            H.block<3, 1>(n + 3, local) += axis.cross(fk);
+            H.block<3, 1>(m + 3, local) += axis.cross(fk);
           }
       }
     }
@@ -283,18 +304,18 @@ void PlateLeaf::assemble() {
     D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
     H.noalias() += J.transpose() * (D * J);
     const VectorXd gJ = J.transpose() * f;
-    K_.diagonal[line] = H.topLeftCorner(n, n);
-    g_.segment(K_.offset[line], n) = gJ.head(n);
+    K_.diagonal[line] = H.topLeftCorner(m, m);
+    g_.segment(K_.offset[line], m) = gJ.head(m);
     edge_force_.segment<6>(6 * e) = gJ.tail<6>();
     edge_tangent_.block<6, 6>(6 * e, 6 * e) = H.bottomRightCorner<6, 6>();
     // mixed terms stand below the diagonal only
-    coupling_.block(K_.offset[line], 6 * e, n, 6) = H.bottomLeftCorner(6, n).transpose();
+    coupling_.block(K_.offset[line], 6 * e, m, 6) = H.bottomLeftCorner(6, m).transpose();
     const MatrixXd& O = edge_below_[e];
     if (e == 0) {
-      K_.below[0].noalias() = O * J.leftCols(n);
+      K_.below[0].noalias() = O * J.leftCols(m);
       coupling_.block(K_.offset[inner], 0, 3 * n, 6).noalias() = O * J.rightCols<6>();
     } else {
-      K_.below[last - 1].noalias() = J.leftCols(n).transpose() * O;
+      K_.below[last - 1].noalias() = J.leftCols(m).transpose() * O;
       coupling_.block(K_.offset[inner], 6, 3 * n, 6).noalias() = O.transpose() * J.rightCols<6>();
     }
   }
@@ -321,7 +342,7 @@ void PlateLeaf::assemble() {
 }
 
 void PlateLeaf::condense_point() {
-  const int n = mesh_->functions_per_line();
+  const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
   MatrixXd C = MatrixXd::Zero(unknowns(), 3);  // (∂c/∂x)ᵀ
   Eigen::Matrix<double, 3, 12> Cq = Eigen::Matrix<double, 3, 12>::Zero();
   Vector3d place = -point_place_;
@@ -335,7 +356,7 @@ void PlateLeaf::condense_point() {
       }
       const int e = edge_of(w.line);
       const auto J = edge_jacobian_[e].row(c * n + w.function);
-      C.block(o, c, n, 1) += w.weight * J.head(n).transpose();
+      C.block(o, c, m, 1) += w.weight * J.head(m).transpose();
       Cq.block<1, 6>(c, 6 * e) += w.weight * J.tail<6>();
     }
   }
@@ -408,7 +429,8 @@ MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {
   const int n = mesh_->functions_per_line();
   if (!is_rigid_edge(line)) return T.middleRows(K_.offset[line], 3 * n);
   const int e = edge_of(line);
-  MatrixXd rates = edge_jacobian_[e].leftCols(n) * T.middleRows(K_.offset[line], n);
+  const int m = mesh_->edge_unknowns();
+  MatrixXd rates = edge_jacobian_[e].leftCols(m) * T.middleRows(K_.offset[line], m);
   if (T.rows() == unknowns() + 12)
     rates.noalias() += edge_jacobian_[e].rightCols<6>() * T.middleRows(unknowns() + 6 * e, 6);
   return rates;
@@ -443,11 +465,13 @@ MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
     if (i > 0) F.noalias() += mesh_->mass_below(i - 1) * R[i - 1];
     if (i + 1 < lines) F.noalias() += mesh_->mass_below(i).transpose() * R[i + 1];
     const auto rows = F.reshaped(3 * n, m);
-    if (is_rigid_edge(i))
-      result.middleRows(K_.offset[i], n).noalias() =
-          edge_jacobian_[edge_of(i)].leftCols(n).transpose() * rows;
-    else
+    if (is_rigid_edge(i)) {
+      const int u = mesh_->edge_unknowns();
+      result.middleRows(K_.offset[i], u).noalias() =
+          edge_jacobian_[edge_of(i)].leftCols(u).transpose() * rows;
+    } else {
       result.middleRows(K_.offset[i], 3 * n) = rows;
+    }
   }
   return result;
 }

@@ -17,8 +17,8 @@ struct PlateSupport {
 };
 
 /// State of a plate leaf and the linear algebra about it. The unknowns, in the order of the blocks:
-/// base line (α, γ, α′, γ′ per node), the interior lines (r, r,x, r,y, r,xy; component by
-/// component), tip line; the two edge poses are arguments.
+/// base line (the free slopes α, γ, α′, γ′ of each node), the interior lines (r, r,x, r,y, r,xy;
+/// component by component), tip line; the two edge poses are arguments.
 class PlateLeaf {
  public:
   explicit PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support = {});
@@ -98,8 +98,12 @@ class PlateLeaf {
   }
   int edge_of(int line) const { return line == 0 ? 0 : 1; }
   void update_nodal();
+  std::array<Vector3d, 4> edge_node_vectors(int edge, int node) const;
+  /// Side: functions of an element on a line, 8 (plate) or 4 (beam).
+  template <int Side>
   void assemble_elements();
   void condense_point();
+  template <int Side>
   void linearised_stress(const VectorXd& dx, const Vector12d& dq);
   /// Nodal rates of line i for the columns of T.
   MatrixXd nodal_rates(int line, const MatrixXd& T) const;

@@ -5,13 +5,9 @@
 #include <numbers>
 
 namespace flexopt {
-namespace {
+using Row16 = Eigen::Matrix<double, 16, 1>;
 
-struct GaussRule {
-  std::vector<double> point, weight;  // on [0, 1]
-};
-
-GaussRule gauss(int n) {
+GaussRule gauss_rule(int n) {
   if (n == 2) {
     const double a = 0.5 / std::sqrt(3.0);
     return {{0.5 - a, 0.5 + a}, {0.5, 0.5}};
@@ -22,10 +18,6 @@ GaussRule gauss(int n) {
   const double wa = (18 - s) / 72, wb = (18 + s) / 72;
   return {{0.5 - a, 0.5 - b, 0.5 + b, 0.5 + a}, {wa, wb, wb, wa}};
 }
-
-using Row16 = Eigen::Matrix<double, 16, 1>;
-
-}  // namespace
 
 std::vector<double> graded_points(double a, double b, int intervals, double g) {
   std::vector<double> points(intervals + 1);
@@ -56,19 +48,32 @@ Eigen::Matrix<double, 16, 1> hermite_products(const std::array<double, 4>& X,
   return row;
 }
 
-PlateMesh::PlateMesh(const PlateShape& shape)
-    : shape_(shape), membrane_(12 / (shape.thickness * shape.thickness)) {
-  const int nx = shape.mesh[0], ny = shape.mesh[1];
-  assert(nx >= 2 && ny >= 1);
-  const double nu = shape.poissons_ratio;
-  x_ = graded_points(0, 1, nx, 0.5);
-  y_ = graded_points(-shape.width / 2, shape.width / 2, ny, 0.7);
+PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
+  if (shape.is_beam()) shape_.mesh[1] = 1;
+  assert(shape.mesh[0] >= 2 && shape.mesh[1] >= 1);
+  x_ = graded_points(0, 1, shape.mesh[0], 0.5);
+  elements_.resize(shape_.mesh[0] * shape_.mesh[1]);
+  if (shape.is_beam())
+    make_beam_elements();
+  else
+    make_plate_elements();
+  assemble_mass();
+}
 
-  const GaussRule full = gauss(4), membrane_x = gauss(2);
+void PlateMesh::make_plate_elements() {
+  const int nx = shape_.mesh[0], ny = shape_.mesh[1];
+  const double nu = shape_.poissons_ratio;
+  assert(nu > -1 && nu <= 0.5 && shape_.section == Section::rectangular);
+  y_ = graded_points(-shape_.width / 2, shape_.width / 2, ny, 0.7);
+  const double A11 = 12 / (shape_.thickness * shape_.thickness);
+  membrane_ = {A11, nu * A11, 0.5 * (1 - nu) * A11};
+  bending_stiffness_ = shape_.width;
+  edge_slopes_ = {{1, 0}, {1, 1}, {3, 0}, {3, 1}};
+
+  const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
   // −½ G c t⁴ ∫ |r,xy|² ds with c = 0.105 for each free edge, over D.
-  const double edge = shape.free_edge_torsion ? 0.105 * 6 * (1 - nu) * shape.thickness : 0.0;
+  const double edge = shape_.free_edge_torsion ? 0.105 * 6 * (1 - nu) * shape_.thickness : 0.0;
 
-  elements_.resize(nx * ny);
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < ny; ++j) {
       Element& element = elements_[i * ny + j];
@@ -107,16 +112,19 @@ PlateMesh::PlateMesh(const PlateShape& shape)
         }
       }
     }
+}
 
-  const int n = functions_per_line();
+void PlateMesh::assemble_mass() {
+  const int nx = elements_along(), ny = elements_across();
+  const int n = functions_per_line(), side = functions_per_side();
   mass_diagonal_.assign(lines(), MatrixXd::Zero(n, n));
   mass_below_.assign(nx, MatrixXd::Zero(n, n));
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < ny; ++j) {
       const Matrix16& m = element(i, j).mass;
-      mass_diagonal_[i].block<8, 8>(4 * j, 4 * j) += m.topLeftCorner<8, 8>();
-      mass_diagonal_[i + 1].block<8, 8>(4 * j, 4 * j) += m.bottomRightCorner<8, 8>();
-      mass_below_[i].block<8, 8>(4 * j, 4 * j) += m.bottomLeftCorner<8, 8>();
+      mass_diagonal_[i].block(4 * j, 4 * j, side, side) += m.block(0, 0, side, side);
+      mass_diagonal_[i + 1].block(4 * j, 4 * j, side, side) += m.block(side, side, side, side);
+      mass_below_[i].block(4 * j, 4 * j, side, side) += m.block(side, 0, side, side);
     }
 }
 
@@ -129,11 +137,23 @@ std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, doub
   };
   const double sx = x.front() + along * (x.back() - x.front());
   const double sy = y.front() + across * (y.back() - y.front());
-  const int i = locate(x, sx), j = locate(y, sy);
-  const double hx = x[i + 1] - x[i], hy = y[j + 1] - y[j];
+  const int i = locate(x, sx);
+  const double hx = x[i + 1] - x[i];
+  std::vector<NodalWeight> weights;
+  if (mesh.shape().is_beam()) {  // r0 + y d
+    const auto X = hermite((sx - x[i]) / hx, hx).value;
+    for (int p = 0; p < 2; ++p)
+      for (int k = 0; k < 2; ++k)
+        for (const auto& [function, factor] :
+             {std::pair{k, 1.0}, {2 + k, (across - 0.5) * mesh.shape().width}})
+          if (std::abs(factor * X[2 * p + k]) > 1e-14)
+            weights.push_back({i + p, function, factor * X[2 * p + k]});
+    return weights;
+  }
+  const int j = locate(y, sy);
+  const double hy = y[j + 1] - y[j];
   const auto N =
       hermite_products(hermite((sx - x[i]) / hx, hx).value, hermite((sy - y[j]) / hy, hy).value);
-  std::vector<NodalWeight> weights;
   for (int f = 0; f < 16; ++f)
     if (std::abs(N[f]) > 1e-14) weights.push_back({i + f / 8, 4 * j + f % 8, N[f]});
   return weights;
@@ -142,6 +162,7 @@ std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, doub
 std::vector<NodalWeight> tip_mean_weights(const PlateMesh& mesh) {
   const auto& y = mesh.y();
   const int last = mesh.lines() - 1;
+  if (mesh.shape().is_beam()) return {{last, 0, 1.0}};
   const double width = y.back() - y.front();
   std::vector<NodalWeight> weights;
   for (int j = 0; j + 1 < static_cast<int>(y.size()); ++j) {

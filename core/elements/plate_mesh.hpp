@@ -1,11 +1,14 @@
 #pragma once
-// Bogner–Fox–Schmit bicubic plate on a graded tensor mesh: everything of a leaf that does not
-// depend on its state. Lengths in units of the leaf length L, energies in units of
-// D = E t³ / 12(1 − ν²): only the shape (w/L, t/L, ν) is left.
+// Bogner–Fox–Schmit bicubic plate on a graded tensor mesh, or the beam that is left of it when the
+// lines across stay straight: everything of a leaf that does not depend on its state. Lengths in
+// units of the leaf length L, energies in units of D = E t³ / 12(1 − ν²) (beam: E t³ / 12): only
+// the shape (w/L, t/L, ν) is left.
 #include <array>
 #include <vector>
 
 #include "core/math/types.hpp"
+#include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/model_options.hpp"
 
 namespace flexopt {
 
@@ -16,12 +19,22 @@ struct PlateShape {
   double poissons_ratio = 0.3;
   std::array<int, 2> mesh{10, 4};  ///< elements along, across
   bool free_edge_torsion = true;   ///< see README.md (4)
+  Flexure flexure = Flexure::plate;
+  Section section = Section::rectangular;  ///< of a beam; circular: width = thickness = diameter
+  Warping warping = Warping::clamped;      ///< of the ends of a beam of rectangular section
 
+  bool is_beam() const { return flexure == Flexure::beam; }
   auto operator<=>(const PlateShape&) const = default;
 };
 
 /// Mesh points from a to b, graded towards both ends: g = 0 uniform, g = 1 Chebyshev–Lobatto.
 std::vector<double> graded_points(double a, double b, int intervals, double g);
+
+struct GaussRule {
+  std::vector<double> point, weight;  ///< on [0, 1]
+};
+/// Of 2 or 4 points.
+GaussRule gauss_rule(int points);
 
 /// Cubic Hermite functions on [0, h] at ξh, in the order (value, slope) at 0, (value, slope) at h.
 struct HermiteValues {
@@ -38,13 +51,26 @@ class PlateMesh {
   static constexpr int points = 8;  ///< membrane points per element: 2 along × 4 across
   using Matrix16 = Eigen::Matrix<double, 16, 16>;
 
-  /// Scalar operators of one element. Its 16 functions are, line by line, the 2 nodes' (value, ∂x,
-  /// ∂y, ∂xy): function 8p + 4q + k.
+  /// Scalar operators of one element. The 16 functions of a plate are, line by line, the 2 nodes'
+  /// (value, ∂x, ∂y, ∂xy): function 8p + 4q + k. A beam has one node a line, in its middle, and
+  /// r = r0 + y d: function 4p + k of (r0, r0,x, d, d,x) = (r, r,x, r,y, r,xy); it takes the
+  /// leading 8 rows and columns.
   struct Element {
     Matrix16 gradient;                       ///< rows: ∂x at the membrane points, then ∂y
     Eigen::Array<double, points, 1> weight;  ///< area weights of the points
     Matrix16 bending;  ///< of one displacement component, free-edge term included
     Matrix16 mass;     ///< ∫ N Nᵀ dA
+  };
+
+  /// n11 = A11 e11 + A12 e22, n22 = A12 e11 + A11 e22, n12 = A33 2 e12; over D/L².
+  struct Membrane {
+    double A11 = 0, A12 = 0, A33 = 0;
+  };
+
+  /// An internal unknown of an edge node: a part of its function k (1: r,x, 3: r,xy) along an axis
+  /// of the turned edge.
+  struct EdgeSlope {
+    int function, axis;
   };
 
   explicit PlateMesh(const PlateShape& shape);
@@ -53,22 +79,35 @@ class PlateMesh {
   int elements_along() const { return shape_.mesh[0]; }
   int elements_across() const { return shape_.mesh[1]; }
   int lines() const { return elements_along() + 1; }
-  int nodes_per_line() const { return elements_across() + 1; }
+  int nodes_per_line() const { return shape_.is_beam() ? 1 : elements_across() + 1; }
   int functions_per_line() const { return 4 * nodes_per_line(); }
+  /// Functions of an element on one of its two lines.
+  int functions_per_side() const { return shape_.is_beam() ? 4 : 8; }
   const std::vector<double>& x() const { return x_; }
   const std::vector<double>& y() const { return y_; }
   const Element& element(int i, int j) const { return elements_[i * elements_across() + j]; }
 
-  /// Membrane stiffness over D: 12 (L/t)².
-  double membrane() const { return membrane_; }
+  const Membrane& membrane() const { return membrane_; }
+  /// Weak bending stiffness of the whole section over D L.
+  double bending_stiffness() const { return bending_stiffness_; }
+
+  /// The slopes that a rigid edge leaves free, for each of its nodes: README.md (3).
+  const std::vector<EdgeSlope>& edge_slopes() const { return edge_slopes_; }
+  int edge_unknowns() const { return static_cast<int>(edge_slopes_.size()) * nodes_per_line(); }
 
   /// ∫ N Nᵀ between the functions of line i (diagonal) and of line i + 1 with those of line i.
   const MatrixXd& mass_diagonal(int i) const { return mass_diagonal_[i]; }
   const MatrixXd& mass_below(int i) const { return mass_below_[i]; }
 
  private:
+  void make_plate_elements();
+  void make_beam_elements();
+  void assemble_mass();
+
   PlateShape shape_;
-  double membrane_;
+  Membrane membrane_;
+  double bending_stiffness_ = 0;
+  std::vector<EdgeSlope> edge_slopes_;
   std::vector<double> x_, y_;
   std::vector<Element> elements_;
   std::vector<MatrixXd> mass_diagonal_, mass_below_;

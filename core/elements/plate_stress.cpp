@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/elements/beam_stress.hpp"
 #include "core/elements/full_leaf.hpp"
 
 namespace flexopt {
@@ -126,6 +127,7 @@ StressPeak largest_stress(const StrainField& field, const PlateShape& shape, dou
 
 StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const LeafSpring& leaf, const LeafScale& scale, int index) {
+  if (mesh.shape().is_beam()) return beam_max_stress(mesh, nodal, leaf, scale, index);
   StressPeak peak = largest_stress(recovered_strains(mesh, nodal), mesh.shape(),
                                    leaf.material.youngs_modulus, index);
   peak.position = plate_material_point(mesh, nodal, scale, peak.along, peak.across);
@@ -134,6 +136,7 @@ StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& 
 
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                                const LeafSpring& leaf, const LeafScale& scale) {
+  if (mesh.shape().is_beam()) return beam_deformed_shape(mesh, nodal, leaf, scale);
   LeafShape shape;
   const StrainField field = recovered_strains(mesh, nodal);
   const int nx = mesh.elements_along(), ny = mesh.elements_across();

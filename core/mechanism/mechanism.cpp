@@ -42,8 +42,8 @@ bool intersect(const Box& a, const Box& b) {
 std::optional<std::string> broken_rule(const Material& m, const std::string& where) {
   const bool stiff = std::isfinite(m.youngs_modulus) && m.youngs_modulus > 0;
   if (!stiff) return where + ": Young's modulus must be positive";
-  if (!(m.poissons_ratio > -1 && m.poissons_ratio <= 0.5))
-    return where + ": Poisson's ratio must satisfy -1 < nu <= 0.5";
+  if (!(std::isfinite(m.poissons_ratio) && m.poissons_ratio > -1))
+    return where + ": Poisson's ratio must satisfy -1 < nu (<= 0.5 for plates)";
   if (!(std::isfinite(m.density) && m.density > 0)) return where + ": density must be positive";
   return std::nullopt;
 }
@@ -72,6 +72,9 @@ std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
   for (const double size : {leaf.length, leaf.width, leaf.thickness})
     if (!(std::isfinite(size) && size > 0))
       return name + ": length, width and thickness must be positive";
+  if (leaf.section == Section::circular &&
+      std::abs(leaf.width - leaf.thickness) > 1e-9 * leaf.thickness)
+    return name + ": the width of a circular section must be its thickness, the diameter";
   if ((leaf.axes.transpose() * leaf.axes - Matrix3d::Identity()).norm() > 1e-9 ||
       leaf.axes.determinant() < 0)
     return name + ": its axes must be orthonormal and right-handed";

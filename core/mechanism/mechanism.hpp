@@ -45,8 +45,11 @@ struct LeafPointT {
   bool spread_over_tip = false;
 };
 
-/// A rectangular leaf spring of uniform thickness, flat when undeformed; both short edges are
-/// clamped along their whole width to a body or to the ground; the tip edge may be free.
+/// Cross-section of a leaf. Circular: a wire flexure, width = thickness = diameter.
+enum class Section { rectangular, circular };
+
+/// A leaf spring of uniform thickness, flat when undeformed; both short edges are clamped along
+/// their whole width to a body or to the ground; the tip edge may be free.
 template <class Scalar>
 struct LeafSpringT {
   std::string name;
@@ -56,6 +59,7 @@ struct LeafSpringT {
   Matrix3<Scalar> axes;    ///< columns: along the leaf, along its width, normal to it
   Scalar length{}, width{}, thickness{};  ///< [m]
   MaterialT<Scalar> material;
+  Section section = Section::rectangular;
   std::optional<LeafPointT<Scalar>> point;
 
   Vector3<Scalar> tip_middle() const { return origin + axes.col(0) * length; }

@@ -12,11 +12,19 @@ enum class Reduction {
   linear_craig_bampton,  ///< linear superelements in floating frames
 };
 
+/// Kinematics of a leaf: a thin plate, or a beam whose lines across stay straight.
+enum class Flexure { plate, beam };
+
+/// Whether the clamped ends of a beam hold the warping of its section.
+enum class Warping { clamped, free };
+
 /// How a mechanism is modelled.
 struct ModelOptions {
   Accuracy accuracy = Accuracy::reduced;
-  std::array<int, 2> mesh{10, 4};  ///< plate elements [along, across] per leaf
-  bool free_edge_torsion = true;   ///< 3-D torsion layer of the free edges; off: thin-shell limit
+  Flexure flexure = Flexure::plate;
+  Warping warping = Warping::clamped;  ///< of beams
+  std::array<int, 2> mesh{10, 4};      ///< elements [along, across] per leaf; a beam has 1 across
+  bool free_edge_torsion = true;  ///< 3-D torsion layer of the free edges; off: thin-shell limit
   Reduction method = Reduction::mixed_potential;
   /// Linear superelements along a leaf and across; across 0: of two nodes, between rigid lines.
   std::array<int, 2> superelements{1, 0};

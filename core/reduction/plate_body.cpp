@@ -37,7 +37,7 @@ struct SparsePlate {
 SparsePlate assemble(const PlateBody& body, const PlateMesh& mesh) {
   constexpr int points = PlateMesh::points;
   const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  const double nu = mesh.shape().poissons_ratio, A11 = mesh.membrane(), A12 = nu * A11,
+  const double nu = mesh.shape().poissons_ratio, A11 = mesh.membrane().A11, A12 = nu * A11,
                A33 = 0.5 * (1 - nu) * A11;
   const Dofs dof(mesh);
   Triplets K, M;
@@ -247,7 +247,7 @@ Constraint corners(const PlateMesh& mesh, int dofs) {
     difference[6 * k + v] -= (k >= 2 ? 1 : -1) * 0.25 / a;
     difference[6 * k + u] += (k % 2 == 1 ? 1 : -1) * 0.25 / b;
   }
-  const double shear = 0.5 * (1 - mesh.shape().poissons_ratio) * mesh.membrane();  // G t L²/D
+  const double shear = 0.5 * (1 - mesh.shape().poissons_ratio) * mesh.membrane().A11;  // G t L²/D
   c.penalty = shear * a * b * difference * difference.transpose();
   // and with its inertia M_CB is regular; rigid motions do not feel it
   c.penalty_mass = a * b * (a * a + b * b) / 12 * difference * difference.transpose();

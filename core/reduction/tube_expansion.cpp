@@ -173,20 +173,19 @@ class Series {
       const int line = e == 0 ? 0 : last;
       nodal_[line].setZero();
       for (int j = 0; j < mesh_.nodes_per_line(); ++j) {
-        const int o = leaf_.plate().block_offset(line) + 4 * j;
-        std::array<P, 4> a{row(Y, o), row(Y, o + 1), row(Y, o + 2), row(Y, o + 3)};
-        a[0][0] += 1;
+        const auto& slopes = mesh_.edge_slopes();
+        const int o = leaf_.plate().block_offset(line) + static_cast<int>(slopes.size()) * j;
         for (int c = 0; c < 3; ++c) {
           const P &e1 = axis_[e][0][c], &e2 = axis_[e][1][c];
-          P value = e2 * mesh_.y()[j];
+          std::array<P, 4> v{e2 * mesh_.y()[j], e1, e2, P::constant(0)};
           if (e == 1 && c == 0) {
-            value += stiff_[0];
-            value[0] += 1;
+            v[0] += stiff_[0];
+            v[0][0] += 1;
           }
-          put(line, 4 * j, c, value);
-          put(line, 4 * j + 1, c, times_low(e1, a[0]) + times_low(e2, a[1]));
-          put(line, 4 * j + 2, c, e2);
-          put(line, 4 * j + 3, c, times_low(e1, a[2]) + times_low(e2, a[3]));
+          for (std::size_t d = 0; d < slopes.size(); ++d)
+            v[slopes[d].function] +=
+                times_low(axis_[e][slopes[d].axis][c], row(Y, o + static_cast<int>(d)));
+          for (int k = 0; k < 4; ++k) put(line, 4 * j + k, c, v[k]);
         }
       }
     }
@@ -212,7 +211,8 @@ class Series {
       std::array<P, 3> moment{P::constant(0), P::constant(0), P::constant(0)};
       P pull = P::constant(0);
       for (int j = 0; j < mesh_.nodes_per_line(); ++j) {
-        const int o = leaf_.plate().block_offset(line) + 4 * j;
+        const auto& slopes = mesh_.edge_slopes();
+        const int o = leaf_.plate().block_offset(line) + static_cast<int>(slopes.size()) * j;
         for (int k = 0; k < 4; ++k) {
           const int s = 4 * j + k;
           std::array<P, 3> g, r;
@@ -230,11 +230,11 @@ class Series {
             moment[c] += r[a] * g[b] - r[b] * g[a];
           }
           if (k == 0) pull += g[0];
-          if (k == 1 || k == 3)
-            for (int q = 0; q < 2; ++q) {
+          for (std::size_t d = 0; d < slopes.size(); ++d)
+            if (slopes[d].function == k) {
               P sum = P::constant(0);
-              for (int c = 0; c < 3; ++c) sum += axis_[e][q][c] * g[c];
-              copy_degree(sum, k0, k1, R, o + (k - 1) + q);
+              for (int c = 0; c < 3; ++c) sum += axis_[e][slopes[d].axis][c] * g[c];
+              copy_degree(sum, k0, k1, R, o + static_cast<int>(d));
             }
         }
       }
@@ -321,7 +321,7 @@ class Series {
         if (i == j) K2[i][j] -= q;
       }
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 2; ++j) {
+      for (int j = 0; j < 3; ++j) {
         axis_[e][j][i] = a * K[i][j] + b * K2[i][j];
         if (i == j) axis_[e][j][i][0] += 1;
       }
@@ -337,13 +337,14 @@ class Series {
 
   // Columns of the monomials ≤ degree, component by component.
   void gather(int i, int j, int m) {
+    const int side = mesh_.functions_per_side();
     MatrixXd& U = U_;
-    U.setZero(16, 3 * m);
+    U.setZero(2 * side, 3 * m);
     for (int p = 0; p < 2; ++p) {
       const MatrixXd& line = nodal_[i + p];
       const int stored = static_cast<int>(line.cols()) / 3, used = std::min(m, stored);
       for (int c = 0; c < 3; ++c)
-        U.block(8 * p, c * m, 8, used) = line.block(4 * j, c * stored, 8, used);
+        U.block(side * p, c * m, side, used) = line.block(4 * j, c * stored, side, used);
     }
   }
 
@@ -355,7 +356,7 @@ class Series {
   // Gradients and Green–Lagrange strains of the gathered element; strains to `strain_degree`.
   void point_series(int i, int j, int m, int degree, int strain_degree) {
     MatrixXd& A = A_;
-    A.noalias() = mesh_.element(i, j).gradient * U_;
+    A.noalias() = mesh_.element(i, j).gradient.leftCols(U_.rows()) * U_;
     Points& p = points_;
     for (int c = 0; c < 3; ++c) {
       p.a1[c].resize(m);
@@ -409,8 +410,7 @@ class Series {
     const MatrixXd& U = U_;
     const Points& p = points_;
     const Lanes w = weights(i, j);
-    const double A11 = mesh_.membrane(), A12 = mesh_.shape().poissons_ratio * A11,
-                 A33 = 0.5 * (A11 - A12);
+    const auto [A11, A12, A33] = mesh_.membrane();
     std::array<std::vector<Lanes>, 3> stress;
     for (auto& s : stress) s.resize(m);
     for (int k = 0; k < m; ++k) {
@@ -435,11 +435,13 @@ class Series {
         }
     }
     const PlateMesh::Element& element = mesh_.element(i, j);
-    MatrixXd F = element.gradient.transpose() * S;
+    const int side = mesh_.functions_per_side(), n = 2 * side;
+    MatrixXd F = element.gradient.leftCols(n).transpose() * S;
     for (int c = 0; c < 3; ++c) {
-      F.middleCols(c * nd, nd).noalias() += element.bending * U.middleCols(c * m + k0, nd);
-      force[i].block(4 * j, c * size + k0, 8, nd) += F.block(0, c * nd, 8, nd);
-      force[i + 1].block(4 * j, c * size + k0, 8, nd) += F.block(8, c * nd, 8, nd);
+      F.middleCols(c * nd, nd).noalias() +=
+          element.bending.topLeftCorner(n, n) * U.middleCols(c * m + k0, nd);
+      force[i].block(4 * j, c * size + k0, side, nd) += F.block(0, c * nd, side, nd);
+      force[i + 1].block(4 * j, c * size + k0, side, nd) += F.block(side, c * nd, side, nd);
     }
   }
 
@@ -452,8 +454,7 @@ class Series {
     const Points& p = points_;
     // ½ [A11 (e11² + e22²) + 2 A12 e11 e22 + A33 (2 e12)²] as three squares
     const Lanes w = weights(i, j) * (0.5 * weight);
-    const double A11 = mesh_.membrane(), A12 = mesh_.shape().poissons_ratio * A11,
-                 A33 = 0.5 * (A11 - A12);
+    const auto [A11, A12, A33] = mesh_.membrane();
     const int ms = table_.count(strain_degree);
     std::vector<Lanes>&mean = work_[0], &difference = work_[1];
     mean.resize(ms);
@@ -467,13 +468,14 @@ class Series {
     add_square(table_, sum.data(), p.strain[2].data(), w * A33, strain_degree);
     // ½ U · K_B U, eight functions at a time
     MatrixXd& B = A_;
-    B.noalias() = mesh_.element(i, j).bending * U;
+    const int n = static_cast<int>(U.rows());
+    B.noalias() = mesh_.element(i, j).bending.topLeftCorner(n, n) * U;
     B *= 0.5 * weight;
     std::vector<Lanes>&a = work_[0], &b = work_[1];
     a.resize(m);
     b.resize(m);
     for (int c = 0; c < 3; ++c)
-      for (int half = 0; half < 2; ++half) {
+      for (int half = 0; half < n / 8; ++half) {
         for (int k = 0; k < m; ++k)
           for (int g = 0; g < 8; ++g) {
             a[k][g] = U(8 * half + g, c * m + k);
@@ -488,7 +490,7 @@ class Series {
   const MonomialTable& table_;
   int field_order_;
   std::array<P, 3> soft_, stiff_, force_;
-  std::array<std::array<std::array<P, 3>, 2>, 2> axis_;  ///< [edge][column][component]
+  std::array<std::array<std::array<P, 3>, 3>, 2> axis_;  ///< [edge][column][component]
   std::array<std::array<P, 3>, 2> tangent_z_;            ///< [edge][component] of J e_z
   std::vector<MatrixXd> nodal_;
 

@@ -105,7 +105,14 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) const {
   VectorXd y = a.fields.leftCols(table.size()) * wa + b.fields.leftCols(table.size()) * wb;
   if (side < 0) {  // mirror in the thickness: the normal components of the interior change sign
     const int n = mesh_->functions_per_line();
-    for (int i = 1; i + 1 < mesh_->lines(); ++i) y.segment(n + (i - 1) * 3 * n + 2 * n, n) *= -1;
+    for (int i = 1; i + 1 < mesh_->lines(); ++i)
+      y.segment(leaf_.plate().block_offset(i) + 2 * n, n) *= -1;
+    // … and so do the slopes of the edges along it
+    const auto& slopes = mesh_->edge_slopes();
+    const int per_node = static_cast<int>(slopes.size());
+    for (const int line : {0, mesh_->lines() - 1})
+      for (int k = 0; k < mesh_->edge_unknowns(); ++k)
+        if (slopes[k % per_node].axis == 2) y[leaf_.plate().block_offset(line) + k] *= -1;
   }
   return y;
 }
@@ -115,7 +122,7 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) const {
 TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index)
     : leaf_(leaf),
       index_(index),
-      scale_(leaf),
+      scale_(leaf, model->mesh()->shape().flexure),
       model_(std::move(model)),
       edges_(PlateLeaf::undeflected(*model_->mesh()).edges) {
   state_.mixed.f[0] = model_->range().force_centre;
@@ -206,7 +213,7 @@ PlateLeaf::State TubeLeaf::rebuilt() const {
   // from the chord frame to the leaf's axes: values move with the base edge, slopes turn only
   const Matrix3d& E = response_.frame.axes;
   for (int i = 1; i + 1 < mesh.lines(); ++i) {
-    Eigen::Map<MatrixXd> r(state.x.data() + n + (i - 1) * 3 * n, n, 3);
+    Eigen::Map<MatrixXd> r(state.x.data() + mesh.edge_unknowns() + (i - 1) * 3 * n, n, 3);
     r = (r * E.transpose()).eval();
     for (int j = 0; j < mesh.nodes_per_line(); ++j) r.row(4 * j) += edges_[0].position.transpose();
   }

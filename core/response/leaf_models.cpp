@@ -17,7 +17,7 @@ using Meshes = std::map<PlateShape, std::shared_ptr<const PlateMesh>>;  // share
 
 std::shared_ptr<const PlateMesh> mesh_of(const LeafSpring& leaf, const ModelOptions& model,
                                          Meshes& meshes) {
-  const PlateShape shape = plate_shape(leaf, model.mesh, model.free_edge_torsion);
+  const PlateShape shape = leaf_shape(leaf, model);
   auto& mesh = meshes[shape];
   if (!mesh) mesh = std::make_shared<PlateMesh>(shape);
   return mesh;
@@ -61,7 +61,7 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
   std::vector<LinearMotion> motion(system.leaves());
   for (int i = 0; i < system.leaves(); ++i) {
     const LeafSpring& l = mechanism.leaves[i];
-    const LeafScale scale(l);
+    const LeafScale scale(l, model.flexure);
     auto edge_increment = [&](const VectorXd& q) {
       Vector12d dq = Vector12d::Zero();
       if (l.base >= 0) dq.head<6>() = system.edge_map(i, 0) * q.segment<6>(6 * l.base);
@@ -136,7 +136,7 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
     // linear kinematics overrates a large load; the tube grows where it does not
     range.sigma_max = largest_stroke ? 1.12 * size * *largest_stroke : std::min(0.5, 1.12 * size);
     const double scale = tube_force_scale(mesh->shape())[0];
-    const double buckling = 4 * std::numbers::pi * std::numbers::pi * mesh->shape().width;
+    const double buckling = 4 * std::numbers::pi * std::numbers::pi * mesh->bending_stiffness();
     if (largest_stroke && std::abs(motion[i].axial) > 0.01 * buckling)
       range.force_centre = motion[i].axial / scale;
 

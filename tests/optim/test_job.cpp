@@ -155,6 +155,41 @@ TEST_CASE("odd but allowed input leaves a note", "[optim][job]") {
              Contains("plate theory"));
 }
 
+TEST_CASE("a beam may be of any E and G; a Poisson's ratio above a half is noted", "[optim][job]") {
+  json document = base("evaluate");
+  document.merge_patch(json::parse(R"({"model": {"flexure": "beam", "warping": "free"},
+      "design": {"material": {"youngs_modulus": "12 GPa", "shear_modulus": "0.8 GPa",
+                              "poissons_ratio": null}}})"));
+  const Job job = parse_job(document);
+  CHECK(job.model.flexure == Flexure::beam);
+  CHECK(job.model.warping == Warping::free);
+  CHECK(job.design.material.poissons_ratio == Approx(6.5));
+  CHECK(job.design.material.shear_modulus() == Approx(0.8e9));
+  REQUIRE(!job.notes.empty());
+  CHECK_THAT(job.notes[0], Contains("E/(2G) - 1 is 6.5"));
+  // what the result shows as the job reads as the same job
+  CHECK(parse_job(job.as_read).design.material.poissons_ratio == Approx(6.5));
+  document["model"]["flexure"] = "plate";
+  CHECK_THROWS_WITH(parse_job(document), Contains("a beam (/model/flexure) takes any"));
+}
+
+TEST_CASE("a wire's width is its thickness, also while an optimiser varies it", "[optim][job]") {
+  json document = base("evaluate");
+  document["design"] = json::parse(R"({"family": "leaf_spring", "section": "circular",
+      "parameters": {"length": "60 mm", "thickness": "0.6 mm"}, "material": "stavax"})");
+  document["model"] = {{"flexure", "beam"}};
+  document["stroke"] = {{"to", "2 mm"}, {"points", 2}};
+  const Job job = parse_job(document);
+  ParameterValues parameters = job.design.parameters;
+  CHECK(parameters.at("width") == 0.6e-3);
+  parameters["thickness"] = 0.8e-3;
+  const Mechanism m = make_mechanism(job, parameters);
+  CHECK(m.leaves[0].section == Section::circular);
+  CHECK(m.leaves[0].width == 0.8e-3);
+  document["design"]["parameters"]["width"] = "0.6 mm";
+  CHECK(parse_job(document).design.parameters.at("width") == 0.6e-3);
+}
+
 TEST_CASE("a built-in material is found by name and shown with its constants", "[optim][job]") {
   json document = base("evaluate");
   for (const NamedMaterial& named : materials()) {

@@ -73,7 +73,7 @@ TEST_CASE("each rule of a mechanism is named when broken", "[mechanism]") {
   CHECK_THAT(broken([](auto& m) { m.leaves[0].axes *= 2; }), Contains("orthonormal"));
   CHECK_THAT(broken([](auto& m) { m.leaves[0].axes.col(2) *= -1; }), Contains("right-handed"));
   CHECK_THAT(broken([](auto& m) { m.leaves[0].material.youngs_modulus = 0; }), Contains("Young"));
-  CHECK_THAT(broken([](auto& m) { m.leaves[0].material.poissons_ratio = 0.6; }),
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].material.poissons_ratio = -1.1; }),
              Contains("Poisson"));
   CHECK_THAT(broken([](auto& m) { m.leaves[0].material.density = 0; }), Contains("density"));
   CHECK_THAT(broken([](auto& m) { m.bodies[0].mass = -1; }), Contains("mass"));
