@@ -75,7 +75,8 @@ class TubeLeaf final : public LeafElement {
  private:
   /// State of the full leaf rebuilt from the fields, edges at their present poses.
   PlateLeaf::State rebuilt() const;
-  /// The full leaf at that state after one Newton step with the edges held.
+  /// The full leaf at that state, moved on by one Newton step with the edges held; assembled there
+  /// where the step is large.
   PlateLeaf& condensed();
   std::vector<MatrixXd> rebuilt_nodal();
   /// Relative change of the leaf's stiffness when the highest degree is left out; nothing where the
@@ -93,6 +94,7 @@ class TubeLeaf final : public LeafElement {
   double check_ = 0;
   std::unique_ptr<PlateLeaf> plate_;
   bool plate_is_current_ = false;
+  bool plate_is_exact_ = false;  ///< assembled after the Newton step, not before it
 };
 
 }  // namespace flexopt
