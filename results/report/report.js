@@ -9,7 +9,8 @@ const comparison = result.comparison ?? null;
 const drive = result.conventions?.drive ?? "";
 const stroke_unit = result.units?.stroke ?? "";
 const load_unit = result.units?.drive_load ?? "";
-const stroke_label = `stroke ${drive} [${shown_unit(stroke_unit)}]`;
+const load_path = job.load_path !== undefined;  // nothing is driven: stroke is the load factor
+const stroke_label = load_path ? "load factor [1]" : `stroke ${drive} [${shown_unit(stroke_unit)}]`;
 const allowable = result.material?.allowable_stress ?? null;
 const supports = Object.keys(result.units?.support_stiffness ?? {}).filter((d) => converged.some((p) => p.support_stiffness?.[d] !== undefined));
 
@@ -21,7 +22,7 @@ const over_stroke = (value, factor = 1, points = converged) => points.map((p) =>
 const section = (title, ...children) => report.append(element("h2", {}, title), ...children.filter(Boolean));
 const largest_load = d3.max(converged, (p) => Math.abs(p.drive_load)) ?? 0;
 const largest_stress = d3.max(converged, (p) => p.max_stress) ?? 0;
-const at_stroke = (point) => `at ${quantity_text(point.stroke, stroke_unit)}`;
+const at_stroke = (point) => `at ${load_path ? "load factor " : ""}${quantity_text(point.stroke, stroke_unit)}`;
 /// The stroke point of least value.
 const least_at = (value) => d3.least(converged.filter((p) => value(p) !== null && value(p) !== undefined), value);
 
@@ -36,8 +37,9 @@ function header() {
   const strokes = path.map((p) => p.stroke);
   const parameters = Object.entries(optimum?.parameters ?? job.design?.parameters ?? {}).filter(([, value]) => typeof value === "number");
   const facts = [
-    ["Drive", drive && `${drive}, ${stroke_unit === "rad" ? "rotation" : "translation"} of the end-effector`],
-    ["Stroke", strokes.length && `${quantity_text(d3.min(strokes), stroke_unit)} to ${quantity_text(d3.max(strokes), stroke_unit)}, ${strokes.length} point${strokes.length === 1 ? "" : "s"}`],
+    load_path ? ["Load path", `force (${job.load_path.force.map((x) => number_text(x)).join(", ")}) N, moment (${job.load_path.moment.map((x) => number_text(x)).join(", ")}) N m at O; nothing is driven`]
+      : ["Drive", drive && `${drive}, ${stroke_unit === "rad" ? "rotation" : "translation"} of the end-effector`],
+    [load_path ? "Load factor" : "Stroke", strokes.length && `${quantity_text(d3.min(strokes), stroke_unit)} to ${quantity_text(d3.max(strokes), stroke_unit)}, ${strokes.length} point${strokes.length === 1 ? "" : "s"}`],
     ["Model", [model.accuracy && `${model.accuracy} accuracy`, model.flexure, model.mesh && `mesh ${model.mesh.join(" × ")} a leaf`].filter(Boolean).join(", ")],
     ["Material", [material.name, material.youngs_modulus && `E ${number_text(material.youngs_modulus * 1e-9)} GPa`, material.poissons_ratio !== undefined && `ν ${number_text(material.poissons_ratio)}`, material.density && `ρ ${number_text(material.density)} kg/m³`].filter(Boolean).join(", ")],
     ["Payload", end.mass !== undefined && `${number_text(end.mass)} kg, J ${inertia.map((v) => number_text(v)).join(", ")} kg m² about its centre of mass`],
@@ -72,7 +74,7 @@ function tiles() {
     if (weakest) add(`Weakest support: ${weakest.d}`, weakest.p.support_stiffness[weakest.d], result.units.support_stiffness[weakest.d], `${at_stroke(weakest.p)}, of all ${name}s, drive locked`);
   }
   const hardest = least_at((p) => -Math.abs(p.drive_load));
-  add("Largest drive load", Math.abs(hardest.drive_load), load_unit, at_stroke(hardest));
+  if (!load_path) add("Largest drive load", Math.abs(hardest.drive_load), load_unit, at_stroke(hardest));
   const hottest = least_at((p) => p.max_stress === null ? null : -p.max_stress);
   if (hottest) add("Largest von Mises stress", hottest.max_stress, "Pa",
     at_stroke(hottest) + (hottest.max_stress_place ? `, ${hottest.max_stress_place.leaf}` : "") + (allowable ? `; allowed ${quantity_text(allowable, "Pa", 3)}` : ""));
@@ -218,11 +220,17 @@ function motion_charts() {
   const size = (v) => d3.max(converged, (p) => Math.abs(v(p))) ?? 0;
   const rotary = stroke_unit === "rad";
   const names = ["x", "y", "z"];
-  const shifts = d3.range(3).filter((k) => `u${names[k]}` !== drive);
-  const charts = [line_chart({title: rotary ? "Centre shift of O" : "Parasitic translation of O", x: stroke_label, y: "displacement [µm]",
+  const shifts = d3.range(3).filter((k) => load_path || `u${names[k]}` !== drive);
+  const charts = [line_chart(load_path ? {title: "Displacement of O", note: "under the growing load", x: stroke_label, y: "displacement [mm]",
+    lines: shifts.filter((k) => size((p) => p.displacement[k]) > 1e-12).map((k) => ({name: `u${names[k]}`, color: direction_colors[`u${names[k]}`], points: over_stroke((p) => p.displacement[k], 1e3)})),
+    empty: "None."} : {title: rotary ? "Centre shift of O" : "Parasitic translation of O", x: stroke_label, y: "displacement [µm]",
     note: rotary ? "against an ideal rotation about the undeflected centre" : "of O, besides the drive",
     lines: shifts.filter((k) => size((p) => p.displacement[k]) > 1e-12).map((k) => ({name: `u${names[k]}`, color: direction_colors[`u${names[k]}`], points: over_stroke((p) => p.displacement[k], 1e6)})),
     empty: "None: below 10⁻⁶ µm."})];
+  for (const {name} of job.probes ?? [])
+    charts.push(line_chart({title: `Displacement of ${name}`, note: "a material point of a leaf", x: stroke_label, y: "displacement [mm]",
+      lines: d3.range(3).filter((k) => size((p) => p.probes[name].displacement[k]) > 1e-12).map((k) => ({name: `u${names[k]}`, color: direction_colors[`u${names[k]}`], points: over_stroke((p) => p.probes[name].displacement[k], 1e3)})),
+      empty: "It does not move."}));
   if (rotary && size((p) => Math.hypot(p.displacement[0], p.displacement[1])) > 1e-12)
     charts.push(line_chart({title: "Path of the rotation centre O", x: "ux [µm]", y: "uy [µm]", note: "seen along the hinge axis; the numbers are the stroke",
       lines: [{name: "", color: "var(--accent)", points: converged.map((p) => ({x: p.displacement[0] * 1e6, y: p.displacement[1] * 1e6, name: at_stroke(p)}))}],
@@ -245,7 +253,7 @@ function stroke_figures() {
     stiffness(supports.filter((d) => d[0] === "r"), "Support stiffness, rotations", "N m/rad"),
     moved ? line_chart({title: "Retention of support stiffness", note: `relative to stroke ${quantity_text(rest.stroke, stroke_unit)}; drive locked`, x: stroke_label, y: "K / K₀ [1]",
       lines: supports.map((d) => ({name: d, color: direction_colors[d], points: over_stroke((p) => p.support_stiffness[d] / rest.support_stiffness[d])}))}) : null,
-    line_chart({title: stroke_unit === "rad" ? "Drive moment" : "Drive force", note: "that holds the stroke", x: stroke_label, y: `${drive} load [${load_unit}]`,
+    load_path ? null : line_chart({title: stroke_unit === "rad" ? "Drive moment" : "Drive force", note: "that holds the stroke", x: stroke_label, y: `${drive} load [${load_unit}]`,
       lines: [{name: "", color: "var(--accent)", points: over_stroke((p) => p.drive_load)}]}),
     frequency_chart("locked"), frequency_chart("free"),
     line_chart({title: "Largest von Mises stress", note: "in the leaves" + (allowable ? "; dashed: allowable" : ""), x: stroke_label, y: "stress [MPa]", empty: "The job asked for no stress.",
@@ -264,8 +272,8 @@ function stroke_table() {
   if (path.length === 0) return;
   const value = (text) => (p) => p.status === "converged" ? text(p) : "–";
   section("Stroke table", table_of(path, [
-    {name: "Stroke", unit: shown_unit(stroke_unit), text: (p) => number_text(p.stroke * shown_factor(stroke_unit))},
-    {name: "Drive load", unit: load_unit, text: value((p) => number_text(without_noise(p.drive_load, largest_load)))},
+    {name: load_path ? "Load factor" : "Stroke", unit: shown_unit(stroke_unit), text: (p) => number_text(p.stroke * shown_factor(stroke_unit))},
+    ...load_path ? [] : [{name: "Drive load", unit: load_unit, text: value((p) => number_text(without_noise(p.drive_load, largest_load)))}],
     {name: "Drive stiffness", unit: result.units?.drive_stiffness, text: value((p) => number_text(p.drive_stiffness))},
     ...supports.map((d) => ({name: `K ${d}`, unit: result.units.support_stiffness[d], text: value((p) => number_text(p.support_stiffness[d]))})),
     {name: "Parasitic f", unit: "Hz", text: value((p) => number_text(p.parasitic_frequency))},
