@@ -22,7 +22,9 @@ EndEffector payload() {
 }
 
 Mechanism make(const std::string& family, const ParameterValues& values) {
-  return find_family(family, "").make(values, standard_choices(find_family(family, "")), materials().front().material, payload());
+  return find_family(family, "")
+      .make(values, standard_choices(find_family(family, "")), materials().front().material,
+            payload());
 }
 
 std::string complaint(const std::string& family, const ParameterValues& values) {

@@ -88,8 +88,7 @@ TEST_CASE("A point without equilibrium has empty cells, never NaN", "[results][c
 TEST_CASE("history.csv has a row an evaluation, failed ones with their reason", "[results][csv]") {
   const RunRecord record = test::optimised_hinge();
   const Optimum& optimum = *record.optimum;
-  const auto columns =
-      columns_of(history_csv(record.job, optimum, record.mechanism.drive));
+  const auto columns = columns_of(history_csv(record.job, optimum, record.mechanism.drive));
   REQUIRE(columns.at("start").size() == 32);
   CHECK(columns.at("ok")[2] == "false");
   CHECK(columns.at("message")[2] == optimum.history[2].message);  // has a comma and quotes
