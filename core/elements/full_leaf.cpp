@@ -142,6 +142,12 @@ void FullLeaf::restore(const LeafState& state) {
   plate_.set_state(static_cast<const FullLeafState&>(state).state);
 }
 
+MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T) {
+  // leaf mass ρ t w L = mass · (w/L) / L², motion · L
+  const int stations = plate.mesh().lines() - 2;
+  return std::sqrt(scale.mass * plate.mesh().shape().width / stations) * plate.station_rates(T);
+}
+
 namespace {
 
 // M-orthonormal Ritz shapes of span(Y), Y M-orthogonal to the modes; KY = K Y. Directions that Y
@@ -218,6 +224,7 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   }
   LeafDynamics dynamics;
   dynamics.mass = scale.mass * (S * plate.mass(T) * S.transpose());
+  dynamics.stations = leaf_station_motion(plate, scale, T * S.transpose());
   dynamics.stiffness = MatrixXd::Zero(b + internal, b + internal);
   dynamics.stiffness.topLeftCorner<12, 12>() = scale.global_tangent(plate.tangent());
   if (plate.has_point()) {

@@ -70,6 +70,10 @@ class FullLeaf final : public LeafElement {
   LeafEvaluation evaluation_;
 };
 
+/// Motion of the leaf's stations for the columns of T (unknowns, then edge increments, all scaled),
+/// times the root of their mass: LeafDynamics::stations.
+MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T);
+
 /// Craig–Bampton dynamics of an assembled plate, SI and global axes.
 LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
                             int mode_count);

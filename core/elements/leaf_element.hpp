@@ -49,6 +49,9 @@ struct LeafDynamics {
   VectorXd mode_frequencies;  ///< [Hz] of the internal shapes, edges held
   double highest_mode = 0;    ///< [Hz]; below it every mode between held edges is there
   double check = 0;           ///< relative internal correction met on the way
+  /// Motion of stations of the leaf per unit coordinate, times the root of their mass: what tells
+  /// two motions of the leaf apart. Any number of rows, the same at every state.
+  MatrixXd stations;
 };
 
 class LeafElement {

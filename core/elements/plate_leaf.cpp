@@ -454,6 +454,19 @@ MatrixXd PlateLeaf::mass(const MatrixXd& T) const {
   return M;
 }
 
+MatrixXd PlateLeaf::station_rates(const MatrixXd& T) const {
+  const int n = mesh_->functions_per_line(), inner = mesh_->lines() - 2;
+  const int middle = 4 * (mesh_->nodes_per_line() / 2);
+  MatrixXd rates(6 * inner, T.cols());
+  for (int i = 0; i < inner; ++i)
+    for (int c = 0; c < 3; ++c) {
+      const int row = K_.offset[i + 1] + c * n + middle;
+      rates.row(6 * i + c) = T.row(row);
+      rates.row(6 * i + 3 + c) = 0.5 * mesh_->shape().width * T.row(row + 2);
+    }
+  return rates;
+}
+
 MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
   const int m = static_cast<int>(V.cols());

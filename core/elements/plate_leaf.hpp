@@ -24,6 +24,7 @@ class PlateLeaf {
   explicit PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support = {});
 
   const PlateMesh& mesh() const { return *mesh_; }
+  const std::shared_ptr<const PlateMesh>& shared_mesh() const { return mesh_; }
   int unknowns() const { return K_.size(); }
   int block_offset(int line) const { return K_.offset[line]; }
 
@@ -64,6 +65,8 @@ class PlateLeaf {
   void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq, const Vector3d& point,
             const Vector3d& df);
   bool has_point() const { return !support_.point.empty(); }
+  /// Of the undeflected leaf.
+  const Vector3d& point_place() const { return point_place_; }
   /// Force at the material point and its derivatives, condensed.
   const LeafEvaluation::Point& point() const { return point_; }
 
@@ -83,6 +86,10 @@ class PlateLeaf {
   MatrixXd mass(const MatrixXd& T) const;
   /// Rows of the unknowns of M V, for rates V of the unknowns alone or with 12 rows of the edges.
   MatrixXd mass_times(const MatrixXd& V) const;
+
+  /// For the columns of T (unknowns, then edge increments): displacement of the middle of every
+  /// interior line and half the width times that of r,y; 6 rows a line. Tells motions apart.
+  MatrixXd station_rates(const MatrixXd& T) const;
 
   struct Mode {
     double omega2;   ///< in D / (ρ t L⁴)

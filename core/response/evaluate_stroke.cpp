@@ -7,6 +7,7 @@
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/frequencies.hpp"
+#include "core/response/frequency_derivatives.hpp"
 #include "core/response/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stiffness.hpp"
@@ -180,6 +181,23 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   response.seconds_path += seconds_since(start);
 }
 
+void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& model,
+                               const StrokeRequest& request, StrokeResponse& response) {
+  const auto start = Clock::now();
+  FrequencyDerivativesResult found = frequency_derivatives(
+      mechanism, model, request.load, request.newton, request.frequencies);
+  response.seconds_derivatives = seconds_since(start);
+  if (!found.ok) {
+    response.message += "; no frequency derivatives: " + found.message;
+    return;
+  }
+  response.frequency_derivatives = std::move(found.modes);
+  set_validity(response.frequency_derivatives, response.path);
+  for (PathPoint& point : response.path)
+    point.parasitic_frequency_screening = parasitic_frequency_screening(
+        response.frequency_derivatives, request, point.stroke);
+}
+
 }  // namespace
 
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
@@ -211,6 +229,8 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
     for (const PathPoint& p : response.path)
       if (p.status == PointStatus::no_equilibrium) response.message += "; " + p.message;
   }
+  if (request.frequencies > 0 && request.frequency_derivatives && !request.load_path)
+    add_frequency_derivatives(mechanism, model, request, response);
   return response;
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/math/rotation.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -13,6 +15,7 @@ struct Pencil {
   MatrixXd K, M;
   int bodies = 0;    ///< coordinates of the bodies
   VectorXd highest;  ///< highest kept mode of each leaf [Hz]
+  MatrixXd motion;   ///< Mode::motion of the coordinates
   double check = 0;
 };
 
@@ -34,6 +37,11 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes) {
   pencil.M = MatrixXd::Zero(n, n);
   pencil.K.topLeftCorner(pencil.bodies, pencil.bodies) = system.tangent_stiffness();
   pencil.M.topLeftCorner(pencil.bodies, pencil.bodies) = system.body_mass();
+  Eigen::Index stations = 0;
+  for (const LeafDynamics& leaf : leaves) stations += leaf.stations.rows();
+  pencil.motion = MatrixXd::Zero(pencil.bodies + stations, n);
+  pencil.motion.topLeftCorner(pencil.bodies, pencil.bodies) = body_motion_map(system);
+  Eigen::Index station = pencil.bodies;
   int o = pencil.bodies;
   for (int i = 0; i < system.leaves(); ++i) {
     const LeafDynamics& leaf = leaves[i];
@@ -49,6 +57,9 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes) {
     if (l.point) T.block<3, 3>(12, 6 * l.point->body).setIdentity();
     T.block(boundary, o, k, k).setIdentity();
     pencil.M += T.transpose() * leaf.mass * T;
+    if (leaf.stations.rows() > 0)
+      pencil.motion.middleRows(station, leaf.stations.rows()).noalias() = leaf.stations * T;
+    station += leaf.stations.rows();
     // a condensed full leaf is nearer the truth than the reduced one it stands in for
     const MatrixXd Q = T.topLeftCorner(12, pencil.bodies);
     const Matrix12d better =
@@ -101,35 +112,25 @@ double hertz(double omega2) {
 // the rest is split between the coordinates, mixed terms half each.
 Mode classify(const Pencil& pencil, const System& system, double omega2, const VectorXd& phi,
               const VectorXd& drive_shape) {
-  Mode mode;
-  mode.frequency = hertz(omega2);
+  double drive = 0, end_effector = 0, intermediate = 0;
   VectorXd rest = phi;
   if (drive_shape.size() > 0) {
     const VectorXd Mx = pencil.M * drive_shape;
     const double a = Mx.dot(phi), b = Mx.dot(drive_shape);
-    mode.drive = std::clamp(a * a / b, 0.0, 1.0);
+    drive = std::clamp(a * a / b, 0.0, 1.0);
     rest -= a / b * drive_shape;
   }
   const VectorXd share = rest.cwiseProduct(pencil.M * rest);
   for (int b = 0; b < pencil.bodies / 6; ++b) {
     const double e = std::max(0.0, share.segment<6>(6 * b).sum());
     if (b == system.mechanism().end_effector)
-      mode.end_effector += e;
+      end_effector += e;
     else
-      mode.intermediate_body += e;
+      intermediate += e;
   }
-  mode.leaf = std::max(0.0, share.tail(share.size() - pencil.bodies).sum());
-  const double sum = mode.end_effector + mode.intermediate_body + mode.leaf;
-  const double factor = sum > 0 ? (1 - mode.drive) / sum : 0;
-  mode.end_effector *= factor;
-  mode.intermediate_body *= factor;
-  mode.leaf *= factor;
-  const double largest =
-      std::max({mode.drive, mode.end_effector, mode.intermediate_body, mode.leaf});
-  mode.kind = largest == mode.drive          ? ModeKind::drive
-              : largest == mode.end_effector ? ModeKind::end_effector
-              : largest == mode.leaf         ? ModeKind::leaf
-                                             : ModeKind::intermediate_body;
+  const double leaf = std::max(0.0, share.tail(share.size() - pencil.bodies).sum());
+  Mode mode = mode_of_shares(omega2, drive, end_effector, intermediate, leaf);
+  mode.motion = pencil.motion * phi;
   return mode;
 }
 
@@ -161,6 +162,41 @@ bool grow(std::vector<int>& leaf_modes, const VectorXd& top, double highest, int
 }
 
 }  // namespace
+
+MatrixXd body_motion_map(const System& system) {
+  MatrixXd map = MatrixXd::Zero(system.size(), system.size());
+  for (int b = 0; b < system.size() / 6; ++b) {
+    const RigidBody& body = system.mechanism().bodies[b];
+    const Matrix3d RT = system.pose(b).rotation.transpose();
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> inertia(body.inertia);
+    const Vector3d root = inertia.eigenvalues().cwiseMax(0).cwiseSqrt();
+    const Vector3d arm = body.center_of_mass - body.reference;
+    map.block<3, 3>(6 * b, 6 * b) = std::sqrt(body.mass) * RT;
+    map.block<3, 3>(6 * b, 6 * b + 3) = -std::sqrt(body.mass) * hat(arm) * RT;
+    map.block<3, 3>(6 * b + 3, 6 * b + 3) =
+        inertia.eigenvectors() * root.asDiagonal() * inertia.eigenvectors().transpose() * RT;
+  }
+  return map;
+}
+
+Mode mode_of_shares(double omega2, double drive, double end_effector, double intermediate_body,
+                    double leaf) {
+  Mode mode;
+  mode.frequency = hertz(omega2);
+  const double sum = end_effector + intermediate_body + leaf;
+  const double factor = sum > 0 ? (1 - drive) / sum : 0;
+  mode.drive = drive;
+  mode.end_effector = end_effector * factor;
+  mode.intermediate_body = intermediate_body * factor;
+  mode.leaf = leaf * factor;
+  const double largest =
+      std::max({mode.drive, mode.end_effector, mode.intermediate_body, mode.leaf});
+  mode.kind = largest == mode.drive          ? ModeKind::drive
+              : largest == mode.end_effector ? ModeKind::end_effector
+              : largest == mode.leaf         ? ModeKind::leaf
+                                             : ModeKind::intermediate_body;
+  return mode;
+}
 
 Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
                                 std::vector<int>& leaf_modes) {

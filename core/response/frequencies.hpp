@@ -20,6 +20,13 @@ struct Frequencies {
   double check = 0;                ///< largest internal correction of the condensed leaves
 };
 
+/// Root of the bodies' mass times their motion in their own axes: first part of Mode::motion.
+MatrixXd body_motion_map(const System& system);
+
+/// A mode from its shares of the kinetic energy; those beside the drive's need not be normalised.
+Mode mode_of_shares(double omega2, double drive, double end_effector, double intermediate_body,
+                    double leaf);
+
 /// Solves (K − ω² M) φ = 0 over the bodies and the leaves' fixed-interface modes. The system must
 /// be assembled at an equilibrium. `leaf_modes`: how many modes each leaf needed so far; grows, and
 /// spares the search at the next equilibrium of a path. Empty at first.

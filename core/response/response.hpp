@@ -29,6 +29,7 @@ struct StrokeRequest {
   std::optional<Vector6d> load_path;
   std::vector<Probe> probes;
   int frequencies = 0;                      ///< how many, drive free and drive locked each
+  bool frequency_derivatives = true;        ///< beside them, where there is a stroke
   bool parasitic_with_drive_locked = true;  ///< which list the parasitic frequency is taken from
   bool parasitic_skips_leaf_modes = false;
   bool parasitic_skips_intermediate_modes = false;
@@ -51,6 +52,20 @@ struct Mode {
   /// Share of the modal kinetic energy, each in [0, 1]; drive + end_effector + intermediate_body +
   /// leaf = 1.
   double drive = 0, end_effector = 0, intermediate_body = 0, leaf = 0;
+  /// Motion of the bodies in their own axes and of stations of the leaves, times the root of their
+  /// mass: for telling which mode is which at another stroke.
+  VectorXd motion;
+};
+
+/// How the square of a natural frequency, drive free, leaves its value at the undeflected state
+/// (dead load applied) along the path of equilibria: equations (15) to (18) of README.md.
+struct FrequencyDerivatives {
+  int index = 0;  ///< among the undeflected frequencies, ascending
+  Mode mode;      ///< at the undeflected state
+  double omega2 = 0, d_omega2 = 0, d2_omega2 = 0;  ///< [rad²/s²], per stroke, per stroke²
+  double compliance = 0, d_compliance = 0, d2_compliance = 0;  ///< of 1/ω²
+  /// Stroke up to which the parabola is within 2 % of the path; nothing if it is to the path's end.
+  std::optional<double> omega2_valid_to, compliance_valid_to;
 };
 
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
@@ -71,6 +86,8 @@ struct PathPoint {
   std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
   std::vector<Mode> modes_free, modes_locked;
   std::optional<double> parasitic_frequency;  ///< [Hz]
+  /// The same foretold from the undeflected state: README.md (19) [Hz].
+  std::optional<double> parasitic_frequency_screening;
   std::optional<StressPeak> max_stress;
   std::optional<double> buckling_load_factor;  ///< of the dead load
   bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
@@ -86,7 +103,8 @@ struct StrokeResponse {
   Status status = Status::ok;
   std::string message;
   std::vector<PathPoint> path;  ///< one for each requested point, in that order
-  double seconds_coefficients = 0, seconds_path = 0;
+  std::vector<FrequencyDerivatives> frequency_derivatives;
+  double seconds_coefficients = 0, seconds_path = 0, seconds_derivatives = 0;
 };
 
 /// Follows the stroke from the undeflected state and evaluates every point.
