@@ -132,6 +132,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
   request.points = sample.stroke;
   request.newton = choice.newton;
   request.shapes = false;
+  request.frequency_derivatives = false;
   const auto begin = std::chrono::steady_clock::now();
   try {
     const StrokeResponse response = evaluator(make_mechanism(job, sample), choice.model, request);

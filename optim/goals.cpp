@@ -78,6 +78,11 @@ StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals) {
   };
   request.stress = any([](const std::string& q) { return q == "max_stress"; });
   if (!any(is_frequency)) request.frequencies = 0;
+  // a job of nothing but screening needs no equilibria
+  const auto screens = [](const std::string& q) { return q == "parasitic_frequency_screening"; };
+  request.frequency_derivatives = any(screens);
+  request.path =
+      !any(screens) || any([&](const std::string& q) { return !q.empty() && !screens(q); });
   request.shapes = false;
   return request;
 }
@@ -86,7 +91,7 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
                       const StrokeRequest& request) {
   GoalReading reading;
   for (const PathPoint& point : response.path) {
-    if (point.status != PointStatus::converged) {
+    if (request.path && point.status != PointStatus::converged) {
       const std::string& why = point.message.empty() ? response.message : point.message;
       reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
                                     why.empty() ? "" : ": ", why);

@@ -125,6 +125,10 @@ Json units_json(const Job& job, const Mechanism& mechanism) {
           {"drive_stiffness", stiffness_unit(mechanism.drive)},
           {"frequencies", "Hz"},
           {"parasitic_frequency", "Hz"},
+          {"parasitic_frequency_screening", "Hz"},
+          {"frequency_derivatives",
+           fmt::format("omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke in {}",
+                       stroke_unit(mechanism.drive, job.request))},
           {"max_stress", "Pa"},
           {"parameters", std::move(parameters)}};
 }
@@ -203,8 +207,9 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   if (point.status != PointStatus::converged) {
     for (const char* name :
          {"drive_load", "displacement", "rotation", "compliance", "support_stiffness",
-          "drive_stiffness", "frequencies", "modes", "parasitic_frequency", "max_stress",
-          "max_stress_place", "buckling_load_factor", "stable", "negative_pivots", "leaves"})
+          "drive_stiffness", "frequencies", "modes", "parasitic_frequency",
+          "parasitic_frequency_screening", "max_stress", "max_stress_place", "buckling_load_factor",
+          "stable", "negative_pivots", "leaves"})
       json[name] = nullptr;
     return json;
   }
@@ -223,6 +228,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                          {"drive_locked", point.frequencies_locked}};
   json["modes"] = modes_json(point);
   json["parasitic_frequency"] = optional_json(point.parasitic_frequency);
+  json["parasitic_frequency_screening"] = optional_json(point.parasitic_frequency_screening);
   json["max_stress"] = point.max_stress ? Json(point.max_stress->value) : Json();
   json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
   if (!point.probes.empty()) {
@@ -237,6 +243,27 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   json["leaves"] = leaves_json(point, mechanism);
   return json;
 }
+
+namespace {
+
+Json frequency_derivatives_json(const StrokeResponse& response) {
+  Json list = Json::array();
+  for (const FrequencyDerivatives& d : response.frequency_derivatives)
+    list.push_back({{"mode", d.index},
+                    {"kind", name_of(d.mode.kind)},
+                    {"drive", "free"},
+                    {"frequency", d.mode.frequency},
+                    {"d_omega2", d.d_omega2},
+                    {"d2_omega2", d.d2_omega2},
+                    {"d_compliance", d.d_compliance},
+                    {"d2_compliance", d.d2_compliance},
+                    {"valid_to",
+                     {{"omega2", optional_json(d.omega2_valid_to)},
+                      {"compliance", optional_json(d.compliance_valid_to)}}}});
+  return list;
+}
+
+}  // namespace
 
 OrderedJson make_result(const RunRecord& record) {
   const StrokeResponse& response = response_of(record);
@@ -254,6 +281,8 @@ OrderedJson make_result(const RunRecord& record) {
                  {"material", material_json(record.job.design.material)},
                  {"leaves", leaf_geometry_json(record.mechanism)},
                  {"path", std::move(path)}};
+  if (record.job.request.frequencies > 0 && !record.job.request.load_path)
+    result["frequency_derivatives"] = frequency_derivatives_json(response);
   if (record.optimum)
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);
   if (record.comparison) result["comparison"] = make_comparison_json(*record.comparison);

@@ -144,8 +144,7 @@ void PlateSeries::expand_edge(int e, const EdgeBodySeries& body, const Series<Ve
     }
     Series<Vector3d> v;
     for (Vector3d& c : v) c.setZero();
-    add_product(v, R, w,
-                [](const Matrix3d& a, const Vector3d& b) { return Vector3d(a * b); });
+    add_product(v, R, w, [](const Matrix3d& a, const Vector3d& b) { return Vector3d(a * b); });
     for (int o = 0; o < 3; ++o) {
       arm_[e][o][s] = v[o];
       for (int c = 0; c < 3; ++c) {
@@ -256,7 +255,8 @@ Series<MatrixXd> PlateSeries::tangent_times(const MatrixXd& Y) const {
         }
         for (int a = 0; a < orders; ++a)
           for (int b = 0; a + b < 3; ++b) dn[a + b] += strain_product(da[a], point.gradient[b]);
-        for (int o = 0; o < 3; ++o) dn[o] = membrane_stress(mesh_->membrane(), dn[o], element.weight);
+        for (int o = 0; o < 3; ++o)
+          dn[o] = membrane_stress(mesh_->membrane(), dn[o], element.weight);
         add_product(ds, dn, point.gradient, stress_times);
         for (int a = 0; a < orders; ++a)
           for (int b = 0; a + b < 3; ++b) ds[a + b] += stress_times(point.stress[b], da[a]);
@@ -295,7 +295,9 @@ Series<MatrixXd> PlateSeries::tangent_times(const MatrixXd& Y) const {
 
 MatrixXd PlateSeries::mass_lines(int line, const Lines& R) const {
   const int n = mesh_->functions_per_line(), columns = 3 * static_cast<int>(R[line].cols());
-  const auto flat = [&](int i) { return R[i].reshaped(n, columns); };  // columns (column, component)
+  const auto flat = [&](int i) {
+    return R[i].reshaped(n, columns);
+  };  // columns (column, component)
   MatrixXd F = mesh_->mass_diagonal(line) * flat(line);
   if (line > 0) F.noalias() += mesh_->mass_below(line - 1) * flat(line - 1);
   if (line + 1 < mesh_->lines())

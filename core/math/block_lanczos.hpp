@@ -76,10 +76,10 @@ LowestPairs lowest_pairs_of_blocks(int n, int count, int width, const Solve& sol
                        [&](int a, int b) { return std::abs(theta[a]) > std::abs(theta[b]); });
       order.resize(count);
       const auto& S = ritz.eigenvectors();
-      pairs.converged = next == 0 || std::all_of(order.begin(), order.end(), [&](int i) {
-                          return (B * S.col(i).tail(block)).norm() <=
-                                 tolerance * std::abs(theta[i]);
-                        });
+      pairs.converged =
+          next == 0 || std::all_of(order.begin(), order.end(), [&](int i) {
+            return (B * S.col(i).tail(block)).norm() <= tolerance * std::abs(theta[i]);
+          });
       if (pairs.converged || k == most) {
         const MatrixXd MX = MV.leftCols(before) * S(Eigen::all, order);
         // Rayleigh–Ritz on Y = K⁻¹ M X:  (Yᵀ M X) z = λ⁻¹… with Yᵀ K Y = Yᵀ M X

@@ -184,18 +184,18 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
 void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request, StrokeResponse& response) {
   const auto start = Clock::now();
-  FrequencyDerivativesResult found = frequency_derivatives(
-      mechanism, model, request.load, request.newton, request.frequencies);
+  FrequencyDerivativesResult found =
+      frequency_derivatives(mechanism, model, request.load, request.newton, request.frequencies);
   response.seconds_derivatives = seconds_since(start);
   if (!found.ok) {
-    response.message += "; no frequency derivatives: " + found.message;
+    response.message = "no frequency derivatives: " + found.message;
     return;
   }
   response.frequency_derivatives = std::move(found.modes);
   set_validity(response.frequency_derivatives, response.path);
   for (PathPoint& point : response.path)
-    point.parasitic_frequency_screening = parasitic_frequency_screening(
-        response.frequency_derivatives, request, point.stroke);
+    point.parasitic_frequency_screening =
+        parasitic_frequency_screening(response.frequency_derivatives, request, point.stroke);
 }
 
 }  // namespace
@@ -216,7 +216,15 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
   std::stable_sort(outward.begin(), outward.end(), by_distance);
   std::stable_sort(backward.begin(), backward.end(), by_distance);
   for (const auto& branch : {outward, backward})
-    if (!branch.empty()) follow_branch(mechanism, model, request, branch, response);
+    if (!branch.empty() && request.path) follow_branch(mechanism, model, request, branch, response);
+
+  if (request.frequencies > 0 && request.frequency_derivatives && !request.load_path)
+    add_frequency_derivatives(mechanism, model, request, response);
+  if (!request.path) {
+    if (response.frequency_derivatives.empty()) response.status = Status::no_equilibrium;
+    return response;
+  }
+  const std::string remark = std::move(response.message);
 
   int converged = 0;
   for (const PathPoint& p : response.path) converged += p.status == PointStatus::converged;
@@ -229,8 +237,7 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
     for (const PathPoint& p : response.path)
       if (p.status == PointStatus::no_equilibrium) response.message += "; " + p.message;
   }
-  if (request.frequencies > 0 && request.frequency_derivatives && !request.load_path)
-    add_frequency_derivatives(mechanism, model, request, response);
+  if (!remark.empty()) response.message += "; " + remark;
   return response;
 }
 

@@ -19,8 +19,8 @@ namespace {
 // Frequencies nearer than this (relative, squared) are one repeated frequency.
 constexpr double repeated = 1e-7;
 // First derivatives below this share of ω², over a stroke of a leaf length or 1 rad, are zero by
-// symmetry (rounding leaves some 1e-10).
-constexpr double rounding = 1e-8;
+// symmetry: what is left of them is the error of the modes.
+constexpr double rounding = 1e-6;
 
 struct Modes {
   VectorXd lambda;
@@ -46,7 +46,7 @@ std::optional<Modes> lowest_modes(const MechanismSeries& series, int count, int 
   const auto mass = [&](const MatrixXd& B) { return series.mass(B); };
   for (int guard = 3; guard <= 64; guard *= 2) {
     const LowestPairs pairs =
-        lowest_pairs_of_blocks(series.size(), count + guard, width, solve, mass, 1e-7);
+        lowest_pairs_of_blocks(series.size(), count + guard, width, solve, mass, 1e-8);
     if (!pairs.converged) return std::nullopt;
     const VectorXd& l = pairs.values;
     kept = count;
@@ -65,8 +65,8 @@ struct Shifted {
 // amplitudes, the rest by conjugate gradients preconditioned with K⁻¹ (all columns in step), until
 // b·y + r·y is known to `tolerance`, r being the residual left.
 std::optional<Shifted> solve_shifted(const MechanismSeries& series, const Modes& modes,
-                                      const std::vector<Range>& cluster_of, const MatrixXd& B,
-                                      const VectorXd& tolerance) {
+                                     const std::vector<Range>& cluster_of, const MatrixXd& B,
+                                     const VectorXd& tolerance) {
   const int p = static_cast<int>(B.cols());
   const auto complement = [&](MatrixXd& Y) {
     Y.noalias() -= modes.phi * (modes.M_phi.transpose() * Y).eval();
@@ -83,8 +83,8 @@ std::optional<Shifted> solve_shifted(const MechanismSeries& series, const Modes&
   complement(Y);
   const auto shift = modes.lambda.head(p).asDiagonal();
   const VectorXd size = R0.cwiseProduct(Y).colwise().sum().cwiseAbs();
-  const VectorXd enough = tolerance.cwiseMax(1e-18 * size);  // or rounding
-  MatrixXd R = series.mass(Y) * shift;  // K Y = R0
+  const VectorXd enough = tolerance.cwiseMax(1e-20 * size);  // or rounding
+  MatrixXd R = series.mass(Y) * shift;                       // K Y = R0
   MatrixXd Z = series.solve(R), P, KP;
   complement(Z);
   VectorXd rz = R.cwiseProduct(Z).colwise().sum();
@@ -138,11 +138,10 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
   FrequencyDerivativesResult result;
   MechanismSeries series(system);
   int p = 0;
-  std::optional<Modes> found =
-      lowest_modes(series, count, std::max(4, system.leaves()), p);
+  std::optional<Modes> found = lowest_modes(series, count, std::max(4, system.leaves()), p);
   if (!found) {
-    result.message = fmt::format("the lowest {} modes of {} unknowns were not found", count,
-                                 series.size());
+    result.message =
+        fmt::format("the lowest {} modes of {} unknowns were not found", count, series.size());
     return result;
   }
   Modes& modes = *found;
@@ -188,6 +187,8 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
     result.message = "the modal derivatives of the modes were not found in 200 iterations";
     return result;
   }
+  // the residual anew: (18) is a small difference of large terms, and solving costs 8 digits
+  modal->residual = B - series.tangent_times(modal->y)[0] + series.mass_times(modal->y)[0] * lambda;
   // (18), family by family
   B2 -= M[1] * first.asDiagonal();
   for (const Range& f : families) {

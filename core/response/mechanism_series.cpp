@@ -176,8 +176,8 @@ MatrixXd MechanismSeries::expanded(const MatrixXd& B, const MatrixXd& q) const {
     MatrixXd x = bx / scale.energy, edges = boundary(leaf, q);
     leaf.full->plate().solve(x);
     if (leaf.point >= 0) {
-      edges.bottomRows(3) -= scale.axes * (scale.length / scale.energy) *
-                             B.middleRows(leaf.offset + leaf.unknowns, 3);
+      edges.bottomRows(3) -=
+          scale.axes * (scale.length / scale.energy) * B.middleRows(leaf.offset + leaf.unknowns, 3);
       const MatrixXd force =
           leaf.point_stiffness * edges - leaf.shapes.rightCols<3>().transpose() * bx;
       Y.middleRows(leaf.offset + leaf.unknowns, 3) =
@@ -244,8 +244,8 @@ Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y) const {
     const int o = leaf.offset + leaf.unknowns;
     result[0].middleRows(6 * leaf.point, 3) +=
         scale.axes * (scale.energy / scale.length) * Y.middleRows(o, 3);
-    result[0].middleRows(o, 3) += (scale.energy / scale.length) * scale.axes.transpose() *
-                                  Y.middleRows(6 * leaf.point, 3);
+    result[0].middleRows(o, 3) +=
+        (scale.energy / scale.length) * scale.axes.transpose() * Y.middleRows(6 * leaf.point, 3);
   }
   for (MatrixXd& r : result) clear_held(r);
   return result;
@@ -334,8 +334,7 @@ void MechanismSeries::expand_along_stroke() {
     }
     for (Leaf& leaf : leaves_) {
       leaf.x[order] = y.segment(leaf.offset, leaf.unknowns);
-      if (leaf.point >= 0)
-        leaf.point_force[order] = y.segment<3>(leaf.offset + leaf.unknowns);
+      if (leaf.point >= 0) leaf.point_force[order] = y.segment<3>(leaf.offset + leaf.unknowns);
     }
   };
   rate_ = step(VectorXd::Zero(size_), 1);

@@ -43,12 +43,12 @@ class MechanismSeries {
   struct Leaf {
     FullLeaf* full;
     std::unique_ptr<PlateSeries> series;
-    int offset, unknowns;           ///< of the internal unknowns in a vector
-    int point;                      ///< body of the material point, or −1
-    std::array<int, 2> body;        ///< of the edges, or −1
-    Matrix12d to_leaf;              ///< body increments → scaled ones of PlateSeries
-    MatrixXd shapes;                ///< unknowns per increment of (base body, tip body, point)
-    MatrixXd point_stiffness;       ///< condensed: 3 × 15, (base body, tip body, point)
+    int offset, unknowns;      ///< of the internal unknowns in a vector
+    int point;                 ///< body of the material point, or −1
+    std::array<int, 2> body;   ///< of the edges, or −1
+    Matrix12d to_leaf;         ///< body increments → scaled ones of PlateSeries
+    MatrixXd shapes;           ///< unknowns per increment of (base body, tip body, point)
+    MatrixXd point_stiffness;  ///< condensed: 3 × 15, (base body, tip body, point)
     Series<VectorXd> x;
     Series<Vector3d> point_force;
   };
@@ -69,7 +69,7 @@ class MechanismSeries {
   int bodies_ = 0, size_ = 0;
   std::vector<Leaf> leaves_;
   VectorXd scale_;
-  Eigen::PartialPivLU<MatrixXd> tangent_;  ///< of the bodies, scaled
+  Eigen::PartialPivLU<MatrixXd> tangent_;       ///< of the bodies, scaled
   std::vector<Series<Vector3d>> place_, turn_;  ///< of every body: reference point, rotation vector
   std::vector<Series<Matrix6d>> body_mass_;
   VectorXd rate_;

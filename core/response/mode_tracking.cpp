@@ -76,8 +76,7 @@ void follow(std::vector<FrequencyDerivatives>& modes, const std::vector<const Pa
       const auto check = [&](bool& valid, std::optional<double>& to, double error) {
         if (!valid || !(error > parabola_tolerance)) return;
         valid = false;
-        const double reach =
-            std::abs(s) * std::pow(parabola_tolerance / error, 1 / exponent);
+        const double reach = std::abs(s) * std::pow(parabola_tolerance / error, 1 / exponent);
         shorten(to, std::max(trail.last, reach));
       };
       const double parabola = d.omega2 + s * (d.d_omega2 + 0.5 * s * d.d2_omega2);

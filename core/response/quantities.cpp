@@ -37,6 +37,8 @@ std::vector<Entry> make_entries() {
     add(std::string("rotation.") + axes[k], "rad",
         [k](const PathPoint& p) { return p.rotation[k]; });
   add("parasitic_frequency", "Hz", [](const PathPoint& p) { return p.parasitic_frequency; });
+  add("parasitic_frequency_screening", "Hz",
+      [](const PathPoint& p) { return p.parasitic_frequency_screening; });
   for (int k = 0; k < 12; ++k)
     add("frequencies.drive_free." + std::to_string(k), "Hz",
         [k](const PathPoint& p) { return at(p.frequencies_free, k); });
@@ -70,7 +72,8 @@ std::vector<Quantity> quantities(Direction drive) {
 }
 
 std::optional<double> value_of(const PathPoint& point, std::string_view name) {
-  if (point.status != PointStatus::converged) return std::nullopt;
+  if (point.status != PointStatus::converged && name != "parasitic_frequency_screening")
+    return std::nullopt;
   const auto& list = entries();
   const auto entry = std::find_if(list.begin(), list.end(),
                                   [&](const Entry& e) { return e.quantity.name == name; });

@@ -28,8 +28,11 @@ struct StrokeRequest {
   /// Nothing is driven: the points are factors of this dead load at O, which comes to `load`.
   std::optional<Vector6d> load_path;
   std::vector<Probe> probes;
-  int frequencies = 0;                      ///< how many, drive free and drive locked each
-  bool frequency_derivatives = true;        ///< beside them, where there is a stroke
+  int frequencies = 0;                ///< how many, drive free and drive locked each
+  bool frequency_derivatives = true;  ///< beside them, where there is a stroke
+  /// Without it no equilibrium is solved but the undeflected one: the points only get what the
+  /// frequency derivatives foretell.
+  bool path = true;
   bool parasitic_with_drive_locked = true;  ///< which list the parasitic frequency is taken from
   bool parasitic_skips_leaf_modes = false;
   bool parasitic_skips_intermediate_modes = false;
@@ -60,8 +63,8 @@ struct Mode {
 /// How the square of a natural frequency, drive free, leaves its value at the undeflected state
 /// (dead load applied) along the path of equilibria: equations (15) to (18) of README.md.
 struct FrequencyDerivatives {
-  int index = 0;  ///< among the undeflected frequencies, ascending
-  Mode mode;      ///< at the undeflected state
+  int index = 0;                                   ///< among the undeflected frequencies, ascending
+  Mode mode;                                       ///< at the undeflected state
   double omega2 = 0, d_omega2 = 0, d2_omega2 = 0;  ///< [rad²/s²], per stroke, per stroke²
   double compliance = 0, d_compliance = 0, d2_compliance = 0;  ///< of 1/ω²
   /// Stroke up to which the parabola is within 2 % of the path; nothing if it is to the path's end.
@@ -121,6 +124,7 @@ struct Quantity {
 std::vector<Quantity> quantities(Direction drive);
 
 /// Value of a quantity at a point; nothing if the point has none (not converged, not asked for).
+/// `parasitic_frequency_screening` needs no converged point.
 /// The name must be one of `quantities`.
 std::optional<double> value_of(const PathPoint& point, std::string_view name);
 

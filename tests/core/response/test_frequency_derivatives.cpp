@@ -1,26 +1,177 @@
-// Derivatives of the frequencies along the stroke against differences of the path.
+// Derivatives of the natural frequencies along the stroke: against differences of the path, under
+// symmetry, and where the parabolas hold.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
 
 #include "core/response/frequency_derivatives.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+
 using namespace flexopt;
-TEST_CASE("probe", "[response]") {
-  for (const Mechanism& m : {models::guide(0.1, 0.03, 5e-4), models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}}), models::three_leaf_hinge(0.06, 0.04, 4e-4)}) {
-    const ModelOptions model{.accuracy = Accuracy::full, .leaf_modes = 12};
-    const double L = m.leaves[0].length;
-    const double h = is_rotation(m.drive) ? 1e-3 : 1e-3 * L;
-    StrokeRequest r;
-    r.points = {-2*h, -h, 0, h, 2*h, 5 * h, 10 * h, 20 * h, 50 * h, 100 * h};
-    r.frequencies = 8;
-    r.stress = false;
-    const StrokeResponse response = evaluate_stroke(m, model, r);
-    WARN(response.message << " path " << response.seconds_path << " derivatives " << response.seconds_derivatives);
-    for (const auto& d : response.frequency_derivatives) {
-      auto w2 = [&](int k) { return std::pow(2 * M_PI * response.path[k].frequencies_free[d.index], 2); };
-      const double d1 = (w2(3) - w2(1)) / (2 * h), d2 = (w2(3) - 2 * w2(2) + w2(1)) / (h * h),
-                   d2b = (w2(4) - 2 * w2(2) + w2(0)) / (4 * h * h);
-      WARN(d.index << " kind " << (int)d.mode.kind << "/" << (int)response.path[2].modes_free[d.index].kind << " w2 " << d.omega2 << " path " << w2(2) << " d1 " << d.d_omega2 << " " << d1 << " d2 " << d.d2_omega2 << " " << (4 * d2 - d2b) / 3 << " ratio-1 " << (4 * d2 - d2b) / 3 / d.d2_omega2 - 1 << " valid " << d.omega2_valid_to.value_or(-1) << " " << d.compliance_valid_to.value_or(-1));
+
+namespace {
+
+// No symmetry at all: the payload's centre of mass lies off every plane.
+Mechanism lopsided(Mechanism m, double size) {
+  m.bodies[0].mass = 0.3;
+  m.bodies[0].inertia = Vector3d(1e-4, 2e-4, 3e-4).asDiagonal();
+  m.bodies[0].center_of_mass += size * Vector3d(0.1, 0.04, -0.03);
+  return m;
+}
+
+struct Case {
+  const char* name;
+  Mechanism mechanism;
+  Flexure flexure = Flexure::plate;
+};
+
+std::vector<Case> families() {
+  return {
+      {"leaf spring", lopsided(models::single_leaf(0.1, 0.03, 5e-4), 0.1)},
+      {"guide", lopsided(models::guide(0.1, 0.03, 5e-4), 0.1)},
+      {"cross hinge",
+       lopsided(models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}}), 0.1)},
+      {"three-flexure cross hinge", lopsided(models::three_leaf_hinge(0.06, 0.04, 4e-4), 0.1)},
+      {"beam guide", lopsided(models::guide(0.1, 0.03, 5e-4), 0.1), Flexure::beam},
+  };
+}
+
+double omega2(double hertz) { return std::pow(2 * std::numbers::pi * hertz, 2); }
+
+double unit_of(const Mechanism& m) { return is_rotation(m.drive) ? 1 : m.leaves[0].length; }
+
+}  // namespace
+
+TEST_CASE("frequency derivatives agree with differences of the path") {
+  int compared = 0;
+  for (const Case& c : families()) {
+    const ModelOptions model{.accuracy = Accuracy::full, .flexure = c.flexure};
+    const double unit = unit_of(c.mechanism);
+    // Central differences of fourth order with two steps: what they differ by is their own error.
+    const auto differences = [&](double h) {
+      StrokeRequest request;
+      request.points = {-2 * h, -h, 0, h, 2 * h};
+      request.frequencies = 5;
+      request.stress = false;
+      request.newton.tolerance = 1e-11;
+      return evaluate_stroke(c.mechanism, model, request);
+    };
+    const double h = 3e-3 * unit;
+    const StrokeResponse near = differences(h), far = differences(2 * h);
+    REQUIRE(near.frequency_derivatives.size() == 5);
+    for (const FrequencyDerivatives& d : near.frequency_derivatives) {
+      const auto w2 = [&](const StrokeResponse& r, int k) {
+        return omega2(r.path[k].frequencies_free[d.index]);
+      };
+      const auto first = [&](const StrokeResponse& r, double s) {
+        return (8 * (w2(r, 3) - w2(r, 1)) - (w2(r, 4) - w2(r, 0))) / (12 * s);
+      };
+      const auto second = [&](const StrokeResponse& r, double s) {
+        return (16 * (w2(r, 3) + w2(r, 1)) - (w2(r, 4) + w2(r, 0)) - 30 * w2(r, 2)) / (12 * s * s);
+      };
+      const double d1 = first(near, h), d2 = second(near, h);
+      const double own1 = std::abs(d1 - first(far, 2 * h)),
+                   own2 = std::abs(d2 - second(far, 2 * h));
+      INFO(c.name << " mode " << d.index << " d1 " << d.d_omega2 << " " << d1 << " +- " << own1
+                  << " d2 " << d.d2_omega2 << " " << d2 << " +- " << own2);
+      CHECK(d.omega2 == Approx(w2(near, 2)).epsilon(1e-6));
+      CHECK(std::abs(d.d_omega2 - d1) < 1e-4 * std::abs(d1) + 1e-6 * d.omega2 / unit + own1);
+      // of two frequencies that nearly meet the differences know nothing: their own error is large
+      if (own2 < 1e-2 * std::abs(d2)) {
+        CHECK(std::abs(d.d2_omega2 - d2) < 1e-4 * std::abs(d2) + own2);
+        ++compared;
+      }
+      CHECK(d.compliance * d.omega2 == Approx(1));
+      const double w4 = d.omega2 * d.omega2;
+      CHECK(d.d_compliance == Approx(-d.d_omega2 / w4).margin(1e-30));
+      CHECK(d.d2_compliance ==
+            Approx(-d.d2_omega2 / w4 + 2 * d.d_omega2 * d.d_omega2 / (w4 * d.omega2)));
     }
+  }
+  CHECK(compared >= 15);
+}
+
+TEST_CASE("first derivatives of symmetric designs vanish") {
+  for (const Mechanism& m : {models::guide(0.1, 0.03, 5e-4),
+                             models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}})}) {
+    const auto r = frequency_derivatives(m, ModelOptions{}, Vector6d::Zero(), {}, 8);
+    REQUIRE(r.ok);
+    for (const FrequencyDerivatives& d : r.modes) {
+      CHECK(d.d_omega2 == 0);
+      CHECK(d.d2_omega2 != 0);
+    }
+    CHECK(r.modes[0].mode.kind == ModeKind::drive);
+  }
+  const auto lop = frequency_derivatives(lopsided(models::guide(0.1, 0.03, 5e-4), 0.1),
+                                         ModelOptions{}, Vector6d::Zero(), {}, 4);
+  CHECK(std::any_of(lop.modes.begin(), lop.modes.end(),
+                    [](const FrequencyDerivatives& d) { return d.d_omega2 != 0; }));
+}
+
+TEST_CASE("the parabola of the compliance outlives that of the squared frequency") {
+  // guide and cross hinge whose end-effector modes lie far below the leaves' own
+  for (const Mechanism& m :
+       {models::guide(0.1, 0.03, 5e-4, 0.06, 20, 0.05),
+        models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}}, 20, 0.05)}) {
+    StrokeRequest request;
+    const double largest = is_rotation(m.drive) ? std::numbers::pi / 9 : 0.2 * m.leaves[0].length;
+    request.points.clear();
+    for (int k = 0; k <= 20; ++k) request.points.push_back(largest * k / 20);
+    request.frequencies = 6;
+    request.stress = false;
+    const StrokeResponse r = evaluate_stroke(m, ModelOptions{}, request);
+    REQUIRE(r.status == Status::ok);
+    // a supporting motion: its law is 1/ω² = c0 + c2 s²
+    const FrequencyDerivatives* steepest = &r.frequency_derivatives[1];
+    CHECK(steepest->mode.kind == ModeKind::end_effector);
+    INFO("omega2 to " << steepest->omega2_valid_to.value_or(-1) << ", compliance to "
+                      << steepest->compliance_valid_to.value_or(-1));
+    REQUIRE(steepest->omega2_valid_to);
+    CHECK(*steepest->omega2_valid_to < 0.2 * largest);
+    CHECK((!steepest->compliance_valid_to ||
+           *steepest->compliance_valid_to > 1.5 * *steepest->omega2_valid_to));
+    for (const PathPoint& p : r.path) CHECK(p.parasitic_frequency_screening.has_value());
+    CHECK(*r.path[0].parasitic_frequency_screening <= *r.path[0].parasitic_frequency * 1.0001);
+  }
+}
+
+TEST_CASE("screening alone solves no equilibrium") {
+  StrokeRequest request;
+  request.points = {0, 0.005, 0.01};
+  request.frequencies = 4;
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  const StrokeResponse all = evaluate_stroke(m, ModelOptions{}, request);
+  request.path = false;
+  const StrokeResponse r = evaluate_stroke(m, ModelOptions{}, request);
+  CHECK(r.status == Status::ok);
+  for (int k = 0; k < 3; ++k) {
+    CHECK(r.path[k].status == PointStatus::not_reached);
+    CHECK(value_of(r.path[k], "parasitic_frequency_screening") ==
+          value_of(all.path[k], "parasitic_frequency_screening"));
+    CHECK(!value_of(r.path[k], "parasitic_frequency"));
+  }
+}
+
+TEST_CASE("a dead load moves the state that frequencies are derived about") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request;
+  const double h = 3e-4;
+  request.points = {-h, 0, h, -2 * h, 2 * h};
+  request.frequencies = 2;
+  request.stress = false;
+  request.load << 40, 0, -3, 0.02, 0.1, 0;
+  request.newton.tolerance = 1e-11;
+  const StrokeResponse r = evaluate_stroke(m, {.accuracy = Accuracy::full}, request);
+  REQUIRE(r.status == Status::ok);
+  for (const FrequencyDerivatives& d : r.frequency_derivatives) {
+    const auto w2 = [&](int k) { return omega2(r.path[k].frequencies_free[d.index]); };
+    const double first = (8 * (w2(2) - w2(0)) - (w2(4) - w2(3))) / (12 * h);
+    const double second = (16 * (w2(2) + w2(0)) - (w2(4) + w2(3)) - 30 * w2(1)) / (12 * h * h);
+    INFO("mode " << d.index);
+    CHECK(d.omega2 == Approx(w2(1)).epsilon(1e-7));
+    CHECK(d.d_omega2 == Approx(first).epsilon(1e-4).margin(1e-6 * d.omega2 / 0.1));
+    CHECK(d.d2_omega2 == Approx(second).epsilon(1e-4));
   }
 }
