@@ -2,7 +2,7 @@
 // A plate leaf along a path of states r(s) = r0 + r1 s + r2 s²: force, tangent stiffness and mass
 // as power series in s, exact to s². The energy is a polynomial of fourth degree in the nodal dofs
 // and the edges turn by an exponential map, so that its second to fourth derivatives contract to
-// products of series, element by element. Scaled units of plate_mesh.hpp; equations (15), (16) of
+// products of series, element by element. Scaled units of plate_mesh.hpp; equations (21), (22) of
 // core/response/README.md.
 #include <memory>
 #include <vector>

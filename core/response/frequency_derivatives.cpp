@@ -147,7 +147,7 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
   Modes& modes = *found;
   series.expand_along_stroke();
 
-  // (17), cluster by cluster
+  // (23), cluster by cluster
   Series<MatrixXd> K = series.tangent_times(modes.phi.leftCols(p)),
                    M = series.mass_times(modes.phi.leftCols(p));
   const auto lambda = modes.lambda.head(p).asDiagonal();
@@ -187,9 +187,9 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
     result.message = "the modal derivatives of the modes were not found in 200 iterations";
     return result;
   }
-  // the residual anew: (18) is a small difference of large terms, and solving costs 8 digits
+  // the residual anew: (24) is a small difference of large terms, and solving costs 8 digits
   modal->residual = B - series.tangent_times(modal->y)[0] + series.mass_times(modal->y)[0] * lambda;
-  // (18), family by family
+  // (24), family by family
   B2 -= M[1] * first.asDiagonal();
   for (const Range& f : families) {
     const int a = f.first, size = f.second - a;

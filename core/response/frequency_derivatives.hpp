@@ -1,6 +1,6 @@
 #pragma once
 // First and second derivatives of the natural frequencies along the stroke, from one state: closed
-// formulas, no differences. Equations (15) to (19) of README.md.
+// formulas, no differences. Equations (21) to (25) of README.md.
 #include <string>
 #include <vector>
 
@@ -34,7 +34,7 @@ inline constexpr double parabola_tolerance = 0.02;
 /// zero. The shorter of both sides counts. A mode that leaves the path's list ends there.
 void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<PathPoint>& path);
 
-/// Lowest parasitic frequency at a stroke that the parabolas of the compliances foretell: (19).
+/// Lowest parasitic frequency at a stroke that the parabolas of the compliances foretell: (25).
 std::optional<double> parasitic_frequency_screening(const std::vector<FrequencyDerivatives>& modes,
                                                     const StrokeRequest& request, double stroke);
 

@@ -297,7 +297,7 @@ Series<VectorXd> MechanismSeries::residual() const {
   return result;
 }
 
-// (15): K̂ − ½ hat(m) bordered by the drive load and the stroke, twice.
+// (21): K̂ − ½ hat(m) bordered by the drive load and the stroke, twice.
 void MechanismSeries::expand_along_stroke() {
   const Mechanism& m = system_->mechanism();
   const int n = bodies_, ee = 6 * m.end_effector, d = ee + index(m.drive);

@@ -1,6 +1,6 @@
 #pragma once
 // A mechanism of full leaves about an equilibrium and along its stroke: K(s) and M(s) of all
-// degrees of freedom as power series in the stroke, exact to s². Equations (15), (16) of README.md.
+// degrees of freedom as power series in the stroke, exact to s². Equations (21), (22) of README.md.
 #include <memory>
 #include <vector>
 

@@ -61,7 +61,7 @@ struct Mode {
 };
 
 /// How the square of a natural frequency, drive free, leaves its value at the undeflected state
-/// (dead load applied) along the path of equilibria: equations (15) to (18) of README.md.
+/// (dead load applied) along the path of equilibria: equations (21) to (24) of README.md.
 struct FrequencyDerivatives {
   int index = 0;                                   ///< among the undeflected frequencies, ascending
   Mode mode;                                       ///< at the undeflected state
@@ -89,7 +89,7 @@ struct PathPoint {
   std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
   std::vector<Mode> modes_free, modes_locked;
   std::optional<double> parasitic_frequency;  ///< [Hz]
-  /// The same foretold from the undeflected state: README.md (19) [Hz].
+  /// The same foretold from the undeflected state: README.md (25) [Hz].
   std::optional<double> parasitic_frequency_screening;
   std::optional<StressPeak> max_stress;
   std::optional<double> buckling_load_factor;  ///< of the dead load
