@@ -278,7 +278,8 @@ Series<VectorXd> MechanismSeries::residual() const {
       MatrixXd f = MatrixXd::Zero(leaf.point >= 0 ? 15 : 12, 1);
       f.topRows(12) = scale.energy * leaf.to_leaf.transpose() * rows[o].tail<12>();
       if (leaf.point >= 0) {
-        f.bottomRows(3) = scale.axes * leaf.point_force[o] * (scale.energy / scale.length);
+        const Vector3d force = scale.axes * leaf.point_force[o];
+        f.bottomRows(3) = (scale.energy / scale.length) * force;
         Vector3d u = place_[leaf.point][o];
         if (o == 0) {
           u -= m.bodies[leaf.point].reference;
