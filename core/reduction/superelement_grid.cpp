@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/reduction/beam_body.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -48,13 +50,19 @@ SuperelementGrid::SuperelementGrid(const LeafSpring& leaf, const ModelOptions& m
       across_(model.superelements[1]),
       length_(leaf.length),
       width_(leaf.width),
-      shape_(plate_shape(leaf, model.mesh, model.free_edge_torsion)),
+      shape_(leaf_shape(leaf, model)),
       youngs_modulus_(leaf.material.youngs_modulus),
       density_(leaf.material.density),
       modes_((model.leaf_modes + elements() - 1) / elements()) {
   PlateBody body;
   body.plate = leaf;
   body.plate.length = length_ / along_;
+  if (shape_.is_beam()) {
+    const int elements = own_elements(model.mesh[0], along_);
+    kinds_ = {std::make_shared<CondensedPlate>(condense_beam(
+        body.plate, elements + elements % 2, along_ == 1 ? model.warping : Warping::free, modes_))};
+    return;
+  }
   body.plate.width = width_ / rows();
   body.mesh = {own_elements(model.mesh[0], along_), own_elements(model.mesh[1], rows())};
   const bool edge = model.free_edge_torsion;
@@ -77,8 +85,8 @@ int SuperelementGrid::kind(int row) const {
 
 bool SuperelementGrid::fits(const LeafSpring& leaf, const ModelOptions& model) const {
   return model.superelements == std::array{along_, across_} && length_ == leaf.length &&
-         shape_ == plate_shape(leaf, model.mesh, model.free_edge_torsion) &&
-         youngs_modulus_ == leaf.material.youngs_modulus && density_ == leaf.material.density &&
+         shape_ == leaf_shape(leaf, model) && youngs_modulus_ == leaf.material.youngs_modulus &&
+         density_ == leaf.material.density &&
          modes_ == (model.leaf_modes + elements() - 1) / elements();
 }
 
@@ -86,6 +94,19 @@ SuperelementGrid::Node SuperelementGrid::node(int element, int k) const {
   const int i = element / rows(), j = element % rows();
   if (across_ == 0) return {i + k, 0};
   return {i + k / 2, j + k % 2};  // (0, −), (0, +), (L, −), (L, +)
+}
+
+std::vector<MatrixXd> SuperelementGrid::beam_nodal(const State& state, int e, double factor) const {
+  const PlateMesh& mesh = *kinds_[0]->mesh;
+  const VectorXd dofs = factor * (model(e).recovery * *state.q[e]);
+  std::vector<MatrixXd> nodal;
+  for (int i = 0; i < mesh.lines(); ++i) {
+    nodal.push_back(dofs.segment<12>(12 * i).reshaped(4, 3));
+    nodal.back().row(0) += mesh.x()[i] * Eigen::RowVector3d::UnitX();
+    nodal.back().row(1) += Eigen::RowVector3d::UnitX();
+    nodal.back().row(2) += Eigen::RowVector3d::UnitY();
+  }
+  return nodal;
 }
 
 StrainField SuperelementGrid::strains(const State& state) const {
@@ -133,6 +154,14 @@ Vector3d SuperelementGrid::place(const State& state, double along, double across
   const int e = i.index * rows() + j.index;
   const CondensedPlate& p = plate(e);
   const PlateMesh& mesh = *p.mesh;
+  const FloatingFrame& frame = *state.frames[e];
+  if (shape_.is_beam()) {
+    const std::vector<MatrixXd> nodal = beam_nodal(state, e);
+    Vector3d r = Vector3d::Zero();
+    for (const NodalWeight& w : point_weights(mesh, i.place, j.place))
+      r += w.weight * nodal[w.line].row(w.function).transpose();
+    return frame.position + frame.axes * (p.scale.length * r - p.frame_point);
+  }
   const double x = i.place, y = (j.place - 0.5) * mesh.shape().width;
   const Local cx = locate(x, mesh.x()), cy = locate(y, mesh.y());
   const VectorXd dofs = model(e).recovery * *state.q[e];
@@ -140,7 +169,6 @@ Vector3d SuperelementGrid::place(const State& state, double along, double across
                hy = mesh.y()[cy.index + 1] - mesh.y()[cy.index];
   const Vector3d u = element_dofs(mesh, dofs, cx.index, cy.index).transpose() *
                      hermite_products(hermite(cx.place, hx).value, hermite(cy.place, hy).value);
-  const FloatingFrame& frame = *state.frames[e];
   return frame.position + frame.axes * (p.scale.length * (Vector3d(x, y, 0) + u) - p.frame_point);
 }
 
@@ -189,6 +217,8 @@ std::vector<NodeShare> point_shares(const LeafSpring& leaf, const SuperelementGr
 }
 
 std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOptions& model) {
+  if (model.flexure == Flexure::beam && model.superelements[1] != 0)
+    return "a beam is cut along only: expected the number of superelements along";
   if (!leaf.point || leaf.point->spread_over_tip) return std::nullopt;
   const auto [along, across] = model.superelements;
   const bool on_line = node_at(leaf.point->along, along).has_value();

@@ -17,7 +17,8 @@
 
 namespace flexopt {
 
-/// `across` = 0: segments of two nodes between rigid lines; else patches of four nodes.
+/// `across` = 0: segments of two nodes between rigid lines; else patches of four nodes. A beam is
+/// cut into segments, free to warp where there are several.
 class SuperelementGrid {
  public:
   SuperelementGrid(const LeafSpring& leaf, const ModelOptions& model);
@@ -49,7 +50,10 @@ class SuperelementGrid {
     std::vector<const VectorXd*> q;
     std::vector<const FloatingFrame*> frames;
   };
-  /// Linear strains of the local displacements; lengths over L, as in plate_stress.
+  /// Nodal values r/L of a segment of a beam, in its frame from its first node on.
+  /// Displacements are taken times `factor`.
+  std::vector<MatrixXd> beam_nodal(const State& state, int element, double factor = 1) const;
+  /// Linear strains of the local displacements of a plate; lengths over L, as in plate_stress.
   StrainField strains(const State& state) const;
   /// Deflected place of a point of the mid-surface, each coordinate in [0, 1].
   Vector3d place(const State& state, double along, double across) const;

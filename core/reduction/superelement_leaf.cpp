@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/elements/beam_stress.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
 
@@ -11,7 +12,7 @@ namespace flexopt {
 
 SuperelementLeaf::SuperelementLeaf(const LeafSpring& leaf,
                                    std::shared_ptr<const SuperelementGrid> grid, int index)
-    : leaf_(leaf), grid_(std::move(grid)), index_(index), scale_(leaf) {
+    : leaf_(leaf), grid_(std::move(grid)), index_(index), scale_(leaf, grid_->shape().flexure) {
   const int lines = grid_->lines(), k = grid_->nodes_per_line();
   for (int i = 0; i < lines; ++i)
     for (int j = 0; j < k; ++j)
@@ -359,14 +360,64 @@ SuperelementGrid::State SuperelementLeaf::grid_state() const {
 
 StressPeak SuperelementLeaf::max_stress() {
   const SuperelementGrid::State state = grid_state();
+  if (grid_->shape().is_beam()) return beam_stress_peak(state);
   StressPeak peak =
       largest_stress(grid_->strains(state), grid_->shape(), leaf_.material.youngs_modulus, index_);
   peak.position = grid_->place(state, peak.along, peak.across);
   return peak;
 }
 
+namespace {
+/// The section formulas measure finite strains; of so small a part of the local displacements,
+/// stiffened as much, the stresses are those of the linear strains.
+constexpr double linear = 1e-6;
+}  // namespace
+
+LeafSpring SuperelementLeaf::segment() const {
+  LeafSpring segment = leaf_;
+  segment.length /= grid_->along();
+  segment.material.youngs_modulus /= linear;
+  return segment;
+}
+
+StressPeak SuperelementLeaf::beam_stress_peak(const SuperelementGrid::State& state) const {
+  StressPeak peak;
+  for (int e = 0; e < grid_->elements(); ++e) {
+    const CondensedPlate& p = grid_->plate(e);
+    StressPeak own =
+        beam_max_stress(*p.mesh, grid_->beam_nodal(state, e, linear), segment(), p.scale, index_);
+    if (e > 0 && own.value <= peak.value * (1 + 1e-9)) continue;
+    peak = own;
+    peak.along = (e + own.along) / grid_->along();
+  }
+  peak.position = grid_->place(state, peak.along, peak.across);
+  return peak;
+}
+
+LeafShape SuperelementLeaf::beam_shape(const SuperelementGrid::State& state) const {
+  LeafShape shape;
+  const int lines = grid_->plate(0).mesh->lines();
+  shape.points_along = grid_->elements() * (lines - 1) + 1;
+  shape.points_across = 2;
+  for (int side = 0; side < 2; ++side)
+    for (int e = 0; e < grid_->elements(); ++e) {
+      const CondensedPlate& p = grid_->plate(e);
+      const LeafShape own =
+          beam_deformed_shape(*p.mesh, grid_->beam_nodal(state, e, linear), segment(), p.scale);
+      for (int i = e == 0 ? 0 : 1; i < lines; ++i) {
+        const double x = (e + p.mesh->x()[i]) / grid_->along();
+        shape.undeflected.push_back(
+            leaf_.origin + leaf_.axes * Vector3d(x * leaf_.length, (side - 0.5) * leaf_.width, 0));
+        shape.deflected.push_back(grid_->place(state, x, side));
+        shape.von_mises.push_back(own.von_mises[side * lines + i]);
+      }
+    }
+  return shape;
+}
+
 LeafShape SuperelementLeaf::shape() {
   const SuperelementGrid::State state = grid_state();
+  if (grid_->shape().is_beam()) return beam_shape(state);
   const StrainField field = grid_->strains(state);
   const std::vector<double> along = grid_->stations_along(), across = grid_->stations_across();
   const double width = grid_->shape().width;

@@ -62,6 +62,9 @@ class SuperelementLeaf final : public LeafElement {
   /// Rates of a superelement's nodes for the columns of T (unknowns + 12 rows).
   MatrixXd node_rates(int element, const MatrixXd& T) const;
   SuperelementGrid::State grid_state() const;
+  LeafSpring segment() const;  ///< of a beam
+  StressPeak beam_stress_peak(const SuperelementGrid::State& state) const;
+  LeafShape beam_shape(const SuperelementGrid::State& state) const;
 
   LeafSpring leaf_;
   std::shared_ptr<const SuperelementGrid> grid_;
