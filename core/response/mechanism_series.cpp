@@ -279,7 +279,7 @@ Series<VectorXd> MechanismSeries::residual() const {
       f.topRows(12) = scale.energy * leaf.to_leaf.transpose() * rows[o].tail<12>();
       if (leaf.point >= 0) {
         const Vector3d force = scale.axes * leaf.point_force[o];
-        f.bottomRows(3) = (scale.energy / scale.length) * force;
+        f.col(0).tail<3>() = (scale.energy / scale.length) * force;
         Vector3d u = place_[leaf.point][o];
         if (o == 0) {
           u -= m.bodies[leaf.point].reference;
