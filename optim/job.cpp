@@ -341,13 +341,7 @@ NewtonOptions read_newton(const json& read) {
 
 void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const Pointer& at) {
   const std::string where = (at / "flexure").to_string();
-  if (model.flexure == Flexure::beam) {
-    if (model.method == Reduction::linear_craig_bampton)
-      throw SpecError(where, "\"beam\"",
-                      "linear superelements are cut from plates: expected \"plate\", or another "
-                      "method");
-    return;
-  }
+  if (model.flexure == Flexure::beam) return;
   if (is_wire(design))
     throw SpecError(where, "\"plate\"", "a leaf of circular section is a beam: expected \"beam\"");
   const Material& m = design.material;
