@@ -49,7 +49,8 @@ struct Family {
   std::vector<Parameter> parameters;
   std::vector<FamilyOption> options;
   std::array<int, 2> mesh = ModelOptions{}.mesh;  ///< that its leaves want when none is asked for
-  /// Else O is a material point of a leaf for these choices: no mass, no moments at O.
+  /// Whether a rigid end-effector carries O; else O is a material point of a leaf: no mass, no
+  /// moments.
   std::function<bool(const FamilyChoices&)> has_end_effector = [](const FamilyChoices&) {
     return true;
   };
