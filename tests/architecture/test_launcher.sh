@@ -1,6 +1,7 @@
 #!/bin/sh
 # Tests of ./flexopt with stand-ins for everything it calls: sh test_launcher.sh PATH_OF_LAUNCHER
 set -eu
+unset FLEXOPT_NO_INSTALL  # the caller's own choice is not what is tested
 launcher=$1
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
