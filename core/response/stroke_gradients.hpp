@@ -1,0 +1,55 @@
+#pragma once
+// Exact derivatives of what a stroke answers with respect to design parameters. Plain data, laid
+// out as the numbers of response.hpp: one row for each number, one column for each parameter.
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+/// Frequencies that are equal but for rounding, or so near that single derivatives mean nothing.
+/// The squares of the ranked frequencies first … first + size − 1 move, for a change dp of the
+/// parameters, like the eigenvalues of
+///     diag(ω²) + Σ_j block[j] dp_j,    block[j] = Φᵀ (∂K/∂p_j − ω² ∂M/∂p_j) Φ     [rad²/s² per SI]
+/// with Φ any M-orthonormal basis of their motions (state terms included in ∂K, ∂M).
+struct FrequencyCluster {
+  int first = 0, size = 0;
+  std::vector<MatrixXd> block;  ///< for each parameter, size × size, symmetric
+};
+
+/// Derivatives at one point of the path. Without rows (or nothing) where the point has no such
+/// number or it was not asked for.
+struct PointGradients {
+  VectorXd drive_load, drive_stiffness;  ///< along the parameters
+  MatrixXd displacement, rotation;       ///< 3 × parameters
+  std::array<std::optional<VectorXd>, 6> support_stiffness;
+  /// Row k: of `PathPoint::frequencies_free[k]`, and locked [Hz per SI]. A member of a cluster has
+  /// the row of its branch: diagonal of the block in a basis that makes the blocks as diagonal as
+  /// they get, so that branches which cross keep their derivatives.
+  MatrixXd frequencies_free, frequencies_locked;
+  std::vector<FrequencyCluster> clusters_free, clusters_locked;
+  std::optional<VectorXd> parasitic_frequency, parasitic_frequency_screening;
+  std::optional<VectorXd> max_stress;  ///< the place of the peak held in the leaf's own coordinates
+};
+
+struct StrokeGradients {
+  std::vector<std::string> parameters;  ///< names of the columns
+  std::vector<PointGradients> path;     ///< one for each point of the response
+};
+
+/// A response and its derivatives. There are none where the response has no equilibrium, or where
+/// the model offers none; `message` says why.
+struct StrokeSensitivity {
+  StrokeResponse response;
+  std::optional<StrokeGradients> gradients;
+  std::string message;
+};
+
+/// Derivative of a quantity of `quantities` along the parameters; nothing where there is none.
+std::optional<VectorXd> gradient_of(const PointGradients& point, std::string_view name);
+
+}  // namespace flexopt
