@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/equilibrium/free_motions.hpp"
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
@@ -33,6 +34,8 @@ Vector6d stroke_gradient(const System& system) {
 }
 
 int negative_pivots(const System& system, bool drive_held) {
+  if (system.constraints().count() > 0)
+    return system.negative_pivots() + FreeMotions(system, drive_held).negative_pivots();
   const Mechanism& m = system.mechanism();
   const int d = 6 * m.end_effector + index(m.drive);
   const MatrixXd& K = system.tangent_stiffness();
@@ -47,6 +50,23 @@ int negative_pivots(const System& system, bool drive_held) {
   return system.negative_pivots() + static_cast<int>((eigen.eigenvalues().array() < 0).count());
 }
 
+namespace {
+
+constexpr double violation_weight = 1e4;
+
+// What is wrong where the joints' conditions, and the stroke's if one is held, depend on each other
+// at this state; empty if they do not.
+std::string dependence(const System& system, bool driven) {
+  const int wanted = static_cast<int>(system.size() - system.held().size()) -
+                     system.constraints().count() - driven;
+  const int free = FreeMotions(system, driven).count();
+  if (free == wanted) return {};
+  return fmt::format("{} of the conditions of joints{} repeat others here (a dead point)",
+                     free - wanted, driven ? " and stroke" : "");
+}
+
+}  // namespace
+
 Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, const Vector6d& load,
                               const NewtonOptions& options) {
   const Mechanism& m = system.mechanism();
@@ -56,13 +76,26 @@ Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, cons
   VectorXd scale = VectorXd::Ones(n);
   for (int b = 0; b < n; b += 6) scale.segment<3>(b).setConstant(L);
 
+  const int m_joints = system.constraints().count();
+
   double lambda = 0, previous = 0;
   system.assemble();
+  if (m_joints > 0) {
+    result.message = dependence(system, stroke.has_value());
+    if (!result.message.empty()) return result;
+  }
   for (int it = 0;; ++it) {
-    // [K  −e; hᵀ  0] (dq, λ) = (load − f, stroke − s), scaled to lengths over L; or λ = 0
-    MatrixXd A = MatrixXd::Zero(n + 1, n + 1);
-    VectorXd b(n + 1);
-    const double unit = system.tangent_stiffness()(d, d);
+    // [K  −e  Ψ_qᵀ; hᵀ  0  0; Ψ_q  0  0] (dq, λ, dμ) = (load − f, stroke − s, −Ψ), scaled to
+    // lengths over L; or λ = 0
+    MatrixXd A = MatrixXd::Zero(n + 1 + m_joints, n + 1 + m_joints);
+    VectorXd b(n + 1 + m_joints);
+    double unit = system.tangent_stiffness()(d, d);
+    if (m_joints > 0)  // no leaf may hang on the end-effector itself
+      unit = (scale.asDiagonal() * system.tangent_stiffness() * scale.asDiagonal())
+                 .diagonal()
+                 .cwiseAbs()
+                 .maxCoeff() /
+             (scale[d] * scale[d]);
     A.topLeftCorner(n, n) = scale.asDiagonal() * system.tangent_stiffness() * scale.asDiagonal();
     // spins do not commute: the moment's true derivative is K − ½ hat(moment)
     for (int b = 0; b < n; b += 6)
@@ -80,10 +113,22 @@ Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, cons
     r.segment<6>(ee) += load;
     for (const int k : system.held()) r[k] = 0;
     b.head(n) = scale.cwiseProduct(r);
+    VectorXd reaction;  // joints: multipliers in the unit of the drive's, conditions in their own
+    if (m_joints > 0) {
+      const Constraints& c = system.constraints();
+      reaction = unit * scale[d] * scale[d] * c.units().cwiseInverse();
+      A.block(0, n + 1, n, m_joints) =
+          scale.asDiagonal() * c.gradient().transpose() * reaction.asDiagonal();
+      A.block(n + 1, 0, m_joints, n) =
+          c.units().cwiseInverse().asDiagonal() * c.gradient() * scale.asDiagonal();
+      b.tail(m_joints) = -c.value().cwiseQuotient(c.units());
+    }
     const VectorXd x = A.partialPivLu().solve(b);
     lambda = x[n] * unit * scale[d];
     result.step = x.head(n).cwiseAbs().maxCoeff();
-    const double size = std::max(result.step, system.correction());
+    // steps within the tolerance, conditions far within it: they must not drift
+    const double size = std::max(
+        {result.step, system.correction(), violation_weight * system.constraints().violation()});
     result.iterations = it;
     if (!std::isfinite(size)) {
       result.message = fmt::format("Newton met a singular tangent in iteration {}", it + 1);
@@ -105,6 +150,7 @@ Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, cons
     }
     previous = size;
     system.move(scale.cwiseProduct(x.head(n)));
+    if (m_joints > 0) system.add_to_multipliers(reaction.cwiseProduct(x.tail(m_joints)));
     system.assemble();
   }
 }

@@ -8,7 +8,10 @@
 namespace flexopt {
 
 System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves)
-    : mechanism_(&mechanism), leaves_(std::move(leaves)) {
+    : mechanism_(&mechanism),
+      leaves_(std::move(leaves)),
+      constraints_(mechanism),
+      multipliers_(VectorXd::Zero(constraints_.count())) {
   assert(leaves_.size() == mechanism.leaves.size());
   for (const RigidBody& b : mechanism.bodies) poses_.push_back({b.reference, Matrix3d::Identity()});
   for (const LeafSpring& l : mechanism.leaves) length_ = std::max(length_, l.length);
@@ -79,6 +82,11 @@ void System::assemble() {
       tangent_.block<6, 3>(6 * body(i, a), p) += K.transpose();
     }
   }
+  if (constraints_.count() > 0) {
+    constraints_.evaluate(poses_);
+    force_ += constraints_.gradient().transpose() * multipliers_;
+    constraints_.add_curvature(poses_, multipliers_, tangent_);
+  }
   for (const int k : held_) {
     force_[k] = 0;
     tangent_.row(k).setZero();
@@ -109,7 +117,7 @@ void System::move(const VectorXd& dq) {
 }
 
 System::Snapshot System::save() const {
-  Snapshot snapshot{poses_, {}};
+  Snapshot snapshot{poses_, {}, multipliers_};
   for (const auto& leaf : leaves_) snapshot.leaves.push_back(leaf->save());
   return snapshot;
 }
@@ -117,6 +125,7 @@ System::Snapshot System::save() const {
 void System::restore(const Snapshot& snapshot) {
   assembled_ = false;
   poses_ = snapshot.poses;
+  multipliers_ = snapshot.multipliers;
   for (int i = 0; i < leaves(); ++i) leaves_[i]->restore(*snapshot.leaves[i]);
 }
 

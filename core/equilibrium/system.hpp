@@ -1,19 +1,15 @@
 #pragma once
-// A mechanism in a configuration: rigid bodies with absolute coordinates, leaves between them.
+// A mechanism in a configuration: rigid bodies with absolute coordinates, leaves and joints between
+// them.
 #include <algorithm>
 #include <memory>
 #include <vector>
 
 #include "core/elements/leaf_element.hpp"
+#include "core/equilibrium/constraints.hpp"
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
-
-/// Present place of a body: its reference point and the rotation since the undeflected state.
-struct BodyPose {
-  Vector3d position;
-  Matrix3d rotation = Matrix3d::Identity();
-};
 
 class System {
  public:
@@ -36,7 +32,8 @@ class System {
   /// Evaluates every leaf at the present state, once. After it the results below hold.
   void assemble();
   double energy() const { return energy_; }
-  const VectorXd& internal_force() const { return force_; }       ///< (force, moment) per body
+  /// (force, moment) per body, those of the joints (Ψ_qᵀ λ) included.
+  const VectorXd& internal_force() const { return force_; }
   const MatrixXd& tangent_stiffness() const { return tangent_; }  ///< with every geometric term
   double correction() const { return correction_; }               ///< largest of the leaves
   double strain() const { return strain_; }  ///< largest mid-surface stretch of the leaves
@@ -47,12 +44,21 @@ class System {
     return std::find(held_.begin(), held_.end(), coordinate) != held_.end();
   }
 
+  /// The joints' conditions at the present state, and the forces that hold them.
+  const Constraints& constraints() const { return constraints_; }
+  const VectorXd& multipliers() const { return multipliers_; }  ///< λ [N, N m]
+  void add_to_multipliers(const VectorXd& change) {
+    multipliers_ += change;
+    assembled_ = false;
+  }
+
   /// Moves the bodies by (displacement, spin) each; the leaves follow the linearised increment.
   void move(const VectorXd& dq);
 
   struct Snapshot {
     std::vector<BodyPose> poses;
     std::vector<std::unique_ptr<LeafState>> leaves;
+    VectorXd multipliers;
   };
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
@@ -76,6 +82,8 @@ class System {
   const Mechanism* mechanism_;
   std::vector<std::unique_ptr<LeafElement>> leaves_;
   std::vector<BodyPose> poses_;
+  Constraints constraints_;
+  VectorXd multipliers_;
   double length_ = 0;
   std::vector<int> held_;
   VectorXd force_;

@@ -5,6 +5,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "core/mechanism/joint.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -92,21 +94,42 @@ std::optional<std::string> broken_rule(const RigidBody& body) {
   return std::nullopt;
 }
 
-/// Bodies that no chain of leaves ties to the ground.
+std::optional<std::string> broken_rule(const Joint& joint, int bodies) {
+  const auto known = [&](int body) { return body == ground || (body >= 0 && body < bodies); };
+  for (const int body : {joint.body, joint.other})
+    if (!known(body)) return fmt::format("{}: there is no body {}", joint.name, body);
+  if (joint.body == joint.other) return joint.name + ": it ties a body to itself";
+  if (!joint.place.allFinite()) return joint.name + ": its place is not finite";
+  const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic;
+  if (has_axis && !(std::abs(joint.axis.norm() - 1) < 1e-9))
+    return joint.name + ": its axis must have the length one";
+  return std::nullopt;
+}
+
+/// Bodies that no chain of leaves and joints ties to the ground.
 std::optional<std::string> loose_body(const Mechanism& mechanism) {
   std::vector<bool> held(mechanism.bodies.size(), false);
   const auto is_held = [&](int body) {
     return body == ground || held[static_cast<std::size_t>(body)];
   };
-  for (std::size_t pass = 0; pass < mechanism.bodies.size(); ++pass)
+  for (std::size_t pass = 0; pass < mechanism.bodies.size(); ++pass) {
     for (const LeafSpring& leaf : mechanism.leaves) {
       if (!is_held(leaf.base) && !(leaf.tip != free_edge && is_held(leaf.tip))) continue;
       for (const int body : {leaf.base, leaf.tip})
         if (body >= 0) held[static_cast<std::size_t>(body)] = true;
       if (leaf.point) held[static_cast<std::size_t>(leaf.point->body)] = true;
     }
+    for (const Joint& joint : mechanism.joints) {
+      if (!is_held(joint.body) && !is_held(joint.other)) continue;
+      for (const int body : {joint.body, joint.other})
+        if (body >= 0) held[static_cast<std::size_t>(body)] = true;
+    }
+  }
   for (std::size_t i = 0; i < held.size(); ++i)
-    if (!held[i]) return mechanism.bodies[i].name + ": no leaf ties it to the ground";
+    if (!held[i])
+      return mechanism.bodies[i].name + (mechanism.joints.empty()
+                                             ? ": no leaf ties it to the ground"
+                                             : ": no leaf and no joint ties it to the ground");
   return std::nullopt;
 }
 
@@ -123,7 +146,10 @@ std::optional<std::string> broken_rule(const Mechanism& mechanism) {
     if (auto rule = broken_rule(body)) return rule;
   for (const LeafSpring& leaf : mechanism.leaves)
     if (auto rule = broken_rule(leaf, bodies)) return rule;
+  for (const Joint& joint : mechanism.joints)
+    if (auto rule = broken_rule(joint, bodies)) return rule;
   if (auto rule = loose_body(mechanism)) return rule;
+  if (auto rule = dependent_joints(mechanism)) return rule;
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (intersect(box_of(mechanism.leaves[j]), box_of(mechanism.leaves[i])))

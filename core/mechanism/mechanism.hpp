@@ -80,10 +80,28 @@ struct RigidBodyT {
   std::array<bool, 6> held{};
 };
 
+enum class JointType {
+  rigid,      ///< no relative motion
+  revolute,   ///< turns about the axis
+  spherical,  ///< turns about the place
+  prismatic   ///< slides along the axis
+};
+
+/// Ties two bodies, or a body to the ground, by conditions with Lagrange multipliers: joint.hpp.
+template <class Scalar>
+struct JointT {
+  std::string name;
+  JointType type = JointType::rigid;
+  int body = 0, other = ground;
+  Vector3<Scalar> place;                            ///< in the undeflected state, global axes [m]
+  Vector3<Scalar> axis = Vector3<Scalar>::UnitZ();  ///< unit; of a revolute or prismatic joint
+};
+
 template <class Scalar>
 struct MechanismT {
   std::vector<RigidBodyT<Scalar>> bodies;  ///< the free ones
   std::vector<LeafSpringT<Scalar>> leaves;
+  std::vector<JointT<Scalar>> joints;
   int end_effector = 0;             ///< its reference point is O
   Direction drive = Direction::uy;  ///< what the stroke prescribes of the end-effector
 };
@@ -92,10 +110,12 @@ using Material = MaterialT<double>;
 using LeafPoint = LeafPointT<double>;
 using LeafSpring = LeafSpringT<double>;
 using RigidBody = RigidBodyT<double>;
+using Joint = JointT<double>;
 using Mechanism = MechanismT<double>;
 
 /// The first broken rule of a mechanism (indices, positive sizes, unit axes, leaves meeting their
-/// bodies, leaves that intersect when undeflected), or nothing.
+/// bodies, joints that repeat each other or stand against the drive, leaves that intersect when
+/// undeflected), or nothing.
 std::optional<std::string> broken_rule(const Mechanism& mechanism);
 
 }  // namespace flexopt

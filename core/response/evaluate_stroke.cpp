@@ -6,6 +6,7 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
+#include "core/mechanism/joint.hpp"
 #include "core/response/frequencies.hpp"
 #include "core/response/frequency_derivatives.hpp"
 #include "core/response/leaf_models.hpp"
@@ -103,8 +104,7 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
   point.compliance_free = c.drive_free;
   point.compliance_locked = c.drive_locked;
   for (int d = 0; d < 6; ++d)
-    if (d != index(mechanism.drive) && !body.held[d])
-      point.support_stiffness[d] = 1 / c.drive_locked(d, d);
+    if (!c.still[d]) point.support_stiffness[d] = 1 / c.drive_locked(d, d);
   const int d = index(mechanism.drive);
   point.drive_stiffness = 1 / c.drive_free(d, d);
   point.negative_pivots = request.load_path ? negative_pivots(system, false) : c.negative_pivots;
@@ -183,6 +183,10 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
 
 void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request, StrokeResponse& response) {
+  if (!mechanism.joints.empty()) {
+    response.message = "no frequency derivatives: they know no joints";
+    return;
+  }
   const auto start = Clock::now();
   FrequencyDerivativesResult found =
       frequency_derivatives(mechanism, model, request.load, request.newton, request.frequencies);
@@ -203,12 +207,20 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request) {
   StrokeResponse response;
+  if (const auto rule = dependent_joints(mechanism)) {
+    response.status = Status::no_equilibrium;
+    response.message = *rule;
+  }
   std::vector<int> outward, backward;
   for (int k = 0; k < static_cast<int>(request.points.size()); ++k) {
     PathPoint point;
     point.stroke = request.points[k];
     response.path.push_back(point);
     (request.points[k] < 0 ? backward : outward).push_back(k);
+  }
+  if (response.status != Status::ok) {
+    for (PathPoint& point : response.path) point.message = response.message;
+    return response;
   }
   auto by_distance = [&](int a, int b) {
     return std::abs(request.points[a]) < std::abs(request.points[b]);

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/equilibrium/free_motions.hpp"
 #include "core/math/rotation.hpp"
+#include "core/mechanism/joint.hpp"
 
 namespace flexopt {
 namespace {
@@ -13,9 +15,10 @@ namespace {
 // K and M over (bodies, internal modes of leaf 0, of leaf 1, …).
 struct Pencil {
   MatrixXd K, M;
-  int bodies = 0;    ///< coordinates of the bodies
-  VectorXd highest;  ///< highest kept mode of each leaf [Hz]
-  MatrixXd motion;   ///< Mode::motion of the coordinates
+  int bodies = 0;          ///< coordinates of the bodies
+  std::vector<int> group;  ///< of every body: what rigid joints make it part of
+  VectorXd highest;        ///< highest kept mode of each leaf [Hz]
+  MatrixXd motion;         ///< Mode::motion of the coordinates
   double check = 0;
 };
 
@@ -25,6 +28,7 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes) {
   int n = system.size();
   Pencil pencil;
   pencil.bodies = n;
+  pencil.group = rigid_groups(m);
   pencil.highest.resize(system.leaves());
   for (int i = 0; i < system.leaves(); ++i) {
     leaves.push_back(system.leaf(i).dynamics(leaf_modes[i]));
@@ -123,7 +127,7 @@ Mode classify(const Pencil& pencil, const System& system, double omega2, const V
   const VectorXd share = rest.cwiseProduct(pencil.M * rest);
   for (int b = 0; b < pencil.bodies / 6; ++b) {
     const double e = std::max(0.0, share.segment<6>(6 * b).sum());
-    if (b == system.mechanism().end_effector)
+    if (pencil.group[b] == system.mechanism().end_effector)
       end_effector += e;
     else
       intermediate += e;
@@ -203,7 +207,20 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
   Frequencies result;
   leaf_modes.resize(system.leaves(), 1);
   const int d = 6 * system.mechanism().end_effector + index(system.mechanism().drive);
+  const bool joints = system.constraints().count() > 0;
+  const auto jointed_pairs = [&](const Pencil& pencil, bool drive_locked) {
+    const MatrixXd Z = FreeMotions(system, drive_locked).basis();
+    const Eigen::Index inner = pencil.K.rows() - Z.rows();
+    MatrixXd T = MatrixXd::Zero(pencil.K.rows(), Z.cols() + inner);
+    T.topLeftCorner(Z.rows(), Z.cols()) = Z;
+    T.bottomRightCorner(inner, inner).setIdentity();
+    EigenPairs found =
+        solve(T.transpose() * pencil.K * T, T.transpose() * pencil.M * T, options.count);
+    found.shape = (T * found.shape).eval();
+    return found;
+  };
   const auto pairs = [&](const Pencil& pencil, bool drive_locked) {
+    if (joints) return jointed_pairs(pencil, drive_locked);
     std::vector<int> kept;
     const int n = static_cast<int>(pencil.K.rows());
     for (int i = 0; i < n; ++i)
@@ -219,11 +236,15 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
     const int n = static_cast<int>(pencil.K.rows());
     const EigenPairs locked = pairs(pencil, true);
     const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
-    const int unknowns = n - 1 - static_cast<int>(system.held().size());
+    const int unknowns = joints ? n - pencil.bodies + FreeMotions(system, true).count()
+                                : n - 1 - static_cast<int>(system.held().size());
     if (grow(leaf_modes, pencil.highest, highest, options.count - unknowns, options)) continue;
     const EigenPairs free = pairs(pencil, false);
     VectorXd drive_shape = VectorXd::Zero(n);
-    {
+    if (joints) {
+      const VectorXd x = FreeMotions(system, false).answer(VectorXd::Unit(pencil.bodies, d));
+      drive_shape.head(pencil.bodies) = x / x.cwiseAbs().maxCoeff();
+    } else {
       const MatrixXd K = pencil.K.topLeftCorner(pencil.bodies, pencil.bodies);
       VectorXd x = K.partialPivLu().solve(VectorXd::Unit(pencil.bodies, d));
       drive_shape.head(pencil.bodies) = x / x.cwiseAbs().maxCoeff();

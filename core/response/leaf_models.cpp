@@ -6,7 +6,9 @@
 #include <numbers>
 
 #include "core/elements/full_leaf.hpp"
+#include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/system.hpp"
+#include "core/mechanism/joint.hpp"
 #include "core/reduction/superelement_leaf.hpp"
 #include "core/reduction/tube_leaf.hpp"
 
@@ -23,12 +25,23 @@ std::shared_ptr<const PlateMesh> mesh_of(const LeafSpring& leaf, const ModelOpti
   return mesh;
 }
 
-std::vector<std::unique_ptr<LeafElement>> full_leaves(const Mechanism& mechanism,
+// The leaves as their elements see them: edges on bodies that rigid joints tie to the ground are
+// grounded.
+std::vector<LeafSpring> leaves_of(const Mechanism& mechanism) {
+  std::vector<LeafSpring> leaves = mechanism.leaves;
+  if (mechanism.joints.empty()) return leaves;
+  const std::vector<int> group = rigid_groups(mechanism);
+  for (LeafSpring& leaf : leaves)
+    for (int* body : {&leaf.base, &leaf.tip})
+      if (*body >= 0 && group[*body] == ground) *body = ground;
+  return leaves;
+}
+
+std::vector<std::unique_ptr<LeafElement>> full_leaves(const std::vector<LeafSpring>& springs,
                                                       const ModelOptions& model, Meshes& meshes) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
-  for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i)
-    leaves.push_back(std::make_unique<FullLeaf>(mechanism.leaves[i],
-                                                mesh_of(mechanism.leaves[i], model, meshes), i));
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i)
+    leaves.push_back(std::make_unique<FullLeaf>(springs[i], mesh_of(springs[i], model, meshes), i));
   return leaves;
 }
 
@@ -41,22 +54,26 @@ struct LinearMotion {
 // where nothing is driven, for the load.
 std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelOptions& model,
                                         bool driven, const Vector6d& load, Meshes& meshes) {
-  System system(mechanism, full_leaves(mechanism, model, meshes));
+  System system(mechanism, full_leaves(leaves_of(mechanism), model, meshes));
   system.assemble();
   const int ee = 6 * mechanism.end_effector, d = ee + index(mechanism.drive);
+  const bool joints = system.constraints().count() > 0;
   VectorXd s = system.tangent_stiffness().diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   MatrixXd K = s.asDiagonal() * system.tangent_stiffness() * s.asDiagonal();
   VectorXd P = VectorXd::Zero(K.rows());
   P.segment<6>(ee) = load;
   for (const int k : system.held()) P[k] = 0;
   VectorXd drive = driven ? VectorXd::Unit(K.rows(), d) : P;
-  drive = s.asDiagonal() * K.partialPivLu().solve(s.asDiagonal() * drive);
+  drive = joints ? VectorXd(FreeMotions(system, false).answer(drive))
+                 : VectorXd(s.asDiagonal() * K.partialPivLu().solve(s.asDiagonal() * drive));
   if (driven) drive /= drive[d];
   P[d] = 0;
   K.row(d).setZero();
   K.col(d).setZero();
   K(d, d) = 1;
-  const VectorXd loaded = s.asDiagonal() * K.partialPivLu().solve(s.asDiagonal() * P);
+  const VectorXd loaded =
+      joints ? VectorXd(FreeMotions(system, true).answer(P))
+             : VectorXd(s.asDiagonal() * K.partialPivLu().solve(s.asDiagonal() * P));
 
   std::vector<LinearMotion> motion(system.leaves());
   for (int i = 0; i < system.leaves(); ++i) {
@@ -78,12 +95,12 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
   return motion;
 }
 
-std::vector<std::unique_ptr<LeafElement>> linear_leaves(const Mechanism& mechanism,
+std::vector<std::unique_ptr<LeafElement>> linear_leaves(const std::vector<LeafSpring>& springs,
                                                         const ModelOptions& model, Meshes& meshes) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<const SuperelementGrid>> grids;  // shared by equal leaves
-  for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
-    const LeafSpring& leaf = mechanism.leaves[i];
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
+    const LeafSpring& leaf = springs[i];
     if (const auto rule = broken_rule(leaf, model)) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i, *rule));
       continue;
@@ -102,7 +119,7 @@ std::vector<std::unique_ptr<LeafElement>> linear_leaves(const Mechanism& mechani
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
                                                            const ModelOptions& model) {
   Meshes meshes;
-  return full_leaves(mechanism, model, meshes);
+  return full_leaves(leaves_of(mechanism), model, meshes);
 }
 
 std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
@@ -110,14 +127,14 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
                                                               std::optional<double> largest_stroke,
                                                               const Vector6d& load) {
   Meshes meshes;
-  if (model.method == Reduction::linear_craig_bampton)
-    return linear_leaves(mechanism, model, meshes);
+  const std::vector<LeafSpring> springs = leaves_of(mechanism);
+  if (model.method == Reduction::linear_craig_bampton) return linear_leaves(springs, model, meshes);
   const std::vector<LinearMotion> motion =
       linear_motion(mechanism, model, largest_stroke.has_value(), load, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<TubeModel>> models;
-  for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
-    const LeafSpring& leaf = mechanism.leaves[i];
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
+    const LeafSpring& leaf = springs[i];
     const auto mesh = mesh_of(leaf, model, meshes);
     if (leaf.point) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "it has no two rigid edges"));

@@ -3,11 +3,37 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 
 namespace flexopt {
+namespace {
+
+// Z (Zᵀ K Z)⁻¹ Zᵀ at the end-effector.
+EndEffectorCompliance jointed_compliance(const System& system) {
+  const int n = system.size(), ee = 6 * system.mechanism().end_effector;
+  EndEffectorCompliance result;
+  for (const bool locked : {false, true}) {
+    const FreeMotions motions(system, locked);
+    const MatrixXd unit = MatrixXd::Identity(n, n).middleCols<6>(ee);
+    Matrix6d C = motions.answer(unit).middleRows<6>(ee);
+    C = (0.5 * (C + C.transpose())).eval();
+    for (int d = 0; d < 6; ++d) {
+      if (!motions.is_still(ee + d)) continue;
+      C.row(d).setZero();
+      C.col(d).setZero();
+      if (locked) result.still[d] = true;
+    }
+    (locked ? result.drive_locked : result.drive_free) = C;
+    if (locked) result.negative_pivots = system.negative_pivots() + motions.negative_pivots();
+  }
+  return result;
+}
+
+}  // namespace
 
 EndEffectorCompliance end_effector_compliance(const System& system) {
+  if (system.constraints().count() > 0) return jointed_compliance(system);
   const Mechanism& m = system.mechanism();
   const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(m.drive);
   EndEffectorCompliance result;
@@ -45,6 +71,8 @@ EndEffectorCompliance end_effector_compliance(const System& system) {
     }
   }
   result.negative_pivots = negative_pivots(system, true);
+  result.still = m.bodies[m.end_effector].held;
+  result.still[index(m.drive)] = true;
   return result;
 }
 

@@ -9,6 +9,8 @@ struct EndEffectorCompliance {
   Matrix6d drive_free = Matrix6d::Zero();
   Matrix6d drive_locked = Matrix6d::Zero();  ///< zero row and column at the drive
   int negative_pivots = 0;  ///< of the whole tangent with the drive held, leaf interiors included
+  /// Directions in which the end-effector cannot move with the drive held, the drive among them.
+  std::array<bool, 6> still{};
 };
 
 /// Directions in which the end-effector cannot move have zero rows and columns.

@@ -1,0 +1,197 @@
+#include "core/mechanism/joint.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <cassert>
+
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+namespace {
+
+using Pair = std::array<int, 2>;  // axes on `body` and on `other` that stay at right angles
+
+std::vector<Pair> right_angles(JointType type) {
+  switch (type) {
+    case JointType::rigid:
+    case JointType::prismatic:
+      return {{0, 1}, {1, 2}, {2, 0}};
+    case JointType::revolute:
+      return {{1, 0}, {2, 0}};
+    case JointType::spherical:
+      break;
+  }
+  return {};
+}
+
+// The joint's axes in the undeflected state, the first along its axis where it has one.
+Matrix3d axes_of(const Joint& joint) {
+  if (joint.type == JointType::rigid || joint.type == JointType::spherical)
+    return Matrix3d::Identity();
+  Matrix3d e;
+  e.col(0) = joint.axis;
+  e.col(1) = joint.axis.unitOrthogonal();
+  e.col(2) = e.col(0).cross(e.col(1));
+  return e;
+}
+
+// ½ δ·S δ is the second-order part of f·exp(hat δ) v.
+Matrix3d turning(const Vector3d& f, const Vector3d& v) {
+  return 0.5 * (f * v.transpose() + v * f.transpose()) - f.dot(v) * Matrix3d::Identity();
+}
+
+struct Geometry {
+  Matrix3d axes, other_axes;  // present
+  Vector3d arm, other_arm;    // from the reference point to the joint, present
+  Vector3d apart;             // b − p of `body`
+};
+
+Geometry geometry(const Joint& joint, const JointBody& body, const JointBody& other) {
+  const Matrix3d e = axes_of(joint);
+  Geometry g{body.rotation * e,
+             other.rotation * e,
+             body.rotation * (joint.place - body.reference),
+             other.rotation * (joint.place - other.reference),
+             {}};
+  g.apart = other.position + g.other_arm - body.position;
+  return g;
+}
+
+}  // namespace
+
+JointSize size_of(JointType type) {
+  const int lengths = type == JointType::prismatic ? 2 : 3;
+  return {lengths + static_cast<int>(right_angles(type).size()), lengths};
+}
+
+JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other) {
+  const Geometry g = geometry(joint, body, other);
+  const JointSize size = size_of(joint.type);
+  JointConditions c;
+  c.value.setZero(size.conditions);
+  c.gradient.setZero(size.conditions, 12);
+  if (joint.type == JointType::prismatic) {
+    for (int k = 0; k < 2; ++k) {
+      const Vector3d t = g.axes.col(k + 1);
+      c.value[k] = t.dot(g.apart - g.arm);
+      c.gradient.row(k) << -t.transpose(), t.cross(g.apart).transpose(), t.transpose(),
+          g.other_arm.cross(t).transpose();
+    }
+  } else {
+    c.value.head<3>() = body.position + g.arm - other.position - g.other_arm;
+    c.gradient.topRows<3>() << Matrix3d::Identity(), -hat(g.arm), -Matrix3d::Identity(),
+        hat(g.other_arm);
+  }
+  int row = size.lengths;
+  for (const auto& [i, j] : right_angles(joint.type)) {
+    const Vector3d u = g.axes.col(i), w = g.other_axes.col(j), turn = u.cross(w);
+    c.value[row] = u.dot(w);
+    c.gradient.block<1, 3>(row, 3) = turn.transpose();
+    c.gradient.block<1, 3>(row, 9) = -turn.transpose();
+    ++row;
+  }
+  return c;
+}
+
+Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
+                    const Eigen::Ref<const VectorXd>& multipliers) {
+  const Geometry g = geometry(joint, body, other);
+  assert(multipliers.size() == size_of(joint.type).conditions);
+  Matrix12d H = Matrix12d::Zero();
+  const auto add = [&H](int row, int column, const Matrix3d& h) {
+    H.block<3, 3>(row, column) += h;
+    if (row != column) H.block<3, 3>(column, row) += h.transpose();
+  };
+  if (joint.type == JointType::prismatic) {
+    for (int k = 0; k < 2; ++k) {
+      const Vector3d t = multipliers[k] * g.axes.col(k + 1);
+      add(3, 3, turning(g.apart, t));
+      add(9, 9, turning(t, g.other_arm));
+      add(3, 0, -hat(t));
+      add(3, 6, hat(t));
+      add(3, 9, hat(t).transpose() * hat(g.other_arm));
+    }
+  } else {
+    const Vector3d force = multipliers.head<3>();
+    add(3, 3, turning(force, g.arm));
+    add(9, 9, -turning(force, g.other_arm));
+  }
+  int row = size_of(joint.type).lengths;
+  for (const auto& [i, j] : right_angles(joint.type)) {
+    const Vector3d u = multipliers[row++] * g.axes.col(i), w = g.other_axes.col(j);
+    add(3, 3, turning(w, u));
+    add(9, 9, turning(u, w));
+    add(3, 9, hat(u).transpose() * hat(w));
+  }
+  return H;
+}
+
+std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
+  if (mechanism.joints.empty()) return std::nullopt;
+  const int n = 6 * static_cast<int>(mechanism.bodies.size());
+  double length = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  const auto place_of = [&](int body) {
+    JointBody place;
+    if (body >= 0) place.position = place.reference = mechanism.bodies[body].reference;
+    return place;
+  };
+  // rows orthonormalised one by one: what is left of a row is what no earlier condition fixes
+  std::vector<VectorXd> fixed;
+  const auto adds = [&](VectorXd row) {
+    const double size = row.norm();
+    for (int pass = 0; pass < 2; ++pass)
+      for (const VectorXd& f : fixed) row -= f.dot(row) * f;
+    if (!(row.norm() > 1e-8 * size)) return false;
+    fixed.push_back(row.normalized());
+    return true;
+  };
+  for (int b = 0; b < n / 6; ++b)
+    for (int d = 0; d < 6; ++d)
+      if (mechanism.bodies[b].held[d]) fixed.push_back(VectorXd::Unit(n, 6 * b + d));
+  for (const Joint& joint : mechanism.joints) {
+    const JointConditions c = conditions(joint, place_of(joint.body), place_of(joint.other));
+    int repeated = 0;
+    for (int k = 0; k < c.value.size(); ++k) {
+      VectorXd row = VectorXd::Zero(n);
+      for (int side = 0; side < 2; ++side)
+        if (const int b = side == 0 ? joint.body : joint.other; b >= 0) {
+          row.segment<3>(6 * b) = length * c.gradient.block<1, 3>(k, 6 * side).transpose();
+          row.segment<3>(6 * b + 3) = c.gradient.block<1, 3>(k, 6 * side + 3).transpose();
+        }
+      if (k < size_of(joint.type).lengths) row /= length;
+      repeated += !adds(row);
+    }
+    if (repeated > 0)
+      return fmt::format(
+          "{}: {} of its {} conditions are already fixed by the joints before it; a joint that "
+          "leaves more freedom will do",
+          joint.name, repeated, c.value.size());
+  }
+  const int d = 6 * mechanism.end_effector + index(mechanism.drive);
+  if (!adds(VectorXd::Unit(n, d)))
+    return "the joints hold the end-effector in the direction of the drive";
+  return std::nullopt;
+}
+
+std::vector<int> rigid_groups(const Mechanism& mechanism) {
+  const int bodies = static_cast<int>(mechanism.bodies.size());
+  std::vector<int> group(bodies);
+  for (int b = 0; b < bodies; ++b) group[b] = b;
+  const auto of = [&](int body) { return body < 0 ? ground : group[body]; };
+  for (const Joint& joint : mechanism.joints) {
+    if (joint.type != JointType::rigid) continue;
+    const int a = of(joint.body), b = of(joint.other), ee = of(mechanism.end_effector);
+    const int kept = a == ground || b == ground ? ground : a == ee || b == ee ? ee : std::min(a, b);
+    for (int& g : group)
+      if (g == a || g == b) g = kept;
+  }
+  // the end-effector's own index stands for its group
+  if (const int ee = of(mechanism.end_effector); ee != ground)
+    for (int& g : group)
+      if (g == ee) g = mechanism.end_effector;
+  return group;
+}
+
+}  // namespace flexopt

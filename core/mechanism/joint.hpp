@@ -1,0 +1,51 @@
+#pragma once
+// Joints: the conditions Ψ = 0 between two bodies and their derivatives. Rotations are varied as
+// exp(hat δ) R, to second order.
+#include <array>
+#include <optional>
+#include <string>
+
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+/// A body as its joints see it: present place of its reference point, rotation since the
+/// undeflected state, and the reference point then. The ground is the default.
+struct JointBody {
+  Vector3d position = Vector3d::Zero();
+  Matrix3d rotation = Matrix3d::Identity();
+  Vector3d reference = Vector3d::Zero();
+};
+
+/// How many conditions; the first `lengths` of them are lengths [m], the others cosines.
+struct JointSize {
+  int conditions = 0, lengths = 0;
+};
+JointSize size_of(JointType type);
+
+/// Up to 6 conditions over (displacement, spin) of `body` and of `other`. With a, b the present
+/// places of the joint on both bodies, e_i the axes of the joint turning with `body` (e1 the
+/// joint's axis) and e′_i those turning with `other`:
+///   rigid      a − b,               e1·e′2, e2·e′3, e3·e′1
+///   revolute   a − b,               e2·e′1, e3·e′1
+///   spherical  a − b
+///   prismatic  e2·(b − a), e3·(b − a),  e1·e′2, e2·e′3, e3·e′1
+struct JointConditions {
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> value;
+  Eigen::Matrix<double, Eigen::Dynamic, 12, 0, 6, 12> gradient;
+};
+JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other);
+
+/// Second derivative of multipliers · Ψ, symmetric.
+Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
+                    const Eigen::Ref<const VectorXd>& multipliers);
+
+/// Why the undeflected joints do not fit together: conditions that others already fix, or all of
+/// them together holding the end-effector in the direction of the drive.
+std::optional<std::string> dependent_joints(const Mechanism& mechanism);
+
+/// For every body the one that stands for all that rigid joints tie to it: the ground, the
+/// end-effector, or the first of them.
+std::vector<int> rigid_groups(const Mechanism& mechanism);
+
+}  // namespace flexopt
