@@ -126,15 +126,17 @@ Family leaf_spring() {
 )";
   f.drive = Direction::uy;
   f.parameters = {length(), width(), thickness()};
-  f.options = {{"tip",
-                {"rigid", "free", "guided"},
-                {},
-                "rigid: the edge is part of the end-effector; guided: and that moves along x and y "
-                "only; free: O is the middle of the free edge, its load spread over it"},
-               {"section",
-                {"rectangular", "circular"},
-                {},
-                "cross-section; circular: a wire whose diameter is the thickness, for beams"}};
+  f.options = {
+      {"tip",
+       {"rigid", "free", "guided", "hinged"},
+       {},
+       "rigid: the edge is part of the end-effector; guided: and that moves along x and y "
+       "only; hinged: the same with a hinge about z between edge and end-effector; free: O is the "
+       "middle of the free edge, its load spread over it"},
+      {"section",
+       {"rectangular", "circular"},
+       {},
+       "cross-section; circular: a wire whose diameter is the thickness, for beams"}};
   f.has_end_effector = [](const FamilyChoices& choices) { return choices.at("tip") != "free"; };
   f.make = checked_maker<LeafSpringParameters<double>>(
       [](const LeafSpringParameters<double>& p, const Material& material,
@@ -143,6 +145,7 @@ Family leaf_spring() {
         return make_leaf_spring(p, material, payload,
                                 tip == "free"     ? Tip::free
                                 : tip == "guided" ? Tip::guided
+                                : tip == "hinged" ? Tip::hinged
                                                   : Tip::rigid);
       },
       "length");

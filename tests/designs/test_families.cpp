@@ -99,6 +99,22 @@ TEST_CASE("a leaf spring reaches from the origin along x, O in the middle of its
   CHECK(m.drive == Direction::uy);
 }
 
+TEST_CASE("a hinged tip edge is a body of its own on a revolute joint about z", "[designs]") {
+  const Family& family = find_family("leaf_spring", "");
+  FamilyChoices choices = standard_choices(family);
+  choices["tip"] = "hinged";
+  const Mechanism m = family.make(spring, choices, materials().front().material, payload());
+  CHECK_FALSE(broken_rule(m));
+  REQUIRE(m.bodies.size() == 2);
+  CHECK(m.leaves[0].tip == 1);
+  CHECK(m.bodies[1].mass == 0);
+  CHECK(m.bodies[1].role == BodyRole::intermediate);
+  REQUIRE(m.joints.size() == 1);
+  CHECK(m.joints[0].type == JointType::revolute);
+  CHECK(m.joints[0].place == Vector3d(0.08, 0, 0));
+  CHECK(m.joints[0].axis == Vector3d::UnitZ());
+}
+
 TEST_CASE("the leaves of a parallel guide lie at half the spacing", "[designs]") {
   const Mechanism m = make("parallel_guide", guide);
   REQUIRE(m.leaves.size() == 2);
