@@ -97,12 +97,26 @@ FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh
       scale_(leaf, mesh->shape().flexure),
       plate_(mesh, plate_support(leaf, *mesh)) {}
 
+bool FullLeaf::start_as(FullLeaf& equal) {
+  const auto same_support = [](const LeafSpring& a, const LeafSpring& b) {
+    return !a.point && !b.point && (a.tip == free_edge) == (b.tip == free_edge);
+  };
+  if (plate_.shared_mesh() != equal.plate_.shared_mesh() || !same_support(leaf_, equal.leaf_))
+    return false;
+  if (!equal.assembled_) equal.plate_.assemble();
+  equal.assembled_ = true;
+  plate_ = equal.plate_;
+  assembled_ = true;
+  return true;
+}
+
 void FullLeaf::displace_point(const Vector3d& displacement, const Vector3d& du) {
   point_ = scale_.axes.transpose() * displacement / scale_.length;
   point_increment_ = scale_.axes.transpose() * du / scale_.length;
 }
 
 void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
+  assembled_ = false;
   const Vector12d increment = scale_.scaled_increment(dq);
   const EdgePoses scaled{scale_.scaled(edges[0]), scale_.scaled(edges[1])};
   if (!plate_.has_point()) {
@@ -115,7 +129,8 @@ void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
 }
 
 const LeafEvaluation& FullLeaf::evaluate() {
-  plate_.assemble();
+  if (!assembled_) plate_.assemble();
+  assembled_ = false;  // the plate may be changed from outside
   evaluation_.energy = scale_.energy * plate_.energy();
   evaluation_.force = scale_.global_force(plate_.force());
   evaluation_.tangent = scale_.global_tangent(plate_.tangent());
@@ -139,6 +154,7 @@ std::unique_ptr<LeafState> FullLeaf::save() const {
 }
 
 void FullLeaf::restore(const LeafState& state) {
+  assembled_ = false;
   plate_.set_state(static_cast<const FullLeafState&>(state).state);
 }
 

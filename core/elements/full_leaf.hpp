@@ -45,6 +45,10 @@ class FullLeaf final : public LeafElement {
   FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index,
            std::string reason = {});
 
+  /// An undeflected leaf takes over the assembly and factors of an equal undeflected one, which are
+  /// made if need be: spares an evaluation. False if the two are not equal.
+  bool start_as(FullLeaf& equal);
+
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   void displace_point(const Vector3d& displacement, const Vector3d& du) override;
   const LeafEvaluation& evaluate() override;
@@ -66,6 +70,7 @@ class FullLeaf final : public LeafElement {
   std::string reason_;
   LeafScale scale_;
   PlateLeaf plate_;
+  bool assembled_ = false;  ///< the plate is, at the present state
   Vector3d point_ = Vector3d::Zero(), point_increment_ = Vector3d::Zero();  ///< scaled
   LeafEvaluation evaluation_;
 };

@@ -226,41 +226,44 @@ Series<VectorXd> PlateSeries::force() const {
   return result;
 }
 
-Series<MatrixXd> PlateSeries::tangent_times(const MatrixXd& Y) const {
+template <int orders>
+Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
   const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
             ny = mesh_->elements_across(), side = mesh_->functions_per_side(),
             columns = static_cast<int>(Y.cols());
   Series<Lines> dr, df;
-  for (int o = 0; o < 3; ++o)
+  for (int o = 0; o < orders; ++o)
     for (int i = 0; i <= nx; ++i) {
       dr[o].push_back(rates(i, o, Y));
       df[o].push_back(MatrixXd::Zero(3 * n, columns));
     }
   for (int i = 0; i < nx; ++i) {
-    const int orders = is_rigid_edge(i) || is_rigid_edge(i + 1) ? 3 : 1;  // those of dr
+    const int moving = is_rigid_edge(i) || is_rigid_edge(i + 1) ? orders : 1;  // orders of dr
     for (int j = 0; j < ny; ++j) {
       const PlateMesh::Element& element = mesh_->element(i, j);
       const Point& point = points_[i * ny + j];
       for (int k = 0; k < columns; ++k) {
         Series<Gradient> da, F, ds;
         Series<Stress> dn;
-        for (int o = 0; o < 3; ++o) {
+        for (int o = 0; o < orders; ++o) {
           dn[o].setZero();
           ds[o].setZero();
           F[o].setZero();
-          if (o >= orders) continue;
+          if (o >= moving) continue;
           const Gradient U = gather(dr[o][i].col(k), dr[o][i + 1].col(k), n, j, side);
           da[o].noalias() = element.gradient * U;
           F[o].noalias() = element.bending * U;
         }
-        for (int a = 0; a < orders; ++a)
-          for (int b = 0; a + b < 3; ++b) dn[a + b] += strain_product(da[a], point.gradient[b]);
-        for (int o = 0; o < 3; ++o)
+        for (int a = 0; a < moving; ++a)
+          for (int b = 0; a + b < orders; ++b)
+            dn[a + b] += strain_product(da[a], point.gradient[b]);
+        for (int o = 0; o < orders; ++o)
           dn[o] = membrane_stress(mesh_->membrane(), dn[o], element.weight);
-        add_product(ds, dn, point.gradient, stress_times);
         for (int a = 0; a < orders; ++a)
-          for (int b = 0; a + b < 3; ++b) ds[a + b] += stress_times(point.stress[b], da[a]);
-        for (int o = 0; o < 3; ++o) {
+          for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(dn[a], point.gradient[b]);
+        for (int a = 0; a < moving; ++a)
+          for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(point.stress[b], da[a]);
+        for (int o = 0; o < orders; ++o) {
           F[o].noalias() += element.gradient.transpose() * ds[o];
           scatter(F[o], n, j, side, df[o][i].col(k), df[o][i + 1].col(k));
         }
@@ -268,29 +271,37 @@ Series<MatrixXd> PlateSeries::tangent_times(const MatrixXd& Y) const {
     }
   }
   Series<MatrixXd> result;
-  for (MatrixXd& r : result) r = MatrixXd::Zero(size_, columns);
+  for (int o = 0; o < orders; ++o) result[o] = MatrixXd::Zero(size_, columns);
   for (const NodalWeight& w : support_.point)
     for (int c = 0; c < 3; ++c) {
       df[0][w.line].row(c * n + w.function) -= w.weight * Y.row(offset_.back() + c);
-      for (int o = 0; o < 3; ++o)
+      for (int o = 0; o < orders; ++o)
         result[o].row(offset_.back() + c) -= w.weight * dr[o][w.line].row(c * n + w.function);
     }
   for (int line = 0; line <= nx; ++line)
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; a + b < 3; ++b) add_to_rows(line, a, df[b][line], result[a + b]);
+    for (int a = 0; a < orders; ++a)
+      for (int b = 0; a + b < orders; ++b) add_to_rows(line, a, df[b][line], result[a + b]);
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : nx;
     if (!is_rigid_edge(line)) continue;
     const int m = offset_[line + 1] - offset_[line];
     MatrixXd Ye(m + 6, columns);
     Ye << Y.middleRows(offset_[line], m), Y.middleRows(internal() + 6 * e, 6);
-    for (int o = 0; o < 3; ++o) {
+    for (int o = 0; o < orders; ++o) {
       const MatrixXd G = H_[e][o] * Ye;
       result[o].middleRows(offset_[line], m) += G.topRows(m);
       result[o].middleRows(internal() + 6 * e, 6) += G.bottomRows<6>();
     }
   }
   return result;
+}
+
+Series<MatrixXd> PlateSeries::tangent_times(const MatrixXd& Y) const {
+  return tangent_products<3>(Y);
+}
+
+MatrixXd PlateSeries::tangent_times_at_start(const MatrixXd& Y) const {
+  return tangent_products<1>(Y)[0];
 }
 
 MatrixXd PlateSeries::mass_lines(int line, const Lines& R) const {

@@ -40,10 +40,14 @@ class PlateSeries {
   /// K(s) Y and M(s) Y of constant columns Y; rotations varied as exp(hat δ) R(s).
   Series<MatrixXd> tangent_times(const MatrixXd& Y) const;
   Series<MatrixXd> mass_times(const MatrixXd& Y) const;
-  /// M(0) Y.
+  /// K(0) Y and M(0) Y.
+  MatrixXd tangent_times_at_start(const MatrixXd& Y) const;
   MatrixXd mass_times_at_start(const MatrixXd& Y) const;
 
  private:
+  /// K(s) Y up to s^(orders − 1).
+  template <int orders>
+  Series<MatrixXd> tangent_products(const MatrixXd& Y) const;
   using Lines = std::vector<MatrixXd>;  ///< nodal values: per line 3 functions_per_line × columns
   bool is_rigid_edge(int line) const {
     return line == 0 || (line == mesh_->lines() - 1 && !support_.free_tip);

@@ -67,7 +67,7 @@ LowestPairs lowest_pairs_of_blocks(int n, int count, int width, const Solve& sol
     const MatrixXd A = T.topLeftCorner(before, before);
     ++step;
     // a decomposition costs about a solve: not at every step
-    if (before >= 2 * count && (step % 2 == 0 || next == 0 || k == most)) {
+    if (before >= 3 * count && (step % 2 == 0 || next == 0 || k == most)) {
       const Eigen::SelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (A + A.transpose()));
       const VectorXd& theta = ritz.eigenvalues();
       std::vector<int> order(before);

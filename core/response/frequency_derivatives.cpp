@@ -46,7 +46,7 @@ std::optional<Modes> lowest_modes(const MechanismSeries& series, int count, int 
   const auto mass = [&](const MatrixXd& B) { return series.mass(B); };
   for (int guard = 3; guard <= 64; guard *= 2) {
     const LowestPairs pairs =
-        lowest_pairs_of_blocks(series.size(), count + guard, width, solve, mass, 1e-8);
+        lowest_pairs_of_blocks(series.size(), count + guard, width, solve, mass, 1e-6);
     if (!pairs.converged) return std::nullopt;
     const VectorXd& l = pairs.values;
     kept = count;
@@ -112,10 +112,9 @@ std::optional<Shifted> solve_shifted(const MechanismSeries& series, const Modes&
 }
 
 Mode classify(const MechanismSeries& series, const System& system, double lambda,
-              const VectorXd& phi, const VectorXd& M_phi) {
+              const VectorXd& phi, const VectorXd& M_phi, const VectorXd& M_drive) {
   // the same shares as in natural_frequencies(): Craig–Bampton coordinates, mixed terms half each
   const VectorXd& drive = series.path_rate();
-  const VectorXd M_drive = series.mass(drive);
   const double a = drive.dot(M_phi), b = drive.dot(M_drive);
   const VectorXd rest = phi - a / b * drive, M_rest = M_phi - a / b * M_drive;
   double end_effector = 0, intermediate = 0, bodies = 0;
@@ -138,7 +137,7 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
   FrequencyDerivativesResult result;
   MechanismSeries series(system);
   int p = 0;
-  std::optional<Modes> found = lowest_modes(series, count, std::max(4, system.leaves()), p);
+  std::optional<Modes> found = lowest_modes(series, count, std::max(3, system.leaves()), p);
   if (!found) {
     result.message =
         fmt::format("the lowest {} modes of {} unknowns were not found", count, series.size());
@@ -188,7 +187,7 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
     return result;
   }
   // the residual anew: (24) is a small difference of large terms, and solving costs 8 digits
-  modal->residual = B - series.tangent_times(modal->y)[0] + series.mass_times(modal->y)[0] * lambda;
+  modal->residual = B - series.tangent(modal->y) + series.mass(modal->y) * lambda;
   // (24), family by family
   B2 -= M[1] * first.asDiagonal();
   for (const Range& f : families) {
@@ -207,6 +206,7 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
     }
   }
 
+  const VectorXd M_drive = series.mass(series.path_rate());
   for (int i = 0; i < std::min(count, p); ++i) {
     FrequencyDerivatives d;
     d.index = i;
@@ -217,7 +217,7 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
     d.d_compliance = -d.d_omega2 / (d.omega2 * d.omega2);
     d.d2_compliance =
         (2 * d.d_omega2 * d.d_omega2 / d.omega2 - d.d2_omega2) / (d.omega2 * d.omega2);
-    d.mode = classify(series, system, d.omega2, modes.phi.col(i), modes.M_phi.col(i));
+    d.mode = classify(series, system, d.omega2, modes.phi.col(i), modes.M_phi.col(i), M_drive);
     result.modes.push_back(std::move(d));
   }
   result.ok = true;

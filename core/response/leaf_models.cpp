@@ -1,6 +1,7 @@
 #include "core/response/leaf_models.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -40,8 +41,13 @@ std::vector<LeafSpring> leaves_of(const Mechanism& mechanism) {
 std::vector<std::unique_ptr<LeafElement>> full_leaves(const std::vector<LeafSpring>& springs,
                                                       const ModelOptions& model, Meshes& meshes) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
-  for (int i = 0; i < static_cast<int>(springs.size()); ++i)
-    leaves.push_back(std::make_unique<FullLeaf>(springs[i], mesh_of(springs[i], model, meshes), i));
+  std::vector<FullLeaf*> first;  // of each kind
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
+    auto leaf = std::make_unique<FullLeaf>(springs[i], mesh_of(springs[i], model, meshes), i);
+    if (std::none_of(first.begin(), first.end(), [&](FullLeaf* f) { return leaf->start_as(*f); }))
+      first.push_back(leaf.get());
+    leaves.push_back(std::move(leaf));
+  }
   return leaves;
 }
 

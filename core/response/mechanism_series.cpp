@@ -214,13 +214,14 @@ MatrixXd MechanismSeries::mass(const MatrixXd& B) const {
 }
 
 template <class Apply>
-Series<MatrixXd> MechanismSeries::leaf_products(const MatrixXd& Y, const Apply& apply) const {
+Series<MatrixXd> MechanismSeries::leaf_products(const MatrixXd& Y, int orders,
+                                                const Apply& apply) const {
   Series<MatrixXd> result;
-  for (MatrixXd& r : result) r = MatrixXd::Zero(size_, Y.cols());
+  for (int o = 0; o < orders; ++o) result[o] = MatrixXd::Zero(size_, Y.cols());
   for (const Leaf& leaf : leaves_) {
     const Series<MatrixXd> rows = apply(leaf, leaf_rows(leaf, Y));
     const int inner = leaf.series->internal();
-    for (int o = 0; o < 3; ++o) {
+    for (int o = 0; o < orders; ++o) {
       result[o].middleRows(leaf.offset, inner) = rows[o].topRows(inner);
       MatrixXd f = MatrixXd::Zero(leaf.point >= 0 ? 15 : 12, Y.cols());
       f.topRows(12) = leaf.to_leaf.transpose() * rows[o].bottomRows(12);
@@ -233,26 +234,41 @@ Series<MatrixXd> MechanismSeries::leaf_products(const MatrixXd& Y, const Apply& 
 }
 
 Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y) const {
-  Series<MatrixXd> result = leaf_products(Y, [&](const Leaf& leaf, const MatrixXd& rows) {
+  Series<MatrixXd> result = leaf_products(Y, 3, [&](const Leaf& leaf, const MatrixXd& rows) {
     Series<MatrixXd> K = leaf.series->tangent_times(rows);
     for (MatrixXd& k : K) k *= leaf.full->scale().energy;
     return K;
   });
-  for (const Leaf& leaf : leaves_) {
-    if (leaf.point < 0) continue;
-    const LeafScale& scale = leaf.full->scale();
-    const int o = leaf.offset + leaf.unknowns;
-    result[0].middleRows(6 * leaf.point, 3) +=
-        scale.axes * (scale.energy / scale.length) * Y.middleRows(o, 3);
-    result[0].middleRows(o, 3) +=
-        (scale.energy / scale.length) * scale.axes.transpose() * Y.middleRows(6 * leaf.point, 3);
-  }
+  add_point_conditions(Y, result[0]);
   for (MatrixXd& r : result) clear_held(r);
   return result;
 }
 
+MatrixXd MechanismSeries::tangent(const MatrixXd& Y) const {
+  MatrixXd result = leaf_products(Y, 1, [&](const Leaf& leaf, const MatrixXd& rows) {
+    Series<MatrixXd> K;
+    K[0] = leaf.full->scale().energy * leaf.series->tangent_times_at_start(rows);
+    return K;
+  })[0];
+  add_point_conditions(Y, result);
+  clear_held(result);
+  return result;
+}
+
+void MechanismSeries::add_point_conditions(const MatrixXd& Y, MatrixXd& result) const {
+  for (const Leaf& leaf : leaves_) {
+    if (leaf.point < 0) continue;
+    const LeafScale& scale = leaf.full->scale();
+    const int o = leaf.offset + leaf.unknowns;
+    result.middleRows(6 * leaf.point, 3) +=
+        scale.axes * (scale.energy / scale.length) * Y.middleRows(o, 3);
+    result.middleRows(o, 3) +=
+        (scale.energy / scale.length) * scale.axes.transpose() * Y.middleRows(6 * leaf.point, 3);
+  }
+}
+
 Series<MatrixXd> MechanismSeries::mass_times(const MatrixXd& Y) const {
-  Series<MatrixXd> result = leaf_products(Y, [&](const Leaf& leaf, const MatrixXd& rows) {
+  Series<MatrixXd> result = leaf_products(Y, 3, [&](const Leaf& leaf, const MatrixXd& rows) {
     Series<MatrixXd> M = leaf.series->mass_times(rows);
     for (MatrixXd& m : M) m *= leaf.full->scale().mass;
     return M;

@@ -20,8 +20,9 @@ class MechanismSeries {
   int size() const { return size_; }
   int bodies() const { return bodies_; }
 
-  /// K(0)⁻¹ B and M(0) B.
+  /// K(0)⁻¹ B, K(0) B and M(0) B.
   MatrixXd solve(const MatrixXd& B) const;
+  MatrixXd tangent(const MatrixXd& B) const;
   MatrixXd mass(const MatrixXd& B) const;
 
   /// The path of equilibria q(s), x(s) to s²: expands every leaf about it.
@@ -59,7 +60,8 @@ class MechanismSeries {
   MatrixXd leaf_rows(const Leaf& leaf, const MatrixXd& Y) const;
   void expand();
   template <class Apply>
-  Series<MatrixXd> leaf_products(const MatrixXd& Y, const Apply& apply) const;
+  Series<MatrixXd> leaf_products(const MatrixXd& Y, int orders, const Apply& apply) const;
+  void add_point_conditions(const MatrixXd& Y, MatrixXd& result) const;
   /// Force of the bodies with the leaf interiors condensed, and the interiors once they moved by q.
   MatrixXd condensed(const MatrixXd& B) const;
   MatrixXd expanded(const MatrixXd& B, const MatrixXd& q) const;

@@ -216,6 +216,32 @@ function frequency_chart(which) {
     legend: kinds.map((kind) => ({name: `${readable(kind)} mode`, color: kind_colors[kind], line: kind === "drive", dashed: kind === "drive"}))});
 }
 
+/// Lowest frequency beside the drive's, along the path and as the undeflected state foretells it.
+function foretold_chart() {
+  const modes = (result.frequency_derivatives ?? []).filter((d) => d.kind !== "drive");
+  if (modes.length === 0 || load_path) return null;
+  const lowest = (p) => (p.modes ?? []).filter((m) => m.drive === "free" && m.kind !== "drive").map((m) => m.frequency);
+  const [low, high] = d3.extent(converged, (p) => p.stroke);
+  if (!(high > low)) return null;
+  const foretold = (f) => d3.range(121).map((k) => {
+    const s = low + (high - low) * k / 120, values = modes.map((d) => f(d, s));
+    return {x: s * shown_factor(stroke_unit), y: values.some((v) => v === null) ? NaN : d3.min(values)};
+  });
+  const hertz = (omega2) => Math.sqrt(omega2) / (2 * Math.PI), omega2 = (d) => (2 * Math.PI * d.frequency) ** 2;
+  return line_chart({title: "Foretold from the undeflected state", x: stroke_label, y: "frequency [Hz]",
+    note: "lowest frequency beside the drive's, drive free; the parabola of ω² fails first",
+    lines: [
+      {name: "path", color: kind_colors.end_effector, width: 2.5, points: over_stroke((p) => d3.min(lowest(p)))},
+      {name: "parabola of 1/ω²", color: kind_colors.leaf, dashed: true, dots: false, points: foretold((d, s) => {
+        const c = 1 / omega2(d) + s * (d.d_compliance + s * d.d2_compliance / 2);
+        return c > 0 ? hertz(1 / c) : Infinity;  // stiffens: not the lowest
+      })},
+      {name: "parabola of ω²", color: direction_colors.uz, dashed: true, dots: false, points: foretold((d, s) => {
+        const w = omega2(d) + s * (d.d_omega2 + s * d.d2_omega2 / 2);
+        return w > 0 ? hertz(w) : null;  // beyond: nothing to say
+      })}]});
+}
+
 function motion_charts() {
   const size = (v) => d3.max(converged, (p) => Math.abs(v(p))) ?? 0;
   const rotary = stroke_unit === "rad";
@@ -255,7 +281,7 @@ function stroke_figures() {
       lines: supports.map((d) => ({name: d, color: direction_colors[d], points: over_stroke((p) => p.support_stiffness[d] / rest.support_stiffness[d])}))}) : null,
     load_path ? null : line_chart({title: stroke_unit === "rad" ? "Drive moment" : "Drive force", note: "that holds the stroke", x: stroke_label, y: `${drive} load [${load_unit}]`,
       lines: [{name: "", color: "var(--accent)", points: over_stroke((p) => p.drive_load)}]}),
-    frequency_chart("locked"), frequency_chart("free"),
+    frequency_chart("locked"), frequency_chart("free"), foretold_chart(),
     line_chart({title: "Largest von Mises stress", note: "in the leaves" + (allowable ? "; dashed: allowable" : ""), x: stroke_label, y: "stress [MPa]", empty: "The job asked for no stress.",
       lines: [{name: "", color: "var(--accent)", points: over_stroke((p) => p.max_stress, 1e-6)}],
       marks: allowable ? [Plot.ruleY([allowable * 1e-6], {stroke: "var(--bad)", strokeWidth: 1.5, strokeDasharray: "6 5"})] : []}),

@@ -54,6 +54,41 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
   CHECK(result["units"]["parameters"]["half_angle"] == "rad");
 }
 
+TEST_CASE("Frequency derivatives are in the result, under the contract's names",
+          "[results][json]") {
+  RunRecord record = test::evaluated_hinge();
+  FrequencyDerivatives d;
+  d.index = 1;
+  d.mode.frequency = 180.8;
+  d.mode.kind = ModeKind::end_effector;
+  d.omega2 = 1.29e6;
+  d.d_omega2 = -3;
+  d.d2_omega2 = -9.1e8;
+  d.compliance = 1 / d.omega2;
+  d.d_compliance = 2e-12;
+  d.d2_compliance = 5.4e-4;
+  d.compliance_valid_to = 0.21;
+  record.response.frequency_derivatives = {d};
+  record.job.request.frequencies = 4;
+  const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
+  REQUIRE(result["frequency_derivatives"].size() == 1);
+  const auto& json = result["frequency_derivatives"][0];
+  CHECK(json["mode"] == 1);
+  CHECK(json["kind"] == "end_effector");
+  CHECK(json["drive"] == "free");
+  CHECK(json["frequency"] == 180.8);
+  CHECK(json["d_omega2"] == -3.0);
+  CHECK(json["d2_omega2"] == -9.1e8);
+  CHECK(json["d_compliance"] == 2e-12);
+  CHECK(json["d2_compliance"] == 5.4e-4);
+  CHECK(json["valid_to"]["omega2"].is_null());
+  CHECK(json["valid_to"]["compliance"] == 0.21);
+  CHECK_THAT(result["units"]["frequency_derivatives"].get<std::string>(),
+             Catch::Contains("per stroke in rad"));
+  record.job.request.load_path = Vector6d::Zero();  // nothing is driven
+  CHECK_FALSE(make_result(record).contains("frequency_derivatives"));
+}
+
 TEST_CASE("Keys stand in the contract's order and a matrix row on one line", "[results][json]") {
   const std::string text = json_text(make_result(test::evaluated_hinge()));
   const auto at = [&](const char* key) { return text.find(std::string("\n  \"") + key + "\":"); };
