@@ -1,30 +1,97 @@
 #pragma once
 // Constants of a beam's cross-section, in any one unit of length.
+#include <array>
+#include <cmath>
+#include <numbers>
+
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
 
 /// Axis 2 runs along the width w, axis 3 along the thickness t.
-struct BeamSection {
-  double area = 0;
-  double I_weak = 0;    ///< ∫ x3² dA: bending across the leaf
-  double I_strong = 0;  ///< ∫ x2² dA: bending in the plane of the leaf
-  double J = 0;         ///< Saint-Venant's torsion constant
-  double C_w = 0;       ///< warping constant: w³t³/144 of the thin rectangle
-  double shear = 0;     ///< coefficient k of k G A in the plane of the leaf
+template <class S>
+struct BeamSectionT {
+  S area{};
+  S I_weak{};    ///< ∫ x3² dA: bending across the leaf
+  S I_strong{};  ///< ∫ x2² dA: bending in the plane of the leaf
+  S J{};         ///< Saint-Venant's torsion constant
+  S C_w{};       ///< warping constant: w³t³/144 of the thin rectangle
+  S shear{};     ///< coefficient k of k G A in the plane of the leaf
 };
+using BeamSection = BeamSectionT<double>;
 
 /// Rectangle (w ≥ t): J = w t³/3 [1 − (192/π⁵)(t/w) Σ_odd tanh(nπw/2t)/n⁵], and Cowper's
 /// k = 10(1 + ν)/(12 + 11ν), which SPACAR takes too. Circle: J = I_weak + I_strong, C_w = 0; its
 /// beam is free of shear strain.
-BeamSection beam_section(Section section, double width, double thickness, double poissons_ratio);
+template <class S>
+BeamSectionT<S> beam_section(Section section, const S& w, const S& t, const S& nu) {
+  using std::numbers::pi, std::tanh;
+  BeamSectionT<S> s;
+  if (section == Section::circular) {
+    s.area = pi / 4 * t * t;
+    s.I_weak = s.I_strong = pi / 64 * t * t * t * t;
+    s.J = s.I_weak + s.I_strong;
+    s.C_w = S(0);
+    s.shear = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu);
+    return s;
+  }
+  s.area = w * t;
+  s.I_weak = w * t * t * t / 12.0;
+  s.I_strong = w * w * w * t / 12.0;
+  S sum(0);
+  for (int n = 41; n >= 1; n -= 2) sum += tanh(S(0.5 * n * pi * w / t)) / std::pow(n, 5);
+  s.J = w * t * t * t / 3.0 * (1.0 - 192 / std::pow(pi, 5) * t / w * sum);
+  const S wt = w * t;
+  s.C_w = wt * wt * wt / 144.0;
+  s.shear = 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu);
+  return s;
+}
+
+inline BeamSection beam_section(Section section, double w, double t, double nu) {
+  return beam_section<double>(section, w, t, nu);
+}
+
+/// G/E of an isotropic material.
+template <class S>
+S shear_ratio(const S& poissons_ratio) {
+  return 0.5 / (1.0 + poissons_ratio);
+}
+
+/// What the energy and mass of a beam take of its section: beams.md (1), over D and L. Rectangles
+/// and circles alike.
+template <class S>
+struct BeamEnergyT {
+  S bend, twist, warp;      ///< of |r0,xx|², |d,x|², |d,xx|²
+  S stretch, shear;         ///< of (e11)² and (2 e12)², over the area weights
+  S area, rotary;           ///< mass: ∫dA/t of r0, polar moment/t of d
+  std::array<S, 4> across;  ///< area weights of the points across
+};
+/// The weights across give the area exactly, and of the strong bending stiffness what |r0,xx|² and
+/// |d,x|² do not give already. `place`: of the points, over w, from the middle.
+template <class S>
+BeamEnergyT<S> beam_energy(Section section, const S& w, const S& t, const S& nu,
+                           const std::array<double, 4>& place) {
+  const BeamSectionT<S> s = beam_section<S>(section, w, t, nu);
+  const S per_D = 12.0 / (t * t * t);  // E over D/L³
+  BeamEnergyT<S> e;
+  e.stretch = 12.0 / (t * t);
+  e.shear = s.shear * shear_ratio(nu) * e.stretch;
+  e.bend = per_D * s.I_weak;
+  e.twist = per_D * shear_ratio(nu) * s.J;
+  e.warp = per_D * s.C_w;
+  e.area = s.area / t;
+  e.rotary = (s.I_weak + s.I_strong) / t;  // the spin about x exactly
+  const S second = (per_D * s.I_strong - e.bend - e.twist) / e.stretch;
+  const S y_out = w * place[3], y_in = w * place[2];
+  const S outer = 0.5 * (second - e.area * y_in * y_in) / (y_out * y_out - y_in * y_in);
+  const S inner = 0.5 * e.area - outer;
+  e.across = {outer, inner, inner, outer};
+  return e;
+}
 
 /// Saint-Venant's shear stress over G θ′ t at the middle of the long sides' surface, at x2 =
 /// fraction of w/2: 1 − (8/π²) Σ_odd cosh(nπ x2/t) / (n² cosh(nπw/2t)).
 double torsion_stress_factor(double width, double thickness, double fraction);
-
-/// G/E of an isotropic material.
-inline double shear_ratio(double poissons_ratio) { return 0.5 / (1 + poissons_ratio); }
 
 /// Length over which restrained warping dies out, sqrt(E C_w / G J).
 double warping_length(const BeamSection& section, double poissons_ratio);

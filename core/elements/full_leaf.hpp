@@ -62,6 +62,7 @@ class FullLeaf final : public LeafElement {
   LeafReport report() const override { return {.model = "full", .reason = reason_, .check = 0}; }
 
   PlateLeaf& plate() { return plate_; }
+  const PlateLeaf& plate() const { return plate_; }
   const LeafScale& scale() const { return scale_; }
 
  private:

@@ -82,6 +82,12 @@ class PlateLeaf {
   /// Nodal dofs (functions_per_line × 3) of each line, total values r/L.
   const std::vector<MatrixXd>& nodal() const { return nodal_; }
 
+  bool is_rigid_edge(int line) const {
+    return line == 0 || (line == mesh_->lines() - 1 && !support_.free_tip);
+  }
+  /// Rates of the nodal dofs of a line for the columns of T (unknowns alone, or + 12 rows).
+  MatrixXd nodal_rates(int line, const MatrixXd& T) const;
+
   /// Mass matrix Tᵀ M T of rates T (unknowns + 12 rows), in units ρ t L⁴.
   MatrixXd mass(const MatrixXd& T) const;
   /// Rows of the unknowns of M V, for rates V of the unknowns alone or with 12 rows of the edges.
@@ -100,9 +106,6 @@ class PlateLeaf {
   std::vector<Mode> modes(int count, double tolerance = 1e-7) const;
 
  private:
-  bool is_rigid_edge(int line) const {
-    return line == 0 || (line == mesh_->lines() - 1 && !support_.free_tip);
-  }
   int edge_of(int line) const { return line == 0 ? 0 : 1; }
   void update_nodal();
   std::array<Vector3d, 4> edge_node_vectors(int edge, int node) const;
@@ -112,8 +115,6 @@ class PlateLeaf {
   void condense_point();
   template <int Side>
   void linearised_stress(const VectorXd& dx, const Vector12d& dq);
-  /// Nodal rates of line i for the columns of T.
-  MatrixXd nodal_rates(int line, const MatrixXd& T) const;
 
   std::shared_ptr<const PlateMesh> mesh_;
   PlateSupport support_;

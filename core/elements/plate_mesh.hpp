@@ -46,6 +46,16 @@ HermiteValues hermite(double xi, double h);
 Eigen::Matrix<double, 16, 1> hermite_products(const std::array<double, 4>& X,
                                               const std::array<double, 4>& Y);
 
+/// Functions 4p + k of (r0, r0,x, d, d,x) of a beam: X[2p + k % 2] times `middle` (k < 2) or
+/// `across`.
+inline Eigen::Matrix<double, 16, 1> beam_functions(const std::array<double, 4>& X, double middle,
+                                                   double across) {
+  Eigen::Matrix<double, 16, 1> row = Eigen::Matrix<double, 16, 1>::Zero();
+  for (int p = 0; p < 2; ++p)
+    for (int k = 0; k < 4; ++k) row[4 * p + k] = X[2 * p + k % 2] * (k < 2 ? middle : across);
+  return row;
+}
+
 class PlateMesh {
  public:
   static constexpr int points = 8;  ///< membrane points per element: 2 along × 4 across

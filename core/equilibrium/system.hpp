@@ -20,6 +20,7 @@ class System {
   int size() const { return 6 * static_cast<int>(poses_.size()); }
   const BodyPose& pose(int body) const { return poses_[body]; }
   LeafElement& leaf(int i) { return *leaves_[i]; }
+  const LeafElement& leaf(int i) const { return *leaves_[i]; }
   int leaves() const { return static_cast<int>(leaves_.size()); }
   /// Puts another model of the same leaf in its place, at the present state.
   void replace_leaf(int i, std::unique_ptr<LeafElement> leaf) {

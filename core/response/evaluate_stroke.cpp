@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
@@ -10,6 +12,7 @@
 #include "core/response/frequencies.hpp"
 #include "core/response/frequency_derivatives.hpp"
 #include "core/response/leaf_models.hpp"
+#include "core/response/point_gradients.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stiffness.hpp"
 
@@ -132,10 +135,13 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
     for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());
 }
 
+/// Sees the system at the equilibrium of a point.
+using PointObserver = std::function<void(const System&, int, PathPoint&)>;
+
 // From the undeflected state through the points in `order` (all of one sign, outward).
 void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
-                   StrokeResponse& response) {
+                   const PointObserver& observe, StrokeResponse& response) {
   auto start = Clock::now();
   System system(mechanism, make_leaves(mechanism, model, request));
   response.seconds_coefficients += seconds_since(start);
@@ -177,6 +183,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       continue;
     }
     evaluate_point(system, equilibrium, model, request, leaf_modes, point);
+    if (observe) observe(system, k, point);
   }
   response.seconds_path += seconds_since(start);
 }
@@ -202,10 +209,8 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
         parasitic_frequency_screening(response.frequency_derivatives, request, point.stroke);
 }
 
-}  // namespace
-
-StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
-                               const StrokeRequest& request) {
+StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
+                        const StrokeRequest& request, const PointObserver& observe) {
   StrokeResponse response;
   if (const auto rule = dependent_joints(mechanism)) {
     response.status = Status::no_equilibrium;
@@ -228,7 +233,8 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
   std::stable_sort(outward.begin(), outward.end(), by_distance);
   std::stable_sort(backward.begin(), backward.end(), by_distance);
   for (const auto& branch : {outward, backward})
-    if (!branch.empty() && request.path) follow_branch(mechanism, model, request, branch, response);
+    if (!branch.empty() && request.path)
+      follow_branch(mechanism, model, request, branch, observe, response);
 
   if (request.frequencies > 0 && request.frequency_derivatives && !request.load_path)
     add_frequency_derivatives(mechanism, model, request, response);
@@ -251,6 +257,42 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
   }
   if (!remark.empty()) response.message += "; " + remark;
   return response;
+}
+
+}  // namespace
+
+StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
+                               const StrokeRequest& request) {
+  return evaluate(mechanism, model, request, {});
+}
+
+StrokeSensitivity evaluate_stroke(const Mechanism& mechanism,
+                                  const std::vector<MechanismDirection>& directions,
+                                  const ModelOptions& model, const StrokeRequest& request) {
+  StrokeSensitivity result;
+  if (auto reason = without_gradients(mechanism, model)) {
+    result.response = evaluate_stroke(mechanism, model, request);
+    result.message = std::move(*reason);
+    return result;
+  }
+  StrokeGradients gradients;
+  std::vector<Mechanism> rates;
+  for (const MechanismDirection& d : directions) {
+    gradients.parameters.push_back(d.parameter);
+    rates.push_back(d.rate);
+  }
+  gradients.path.resize(request.points.size());
+  const System* seen = nullptr;
+  std::vector<std::shared_ptr<const PlateMeshRate>> meshes;
+  result.response =
+      evaluate(mechanism, model, request, [&](const System& system, int k, PathPoint& point) {
+        if (seen != &system) meshes = mesh_rates(system);
+        seen = &system;
+        gradients.path[k] =
+            point_gradients(MechanismFactor(system, meshes), rates, model, request, point);
+      });
+  result.gradients = std::move(gradients);
+  return result;
 }
 
 }  // namespace flexopt

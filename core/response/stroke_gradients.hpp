@@ -49,6 +49,20 @@ struct StrokeSensitivity {
   std::string message;
 };
 
+/// A design parameter: derivative of every number of the mechanism along it, in that number's
+/// place.
+struct MechanismDirection {
+  std::string parameter;
+  Mechanism rate;
+};
+
+/// The response with its exact derivatives along the parameters. The frequencies are then those of
+/// the whole mechanism, leaf interiors included, to rounding (evaluate_stroke's are Ritz values, a
+/// few 1e-5 above them).
+StrokeSensitivity evaluate_stroke(const Mechanism& mechanism,
+                                  const std::vector<MechanismDirection>& directions,
+                                  const ModelOptions& model, const StrokeRequest& request);
+
 /// Derivative of a quantity of `quantities` along the parameters; nothing where there is none.
 std::optional<VectorXd> gradient_of(const PointGradients& point, std::string_view name);
 

@@ -1,0 +1,340 @@
+#include "core/response/point_gradients.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "core/math/block_lanczos.hpp"
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+namespace {
+
+using std::numbers::pi;
+
+// Squares of frequencies nearer than this are one cluster: single derivatives mean nothing there.
+constexpr double cluster_gap = 1e-6;
+
+double rate(double value, double derivative) { return derivative / value; }
+
+// The leaf seen from its own axes and scales, along one parameter.
+LeafVariation leaf_variation(const System& system, int i, const Mechanism& direction,
+                             const ModelOptions& model) {
+  const LeafSpring &leaf = system.mechanism().leaves[i], &d = direction.leaves[i];
+  const double L = leaf.length, nu = leaf.material.poissons_ratio;
+  LeafVariation v;
+  v.length = rate(L, d.length);
+  const double t = rate(leaf.thickness, d.thickness);
+  v.energy = rate(leaf.material.youngs_modulus, d.material.youngs_modulus) + 3 * t;
+  if (model.flexure == Flexure::plate)
+    v.energy += 2 * nu * d.material.poissons_ratio / (1 - nu * nu);
+  v.mass = (leaf.material.density > 0 ? rate(leaf.material.density, d.material.density) : 0) + t +
+           4 * v.length;
+  v.shape = {(d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
+             d.material.poissons_ratio};
+  v.turn = d.axes.transpose() * leaf.axes;
+  const std::array<int, 2> body{leaf.base, leaf.tip};
+  for (int e = 0; e < 2; ++e) {
+    const int b = body[e];
+    if (b < 0) continue;
+    const BodyPose& pose = system.pose(b);
+    const RigidBody &of = system.mechanism().bodies[b], &db = direction.bodies[b];
+    const auto scaled = [&](const Vector3d& from_origin, const Vector3d& derivative) {
+      return Vector3d((d.axes.transpose() * from_origin + leaf.axes.transpose() * derivative -
+                       v.length * leaf.axes.transpose() * from_origin) /
+                      L);
+    };
+    const Vector3d moves = db.reference - d.origin;
+    v.edge[e].position = scaled(pose.position - leaf.origin, moves);
+    v.edge[e].arm = -scaled(of.reference - leaf.origin, moves);
+    v.edge[e].rotation = d.axes.transpose() * pose.rotation * leaf.axes +
+                         leaf.axes.transpose() * pose.rotation * d.axes;
+  }
+  return v;
+}
+
+// (26): what the residual of every row changes by at a constant state.
+MatrixXd residual_rates(const MechanismFactor& factor, const std::vector<Mechanism>& directions,
+                        const std::vector<std::vector<LeafVariation>>& variations) {
+  const int count = static_cast<int>(directions.size());
+  MatrixXd R = MatrixXd::Zero(factor.size(), count);
+  for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
+    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
+    const LeafScale& scale = leaf.full->scale();
+    const VectorXd& f = leaf.gradient->force();
+    factor.add_leaf_force(leaf, scale.energy, leaf.gradient->force_rates(variations[i]), R);
+    for (int k = 0; k < count; ++k) {
+      const LeafVariation& v = variations[i][k];
+      R.col(k).segment(leaf.offset, leaf.unknowns) +=
+          scale.energy * v.energy * f.head(leaf.unknowns);
+      const Matrix3d& turned = directions[k].leaves[i].axes;
+      for (int e = 0; e < 2; ++e) {
+        if (leaf.body[e] < 0) continue;
+        const Vector3d force = f.segment<3>(leaf.unknowns + 6 * e),
+                       moment = f.segment<3>(leaf.unknowns + 6 * e + 3);
+        R.col(k).segment<3>(6 * leaf.body[e]) +=
+            scale.energy / scale.length *
+            (turned * force + (v.energy - v.length) * scale.axes * force);
+        R.col(k).segment<3>(6 * leaf.body[e] + 3) +=
+            scale.energy * (turned * moment + v.energy * scale.axes * moment);
+      }
+    }
+  }
+  factor.clear_held(R);
+  return R;
+}
+
+// Derivative of the rigid bodies' yᵀM y, at constant state and along it.
+double body_mass_rate(const System& system, const Mechanism& direction, const VectorXd& y,
+                      const VectorXd& state_rate) {
+  double sum = 0;
+  for (int b = 0; b < system.size() / 6; ++b) {
+    const RigidBody &body = system.mechanism().bodies[b], &d = direction.bodies[b];
+    const Matrix3d& R = system.pose(b).rotation;
+    const Vector3d u = y.segment<3>(6 * b), w = y.segment<3>(6 * b + 3),
+                   turn = state_rate.segment<3>(6 * b + 3);
+    const Vector3d c = R * (body.center_of_mass - body.reference),
+                   dc = R * (d.center_of_mass - d.reference) + turn.cross(c);
+    const Vector3d p = u + w.cross(c);
+    const Matrix3d J = R * body.inertia * R.transpose();
+    sum += d.mass * p.squaredNorm() + 2 * body.mass * p.dot(w.cross(dc)) +
+           w.dot(R * d.inertia * R.transpose() * w) + 2 * w.dot(turn.cross(J * w));
+  }
+  return sum;
+}
+
+struct Column {
+  double lambda = 0;  ///< q = yᵀ(K − λ M) y
+  VectorXd y;
+};
+
+// (28)–(30): derivatives of q of every column along every parameter, columns × parameters.
+MatrixXd quadratic_rates(const MechanismFactor& factor, const std::vector<Mechanism>& directions,
+                         const std::vector<std::vector<LeafVariation>>& variations,
+                         const MatrixXd& state_rates, const std::vector<Column>& columns) {
+  const int count = static_cast<int>(directions.size()), n = static_cast<int>(columns.size());
+  MatrixXd rates = MatrixXd::Zero(n, count);
+  if (n == 0) return rates;
+  MatrixXd Y(factor.size(), n), V = MatrixXd::Zero(factor.size(), n);
+  VectorXd lambda(n);
+  for (int k = 0; k < n; ++k) {
+    Y.col(k) = columns[k].y;
+    lambda[k] = columns[k].lambda;
+  }
+  for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
+    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
+    const LeafScale& scale = leaf.full->scale();
+    const MatrixXd rows = factor.leaf_rows(leaf, Y);
+    const PlateGradient::Quadratic q =
+        leaf.gradient->quadratic(rows, lambda * (scale.mass / scale.energy));
+    factor.add_leaf_force(leaf, scale.energy, q.state, V);
+    for (int k = 0; k < n; ++k)
+      for (int p = 0; p < count; ++p) {
+        const LeafVariation& v = variations[i][p];
+        rates(k, p) +=
+            scale.energy * (v.energy * q.stiffness[k] + leaf.gradient->rate(q, rows, k, v)) -
+            lambda[k] * scale.mass * v.mass * q.mass[k];
+      }
+  }
+  rates.noalias() += V.transpose() * state_rates.topRows(factor.size());
+  for (int k = 0; k < n; ++k)
+    if (lambda[k] != 0)
+      for (int p = 0; p < count; ++p)
+        rates(k, p) -= lambda[k] * body_mass_rate(factor.system(), directions[p], columns[k].y,
+                                                  state_rates.col(p).head(factor.bodies()));
+  return rates;
+}
+
+// One list of frequencies: the modes, whole clusters, and where their columns stand.
+struct ModeColumns {
+  int wanted = 0;
+  VectorXd lambda;
+  MatrixXd phi;
+  struct Run {
+    int first, size, column;
+  };
+  std::vector<Run> runs;
+};
+
+ModeColumns find_modes(const MechanismFactor& factor, int wanted, bool locked,
+                       std::vector<Column>& columns) {
+  ModeColumns modes;
+  modes.wanted = wanted;
+  if (wanted == 0) return modes;
+  const auto solve = [&](const MatrixXd& B) {
+    return locked ? factor.solve_locked(B) : factor.solve(B);
+  };
+  const int drive =
+      6 * factor.system().mechanism().end_effector + index(factor.system().mechanism().drive);
+  const auto mass = [&](const MatrixXd& B) {
+    MatrixXd Y = factor.mass(B);
+    if (locked) Y.row(drive).setZero();
+    return Y;
+  };
+  const int width = std::max(4, static_cast<int>(factor.leaves().size()));
+  const LowestPairs pairs =
+      lowest_pairs_of_blocks(factor.size(), wanted + 2, width, solve, mass, 1e-9);
+  if (!pairs.converged) {
+    modes.wanted = 0;
+    return modes;
+  }
+  modes.lambda = pairs.values;
+  modes.phi = pairs.vectors;
+  const int found = static_cast<int>(modes.lambda.size());
+  for (int k = 0; k < found && k < wanted;) {
+    int end = k + 1;
+    while (end < found &&
+           modes.lambda[end] - modes.lambda[end - 1] <= cluster_gap * std::abs(modes.lambda[end]))
+      ++end;
+    const double mean = modes.lambda.segment(k, end - k).mean();
+    modes.runs.push_back({k, end - k, static_cast<int>(columns.size())});
+    for (int a = k; a < end; ++a) columns.push_back({mean, modes.phi.col(a)});
+    for (int a = k; a < end; ++a)  // off the diagonal by the sums of two
+      for (int b = a + 1; b < end; ++b)
+        columns.push_back({mean, modes.phi.col(a) + modes.phi.col(b)});
+    k = end;
+  }
+  return modes;
+}
+
+// Frequencies and clusters from the rates of the columns.
+void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, std::vector<double>& values,
+                     std::vector<Mode>& listed, MatrixXd& gradients,
+                     std::vector<FrequencyCluster>& clusters) {
+  const int count = static_cast<int>(rates.cols());
+  gradients = MatrixXd::Zero(modes.wanted, count);
+  for (int k = 0; k < modes.wanted; ++k) {
+    const double l = modes.lambda[k];
+    values[k] = listed[k].frequency = std::copysign(std::sqrt(std::abs(l)), l) / (2 * pi);
+  }
+  for (const ModeColumns::Run& run : modes.runs) {
+    MatrixXd lambda_rates(run.size, count);
+    if (run.size == 1) {
+      lambda_rates.row(0) = rates.row(run.column);
+    } else {
+      FrequencyCluster cluster{run.first, run.size, {}};
+      MatrixXd mixed = MatrixXd::Zero(run.size, run.size);
+      for (int p = 0; p < count; ++p) {
+        MatrixXd block(run.size, run.size);
+        int column = run.column + run.size;
+        for (int a = 0; a < run.size; ++a) block(a, a) = rates(run.column + a, p);
+        for (int a = 0; a < run.size; ++a)
+          for (int b = a + 1; b < run.size; ++b, ++column)
+            block(a, b) = block(b, a) = 0.5 * (rates(column, p) - block(a, a) - block(b, b));
+        const double size = block.norm();
+        if (size > 0) mixed += (1 + 0.37 * p) / size * block;  // a common basis, if there is one
+        cluster.block.push_back(std::move(block));
+      }
+      const MatrixXd U = Eigen::SelfAdjointEigenSolver<MatrixXd>(mixed).eigenvectors();
+      for (int p = 0; p < count; ++p)
+        lambda_rates.col(p) = (U.transpose() * cluster.block[p] * U).diagonal();
+      clusters.push_back(std::move(cluster));
+    }
+    for (int a = 0; a < run.size && run.first + a < modes.wanted; ++a) {
+      const double f = std::abs(values[run.first + a]);
+      if (f > 0) gradients.row(run.first + a) = lambda_rates.row(a) / (8 * pi * pi * f);
+    }
+  }
+}
+
+std::optional<VectorXd> row_of(const MatrixXd& rows, const std::vector<Mode>& modes,
+                               const std::optional<double>& value) {
+  for (std::size_t k = 0; value && k < modes.size(); ++k)
+    if (modes[k].frequency == *value && static_cast<Eigen::Index>(k) < rows.rows())
+      return VectorXd(rows.row(static_cast<Eigen::Index>(k)));
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::string> without_gradients(const Mechanism& mechanism,
+                                             const ModelOptions& model) {
+  if (model.accuracy != Accuracy::full) return "exact derivatives want full accuracy";
+  for (const LeafSpring& leaf : mechanism.leaves)
+    if (leaf.point) return "no exact derivatives of leaves with a material point";
+  return std::nullopt;
+}
+
+std::vector<std::shared_ptr<const PlateMeshRate>> mesh_rates(const System& system) {
+  std::map<const PlateMesh*, std::shared_ptr<const PlateMeshRate>> shared;
+  std::vector<std::shared_ptr<const PlateMeshRate>> rates;
+  for (int i = 0; i < system.leaves(); ++i) {
+    const PlateMesh& mesh = dynamic_cast<const FullLeaf&>(system.leaf(i)).plate().mesh();
+    auto& rate = shared[&mesh];
+    if (!rate) rate = std::make_shared<PlateMeshRate>(mesh);
+    rates.push_back(rate);
+  }
+  return rates;
+}
+
+PointGradients point_gradients(const MechanismFactor& factor,
+                               const std::vector<Mechanism>& directions, const ModelOptions& model,
+                               const StrokeRequest& request, PathPoint& point) {
+  const System& system = factor.system();
+  const Mechanism& mechanism = system.mechanism();
+  const int n = factor.size(), ee = 6 * mechanism.end_effector, d = index(mechanism.drive);
+  std::vector<std::vector<LeafVariation>> variations(system.leaves());
+  for (int i = 0; i < system.leaves(); ++i)
+    for (const Mechanism& direction : directions)
+      variations[i].push_back(leaf_variation(system, i, direction, model));
+
+  // (27)
+  const MatrixXd moved = factor.balance(-residual_rates(factor, directions, variations));
+  PointGradients gradients;
+  gradients.drive_load = moved.row(n).transpose();
+  gradients.displacement = moved.middleRows(ee, 3);
+  gradients.rotation =
+      rotation_left_tangent_inverse(rotation_log(system.pose(mechanism.end_effector).rotation)) *
+      moved.middleRows(ee + 3, 3);
+
+  // compliances: −yᵀK′y of y = K⁻¹ e
+  std::vector<Column> columns;
+  std::vector<int> supports;
+  const auto answer = [&](int direction, bool locked) {
+    const VectorXd e = VectorXd::Unit(n, ee + direction);
+    columns.push_back({0, locked ? factor.solve_locked(e) : factor.solve(e)});
+  };
+  answer(d, false);
+  for (int k = 0; k < 6; ++k)
+    if (point.support_stiffness[k]) {
+      supports.push_back(k);
+      answer(k, true);
+    }
+  const ModeColumns free =
+      find_modes(factor, static_cast<int>(point.modes_free.size()), false, columns);
+  const ModeColumns locked =
+      find_modes(factor, static_cast<int>(point.modes_locked.size()), true, columns);
+
+  const MatrixXd rates = quadratic_rates(factor, directions, variations, moved, columns);
+  const auto stiffness = [&](int column, int direction) {
+    const double c = columns[column].y[ee + direction];
+    return VectorXd(rates.row(column).transpose() / (c * c));
+  };
+  gradients.drive_stiffness = stiffness(0, d);
+  for (std::size_t s = 0; s < supports.size(); ++s)
+    gradients.support_stiffness[supports[s]] = stiffness(static_cast<int>(s) + 1, supports[s]);
+
+  const auto& parasitic_modes =
+      request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
+  int parasitic = -1;
+  for (std::size_t k = 0; point.parasitic_frequency && k < parasitic_modes.size(); ++k)
+    if (parasitic < 0 && parasitic_modes[k].frequency == *point.parasitic_frequency)
+      parasitic = static_cast<int>(k);
+  set_frequencies(free, rates, point.frequencies_free, point.modes_free, gradients.frequencies_free,
+                  gradients.clusters_free);
+  set_frequencies(locked, rates, point.frequencies_locked, point.modes_locked,
+                  gradients.frequencies_locked, gradients.clusters_locked);
+  if (parasitic >= 0) {
+    point.parasitic_frequency = parasitic_modes[parasitic].frequency;
+    gradients.parasitic_frequency =
+        row_of(request.parasitic_with_drive_locked ? gradients.frequencies_locked
+                                                   : gradients.frequencies_free,
+               parasitic_modes, point.parasitic_frequency);
+  }
+  return gradients;
+}
+
+}  // namespace flexopt
