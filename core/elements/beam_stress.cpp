@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <unsupported/Eigen/AutoDiff>
 
 #include "core/elements/beam_section.hpp"
 #include "core/elements/full_leaf.hpp"
@@ -14,21 +15,26 @@ namespace {
 // Extension ε0, curvature in the plane κ3, |d,x|², shear of the plane γ, curvature across κ2, its
 // rate across κ2′, twist θ′.
 enum Measure { stretch, in_plane, lateral, shear, across, warping, twist, measures };
-using Measures = Eigen::Matrix<double, measures, 1>;
+template <class S>
+using MeasuresT = Eigen::Matrix<S, measures, 1>;
+using Measures = MeasuresT<double>;
 
 constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
 
-Measures measures_at(const Eigen::Matrix<double, 8, 3>& U, const HermiteValues& X, bool circular) {
-  auto sum = [&](const std::array<double, 4>& h, int k) -> Vector3d {
-    return (h[0] * U.row(k) + h[1] * U.row(k + 1) + h[2] * U.row(k + 4) + h[3] * U.row(k + 5))
+template <class S>
+MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValues& X, bool circular) {
+  auto sum = [&](const std::array<double, 4>& h, int k) -> Vector3<S> {
+    return (U.row(k) * h[0] + U.row(k + 1) * h[1] + U.row(k + 4) * h[2] + U.row(k + 5) * h[3])
         .transpose();
   };
-  const Vector3d a = sum(X.slope, 0), r_xx = sum(X.curvature, 0), d = sum(X.value, 2),
-                 d_x = sum(X.slope, 2), d_xx = sum(X.curvature, 2);
-  const Vector3d n = a.cross(d).normalized();
-  Measures m;
-  m[stretch] = 0.5 * (a.squaredNorm() - 1);
-  m[in_plane] = circular ? -r_xx.dot(d) : a.dot(d_x);
+  using std::sqrt;
+  const Vector3<S> a = sum(X.slope, 0), r_xx = sum(X.curvature, 0), d = sum(X.value, 2),
+                   d_x = sum(X.slope, 2), d_xx = sum(X.curvature, 2);
+  const Vector3<S> c = a.cross(d);
+  const Vector3<S> n = c / sqrt(c.squaredNorm());
+  MeasuresT<S> m;
+  m[stretch] = 0.5 * (a.squaredNorm() - 1.0);
+  m[in_plane] = circular ? S(-r_xx.dot(d)) : S(a.dot(d_x));
   m[lateral] = d_x.squaredNorm();
   m[shear] = a.dot(d);
   m[across] = -r_xx.dot(n);
@@ -49,7 +55,7 @@ class RecoveredMeasures {
       const double h = mesh.x()[i + 1] - mesh.x()[i];
       for (const double s : station) {
         x_.push_back(mesh.x()[i] + s * h);
-        values_.push_back(measures_at(U, hermite(s, h), circular));
+        values_.push_back(measures_at<double>(U, hermite(s, h), circular));
       }
     }
   }
@@ -67,6 +73,33 @@ class RecoveredMeasures {
   std::vector<double> x_;
   std::vector<Measures> values_;
 };
+
+template <class S>
+S von_mises(const S& s, const S& t) {
+  using std::sqrt;
+  return sqrt(s * s + 3.0 * t * t);
+}
+
+// Von Mises stress over E: the largest of a circular section, and on one side of a rectangular one
+// at a fraction of w/2.
+template <class S>
+S circular_stress(const MeasuresT<S>& m, const S& t, const S& nu) {
+  using std::sqrt;
+  const S in = m[in_plane], out = m[across], square = in * in + out * out;
+  const S bend = square > 0.0 ? S(sqrt(square)) : S(0.0 * square);
+  const S pull = m[stretch] < 0.0 ? S(-m[stretch]) : m[stretch];
+  return von_mises<S>(pull + 0.5 * t * bend, shear_ratio(nu) * (0.5 * t) * m[twist]);
+}
+template <class S>
+S rectangular_stress(const MeasuresT<S>& m, const S& w, const S& t, const S& nu, const S& shear_k,
+                     double f, const S& torsion, bool positive) {
+  const S y = 0.5 * f * w, half = 0.5 * t, G = shear_ratio(nu);
+  const S plane = m[stretch] + y * m[in_plane] + 0.5 * y * y * m[lateral],
+          bend = half * (m[across] + y * m[warping]),
+          cut = 1.5 * (1 - f * f) * G * shear_k * m[shear],
+          turn = 2.0 * G * half * m[twist] * torsion;
+  return positive ? von_mises<S>(plane + bend, cut + turn) : von_mises<S>(plane - bend, cut - turn);
+}
 
 struct Place {
   double value = 0;     // von Mises over E
@@ -104,26 +137,20 @@ class SectionStress {
   static void keep(Place& best, const Place& p) {
     if (p.value > best.value * (1 + 1e-9)) best = p;
   }
-  static double von_mises(double s, double t) { return std::sqrt(s * s + 3 * t * t); }
-
   Place circular(const Measures& m) const {
-    const double bend = std::hypot(m[in_plane], m[across]), half = 0.5 * shape_.thickness;
-    const double G = shear_ratio(shape_.poissons_ratio);
+    const double bend = std::hypot(m[in_plane], m[across]);
     const double sign = m[stretch] < 0 ? -1 : 1;
-    return {von_mises(std::abs(m[stretch]) + half * bend, G * half * m[twist]),
+    return {circular_stress<double>(m, shape_.thickness, shape_.poissons_ratio),
             bend > 0 ? sign * m[in_plane] / bend : 0.0, sign * m[across] >= 0};
   }
   Place rectangular(const Measures& m, int k) const {
-    const double f = fraction_[k], y = 0.5 * f * shape_.width, half = 0.5 * shape_.thickness;
-    const double G = shear_ratio(shape_.poissons_ratio);
-    const double plane = m[stretch] + y * m[in_plane] + 0.5 * y * y * m[lateral],
-                 bend = half * (m[across] + y * m[warping]),
-                 cut = 1.5 * G * section_.shear * m[shear] * (1 - f * f),
-                 turn = 2 * G * half * m[twist] * factor_[k];
-    const double up = von_mises(plane + bend, cut + turn),
-                 down = von_mises(plane - bend, cut - turn);
+    const auto side = [&](bool positive) {
+      return rectangular_stress<double>(m, shape_.width, shape_.thickness, shape_.poissons_ratio,
+                                        section_.shear, fraction_[k], factor_[k], positive);
+    };
+    const double up = side(true), down = side(false);
     const bool positive = up >= down * (1 - 1e-9);
-    return {positive ? up : down, f, positive};
+    return {positive ? up : down, fraction_[k], positive};
   }
 
   PlateShape shape_;
@@ -152,6 +179,47 @@ StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& n
   }
   peak.position = plate_material_point(mesh, nodal, scale, peak.along, peak.across);
   return peak;
+}
+
+double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                        const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+  const auto dual = [](double value, double derivative) {
+    return Dual(value, Eigen::Matrix<double, 1, 1>(derivative));
+  };
+  const PlateShape& shape = mesh.shape();
+  const bool circular = shape.section == Section::circular;
+  const Dual w = dual(shape.width, rate.shape[0]), t = dual(shape.thickness, rate.shape[1]),
+             nu = dual(shape.poissons_ratio, rate.shape[2]);
+  std::vector<double> x;
+  for (int i = 0; i < mesh.elements_along(); ++i)
+    for (const double s : station) x.push_back(mesh.x()[i] + s * (mesh.x()[i + 1] - mesh.x()[i]));
+  std::size_t k = 0;
+  while (k + 2 < x.size() && peak.along > x[k + 1]) ++k;
+  const auto at = [&](std::size_t station_index) {
+    const int i = static_cast<int>(station_index) / 2;
+    Eigen::Matrix<Dual, 8, 3> U;
+    for (int f = 0; f < 8; ++f)
+      for (int c = 0; c < 3; ++c)
+        U(f, c) = dual(nodal[i + f / 4](f % 4, c), rate.nodal[i + f / 4](f % 4, c));
+    return measures_at<Dual>(U, hermite(station[station_index % 2], mesh.x()[i + 1] - mesh.x()[i]),
+                             circular);
+  };
+  const double s = (peak.along - x[k]) / (x[k + 1] - x[k]);
+  MeasuresT<Dual> m = at(k);
+  const MeasuresT<Dual> next = at(k + 1);
+  for (int i = 0; i < measures; ++i) m[i] = (1 - s) * m[i] + s * next[i];
+  if (m[lateral] < 0.0) m[lateral] = dual(0, 0);
+  Dual stress;
+  if (circular) {
+    stress = circular_stress<Dual>(m, t, nu);
+  } else {
+    const double f = 2 * peak.across - 1;
+    stress =
+        rectangular_stress<Dual>(m, w, t, nu, beam_section<Dual>(shape.section, w, t, nu).shear, f,
+                                 torsion_stress_factor<Dual>(w, t, f), peak.on_positive_normal);
+  }
+  return youngs_modulus * stress.derivatives()[0] + rate.youngs_modulus * stress.value();
 }
 
 LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

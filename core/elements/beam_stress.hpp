@@ -20,6 +20,11 @@ struct LeafScale;
 StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                            const LeafSpring& leaf, const LeafScale& scale, int index);
 
+struct StressRate;
+/// Derivative of the stress at a peak found by beam_max_stress, at the same place.
+double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                        const StressPeak& peak, double youngs_modulus, const StressRate& rate);
+
 /// The deflected ribbon of width w, two points across.
 LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                               const LeafSpring& leaf, const LeafScale& scale);

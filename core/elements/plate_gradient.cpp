@@ -225,6 +225,19 @@ std::array<MatrixXd, 2> PlateGradient::edge_nodal_rates(
   return rates;
 }
 
+std::vector<MatrixXd> PlateGradient::nodal_rates(
+    const MatrixXd& Y, const std::vector<LeafVariation>& variations) const {
+  const int n = mesh_->functions_per_line();
+  const MatrixXd T = edge_rows(Y);
+  const std::array<MatrixXd, 2> edges = edge_nodal_rates(variations);
+  std::vector<MatrixXd> N;
+  for (int i = 0; i < mesh_->lines(); ++i) {
+    N.push_back(plate_->nodal_rates(i, T).reshaped(n, 3 * Y.cols()));
+    if (const int e = edge_at(i); e >= 0) N.back() += edges[e];
+  }
+  return N;
+}
+
 MatrixXd PlateGradient::force_rates(const std::vector<LeafVariation>& variations) const {
   const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
             ny = mesh_->elements_across(), columns = static_cast<int>(variations.size());

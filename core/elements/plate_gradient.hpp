@@ -41,6 +41,10 @@ class PlateGradient {
   /// Its derivatives along the variations, scales apart: size × variations.
   MatrixXd force_rates(const std::vector<LeafVariation>& variations) const;
 
+  /// Rates of the nodal dofs, per line functions × (3 components of each column), of states moving
+  /// by the columns of Y along the variations.
+  std::vector<MatrixXd> nodal_rates(const MatrixXd& Y,
+                                    const std::vector<LeafVariation>& variations) const;
   /// M Y in units of LeafScale::mass.
   MatrixXd mass_times(const MatrixXd& Y) const;
 

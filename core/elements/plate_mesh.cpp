@@ -31,14 +31,6 @@ std::vector<double> graded_points(double a, double b, int intervals, double g) {
   return points;
 }
 
-HermiteValues hermite(double s, double h) {
-  return {
-      {1 - 3 * s * s + 2 * s * s * s, h * (s - 2 * s * s + s * s * s), 3 * s * s - 2 * s * s * s,
-       h * (s * s * s - s * s)},
-      {(-6 * s + 6 * s * s) / h, 1 - 4 * s + 3 * s * s, (6 * s - 6 * s * s) / h, 3 * s * s - 2 * s},
-      {(-6 + 12 * s) / (h * h), (-4 + 6 * s) / h, (6 - 12 * s) / (h * h), (6 * s - 2) / h}};
-}
-
 Eigen::Matrix<double, 16, 1> hermite_products(const std::array<double, 4>& X,
                                               const std::array<double, 4>& Y) {
   Row16 row;

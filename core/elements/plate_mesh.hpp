@@ -36,11 +36,21 @@ struct GaussRule {
 /// Of 2 or 4 points.
 GaussRule gauss_rule(int points);
 
-/// Cubic Hermite functions on [0, h] at ξh, in the order (value, slope) at 0, (value, slope) at h.
-struct HermiteValues {
-  std::array<double, 4> value, slope, curvature;
+template <class S>
+struct HermiteValuesT {
+  std::array<S, 4> value, slope, curvature;
 };
-HermiteValues hermite(double xi, double h);
+using HermiteValues = HermiteValuesT<double>;
+/// Cubic Hermite functions on [0, h] at sh, in the order (value, slope) at 0, (value, slope) at h.
+template <class S>
+HermiteValuesT<S> hermite(double s, const S& h) {
+  return {{S(1 - 3 * s * s + 2 * s * s * s), h * (s - 2 * s * s + s * s * s),
+           S(3 * s * s - 2 * s * s * s), h * (s * s * s - s * s)},
+          {(-6 * s + 6 * s * s) / h, S(1 - 4 * s + 3 * s * s), (6 * s - 6 * s * s) / h,
+           S(3 * s * s - 2 * s)},
+          {(-6 + 12 * s) / (h * h), (-4 + 6 * s) / h, (6 - 12 * s) / (h * h), (6 * s - 2) / h}};
+}
+inline HermiteValues hermite(double s, double h) { return hermite<double>(s, h); }
 
 /// The 16 products X[2p + kx] Y[2q + ky], at function 8p + 4q + kx + 2ky of an element.
 Eigen::Matrix<double, 16, 1> hermite_products(const std::array<double, 4>& X,

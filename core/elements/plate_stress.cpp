@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <unsupported/Eigen/AutoDiff>
 #include <utility>
 
 #include "core/elements/beam_stress.hpp"
@@ -20,31 +21,47 @@ Gradient dofs(const std::vector<MatrixXd>& nodal, int i, int j) {
   return U;
 }
 
-Strains strains(const Gradient& U, const HermiteValues& X, const HermiteValues& Y) {
-  const Vector3d a1 = U.transpose() * hermite_products(X.slope, Y.value);
-  const Vector3d a2 = U.transpose() * hermite_products(X.value, Y.slope);
-  const Vector3d n = a1.cross(a2).normalized();
-  const Vector3d r11 = U.transpose() * hermite_products(X.curvature, Y.value);
-  const Vector3d r22 = U.transpose() * hermite_products(X.value, Y.curvature);
-  const Vector3d r12 = U.transpose() * hermite_products(X.slope, Y.slope);
-  Strains e;
+template <class S>
+using Products = Eigen::Matrix<S, 16, 1>;
+
+template <class S>
+StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
+                    const HermiteValuesT<S>& Y) {
+  const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
+    Vector3<S> r = Vector3<S>::Zero();
+    for (int f = 0; f < 16; ++f) {
+      const S N = y[2 * (f / 4 % 2) + f % 4 / 2] * x[2 * (f / 8) + f % 2];
+      for (int c = 0; c < 3; ++c) r[c] += N * U(f, c);
+    }
+    return r;
+  };
+  const Vector3<S> a1 = at(X.slope, Y.value), a2 = at(X.value, Y.slope);
+  const Vector3<S> m = a1.cross(a2);
+  using std::sqrt;
+  const Vector3<S> n = m / sqrt(m.squaredNorm());
+  const Vector3<S> r11 = at(X.curvature, Y.value), r22 = at(X.value, Y.curvature),
+                   r12 = at(X.slope, Y.slope);
+  StrainsT<S> e;
   // a fibre on the side of the normal is stretched by −r,ab · n
-  e << 0.5 * (a1.squaredNorm() - 1), 0.5 * (a2.squaredNorm() - 1), a1.dot(a2), -r11.dot(n),
-      -r22.dot(n), -2 * r12.dot(n);
+  e << 0.5 * (a1.squaredNorm() - 1.0), 0.5 * (a2.squaredNorm() - 1.0), a1.dot(a2), -r11.dot(n),
+      -r22.dot(n), -2.0 * r12.dot(n);
   return e;
 }
 
-double von_mises(const Vector3d& strain, double nu, double modulus) {
-  const double k = modulus / (1 - nu * nu);
-  const double s11 = k * (strain[0] + nu * strain[1]), s22 = k * (strain[1] + nu * strain[0]),
-               s12 = k * 0.5 * (1 - nu) * strain[2];
-  return std::sqrt(s11 * s11 - s11 * s22 + s22 * s22 + 3 * s12 * s12);
+template <class S>
+S von_mises(const Vector3<S>& strain, const S& nu, const S& modulus) {
+  using std::sqrt;
+  const S k = modulus / (1.0 - nu * nu);
+  const S s11 = k * (strain[0] + nu * strain[1]), s22 = k * (strain[1] + nu * strain[0]),
+          s12 = k * 0.5 * (1.0 - nu) * strain[2];
+  return sqrt(s11 * s11 - s11 * s22 + s22 * s22 + 3.0 * s12 * s12);
 }
+
+constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
 
 // Strains at the 2 × 2 Gauss stations of every element, where those of a cubic are superconvergent.
 // (Second derivatives jump from element to element; read anywhere else they are a saw-tooth.)
 StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal) {
-  constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
   const auto gauss_stations = [&](const std::vector<double>& points) {
     std::vector<double> s;
     for (std::size_t i = 0; i + 1 < points.size(); ++i)
@@ -58,7 +75,7 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
       for (int j = 0; j < mesh.elements_across(); ++j) {
         const Gradient U = dofs(nodal, i, j);
         for (const double b : station)
-          values.push_back(strains(U, X, hermite(b, mesh.y()[j + 1] - mesh.y()[j])));
+          values.push_back(strains<double>(U, X, hermite(b, mesh.y()[j + 1] - mesh.y()[j])));
       }
     }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values)};
@@ -97,8 +114,8 @@ Strains StrainField::at(double x, double y) const {
 
 SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus) {
   const double nu = shape.poissons_ratio, half = 0.5 * shape.thickness;
-  return {von_mises(e.head<3>() + half * e.tail<3>(), nu, youngs_modulus),
-          von_mises(e.head<3>() - half * e.tail<3>(), nu, youngs_modulus)};
+  return {von_mises<double>(e.head<3>() + half * e.tail<3>(), nu, youngs_modulus),
+          von_mises<double>(e.head<3>() - half * e.tail<3>(), nu, youngs_modulus)};
 }
 
 StressPeak largest_stress(const StrainField& field, const PlateShape& shape, double youngs_modulus,
@@ -132,6 +149,65 @@ StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& 
                                    leaf.material.youngs_modulus, index);
   peak.position = plate_material_point(mesh, nodal, scale, peak.along, peak.across);
   return peak;
+}
+
+// The same by dual numbers, only at the four stations around the place.
+double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                         const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+  const auto dual = [](double value, double derivative) {
+    return Dual(value, Eigen::Matrix<double, 1, 1>(derivative));
+  };
+  const PlateShape& shape = mesh.shape();
+  const Dual width = dual(shape.width, rate.shape[0]),
+             thickness = dual(shape.thickness, rate.shape[1]),
+             nu = dual(shape.poissons_ratio, rate.shape[2]),
+             modulus = dual(youngs_modulus, rate.youngs_modulus);
+  if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
+
+  // places over L; the border of the corner zones moves with the width of narrow leaves
+  const double zone = 0.1 * std::min(1.0, shape.width), across = (peak.across - 0.5) * shape.width;
+  const auto at_border = [&](double distance) { return std::abs(distance - zone) < 1e-9 * zone; };
+  Dual x = dual(peak.along, 0), y = (peak.across - 0.5) * width;
+  const Dual moving = shape.width < 1 ? 0.1 * width : dual(0.1, 0);
+  if (at_border(peak.along)) x = moving;
+  if (at_border(1 - peak.along)) x = 1.0 - moving;
+  if (at_border(across + shape.width / 2)) y = moving - 0.5 * width;
+  if (at_border(shape.width / 2 - across)) y = 0.5 * width - moving;
+
+  const auto stations_of = [](const std::vector<double>& points) {
+    std::vector<double> all;
+    for (std::size_t i = 0; i + 1 < points.size(); ++i)
+      for (const double a : station) all.push_back(points[i] + a * (points[i + 1] - points[i]));
+    return all;
+  };
+  const std::vector<double> xs = stations_of(mesh.x()), ys = stations_of(mesh.y());
+  const auto [i, s0] = bracket(xs, peak.along);
+  const auto [j, t0] = bracket(ys, across);
+  const Dual per_width = width / shape.width;
+  const Dual s = (x - xs[i]) / (xs[i + 1] - xs[i]),
+             t = (y - ys[j] * per_width) / ((ys[j + 1] - ys[j]) * per_width);
+  const auto strains_at = [&](int a, int b) {
+    const int ei = a / 2, ej = b / 2;
+    Eigen::Matrix<Dual, 16, 3> U;
+    for (int f = 0; f < 16; ++f)
+      for (int c = 0; c < 3; ++c)
+        U(f, c) =
+            dual(nodal[ei + f / 8](4 * ej + f % 8, c), rate.nodal[ei + f / 8](4 * ej + f % 8, c));
+    return strains<Dual>(
+        U, hermite(station[a % 2], mesh.x()[ei + 1] - mesh.x()[ei]),
+        hermite<Dual>(station[b % 2], Dual((mesh.y()[ej + 1] - mesh.y()[ej]) * per_width)));
+  };
+  const Dual one = dual(1, 0);
+  StrainsT<Dual> e;
+  const StrainsT<Dual> e00 = strains_at(i, j), e01 = strains_at(i, j + 1),
+                       e10 = strains_at(i + 1, j), e11 = strains_at(i + 1, j + 1);
+  for (int k = 0; k < 6; ++k)
+    e[k] = (one - s) * ((one - t) * e00[k] + t * e01[k]) + s * ((one - t) * e10[k] + t * e11[k]);
+  const Dual half = thickness * (peak.on_positive_normal ? 0.5 : -0.5);
+  Vector3<Dual> strain;
+  for (int k = 0; k < 3; ++k) strain[k] = e[k] + half * e[k + 3];
+  return von_mises<Dual>(strain, nu, modulus).derivatives()[0];
 }
 
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

@@ -11,7 +11,9 @@ namespace flexopt {
 struct LeafScale;
 
 /// e11, e22, 2 e12 and κ11, κ22, 2 κ12 of the mid-surface, lengths over L.
-using Strains = Eigen::Matrix<double, 6, 1>;
+template <class S>
+using StrainsT = Eigen::Matrix<S, 6, 1>;
+using Strains = StrainsT<double>;
 
 /// Strains known at a tensor grid of stations over the leaf, and between them by bilinear
 /// interpolation. Places over L: x from 0, y from −w/2.
@@ -47,6 +49,17 @@ StressPeak largest_stress(const StrainField& field, const PlateShape& shape, dou
 /// the element.
 StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const LeafSpring& leaf, const LeafScale& scale, int index);
+
+/// How a leaf changes along a design parameter, for the stress in it.
+struct StressRate {
+  std::vector<MatrixXd> nodal;  ///< of the nodal dofs, per line
+  Vector3d shape;               ///< of w/L, t/L, ν
+  double youngs_modulus = 0;
+};
+/// Derivative of the stress at a peak found by plate_max_stress: at the same station, which keeps
+/// its place in [0, 1]² unless it stands at the border of a corner zone.
+double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                         const StressPeak& peak, double youngs_modulus, const StressRate& rate);
 
 /// Deflected mid-surface at the mesh nodes with the larger von Mises stress of both surfaces.
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "core/elements/plate_stress.hpp"
 #include "core/math/block_lanczos.hpp"
 #include "core/math/rotation.hpp"
 
@@ -289,6 +290,22 @@ PointGradients point_gradients(const MechanismFactor& factor,
   gradients.rotation =
       rotation_left_tangent_inverse(rotation_log(system.pose(mechanism.end_effector).rotation)) *
       moved.middleRows(ee + 3, 3);
+
+  if (point.max_stress) {
+    const int i = point.max_stress->leaf;
+    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
+    const PlateLeaf& plate = leaf.full->plate();
+    const std::vector<MatrixXd> nodal =
+        leaf.gradient->nodal_rates(factor.leaf_rows(leaf, moved.topRows(n)), variations[i]);
+    VectorXd stress(directions.size());
+    for (int p = 0; p < stress.size(); ++p) {
+      StressRate along{{}, variations[i][p].shape, directions[p].leaves[i].material.youngs_modulus};
+      for (const MatrixXd& line : nodal) along.nodal.push_back(line.middleCols<3>(3 * p));
+      stress[p] = plate_stress_rate(plate.mesh(), plate.nodal(), *point.max_stress,
+                                    mechanism.leaves[i].material.youngs_modulus, along);
+    }
+    gradients.max_stress = stress;
+  }
 
   // compliances: −yᵀK′y of y = K⁻¹ e
   std::vector<Column> columns;
