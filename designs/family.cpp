@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>  // before AutoDiff, which needs it
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
-#include <type_traits>
+#include <unsupported/Eigen/AutoDiff>
 #include <utility>
 
 #include "core/spec/names.hpp"
@@ -90,28 +92,83 @@ void check_thin(const LeafSpring& leaf, const ParameterValues& values) {
                                 smallest, leaf.name));
 }
 
-/// `make` may take the choices last. `apart` is the parameter that keeps the leaves apart.
-template <class Parameters, class Make>
-auto checked_maker(Make make, std::string apart) {
-  return
-      [make, apart = std::move(apart)](const ParameterValues& values, const FamilyChoices& choices,
-                                       const Material& material, const EndEffector& payload) {
-        Parameters parameters{};
-        parameters.each([&](const char* name, double& value) { value = values.at(name); });
-        Mechanism mechanism = [&] {
-          if constexpr (std::is_invocable_v<Make, Parameters, Material, EndEffector, FamilyChoices>)
-            return make(parameters, material, payload, choices);
-          else
-            return make(parameters, material, payload);
-        }();
-        const auto section = choices.find("section");
-        if (section != choices.end() && section->second == "circular")
-          for (LeafSpring& leaf : mechanism.leaves) leaf.section = Section::circular;
-        for (const LeafSpring& leaf : mechanism.leaves) check_thin(leaf, values);
-        if (const auto rule = broken_rule(mechanism))
-          throw SpecError(pointer_to(apart), fmt::format("{:g} m", values.at(apart)), *rule);
-        return mechanism;
-      };
+using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 16, 1>>;
+
+/// Derivative of one dual number; a constant carries none.
+double along(const Dual& x, int k) { return x.derivatives().size() > k ? x.derivatives()[k] : 0.0; }
+
+Mechanism rate_of(const MechanismT<Dual>& mechanism, int k) {
+  const auto vector = [k](const Vector3<Dual>& v) {
+    return Vector3d(along(v[0], k), along(v[1], k), along(v[2], k));
+  };
+  const auto matrix = [k](const Matrix3<Dual>& m) {
+    Matrix3d r;
+    for (int i = 0; i < 9; ++i) r(i / 3, i % 3) = along(m(i / 3, i % 3), k);
+    return r;
+  };
+  Mechanism rate;
+  rate.end_effector = mechanism.end_effector;
+  rate.drive = mechanism.drive;
+  for (const RigidBodyT<Dual>& b : mechanism.bodies)
+    rate.bodies.push_back({b.name, b.role, vector(b.reference), along(b.mass, k),
+                           vector(b.center_of_mass), matrix(b.inertia), b.held});
+  for (const LeafSpringT<Dual>& l : mechanism.leaves) {
+    LeafSpring leaf{.name = l.name,
+                    .base = l.base,
+                    .tip = l.tip,
+                    .origin = vector(l.origin),
+                    .axes = matrix(l.axes),
+                    .length = along(l.length, k),
+                    .width = along(l.width, k),
+                    .thickness = along(l.thickness, k),
+                    .material = {l.material.name, along(l.material.youngs_modulus, k),
+                                 along(l.material.poissons_ratio, k), along(l.material.density, k),
+                                 std::nullopt},
+                    .section = l.section,
+                    .point = std::nullopt};
+    if (l.point)
+      leaf.point = LeafPoint{l.point->body, along(l.point->along, k), along(l.point->across, k),
+                             l.point->spread_over_tip};
+    rate.leaves.push_back(std::move(leaf));
+  }
+  return rate;
+}
+
+/// Sets `make` and `directions` from one function of any scalar: (parameters, material, payload,
+/// choices) → mechanism. `apart` is the parameter that keeps the leaves apart.
+template <template <class> class Parameters, class Make>
+void set_makers(Family& family, Make make, std::string apart) {
+  family.make = [make, apart = std::move(apart)](
+                    const ParameterValues& values, const FamilyChoices& choices,
+                    const Material& material, const EndEffector& payload) {
+    Parameters<double> parameters{};
+    parameters.each([&](const char* name, double& value) { value = values.at(name); });
+    Mechanism mechanism = make(parameters, material, payload, choices);
+    const auto section = choices.find("section");
+    if (section != choices.end() && section->second == "circular")
+      for (LeafSpring& leaf : mechanism.leaves) leaf.section = Section::circular;
+    for (const LeafSpring& leaf : mechanism.leaves) check_thin(leaf, values);
+    if (const auto rule = broken_rule(mechanism))
+      throw SpecError(pointer_to(apart), fmt::format("{:g} m", values.at(apart)), *rule);
+    return mechanism;
+  };
+  family.directions = [make](const ParameterValues& values, const FamilyChoices& choices,
+                             const Material& material, const EndEffector& payload) {
+    Parameters<Dual> parameters{};
+    int count = 0;
+    parameters.each([&](const char*, Dual&) { ++count; });
+    int k = 0;
+    parameters.each(
+        [&](const char* name, Dual& value) { value = Dual(values.at(name), count, k++); });
+    const MechanismT<Dual> mechanism =
+        make(parameters, cast_material<Dual>(material), payload, choices);
+    std::vector<MechanismDirection> directions;
+    k = 0;
+    parameters.each([&](const char* name, Dual&) {
+      directions.push_back({name, rate_of(mechanism, k++)});
+    });
+    return directions;
+  };
 }
 
 Family leaf_spring() {
@@ -138,15 +195,16 @@ Family leaf_spring() {
        {},
        "cross-section; circular: a wire whose diameter is the thickness, for beams"}};
   f.has_end_effector = [](const FamilyChoices& choices) { return choices.at("tip") != "free"; };
-  f.make = checked_maker<LeafSpringParameters<double>>(
-      [](const LeafSpringParameters<double>& p, const Material& material,
-         const EndEffector& payload, const FamilyChoices& choices) {
+  set_makers<LeafSpringParameters>(
+      f,
+      []<class S>(const LeafSpringParameters<S>& p, const MaterialT<S>& material,
+                  const EndEffector& payload, const FamilyChoices& choices) {
         const std::string& tip = choices.at("tip");
-        return make_leaf_spring(p, material, payload,
-                                tip == "free"     ? Tip::free
-                                : tip == "guided" ? Tip::guided
-                                : tip == "hinged" ? Tip::hinged
-                                                  : Tip::rigid);
+        return make_leaf_spring<S>(p, material, payload,
+                                   tip == "free"     ? Tip::free
+                                   : tip == "guided" ? Tip::guided
+                                   : tip == "hinged" ? Tip::hinged
+                                                     : Tip::rigid);
       },
       "length");
   return f;
@@ -167,7 +225,12 @@ Family parallel_guide() {
   f.drive = Direction::uy;
   f.parameters = {length(), width(), thickness(),
                   size("spacing", "distance between the mid-planes of the leaves")};
-  f.make = checked_maker<ParallelGuideParameters<double>>(&make_parallel_guide<double>, "spacing");
+  set_makers<ParallelGuideParameters>(
+      f,
+      []<class S>(const ParallelGuideParameters<S>& p, const MaterialT<S>& material,
+                  const EndEffector& payload,
+                  const FamilyChoices&) { return make_parallel_guide<S>(p, material, payload); },
+      "spacing");
   return f;
 }
 
@@ -185,7 +248,12 @@ Family cross_hinge() {
 )";
   f.drive = Direction::rz;
   f.parameters = {length(), width(), thickness(), half_angle(), crossing_fraction(), gap()};
-  f.make = checked_maker<CrossHingeParameters<double>>(&make_cross_hinge<double>, "gap");
+  set_makers<CrossHingeParameters>(
+      f,
+      []<class S>(const CrossHingeParameters<S>& p, const MaterialT<S>& material,
+                  const EndEffector& payload,
+                  const FamilyChoices&) { return make_cross_hinge<S>(p, material, payload); },
+      "gap");
   return f;
 }
 
@@ -210,8 +278,13 @@ Family three_flexure_cross_hinge() {
                   half_angle(),
                   crossing_fraction(),
                   gap()};
-  f.make = checked_maker<ThreeFlexureCrossHingeParameters<double>>(
-      &make_three_flexure_cross_hinge<double>, "gap");
+  set_makers<ThreeFlexureCrossHingeParameters>(
+      f,
+      []<class S>(const ThreeFlexureCrossHingeParameters<S>& p, const MaterialT<S>& material,
+                  const EndEffector& payload, const FamilyChoices&) {
+        return make_three_flexure_cross_hinge<S>(p, material, payload);
+      },
+      "gap");
   return f;
 }
 
@@ -234,10 +307,14 @@ Family clamped_plate() {
   f.parameters.back().open_min = false;
   f.has_end_effector = [](const FamilyChoices&) { return false; };
   f.mesh = {20, 20};  // the load may stand anywhere
-  f.make = [make = checked_maker<ClampedPlateParameters<double>>(&make_clamped_plate<double>,
-                                                                 "load_point_x")](
-               const ParameterValues& values, const FamilyChoices& choices,
-               const Material& material, const EndEffector& payload) {
+  set_makers<ClampedPlateParameters>(
+      f,
+      []<class S>(const ClampedPlateParameters<S>& p, const MaterialT<S>& material,
+                  const EndEffector& payload,
+                  const FamilyChoices&) { return make_clamped_plate<S>(p, material, payload); },
+      "load_point_x");
+  f.make = [make = f.make](const ParameterValues& values, const FamilyChoices& choices,
+                           const Material& material, const EndEffector& payload) {
     for (const auto& [name, side] :
          {std::pair{"load_point_x", "length"}, {"load_point_z", "width"}})
       if (values.at(name) > values.at(side))
@@ -249,7 +326,52 @@ Family clamped_plate() {
   return f;
 }
 
+Mechanism no_rate(const Mechanism& mechanism) {
+  Mechanism rate = mechanism;
+  for (RigidBody& b : rate.bodies) {
+    b.reference = b.center_of_mass = Vector3d::Zero();
+    b.mass = 0;
+    b.inertia = Matrix3d::Zero();
+  }
+  for (LeafSpring& l : rate.leaves) {
+    l.origin = Vector3d::Zero();
+    l.axes = Matrix3d::Zero();
+    l.length = l.width = l.thickness = 0;
+    l.material.youngs_modulus = l.material.poissons_ratio = l.material.density = 0;
+    if (l.point) l.point->along = l.point->across = 0;
+  }
+  return rate;
+}
+
 }  // namespace
+
+std::vector<MechanismDirection> material_directions(const Mechanism& mechanism) {
+  std::vector<MechanismDirection> directions;
+  for (const auto& [name, number] : {std::pair{"youngs_modulus", &Material::youngs_modulus},
+                                     {"poissons_ratio", &Material::poissons_ratio},
+                                     {"density", &Material::density}}) {
+    directions.push_back({std::string("material.") + name, no_rate(mechanism)});
+    for (LeafSpring& l : directions.back().rate.leaves) l.material.*number = 1;
+  }
+  return directions;
+}
+
+std::vector<MechanismDirection> payload_directions(const Mechanism& mechanism) {
+  std::vector<MechanismDirection> directions;
+  const auto add = [&](const std::string& name) -> RigidBody& {
+    directions.push_back({"end_effector." + name, no_rate(mechanism)});
+    return directions.back().rate.bodies[mechanism.end_effector];
+  };
+  add("mass").mass = 1;
+  const std::string axes = "xyz";
+  for (int i = 0; i < 3; ++i) add(std::string("center_of_mass.") + axes[i]).center_of_mass[i] = 1;
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j) {
+      Matrix3d& inertia = add(std::string("inertia.") + axes[i] + axes[j]).inertia;
+      inertia(i, j) = inertia(j, i) = 1;
+    }
+  return directions;
+}
 
 FamilyChoices standard_choices(const Family& family) {
   FamilyChoices choices;

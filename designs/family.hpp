@@ -10,6 +10,7 @@
 
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
+#include "core/response/stroke_gradients.hpp"
 
 namespace flexopt {
 
@@ -59,7 +60,18 @@ struct Family {
   std::function<Mechanism(const ParameterValues&, const FamilyChoices&, const Material&,
                           const EndEffector&)>
       make;
+  /// Exact derivative of every number of the mechanism along each parameter. For what `make`
+  /// accepts.
+  std::function<std::vector<MechanismDirection>(const ParameterValues&, const FamilyChoices&,
+                                                const Material&, const EndEffector&)>
+      directions;
 };
+
+/// The directions of a mechanism's material (`material.youngs_modulus`, `.poissons_ratio`,
+/// `.density`) and of its end-effector's mass, its centre and inertia (`end_effector.mass`,
+/// `.center_of_mass.x`, `.inertia.xx`, `.inertia.xy` …), the latter where there is one.
+std::vector<MechanismDirection> material_directions(const Mechanism& mechanism);
+std::vector<MechanismDirection> payload_directions(const Mechanism& mechanism);
 
 /// The first choice of every option.
 FamilyChoices standard_choices(const Family& family);

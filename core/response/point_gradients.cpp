@@ -254,6 +254,7 @@ std::optional<VectorXd> row_of(const MatrixXd& rows, const std::vector<Mode>& mo
 std::optional<std::string> without_gradients(const Mechanism& mechanism,
                                              const ModelOptions& model) {
   if (model.accuracy != Accuracy::full) return "exact derivatives want full accuracy";
+  if (!mechanism.joints.empty()) return "no exact derivatives of mechanisms with joints";
   for (const LeafSpring& leaf : mechanism.leaves)
     if (leaf.point) return "no exact derivatives of leaves with a material point";
   return std::nullopt;
