@@ -17,8 +17,20 @@ void BlockTridiagonal::resize(const std::vector<int>& sizes) {
   indefinite_.assign(n, {});
 }
 
+void BlockTridiagonal::invert_pivots() {
+  if (inverted_) return;
+  for (int i = 0; i < blocks(); ++i) {
+    if (indefinite_[i].signs.size() != 0) continue;
+    MatrixXd& inverse = indefinite_[i].inverse_root;
+    inverse.setIdentity(diagonal[i].rows(), diagonal[i].rows());
+    diagonal[i].triangularView<Eigen::Lower>().solveInPlace(inverse);
+  }
+  inverted_ = true;
+}
+
 void BlockTridiagonal::factorise() {
   negative_ = 0;
+  inverted_ = false;
   for (int i = 0; i < blocks(); ++i) {
     if (i > 0) {
       // S_i = D_i − W Σ Wᵀ with W = O C⁻ᵀ Σ, already in below[i − 1]
@@ -64,7 +76,7 @@ void BlockTridiagonal::lower(Eigen::MatrixBase<Derived>& b, int first) const {
     auto row = b.middleRows(offset[i], offset[i + 1] - offset[i]);
     if (i > first)
       row.noalias() -= below[i - 1] * b.middleRows(offset[i - 1], offset[i] - offset[i - 1]);
-    if (indefinite_[i].signs.size() == 0)
+    if (indefinite_[i].signs.size() == 0 && !inverted_)
       diagonal[i].triangularView<Eigen::Lower>().solveInPlace(row);
     else
       row = (indefinite_[i].inverse_root * row).eval();
@@ -78,7 +90,7 @@ void BlockTridiagonal::upper(Eigen::MatrixBase<Derived>& b) const {
     if (i + 1 < blocks())
       row.noalias() -=
           below[i].transpose() * b.middleRows(offset[i + 1], offset[i + 2] - offset[i + 1]);
-    if (indefinite_[i].signs.size() == 0)
+    if (indefinite_[i].signs.size() == 0 && !inverted_)
       diagonal[i].triangularView<Eigen::Lower>().transpose().solveInPlace(row);
     else
       row = (indefinite_[i].inverse_root.transpose() * row).eval();

@@ -23,6 +23,8 @@ class BlockTridiagonal {
   std::vector<int> offset;         ///< start of each block, and the size at the end
 
   void factorise();
+  /// Makes solving faster by inverting the pivots once: pays from some twenty columns on.
+  void invert_pivots();
 
   /// Negative eigenvalues of the factorised matrix.
   int negative_pivots() const { return negative_; }
@@ -47,11 +49,12 @@ class BlockTridiagonal {
   void upper(Eigen::MatrixBase<Derived>& b) const;
 
   struct Indefinite {
-    MatrixXd inverse_root;  ///< |Λ|^(−½) Vᵀ
+    MatrixXd inverse_root;  ///< |Λ|^(−½) Vᵀ; after invert_pivots() that of a positive pivot too
     VectorXd signs;
   };
   std::vector<Indefinite> indefinite_;  ///< empty matrices where the pivot is positive definite
   int negative_ = 0;
+  bool inverted_ = false;
 };
 
 }  // namespace flexopt

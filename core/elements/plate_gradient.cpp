@@ -175,7 +175,6 @@ void PlateGradient::add_to_rows(int line, const MatrixXd& nodal, MatrixXd& rows)
     }
 }
 
-// Increments of the edges instead of those of their bodies, as PlateLeaf has them.
 MatrixXd PlateGradient::edge_rows(const MatrixXd& Y) const {
   MatrixXd T = Y;
   for (int e = 0; e < 2; ++e) {

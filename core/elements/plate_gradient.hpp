@@ -36,6 +36,9 @@ class PlateGradient {
 
   int size() const { return plate_->unknowns() + 12; }
 
+  /// The same columns with the increments of the edges in the bodies' place, as PlateLeaf has them.
+  MatrixXd edge_rows(const MatrixXd& Y) const;
+
   /// Residual of every row.
   const VectorXd& force() const { return force_; }
   /// Its derivatives along the variations, scales apart: size × variations.
@@ -74,7 +77,6 @@ class PlateGradient {
   };
   bool is_rigid(int line) const { return edge_at(line) >= 0; }
   int edge_at(int line) const;
-  MatrixXd edge_rows(const MatrixXd& Y) const;
   template <int Side>
   void prepare();
   template <int Side>

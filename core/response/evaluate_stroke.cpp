@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <utility>
 
+#include "core/elements/full_leaf.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
@@ -78,8 +78,42 @@ std::optional<double> parasitic_frequency(const PathPoint& point, const StrokeRe
   return std::nullopt;
 }
 
+// What exact points need beside the request.
+struct Exact {
+  std::vector<Mechanism> directions;  ///< of the gradients; may be empty
+  StrokeGradients gradients;
+  MeshRates meshes;
+};
+
+// Frequencies of the whole mechanism; derivatives of everything, if asked for.
+void evaluate_exactly(System& system, const ModelOptions& model, const StrokeRequest& request,
+                      Exact& exact, PathPoint& point, PointGradients* gradients) {
+  const MechanismFactor factor(system, exact.meshes.of(system));
+  const auto find = [&](std::optional<int> count, bool drive_locked) -> std::optional<ExactModes> {
+    const int wanted = std::min(request.frequencies, count.value_or(request.frequencies));
+    if (wanted == 0) return ExactModes{};
+    return exact_modes(factor, wanted, drive_locked);
+  };
+  const auto free = find(request.frequencies_free, false),
+             locked = find(request.frequencies_locked, true);
+  if (!free || !locked) {
+    point.status = PointStatus::no_equilibrium;
+    point.message =
+        fmt::format("the lowest frequencies of {} unknowns were not found", factor.size());
+    return;
+  }
+  point.modes_free = free->modes;
+  point.modes_locked = locked->modes;
+  for (const Mode& m : free->modes) point.frequencies_free.push_back(m.frequency);
+  for (const Mode& m : locked->modes) point.frequencies_locked.push_back(m.frequency);
+  point.parasitic_frequency = parasitic_frequency(point, request);
+  if (gradients)
+    *gradients = point_gradients(factor, exact.directions, model, request, point, *free, *locked);
+}
+
 void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelOptions& model,
-                    const StrokeRequest& request, std::vector<int>& leaf_modes, PathPoint& point) {
+                    const StrokeRequest& request, std::vector<int>& leaf_modes, Exact* exact,
+                    PathPoint& point, PointGradients* gradients) {
   const Mechanism& mechanism = system.mechanism();
   point.status = PointStatus::converged;
   point.newton_iterations = equilibrium.iterations;
@@ -114,7 +148,7 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
   point.stable = point.negative_pivots == 0;
 
   for (int i = 0; i < system.leaves(); ++i) point.leaves.push_back(system.leaf(i).report());
-  if (request.frequencies > 0) {
+  if (request.frequencies > 0 && !exact) {
     const Frequencies f = natural_frequencies(
         system, {.count = request.frequencies, .leaf_modes = model.leaf_modes}, leaf_modes);
     point.modes_free = f.free;
@@ -133,15 +167,37 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
     }
   if (request.shapes)
     for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());
+  if (exact) evaluate_exactly(system, model, request, *exact, point, gradients);
 }
 
-/// Sees the system at the equilibrium of a point.
-using PointObserver = std::function<void(const System&, int, PathPoint&)>;
+// The system at its present state with full leaves in the reduced ones' place.
+std::unique_ptr<System> finished_on_full_leaves(System& system) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  System::Snapshot state = system.save();
+  state.leaves.clear();
+  for (int i = 0; i < system.leaves(); ++i) {
+    leaves.push_back(system.leaf(i).full_model("exact"));
+    if (!leaves.back())
+      leaves.back() = std::make_unique<FullLeaf>(dynamic_cast<const FullLeaf&>(system.leaf(i)));
+    state.leaves.push_back(leaves.back()->save());
+  }
+  auto full = std::make_unique<System>(system.mechanism(), std::move(leaves));
+  full->restore(state);
+  return full;
+}
+
+// Newton on full leaves from the state of the reduced ones.
+Equilibrium finish(System& system, const StrokeRequest& request, double stroke) {
+  if (request.load_path)
+    return solve_equilibrium(system, std::nullopt, request.load + stroke * *request.load_path,
+                             request.newton);
+  return solve_equilibrium(system, stroke, request.load, request.newton);
+}
 
 // From the undeflected state through the points in `order` (all of one sign, outward).
 void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
-                   const StrokeRequest& request, const std::vector<int>& order,
-                   const PointObserver& observe, StrokeResponse& response) {
+                   const StrokeRequest& request, const std::vector<int>& order, Exact* exact,
+                   StrokeResponse& response) {
   auto start = Clock::now();
   System system(mechanism, make_leaves(mechanism, model, request));
   response.seconds_coefficients += seconds_since(start);
@@ -170,10 +226,18 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       point.message = reason;
       continue;
     }
-    const Equilibrium equilibrium = solve_refined(system, [&] {
+    Equilibrium equilibrium = solve_refined(system, [&] {
       return request.load_path ? follow_load(request.load + point.stroke * *request.load_path)
                                : step_to(system, point.stroke, request.load, request.newton);
     });
+    std::unique_ptr<System> full;
+    if (exact && equilibrium.converged && model.accuracy == Accuracy::reduced) {
+      full = finished_on_full_leaves(system);
+      const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
+      equilibrium = finish(*full, request, point.stroke);
+      equilibrium.iterations += before;
+      equilibrium.sub_steps = steps;
+    }
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
       point.message = equilibrium.message;
@@ -182,8 +246,8 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       reason = fmt::format("the path ended before: {}", equilibrium.message);
       continue;
     }
-    evaluate_point(system, equilibrium, model, request, leaf_modes, point);
-    if (observe) observe(system, k, point);
+    evaluate_point(full ? *full : system, equilibrium, model, request, leaf_modes, exact, point,
+                   exact && !exact->directions.empty() ? &exact->gradients.path[k] : nullptr);
   }
   response.seconds_path += seconds_since(start);
 }
@@ -210,7 +274,7 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
 }
 
 StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
-                        const StrokeRequest& request, const PointObserver& observe) {
+                        const StrokeRequest& request, Exact* exact) {
   StrokeResponse response;
   if (const auto rule = dependent_joints(mechanism)) {
     response.status = Status::no_equilibrium;
@@ -234,7 +298,7 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   std::stable_sort(backward.begin(), backward.end(), by_distance);
   for (const auto& branch : {outward, backward})
     if (!branch.empty() && request.path)
-      follow_branch(mechanism, model, request, branch, observe, response);
+      follow_branch(mechanism, model, request, branch, exact, response);
 
   if (request.frequencies > 0 && request.frequency_derivatives && !request.load_path)
     add_frequency_derivatives(mechanism, model, request, response);
@@ -263,7 +327,9 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
 
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request) {
-  return evaluate(mechanism, model, request, {});
+  Exact exact;
+  return evaluate(mechanism, model, request,
+                  request.exact && !without_gradients(mechanism, model) ? &exact : nullptr);
 }
 
 StrokeSensitivity evaluate_stroke(const Mechanism& mechanism,
@@ -275,23 +341,14 @@ StrokeSensitivity evaluate_stroke(const Mechanism& mechanism,
     result.message = std::move(*reason);
     return result;
   }
-  StrokeGradients gradients;
-  std::vector<Mechanism> rates;
+  Exact exact;
   for (const MechanismDirection& d : directions) {
-    gradients.parameters.push_back(d.parameter);
-    rates.push_back(d.rate);
+    exact.gradients.parameters.push_back(d.parameter);
+    exact.directions.push_back(d.rate);
   }
-  gradients.path.resize(request.points.size());
-  const System* seen = nullptr;
-  std::vector<std::shared_ptr<const PlateMeshRate>> meshes;
-  result.response =
-      evaluate(mechanism, model, request, [&](const System& system, int k, PathPoint& point) {
-        if (seen != &system) meshes = mesh_rates(system);
-        seen = &system;
-        gradients.path[k] =
-            point_gradients(MechanismFactor(system, meshes), rates, model, request, point);
-      });
-  result.gradients = std::move(gradients);
+  exact.gradients.path.resize(request.points.size());
+  result.response = evaluate(mechanism, model, request, &exact);
+  result.gradients = std::move(exact.gradients);
   return result;
 }
 

@@ -5,10 +5,11 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
+#include "core/response/frequencies.hpp"
 
 namespace flexopt {
 
-MechanismFactor::MechanismFactor(const System& system,
+MechanismFactor::MechanismFactor(System& system,
                                  const std::vector<std::shared_ptr<const PlateMeshRate>>& rates)
     : system_(&system), bodies_(system.size()) {
   const Mechanism& m = system.mechanism();
@@ -16,8 +17,10 @@ MechanismFactor::MechanismFactor(const System& system,
   int offset = bodies_;
   for (int i = 0; i < system.leaves(); ++i) {
     Leaf leaf;
-    leaf.full = dynamic_cast<const FullLeaf*>(&system.leaf(i));
-    assert(leaf.full);
+    auto* full = dynamic_cast<FullLeaf*>(&system.leaf(i));
+    assert(full);
+    full->plate().invert_pivots();
+    leaf.full = full;
     const LeafSpring& spring = m.leaves[i];
     const PlateLeaf& plate = leaf.full->plate();
     const LeafScale& scale = leaf.full->scale();
@@ -124,6 +127,27 @@ MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
     add_leaf_force(leaf, leaf.full->scale().mass, leaf.gradient->mass_times(leaf_rows(leaf, B)), Y);
   clear_held(Y);
   return Y;
+}
+
+VectorXd MechanismFactor::static_motion(const VectorXd& bodies) const {
+  return expanded(MatrixXd::Zero(size_, 1), bodies);
+}
+
+VectorXd MechanismFactor::motion(const VectorXd& y) const {
+  std::vector<VectorXd> parts{body_motion_map(*system_) * y.head(bodies_)};
+  Eigen::Index rows = parts[0].size();
+  for (const Leaf& leaf : leaves_) {
+    parts.push_back(leaf_station_motion(leaf.full->plate(), leaf.full->scale(),
+                                        leaf.gradient->edge_rows(leaf_rows(leaf, y))));
+    rows += parts.back().size();
+  }
+  VectorXd all(rows);
+  Eigen::Index o = 0;
+  for (const VectorXd& p : parts) {
+    all.segment(o, p.size()) = p;
+    o += p.size();
+  }
+  return all;
 }
 
 // K̂ − ½ hat(m), for spins do not commute, bordered by the drive load and the stroke.

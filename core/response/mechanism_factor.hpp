@@ -15,8 +15,7 @@ class MechanismFactor {
  public:
   /// The system must be assembled at an equilibrium; its leaves be FullLeaf without material
   /// points. `rates`: of the leaves' meshes, equal leaves sharing one.
-  MechanismFactor(const System& system,
-                  const std::vector<std::shared_ptr<const PlateMeshRate>>& rates);
+  MechanismFactor(System& system, const std::vector<std::shared_ptr<const PlateMeshRate>>& rates);
 
   int size() const { return size_; }
   int bodies() const { return bodies_; }  ///< coordinates of the bodies
@@ -37,6 +36,14 @@ class MechanismFactor {
     MatrixXd shapes;          ///< unknowns per increment of (base body, tip body), global
   };
   const std::vector<Leaf>& leaves() const { return leaves_; }
+  /// Motion of the mechanism that follows statically from that of the bodies.
+  VectorXd static_motion(const VectorXd& bodies) const;
+  /// What natural_frequencies() calls Mode::motion.
+  VectorXd motion(const VectorXd& y) const;
+  /// K⁻¹ e of the drive.
+  const VectorXd& drive_answer() const { return drive_answer_; }
+  int drive() const { return drive_; }  ///< its row
+
   /// Rows of a leaf for PlateGradient.
   MatrixXd leaf_rows(const Leaf& leaf, const MatrixXd& Y) const;
   /// Y += factor · rows of PlateGradient, as forces.

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "core/elements/plate_stress.hpp"
 #include "core/math/block_lanczos.hpp"
 #include "core/math/rotation.hpp"
+#include "core/response/frequencies.hpp"
 
 namespace flexopt {
 namespace {
@@ -153,64 +153,38 @@ MatrixXd quadratic_rates(const MechanismFactor& factor, const std::vector<Mechan
 struct ModeColumns {
   int wanted = 0;
   VectorXd lambda;
-  MatrixXd phi;
   struct Run {
     int first, size, column;
   };
   std::vector<Run> runs;
 };
 
-ModeColumns find_modes(const MechanismFactor& factor, int wanted, bool locked,
-                       std::vector<Column>& columns) {
+ModeColumns mode_columns(const ExactModes& exact, std::vector<Column>& columns) {
   ModeColumns modes;
-  modes.wanted = wanted;
-  if (wanted == 0) return modes;
-  const auto solve = [&](const MatrixXd& B) {
-    return locked ? factor.solve_locked(B) : factor.solve(B);
-  };
-  const int drive =
-      6 * factor.system().mechanism().end_effector + index(factor.system().mechanism().drive);
-  const auto mass = [&](const MatrixXd& B) {
-    MatrixXd Y = factor.mass(B);
-    if (locked) Y.row(drive).setZero();
-    return Y;
-  };
-  const int width = std::max(4, static_cast<int>(factor.leaves().size()));
-  const LowestPairs pairs =
-      lowest_pairs_of_blocks(factor.size(), wanted + 2, width, solve, mass, 1e-9);
-  if (!pairs.converged) {
-    modes.wanted = 0;
-    return modes;
-  }
-  modes.lambda = pairs.values;
-  modes.phi = pairs.vectors;
+  modes.wanted = static_cast<int>(exact.modes.size());
+  modes.lambda = exact.lambda;
   const int found = static_cast<int>(modes.lambda.size());
-  for (int k = 0; k < found && k < wanted;) {
+  for (int k = 0; k < modes.wanted;) {
     int end = k + 1;
     while (end < found &&
            modes.lambda[end] - modes.lambda[end - 1] <= cluster_gap * std::abs(modes.lambda[end]))
       ++end;
     const double mean = modes.lambda.segment(k, end - k).mean();
     modes.runs.push_back({k, end - k, static_cast<int>(columns.size())});
-    for (int a = k; a < end; ++a) columns.push_back({mean, modes.phi.col(a)});
+    for (int a = k; a < end; ++a) columns.push_back({mean, exact.phi.col(a)});
     for (int a = k; a < end; ++a)  // off the diagonal by the sums of two
       for (int b = a + 1; b < end; ++b)
-        columns.push_back({mean, modes.phi.col(a) + modes.phi.col(b)});
+        columns.push_back({mean, exact.phi.col(a) + exact.phi.col(b)});
     k = end;
   }
   return modes;
 }
 
 // Frequencies and clusters from the rates of the columns.
-void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, std::vector<double>& values,
-                     std::vector<Mode>& listed, MatrixXd& gradients,
+void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& gradients,
                      std::vector<FrequencyCluster>& clusters) {
   const int count = static_cast<int>(rates.cols());
   gradients = MatrixXd::Zero(modes.wanted, count);
-  for (int k = 0; k < modes.wanted; ++k) {
-    const double l = modes.lambda[k];
-    values[k] = listed[k].frequency = std::copysign(std::sqrt(std::abs(l)), l) / (2 * pi);
-  }
   for (const ModeColumns::Run& run : modes.runs) {
     MatrixXd lambda_rates(run.size, count);
     if (run.size == 1) {
@@ -235,46 +209,81 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, std::vecto
       clusters.push_back(std::move(cluster));
     }
     for (int a = 0; a < run.size && run.first + a < modes.wanted; ++a) {
-      const double f = std::abs(values[run.first + a]);
-      if (f > 0) gradients.row(run.first + a) = lambda_rates.row(a) / (8 * pi * pi * f);
+      const double omega = std::sqrt(std::abs(modes.lambda[run.first + a]));
+      if (omega > 0) gradients.row(run.first + a) = lambda_rates.row(a) / (4 * pi * omega);
     }
   }
-}
-
-std::optional<VectorXd> row_of(const MatrixXd& rows, const std::vector<Mode>& modes,
-                               const std::optional<double>& value) {
-  for (std::size_t k = 0; value && k < modes.size(); ++k)
-    if (modes[k].frequency == *value && static_cast<Eigen::Index>(k) < rows.rows())
-      return VectorXd(rows.row(static_cast<Eigen::Index>(k)));
-  return std::nullopt;
 }
 
 }  // namespace
 
 std::optional<std::string> without_gradients(const Mechanism& mechanism,
                                              const ModelOptions& model) {
-  if (model.accuracy != Accuracy::full) return "exact derivatives want full accuracy";
+  if (model.accuracy == Accuracy::reduced && model.method != Reduction::mixed_potential)
+    return "exact derivatives are those of full leaves, or of the default reduction finished on "
+           "them";
   if (!mechanism.joints.empty()) return "no exact derivatives of mechanisms with joints";
   for (const LeafSpring& leaf : mechanism.leaves)
     if (leaf.point) return "no exact derivatives of leaves with a material point";
   return std::nullopt;
 }
 
-std::vector<std::shared_ptr<const PlateMeshRate>> mesh_rates(const System& system) {
-  std::map<const PlateMesh*, std::shared_ptr<const PlateMeshRate>> shared;
+std::vector<std::shared_ptr<const PlateMeshRate>> MeshRates::of(const System& system) {
   std::vector<std::shared_ptr<const PlateMeshRate>> rates;
   for (int i = 0; i < system.leaves(); ++i) {
-    const PlateMesh& mesh = dynamic_cast<const FullLeaf&>(system.leaf(i)).plate().mesh();
-    auto& rate = shared[&mesh];
-    if (!rate) rate = std::make_shared<PlateMeshRate>(mesh);
+    const PlateLeaf& plate = dynamic_cast<const FullLeaf&>(system.leaf(i)).plate();
+    auto& rate = made_[plate.shared_mesh()];
+    if (!rate) rate = std::make_shared<PlateMeshRate>(plate.mesh());
     rates.push_back(rate);
   }
   return rates;
 }
 
+std::optional<ExactModes> exact_modes(const MechanismFactor& factor, int count, bool drive_locked) {
+  const int drive = factor.drive();
+  const auto solve = [&](const MatrixXd& B) {
+    return drive_locked ? factor.solve_locked(B) : factor.solve(B);
+  };
+  const auto mass = [&](const MatrixXd& B) {
+    MatrixXd Y = factor.mass(B);
+    if (drive_locked) Y.row(drive).setZero();
+    return Y;
+  };
+  const int width = std::max(4, static_cast<int>(factor.leaves().size()));
+  LowestPairs pairs = lowest_pairs_of_blocks(factor.size(), count + 2, width, solve, mass, 1e-9);
+  if (!pairs.converged) return std::nullopt;
+  ExactModes found{std::move(pairs.values), std::move(pairs.vectors), {}};
+  // shares of the kinetic energy as in natural_frequencies()
+  const MatrixXd M_phi = mass(found.phi.leftCols(count));
+  const VectorXd M_drive = factor.mass(factor.drive_answer());
+  for (int k = 0; k < count; ++k) {
+    double of_drive = 0, end_effector = 0, intermediate = 0, bodies = 0;
+    VectorXd rest = found.phi.col(k), M_rest = M_phi.col(k);
+    if (!drive_locked) {
+      const double a = factor.drive_answer().dot(M_rest), b = factor.drive_answer().dot(M_drive);
+      of_drive = std::clamp(a * a / b, 0.0, 1.0);
+      rest -= a / b * factor.drive_answer();
+      M_rest -= a / b * M_drive;
+    }
+    for (int b = 0; b < factor.bodies() / 6; ++b) {
+      VectorXd q = VectorXd::Zero(factor.bodies());
+      q.segment<6>(6 * b) = rest.segment<6>(6 * b);
+      const double e = factor.static_motion(q).dot(M_rest);
+      bodies += e;
+      (b == factor.system().mechanism().end_effector ? end_effector : intermediate) +=
+          std::max(0.0, e);
+    }
+    found.modes.push_back(mode_of_shares(found.lambda[k], of_drive, end_effector, intermediate,
+                                         std::max(0.0, rest.dot(M_rest) - bodies)));
+    found.modes.back().motion = factor.motion(found.phi.col(k));
+  }
+  return found;
+}
+
 PointGradients point_gradients(const MechanismFactor& factor,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
-                               const StrokeRequest& request, PathPoint& point) {
+                               const StrokeRequest& request, const PathPoint& point,
+                               const ExactModes& free, const ExactModes& locked) {
   const System& system = factor.system();
   const Mechanism& mechanism = system.mechanism();
   const int n = factor.size(), ee = 6 * mechanism.end_effector, d = index(mechanism.drive);
@@ -321,10 +330,8 @@ PointGradients point_gradients(const MechanismFactor& factor,
       supports.push_back(k);
       answer(k, true);
     }
-  const ModeColumns free =
-      find_modes(factor, static_cast<int>(point.modes_free.size()), false, columns);
-  const ModeColumns locked =
-      find_modes(factor, static_cast<int>(point.modes_locked.size()), true, columns);
+  const ModeColumns free_columns = mode_columns(free, columns),
+                    locked_columns = mode_columns(locked, columns);
 
   const MatrixXd rates = quadratic_rates(factor, directions, variations, moved, columns);
   const auto stiffness = [&](int column, int direction) {
@@ -335,23 +342,15 @@ PointGradients point_gradients(const MechanismFactor& factor,
   for (std::size_t s = 0; s < supports.size(); ++s)
     gradients.support_stiffness[supports[s]] = stiffness(static_cast<int>(s) + 1, supports[s]);
 
-  const auto& parasitic_modes =
-      request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
-  int parasitic = -1;
-  for (std::size_t k = 0; point.parasitic_frequency && k < parasitic_modes.size(); ++k)
-    if (parasitic < 0 && parasitic_modes[k].frequency == *point.parasitic_frequency)
-      parasitic = static_cast<int>(k);
-  set_frequencies(free, rates, point.frequencies_free, point.modes_free, gradients.frequencies_free,
-                  gradients.clusters_free);
-  set_frequencies(locked, rates, point.frequencies_locked, point.modes_locked,
-                  gradients.frequencies_locked, gradients.clusters_locked);
-  if (parasitic >= 0) {
-    point.parasitic_frequency = parasitic_modes[parasitic].frequency;
-    gradients.parasitic_frequency =
-        row_of(request.parasitic_with_drive_locked ? gradients.frequencies_locked
-                                                   : gradients.frequencies_free,
-               parasitic_modes, point.parasitic_frequency);
-  }
+  set_frequencies(free_columns, rates, gradients.frequencies_free, gradients.clusters_free);
+  set_frequencies(locked_columns, rates, gradients.frequencies_locked, gradients.clusters_locked);
+  const bool of_locked = request.parasitic_with_drive_locked;
+  const MatrixXd& rows = of_locked ? gradients.frequencies_locked : gradients.frequencies_free;
+  const std::vector<Mode>& modes = of_locked ? point.modes_locked : point.modes_free;
+  for (Eigen::Index k = 0; point.parasitic_frequency && k < rows.rows(); ++k)
+    if (modes[static_cast<std::size_t>(k)].frequency == *point.parasitic_frequency &&
+        !gradients.parasitic_frequency)
+      gradients.parasitic_frequency = VectorXd(rows.row(k));
   return gradients;
 }
 

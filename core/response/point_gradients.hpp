@@ -1,7 +1,10 @@
 #pragma once
 // Exact derivatives of everything a point of the path answers with respect to design parameters.
 // Equations (26)–(31) of README.md.
+#include <map>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "core/response/mechanism_factor.hpp"
@@ -9,18 +12,33 @@
 
 namespace flexopt {
 
-/// Why the point has no exact derivatives, if so: they want full leaves without material points.
+/// Why a mechanism has no exact derivatives, if so.
 std::optional<std::string> without_gradients(const Mechanism& mechanism, const ModelOptions& model);
 
-/// Derivatives of the mechanisms' leaf operators, equal leaves sharing one. The system's leaves
-/// must be FullLeaf.
-std::vector<std::shared_ptr<const PlateMeshRate>> mesh_rates(const System& system);
+/// Derivatives of the leaves' operators, made once for each mesh.
+class MeshRates {
+ public:
+  /// Of the system's leaves, which must be FullLeaf.
+  std::vector<std::shared_ptr<const PlateMeshRate>> of(const System& system);
 
-/// Sets the frequencies of the point to those of the whole mechanism, leaf interiors included, to
-/// rounding: those of natural_frequencies() are Ritz values, a few 1e-5 higher.
-/// `directions`: derivative of every number of the mechanism along each parameter.
+ private:
+  std::map<std::shared_ptr<const PlateMesh>, std::shared_ptr<const PlateMeshRate>> made_;
+};
+
+/// Eigenpairs of the whole mechanism, leaf interiors included, to rounding.
+struct ExactModes {
+  VectorXd lambda;          ///< squares of the frequencies, ascending: those asked for, and guards
+  MatrixXd phi;             ///< M-orthonormal
+  std::vector<Mode> modes;  ///< those asked for
+};
+/// Nothing where the iteration fails.
+std::optional<ExactModes> exact_modes(const MechanismFactor& factor, int count, bool drive_locked);
+
+/// `directions`: derivative of every number of the mechanism along each parameter. Modes: those
+/// that the point lists.
 PointGradients point_gradients(const MechanismFactor& factor,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
-                               const StrokeRequest& request, PathPoint& point);
+                               const StrokeRequest& request, const PathPoint& point,
+                               const ExactModes& free, const ExactModes& locked);
 
 }  // namespace flexopt

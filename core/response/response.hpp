@@ -33,6 +33,12 @@ struct StrokeRequest {
   /// Without it no equilibrium is solved but the undeflected one: the points only get what the
   /// frequency derivatives foretell.
   bool path = true;
+  /// Every point is finished on full leaves, to which reduced ones only lead, and its frequencies
+  /// are those of the whole mechanism to rounding (else Ritz values, up to some 1e-5 above them):
+  /// what exact derivatives belong to. No more than `frequencies_free` and `frequencies_locked` of
+  /// them.
+  bool exact = false;
+  std::optional<int> frequencies_free, frequencies_locked;
   bool parasitic_with_drive_locked = true;  ///< which list the parasitic frequency is taken from
   bool parasitic_skips_leaf_modes = false;
   bool parasitic_skips_intermediate_modes = false;
