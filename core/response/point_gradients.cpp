@@ -250,7 +250,7 @@ std::optional<ExactModes> exact_modes(const MechanismFactor& factor, int count, 
     return Y;
   };
   const int width = std::max(4, static_cast<int>(factor.leaves().size()));
-  LowestPairs pairs = lowest_pairs_of_blocks(factor.size(), count + 2, width, solve, mass, 1e-9);
+  LowestPairs pairs = lowest_pairs_of_blocks(factor.size(), count + 2, width, solve, mass, 1e-11);
   if (!pairs.converged) return std::nullopt;
   ExactModes found{std::move(pairs.values), std::move(pairs.vectors), {}};
   // shares of the kinetic energy as in natural_frequencies()
