@@ -67,6 +67,9 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
                             Command::check_gradients);
   check->add_option("JOB", line.job, "the job file")->required()->type_name("FILE");
   check->add_option("--tolerance", line.tolerance, "largest relative difference");
+  check->add_option("--set", line.overrides, "change one value of the job; may be repeated")
+      ->type_name("/pointer=value")
+      ->allow_extra_args(false);
 
   CLI::App* report = command("report", "Write the report of a run again", Command::report);
   report->add_option("DIR", line.folder, "the output folder of the run")->required();

@@ -7,7 +7,9 @@
 
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
+#include "optim/check_gradients.hpp"
 #include "optim/samples.hpp"
+#include "optim/stroke_sensitivity.hpp"
 #include "results/folder.hpp"
 #include "results/progress.hpp"
 #include "results/report.hpp"
@@ -90,11 +92,21 @@ int print_schema() {
   return exit_usable;
 }
 
-int check_gradients(const CommandLine&) {
-  fmt::print(stderr,
-             "flexopt: check-gradients is not offered by this version: it has no exact gradients "
-             "yet, its gradient methods use central differences\n");
-  return exit_wrong_input;
+int check_gradients(const CommandLine& line) {
+  const Job job = checked_job(line);
+  if (const auto reason = without_exact_gradients(job)) {
+    fmt::print(stderr, "flexopt: {}\n", *reason);
+    return exit_wrong_input;
+  }
+  const GradientReport report = check_gradients(job, line.tolerance, line.threads);
+  fmt::print("{:<28} {:<28} {:>5} {:>14} {:>14} {:>9} {:>9}\n", "quantity", "parameter", "point",
+             "exact", "difference", "relative", "known to");
+  for (const GradientCheck& c : report.checks)
+    fmt::print("{:<28} {:<28} {:>5} {:>14.6e} {:>14.6e} {:>9.1e} {:>9.1e}{}\n", c.quantity,
+               c.parameter, c.point, c.exact, c.difference, c.error, c.known_to,
+               c.agrees ? "" : "  WRONG");
+  fmt::print("{}\n", report.message);
+  return report.ok ? exit_usable : exit_not_usable;
 }
 
 int rewrite_report(const CommandLine& line) {

@@ -332,9 +332,10 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
                   request.exact && !without_gradients(mechanism, model) ? &exact : nullptr);
 }
 
-StrokeSensitivity evaluate_stroke(const Mechanism& mechanism,
-                                  const std::vector<MechanismDirection>& directions,
-                                  const ModelOptions& model, const StrokeRequest& request) {
+StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
+                                            const std::vector<MechanismDirection>& directions,
+                                            const ModelOptions& model,
+                                            const StrokeRequest& request) {
   StrokeSensitivity result;
   if (auto reason = without_gradients(mechanism, model)) {
     result.response = evaluate_stroke(mechanism, model, request);

@@ -59,9 +59,10 @@ struct MechanismDirection {
 /// The response with its exact derivatives along the parameters. The frequencies are then those of
 /// the whole mechanism, leaf interiors included, to rounding (evaluate_stroke's are Ritz values, a
 /// few 1e-5 above them).
-StrokeSensitivity evaluate_stroke(const Mechanism& mechanism,
-                                  const std::vector<MechanismDirection>& directions,
-                                  const ModelOptions& model, const StrokeRequest& request);
+StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
+                                            const std::vector<MechanismDirection>& directions,
+                                            const ModelOptions& model,
+                                            const StrokeRequest& request);
 
 /// Derivative of a quantity of `quantities` along the parameters; nothing where there is none.
 std::optional<VectorXd> gradient_of(const PointGradients& point, std::string_view name);

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
+#include "core/math/ridders.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "tests/support/models.hpp"
-#include "tests/support/ridders.hpp"
 
 using namespace flexopt;
 
@@ -114,7 +114,8 @@ void check(const Case& c) {
 
   std::vector<MechanismDirection> directions;
   for (const std::size_t k : c.along) directions.push_back(direction(c.hinge, k));
-  const StrokeSensitivity exact = evaluate_stroke(skew(c.hinge, p), directions, model, request);
+  const StrokeSensitivity exact =
+      evaluate_stroke_gradients(skew(c.hinge, p), directions, model, request);
   REQUIRE(exact.gradients);
   REQUIRE(exact.response.status == Status::ok);
 
@@ -207,7 +208,7 @@ TEST_CASE("equal leaves: derivatives of double frequencies are those of their cl
     l.material.youngs_modulus = l.material.poissons_ratio = l.material.density = 0;
     l.thickness = 1;
   }
-  const StrokeSensitivity s = evaluate_stroke(m, {thicker}, model, request);
+  const StrokeSensitivity s = evaluate_stroke_gradients(m, {thicker}, model, request);
   REQUIRE(s.gradients);
   const PointGradients& g = s.gradients->path[0];
   // bending of the leaves in one plane has an even and an odd combination, all but equal

@@ -1,5 +1,6 @@
 #pragma once
-// Derivatives by Ridders' extrapolated central differences: the independent check of exact ones.
+// Derivatives by Ridders' extrapolated central differences (Adv. Eng. Software 4, 1982): the
+// independent check of exact ones.
 #include <algorithm>
 #include <cmath>
 #include <functional>

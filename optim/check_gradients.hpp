@@ -1,0 +1,35 @@
+#pragma once
+// Every exact derivative of a job's outputs against differences of the whole path.
+#include <string>
+#include <vector>
+
+#include "optim/job.hpp"
+
+namespace flexopt {
+
+/// The worst agreement of one quantity along one parameter over the points.
+struct GradientCheck {
+  std::string quantity, parameter;
+  int point = 0;          ///< index on the path
+  double exact = 0;       ///< SI per SI
+  double difference = 0;  ///< Ridders' extrapolated difference
+  double error = 0;       ///< |exact − difference|, relative: see check_gradients
+  double known_to = 0;    ///< what the difference itself is known to, relative
+  bool agrees = false;
+};
+
+struct GradientReport {
+  bool ok = false;                    ///< every number could be compared and agrees
+  std::string message;                ///< the outcome, or why nothing could be compared
+  std::vector<GradientCheck> checks;  ///< each quantity and parameter, in their order
+};
+
+/// Compares every derivative with respect to the family's parameters (formulas follow the others),
+/// the material and the payload, at every stroke point, with extrapolated differences of the path,
+/// finished on full leaves. Errors are relative to the derivative, or to a tenth of value/parameter
+/// where that is more. A derivative agrees where its error is at most `tolerance` or five times
+/// what the difference is known to. Members of a cluster of equal frequencies are compared by their
+/// sum.
+GradientReport check_gradients(const Job& job, double tolerance, int threads);
+
+}  // namespace flexopt

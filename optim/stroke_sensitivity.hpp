@@ -1,0 +1,26 @@
+#pragma once
+// A job's stroke with exact derivatives with respect to the parameters of its design.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/response/stroke_gradients.hpp"
+#include "optim/job.hpp"
+
+namespace flexopt {
+
+/// Why a job's model has no exact derivatives, if so.
+std::optional<std::string> without_exact_gradients(const Job& job);
+
+/// Every name that the design of a job can be differentiated by: the parameters of the family
+/// (formulas apart), `material.…` and, where there is one, `end_effector.…`.
+std::vector<std::string> differentiable_parameters(const Job& job);
+
+/// The stroke of the design with these parameters, differentiated by the named ones, each at
+/// constant others: formulas among the parameters count as parameters of their own. Throws
+/// SpecError where the parameters make no sensible geometry.
+StrokeSensitivity stroke_sensitivity(const Job& job, const ParameterValues& parameters,
+                                     const std::vector<std::string>& names,
+                                     const ModelOptions& model, const StrokeRequest& request);
+
+}  // namespace flexopt
