@@ -217,7 +217,7 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
     const double f = 2 * peak.across - 1;
     stress =
         rectangular_stress<Dual>(m, w, t, nu, beam_section<Dual>(shape.section, w, t, nu).shear, f,
-                                 torsion_stress_factor<Dual>(w, t, f), peak.on_positive_normal);
+                                 torsion_stress_factor_of<Dual>(w, t, f), peak.on_positive_normal);
   }
   return youngs_modulus * stress.derivatives()[0] + rate.youngs_modulus * stress.value();
 }
