@@ -1,8 +1,6 @@
 #include "optim/expression.hpp"
 
 #include <fmt/format.h>
-#include <muParser.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <numbers>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/expression_bytecode.hpp"
 
 namespace flexopt {
 
@@ -19,6 +18,14 @@ struct Expression::Parsed {
   std::vector<double> values;  ///< where the parser reads; guarded by `mutex`
   mu::Parser parser;
   std::mutex mutex;
+
+  void set(const ParameterValues& at) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto it = at.find(names[i]);
+      assert(it != at.end());
+      values[i] = it->second;
+    }
+  }
 };
 
 namespace {
@@ -63,6 +70,7 @@ Expression::Expression(std::string text, const std::vector<std::string>& paramet
     throw refuse("a formula has a value, it does not assign: '=' is not allowed");
   if (p.text.find('"') != std::string::npos) throw refuse("a formula holds numbers, no texts");
   try {
+    define_signs(p.parser);
     p.parser.DefineConst("pi", std::numbers::pi);
     p.parser.SetExpr(p.text);
     for (const auto& [name, where] : p.parser.GetUsedVar()) p.names.push_back(name);
@@ -89,14 +97,19 @@ const std::vector<std::string>& Expression::names() const { return parsed_->name
 std::optional<double> Expression::value(const ParameterValues& values) const {
   Parsed& p = *parsed_;
   const std::lock_guard lock(p.mutex);
-  for (std::size_t i = 0; i < p.names.size(); ++i) {
-    const auto it = values.find(p.names[i]);
-    assert(it != values.end());
-    p.values[i] = it->second;
-  }
+  p.set(values);
   const double result = p.parser.Eval();
   if (!std::isfinite(result)) return std::nullopt;
   return result;
+}
+
+std::optional<VectorXd> Expression::gradient(const ParameterValues& values) const {
+  Parsed& p = *parsed_;
+  const std::lock_guard lock(p.mutex);
+  p.set(values);
+  const DualValue result = run_bytecode(p.parser, p.values);
+  if (!std::isfinite(result.value) || !result.gradient.allFinite()) return std::nullopt;
+  return result.gradient;
 }
 
 }  // namespace flexopt

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/math/types.hpp"
 #include "designs/family.hpp"
 
 namespace flexopt {
@@ -25,6 +26,10 @@ class Expression {
   const std::vector<std::string>& names() const;
   /// Nothing where the formula is not finite (1/0, sqrt(-1)). `values` must hold every used name.
   std::optional<double> value(const ParameterValues& values) const;
+  /// Exact derivatives with respect to `names()`, in their order, by dual numbers on the parsed
+  /// formula; at a kink those of the branch that gives the value. Nothing where the value or a
+  /// derivative is not finite.
+  std::optional<VectorXd> gradient(const ParameterValues& values) const;
 
  private:
   struct Parsed;
