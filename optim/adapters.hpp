@@ -18,6 +18,7 @@ struct AlgorithmInfo {
   bool gradients = false;
   bool slack = false;  ///< better served by a slack variable than by one value with kinks
   Constraining constraining = Constraining::own;
+  std::vector<std::string> locals;  ///< what may run inside it, the default first
 };
 
 /// NLopt's algorithms that this build offers, by NLopt's names.

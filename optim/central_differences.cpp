@@ -47,7 +47,9 @@ std::optional<MatrixXd> central_differences(const ValuesAtMany& evaluate, const 
                                             const VectorXd& center,
                                             const DifferenceOptions& options) {
   const double h = options.step;
-  const Eigen::Index n = x.size();
+  std::vector<Eigen::Index> columns = options.columns;
+  for (Eigen::Index j = 0; options.columns.empty() && j < x.size(); ++j) columns.push_back(j);
+  const std::size_t n = columns.size();
   const auto inside = [&](Eigen::Index j, double offset) {
     const double moved = x[j] + offset * h;
     return moved >= 0 && moved <= 1;
@@ -60,41 +62,43 @@ std::optional<MatrixXd> central_differences(const ValuesAtMany& evaluate, const 
 
   // First the two neighbours that each variable's place in the box allows, all at once; then a
   // second round for those whose neighbour failed.
-  std::vector<std::array<Neighbour, 2>> pairs(static_cast<std::size_t>(n));
+  std::vector<std::array<Neighbour, 2>> pairs(n);
   std::vector<VectorXd> wanted;
-  for (Eigen::Index j = 0; j < n; ++j) {
-    auto& pair = pairs[static_cast<std::size_t>(j)];
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Index j = columns[i];
+    auto& pair = pairs[i];
     pair[0].offset = inside(j, 1) ? 1 : -2;
     pair[1].offset = inside(j, -1) ? -1 : 2;
     for (const Neighbour& p : pair) wanted.push_back(moved(j, p.offset));
   }
   std::vector<std::optional<VectorXd>> found = evaluate(wanted);
   assert(found.size() == wanted.size());
-  std::vector<std::pair<Eigen::Index, int>> again;
+  std::vector<std::pair<std::size_t, int>> again;
   wanted.clear();
-  for (Eigen::Index j = 0; j < n; ++j) {
-    auto& pair = pairs[static_cast<std::size_t>(j)];
-    for (std::size_t k = 0; k < 2; ++k)
-      pair[k].values = std::move(found[2 * static_cast<std::size_t>(j) + k]);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Index j = columns[i];
+    auto& pair = pairs[i];
+    for (std::size_t k = 0; k < 2; ++k) pair[k].values = std::move(found[2 * i + k]);
     for (int k = 0; k < 2; ++k) {
       const Neighbour& lost = pair[static_cast<std::size_t>(k)];
       Neighbour& other = pair[static_cast<std::size_t>(1 - k)];
       if (lost.values || !other.values || std::abs(other.offset) != 1) continue;
       if (!inside(j, 2 * other.offset)) continue;
-      again.emplace_back(j, k);
+      again.emplace_back(i, k);
       wanted.push_back(moved(j, 2 * other.offset));
     }
   }
   found = wanted.empty() ? std::vector<std::optional<VectorXd>>{} : evaluate(wanted);
   for (std::size_t i = 0; i < again.size(); ++i) {
-    auto& pair = pairs[static_cast<std::size_t>(again[i].first)];
+    auto& pair = pairs[again[i].first];
     const auto k = static_cast<std::size_t>(again[i].second);
     pair[k] = {2 * pair[1 - k].offset, std::move(found[i])};
   }
 
-  MatrixXd derivative(center.size(), n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    auto [a, b] = pairs[static_cast<std::size_t>(j)];
+  MatrixXd derivative = MatrixXd::Zero(center.size(), x.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Index j = columns[i];
+    auto [a, b] = pairs[i];
     if (!a.values) std::swap(a, b);
     if (!a.values) return std::nullopt;
     if (!b.values) {

@@ -23,6 +23,8 @@ struct DifferenceOptions {
   /// Runs of this many values are sorted branches (frequencies): {first entry, count}. Across the
   /// step they are followed as curves that cross, not as ranks.
   std::vector<std::pair<int, int>> branches;
+  std::vector<Eigen::Index>
+      columns;  ///< variables that are wanted, the others get zeros; none: all
 };
 
 /// d values / d x at x, where the values are `center`: (v(x+h) − v(x−h)) / 2h. Where a neighbour

@@ -19,12 +19,58 @@ double excess(double value, const std::optional<double>& min, const std::optiona
   return most;
 }
 
-DesignProblem::DesignProblem(const Job& job, StrokeEvaluator evaluator)
-    : job_(job),
+namespace {
+
+std::vector<std::string> given_parameters(const DesignSpec& design) {
+  std::vector<std::string> given;
+  for (const auto& [name, value] : design.parameters)
+    if (!design.expressions.contains(name)) given.push_back(name);
+  return given;
+}
+
+Expression formula_of(const DesignSpec& design, const std::string& parameter) {
+  return {design.expressions.at(parameter), given_parameters(design),
+          "/design/parameters/" + parameter + "/expression"};
+}
+
+Job with_second_objective(Job job) {
+  if (const auto& front = job.optimise->pareto)
+    job.optimise->constraints.push_back(
+        {front->quantity, front->expression, front->over_stroke, {}, {}, front->label});
+  return job;
+}
+
+/// 1 where a parameter (row) depends on a variable (column).
+MatrixXd parameter_pattern(const Job& job) {
+  const std::vector<Variable>& variables = job.optimise->variables;
+  MatrixXd pattern = MatrixXd::Zero(static_cast<Eigen::Index>(job.design.parameters.size()),
+                                    static_cast<Eigen::Index>(variables.size()));
+  Eigen::Index row = 0;
+  for (const auto& [name, value] : job.design.parameters) {
+    std::vector<std::string> depends{name};
+    if (job.design.expressions.contains(name)) depends = formula_of(job.design, name).names();
+    for (std::size_t j = 0; j < variables.size(); ++j)
+      if (std::find(depends.begin(), depends.end(), variables[j].parameter) != depends.end())
+        pattern(row, static_cast<Eigen::Index>(j)) = 1;
+    ++row;
+  }
+  return pattern;
+}
+
+}  // namespace
+
+DesignProblem::DesignProblem(const Job& job, StrokeEvaluator evaluator,
+                             StrokeGradientEvaluator gradients)
+    : job_(with_second_objective(job)),
       evaluator_(std::move(evaluator)),
+      gradients_(std::move(gradients)),
       goals_(make_goals(job_)),
       request_(request_of_goals(job_, goals_)) {
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
+  const MatrixXd pattern = parameter_pattern(job_);
+  Eigen::Index row = 0;
+  for (const auto& [name, value] : job_.design.parameters)
+    if (!pattern.row(row++).isZero(0)) moving_.push_back(name);
 }
 
 Variables DesignProblem::variables(const VectorXd& x) const {
@@ -78,33 +124,110 @@ StrokeResponse DesignProblem::respond(const Variables& variables, const ModelOpt
   return evaluator_(mechanism(variables), model, request);
 }
 
+std::optional<MatrixXd> DesignProblem::parameter_derivatives(
+    const ParameterValues& parameters) const {
+  const std::vector<Variable>& variables = spec().variables;
+  MatrixXd derivatives = MatrixXd::Zero(static_cast<Eigen::Index>(parameters.size()), size());
+  Eigen::Index row = 0;
+  for (const auto& [name, value] : parameters) {
+    std::vector<std::string> depends{name};
+    VectorXd slopes = VectorXd::Ones(1);
+    if (job_.design.expressions.contains(name)) {
+      const Expression formula = formula_of(job_.design, name);
+      const std::optional<VectorXd> gradient = formula.gradient(parameters);
+      if (!gradient) return std::nullopt;
+      depends = formula.names();
+      slopes = *gradient;
+    }
+    for (std::size_t i = 0; i < depends.size(); ++i)
+      for (std::size_t j = 0; j < variables.size(); ++j)
+        if (depends[i] == variables[j].parameter)
+          derivatives(row, static_cast<Eigen::Index>(j)) = slopes[static_cast<Eigen::Index>(i)];
+    ++row;
+  }
+  return derivatives;
+}
+
+namespace {
+
+/// Rows of `all` (one for each of `parameters`) of the named ones.
+MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
+                 const std::vector<std::string>& names) {
+  MatrixXd rows(static_cast<Eigen::Index>(names.size()), all.cols());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    rows.row(static_cast<Eigen::Index>(i)) =
+        all.row(std::distance(parameters.begin(), parameters.find(names[i])));
+  return rows;
+}
+
+}  // namespace
+
 DesignValues DesignProblem::read(const Variables& variables, const StrokeResponse& response,
-                                 const StrokeRequest& request) const {
+                                 const StrokeRequest& request,
+                                 const StrokeGradients* gradients) const {
   DesignValues values;
   const ParameterValues all = parameters(variables);
+  const std::optional<MatrixXd> moved = parameter_derivatives(all);
+  bool differentiated = moved.has_value();
   for (const Goal& goal : goals_) {
     GoalReading reading =
-        goal.expression ? read_goal(goal, all) : read_goal(goal, response, request);
+        goal.expression ? read_goal(goal, all) : read_goal(goal, response, request, gradients);
     if (!reading.ok) {
       values.message = std::move(reading.message);
       values.goals.clear();
+      values.gradient.resize(0, 0);
       return values;
+    }
+    differentiated = differentiated &&
+                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
+    if (differentiated) {
+      const MatrixXd chained =
+          reading.gradient *
+          rows_of(*moved, all, goal.expression ? goal.expression->names() : gradients->parameters);
+      const Eigen::Index before = values.gradient.rows();
+      values.gradient.conservativeResize(before + chained.rows(), size());
+      values.gradient.bottomRows(chained.rows()) = chained;
     }
     values.goals.push_back(std::move(reading.values));
   }
+  if (!differentiated || !values.gradient.allFinite()) values.gradient.resize(0, 0);
   values.ok = true;
   return values;
 }
 
-DesignValues DesignProblem::evaluate(const Variables& variables) const {
+DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
+                                     std::optional<Accuracy> accuracy) const {
   try {
-    const StrokeResponse response =
-        needs_mechanics_ ? respond(variables, job_.model, request_) : StrokeResponse{};
-    return read(variables, response, request_);
+    if (!needs_mechanics_) {
+      DesignValues values = read(variables, StrokeResponse{}, request_);
+      if (!gradient) values.gradient.resize(0, 0);
+      return values;
+    }
+    ModelOptions model = job_.model;
+    if (accuracy) model.accuracy = *accuracy;
+    if (!gradient || !gradients_)
+      return read(variables, respond(variables, model, request_), request_);
+    const StrokeSensitivity found =
+        gradients_(job_, parameters(variables), moving_, model, request_);
+    return read(variables, found.response, request_, found.gradients ? &*found.gradients : nullptr);
   } catch (const SpecError& error) {
     DesignValues values;
     values.message = error.what();
     return values;
+  }
+}
+
+std::optional<VectorXd> DesignProblem::formula_gradient(std::size_t goal,
+                                                        const Variables& variables) const {
+  const Expression& formula = *goals_[goal].expression;
+  try {
+    const ParameterValues all = parameters(variables);
+    const std::optional<VectorXd> gradient = formula.gradient(all);
+    const std::optional<MatrixXd> moved = parameter_derivatives(all);
+    if (!gradient || !moved) return std::nullopt;
+    return VectorXd(rows_of(*moved, all, formula.names()).transpose() * *gradient);
+  } catch (const SpecError&) {
+    return std::nullopt;
   }
 }
 

@@ -16,6 +16,12 @@ namespace flexopt {
 using StrokeEvaluator =
     std::function<StrokeResponse(const Mechanism&, const ModelOptions&, const StrokeRequest&)>;
 
+/// The same with derivatives with respect to the named parameters of the design (`job.design` at
+/// `parameters`), where it has them.
+using StrokeGradientEvaluator = std::function<StrokeSensitivity(
+    const Job& job, const ParameterValues& parameters, const std::vector<std::string>& names,
+    const ModelOptions&, const StrokeRequest&)>;
+
 /// Values of the variables in the job's order, SI.
 using Variables = std::vector<double>;
 
@@ -24,6 +30,9 @@ struct DesignValues {
   bool ok = false;
   std::string message;            ///< why not, with the figures
   std::vector<GoalValues> goals;  ///< objective, then constraints; empty when not ok
+  /// Exact derivatives: all goals' values one after the other × variables, SI per SI. Empty where
+  /// they were not asked for, or where one of them cannot be had.
+  MatrixXd gradient;
 };
 
 /// What the goals are divided by to be of order one.
@@ -35,14 +44,24 @@ struct Scales {
 class DesignProblem {
  public:
   /// Throws SpecError for goals that are none.
-  DesignProblem(const Job& job, StrokeEvaluator evaluator);
+  DesignProblem(const Job& job, StrokeEvaluator evaluator, StrokeGradientEvaluator gradients = {});
 
+  /// The job; the second objective of a front stands among its constraints, without bounds.
   const Job& job() const { return job_; }
+  /// The constraints that are some.
+  std::size_t own_constraints() const {
+    return spec().constraints.size() - (spec().pareto ? 1 : 0);
+  }
   const OptimiseSpec& spec() const { return *job_.optimise; }
   const std::vector<Goal>& goals() const { return goals_; }
   const StrokeRequest& request() const { return request_; }
   int size() const { return static_cast<int>(spec().variables.size()); }
 
+  /// max − min of a variable: d variable / d x.
+  double range(Eigen::Index variable) const {
+    const Variable& of = spec().variables[static_cast<std::size_t>(variable)];
+    return of.max - of.min;
+  }
   /// x in [0, 1]ⁿ ↔ variables, linear between min and max; the ends are hit exactly.
   Variables variables(const VectorXd& x) const;
   VectorXd scaled(const Variables& variables) const;
@@ -51,14 +70,20 @@ class DesignProblem {
   ParameterValues parameters(const Variables& variables) const;
   Mechanism mechanism(const Variables& variables) const;
 
-  /// Evaluates the mechanics for the goals. A SpecError of the geometry is a failed evaluation with
-  /// its message. Thread-safe if the evaluator is.
-  DesignValues evaluate(const Variables& variables) const;
+  /// Whether `evaluate` can give exact derivatives of all goals.
+  bool differentiable() const { return !needs_mechanics_ || gradients_ != nullptr; }
+  /// Evaluates the mechanics for the goals, with exact derivatives if asked for and offered. A
+  /// SpecError of the geometry is a failed evaluation with its message. Thread-safe if the
+  /// evaluators are. `accuracy` is the job's own where nothing is said.
+  DesignValues evaluate(const Variables& variables, bool gradient = false,
+                        std::optional<Accuracy> accuracy = {}) const;
+  /// Exact derivatives of one goal with a formula with respect to the variables, SI per SI.
+  std::optional<VectorXd> formula_gradient(std::size_t goal, const Variables& variables) const;
   /// A path with the given model and request.
   StrokeResponse respond(const Variables& variables, const ModelOptions& model,
                          const StrokeRequest& request) const;
   DesignValues read(const Variables& variables, const StrokeResponse& response,
-                    const StrokeRequest& request) const;
+                    const StrokeRequest& request, const StrokeGradients* gradients = nullptr) const;
 
   /// Values of one goal with a formula; nothing when it or the parameters make no sense there.
   std::optional<double> formula(std::size_t goal, const Variables& variables) const;
@@ -78,7 +103,13 @@ class DesignProblem {
 
  private:
   Job job_;
+  /// Derivatives of all parameters (rows, in alphabetical order) with respect to the variables: the
+  /// variables themselves, and formulas over them. Nothing where a formula's is not finite.
+  std::optional<MatrixXd> parameter_derivatives(const ParameterValues& parameters) const;
+
   StrokeEvaluator evaluator_;
+  StrokeGradientEvaluator gradients_;
+  std::vector<std::string> moving_;  ///< parameters that change when a variable does
   std::vector<Goal> goals_;
   StrokeRequest request_;
   bool needs_mechanics_ = false;

@@ -37,9 +37,19 @@ class ProgressBoard {
 
 class EvaluationBook {
  public:
-  EvaluationBook(const DesignProblem& problem, EvaluationLog& log, ProgressBoard& board, int start)
-      : problem_(problem), log_(log), board_(board), start_(start) {}
+  /// `eager`: each trial asks for its exact gradient at once, where the problem has one. That is
+  /// the cheaper way for methods that want it at most trials.
+  EvaluationBook(const DesignProblem& problem, EvaluationLog& log, ProgressBoard& board,
+                 Stage stage, int start, bool eager)
+      : problem_(problem),
+        log_(log),
+        board_(board),
+        stage_(stage),
+        start_(start),
+        eager_(eager && problem.differentiable()) {}
 
+  /// What the other one knows costs nothing here.
+  void adopt(const EvaluationBook& other);
   /// Violations recorded so far are computed anew.
   void set_scales(Scales scales);
   void set_threads(int threads) { threads_ = threads; }
@@ -48,40 +58,55 @@ class EvaluationBook {
   /// Values of a design: remembered, read from the log, or evaluated. `cost` grows by one for each
   /// design that this start asks for the first time, wherever it comes from, so that a resumed run
   /// goes the same way.
-  const DesignValues& at(const Variables& variables, bool difference, int& cost);
-  std::vector<const DesignValues*> at(const std::vector<Variables>& many, bool difference,
-                                      int& cost);
+  const DesignValues& at(const Variables& variables, int& cost);
+  /// Values at full accuracy, with exact derivatives where there are any.
+  const DesignValues& full(const Variables& variables, int& cost);
 
-  /// Derivatives of all goals' values (one after the other) with respect to scaled x.
-  std::optional<MatrixXd> derivatives(const VectorXd& x, int& cost);
+  /// Derivatives of all goals' values (one after the other) with respect to scaled x: exact, or by
+  /// central differences where the problem has none. Only the `wanted` variables' columns are
+  /// filled in; none named: all.
+  std::optional<MatrixXd> derivatives(const VectorXd& x, int& cost,
+                                      const std::vector<Eigen::Index>& wanted = {});
 
   const std::vector<LoggedEvaluation>& evaluations() const { return evaluations_; }
   int failures() const { return failures_; }
-  /// The best design that was a trial of its own: feasible (within 0.3 of the tolerance) before
-  /// infeasible, then by objective or violation. Null when none could be evaluated.
-  const LoggedEvaluation* best() const;
+  bool used_differences() const { return used_differences_; }
 
  private:
-  LoggedEvaluation record(const Variables& variables, DesignValues values, bool difference,
+  struct Known {
+    DesignValues values;
+    bool gradient_asked = false;
+  };
+  /// Derivatives by central differences; which columns are known.
+  struct Differences {
+    MatrixXd values;
+    std::vector<bool> columns;
+  };
+  struct Ask {
+    bool difference = false, gradient = false, full = false;
+  };
+  std::vector<const DesignValues*> ask(const std::vector<Variables>& many, Ask how, int& cost);
+  LoggedEvaluation record(const Variables& variables, DesignValues values, Ask how,
                           int number) const;
+  bool add_differences(const VectorXd& x, const DesignValues& values,
+                       const std::vector<Eigen::Index>& columns, Differences& known, int& cost);
 
   const DesignProblem& problem_;
   EvaluationLog& log_;
   ProgressBoard& board_;
+  Stage stage_;
   int start_;
+  bool eager_;
   int threads_ = 1;
   Scales scales_;
-  std::map<Variables, DesignValues> known_;
-  std::map<Variables, MatrixXd> derivatives_;
+  std::map<Variables, Known> known_, known_full_;
+  std::map<Variables, Differences> differences_;
   std::vector<LoggedEvaluation> evaluations_;
   int failures_ = 0;
+  bool used_differences_ = false;
 };
 
 /// All goals' values one after the other.
 VectorXd flattened(const DesignValues& values);
-
-/// True if a is the better design: feasible before infeasible, then by objective or violation.
-bool better(const EvaluationRecord& a, const EvaluationRecord& b, bool maximise,
-            double feasible_within);
 
 }  // namespace flexopt

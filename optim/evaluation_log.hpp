@@ -15,6 +15,7 @@ namespace flexopt {
 struct LoggedEvaluation {
   EvaluationRecord record;
   DesignValues values;
+  bool gradient_asked = false;  ///< although there may be none
 };
 
 /// What of a job decides the values of its designs and the path of its optimisation: all but name,
@@ -30,23 +31,30 @@ class EvaluationLog {
   EvaluationLog(const Job& job, const std::filesystem::path& path, const std::string& version,
                 bool overwrite);
 
-  /// The values of these exact variables from an earlier run, or null.
-  const DesignValues* find(const Variables& variables) const;
+  /// The evaluation of these exact variables by an earlier run, or null. With `gradient`, one that
+  /// was asked for it; without, any.
+  const LoggedEvaluation* find(const Variables& variables, bool full, bool gradient) const;
   int loaded() const { return static_cast<int>(loaded_.size()); }
 
   /// Adds a line and flushes it. Thread-safe.
   void append(const LoggedEvaluation& evaluation);
 
-  /// Brings the file into the order start, number, whatever threads wrote it; lines of earlier runs
-  /// that were not asked for this time stay at the end.
+  /// Brings the file into the order stage, start, number, whatever threads wrote it; lines of
+  /// earlier runs that were not asked for this time stay at the end.
   void finish(const std::vector<LoggedEvaluation>& evaluations);
 
  private:
+  struct Key {
+    bool full = false, gradient = false;
+    Variables variables;
+    auto operator<=>(const Key&) const = default;
+  };
+  Key key_of(const LoggedEvaluation& evaluation) const;
   void read(const std::string& line);
 
   const Job& job_;
   std::vector<LoggedEvaluation> loaded_;
-  std::map<Variables, std::size_t> index_;
+  std::map<Key, std::size_t> index_;
   LineLog lines_;
 };
 

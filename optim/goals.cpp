@@ -29,30 +29,59 @@ Goal make_goal(const Job& job, const std::string& label, const std::string& quan
   return goal;
 }
 
-/// The parasitic frequency, then the next modes of its list that count, the last one repeated where
-/// the list is short.
-void add_branches(const PathPoint& point, const StrokeRequest& request, double lowest, int branches,
-                  GoalValues& values) {
+/// Ranks, in the list that the parasitic frequency is taken from, of that frequency and of the next
+/// modes that count; the last one repeated where the list is short. Empty where the list does not
+/// hold the parasitic frequency.
+std::vector<std::size_t> branch_ranks(const PathPoint& point, const StrokeRequest& request,
+                                      double lowest, int branches) {
   const std::vector<Mode>& modes =
       request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
-  values.push_back(lowest);
-  int found = 1;
-  bool lowest_seen = false;
-  for (const Mode& mode : modes) {
-    if (found == branches) break;
+  std::vector<std::size_t> ranks;
+  for (std::size_t k = 0; k < modes.size() && static_cast<int>(ranks.size()) < branches; ++k) {
+    const Mode& mode = modes[k];
     const bool skipped =
         mode.kind == ModeKind::drive ||
         (mode.kind == ModeKind::leaf && request.parasitic_skips_leaf_modes) ||
         (mode.kind == ModeKind::intermediate_body && request.parasitic_skips_intermediate_modes);
     if (skipped || mode.frequency < lowest) continue;
-    if (!lowest_seen && mode.frequency == lowest) {
-      lowest_seen = true;
-      continue;
-    }
-    values.push_back(mode.frequency);
-    ++found;
+    if (ranks.empty() && mode.frequency != lowest) return {};
+    ranks.push_back(k);
   }
-  for (; found < branches; ++found) values.push_back(values.back());
+  while (!ranks.empty() && static_cast<int>(ranks.size()) < branches) ranks.push_back(ranks.back());
+  return ranks;
+}
+
+/// Values of the goal at one point, and their derivatives into the rows of `reading.gradient` from
+/// `row` on. False where a derivative is missing.
+bool add_point(const Goal& goal, const PathPoint& point, double value, const StrokeRequest& request,
+               const PointGradients* gradients, GoalReading& reading) {
+  const auto put = [&](const std::optional<VectorXd>& gradient) {
+    if (!gradient) return false;
+    reading.gradient.conservativeResize(reading.gradient.rows() + 1, gradient->size());
+    reading.gradient.bottomRows(1) = gradient->transpose();
+    return true;
+  };
+  if (goal.branches == 1) {
+    reading.values.push_back(value);
+    return gradients && put(gradient_of(*gradients, goal.quantity));
+  }
+  const auto ranks = branch_ranks(point, request, value, goal.branches);
+  if (ranks.empty()) {
+    reading.values.insert(reading.values.end(), static_cast<std::size_t>(goal.branches), value);
+    return false;
+  }
+  const std::vector<Mode>& modes =
+      request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
+  bool whole = gradients != nullptr;
+  for (const std::size_t k : ranks) {
+    reading.values.push_back(modes[k].frequency);
+    if (!whole) continue;
+    const MatrixXd& rows = request.parasitic_with_drive_locked ? gradients->frequencies_locked
+                                                               : gradients->frequencies_free;
+    whole = static_cast<Eigen::Index>(k) < rows.rows() &&
+            put(VectorXd(rows.row(static_cast<Eigen::Index>(k))));
+  }
+  return whole;
 }
 
 }  // namespace
@@ -88,9 +117,11 @@ StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals) {
 }
 
 GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
-                      const StrokeRequest& request) {
+                      const StrokeRequest& request, const StrokeGradients* gradients) {
   GoalReading reading;
-  for (const PathPoint& point : response.path) {
+  bool differentiated = gradients && gradients->path.size() == response.path.size();
+  for (std::size_t i = 0; i < response.path.size(); ++i) {
+    const PathPoint& point = response.path[i];
     if (request.path && point.status != PointStatus::converged) {
       const std::string& why = point.message.empty() ? response.message : point.message;
       reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
@@ -103,11 +134,11 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
           fmt::format("{} has no value at stroke {:.6g}", goal.quantity, point.stroke);
       return reading;
     }
-    if (goal.branches == 1)
-      reading.values.push_back(*value);
-    else
-      add_branches(point, request, *value, goal.branches, reading.values);
+    if (!add_point(goal, point, *value, request, differentiated ? &gradients->path[i] : nullptr,
+                   reading))
+      differentiated = false;
   }
+  if (!differentiated) reading.gradient.resize(0, 0);
   if (response.path.size() != request.points.size() || response.path.empty()) {
     reading.message = fmt::format("{} of {} stroke points came back: {}", response.path.size(),
                                   request.points.size(), response.message);
@@ -122,10 +153,13 @@ GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
   GoalReading reading;
   const std::optional<double> value = goal.expression->value(parameters);
   reading.ok = value.has_value();
-  if (value)
+  if (value) {
     reading.values = {*value};
-  else
+    if (const auto gradient = goal.expression->gradient(parameters))
+      reading.gradient = gradient->transpose();
+  } else {
     reading.message = fmt::format("{} is not finite", goal.expression->text());
+  }
   return reading;
 }
 

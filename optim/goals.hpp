@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/response/response.hpp"
+#include "core/response/stroke_gradients.hpp"
 #include "optim/expression.hpp"
 #include "optim/job.hpp"
 
@@ -22,7 +22,8 @@ struct Goal {
   int branches = 1;
 };
 
-/// The objective first, then the constraints in the job's order. Throws SpecError for a formula
+/// The objective first, then the constraints in the job's order, then the second objective of a
+/// front. Throws SpecError for a formula
 /// that is none.
 std::vector<Goal> make_goals(const Job& job);
 
@@ -36,12 +37,13 @@ struct GoalReading {
   bool ok = false;
   std::string message;  ///< why not, with the figures
   GoalValues values;
+  MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
 };
 
-/// Of a goal with a quantity.
+/// Of a goal with a quantity; with derivatives where they are given.
 GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
-                      const StrokeRequest& request);
-/// Of a goal with a formula.
+                      const StrokeRequest& request, const StrokeGradients* gradients = nullptr);
+/// Of a goal with a formula; its derivatives are had from the formula itself.
 GoalReading read_goal(const Goal& goal, const ParameterValues& parameters);
 
 /// Which of the goal's values is the one over the stroke, and with which sign it enters (−1 for a

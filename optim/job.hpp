@@ -20,6 +20,8 @@ struct Variable {
   std::string parameter;
   double min = 0, max = 0;      ///< SI
   std::optional<double> start;  ///< first start; the job's own value otherwise
+  /// Sizes that can be bought or made, ascending, within min and max; empty: any size.
+  std::vector<double> stock;
 };
 
 struct Objective {
@@ -39,6 +41,25 @@ struct Constraint {
 struct Algorithm {
   std::string library = "nlopt";   ///< nlopt | ipopt
   std::string name = "LN_COBYLA";  ///< NLopt's name; unused for ipopt
+  std::string local;               ///< what runs inside AUGLAG and MLSL; empty: their default
+};
+
+/// How the starts but the first lie in their box.
+enum class Spread { sobol, latin_hypercube };
+
+/// A second objective, traded against the first.
+struct ParetoSpec {
+  std::string quantity, expression;  ///< one of the two is empty
+  OverStroke over_stroke = OverStroke::max;
+  bool maximise = false;
+  int points = 9;
+  std::string label;  ///< "drive_load max_abs over stroke"
+};
+
+/// The optimum is to be that of full accuracy.
+struct VerifySpec {
+  double tolerance = 0.002;  ///< largest difference of what steers the search, relative
+  int max_full_evaluations = 6;
 };
 
 struct OptimiseSpec {
@@ -47,7 +68,10 @@ struct OptimiseSpec {
   std::vector<Constraint> constraints;
   Algorithm algorithm;
   int starts = 1;
+  Spread spread = Spread::sobol;
   unsigned seed = 1;
+  std::optional<ParetoSpec> pareto;
+  std::optional<VerifySpec> verify;
   int max_evaluations = 500;           ///< per start
   double tolerance = 1e-5;             ///< relative change of scaled variables and objective
   double constraint_tolerance = 1e-4;  ///< relative to the bound

@@ -89,6 +89,49 @@ double formula_bound(const Expression& formula, const json& value, const Pointer
   return read_quantity(shape::quantity(units.back()), value, at);
 }
 
+/// The sizes that `stock` lists or `step` makes, ascending, each once, within the bounds.
+std::vector<double> read_stock(const json& read, const Variable& variable, const Shape& shape,
+                               const Pointer& at) {
+  constexpr double most = 10000;
+  const double rounding = 1e-9 * (variable.max - variable.min);
+  const auto inside = [&](double v) {
+    return v >= variable.min - rounding && v <= variable.max + rounding;
+  };
+  std::vector<double> sizes;
+  const std::string box = fmt::format("{:g} to {:g} {}", variable.min, variable.max, shape.unit);
+  if (read.contains("stock") && read.contains("step"))
+    throw SpecError((at / "step").to_string(), shown(read["step"]),
+                    "give stock or step, one of the two");
+  if (read.contains("stock")) {
+    for (std::size_t i = 0; i < read["stock"].size(); ++i) {
+      const double size = read_quantity(shape, read["stock"][i], at / "stock" / i);
+      if (inside(size)) sizes.push_back(std::clamp(size, variable.min, variable.max));
+    }
+    std::sort(sizes.begin(), sizes.end());
+    sizes.erase(std::unique(sizes.begin(), sizes.end(),
+                            [&](double a, double b) { return b - a <= rounding; }),
+                sizes.end());
+    if (sizes.empty())
+      throw SpecError((at / "stock").to_string(), shown(read["stock"]),
+                      "expected at least one size within the bounds " + box);
+  } else if (read.contains("step")) {
+    Shape positive = shape;
+    positive.min = 0;
+    positive.open_min = true;
+    const double step = read_quantity(positive, read["step"], at / "step");
+    if ((variable.max - variable.min) / step > most)
+      throw SpecError((at / "step").to_string(), shown(read["step"]),
+                      fmt::format("expected at most {:g} steps within the bounds {}", most, box));
+    const double first = std::ceil((variable.min - rounding) / step);
+    for (double k = first; inside(k * step); ++k)
+      sizes.push_back(std::clamp(k * step, variable.min, variable.max));
+    if (sizes.empty())
+      throw SpecError((at / "step").to_string(), shown(read["step"]),
+                      "no multiple of it lies within the bounds " + box);
+  }
+  return sizes;
+}
+
 Variable read_variable(json& read, const Context& context, const Pointer& at,
                        std::vector<std::string>& notes) {
   Variable variable;
@@ -123,10 +166,13 @@ Variable read_variable(json& read, const Context& context, const Pointer& at,
                       "start begins at {:g}.",
                       variable.parameter, own, shape.unit, *variable.start));
   }
+  variable.stock = read_stock(read, variable, shape, at);
+  const bool stocked = !variable.stock.empty();
   read = {{"parameter", variable.parameter},
           {"min", variable.min},
           {"max", variable.max},
           {"start", *variable.start}};
+  if (stocked) read["stock"] = variable.stock;
   return variable;
 }
 
@@ -211,6 +257,9 @@ Algorithm read_algorithm(json& read) {
     if (read.contains("name"))
       throw SpecError((at / "name").to_string(), shown(read["name"]),
                       "ipopt is one algorithm and takes no name");
+    if (read.contains("local"))
+      throw SpecError((at / "local").to_string(), shown(read["local"]),
+                      "ipopt runs no other algorithm inside");
     algorithm.name.clear();
     return algorithm;
   }
@@ -222,7 +271,52 @@ Algorithm read_algorithm(json& read) {
     throw SpecError((at / "name").to_string(), '"' + algorithm.name + '"',
                     "unknown algorithm; " + known_names(algorithm.name, names));
   read["name"] = algorithm.name;
+  OptimiserOptions options;
+  options.library = algorithm.library;
+  options.name = algorithm.name;
+  const std::vector<std::string> locals = local_algorithms(options);
+  if (read.contains("local")) {
+    algorithm.local = read["local"];
+    if (locals.empty())
+      throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
+                      algorithm.name + " runs no other algorithm inside; AUGLAG and MLSL do");
+    if (std::find(locals.begin(), locals.end(), algorithm.local) == locals.end())
+      throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
+                      fmt::format("{} may run inside: {}", algorithm.name,
+                                  known_names(algorithm.local, locals)));
+  } else if (!locals.empty()) {
+    algorithm.local = locals.front();
+    read["local"] = algorithm.local;
+  }
   return algorithm;
+}
+
+ParetoSpec read_pareto(json& read, const Objective& objective, const Context& context) {
+  const Pointer at("/optimise/pareto");
+  ParetoSpec front;
+  if (read.contains("quantity") == read.contains("expression"))
+    throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
+  front.maximise = read["sense"] == "maximise";
+  front.points = read["points"];
+  if (read.contains("expression")) {
+    forbid_over_stroke(read, at);
+    front.expression = front.label =
+        Expression(read["expression"], context.parameter_names, (at / "expression").to_string())
+            .text();
+  } else {
+    front.quantity = context.quantity(read["quantity"], at / "quantity").name;
+    front.over_stroke = read.contains("over_stroke")
+                            ? over_stroke_of(read["over_stroke"])
+                            : (front.maximise ? OverStroke::min : OverStroke::max);
+    read["over_stroke"] = name_of(front.over_stroke);
+    front.label = fmt::format("{} {} over stroke", front.quantity, name_of(front.over_stroke));
+  }
+  if (front.quantity == objective.quantity && front.expression == objective.expression &&
+      (!front.expression.empty() || front.over_stroke == objective.over_stroke))
+    throw SpecError((at / (front.quantity.empty() ? "expression" : "quantity")).to_string(),
+                    '"' + (front.quantity.empty() ? front.expression : front.quantity) + '"',
+                    "it is the objective already: a front needs a second one");
+  return front;
 }
 
 }  // namespace
@@ -248,7 +342,11 @@ OptimiseSpec read_optimise(json& read, const Family& family, const DesignSpec& d
         read_constraint(read["constraints"][i], context, at / "constraints" / i));
   spec.algorithm = read_algorithm(read["algorithm"]);
   spec.starts = read["starts"];
+  spec.spread = read["spread"] == "latin_hypercube" ? Spread::latin_hypercube : Spread::sobol;
   spec.seed = read["seed"];
+  if (read.contains("pareto")) spec.pareto = read_pareto(read["pareto"], spec.objective, context);
+  if (read.contains("verify"))
+    spec.verify = VerifySpec{read["verify"]["tolerance"], read["verify"]["max_full_evaluations"]};
   spec.max_evaluations = read["max_evaluations"];
   spec.tolerance = read["tolerance"];
   spec.constraint_tolerance = read["constraint_tolerance"];

@@ -131,6 +131,9 @@ Shape optimise_shape(const Family* family) {
       required("min", quantity(""), "lower bound"),
       required("max", quantity(""), "upper bound"),
       optional("start", quantity(""), "where the first start begins; default: the job's value"),
+      optional("stock", list(quantity(""), 1, 1000),
+               "sizes there are to buy: the optimum takes one of them"),
+      optional("step", quantity(""), "or: the optimum is a multiple of this"),
   });
   const Shape objective = record({
       optional("maximise", text(), "a quantity of a path point, or a formula of the parameters"),
@@ -147,6 +150,22 @@ Shape optimise_shape(const Family* family) {
       optional("max", quantity(""), "upper bound"),
   });
   const Algorithm algorithm;
+  const ParetoSpec front;
+  const VerifySpec verification;
+  const Shape pareto = record({
+      optional("quantity", text(), "a quantity of a path point"),
+      optional("expression", text(), "or a formula of the parameters"),
+      optional("over_stroke", choice(over_stroke_names()),
+               "how a quantity's values over the stroke become one; default: the worst"),
+      standard("sense", choice({"minimise", "maximise"}), "minimise", "which way is better"),
+      standard("points", integer(2, 200), front.points, "designs on the front, both ends included"),
+  });
+  const Shape verify = record({
+      standard("tolerance", quantity("1", 0, 0.1, true), verification.tolerance,
+               "largest difference to full accuracy, relative, of objective and constraints"),
+      standard("max_full_evaluations", integer(1, 1000), verification.max_full_evaluations,
+               "evaluations at full accuracy"),
+  });
   return record({
       required("variables", list(variable, 1, 50), "what may change"),
       required("objective", objective, "what should become best"),
@@ -156,11 +175,16 @@ Shape optimise_shape(const Family* family) {
           record({
               standard("library", choice({"nlopt", "ipopt"}), algorithm.library, "optimiser"),
               optional("name", text(), "NLopt's name of the algorithm; default " + algorithm.name),
+              optional("local", text(), "what runs inside AUGLAG or MLSL, by NLopt's name"),
           }),
           json::object(), "who searches"),
       standard("starts", integer(1, 1000), defaults.starts,
                "starts: the first at the job's values, the others spread over the box"),
+      standard("spread", choice({"sobol", "latin_hypercube"}), "sobol",
+               "how the starts but the first are spread"),
       standard("seed", integer(0, 4294967295.0), defaults.seed, "of the spread of the starts"),
+      optional("pareto", pareto, "a second objective: the front of both"),
+      optional("verify", verify, "the optimum is to be that of full accuracy"),
       standard("max_evaluations", integer(1, 1000000), defaults.max_evaluations, "for each start"),
       standard("tolerance", quantity("1", 0, 0.1, true), defaults.tolerance,
                "relative change of scaled variables and objective that ends a start"),

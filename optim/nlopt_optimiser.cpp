@@ -19,19 +19,29 @@ struct Entry {
 
 const std::vector<Entry>& entries() {
   using enum Constraining;
+  static const std::vector<std::string> smooth{"LD_LBFGS", "LD_SLSQP", "LD_MMA", "LD_CCSAQ"},
+      blind{"LN_SBPLX", "LN_NELDERMEAD", "LN_COBYLA", "LN_BOBYQA"};
   static const std::vector<Entry> table{
-      {nlopt::LN_COBYLA, {"LN_COBYLA", false, true, own}},
-      {nlopt::LN_SBPLX, {"LN_SBPLX", false, false, augmented}},
-      {nlopt::LN_NELDERMEAD, {"LN_NELDERMEAD", false, false, augmented}},
-      {nlopt::LD_SLSQP, {"LD_SLSQP", true, true, own}},
-      {nlopt::LD_MMA, {"LD_MMA", true, true, own}},
-      {nlopt::LD_CCSAQ, {"LD_CCSAQ", true, true, own}},
-      {nlopt::GN_ISRES, {"GN_ISRES", false, false, own}},
-      {nlopt::GN_ORIG_DIRECT, {"GN_ORIG_DIRECT", false, false, own}},
-      {nlopt::GN_ORIG_DIRECT_L, {"GN_ORIG_DIRECT_L", false, false, own}},
-      {nlopt::GN_DIRECT, {"GN_DIRECT", false, false, none}},
-      {nlopt::GN_DIRECT_L, {"GN_DIRECT_L", false, false, none}},
-      {nlopt::GN_CRS2_LM, {"GN_CRS2_LM", false, false, none}},
+      {nlopt::LN_COBYLA, {"LN_COBYLA", false, true, own, {}}},
+      {nlopt::LN_SBPLX, {"LN_SBPLX", false, false, augmented, {}}},
+      {nlopt::LN_NELDERMEAD, {"LN_NELDERMEAD", false, false, augmented, {}}},
+      {nlopt::LN_BOBYQA, {"LN_BOBYQA", false, false, augmented, {}}},
+      {nlopt::LD_SLSQP, {"LD_SLSQP", true, true, own, {}}},
+      {nlopt::LD_MMA, {"LD_MMA", true, true, own, {}}},
+      {nlopt::LD_CCSAQ, {"LD_CCSAQ", true, true, own, {}}},
+      {nlopt::LD_LBFGS, {"LD_LBFGS", true, true, augmented, {}}},
+      {nlopt::LN_AUGLAG, {"LN_AUGLAG", false, false, augmented, blind}},
+      {nlopt::LD_AUGLAG, {"LD_AUGLAG", true, true, augmented, smooth}},
+      {nlopt::GN_ISRES, {"GN_ISRES", false, false, own, {}}},
+      {nlopt::GN_ORIG_DIRECT, {"GN_ORIG_DIRECT", false, false, own, {}}},
+      {nlopt::GN_ORIG_DIRECT_L, {"GN_ORIG_DIRECT_L", false, false, own, {}}},
+      {nlopt::GN_DIRECT, {"GN_DIRECT", false, false, none, {}}},
+      {nlopt::GN_DIRECT_L, {"GN_DIRECT_L", false, false, none, {}}},
+      {nlopt::GN_CRS2_LM, {"GN_CRS2_LM", false, false, none, {}}},
+      {nlopt::GN_MLSL, {"GN_MLSL", false, false, none, blind}},
+      {nlopt::GN_MLSL_LDS, {"GN_MLSL_LDS", false, false, none, blind}},
+      {nlopt::GD_MLSL, {"GD_MLSL", true, false, none, smooth}},
+      {nlopt::GD_MLSL_LDS, {"GD_MLSL_LDS", true, false, none, smooth}},
   };
   return table;
 }
@@ -48,7 +58,11 @@ VectorXd to_eigen(const double* x, unsigned n) { return Eigen::Map<const VectorX
 /// One run of a library algorithm, and the callbacks that it sees.
 class Run {
  public:
-  Run(Trials& trials, const Entry& entry) : trials_(trials), entry_(entry) {}
+  Run(Trials& trials, const Entry& entry) : trials_(trials), entry_(entry) {
+    if (entry.info.locals.empty()) return;
+    const std::string& local = trials.options().local;
+    local_ = entry_of(local.empty() ? entry.info.locals.front() : local).id;
+  }
 
   /// Towards the problem's own optimum.
   nlopt::result start(const VectorXd& x0, const VectorXd& lower, const VectorXd& upper,
@@ -76,10 +90,16 @@ class Run {
     return entry_.info.constraining == Constraining::augmented && trials_.problem().constraints > 0;
   }
   bool marks_failures() const { return entry_.id == nlopt::LN_COBYLA; }
+  bool is_global() const { return entry_.info.name.starts_with("G"); }
+  /// What runs: of the augmented Lagrangian the local one.
+  nlopt::algorithm id() const {
+    return local_ && entry_.info.constraining == Constraining::augmented ? *local_ : entry_.id;
+  }
   double augmented_lagrangian(const Problem::Value& value) const;
 
   Trials& trials_;
   const Entry& entry_;
+  std::optional<nlopt::algorithm> local_;
   VectorXd lambda_;  ///< of the augmented Lagrangian
   double rho_ = 10;  ///< its penalty
   VectorXd best_x_;  ///< of the current augmented Lagrangian
@@ -102,9 +122,11 @@ double Run::augmented_lagrangian(const Problem::Value& value) const {
 
 double Run::objective(const VectorXd& x, double* gradient) {
   const Problem::Value value = seen(x, gradient != nullptr);
-  if (gradient) Eigen::Map<VectorXd>(gradient, x.size()) = value.df;
+  Eigen::Map<VectorXd> df(gradient, gradient ? x.size() : 0);
+  if (gradient) df = value.df;
   if (!augmented()) return value.f;
   const double merit = augmented_lagrangian(value);
+  if (gradient) df += value.dc.transpose() * (rho_ * value.c + lambda_).cwiseMax(0.0);
   if (best_x_.size() == 0 || merit < best_) best_x_ = x, best_ = merit;
   return merit;
 }
@@ -124,7 +146,7 @@ nlopt::result Run::start(const VectorXd& x0, const VectorXd& lower, const Vector
   const auto n = static_cast<unsigned>(x0.size());
   const auto m = static_cast<unsigned>(trials_.problem().constraints) + (marks_failures() ? 1 : 0);
   nlopt::srand(1);  // the random methods: the same numbers in every run and thread
-  nlopt::opt opt(entry_.id, n);
+  nlopt::opt opt(id(), n);
   opt.set_lower_bounds(std::vector<double>(lower.data(), lower.data() + n));
   opt.set_upper_bounds(std::vector<double>(upper.data(), upper.data() + n));
   // x and f are of order one, so absolute and relative tolerances are the same thing. The change of
@@ -139,8 +161,14 @@ nlopt::result Run::start(const VectorXd& x0, const VectorXd& lower, const Vector
   opt.set_initial_step(steps);
   // GN_DIRECT is deaf to a forced stop; the global methods never ask for the same point twice, so
   // that calls are evaluations.
-  if (entry_.info.name.starts_with("GN_"))
+  if (is_global())
     opt.set_maxeval(std::max(1, trials_.options().max_evaluations - trials_.evaluations()));
+  if (local_ && is_global()) {
+    nlopt::opt local(*local_, n);
+    local.set_xtol_abs(tolerance);
+    local.set_ftol_abs(0.01 * tolerance);
+    opt.set_local_optimizer(local);
+  }
   opt.set_min_objective(&Run::objective, this);
   if (m > 0 && !augmented())
     opt.add_inequality_mconstraint(
@@ -236,7 +264,7 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
   const Problem& problem = trials.problem();
   const Entry& entry = entry_of(options.name);
   VectorXd lower = problem.lower, upper = problem.upper;
-  double step = 0.2;
+  double step = options.warm ? 0.05 : 0.2;
   nlopt::result result = nlopt::FAILURE;
   std::optional<Multipliers> balance;
   int runs = 0;
@@ -278,7 +306,10 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
   }
   const bool spent = result == nlopt::FORCED_STOP;
   std::string message = fmt::format(
-      "NLopt {}: {} after {} evaluations ({} without values, {} run{})", options.name,
+      "NLopt {}{}: {} after {} evaluations ({} without values, {} run{})", options.name,
+      entry.info.locals.empty()
+          ? ""
+          : " with " + (options.local.empty() ? entry.info.locals.front() : options.local),
       words(result), trials.evaluations(), trials.failures(), runs, runs == 1 ? "" : "s");
   if (balance) message += fmt::format("; |grad f + sum lambda grad c| = {:.1e}", balance->residual);
   const bool stalled = result < 0 || (balance && balance->residual > 10 * unbalanced(trials));
@@ -286,7 +317,7 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
                                             : stalled ? StopReason::stalled
                                                       : StopReason::converged,
                                             message);
-  if (balance) summary.multipliers = balance->lambda;
+  if (balance) summary.multipliers = balance->lambda, summary.kkt = balance->residual;
   return summary;
 }
 

@@ -7,123 +7,58 @@
 #include <cmath>
 #include <memory>
 
-#include "core/spec/spec_error.hpp"
-#include "optim/multipliers.hpp"
 #include "optim/parallel.hpp"
-#include "optim/posing.hpp"
+#include "optim/pareto.hpp"
+#include "optim/search.hpp"
 #include "optim/start_points.hpp"
+#include "optim/stock.hpp"
+#include "optim/verification.hpp"
 
 namespace flexopt {
 namespace {
-
-OptimiserOptions optimiser_options(const OptimiseSpec& spec) {
-  OptimiserOptions o;
-  o.library = spec.algorithm.library;
-  o.name = spec.algorithm.name;
-  o.max_evaluations = spec.max_evaluations;
-  o.tolerance = spec.tolerance;
-  o.constraint_tolerance = spec.constraint_tolerance;
-  return o;
-}
-
-std::string word(StopReason reason) {
-  switch (reason) {
-    case StopReason::converged:
-      return "converged";
-    case StopReason::max_evaluations:
-      return "max_evaluations";
-    case StopReason::stalled:
-      return "stalled";
-    case StopReason::failed:
-      return "failed";
-  }
-  return "";
-}
 
 /// One start from begin to end.
 struct Start {
   std::unique_ptr<EvaluationBook> book;
   VectorXd from;
-  OptimiserSummary summary;
+  SearchResult result;
 };
-
-/// x, or the first design on the way from it to the middle of the box that can be evaluated.
-/// False when there is none.
-bool workable(const DesignProblem& problem, EvaluationBook& book, VectorXd& x) {
-  const VectorXd begin = x, middle = VectorXd::Constant(x.size(), 0.5);
-  int cost = 0;
-  for (const double step : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    x = begin + step * (middle - begin);
-    if (book.at(problem.variables(x), false, cost).ok) return true;
-  }
-  return false;
-}
-
-void run_start(const DesignProblem& problem, Start& start) {
-  VectorXd x = start.from;
-  if (!workable(problem, *start.book, x)) {
-    const auto& tried = start.book->evaluations();
-    start.summary.message =
-        fmt::format("no design from the start to the middle of the box could be evaluated: {}",
-                    tried.empty() ? "the formulas rule them out" : tried.front().record.message);
-    return;
-  }
-  EvaluationBook& book = *start.book;
-  const OptimiseSpec& spec = problem.spec();
-  const auto left = [&] {
-    return spec.max_evaluations - static_cast<int>(book.evaluations().size());
-  };
-  const auto seek = [&](Aim aim, const VectorXd& from, double violation) {
-    OptimiserOptions options = optimiser_options(spec);
-    // Designs known by now cost nothing; the one it begins with is among them.
-    options.max_evaluations = std::max(1, left());
-    Posing posing(problem, book, prefers_slack(options), aim, violation);
-    int cost = 0;
-    const DesignValues& at = book.at(problem.variables(from), false, cost);
-    return minimise(posing.problem(), posing.start(from, at), options);
-  };
-  start.summary = seek(Aim::objective, x, 1);
-  // Some algorithms give up where constraints contradict each other to first order. The least
-  // violation settles whether they can be met; if so, the objective is taken up again from there.
-  const LoggedEvaluation* best = book.best();
-  const auto place = [&] {
-    Variables v;
-    for (const Variable& of : spec.variables) v.push_back(best->record.variables.at(of.parameter));
-    return problem.scaled(v);
-  };
-  if (!best || best->record.violation <= spec.constraint_tolerance || left() <= 0) return;
-  const OptimiserSummary nearest = seek(Aim::feasibility, place(), best->record.violation);
-  best = book.best();
-  if (best->record.violation <= spec.constraint_tolerance && left() > 0) {
-    start.summary = seek(Aim::objective, place(), 1);
-  } else {
-    start.summary.reason = nearest.reason;
-    start.summary.message = "least violation: " + nearest.message;
-    start.summary.multipliers.resize(0);
-  }
-}
 
 StartSummary summarise(const DesignProblem& problem, const Start& start, int index) {
   StartSummary s;
   s.index = index;
   s.from = problem.named(problem.variables(start.from));
-  s.status = word(start.summary.reason);
-  s.stop_reason = start.summary.message;
+  s.status = word_of(start.result.summary.reason);
+  s.stop_reason = start.result.summary.message;
+  s.kkt = start.result.summary.kkt;
   s.evaluations = static_cast<int>(start.book->evaluations().size());
   s.failed_evaluations = start.book->failures();
-  if (const LoggedEvaluation* best = start.book->best()) {
-    s.to = best->record.variables;
-    s.objective = best->record.objective;
-    s.violation = best->record.violation;
+  if (const auto& best = start.result.best) {
+    s.to = problem.named(problem.variables(best->x));
+    s.objective = best->objective;
+    s.violation = best->violation;
     s.feasible = s.violation <= problem.spec().constraint_tolerance;
   }
   return s;
 }
 
+/// Starts whose feasible ends are as good as the best one.
+int mark_agreeing(std::vector<StartSummary>& starts, const StartSummary& best) {
+  constexpr double near = 1e-3;
+  int count = 0;
+  for (StartSummary& s : starts) {
+    s.agrees = best.feasible && s.feasible &&
+               std::abs(s.objective - best.objective) <= near * std::abs(best.objective);
+    count += s.agrees ? 1 : 0;
+  }
+  return count;
+}
+
 std::vector<ConstraintState> states(const DesignProblem& problem, const Scales& scales,
-                                    const std::vector<double>& values) {
+                                    const DesignValues& design) {
+  const std::vector<double> values = problem.constraints(design);
   std::vector<ConstraintState> result;
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  for (std::size_t i = 0; i < problem.own_constraints(); ++i) {
     const Constraint& c = problem.spec().constraints[i];
     ConstraintState s;
     s.label = c.label;
@@ -150,50 +85,42 @@ std::string what_stops(const std::vector<ConstraintState>& constraints, const Sc
                      -100 * c.margin / scales.constraints[worst]);
 }
 
+/// What the stages hand on: the design that is the answer, and how it was posed.
+struct Answer {
+  Pose pose;
+  Candidate best;
+  std::vector<double> multipliers;  ///< of the goals 1, 2, …; empty where unknown
+};
+
 /// Sensitivities of the objective and the active constraints, and multipliers of the constraints,
-/// at the best design: from the derivatives of all goals there.
-void add_derivatives(const DesignProblem& problem, Start& start, const VectorXd& x,
-                     const DesignValues& values, Optimum& optimum) {
+/// at the answer: from the derivatives of all goals there.
+void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Answer& answer,
+                     Optimum& optimum) {
   int cost = 0;
-  const std::optional<MatrixXd> derivatives = start.book->derivatives(x, cost);
+  const VectorXd& x = answer.best.x;
+  std::optional<MatrixXd> derivatives = book.derivatives(x, cost);
   if (!derivatives) return;
+  const DesignValues own = book.at(problem.variables(x), cost);
+  VectorXd values = flattened(own);
+  if (answer.pose.correction) answer.pose.correction->apply(x, values, &*derivatives);
   const OptimiseSpec& spec = problem.spec();
   Eigen::Index first = 0;
-  for (std::size_t g = 0; g < values.goals.size(); ++g) {
+  for (std::size_t g = 0; g <= problem.own_constraints(); ++g) {
     if (g == 0 || optimum.constraints[g - 1].active) {
-      const Extreme e = extreme(problem.goals()[g], values.goals[g]);
+      const Extreme e = extreme(problem.goals()[g], answer.best.values.goals[g]);
       for (std::size_t j = 0; j < spec.variables.size(); ++j) {
-        const Variable& v = spec.variables[j];
+        const auto column = static_cast<Eigen::Index>(j);
         optimum.sensitivities.push_back(
-            {problem.goals()[g].label, v.parameter,
-             e.sign *
-                 (*derivatives)(first + static_cast<Eigen::Index>(e.entry),
-                                static_cast<Eigen::Index>(j)) /
-                 (v.max - v.min)});
+            {problem.goals()[g].label, spec.variables[j].parameter,
+             e.sign * (*derivatives)(first + static_cast<Eigen::Index>(e.entry), column) /
+                 problem.range(column)});
       }
     }
-    first += static_cast<Eigen::Index>(values.goals[g].size());
+    first += static_cast<Eigen::Index>(own.goals[g].size());
   }
-
-  const OptimiserOptions options = optimiser_options(spec);
-  Posing posing(problem, *start.book, true);
-  const Problem pose = posing.problem();
-  const VectorXd at = posing.start(x, values);
-  VectorXd lambda;
-  if (prefers_slack(options) && start.summary.multipliers.size() == pose.constraints &&
-      problem.variables(posing.design_part(start.summary.x)) == problem.variables(x)) {
-    lambda = start.summary.multipliers;
-  } else {
-    const Problem::Value value = pose.evaluate(at, true);
-    if (!value.ok) return;
-    const Multipliers m = least_squares_multipliers(at, pose.lower, pose.upper, value.c, value.df,
-                                                    value.dc, 10 * spec.constraint_tolerance);
-    constexpr double no_optimum = 0.1;  // of ∇f: there the multipliers mean nothing
-    if (m.residual > no_optimum * std::max(1.0, value.df.lpNorm<Eigen::Infinity>())) return;
-    lambda = m.lambda;
-  }
-  const std::vector<double> multipliers = posing.multipliers(lambda);
-  for (std::size_t i = 0; i < multipliers.size(); ++i)
+  std::vector<double> multipliers = answer.multipliers;
+  if (multipliers.empty()) multipliers = multipliers_at(problem, book, answer.pose, answer.best);
+  for (std::size_t i = 0; i < optimum.constraints.size() && i < multipliers.size(); ++i)
     optimum.constraints[i].multiplier = multipliers[i];
 }
 
@@ -216,11 +143,73 @@ Verification verify(const DesignProblem& problem, const Variables& variables,
   }
   v.objective = problem.objective(full);
   v.constraints = problem.constraints(full);
+  v.constraints.resize(problem.own_constraints());
   v.objective_difference = difference(problem.objective(values), v.objective);
   const std::vector<double> own = problem.constraints(values);
-  for (std::size_t i = 0; i < own.size(); ++i)
+  for (std::size_t i = 0; i < v.constraints.size(); ++i)
     v.constraint_differences.push_back(difference(own[i], v.constraints[i]));
   return v;
+}
+
+/// The starts, each with its book; the scales come from the first that can be evaluated, before the
+/// starts go their own ways.
+std::vector<Start> make_starts(Campaign& campaign) {
+  const DesignProblem& problem = campaign.problem;
+  std::vector<Start> starts;
+  for (VectorXd& x : start_points(problem, campaign.scales)) {
+    Start start;
+    start.book = std::make_unique<EvaluationBook>(
+        campaign.book(Stage::search, static_cast<int>(starts.size())));
+    start.from = std::move(x);
+    starts.push_back(std::move(start));
+  }
+  for (Start& start : starts) {
+    int cost = 0;
+    const DesignValues& values = start.book->at(problem.variables(start.from), cost);
+    if (!values.ok) continue;
+    campaign.scales = problem.scales(&values);
+    break;
+  }
+  for (Start& start : starts) start.book->set_scales(campaign.scales);
+  return starts;
+}
+
+/// The best feasible end, else the least violated one; −1 where there is none.
+int best_of(const DesignProblem& problem, const std::vector<Start>& starts) {
+  const double tolerated = problem.spec().constraint_tolerance;
+  const bool maximise = problem.spec().objective.maximise;
+  int best = -1;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const auto& mine = starts[i].result.best;
+    if (!mine) continue;
+    if (best >= 0) {
+      const Candidate& other = *starts[static_cast<std::size_t>(best)].result.best;
+      const bool a = mine->violation <= tolerated, b = other.violation <= tolerated;
+      const bool better = a != b     ? a
+                          : !a       ? mine->violation < other.violation
+                          : maximise ? mine->objective > other.objective
+                                     : mine->objective < other.objective;
+      if (!better) continue;
+    }
+    best = static_cast<int>(i);
+  }
+  return best;
+}
+
+/// Optimality, feasibility and what they rest on.
+void judge(const DesignProblem& problem, const Scales& scales, const Answer& answer, bool converged,
+           Optimum& optimum) {
+  optimum.parameters = problem.parameters(problem.variables(answer.best.x));
+  optimum.objective = answer.best.objective;
+  optimum.constraints = states(problem, scales, answer.best.values);
+  const bool feasible = answer.best.violation <= problem.spec().constraint_tolerance;
+  optimum.status = !feasible   ? OptimumStatus::infeasible
+                   : converged ? OptimumStatus::optimal
+                               : OptimumStatus::feasible;
+}
+
+void add(std::vector<LoggedEvaluation>& all, const std::vector<LoggedEvaluation>& more) {
+  all.insert(all.end(), more.begin(), more.end());
 }
 
 }  // namespace
@@ -228,89 +217,125 @@ Verification verify(const DesignProblem& problem, const Variables& variables,
 Optimum optimise(const Job& job, const OptimiseOptions& options) {
   assert(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
-  const DesignProblem problem(job, options.evaluator);
-  const bool gradients = needs_gradients(optimiser_options(spec));
+  const DesignProblem problem(job, options.evaluator, options.gradients);
   EvaluationLog log = options.log.empty()
                           ? EvaluationLog(job)
                           : EvaluationLog(job, options.log, options.version, options.overwrite_log);
-  const double feasible_within = spec.constraint_tolerance;
-  ProgressBoard board(options.progress, spec.starts, spec.objective.maximise, feasible_within);
+  ProgressBoard board(options.progress, spec.starts, spec.objective.maximise,
+                      spec.constraint_tolerance);
+  Campaign campaign{problem, log, board, problem.scales(nullptr), options.threads};
 
-  Scales scales = problem.scales(nullptr);
-  std::vector<Start> starts;
-  for (VectorXd& x : start_points(problem, scales)) {
-    starts.emplace_back();
-    starts.back().book =
-        std::make_unique<EvaluationBook>(problem, log, board, static_cast<int>(starts.size()) - 1);
-    starts.back().book->set_scales(scales);
-    starts.back().from = std::move(x);
-  }
-  // The scales come from the first start that can be evaluated, before the starts go their own
-  // ways.
-  for (Start& start : starts) {
-    int cost = 0;
-    const DesignValues& values = start.book->at(problem.variables(start.from), false, cost);
-    if (!values.ok) continue;
-    scales = problem.scales(&values);
-    break;
-  }
+  std::vector<Start> starts = make_starts(campaign);
   const auto count = static_cast<int>(starts.size());
   const int together = std::clamp(options.threads, 1, count);
-  for (Start& start : starts) {
-    start.book->set_scales(scales);
+  parallel_for(count, together, [&](int i) {
+    Start& start = starts[static_cast<std::size_t>(i)];
     start.book->set_threads(std::max(1, options.threads / together));
-  }
-  parallel_for(count, together,
-               [&](int i) { run_start(problem, starts[static_cast<std::size_t>(i)]); });
+    start.result = search(problem, *start.book, job_pose(problem), start.from,
+                          {spec.max_evaluations, false, {}});
+  });
 
   Optimum optimum;
-  optimum.gradients = gradients ? "central differences" : "none";
-  const LoggedEvaluation* best = nullptr;
-  for (int i = 0; i < count; ++i) {
-    const Start& start = starts[static_cast<std::size_t>(i)];
-    optimum.starts.push_back(summarise(problem, start, i));
-    const LoggedEvaluation* candidate = start.book->best();
-    if (candidate && (!best || better(candidate->record, best->record, spec.objective.maximise,
-                                      feasible_within)))
-      best = candidate, optimum.best_start = i;
-  }
+  for (int i = 0; i < count; ++i)
+    optimum.starts.push_back(summarise(problem, starts[static_cast<std::size_t>(i)], i));
+  const int best = best_of(problem, starts);
+  optimum.best_start = std::max(best, 0);
   Start& chosen = starts[static_cast<std::size_t>(optimum.best_start)];
-  if (best) {
-    Variables variables;
-    for (const Variable& v : spec.variables)
-      variables.push_back(best->record.variables.at(v.parameter));
-    const DesignValues values = best->values;
-    optimum.parameters = problem.parameters(variables);
-    optimum.objective = problem.objective(values);
-    optimum.constraints = states(problem, scales, problem.constraints(values));
-    const bool feasible = problem.violation(values, scales) <= feasible_within;
-    const bool converged = chosen.summary.reason == StopReason::converged;
-    optimum.status = !feasible   ? OptimumStatus::infeasible
-                     : converged ? OptimumStatus::optimal
-                                 : OptimumStatus::feasible;
-    optimum.stop_reason = chosen.summary.message;
-    if (!feasible)
-      optimum.stop_reason = fmt::format(
-          "no feasible design in {} start{}; the least violated one has {}. {}", count,
-          count == 1 ? "" : "s", what_stops(optimum.constraints, scales), chosen.summary.message);
-    chosen.book->set_threads(options.threads);
-    add_derivatives(problem, chosen, problem.scaled(variables), values, optimum);
-    parallel_for(2, options.threads, [&](int i) {
-      if (i == 0) optimum.response = problem.respond(variables, job.model, job.request);
-      if (i == 1) optimum.verified = verify(problem, variables, values);
-    });
-  } else {
+  chosen.book->set_threads(options.threads);
+  std::vector<LoggedEvaluation> later;  // of the stages behind the starts
+  if (best < 0) {
     optimum.status = OptimumStatus::failed;
     optimum.stop_reason = optimum.starts.front().stop_reason;
+  } else {
+    optimum.agreeing_starts =
+        mark_agreeing(optimum.starts, optimum.starts[static_cast<std::size_t>(best)]);
+    Answer answer{job_pose(problem), *chosen.result.best, chosen.result.multipliers};
+    judge(problem, campaign.scales, answer, chosen.result.summary.reason == StopReason::converged,
+          optimum);
+    optimum.stop_reason = chosen.result.summary.message;
+    if (optimum.status == OptimumStatus::infeasible)
+      optimum.stop_reason =
+          fmt::format("no feasible design in {} start{}; the least violated one has {}. {}", count,
+                      count == 1 ? "" : "s", what_stops(optimum.constraints, campaign.scales),
+                      chosen.result.summary.message);
+    EvaluationBook* book = chosen.book.get();  // what knows the answer best
+    EvaluationBook last = campaign.book(Stage::verification, 1);
+    const bool feasible = optimum.status != OptimumStatus::infeasible;
+
+    if (feasible && spec.pareto) {
+      ParetoOutcome front = search_front(campaign, *book, chosen.result);
+      optimum.pareto = std::move(front.report);
+      add(later, front.evaluations);
+    }
+    std::vector<LoggedEvaluation> stock_evaluations;
+    if (feasible && has_stock(spec)) {
+      StockOutcome stock = search_stock(campaign, *book, answer.pose, answer.best);
+      stock_evaluations = std::move(stock.evaluations);
+      if (stock.report.chosen >= 0) {
+        answer = {stock.pose, *stock.chosen.best, stock.chosen.multipliers};
+        judge(problem, campaign.scales, answer,
+              optimum.status == OptimumStatus::optimal &&
+                  stock.chosen.summary.reason == StopReason::converged,
+              optimum);
+        optimum.stop_reason = fmt::format("stock sizes: {}", stock.chosen.summary.message);
+      } else {
+        optimum.status = OptimumStatus::infeasible;
+        optimum.stop_reason = fmt::format(
+            "none of the {} neighbouring stock designs tried is feasible; shown is the optimum of "
+            "any size",
+            stock.report.designs.size());
+      }
+      optimum.stock = std::move(stock.report);
+    }
+    std::optional<VerificationLoop> loop;
+    const DesignValues own_values = answer.best.values;
+    if (spec.verify && optimum.status != OptimumStatus::infeasible) {
+      VerificationOutcome found = verify_optimum(campaign, *book, answer.pose, answer.best);
+      add(later, found.evaluations);
+      if (found.best) {
+        answer = {found.pose, *found.best, {}};
+        judge(problem, campaign.scales, answer,
+              optimum.status == OptimumStatus::optimal && found.report.converged, optimum);
+        optimum.at_full_accuracy = true;
+        if (optimum.status == OptimumStatus::infeasible)
+          optimum.stop_reason =
+              fmt::format("at full accuracy: {}. {}",
+                          what_stops(optimum.constraints, campaign.scales), found.report.message);
+      } else {
+        optimum.status = OptimumStatus::feasible;
+        optimum.stop_reason = found.report.message;
+      }
+      loop = std::move(found.report);
+    }
+    add(later, stock_evaluations);
+
+    // neighbours for differences go to the start's own evaluations where it is still its design
+    const bool moved = optimum.stock || loop;
+    if (moved) last.adopt(*book);
+    EvaluationBook& knows = moved ? last : *book;
+    add_derivatives(problem, knows, answer, optimum);
+    const Variables variables = problem.variables(answer.best.x);
+    int cost = 0;
+    const DesignValues own = optimum.at_full_accuracy ? knows.at(variables, cost) : own_values;
+    if (moved) add(later, last.evaluations());
+    parallel_for(2, options.threads, [&](int i) {
+      if (i == 0) optimum.response = problem.respond(variables, job.model, job.request);
+      if (i == 1) optimum.verified = verify(problem, variables, own);
+    });
+    optimum.verified->loop = std::move(loop);
   }
+  const bool gradients = needs_gradients(optimiser_options(spec));
+  bool differences = false;
+  for (const Start& start : starts) differences = differences || start.book->used_differences();
+  optimum.gradients = !gradients ? "none" : !differences ? "exact" : "central differences";
 
   std::vector<LoggedEvaluation> all;
-  for (const Start& start : starts)
-    for (const LoggedEvaluation& e : start.book->evaluations()) {
-      optimum.history.push_back(e.record);
-      all.push_back(e);
-      if (!e.record.ok) ++optimum.failed_evaluations;
-    }
+  for (const Start& start : starts) add(all, start.book->evaluations());
+  add(all, later);
+  for (const LoggedEvaluation& e : all) {
+    optimum.history.push_back(e.record);
+    if (!e.record.ok) ++optimum.failed_evaluations;
+  }
   optimum.evaluations = static_cast<int>(all.size());
   log.finish(all);
   return optimum;

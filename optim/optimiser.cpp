@@ -1,6 +1,7 @@
 // Picks the library, finds a point to start from, and leaves the rest to the adapters.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/spec/spec_error.hpp"
@@ -18,7 +19,7 @@ std::string names_of(const std::vector<AlgorithmInfo>& algorithms, bool constrai
 }
 
 const AlgorithmInfo& find_algorithm(const OptimiserOptions& options) {
-  static const AlgorithmInfo ipopt{"", true, true, Constraining::own};
+  static const AlgorithmInfo ipopt{"", true, true, Constraining::own, {}};
   if (options.library == "ipopt") return ipopt;
   if (options.library != "nlopt")
     throw SpecError("/optimise/algorithm/library", options.library, "expected nlopt or ipopt");
@@ -44,6 +45,10 @@ bool find_start(Trials& trials, const VectorXd& x0) {
 
 bool needs_gradients(const OptimiserOptions& options) { return find_algorithm(options).gradients; }
 
+std::vector<std::string> local_algorithms(const OptimiserOptions& options) {
+  return find_algorithm(options).locals;
+}
+
 bool prefers_slack(const OptimiserOptions& options) { return find_algorithm(options).slack; }
 
 std::vector<std::string> algorithms() {
@@ -60,6 +65,12 @@ OptimiserSummary minimise(const Problem& problem, const VectorXd& x0,
     throw SpecError("/optimise/algorithm/name", options.name,
                     "this algorithm takes no constraints; with constraints expected one of " +
                         names_of(nlopt_algorithms(), true) + ", or the library ipopt");
+  const std::vector<std::string>& locals = algorithm.locals;
+  if (!options.local.empty() &&
+      std::find(locals.begin(), locals.end(), options.local) == locals.end())
+    throw SpecError("/optimise/algorithm/local", options.local,
+                    locals.empty() ? "this algorithm runs no other inside"
+                                   : fmt::format("expected one of {}", fmt::join(locals, ", ")));
   Trials trials(problem, options);
   bool started = false;
   try {

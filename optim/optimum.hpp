@@ -19,10 +19,15 @@ struct ConstraintState {
   std::optional<double> multiplier;  ///< dObjective/dBound, where the algorithm yields one
 };
 
+/// What an evaluation was for: the starts, then what follows them.
+enum class Stage { search, stock, pareto, verification };
+
 /// One evaluated design; a line of evaluations.jsonl.
 struct EvaluationRecord {
-  int start = 0;   ///< which start asked for it
-  int number = 0;  ///< counts up within the start
+  Stage stage = Stage::search;
+  int start = 0;      ///< which start (stock design, point of the front) asked for it
+  int number = 0;     ///< counts up within the start
+  bool full = false;  ///< at full accuracy, for the verification
   ParameterValues variables;
   bool ok = false;
   std::string message;  ///< why not, with the figures
@@ -37,18 +42,75 @@ struct StartSummary {
   ParameterValues from, to;
   double objective = 0, violation = 0;
   bool feasible = false;
+  bool agrees = false;  ///< feasible, and within 0.1 % of the best objective
   std::string status, stop_reason;
+  std::optional<double> kkt;  ///< largest |∇f + Σ λ ∇c|, scaled, of gradient methods
   int evaluations = 0, failed_evaluations = 0;
+};
+
+/// One design evaluated at full accuracy on the way to the optimum of full accuracy.
+struct VerificationStep {
+  ParameterValues variables;
+  double objective = 0, violation = 0;  ///< at full accuracy; violation relative
+  /// Largest relative difference of objective and constraints to the model that proposed the
+  /// design: the reduced one at first, then the corrected one.
+  double difference = 0;
+  double trust_region = 0;  ///< in which it was looked for, of each variable's range
+  bool ok = false, accepted = false;
+};
+
+/// How the optimum of full accuracy was looked for.
+struct VerificationLoop {
+  bool converged = false;
+  std::string message;
+  int iterations = 0;                   ///< corrected searches
+  double difference = 0;                ///< of the last model that proposed the optimum
+  std::vector<VerificationStep> steps;  ///< one for each evaluation at full accuracy
 };
 
 /// The optimum evaluated again at full accuracy. Where that found no equilibrium, `response` says
 /// so and there are no values. Differences: reduced / full − 1, reduced − full where full is 0.
 struct Verification {
   StrokeResponse response;
+  std::optional<VerificationLoop> loop;  ///< where the job asks for it
   double objective = 0;
   std::vector<double> constraints;
   double objective_difference = 0;             ///< reduced / full - 1
   std::vector<double> constraint_differences;  ///< reduced / full - 1
+};
+
+/// A neighbouring design of stock sizes, its other variables optimised again.
+struct StockDesign {
+  ParameterValues sizes;       ///< of the stock variables
+  ParameterValues parameters;  ///< all of the family's
+  bool ok = false, feasible = false;
+  double objective = 0, violation = 0;
+  std::string status, stop_reason;
+  int evaluations = 0;
+};
+
+struct StockSearch {
+  ParameterValues continuous;  ///< parameters of the optimum of any size
+  double continuous_objective = 0;
+  int neighbours = 0;                ///< combinations of the next smaller and larger sizes
+  std::vector<StockDesign> designs;  ///< those tried, in the order in which they were
+  int chosen = -1;                   ///< of these; −1: none is feasible
+};
+
+/// A design on the front of two objectives.
+struct ParetoPoint {
+  std::optional<double> bound;  ///< on the second objective; none at the first one's own optimum
+  bool ok = false, feasible = false;
+  double objective = 0, second = 0, violation = 0;
+  std::optional<double> trade_off;  ///< d objective / d bound, where the algorithm yields one
+  ParameterValues parameters;
+  std::string status, stop_reason;
+  int evaluations = 0;
+};
+
+struct ParetoFront {
+  std::string message;              ///< why there is less than was asked for; empty otherwise
+  std::vector<ParetoPoint> points;  ///< from the first objective's optimum to the second one's
 };
 
 struct Sensitivity {
@@ -63,11 +125,15 @@ struct Optimum {
   std::string stop_reason;
   std::string gradients;       ///< "none", "central differences", "exact"
   ParameterValues parameters;  ///< all of the family's
+  /// Objective and constraints are those of full accuracy: the verification was asked to correct.
+  bool at_full_accuracy = false;
   double objective = 0;
   std::vector<ConstraintState> constraints;
   int evaluations = 0, failed_evaluations = 0;
-  int best_start = 0;
+  int best_start = 0, agreeing_starts = 0;
   std::vector<StartSummary> starts;
+  std::optional<StockSearch> stock;
+  std::optional<ParetoFront> pareto;
   StrokeResponse response;  ///< at the optimum, with the job's own model
   std::optional<Verification> verified;
   std::vector<Sensitivity> sensitivities;

@@ -1,34 +1,58 @@
 #include "optim/posing.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
 namespace flexopt {
 
-Posing::Posing(const DesignProblem& problem, EvaluationBook& book, bool slack, Aim aim,
-               double violation)
-    : problem_(problem), book_(book), aim_(aim), violation_(violation), split_(slack) {
-  const OptimiseSpec& spec = problem.spec();
-  const Scales& scales = book.scales();
-  sense_ = spec.objective.maximise ? -1 : 1;
+Pose job_pose(const DesignProblem& problem) {
+  Pose pose;
+  pose.maximise = problem.spec().objective.maximise;
+  for (const Constraint& c : problem.spec().constraints) pose.bounds.push_back({c.min, c.max});
+  pose.lower = VectorXd::Zero(problem.size());
+  pose.upper = VectorXd::Ones(problem.size());
+  return pose;
+}
+
+Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
+                const VectorXd& x, const DesignValues& values) {
+  assert(values.ok);
+  Candidate c{x, values, aggregate(problem.goals()[pose.goal], values.goals[pose.goal]), 0};
+  for (std::size_t g = 1; g < values.goals.size(); ++g)
+    c.violation = std::max(
+        c.violation, excess(aggregate(problem.goals()[g], values.goals[g]), pose.bounds[g - 1].min,
+                            pose.bounds[g - 1].max, scales.constraints[g - 1]));
+  return c;
+}
+
+Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
+               Aim aim, double violation)
+    : problem_(problem), book_(book), pose_(pose), aim_(aim), violation_(violation), split_(slack) {
+  assert(pose.bounds.size() + 1 == problem.goals().size());
+  for (Eigen::Index j = 0; j < pose.lower.size(); ++j)
+    if (pose.lower[j] < pose.upper[j]) free_.push_back(j);
+  sense_ = pose.maximise ? -1 : 1;
   if (aim == Aim::feasibility) {
     slack_ = slack;
     sense_ = 1;
-  } else if (slack && pointwise(problem.goals()[0], !spec.objective.maximise)) {
+  } else if (slack && pointwise(problem.goals()[pose.goal], !pose.maximise)) {
     slack_ = true;
-    add_rows(0, !spec.objective.maximise, 0, scales.objective, spec.objective.maximise ? 1 : -1,
-             true);
+    add_rows(pose.goal, !pose.maximise, 0, scale(pose.goal), pose.maximise ? 1 : -1, true);
   }
-  for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
-    const Constraint& c = spec.constraints[i];
-    const Goal& goal = problem.goals()[i + 1];
+  for (std::size_t g = 1; g < problem.goals().size(); ++g) {
+    const Bounds& b = pose.bounds[g - 1];
+    const Goal& goal = problem.goals()[g];
     const double t = aim == Aim::feasibility ? -1 : 0;
-    const double scale =
-        aim == Aim::feasibility ? scales.constraints[i] * violation : scales.constraints[i];
-    if (c.max) add_rows(i + 1, true, *c.max, scale, t, pointwise(goal, true));
-    if (c.min) add_rows(i + 1, false, *c.min, scale, t, pointwise(goal, false));
+    const double by = aim == Aim::feasibility ? scale(g) * violation : scale(g);
+    if (b.max) add_rows(g, true, *b.max, by, t, pointwise(goal, true));
+    if (b.min) add_rows(g, false, *b.min, by, t, pointwise(goal, false));
   }
+}
+
+double Posing::scale(std::size_t goal) const {
+  return goal == 0 ? book_.scales().objective : book_.scales().constraints[goal - 1];
 }
 
 /// Whether bounding the goal's one number is the same as bounding every value.
@@ -58,40 +82,77 @@ void Posing::add_rows(std::size_t goal, bool upper, double bound, double scale, 
 
 Problem Posing::problem() {
   constexpr double inf = std::numeric_limits<double>::infinity();
-  const int n = problem_.size() + (slack_ ? 1 : 0);
+  const auto n = static_cast<Eigen::Index>(free_.size());
   Problem p;
-  p.lower = VectorXd::Zero(n);
-  p.upper = VectorXd::Ones(n);
-  if (slack_) p.lower[n - 1] = aim_ == Aim::feasibility ? 0 : -inf, p.upper[n - 1] = inf;
+  p.lower.resize(n + (slack_ ? 1 : 0));
+  p.upper.resize(p.lower.size());
+  p.lower.head(n) = pose_.lower(free_);
+  p.upper.head(n) = pose_.upper(free_);
+  if (slack_) p.lower[n] = aim_ == Aim::feasibility ? 0 : -inf, p.upper[n] = inf;
   if (aim_ == Aim::objective || slack_) p.constraints = static_cast<int>(rows_.size());
   p.evaluate = [this](const VectorXd& x, bool gradient) { return evaluate(x, gradient); };
   return p;
 }
 
-VectorXd Posing::start(const VectorXd& x, const DesignValues& values) const {
+VectorXd Posing::design(const VectorXd& x) const {
+  VectorXd all = pose_.lower;
+  all(free_) = x.head(static_cast<Eigen::Index>(free_.size()));
+  return all;
+}
+
+VectorXd Posing::start(const Candidate& from) const {
+  const VectorXd x = from.x(free_);
   if (!slack_) return x;
   VectorXd with_slack(x.size() + 1);
-  if (aim_ == Aim::feasibility) {
-    with_slack << x, values.ok ? problem_.violation(values, book_.scales()) / violation_ : 1.0;
-    return with_slack;
-  }
-  with_slack << x, values.ok ? problem_.objective(values) / book_.scales().objective : 0.0;
+  with_slack << x,
+      aim_ == Aim::feasibility ? from.violation / violation_ : from.objective / scale(pose_.goal);
   return with_slack;
 }
 
-Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) const {
+void Posing::correct(const VectorXd& x, DesignValues& values, MatrixXd* derivatives) const {
+  if (!pose_.correction) return;
+  VectorXd flat = flattened(values);
+  pose_.correction->apply(x, flat, derivatives);
+  Eigen::Index k = 0;
+  for (GoalValues& g : values.goals)
+    for (double& v : g) v = flat[k++];
+}
+
+std::optional<Candidate> Posing::assess(const VectorXd& design_x, int& cost) const {
+  DesignValues values = book_.at(problem_.variables(design_x), cost);
+  if (!values.ok) return std::nullopt;
+  correct(design_x, values, nullptr);
+  return weigh(problem_, book_.scales(), pose_, design_x, values);
+}
+
+bool Posing::better(const Candidate& a, const Candidate& b) const {
+  const double tolerated = 0.3 * problem_.spec().constraint_tolerance;
+  if ((a.violation <= tolerated) != (b.violation <= tolerated)) return a.violation <= tolerated;
+  if (a.violation > tolerated) return a.violation < b.violation;
+  return pose_.maximise ? a.objective > b.objective : a.objective < b.objective;
+}
+
+Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
   Problem::Value out;
   out.cost = 0;
-  const int n = problem_.size();
-  const VectorXd design = design_part(x);
-  const DesignValues values = book_.at(problem_.variables(design), false, out.cost);
+  const auto n = static_cast<Eigen::Index>(free_.size());
+  const VectorXd all = design(x);
+  DesignValues values = book_.at(problem_.variables(all), out.cost);
   if (!values.ok) return out;
-  std::optional<MatrixXd> derivatives;
+  MatrixXd derivatives;
   if (gradient) {
-    derivatives = book_.derivatives(design, out.cost);
-    if (!derivatives) return out;
+    const auto found = book_.derivatives(all, out.cost, free_);
+    if (!found) return out;
+    derivatives = *found;
   }
+  correct(all, values, gradient ? &derivatives : nullptr);
+  derivatives = MatrixXd(derivatives(Eigen::all, gradient ? free_ : std::vector<Eigen::Index>{}));
+  const Candidate here = weigh(problem_, book_.scales(), pose_, all, values);
+  if (!best_ || better(here, *best_)) best_ = here;
   out.ok = true;
+  // the least violation is no aim in itself: a third of what is tolerated will do
+  out.enough =
+      aim_ == Aim::feasibility && here.violation <= 0.3 * problem_.spec().constraint_tolerance;
   std::vector<Eigen::Index> first;  // of each goal among all values
   Eigen::Index total = 0;
   for (const GoalValues& g : values.goals) {
@@ -114,7 +175,7 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) const {
     out.c[i] = factor * of[e.entry] - row.bound + (slack_ ? row.slack * x[n] : 0.0);
     if (!gradient) continue;
     out.dc.row(i).head(n) =
-        factor * derivatives->row(first[row.goal] + static_cast<Eigen::Index>(e.entry));
+        factor * derivatives.row(first[row.goal] + static_cast<Eigen::Index>(e.entry));
     if (slack_) out.dc(i, n) = row.slack;
   }
   if (slack_) {
@@ -124,32 +185,35 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) const {
   }
   if (aim_ == Aim::feasibility) {
     Eigen::Index worst = 0;
-    out.f = std::max(0.0, out.c.maxCoeff(&worst));
-    if (gradient) out.df = out.f > 0 ? VectorXd(out.dc.row(worst)) : VectorXd::Zero(x.size());
+    out.f = m > 0 ? std::max(0.0, out.c.maxCoeff(&worst)) : 0.0;
+    if (gradient && out.f > 0) out.df = out.dc.row(worst);
     out.c.resize(0);
     out.dc.resize(0, x.size());
     return out;
   }
-  const Extreme e = extreme(problem_.goals()[0], values.goals[0]);
-  const double factor = sense_ * e.sign / book_.scales().objective;
-  out.f = factor * values.goals[0][e.entry];
-  if (gradient) out.df.head(n) = factor * derivatives->row(static_cast<Eigen::Index>(e.entry));
+  const Extreme e = extreme(problem_.goals()[pose_.goal], values.goals[pose_.goal]);
+  const double factor = sense_ * e.sign / scale(pose_.goal);
+  out.f = factor * values.goals[pose_.goal][e.entry];
+  if (gradient)
+    out.df.head(n) =
+        factor * derivatives.row(first[pose_.goal] + static_cast<Eigen::Index>(e.entry));
   return out;
 }
 
 std::vector<double> Posing::multipliers(const VectorXd& lambda) const {
   assert(lambda.size() == static_cast<Eigen::Index>(rows_.size()));
-  std::vector<double> result(problem_.spec().constraints.size(), 0.0);
+  std::vector<double> result(pose_.bounds.size(), 0.0);
+  const std::size_t objective_rows = slack_ && aim_ == Aim::objective ? pose_.goal : 0;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
-    if (row.goal == 0) continue;
+    if (row.goal == 0 || (row.slack != 0 && row.goal == objective_rows)) continue;
     // f* falls by λ for each unit that c's bound is relaxed; F = sense · f · s. The rows of max_abs
     // have the same bound and the sign of their branch.
     const bool max_abs =
         problem_.goals()[row.goal].over_stroke == OverStroke::max_abs && row.entry >= 0;
     const double relaxes = max_abs ? 1.0 : row.sign;  // of c's bound per unit of the job's bound
-    result[row.goal - 1] += -sense_ * book_.scales().objective *
-                            lambda[static_cast<Eigen::Index>(i)] * relaxes / row.scale;
+    result[row.goal - 1] +=
+        -sense_ * scale(pose_.goal) * lambda[static_cast<Eigen::Index>(i)] * relaxes / row.scale;
   }
   return result;
 }

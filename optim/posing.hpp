@@ -7,30 +7,67 @@
 //     v ≤ b over the stroke:     (v_j − b) / s ≤ 0           at each point j
 // so that modes and points which change places do not make kinks. Without it (methods that see one
 // merit value anyway), and where the best point counts ("the maximum must exceed b"), one value.
+#include <optional>
 #include <vector>
 
+#include "optim/correction.hpp"
 #include "optim/evaluation_book.hpp"
 #include "optim/problem.hpp"
 
 namespace flexopt {
 
-/// What is to be minimised: the job's objective, or the largest violation V of its constraints, as
-/// min t, c / V₀ − t ≤ 0 (V₀: that of the start), which ends at 0 where they can be met.
+/// What is to be minimised: the objective, or the largest violation V of the bounds, as
+/// min t, c / V₀ − t ≤ 0 (V₀: that of the start), until a design keeps them all.
 enum class Aim { objective, feasibility };
+
+struct Bounds {
+  std::optional<double> min, max;  ///< SI
+};
+
+/// One search among the job's designs: what is asked of which goal, in which box.
+struct Pose {
+  std::size_t goal = 0;  ///< the objective
+  bool maximise = true;
+  std::vector<Bounds> bounds;  ///< of the goals 1, 2, …
+  VectorXd lower, upper;       ///< box of scaled x; a variable with equal bounds is held
+  std::optional<Correction> correction;
+};
+
+/// The job's own.
+Pose job_pose(const DesignProblem& problem);
+
+/// A design as a pose sees it.
+struct Candidate {
+  VectorXd x;  ///< scaled variables
+  DesignValues values;
+  double objective = 0, violation = 0;  ///< SI; relative
+};
+
+/// Objective and violation of a design with these values; the pose's correction is not applied.
+Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
+                const VectorXd& x, const DesignValues& values);
 
 class Posing {
  public:
-  /// `violation` is V₀.
-  Posing(const DesignProblem& problem, EvaluationBook& book, bool slack, Aim aim = Aim::objective,
-         double violation = 1);
+  /// `violation` is V₀. Refers to all its arguments.
+  Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
+         Aim aim = Aim::objective, double violation = 1);
 
-  /// Refers to this object and the book.
+  /// Refers to this object.
   Problem problem();
-  /// x with the slack that makes its rows tight, if there is a slack.
-  VectorXd start(const VectorXd& x, const DesignValues& values) const;
-  VectorXd design_part(const VectorXd& x) const { return x.head(problem_.size()); }
+  /// Free variables of x, with the slack that makes its rows tight if there is a slack.
+  VectorXd start(const Candidate& from) const;
+  /// All scaled variables.
+  VectorXd design(const VectorXd& x) const;
 
-  /// dObjective/dBound of each of the job's constraints, from multipliers of the rows, SI.
+  /// Objective and violation; nothing where the design cannot be evaluated.
+  std::optional<Candidate> assess(const VectorXd& design_x, int& cost) const;
+  /// The best design that an optimiser tried so far: feasible (within 0.3 of the tolerance) before
+  /// infeasible, then by objective or violation.
+  const std::optional<Candidate>& best() const { return best_; }
+  bool better(const Candidate& a, const Candidate& b) const;
+
+  /// dObjective/dBound of each of the goals 1, 2, …, from multipliers of the rows, SI.
   std::vector<double> multipliers(const VectorXd& lambda) const;
 
  private:
@@ -40,19 +77,25 @@ class Posing {
     int entry = -1;
     double sign = 1, bound = 0, scale = 1, slack = 0;
   };
-  Problem::Value evaluate(const VectorXd& x, bool gradient) const;
+  Problem::Value evaluate(const VectorXd& x, bool gradient);
   void add_rows(std::size_t goal, bool upper, double bound, double scale, double slack,
                 bool pointwise);
   bool pointwise(const Goal& goal, bool upper) const;
+  double scale(std::size_t goal) const;
+  /// Values (and derivatives) at full size, corrected.
+  void correct(const VectorXd& x, DesignValues& values, MatrixXd* derivatives) const;
 
   const DesignProblem& problem_;
   EvaluationBook& book_;
+  const Pose& pose_;
   Aim aim_;
   double violation_;
   bool slack_ = false;  ///< there is one
   bool split_ = false;  ///< constraints are posed at each point
   double sense_ = 1;    ///< −1 to maximise
   std::vector<Row> rows_;
+  std::vector<Eigen::Index> free_;  ///< variables that are not held
+  std::optional<Candidate> best_;
 };
 
 }  // namespace flexopt

@@ -1,6 +1,7 @@
 #pragma once
 // A nonlinear programme as every optimiser adapter sees it: scaled, bounded, possibly failing.
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,19 +18,25 @@ struct Problem {
   struct Value {
     bool ok = false;  ///< false: the numbers did not work out here; nothing else holds then
     double f = 0;
-    VectorXd c;    ///< size `constraints`
-    VectorXd df;   ///< size n, when the gradient was asked for
-    MatrixXd dc;   ///< constraints × n, when the gradient was asked for
-    int cost = 1;  ///< evaluations that this took; 0 when it was known before (holds always)
+    VectorXd c;           ///< size `constraints`
+    VectorXd df;          ///< size n, when the gradient was asked for
+    MatrixXd dc;          ///< constraints × n, when the gradient was asked for
+    int cost = 1;         ///< evaluations that this took; 0 when it was known before (holds always)
+    bool enough = false;  ///< as good as it need be: the optimiser may stop here
   };
   std::function<Value(const VectorXd& x, bool gradient)> evaluate;
 };
 
 struct OptimiserOptions {
   std::string library = "nlopt", name = "LN_COBYLA";
+  std::string local;                   ///< of AUGLAG and MLSL; empty: their default
   int max_evaluations = 500;           ///< sum of Value::cost
   double tolerance = 1e-5;             ///< relative change of x and f
   double constraint_tolerance = 1e-4;  ///< on c
+  /// x0 is near the optimum: short first steps. Ipopt then begins with a small barrier, and with
+  /// these multipliers of c if they are given.
+  bool warm = false;
+  VectorXd multipliers;
 };
 
 enum class StopReason {
@@ -48,6 +55,7 @@ struct OptimiserSummary {
   /// λ ≥ 0 of c in ∇f + Σ λ ∇c = 0 (bounds of x aside): Ipopt's own, by least squares for the other
   /// gradient methods; empty for the others.
   VectorXd multipliers;
+  std::optional<double> kkt;   ///< largest |∇f + Σ λ ∇c| at x, for gradient methods
   int evaluations = 0;         ///< sum of Value::cost
   int failed_evaluations = 0;  ///< points where evaluate was not ok
 };
@@ -56,8 +64,12 @@ struct OptimiserSummary {
 /// middle of the box are tried. Throws SpecError for an unknown library or algorithm, and for an
 /// algorithm that takes no constraints when there are some.
 ///
+/// Constraints: COBYLA, SLSQP, MMA, CCSAQ, ISRES, the original DIRECTs and Ipopt model them; LBFGS,
+/// BOBYQA, Subplex, Nelder–Mead and AUGLAG go through an augmented Lagrangian; DIRECT, DIRECT_L,
+/// CRS2 and MLSL take none.
+///
 /// What a failed evaluation does:
-/// - simplex and global methods see a value worse than any seen so far;
+/// - simplex, quasi-Newton and global methods see a value worse than any seen so far;
 /// - COBYLA sees the nearest good point's values and a further constraint "evaluation works", −1
 ///   where it does, +1 where it does not: its linear model keeps it half-way from the failure;
 /// - SLSQP, MMA and CCSAQ see a worse value, which shortens their step; when they stop after
@@ -65,6 +77,10 @@ struct OptimiserSummary {
 /// - Ipopt is told that the function is undefined there and shortens its step.
 OptimiserSummary minimise(const Problem& problem, const VectorXd& x0,
                           const OptimiserOptions& options);
+
+/// What AUGLAG or MLSL may run inside, the default first; empty for the others. Throws like
+/// minimise.
+std::vector<std::string> local_algorithms(const OptimiserOptions& options);
 
 /// True if the algorithm asks for gradients. Throws like minimise.
 bool needs_gradients(const OptimiserOptions& options);

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "optim/problem.hpp"
+#include "optim/unit_points.hpp"
 
 namespace flexopt {
 namespace {
@@ -50,24 +50,13 @@ VectorXd onto_formulas(const DesignProblem& problem, const Scales& scales, const
   return after && (!before || *after < *before) ? nearest.x : x0;
 }
 
-}  // namespace
-
-std::vector<VectorXd> spread_points(int dimensions, int count, unsigned seed) {
-  double phi = 2;
-  for (int i = 0; i < 60; ++i) phi = std::pow(1 + phi, 1.0 / (dimensions + 1));
-  std::mt19937_64 bits(seed);  // its output is fixed by the standard; distributions' are not
-  VectorXd shift(dimensions), alpha(dimensions);
-  for (int j = 0; j < dimensions; ++j) {
-    shift[j] = std::ldexp(static_cast<double>(bits() >> 11), -53);
-    alpha[j] = std::pow(phi, -(j + 1));
-  }
-  std::vector<VectorXd> points;
-  for (int k = 0; k < count; ++k) {
-    VectorXd x = shift + (k + 1) * alpha;
-    points.push_back(x.array() - x.array().floor());
-  }
-  return points;
+std::vector<VectorXd> spread(const DesignProblem& problem, int count) {
+  const OptimiseSpec& spec = problem.spec();
+  return spec.spread == Spread::sobol ? sobol_points(problem.size(), count, spec.seed)
+                                      : latin_hypercube_points(problem.size(), count, spec.seed);
 }
+
+}  // namespace
 
 std::vector<VectorXd> start_points(const DesignProblem& problem, const Scales& scales) {
   const OptimiseSpec& spec = problem.spec();
@@ -75,8 +64,7 @@ std::vector<VectorXd> start_points(const DesignProblem& problem, const Scales& s
   for (const Variable& v : spec.variables)
     own.push_back(v.start.value_or(problem.job().design.parameters.at(v.parameter)));
   std::vector<VectorXd> points{problem.scaled(own)};
-  for (VectorXd& x : spread_points(problem.size(), spec.starts - 1, spec.seed))
-    points.push_back(std::move(x));
+  for (VectorXd& x : spread(problem, spec.starts - 1)) points.push_back(std::move(x));
   for (VectorXd& x : points) x = onto_formulas(problem, scales, x);
   return points;
 }

@@ -1,5 +1,7 @@
 #include "optim/trials.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <limits>
@@ -32,7 +34,8 @@ const Problem::Value& Trials::at(const VectorXd& x_asked, bool gradient) {
   if (last_.first.size() == x.size() && last_.first == x && (last_has_gradient_ || !gradient))
     return last_.second;
   // Points known before cost nothing; the second limit ends a library that only asks for those.
-  if (evaluations_ >= options_.max_evaluations || calls_ >= 1000 + 50L * options_.max_evaluations) {
+  if (enough_ || evaluations_ >= options_.max_evaluations ||
+      calls_ >= 1000 + 50L * options_.max_evaluations) {
     stopped_ = true;
     throw StopTrials{};
   }
@@ -58,6 +61,11 @@ const Problem::Value& Trials::at(const VectorXd& x_asked, bool gradient) {
     kept.df.resize(0);
     kept.dc.resize(0, 0);
     good_.emplace_back(x, std::move(kept));
+    if (last_.second.enough) {
+      best_ = last_;
+      stopped_ = enough_ = true;
+      throw StopTrials{};
+    }
   }
   return last_.second;
 }
@@ -116,8 +124,10 @@ std::optional<Multipliers> Trials::multipliers() try {
 
 OptimiserSummary Trials::summary(StopReason reason, std::string message) const {
   OptimiserSummary s;
-  s.reason = reason;
-  s.message = std::move(message);
+  s.reason = enough_ ? StopReason::converged : reason;
+  s.message = enough_ ? fmt::format("enough after {} evaluations ({} without values)", evaluations_,
+                                    failures())
+                      : std::move(message);
   s.evaluations = evaluations_;
   s.failed_evaluations = failures();
   if (has_best()) {

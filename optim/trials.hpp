@@ -18,7 +18,8 @@ class Trials {
   Trials(const Problem& problem, const OptimiserOptions& options);
 
   /// The problem's value at x, moved into the box. Throws StopTrials when the budget is spent or
-  /// the problem itself threw; `rethrow` passes that on once the library has returned.
+  /// the problem itself threw, or called a point enough; `rethrow` passes what it threw on once the
+  /// library has returned.
   const Problem::Value& at(const VectorXd& x, bool gradient);
   void rethrow() const;
 
@@ -26,7 +27,7 @@ class Trials {
   const OptimiserOptions& options() const { return options_; }
   int evaluations() const { return evaluations_; }
   int failures() const { return static_cast<int>(failed_points_.size()); }
-  bool stopped() const { return stopped_; }  ///< the budget ended it
+  bool stopped() const { return stopped_; }  ///< the budget ended it, or it was enough
   bool has_best() const { return best_.first.size() > 0; }
   const VectorXd& best_x() const { return best_.first; }
   const Problem::Value& best() const { return best_.second; }
@@ -58,7 +59,7 @@ class Trials {
   std::vector<VectorXd> failed_points_;
   int evaluations_ = 0;
   long calls_ = 0;
-  bool stopped_ = false;
+  bool stopped_ = false, enough_ = false;
   std::exception_ptr error_;
 };
 

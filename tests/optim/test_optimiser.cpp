@@ -324,7 +324,7 @@ TEST_CASE("unknown libraries and algorithms are refused with what there is", "[o
   CHECK_THROWS_AS(minimise(rosenbrock_in_disk(), vector({0, 0}), o), SpecError);
   CHECK_THROWS_WITH(minimise(rosenbrock_in_disk(), vector({0, 0}), o),
                     Catch::Contains("LD_SLSQP") && Catch::Contains("GN_ISRES"));
-  CHECK(algorithms().size() == 13);
+  CHECK(algorithms().size() == 21);
 }
 
 TEST_CASE("least squares with y >= 0 meets its optimality conditions", "[optim]") {
