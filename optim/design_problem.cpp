@@ -75,12 +75,16 @@ DesignProblem::DesignProblem(const Job& job, StrokeEvaluator evaluator,
 
 Variables DesignProblem::variables(const VectorXd& x) const {
   assert(x.size() == size());
+  constexpr double rounding = 1e-14;
   Variables v;
   for (int j = 0; j < size(); ++j) {
     const Variable& of = spec().variables[static_cast<std::size_t>(j)];
-    v.push_back(x[j] <= 0   ? of.min
-                : x[j] >= 1 ? of.max
-                            : std::clamp(of.min + x[j] * (of.max - of.min), of.min, of.max));
+    double value = x[j] <= 0   ? of.min
+                   : x[j] >= 1 ? of.max
+                               : std::clamp(of.min + x[j] * (of.max - of.min), of.min, of.max);
+    for (const double size : of.stock)  // a size is hit to the bit
+      if (std::abs(value - size) <= rounding * (of.max - of.min)) value = size;
+    v.push_back(value);
   }
   return v;
 }

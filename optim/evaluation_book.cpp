@@ -7,6 +7,15 @@
 
 namespace flexopt {
 
+bool better(const EvaluationRecord& a, const EvaluationRecord& b, bool maximise,
+            double feasible_within) {
+  const bool a_feasible = a.violation <= feasible_within,
+             b_feasible = b.violation <= feasible_within;
+  if (a_feasible != b_feasible) return a_feasible;
+  if (!a_feasible) return a.violation < b.violation;
+  return maximise ? a.objective > b.objective : a.objective < b.objective;
+}
+
 ProgressBoard::ProgressBoard(ProgressCallback callback, int starts, bool maximise,
                              double feasible_within)
     : callback_(std::move(callback)), maximise_(maximise), feasible_within_(feasible_within) {
@@ -19,7 +28,7 @@ void ProgressBoard::add(const EvaluationRecord& record, bool replayed) {
   ++progress_.evaluations;
   if (!record.ok) ++progress_.failed;
   if (replayed) ++progress_.replayed;
-  if (record.ok && record.violation <= feasible_within_ &&
+  if (record.ok && !record.full && record.violation <= feasible_within_ &&
       (!progress_.best ||
        (maximise_ ? record.objective > *progress_.best : record.objective < *progress_.best)))
     progress_.best = record.objective;

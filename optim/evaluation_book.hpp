@@ -109,4 +109,8 @@ class EvaluationBook {
 /// All goals' values one after the other.
 VectorXd flattened(const DesignValues& values);
 
+/// True if a is the better design: feasible before infeasible, then by objective or violation.
+bool better(const EvaluationRecord& a, const EvaluationRecord& b, bool maximise,
+            double feasible_within);
+
 }  // namespace flexopt

@@ -14,12 +14,6 @@ namespace {
 
 constexpr const char* stage_names[] = {"search", "stock", "pareto", "verification"};
 
-Stage stage_of(const std::string& name) {
-  const auto found = std::find(std::begin(stage_names), std::end(stage_names), name);
-  if (found == std::end(stage_names)) throw std::runtime_error("unknown stage " + name);
-  return static_cast<Stage>(found - std::begin(stage_names));
-}
-
 /// null: not asked for; []: asked for, but there is none.
 OrderedJson gradient_json(const LoggedEvaluation& e) {
   if (!e.gradient_asked) return nullptr;
@@ -33,7 +27,7 @@ OrderedJson gradient_json(const LoggedEvaluation& e) {
 
 std::string line_of(const LoggedEvaluation& e) {
   const EvaluationRecord& r = e.record;
-  return log_line({{"stage", stage_names[static_cast<int>(r.stage)]},
+  return log_line({{"stage", name_of(r.stage)},
                    {"start", r.start},
                    {"number", r.number},
                    {"full", r.full},
@@ -51,7 +45,7 @@ std::string line_of(const LoggedEvaluation& e) {
 LoggedEvaluation parse_line(const std::string& line) {
   const json j = json::parse(line);
   LoggedEvaluation e;
-  e.record.stage = stage_of(j.at("stage"));
+  e.record.stage = stage_named(j.at("stage"));
   j.at("start").get_to(e.record.start);
   j.at("number").get_to(e.record.number);
   j.at("full").get_to(e.record.full);
@@ -79,6 +73,14 @@ LoggedEvaluation parse_line(const std::string& line) {
 }
 
 }  // namespace
+
+std::string name_of(Stage stage) { return stage_names[static_cast<std::size_t>(stage)]; }
+
+Stage stage_named(const std::string& name) {
+  const auto found = std::find(std::begin(stage_names), std::end(stage_names), name);
+  if (found == std::end(stage_names)) throw std::runtime_error("unknown stage " + name);
+  return static_cast<Stage>(found - std::begin(stage_names));
+}
 
 json log_identity(const Job& job, const std::string& version) {
   json identity = job.as_read;

@@ -18,6 +18,10 @@ struct LoggedEvaluation {
   bool gradient_asked = false;  ///< although there may be none
 };
 
+/// As the log and history.csv write it. `stage_named` throws std::runtime_error for other names.
+std::string name_of(Stage stage);
+Stage stage_named(const std::string& name);
+
 /// What of a job decides the values of its designs and the path of its optimisation: all but name,
 /// expectations, and how many starts and evaluations there may be.
 nlohmann::json log_identity(const Job& job, const std::string& version);

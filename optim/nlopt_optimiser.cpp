@@ -19,7 +19,8 @@ struct Entry {
 
 const std::vector<Entry>& entries() {
   using enum Constraining;
-  static const std::vector<std::string> smooth{"LD_LBFGS", "LD_SLSQP", "LD_MMA", "LD_CCSAQ"},
+  static const std::vector<std::string> penalised{"LD_LBFGS", "LD_MMA", "LD_CCSAQ"},
+      smooth{"LD_LBFGS", "LD_SLSQP", "LD_MMA", "LD_CCSAQ"},
       blind{"LN_SBPLX", "LN_NELDERMEAD", "LN_COBYLA", "LN_BOBYQA"};
   static const std::vector<Entry> table{
       {nlopt::LN_COBYLA, {"LN_COBYLA", false, true, own, {}}},
@@ -31,7 +32,7 @@ const std::vector<Entry>& entries() {
       {nlopt::LD_CCSAQ, {"LD_CCSAQ", true, true, own, {}}},
       {nlopt::LD_LBFGS, {"LD_LBFGS", true, true, augmented, {}}},
       {nlopt::LN_AUGLAG, {"LN_AUGLAG", false, false, augmented, blind}},
-      {nlopt::LD_AUGLAG, {"LD_AUGLAG", true, true, augmented, smooth}},
+      {nlopt::LD_AUGLAG, {"LD_AUGLAG", true, true, augmented, penalised}},
       {nlopt::GN_ISRES, {"GN_ISRES", false, false, own, {}}},
       {nlopt::GN_ORIG_DIRECT, {"GN_ORIG_DIRECT", false, false, own, {}}},
       {nlopt::GN_ORIG_DIRECT_L, {"GN_ORIG_DIRECT_L", false, false, own, {}}},
@@ -96,6 +97,7 @@ class Run {
     return local_ && entry_.info.constraining == Constraining::augmented ? *local_ : entry_.id;
   }
   double augmented_lagrangian(const Problem::Value& value) const;
+  bool is_stationary(const VectorXd& x, const Problem::Value& value) const;
 
   Trials& trials_;
   const Entry& entry_;
@@ -118,6 +120,16 @@ Problem::Value Run::seen(const VectorXd& x, bool gradient) try {
 /// f + ρ/2 Σ max(0, c + λ/ρ)²     [Rockafellar, Math. Program. 5 (1973)]
 double Run::augmented_lagrangian(const Problem::Value& value) const {
   return value.f + 0.5 * rho_ * (value.c + lambda_ / rho_).cwiseMax(0.0).squaredNorm();
+}
+
+/// Whether no downhill direction of the augmented Lagrangian is left in the box. An inner run may
+/// end sooner, on the floor of the valley that a constraint makes.
+bool Run::is_stationary(const VectorXd& x, const Problem::Value& value) const {
+  const Problem& p = trials_.problem();
+  const VectorXd slope = value.df + value.dc.transpose() * (rho_ * value.c + lambda_).cwiseMax(0.0);
+  const VectorXd step = into_box(x - slope, p.lower, p.upper) - x;
+  return step.lpNorm<Eigen::Infinity>() <=
+         std::sqrt(trials_.options().tolerance) * std::max(1.0, value.df.lpNorm<Eigen::Infinity>());
 }
 
 double Run::objective(const VectorXd& x, double* gradient) {
@@ -152,7 +164,10 @@ nlopt::result Run::start(const VectorXd& x0, const VectorXd& lower, const Vector
   // x and f are of order one, so absolute and relative tolerances are the same thing. The change of
   // f is that of one step, which for MMA is short long before the optimum: hence the factor.
   opt.set_xtol_abs(tolerance);
-  opt.set_ftol_abs(0.01 * tolerance);
+  // SLSQP's steps shrink fast, and on its way from outside a slack variable may stand still.
+  opt.set_ftol_abs(entry_.id != nlopt::LD_SLSQP ? 0.01 * tolerance
+                   : m > 0                      ? 0.0
+                                                : 1e-4 * tolerance);
   std::vector<double> steps(n, step);
   for (unsigned j = 0; j < n; ++j) {
     const double width = upper[j] - lower[j];
@@ -198,13 +213,15 @@ nlopt::result Run::start_augmented(double step) {
   double last_violation = std::numeric_limits<double>::infinity();
   double inner_tolerance = std::max(options.tolerance, 1e-3);
   nlopt::result result = nlopt::FAILURE;
-  for (int round = 0; round < 40; ++round) {
+  const int most_rounds = entry_.info.gradients ? 200 : 40;
+  for (int round = 0; round < most_rounds; ++round) {
     const VectorXd before = x;
     best_x_.resize(0);
     result = start(x, problem.lower, problem.upper, step, inner_tolerance);
     if (result == nlopt::FORCED_STOP || best_x_.size() == 0) return result;
     x = best_x_;
-    const Problem::Value value = seen(x, false);
+    const Problem::Value value = seen(x, entry_.info.gradients);
+    const bool stationary = !entry_.info.gradients || is_stationary(x, value);
     const VectorXd lambda = (lambda_ + rho_ * value.c).cwiseMax(0.0);
     const double change = (lambda - lambda_).lpNorm<Eigen::Infinity>();
     lambda_ = lambda;
@@ -212,7 +229,7 @@ nlopt::result Run::start_augmented(double step) {
     if (violation <= 0.3 * options.constraint_tolerance &&
         (x - before).lpNorm<Eigen::Infinity>() <= 10 * options.tolerance &&
         change <= 1e-3 * (1 + lambda_.lpNorm<Eigen::Infinity>()) &&
-        inner_tolerance <= options.tolerance)
+        inner_tolerance <= options.tolerance && stationary)
       return nlopt::XTOL_REACHED;
     if (violation > std::max(0.5 * last_violation, 0.3 * options.constraint_tolerance)) rho_ *= 4;
     last_violation = violation;
@@ -273,6 +290,7 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
   // second run from there, with a new simplex, finds no better.
   const bool confirm = entry.id == nlopt::LN_COBYLA;
   bool met_test = false;
+  int idle = 0;  // runs without progress, one after the other
   // A run that rounding ended, that met failures while it modelled the functions, or that leaves
   // the gradients unbalanced is followed by another from the best point, in a box that ends
   // half-way to the nearest failure, until that no longer helps.
@@ -297,7 +315,8 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
     const bool clean = !entry.info.slack || trials.failures() == failures;
     const bool whole_box = lower == problem.lower && upper == problem.upper;
     met_test = result > 0 && clean && balanced && whole_box;
-    done = (met_test && !confirm) || (runs > 1 && !moved);
+    idle = moved || runs == 1 ? 0 : idle + 1;
+    done = (met_test && !confirm) || idle > 1 || (idle == 1 && (whole_box || !entry.info.slack));
     const double radius = clean ? 0.5 * step : std::min(trials.retreat_radius(), 0.5 * step);
     const VectorXd reach = VectorXd::Constant(x0.size(), radius);
     lower = clean ? problem.lower : problem.lower.cwiseMax(trials.best_x() - reach);
@@ -312,7 +331,7 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
           : " with " + (options.local.empty() ? entry.info.locals.front() : options.local),
       words(result), trials.evaluations(), trials.failures(), runs, runs == 1 ? "" : "s");
   if (balance) message += fmt::format("; |grad f + sum lambda grad c| = {:.1e}", balance->residual);
-  const bool stalled = result < 0 || (balance && balance->residual > 10 * unbalanced(trials));
+  const bool stalled = balance ? balance->residual > 10 * unbalanced(trials) : result < 0;
   OptimiserSummary summary = trials.summary(spent     ? StopReason::max_evaluations
                                             : stalled ? StopReason::stalled
                                                       : StopReason::converged,

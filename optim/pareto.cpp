@@ -56,6 +56,7 @@ ParetoOutcome search_front(const Campaign& campaign, const EvaluationBook& known
   ParetoOutcome outcome;
   EvaluationBook book = campaign.book(Stage::pareto, 0, &known);
   const SearchOptions options{spec.max_evaluations, true, {}};
+  const bool gradients = needs_gradients(optimiser_options(spec));
 
   // the other end: the best second objective there is
   Pose other = job_pose(problem);
@@ -85,6 +86,8 @@ ParetoOutcome search_front(const Campaign& campaign, const EvaluationBook& known
       const VectorXd from = i + 1 == count ? end.best->x : places.back().result.best->x;
       Place place{bound, search(problem, book, pose, from, options), 0};
       place.evaluations = place.result.evaluations;
+      if (place.result.best && place.result.multipliers.empty() && gradients)
+        place.result.multipliers = multipliers_at(problem, book, pose, *place.result.best);
       if (!place.result.best) {
         outcome.report.message =
             fmt::format("no design could be evaluated at the bound {:.6g}", bound);
@@ -103,8 +106,10 @@ ParetoOutcome search_front(const Campaign& campaign, const EvaluationBook& known
       if (!there || !posing.better(*there, *places[i].result.best)) continue;
       SearchResult again = search(problem, book, pose, harder.x, options);
       places[i].evaluations += again.evaluations;
-      if (again.best && posing.better(*again.best, *places[i].result.best))
-        places[i].result = std::move(again);
+      if (!again.best || !posing.better(*again.best, *places[i].result.best)) continue;
+      if (again.multipliers.empty() && gradients)
+        again.multipliers = multipliers_at(problem, book, pose, *again.best);
+      places[i].result = std::move(again);
     }
   }
   for (const Place& place : places) outcome.report.points.push_back(report_of(problem, place));

@@ -5,7 +5,20 @@
 #include <cmath>
 #include <limits>
 
+#include "optim/trials.hpp"
+
 namespace flexopt {
+
+OptimiserOptions optimiser_options(const OptimiseSpec& spec) {
+  OptimiserOptions o;
+  o.library = spec.algorithm.library;
+  o.name = spec.algorithm.name;
+  o.local = spec.algorithm.local;
+  o.max_evaluations = spec.max_evaluations;
+  o.tolerance = spec.tolerance;
+  o.constraint_tolerance = spec.constraint_tolerance;
+  return o;
+}
 
 Pose job_pose(const DesignProblem& problem) {
   Pose pose;
@@ -34,6 +47,7 @@ Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& p
   for (Eigen::Index j = 0; j < pose.lower.size(); ++j)
     if (pose.lower[j] < pose.upper[j]) free_.push_back(j);
   sense_ = pose.maximise ? -1 : 1;
+  if (needs_gradients(optimiser_options(problem.spec()))) weight_ = violation_weight;
   if (aim == Aim::feasibility) {
     slack_ = slack;
     sense_ = 1;
@@ -129,7 +143,9 @@ bool Posing::better(const Candidate& a, const Candidate& b) const {
   const double tolerated = 0.3 * problem_.spec().constraint_tolerance;
   if ((a.violation <= tolerated) != (b.violation <= tolerated)) return a.violation <= tolerated;
   if (a.violation > tolerated) return a.violation < b.violation;
-  return pose_.maximise ? a.objective > b.objective : a.objective < b.objective;
+  const double sign = pose_.maximise ? -1 : 1, by = scale(pose_.goal);
+  return sign * a.objective / by + weight_ * a.violation <
+         sign * b.objective / by + weight_ * b.violation;
 }
 
 Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {

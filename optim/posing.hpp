@@ -16,6 +16,9 @@
 
 namespace flexopt {
 
+/// The job's algorithm, as the optimisers take it.
+OptimiserOptions optimiser_options(const OptimiseSpec& spec);
+
 /// What is to be minimised: the objective, or the largest violation V of the bounds, as
 /// min t, c / V₀ − t ≤ 0 (V₀: that of the start), until a design keeps them all.
 enum class Aim { objective, feasibility };
@@ -93,6 +96,7 @@ class Posing {
   bool slack_ = false;  ///< there is one
   bool split_ = false;  ///< constraints are posed at each point
   double sense_ = 1;    ///< −1 to maximise
+  double weight_ = 0;   ///< of a tolerated violation, when designs are compared
   std::vector<Row> rows_;
   std::vector<Eigen::Index> free_;  ///< variables that are not held
   std::optional<Candidate> best_;

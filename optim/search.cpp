@@ -34,17 +34,6 @@ EvaluationBook Campaign::book(Stage stage, int start, const EvaluationBook* know
   return fresh;
 }
 
-OptimiserOptions optimiser_options(const OptimiseSpec& spec) {
-  OptimiserOptions o;
-  o.library = spec.algorithm.library;
-  o.name = spec.algorithm.name;
-  o.local = spec.algorithm.local;
-  o.max_evaluations = spec.max_evaluations;
-  o.tolerance = spec.tolerance;
-  o.constraint_tolerance = spec.constraint_tolerance;
-  return o;
-}
-
 std::string word_of(StopReason reason) {
   switch (reason) {
     case StopReason::converged:

@@ -35,8 +35,6 @@ struct SearchResult {
   int evaluations = 0;
 };
 
-OptimiserOptions optimiser_options(const OptimiseSpec& spec);
-
 /// From `from` (or the first design on the way to the middle of the pose's box that can be
 /// evaluated): where bounds are violated, first towards a design that keeps them, by the least
 /// violation; then towards the best objective. Global algorithms do both at once.

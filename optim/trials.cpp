@@ -13,7 +13,9 @@ VectorXd into_box(const VectorXd& x, const VectorXd& lower, const VectorXd& uppe
 }
 
 Trials::Trials(const Problem& problem, const OptimiserOptions& options)
-    : problem_(problem), options_(options) {
+    : problem_(problem),
+      options_(options),
+      weight_(needs_gradients(options) ? violation_weight : 0.0) {
   assert(problem.lower.size() == problem.upper.size());
   assert((problem.lower.array() <= problem.upper.array()).all());
 }
@@ -25,7 +27,7 @@ double Trials::violation(const Problem::Value& value) {
 bool Trials::better(const Problem::Value& a, const Problem::Value& b) const {
   const double va = violation(a), vb = violation(b);
   const double tol = 0.3 * options_.constraint_tolerance;  // the libraries are asked for 0.1
-  if (va <= tol && vb <= tol) return a.f < b.f;
+  if (va <= tol && vb <= tol) return a.f + weight_ * va < b.f + weight_ * vb;
   return va < vb;
 }
 

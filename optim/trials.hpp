@@ -10,6 +10,11 @@
 
 namespace flexopt {
 
+/// What a violation within the tolerance costs a gradient method's design, of f per c: more than
+/// multipliers of scaled problems are, so that no half-done design wins by leaning over its bounds.
+/// Methods without gradients end farther from the bounds than that would be fair to.
+inline constexpr double violation_weight = 20;
+
 /// Thrown through a library to end it; never leaves `minimise`.
 struct StopTrials {};
 
@@ -53,6 +58,7 @@ class Trials {
 
   const Problem& problem_;
   const OptimiserOptions& options_;
+  double weight_ = 0;
   std::pair<VectorXd, Problem::Value> last_, best_;
   bool last_has_gradient_ = false;
   std::vector<std::pair<VectorXd, Problem::Value>> good_;

@@ -6,11 +6,13 @@
 #include <cassert>
 #include <cmath>
 
+#include "optim/trials.hpp"
+
 namespace flexopt {
 namespace {
 
 constexpr double first_region = 0.2, least_region = 1e-6;
-constexpr double violation_weight = 10, accept = 0.05, shrink = 0.25, grow = 0.75;
+constexpr double accept = 0.05, shrink = 0.25, grow = 0.75;
 
 /// A design at full accuracy.
 struct Full {

@@ -18,7 +18,7 @@ struct VerificationOutcome {
 /// [Alexandrov, Dennis, Lewis, Torczon, Struct. Optim. 15 (1998)]: the job's own model, corrected
 /// to equal full accuracy at the current design (`make_correction`), is optimised in a box of half
 /// width Δ round it; the new design is evaluated at full accuracy and accepted where the merit
-/// f + 10 · violation falls by at least a twentieth of what the corrected model promised; Δ doubles
+/// f + 20 · violation falls by at least a twentieth of what the corrected model promised; Δ doubles
 /// above three quarters, and halves below a quarter. It ends where the corrected search stays where
 /// it is, or where full accuracy confirms its proposal: within the job's tolerance, feasible, and
 /// not held back by Δ.

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "optim/evaluation_log.hpp"
 #include "results/folder.hpp"
 #include "results/units.hpp"
 
@@ -132,7 +133,7 @@ std::vector<std::string> history_header(const Job& job, const Family& family, Di
     cells.push_back(headed(constraint.label, constraint.expression.empty()
                                                  ? quantity_unit(constraint.quantity, drive)
                                                  : "SI"));
-  cells.insert(cells.end(), {"violation [1]", "best", "message"});
+  cells.insert(cells.end(), {"violation [1]", "best", "message", "stage", "accuracy"});
   return cells;
 }
 
@@ -190,8 +191,9 @@ std::string history_csv(const Job& job, const Optimum& optimum, Direction drive)
       row(history_header(job, find_family(job.design.family, "/design/family"), drive));
   std::optional<double> best;
   for (const EvaluationRecord& record : optimum.history) {
-    const bool feasible =
-        record.ok && !record.difference && record.violation <= spec.constraint_tolerance;
+    const bool feasible = record.ok && !record.difference && !record.full &&
+                          record.stage == Stage::search &&
+                          record.violation <= spec.constraint_tolerance;
     if (feasible &&
         (!best || (spec.objective.maximise ? record.objective > *best : record.objective < *best)))
       best = record.objective;
@@ -211,6 +213,42 @@ std::string history_csv(const Job& job, const Optimum& optimum, Direction drive)
     cells.push_back(when_ok(record.violation));
     cells.push_back(number_cell(best));
     cells.push_back(text_cell(record.message));
+    cells.push_back(name_of(record.stage));
+    cells.push_back(record.full || job.model.accuracy == Accuracy::full ? "full" : "reduced");
+    text += row(cells);
+  }
+  return text;
+}
+
+std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive) {
+  assert(job.optimise && job.optimise->pareto);
+  const OptimiseSpec& spec = *job.optimise;
+  const Family& family = find_family(job.design.family, "/design/family");
+  const auto unit = [&](const std::string& quantity) {
+    return quantity.empty() ? std::string("SI") : quantity_unit(quantity, drive);
+  };
+  const Objective& goal = spec.objective;
+  const std::string first =
+      goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke) : goal.expression;
+  std::vector<std::string> cells{
+      "point", headed("bound", unit(spec.pareto->quantity)),
+      headed("objective: " + first, unit(goal.quantity)),
+      headed("second: " + spec.pareto->label, unit(spec.pareto->quantity)),
+      headed("d objective / d bound", "SI")};
+  for (const Parameter& p : family.parameters) cells.push_back(headed(p.name, p.unit));
+  cells.insert(cells.end(), {"violation [1]", "feasible", "status", "evaluations", "message"});
+  std::string text = row(cells);
+  for (std::size_t i = 0; i < front.points.size(); ++i) {
+    const ParetoPoint& p = front.points[i];
+    const auto when_ok = [&](double value) { return p.ok ? number_cell(value) : std::string(); };
+    cells = {fmt::format("{}", i), number_cell(p.bound), when_ok(p.objective), when_ok(p.second),
+             number_cell(p.trade_off)};
+    for (const Parameter& of : family.parameters) {
+      const auto found = p.parameters.find(of.name);
+      cells.push_back(found == p.parameters.end() ? "" : number_cell(found->second));
+    }
+    cells.insert(cells.end(), {when_ok(p.violation), p.feasible ? "true" : "false", p.status,
+                               fmt::format("{}", p.evaluations), text_cell(p.stop_reason)});
     text += row(cells);
   }
   return text;
@@ -267,6 +305,12 @@ void write_history_csv(const std::filesystem::path& folder, const RunRecord& rec
   assert(record.optimum);
   write_file(folder / "history.csv",
              history_csv(record.job, *record.optimum, record.mechanism.drive));
+}
+
+void write_pareto_csv(const std::filesystem::path& folder, const RunRecord& record) {
+  assert(record.optimum && record.optimum->pareto);
+  write_file(folder / "pareto.csv",
+             pareto_csv(record.job, *record.optimum->pareto, record.mechanism.drive));
 }
 
 void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record) {

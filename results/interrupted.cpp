@@ -7,6 +7,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/compare.hpp"
 #include "optim/evaluation_book.hpp"
+#include "optim/evaluation_log.hpp"
 #include "results/folder.hpp"
 #include "results/result_json.hpp"
 
@@ -30,6 +31,8 @@ std::vector<EvaluationRecord> read_evaluations(const fs::path& file) try {
     record.variables = json.at("variables").get<ParameterValues>();
     record.ok = json.at("ok");
     record.difference = json.value("difference", false);
+    record.full = json.value("full", false);
+    record.stage = stage_named(json.value("stage", "search"));
     record.message = json.value("message", "");
     if (record.ok) {
       record.objective = json.at("objective");
@@ -77,7 +80,7 @@ OrderedJson interrupted_result(const fs::path& folder) {
     ++optimum.evaluations;
     if (!trial.ok)
       ++optimum.failed_evaluations;
-    else if (!trial.difference &&
+    else if (!trial.difference && !trial.full &&
              (!best || better(trial, *best, spec.objective.maximise, spec.constraint_tolerance)))
       best = &trial;
   }

@@ -85,14 +85,77 @@ Json starts_json(const Optimum& optimum) {
                       {"objective", start.objective},
                       {"violation", start.violation},
                       {"feasible", start.feasible},
+                      {"agrees", start.agrees},
                       {"status", start.status},
                       {"stop_reason", start.stop_reason},
+                      {"kkt_residual", optional_json(start.kkt)},
                       {"evaluations", start.evaluations},
                       {"failed_evaluations", start.failed_evaluations}});
   return starts;
 }
 
-Json verified_json(const Optimum& optimum, const Mechanism& mechanism,
+Json stock_json(const Optimum& optimum) {
+  if (!optimum.stock) return nullptr;
+  const StockSearch& stock = *optimum.stock;
+  Json designs = Json::array();
+  for (const StockDesign& d : stock.designs)
+    designs.push_back({{"sizes", d.sizes},
+                       {"parameters", d.ok ? Json(d.parameters) : Json()},
+                       {"objective", d.ok ? Json(d.objective) : Json()},
+                       {"violation", d.ok ? Json(d.violation) : Json()},
+                       {"feasible", d.feasible},
+                       {"status", d.status},
+                       {"stop_reason", d.stop_reason},
+                       {"evaluations", d.evaluations}});
+  return {
+      {"continuous", {{"parameters", stock.continuous}, {"objective", stock.continuous_objective}}},
+      {"neighbours", stock.neighbours},
+      {"designs", std::move(designs)},
+      {"chosen", stock.chosen < 0 ? Json() : Json(stock.chosen)}};
+}
+
+Json pareto_json(const OptimiseSpec& spec, const Optimum& optimum, Direction drive) {
+  if (!optimum.pareto) return nullptr;
+  assert(spec.pareto);
+  const ParetoSpec& asked = *spec.pareto;
+  Json second = {{"label", asked.label}, {"sense", asked.maximise ? "maximise" : "minimise"}};
+  second.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drive));
+  Json points = Json::array();
+  for (const ParetoPoint& p : optimum.pareto->points)
+    points.push_back({{"bound", optional_json(p.bound)},
+                      {"objective", p.ok ? Json(p.objective) : Json()},
+                      {"second", p.ok ? Json(p.second) : Json()},
+                      {"violation", p.ok ? Json(p.violation) : Json()},
+                      {"feasible", p.feasible},
+                      {"trade_off", optional_json(p.trade_off)},
+                      {"parameters", p.ok ? Json(p.parameters) : Json()},
+                      {"status", p.status},
+                      {"stop_reason", p.stop_reason},
+                      {"evaluations", p.evaluations}});
+  return {{"second", std::move(second)},
+          {"message", optimum.pareto->message},
+          {"points", std::move(points)}};
+}
+
+Json loop_json(const VerificationLoop& loop, const VerifySpec& asked) {
+  Json steps = Json::array();
+  for (const VerificationStep& s : loop.steps)
+    steps.push_back({{"variables", s.variables},
+                     {"objective", s.ok ? Json(s.objective) : Json()},
+                     {"violation", s.ok ? Json(s.violation) : Json()},
+                     {"difference", s.ok ? Json(s.difference) : Json()},
+                     {"trust_region", s.trust_region},
+                     {"accepted", s.accepted}});
+  return {{"converged", loop.converged},
+          {"message", loop.message},
+          {"tolerance", asked.tolerance},
+          {"iterations", loop.iterations},
+          {"full_evaluations", loop.steps.size()},
+          {"difference", loop.difference},
+          {"steps", std::move(steps)}};
+}
+
+Json verified_json(const OptimiseSpec& spec, const Optimum& optimum, const Mechanism& mechanism,
                    const StrokeRequest& request) {
   if (!optimum.verified) return nullptr;
   const Verification& verified = *optimum.verified;
@@ -113,6 +176,7 @@ Json verified_json(const Optimum& optimum, const Mechanism& mechanism,
           {"objective", found ? Json(verified.objective) : Json()},
           {"objective_difference", found ? Json(verified.objective_difference) : Json()},
           {"constraints", std::move(constraints)},
+          {"loop", verified.loop ? loop_json(*verified.loop, *spec.verify) : Json()},
           {"path", std::move(path)}};
 }
 
@@ -136,13 +200,13 @@ Json sensitivities_json(const OptimiseSpec& spec, const Optimum& optimum, const 
   return sensitivities;
 }
 
-/// One column each: the convergence history without designs and without the neighbours for
-/// differences; history.csv has both.
+/// One column each: the convergence history of the starts without designs and without the
+/// neighbours for differences; history.csv has all.
 Json history_json(const Optimum& optimum) {
   Json start = Json::array(), number = Json::array(), objective = Json::array(),
        violation = Json::array();
   for (const EvaluationRecord& record : optimum.history) {
-    if (record.difference) continue;
+    if (record.difference || record.stage != Stage::search) continue;
     start.push_back(record.start);
     number.push_back(record.number);
     objective.push_back(record.ok ? Json(record.objective) : Json());
@@ -167,13 +231,21 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
           {"goal", std::move(goal)},
           {"constraints", constraints_json(spec, optimum, mechanism.drive)},
           {"variables", variables_json(job, optimum, family)},
-          {"algorithm", {{"library", spec.algorithm.library}, {"name", spec.algorithm.name}}},
+          {"accuracy",
+           optimum.at_full_accuracy || job.model.accuracy == Accuracy::full ? "full" : "reduced"},
+          {"algorithm",
+           {{"library", spec.algorithm.library},
+            {"name", spec.algorithm.name},
+            {"local", spec.algorithm.local.empty() ? Json() : Json(spec.algorithm.local)}}},
           {"gradients", optimum.gradients},
           {"evaluations", optimum.evaluations},
           {"failed_evaluations", optimum.failed_evaluations},
           {"best_start", optimum.best_start},
+          {"agreeing_starts", optimum.agreeing_starts},
           {"starts", starts_json(optimum)},
-          {"verified", verified_json(optimum, mechanism, job.request)},
+          {"stock", stock_json(optimum)},
+          {"pareto", pareto_json(spec, optimum, mechanism.drive)},
+          {"verified", verified_json(spec, optimum, mechanism, job.request)},
           {"sensitivities", sensitivities_json(spec, optimum, family, mechanism.drive)},
           {"history", history_json(optimum)}};
 }

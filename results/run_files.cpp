@@ -41,6 +41,10 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   else
     write_path_csv(folder, record);
   if (record.optimum) write_history_csv(folder, record);
+  if (record.optimum && record.optimum->pareto)
+    write_pareto_csv(folder, record);
+  else
+    fs::remove(folder / "pareto.csv");
   write_shapes(folder, response_of(record).path);
   write_timings(folder, record.timings);
   write_report(folder, written.result);

@@ -6,6 +6,9 @@
 //     longitudinal    Kx = 2 E w t / (L (1 + 12/700 (x/t)²))    (beam constraint model's form)
 //     two modes, made to cross: fa = 100 Hz u (1 − 4x) g, fb = 150 Hz / u (1 − 8x) g, a third
 //     above, with u = w / 30 mm and g = 1 − ((t − 0.5 mm) / 1 mm)²
+#include <Eigen/Dense>  // before AutoDiff, which needs it
+#include <unsupported/Eigen/AutoDiff>
+
 #include <atomic>
 #include <cmath>
 #include <mutex>
@@ -21,7 +24,7 @@ inline double support(double E, double w, double t, double L, double x) {
 
 /// Shared by all copies of the evaluator.
 struct Calls {
-  std::atomic<int> reduced{0}, full{0};
+  std::atomic<int> reduced{0}, full{0}, gradients{0};
   std::mutex mutex;
   StrokeRequest last_request;  ///< of a reduced evaluation
 };
@@ -69,6 +72,58 @@ inline StrokeEvaluator evaluator(Calls& calls, double breaks_at = 1e99) {
       response.path.push_back(p);
     }
     return response;
+  };
+}
+
+/// The same with derivatives by dual numbers on the closed forms: of what stands in response.
+/// `offers`: false stands for a model without exact derivatives.
+inline StrokeGradientEvaluator gradient_evaluator(Calls& calls, double breaks_at = 1e99,
+                                                  bool offers = true) {
+  return [&calls, breaks_at, offers, plain = evaluator(calls, breaks_at)](
+             const Job& job, const ParameterValues& parameters,
+             const std::vector<std::string>& names, const ModelOptions& model,
+             const StrokeRequest& request) {
+    ++calls.gradients;
+    StrokeSensitivity s;
+    s.response = plain(make_mechanism(job, parameters), model, request);
+    if (!offers || s.response.status != Status::ok) {
+      s.message = "none";
+      return s;
+    }
+    using Dual = Eigen::AutoDiffScalar<VectorXd>;
+    const auto n = static_cast<Eigen::Index>(names.size());
+    const auto dual = [&](const std::string& name) {
+      Dual d(parameters.at(name), VectorXd::Zero(n));
+      for (std::size_t i = 0; i < names.size(); ++i)
+        if (names[i] == name) d.derivatives()[static_cast<Eigen::Index>(i)] = 1;
+      return d;
+    };
+    const double E = job.design.material.youngs_modulus;
+    const Dual w = dual("width"), t = dual("thickness"), L = dual("length");
+    const double factor = model.accuracy == Accuracy::full ? 1.01 : 1.0;
+    s.gradients.emplace();
+    s.gradients->parameters = names;
+    for (const PathPoint& point : s.response.path) {
+      const double x = point.stroke;
+      PointGradients g;
+      g.drive_load = Dual(factor * 2 * E * x * w * t * t * t / (L * L * L)).derivatives();
+      g.support_stiffness[0] =
+          Dual(factor * 2 * E * w * t / (L * (1.0 + 12.0 / 700 * x * x / (t * t)))).derivatives();
+      if (request.stress) g.max_stress = Dual(factor * 3 * E * x * t / (L * L)).derivatives();
+      if (request.frequencies > 0) {
+        const Dual u = w / 0.03, d = (t - 0.5e-3) / 1e-3, of = factor * (1.0 - d * d);
+        std::vector<Dual> f{100 * (1 - 4 * x) * u * of, 150 * (1 - 8 * x) * of / u,
+                            Dual(400.0, VectorXd::Zero(n))};
+        std::sort(f.begin(), f.end(),
+                  [](const Dual& a, const Dual& b) { return a.value() < b.value(); });
+        g.frequencies_locked.resize(static_cast<Eigen::Index>(point.frequencies_locked.size()), n);
+        for (Eigen::Index k = 0; k < g.frequencies_locked.rows(); ++k)
+          g.frequencies_locked.row(k) = f[static_cast<std::size_t>(k)].derivatives();
+        g.parasitic_frequency = f.front().derivatives();
+      }
+      s.gradients->path.push_back(std::move(g));
+    }
+    return s;
   };
 }
 

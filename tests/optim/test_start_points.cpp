@@ -40,8 +40,7 @@ TEST_CASE("the other starts are the points of the job's spread", "[optim]") {
   document["optimise"]["constraints"] = nlohmann::json::array();
   const DesignProblem problem(parse_job(document), guide::evaluator(calls));
   const auto points = start_points(problem, problem.scales(nullptr));
-  const auto expected =
-      spread == "sobol" ? sobol_points(2, 8, 5) : latin_hypercube_points(2, 8, 5);
+  const auto expected = spread == "sobol" ? sobol_points(2, 8, 5) : latin_hypercube_points(2, 8, 5);
   REQUIRE(points.size() == 9);
   for (std::size_t i = 0; i < expected.size(); ++i) CHECK(points[i + 1] == expected[i]);
 }

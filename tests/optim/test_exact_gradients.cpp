@@ -1,0 +1,186 @@
+// Exact derivatives on their way from the mechanics through goals and formulas to the optimiser.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "guide.hpp"
+#include "optim/posing.hpp"
+
+using namespace flexopt;
+using namespace flexopt::guide;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Width and spacing follow from the variables by formulas, one of them of two variables.
+nlohmann::json linked_guide() {
+  nlohmann::json job = stiff_guide();
+  job["design"]["parameters"]["width"] = {{"expression", "0.3*length + 2*thickness"}};
+  job["design"]["parameters"]["spacing"] = {{"expression", "sqrt(length*0.036)"}};
+  job["optimise"]["constraints"].push_back(
+      {{"expression", "width*spacing/length"}, {"max", "1 m"}});
+  return job;
+}
+
+struct Setting {
+  Calls calls;
+  DesignProblem problem;
+  EvaluationLog log;
+  ProgressBoard board{{}, 1, true, 1e-4};
+  EvaluationBook book;
+
+  explicit Setting(const Job& job, bool exact)
+      : problem(job, evaluator(calls),
+                exact ? gradient_evaluator(calls) : StrokeGradientEvaluator{}),
+        log(problem.job()),
+        book(problem, log, board, Stage::search, 0, exact) {
+    int cost = 0;
+    VectorXd middle = VectorXd::Constant(problem.size(), 0.4);
+    book.set_scales(problem.scales(nullptr));
+    const DesignValues values = book.at(problem.variables(middle), cost);
+    book.set_scales(problem.scales(&values));
+  }
+};
+
+Optimum run(const nlohmann::json& document, Calls& calls, bool exact, OptimiseOptions options = {},
+            double breaks_at = 1e99, bool offers = true) {
+  options.evaluator = evaluator(calls, breaks_at);
+  if (exact) options.gradients = gradient_evaluator(calls, breaks_at, offers);
+  return optimise(parse_job(document), options);
+}
+
+}  // namespace
+
+TEST_CASE("goals are differentiated through parameters that are formulas", "[optim]") {
+  const Job job = parse_job(linked_guide());
+  Setting exact(job, true), differences(job, false);
+  for (const double at : {0.2, 0.55, 0.9}) {
+    const VectorXd x = (VectorXd(2) << at, 1 - 0.8 * at).finished();
+    int cost = 0, cost_of_differences = 0;
+    const auto a = exact.book.derivatives(x, cost);
+    const auto b = differences.book.derivatives(x, cost_of_differences);
+    REQUIRE(a);
+    REQUIRE(b);
+    CHECK(cost == 1);
+    CHECK(cost_of_differences == 5);
+    REQUIRE(a->rows() == 3 + 3 + 3 + 1 + 1);
+    REQUIRE(a->rows() == b->rows());
+    for (Eigen::Index i = 0; i < a->rows(); ++i) {
+      CAPTURE(i);
+      // h² = 2.5e-7 of third derivatives of order ten
+      const double size = b->row(i).lpNorm<Eigen::Infinity>();
+      CHECK((a->row(i) - b->row(i)).lpNorm<Eigen::Infinity>() <= 2e-5 * size);
+    }
+    CHECK(a->lpNorm<Eigen::Infinity>() > 0);
+    // formulas need no differences
+    CHECK((a->bottomRows(2) - b->bottomRows(2)).norm() <= 1e-14 * b->bottomRows(2).norm());
+  }
+  CHECK_FALSE(exact.book.used_differences());
+  CHECK(differences.book.used_differences());
+}
+
+TEST_CASE("the posed programme has exact gradients, slack and branches included", "[optim]") {
+  const auto make = GENERATE(linked_guide, crossing_modes);
+  Setting s(parse_job(make()), true);
+  const Pose pose = job_pose(s.problem);
+  for (const Aim aim : {Aim::objective, Aim::feasibility})
+    for (const bool slack : {true, false}) {
+      Posing posing(s.problem, s.book, pose, slack, aim, 0.5);
+      const Problem p = posing.problem();
+      VectorXd x = VectorXd::Constant(p.lower.size(), 0.37);
+      const Problem::Value v = p.evaluate(x, true);
+      REQUIRE(v.ok);
+      if (p.constraints > 0 || aim == Aim::objective) CHECK(v.df.norm() + v.dc.norm() > 0);
+      for (Eigen::Index j = 0; j < x.size(); ++j) {
+        VectorXd up = x, down = x;
+        const double h = 1e-5;
+        up[j] += h, down[j] -= h;
+        const Problem::Value a = p.evaluate(up, false), b = p.evaluate(down, false);
+        CHECK(v.df[j] == Approx((a.f - b.f) / (2 * h)).epsilon(1e-6).margin(1e-8));
+        for (Eigen::Index i = 0; i < v.c.size(); ++i)
+          CHECK(v.dc(i, j) == Approx((a.c[i] - b.c[i]) / (2 * h)).epsilon(1e-6).margin(1e-7));
+      }
+    }
+}
+
+TEST_CASE("exact gradients take a fraction of the evaluations to the same optimum", "[optim]") {
+  const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "LD_MMA", "ipopt");
+  CAPTURE(name);
+  nlohmann::json document = stiff_guide();
+  set_algorithm(document, name);
+  Calls calls, calls_of_differences;
+  const Optimum exact = run(document, calls, true);
+  const Optimum differences = run(document, calls_of_differences, false);
+  INFO(exact.stop_reason << "\n" << differences.stop_reason);
+  CHECK(exact.gradients == "exact");
+  CHECK(differences.gradients == "central differences");
+  CHECK(exact.status == OptimumStatus::optimal);
+  CHECK(exact.objective == Approx(differences.objective).epsilon(1e-4));
+  CHECK(2 * exact.evaluations < differences.evaluations);
+  CHECK(calls.gradients == exact.evaluations - exact.failed_evaluations);
+  for (const EvaluationRecord& r : exact.history) CHECK_FALSE(r.difference);
+  REQUIRE(exact.constraints[1].multiplier);
+  REQUIRE(differences.constraints[1].multiplier);
+  CHECK(*exact.constraints[1].multiplier ==
+        Approx(*differences.constraints[1].multiplier).epsilon(5e-3));
+}
+
+TEST_CASE("a model without derivatives is differentiated by differences", "[optim]") {
+  nlohmann::json document = stiff_guide();
+  set_algorithm(document, "LD_SLSQP");
+  Calls calls;
+  const Optimum o = run(document, calls, true, {}, 1e99, false);
+  CHECK(o.gradients == "central differences");
+  CHECK(o.status == OptimumStatus::optimal);
+  int differences = 0;
+  for (const EvaluationRecord& r : o.history) differences += r.difference ? 1 : 0;
+  CHECK(differences > 10);
+}
+
+TEST_CASE("a method without gradients asks for them at its end alone", "[optim]") {
+  nlohmann::json document = stiff_guide();
+  set_algorithm(document, "LN_COBYLA");
+  Calls calls;
+  const Optimum o = run(document, calls, true);
+  CHECK(o.gradients == "none");
+  CHECK(calls.gradients == 1);
+  CHECK(o.sensitivities.size() == 6);
+}
+
+TEST_CASE("a run with exact gradients resumes from its log to the same bytes", "[optim]") {
+  const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LN_COBYLA");
+  CAPTURE(name);
+  const fs::path folder = fs::temp_directory_path() / "flexopt_exact_resume";
+  fs::create_directories(folder);
+  const fs::path file = folder / "log.jsonl";
+  fs::remove(file);
+  nlohmann::json document = stiff_guide();
+  document["optimise"]["starts"] = 2;
+  document["optimise"]["max_evaluations"] = 60;
+  set_algorithm(document, name);
+  OptimiseOptions options;
+  options.log = file;
+  const auto content = [&] {
+    std::ifstream in(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  Calls calls;
+  const Optimum whole = run(document, calls, true, options);
+  const std::string log = content();
+  const int total = calls.reduced;
+  std::vector<std::size_t> ends;
+  for (std::size_t at = 0; (at = log.find('\n', at)) != std::string::npos; ++at)
+    ends.push_back(at + 1);
+  REQUIRE(static_cast<int>(ends.size()) == whole.evaluations + 1);
+  for (const std::size_t kept : {ends.size() / 4, ends.size() / 2, ends.size() - 2}) {
+    std::ofstream(file, std::ios::binary | std::ios::trunc) << log.substr(0, ends[kept] + 7);
+    Calls again;
+    const Optimum resumed = run(document, again, true, options);
+    CHECK(content() == log);
+    CHECK(resumed.objective == whole.objective);
+    CHECK(resumed.stop_reason == whole.stop_reason);
+    // what the log held was not evaluated again
+    CHECK(again.reduced == total - static_cast<int>(kept));
+  }
+  fs::remove_all(folder);
+}
