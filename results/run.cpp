@@ -8,6 +8,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/compare.hpp"
 #include "optim/optimise.hpp"
+#include "optim/stroke_sensitivity.hpp"
 #include "results/run_files.hpp"
 #include "results/units.hpp"
 #include "results/version.hpp"
@@ -83,6 +84,7 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
   options.log = folder / "evaluations.jsonl";
   options.version = version() + " " + commit();
   options.threads = threads;
+  if (!without_exact_gradients(job)) options.gradients = stroke_sensitivity;
   options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
   write_job(folder, job);  // from here on the folder is this job's
 

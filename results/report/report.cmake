@@ -44,6 +44,7 @@ flexopt_embed(flexopt_results ${CMAKE_CURRENT_BINARY_DIR}/generated/embedded_fil
   figures.js=${report_folder}/figures.js
   shapes.js=${report_folder}/shapes.js
   comparison.js=${report_folder}/comparison.js
+  stages.js=${report_folder}/stages.js
   report.js=${report_folder}/report.js
   d3.js=${d3_js}
   plot.js=${plot_js}

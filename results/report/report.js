@@ -91,13 +91,13 @@ function optimisation() {
   const worst = d3.least(constraints.filter((c) => c.bound), (c) => c.margin / Math.abs(c.bound));
   const active = constraints.filter((c) => c.active).map((c) => c.label);
   const bounds = (optimum.variables ?? []).filter((v) => v.at_bound).map((v) => `${readable(v.parameter)} at its ${v.at_bound}imum`);
-  const agree = (optimum.starts ?? []).filter((s) => s.feasible && Math.abs(s.objective - optimum.objective) <= 0.01 * Math.abs(optimum.objective));
   const verdict = [
     `${goal.sense === "maximise" ? "Largest" : "Smallest"} ${goal.expression ?? readable(goal.quantity) + ` (${readable(goal.over_stroke)} over the stroke)`} found: ${constraint_text(goal, optimum.objective)}.`,
     worst && `Tightest constraint: ${readable(worst.label)}, ${worst.active ? "at its bound" : (worst.margin < 0 ? "violated by " : "margin ") + number_text(100 * Math.abs(worst.margin / worst.bound), 3) + " %"}.`,
     `Active: ${[...active.map(readable), ...bounds].join(", ") || "none"}.`,
-    (optimum.starts ?? []).length > 1 && `${agree.length} of ${optimum.starts.length} starts agree within 1 %.`,
-    verified && `At full accuracy: ${constraint_text(goal, verified.objective)} (reduced/full − 1 = ${percent_text(verified.objective_difference)}).`,
+    (optimum.starts ?? []).length > 1 && `${optimum.agreeing_starts ?? 0} of ${optimum.starts.length} starts agree within 0.1 %.`,
+    verified && verified.objective !== null && `At full accuracy: ${constraint_text(goal, verified.objective)} (reduced/full − 1 = ${percent_text(verified.objective_difference)}).`,
+    optimum.accuracy === "full" && verified?.loop && "Values and constraints are those of full accuracy.",
   ].filter(Boolean).join(" ");
   const design = table_of(optimum.variables ?? [], [
     {name: "Variable", left: true, text: (v) => readable(v.parameter)},
@@ -113,9 +113,12 @@ function optimisation() {
     {name: "Active", left: true, text: (c) => c.active ? "active" : ""},
     {name: "Multiplier", unit: "SI", text: (c) => number_text(c.multiplier)}], (c) => c.active);
   section("Optimum", element("p", {class: "lead"}, verdict),
-    element("p", {class: "soft"}, `${optimum.algorithm.library} ${optimum.algorithm.library === "ipopt" ? "" : optimum.algorithm.name}; gradients: ${optimum.gradients || "not recorded"}; ${optimum.evaluations} evaluations (${optimum.failed_evaluations} failed); ${optimum.stop_reason}`),
+    element("p", {class: "soft"}, `${optimum.algorithm.library} ${optimum.algorithm.library === "ipopt" ? "" : optimum.algorithm.name}${optimum.algorithm.local ? " with " + optimum.algorithm.local : ""}; gradients: ${optimum.gradients || "not recorded"}; ${optimum.evaluations} evaluations (${optimum.failed_evaluations} failed); ${optimum.stop_reason}`),
     design, constraints.length ? limits : null);
+  stock();
+  front();
   accuracy_box();
+  verification();
   history();
   starts();
 }
@@ -180,7 +183,8 @@ function starts() {
       {name: "Start", text: (s) => String(s.start)},
       {name: "Objective", text: (s) => constraint_text(optimum.goal, s.objective)},
       {name: "Violation", text: (s) => number_text(s.violation, 2)},
-      {name: "End", left: true, text: (s) => s.feasible ? "feasible" : "infeasible", tone: (s) => s.feasible ? "good" : "bad"},
+      {name: "End", left: true, text: (s) => s.agrees ? "feasible, agrees" : s.feasible ? "feasible" : "infeasible", tone: (s) => s.feasible ? "good" : "bad"},
+      {name: "KKT", text: (s) => number_text(s.kkt_residual, 2)},
       ...(optimum.variables ?? []).map((v) => ({name: readable(v.parameter), text: (s) => quantity_text(s.to?.[v.parameter], v.unit)})),
       {name: "Evaluations", unit: "failed", text: (s) => `${s.evaluations} (${s.failed_evaluations})`},
       {name: "Stopped", left: true, text: (s) => s.stop_reason}], (s) => s.start === optimum.best_start));

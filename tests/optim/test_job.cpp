@@ -277,6 +277,43 @@ TEST_CASE("an optimise job can be evaluated as it stands", "[optim][job]") {
   CHECK(job.notes.size() == 1);
 }
 
+TEST_CASE("stock sizes, steps, a front and the verification are read", "[optim][job]") {
+  json document = base("optimise");
+  json& o = document["optimise"];
+  o["variables"][0]["stock"] = {"70 mm", 0.05, "50 mm", "300 mm", "25 mm"};
+  o["variables"][1]["step"] = "0.15 mm";
+  o["pareto"] = {{"quantity", "drive_load"}};
+  o["verify"] = json::object();
+  o["spread"] = "latin_hypercube";
+  o["algorithm"] = {{"name", "GD_MLSL_LDS"}, {"local", "LD_SLSQP"}};
+  const Job job = parse_job(document);
+  const OptimiseSpec& spec = *job.optimise;
+  CHECK(spec.variables[0].stock == std::vector<double>{0.025, 0.05, 0.07});
+  CHECK(spec.variables[1].stock == std::vector<double>{1.5e-4, 3e-4, 4.5e-4, 6e-4, 7.5e-4, 9e-4});
+  REQUIRE(spec.pareto);
+  CHECK(spec.pareto->quantity == "drive_load");
+  CHECK(spec.pareto->over_stroke == OverStroke::max);
+  CHECK_FALSE(spec.pareto->maximise);
+  CHECK(spec.pareto->points == 9);
+  CHECK(spec.pareto->label == "drive_load max over stroke");
+  REQUIRE(spec.verify);
+  CHECK(spec.verify->tolerance == 0.002);
+  CHECK(spec.verify->max_full_evaluations == 6);
+  CHECK(spec.spread == Spread::latin_hypercube);
+  CHECK(spec.algorithm.local == "LD_SLSQP");
+  CHECK(parse_job(job.as_read).as_read == job.as_read);  // as shown, it reads as the same
+  CHECK(parse_job(job.as_read).optimise->variables[1].stock == spec.variables[1].stock);
+
+  o["pareto"] = {{"expression", "inner_width*length"}, {"sense", "maximise"}, {"points", 4}};
+  o["algorithm"] = {{"name", "LN_AUGLAG"}};
+  const OptimiseSpec other = *parse_job(document).optimise;
+  CHECK(other.pareto->maximise);
+  CHECK(other.pareto->expression == "inner_width*length");
+  CHECK(other.algorithm.local == "LN_SBPLX");
+  CHECK_FALSE(parse_job(base("optimise")).optimise->pareto);
+  CHECK_FALSE(parse_job(base("optimise")).optimise->verify);
+}
+
 TEST_CASE("parameters that are formulas follow the others", "[optim][job]") {
   const Job job = parse_job(base("optimise"));
   CHECK(job.design.parameters.at("outer_width") == Approx(0.0245));

@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "fixture.hpp"
+#include "results/csv.hpp"
 #include "results/result_json.hpp"
 
 using namespace flexopt;
@@ -174,6 +175,73 @@ TEST_CASE("The optimum keeps the names of the contract", "[results][json]") {
   CHECK(optimum["sensitivities"][1]["per"] == "m");
   CHECK(optimum["history"]["objective"].size() == 32);
   CHECK(optimum["history"]["objective"][2].is_null());  // a failed evaluation
+}
+
+TEST_CASE("Stock sizes, front and verification stand in the result as their README says",
+          "[results][json]") {
+  RunRecord record = test::optimised_hinge();
+  Optimum& o = *record.optimum;
+  OptimiseSpec& spec = *record.job.optimise;
+  const auto plain = OrderedJson::parse(json_text(make_result(record)))["optimum"];
+  CHECK(plain["stock"].is_null());
+  CHECK(plain["pareto"].is_null());
+  CHECK(plain["verified"]["loop"].is_null());
+  CHECK(plain["accuracy"] == "reduced");
+
+  o.starts[0].agrees = true;
+  o.starts[0].kkt = 3e-7;
+  o.agreeing_starts = 1;
+  o.at_full_accuracy = true;
+  StockDesign good{
+      {{"thickness", 3.5e-4}}, o.parameters, true, true, 168.0, 0, "converged", "", 12};
+  StockDesign failed{{{"thickness", 4e-4}}, {}, false, false, 0, 0, "failed", "no equilibrium", 5};
+  o.stock = StockSearch{o.parameters, 169.2, 2, {good, failed}, 0};
+  spec.pareto = ParetoSpec{"drive_load", "", OverStroke::max_abs, false, 2, "drive_load"};
+  o.pareto =
+      ParetoFront{"",
+                  {{{}, true, true, 169.2, 0.41, 0, {}, o.parameters, "converged", "", 0},
+                   {0.2, true, true, 120.5, 0.2, 1e-6, 85.0, o.parameters, "converged", "", 31}}};
+  spec.verify = VerifySpec{0.002, 6};
+  VerificationStep first{{{"thickness", 3.5e-4}}, 168.9, 0.01, 0.03, 0, true, true};
+  VerificationStep lost{{{"thickness", 3.6e-4}}, 0, 0, 0, 0.2, false, false};
+  o.verified->loop = VerificationLoop{true, "done", 1, 1e-3, {first, lost}};
+  EvaluationRecord full = o.history.front();
+  full.stage = Stage::verification;
+  full.full = true;
+  o.history.push_back(full);
+
+  const auto optimum = OrderedJson::parse(json_text(make_result(record)))["optimum"];
+  CHECK(optimum["accuracy"] == "full");
+  CHECK(optimum["agreeing_starts"] == 1);
+  CHECK(optimum["starts"][0]["agrees"] == true);
+  CHECK(optimum["starts"][0]["kkt_residual"] == 3e-7);
+  CHECK(optimum["starts"][1]["kkt_residual"].is_null());
+  const auto& stock = optimum["stock"];
+  CHECK(stock["continuous"]["objective"] == 169.2);
+  CHECK(stock["chosen"] == 0);
+  CHECK(stock["neighbours"] == 2);
+  CHECK(stock["designs"][0]["sizes"]["thickness"] == 3.5e-4);
+  CHECK(stock["designs"][1]["objective"].is_null());
+  const auto& pareto = optimum["pareto"];
+  CHECK(pareto["second"]["unit"] == "N m");
+  CHECK(pareto["second"]["sense"] == "minimise");
+  CHECK(pareto["points"][0]["bound"].is_null());
+  CHECK(pareto["points"][1]["bound"] == 0.2);
+  CHECK(pareto["points"][1]["trade_off"] == 85.0);
+  const auto& loop = optimum["verified"]["loop"];
+  CHECK(loop["converged"] == true);
+  CHECK(loop["full_evaluations"] == 2);
+  CHECK(loop["steps"][0]["difference"] == 0.03);
+  CHECK(loop["steps"][1]["objective"].is_null());
+  CHECK(optimum["history"]["objective"].size() == 32);  // of the starts alone
+
+  const std::string csv = pareto_csv(record.job, *o.pareto, record.mechanism.drive);
+  CHECK_THAT(csv, Catch::StartsWith("point,bound [N m],objective: parasitic_frequency min [Hz],"
+                                    "second: drive_load [N m],d objective / d bound [SI],length"));
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == 3);
+  CHECK_THAT(csv, Catch::Contains("\n1,0.2,120.5,0.2,85,"));
+  const std::string history = history_csv(record.job, o, record.mechanism.drive);
+  CHECK_THAT(history, Catch::EndsWith(",verification,full\n"));
 }
 
 TEST_CASE("Each end of an optimisation has its status", "[results][json]") {
