@@ -10,39 +10,63 @@ namespace flexopt {
 
 struct Derivatives {
   std::vector<double> value, error;  ///< of every number, and how well it is known
+  /// From one side each: they differ where the number has a kink.
+  std::vector<double> forward, backward, forward_error, backward_error;
 };
+
+namespace detail {
+
+/// Neville's table of differences from steps h, h/factor, …, whose error begins with h^power and
+/// goes on in steps of it.
+inline void extrapolate(const std::vector<std::vector<double>>& differences, double factor,
+                        int power, std::vector<double>& value, std::vector<double>& error) {
+  const std::size_t numbers = differences.front().size();
+  value = differences.front();
+  error.assign(numbers, 1e300);
+  std::vector<std::vector<double>> last, row;
+  for (const std::vector<double>& difference : differences) {
+    row.assign(1, difference);
+    double weight = std::pow(factor, power);
+    for (std::size_t j = 1; j <= last.size(); ++j, weight *= std::pow(factor, power)) {
+      row.emplace_back(numbers);
+      for (std::size_t n = 0; n < numbers; ++n) {
+        const double a = (row[j - 1][n] * weight - last[j - 1][n]) / (weight - 1);
+        row[j][n] = a;
+        const double e = std::max(std::abs(a - row[j - 1][n]), std::abs(a - last[j - 1][n]));
+        if (e <= error[n]) {
+          error[n] = e;
+          value[n] = a;
+        }
+      }
+    }
+    last = row;
+  }
+}
+
+}  // namespace detail
 
 /// Of every number that f returns, at x, from steps h, h/1.6, h/1.6², …
 inline Derivatives ridders(const std::function<std::vector<double>(double)>& f, double x, double h,
                            int rows = 6) {
   constexpr double factor = 1.6;
-  Derivatives best;
-  std::vector<std::vector<std::vector<double>>> A;  // [row][order][number]
+  const std::vector<double> here = f(x);
+  std::vector<std::vector<double>> central, forward, backward;
   for (int i = 0; i < rows; ++i, h /= factor) {
     const std::vector<double> up = f(x + h), down = f(x - h);
-    A.emplace_back();
-    A[i].emplace_back();
-    for (std::size_t n = 0; n < up.size(); ++n) A[i][0].push_back((up[n] - down[n]) / (2 * h));
-    if (i == 0) {
-      best.value = A[0][0];
-      best.error.assign(up.size(), 1e300);
-    }
-    double weight = factor * factor;
-    for (int j = 1; j <= i; ++j, weight *= factor * factor) {
-      A[i].emplace_back();
-      for (std::size_t n = 0; n < up.size(); ++n) {
-        const double a = (A[i][j - 1][n] * weight - A[i - 1][j - 1][n]) / (weight - 1);
-        A[i][j].push_back(a);
-        const double error =
-            std::max(std::abs(a - A[i][j - 1][n]), std::abs(a - A[i - 1][j - 1][n]));
-        if (error <= best.error[n]) {
-          best.error[n] = error;
-          best.value[n] = a;
-        }
-      }
+    central.emplace_back();
+    forward.emplace_back();
+    backward.emplace_back();
+    for (std::size_t n = 0; n < up.size(); ++n) {
+      central[i].push_back((up[n] - down[n]) / (2 * h));
+      forward[i].push_back((up[n] - here[n]) / h);
+      backward[i].push_back((here[n] - down[n]) / h);
     }
   }
-  return best;
+  Derivatives d;
+  detail::extrapolate(central, factor, 2, d.value, d.error);
+  detail::extrapolate(forward, factor, 1, d.forward, d.forward_error);
+  detail::extrapolate(backward, factor, 1, d.backward, d.backward_error);
+  return d;
 }
 
 }  // namespace flexopt
