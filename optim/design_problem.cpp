@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/posing.hpp"
 
 namespace flexopt {
 
@@ -67,6 +68,8 @@ DesignProblem::DesignProblem(const Job& job, StrokeEvaluator evaluator,
       goals_(make_goals(job_)),
       request_(request_of_goals(job_, goals_)) {
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
+  // values with and without derivatives must be those of one function
+  request_.exact = gradients_ && needs_gradients(optimiser_options(*job_.optimise));
   const MatrixXd pattern = parameter_pattern(job_);
   Eigen::Index row = 0;
   for (const auto& [name, value] : job_.design.parameters)

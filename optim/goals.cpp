@@ -113,6 +113,15 @@ StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals) {
   request.path =
       !any(screens) || any([&](const std::string& q) { return !q.empty() && !screens(q); });
   request.shapes = false;
+  // of an exact evaluation, the lists that are read
+  const auto reads = [&](const std::string& prefix) {
+    return any([&](const std::string& q) { return q.starts_with(prefix); });
+  };
+  const bool parasitic = any([](const std::string& q) { return q == "parasitic_frequency"; });
+  if (!reads("frequencies.drive_free") && !(parasitic && !request.parasitic_with_drive_locked))
+    request.frequencies_free = 0;
+  if (!reads("frequencies.drive_locked") && !(parasitic && request.parasitic_with_drive_locked))
+    request.frequencies_locked = 0;
   return request;
 }
 
