@@ -97,6 +97,21 @@ void BlockTridiagonal::upper(Eigen::MatrixBase<Derived>& b) const {
   }
 }
 
+MatrixXd BlockTridiagonal::times(const MatrixXd& b) const {
+  MatrixXd result(b.rows(), b.cols());
+  for (int i = 0; i < blocks(); ++i) {
+    auto row = result.middleRows(offset[i], offset[i + 1] - offset[i]);
+    row.noalias() = diagonal[i].selfadjointView<Eigen::Lower>() *
+                    b.middleRows(offset[i], offset[i + 1] - offset[i]);
+    if (i > 0)
+      row.noalias() += below[i - 1] * b.middleRows(offset[i - 1], offset[i] - offset[i - 1]);
+    if (i + 1 < blocks())
+      row.noalias() +=
+          below[i].transpose() * b.middleRows(offset[i + 1], offset[i + 2] - offset[i + 1]);
+  }
+  return result;
+}
+
 // A single column takes matrix–vector kernels, which need no packing.
 void BlockTridiagonal::solve_lower(Eigen::Ref<MatrixXd> b, int first) const {
   if (b.cols() == 1) {

@@ -25,6 +25,8 @@ class BlockTridiagonal {
   void factorise();
   /// Makes solving faster by inverting the pivots once: pays from some twenty columns on.
   void invert_pivots();
+  /// K b; before factorise().
+  MatrixXd times(const MatrixXd& b) const;
 
   /// Negative eigenvalues of the factorised matrix.
   int negative_pivots() const { return negative_; }

@@ -81,12 +81,19 @@ void PlateLeaf::set_state(const State& state) {
 }
 
 void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq) {
+  State state = state_;
+  state.edges = edges;
+  state.x += dx;
+  step_to(state, dx, dq);
+}
+
+void PlateLeaf::step_to(const State& state, const VectorXd& dx, const Vector12d& dq) {
+  assert(state.x.size() == unknowns());
   if (mesh_->functions_per_side() == 8)
     linearised_stress<8>(dx, dq);
   else
     linearised_stress<4>(dx, dq);
-  state_.edges = edges;
-  state_.x += dx;
+  state_ = state;
   update_nodal();
 }
 
@@ -255,6 +262,13 @@ void PlateLeaf::assemble_elements() {
 }
 
 void PlateLeaf::assemble() {
+  linearise();
+  eliminate();
+}
+
+MatrixXd PlateLeaf::tangent_times(const MatrixXd& V) const { return K_.times(V); }
+
+void PlateLeaf::linearise() {
   if (mesh_->functions_per_side() == 8)
     assemble_elements<8>();
   else
@@ -319,7 +333,10 @@ void PlateLeaf::assemble() {
       coupling_.block(K_.offset[inner], 6, 3 * n, 6).noalias() = O.transpose() * J.rightCols<6>();
     }
   }
+}
 
+void PlateLeaf::eliminate() {
+  const int last = mesh_->lines() - 1;
   K_.factorise();
   y_ = g_;
   K_.solve_lower(y_);

@@ -25,6 +25,7 @@ class PlateLeaf {
 
   const PlateMesh& mesh() const { return *mesh_; }
   const std::shared_ptr<const PlateMesh>& shared_mesh() const { return mesh_; }
+  const PlateSupport& support() const { return support_; }
   int unknowns() const { return K_.size(); }
   int block_offset(int line) const { return K_.offset[line]; }
 
@@ -41,6 +42,13 @@ class PlateLeaf {
 
   /// Assembles and factorises at the present state. After it the results below hold.
   void assemble();
+  /// The first half of it: energy, residual(), edge_force() and the tangent's parts hold then
+  /// (tangent_times(), coupling(), edge_tangent()), but nothing condensed.
+  void linearise();
+  /// The second half.
+  void eliminate();
+  /// K_ff V; after linearise(), before eliminate().
+  MatrixXd tangent_times(const MatrixXd& V) const;
 
   double energy() const { return energy_; }
   double correction() const { return correction_; }
@@ -64,6 +72,8 @@ class PlateLeaf {
   /// Moves the material point too; its force changes by df.
   void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq, const Vector3d& point,
             const Vector3d& df);
+  /// Moves to `state`, wherever it is; the increments are linearised ones that led there.
+  void step_to(const State& state, const VectorXd& dx, const Vector12d& dq);
   bool has_point() const { return !support_.point.empty(); }
   /// Of the undeflected leaf.
   const Vector3d& point_place() const { return point_place_; }
@@ -74,6 +84,10 @@ class PlateLeaf {
   void invert_pivots() { K_.invert_pivots(); }
   /// K_ff⁻¹ b, the material point held.
   void solve(Eigen::Ref<MatrixXd> b) const;
+  /// L⁻¹ b of K_ff = L Lᵀ (no negative pivots): scalar products of the columns are energies.
+  void solve_lower(Eigen::Ref<MatrixXd> b) const { K_.solve_lower(b); }
+  /// L⁻ᵀ b.
+  void solve_upper(Eigen::Ref<MatrixXd> b) const { K_.solve_upper(b); }
   /// Static shapes dx/d(edges, point), all other coordinates held: columns of unknowns × 12 or 15.
   MatrixXd static_shapes(const std::vector<int>& columns) const;
   /// K_fb: unknowns × 12.

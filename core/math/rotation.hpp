@@ -47,6 +47,25 @@ inline Matrix3d rotation_left_tangent(const Vector3d& v) {
   return Matrix3d::Identity() + (1 - std::cos(a)) / q * K + (a - std::sin(a)) / (q * a) * K * K;
 }
 
+/// ω′ where exp(v + ε e) exp(−v) = exp(ε J e + ½ ε² ω′ + …): derivative of J(v) e along e.
+inline Vector3d spin_rate(const Vector3d& v, const Vector3d& e) {
+  // J = 1 + a hat + b hat², a = Σ (−q)^k/(2k+2)!, b = Σ (−q)^k/(2k+3)!
+  const double q = v.squaredNorm();
+  double b = 0, da = 0, db = 0, power = 1, lower = 0, factorial = 2;
+  for (int k = 0; k < 14; ++k) {
+    const double fa = factorial, fb = factorial * (2 * k + 3), sign = k % 2 == 0 ? 1 : -1;
+    b += sign * power / fb;
+    da += sign * k * lower / fa;
+    db += sign * k * lower / fb;
+    factorial = fb * (2 * k + 4);
+    lower = power;
+    power *= q;
+  }
+  const Vector3d ve = v.cross(e);
+  const double dq = 2 * v.dot(e);
+  return da * dq * ve + db * dq * v.cross(ve) + b * e.cross(ve);
+}
+
 /// Inverse of the left tangent: dv = J⁻¹ ω for a spin ω of exp(v).
 inline Matrix3d rotation_left_tangent_inverse(const Vector3d& v) {
   const double a = v.norm(), q = a * a;

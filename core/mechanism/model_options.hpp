@@ -10,6 +10,15 @@ enum class Accuracy { reduced, full };
 enum class Reduction {
   mixed_potential,       ///< one tube for the whole leaf
   linear_craig_bampton,  ///< linear superelements in floating frames
+  modal_derivatives,     ///< full superelements projected on boundary modes and their derivatives
+  quadratic_manifold,    ///< the same, the derivatives' amplitudes slaved to the boundary's
+};
+
+/// Which fields stand beside the boundary modes.
+enum class ModalDerivativeSet {
+  bending,     ///< derivatives of the two bending modes by each other: three
+  all,         ///< of all six deformations by each other
+  third_order  ///< and the third-order fields of the static solution
 };
 
 /// Kinematics of a leaf: a thin plate, or a beam whose lines across stay straight.
@@ -26,8 +35,9 @@ struct ModelOptions {
   std::array<int, 2> mesh{10, 4};      ///< elements [along, across] per leaf; a beam has 1 across
   bool free_edge_torsion = true;  ///< 3-D torsion layer of the free edges; off: thin-shell limit
   Reduction method = Reduction::mixed_potential;
-  /// Linear superelements along a leaf and across; across 0: of two nodes, between rigid lines.
+  /// Superelements along a leaf and across (linear ones only); across 0: of two nodes, between rigid lines.
   std::array<int, 2> superelements{1, 0};
+  ModalDerivativeSet modal_derivatives = ModalDerivativeSet::all;  ///< of Reduction of that name
   int degree = 5;      ///< of the reduced potential: 5 or 7
   int leaf_modes = 2;  ///< fixed-interface modes kept per leaf for frequencies (at least)
 };

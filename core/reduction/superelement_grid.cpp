@@ -9,13 +9,12 @@
 #include "core/reduction/beam_body.hpp"
 
 namespace flexopt {
-namespace {
 
-/// Elements of a superelement's own mesh: its share of the leaf's, four at least. The field between
-/// so few nodes is smooth; the corners of a patch want the four.
 int own_elements(int of_leaf, int superelements) {
   return std::max(4, (of_leaf + superelements - 1) / superelements);
 }
+
+namespace {
 
 struct Local {
   int index;     ///< of the interval

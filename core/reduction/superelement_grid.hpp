@@ -17,6 +17,10 @@
 
 namespace flexopt {
 
+/// Elements of a superelement's own mesh: its share of the leaf's, four at least. The field between
+/// so few nodes is smooth; the corners of a patch want the four.
+int own_elements(int of_leaf, int superelements);
+
 /// `across` = 0: segments of two nodes between rigid lines; else patches of four nodes. A beam is
 /// cut into segments, free to warp where there are several.
 class SuperelementGrid {

@@ -45,29 +45,6 @@ Eigen::Matrix<double, 12, 3> ChordLeaf::soft_map() const {
   return G;
 }
 
-namespace {
-
-// ω′ where exp(v + ε e) exp(−v) = exp(ε J e + ½ ε² ω′ + …): derivative of J(v) e along e.
-Vector3d spin_rate(const Vector3d& v, const Vector3d& e) {
-  // J = 1 + a hat + b hat², a = Σ (−q)^k/(2k+2)!, b = Σ (−q)^k/(2k+3)!
-  const double q = v.squaredNorm();
-  double b = 0, da = 0, db = 0, power = 1, lower = 0, factorial = 2;
-  for (int k = 0; k < 14; ++k) {
-    const double fa = factorial, fb = factorial * (2 * k + 3), sign = k % 2 == 0 ? 1 : -1;
-    b += sign * power / fb;
-    da += sign * k * lower / fa;
-    db += sign * k * lower / fb;
-    factorial = fb * (2 * k + 4);
-    lower = power;
-    power *= q;
-  }
-  const Vector3d ve = v.cross(e);
-  const double dq = 2 * v.dot(e);
-  return da * dq * ve + db * dq * v.cross(ve) + b * e.cross(ve);
-}
-
-}  // namespace
-
 Matrix3d ChordLeaf::stiff_tangent() const {
   const auto G = stiff_map();
   Matrix3d S = G.transpose() * plate_.tangent() * G;
@@ -529,6 +506,11 @@ MatrixXd perturbation_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) 
 }
 
 }  // namespace
+
+MatrixXd expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order) {
+  assert(order == 2 || order == 3);
+  return order == 2 ? perturbation_fields<2>(leaf, ray) : perturbation_fields<3>(leaf, ray);
+}
 
 TubeExpansion expand(ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray, int order) {
   assert(order == 2 || order == 3);

@@ -10,10 +10,13 @@
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/system.hpp"
 #include "core/mechanism/joint.hpp"
+#include "core/reduction/leaf_chain.hpp"
+#include "core/reduction/modal_leaf.hpp"
 #include "core/reduction/superelement_leaf.hpp"
 #include "core/reduction/tube_leaf.hpp"
 
 namespace flexopt {
+
 namespace {
 
 using Meshes = std::map<PlateShape, std::shared_ptr<const PlateMesh>>;  // shared by equal leaves
@@ -120,7 +123,44 @@ std::vector<std::unique_ptr<LeafElement>> linear_leaves(const std::vector<LeafSp
   return leaves;
 }
 
+std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpring>& springs,
+                                                       const ModelOptions& model, Meshes& meshes) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  std::map<PlateShape, std::shared_ptr<const ModalModel>> models;  // shared by equal segments
+  const int n = model.superelements[0];
+  const ModelOptions own = segment_options(model);
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
+    const LeafSpring& leaf = springs[i];
+    if (leaf.point || leaf.tip == free_edge) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i,
+                                                  "it has no two rigid edges"));
+      continue;
+    }
+    const auto mesh = mesh_of(n == 1 ? leaf : leaf_segment(leaf, 0, n), own, meshes);
+    auto& modal = models[mesh->shape()];
+    if (!modal) modal = std::make_shared<ModalModel>(mesh, model.method, model.modal_derivatives);
+    if (n == 1) {
+      leaves.push_back(std::make_unique<ModalLeaf>(leaf, modal, i));
+      continue;
+    }
+    std::vector<std::unique_ptr<LeafElement>> segments;
+    for (int k = 0; k < n; ++k)
+      segments.push_back(std::make_unique<ModalLeaf>(leaf_segment(leaf, k, n), modal, i));
+    leaves.push_back(std::make_unique<LeafChain>(leaf, std::move(segments)));
+  }
+  return leaves;
+}
+
 }  // namespace
+
+ModelOptions segment_options(const ModelOptions& model) {
+  ModelOptions own = model;
+  const int n = model.superelements[0];
+  if (n == 1) return own;
+  own.mesh[0] = own_elements(model.mesh[0], n);
+  own.warping = Warping::free;
+  return own;
+}
 
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
                                                            const ModelOptions& model) {
@@ -135,6 +175,8 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
   Meshes meshes;
   const std::vector<LeafSpring> springs = leaves_of(mechanism);
   if (model.method == Reduction::linear_craig_bampton) return linear_leaves(springs, model, meshes);
+  if (model.method == Reduction::modal_derivatives || model.method == Reduction::quadratic_manifold)
+    return modal_leaves(springs, model, meshes);
   const std::vector<LinearMotion> motion =
       linear_motion(mechanism, model, largest_stroke.has_value(), load, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;

@@ -12,6 +12,11 @@ namespace flexopt {
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
                                                            const ModelOptions& model);
 
+/// What a segment of a leaf is modelled as that is cut into `model.superelements` of them: its
+/// share of the elements, and warping free at the cuts of a beam, since a rigid line has no
+/// coordinate for it.
+ModelOptions segment_options(const ModelOptions& model);
+
 /// By `model.method`. Linear superelements need nothing but the leaf; one with a material point
 /// that is none of their nodes is full, and says so. Mixed potential: one tube per distinct leaf,
 /// its ray and range from the linear kinematics of the drive at the undeflected state, centred on

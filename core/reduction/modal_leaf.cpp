@@ -1,0 +1,302 @@
+#include "core/reduction/modal_leaf.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/elements/plate_stress.hpp"
+#include "core/math/rotation.hpp"
+#include "core/reduction/modal_derivatives.hpp"
+#include "core/reduction/polynomial.hpp"
+#include "core/reduction/tube_expansion.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr double negligible = 1e-6;  // of a field, once what the others have of it is taken away
+
+// Adds to the orthonormal columns of Q what is new in the columns of C, each taken to unit length.
+MatrixXd extended(const MatrixXd& Q, const MatrixXd& C) {
+  const VectorXd size = C.colwise().norm();
+  const double largest = size.size() > 0 ? size.maxCoeff() : 0;
+  std::vector<int> kept;
+  for (int k = 0; k < C.cols(); ++k)
+    if (size[k] > 1e-10 * largest) kept.push_back(k);
+  MatrixXd rest = C(Eigen::all, kept);
+  rest = rest * size(kept).cwiseInverse().asDiagonal();
+  for (int twice = 0; twice < 2; ++twice) rest -= Q * (Q.transpose() * rest);
+  const Eigen::BDCSVD<MatrixXd> svd(rest, Eigen::ComputeThinU);
+  const VectorXd& s = svd.singularValues();
+  int rank = 0;
+  while (rank < s.size() && s[rank] > negligible * std::max(1.0, s[0])) ++rank;
+  MatrixXd all(C.rows(), Q.cols() + rank);
+  all << Q, svd.matrixU().leftCols(rank);
+  return all;
+}
+
+}  // namespace
+
+ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
+                       ModalDerivativeSet set)
+    : mesh_(std::move(mesh)), slaved_(method == Reduction::quadratic_manifold) {
+  PlateLeaf plate(mesh_);
+  rest_ = plate.state().x;
+  const int n = plate.unknowns();
+  plate.assemble();
+  assert(plate.negative_pivots() == 0);
+  const Rows12x6 G = chord_edge_map(Vector6d::Zero());
+  const MatrixXd shapes = boundary_modes(plate) * G;
+  modes_ = shapes.topRows(n);
+  const MatrixXd forces = second_order_forces(plate, shapes);
+  theta_ = derivatives_edges_held(plate, forces);
+  if (set == ModalDerivativeSet::bending)
+    for (int j = 0; j < 6; ++j)
+      for (int i = 0; i <= j; ++i)
+        if ((i != theta1y && i != theta2y) || (j != theta1y && j != theta2y))
+          theta_.col(pair_index(i, j)).setZero();
+  fields_.resize(n, 0);
+  if (slaved_) return;
+
+  // L⁻¹ K θ of K = L Lᵀ: scalar products of these columns are energies
+  MatrixXd coordinates = -forces.topRows(n);
+  for (int k = 0; k < 21; ++k)
+    if (theta_.col(k).isZero(0)) coordinates.col(k).setZero();
+  plate.solve_lower(coordinates);
+  MatrixXd basis = extended(MatrixXd(n, 0), coordinates);
+  if (set == ModalDerivativeSet::third_order) {
+    // fields of the mixed expansion less their boundary part: interface deformations stay zero
+    const MatrixXd Y = expand_fields(ChordLeaf(mesh_), Eigen::Matrix2d::Identity(), 3);
+    const int first = monomials<6, 3>().count(2), count = static_cast<int>(Y.cols()) - first;
+    MatrixXd third = Y.topRows(n).rightCols(count);
+    const auto c = Y.bottomRows(3).rightCols(count);
+    constexpr int stiff[3] = {elongation, theta1z, theta2z};
+    for (int k = 0; k < 3; ++k) third -= modes_.col(stiff[k]) * c.row(k);
+    PlateLeaf linear(mesh_);
+    linear.linearise();
+    third = linear.tangent_times(third).eval();
+    plate.solve_lower(third);
+    basis = extended(basis, third);
+  }
+  fields_ = basis;
+  plate.solve_upper(fields_);
+}
+
+MatrixXd ModalModel::derivatives_times(const Vector6d& e) const {
+  MatrixXd result = MatrixXd::Zero(theta_.rows(), 6);
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      if (e[j] != 0) result.col(i) += e[j] * theta_.col(pair_index(i, j));
+  return result;
+}
+
+ModalLeaf::ModalLeaf(const LeafSpring& leaf, std::shared_ptr<const ModalModel> model, int index)
+    : leaf_(leaf),
+      index_(index),
+      scale_(leaf, model->mesh()->shape().flexure),
+      model_(std::move(model)),
+      plate_(model_->mesh()),
+      edges_(PlateLeaf::undeflected(*model_->mesh()).edges),
+      a_(VectorXd::Zero(model_->amplitudes())) {}
+
+MatrixXd ModalLeaf::rates() const {
+  if (!model_->slaved()) return model_->modes();
+  return model_->modes() + model_->derivatives_times(frame_.e);
+}
+
+void ModalLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
+  moved_ = evaluated_;
+  if (evaluated_) {
+    const Vector6d de = frame_.B * scale_.scaled_increment(dq);
+    const int m = model_->amplitudes();
+    const VectorXd da = static_ * de - inverse_ * g_.tail(m);
+    dx_ = rates() * de + model_->fields() * da;
+    dq_ = edge_map_ * de;
+    a_ += da;
+  }
+  edges_ = {scale_.scaled(edges[0]), scale_.scaled(edges[1])};
+  placed_ = evaluated_ = false;
+}
+
+bool ModalLeaf::place() {
+  if (placed_) return true;
+  frame_ = chord_frame(edges_, 1.0);
+  if (!frame_.converged) return false;
+  PlateLeaf::State state;
+  state.edges = chord_edges(frame_.e);
+  state.x = model_->rest() + model_->modes() * frame_.e;
+  if (model_->slaved())
+    state.x += 0.5 * model_->derivatives_times(frame_.e) * frame_.e;
+  else
+    state.x += model_->fields() * a_;
+  if (moved_)
+    plate_.step_to(state, dx_, dq_);
+  else
+    plate_.set_state(state);
+  moved_ = false;
+  placed_ = true;
+  return true;
+}
+
+const LeafEvaluation& ModalLeaf::evaluate() {
+  if (!place()) {  // edges on top of each other: no step leads on from here
+    evaluation_.correction = 1e6;
+    return evaluation_;
+  }
+  plate_.linearise();
+  const int m = model_->amplitudes(), n = plate_.unknowns();
+  const Vector6d& e = frame_.e;
+  edge_map_ = chord_edge_map(e);
+  const Vector12d& f = plate_.edge_force();
+  MatrixXd V(n, 6 + m);
+  V << rates(), model_->fields();
+  g_ = V.transpose() * plate_.residual();
+  g_.head<6>() += edge_map_.transpose() * f;
+  MatrixXd KV = plate_.tangent_times(V);
+  const MatrixXd coupling = plate_.coupling() * edge_map_;
+  KV.leftCols<6>() += coupling;
+  H_.noalias() = V.transpose() * KV;
+  H_.topRows<6>() += coupling.transpose() * V;
+  H_.topLeftCorner<6, 6>() +=
+      edge_map_.transpose() * plate_.edge_tangent() * edge_map_ + chord_edge_curvature(e, f);
+  if (model_->slaved())
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j)
+        H_(i, j) += model_->derivatives().col(pair_index(i, j)).dot(plate_.residual());
+  H_ = (0.5 * (H_ + H_.transpose())).eval();
+
+  Vector6d g = g_.head<6>();
+  Matrix6d K = H_.topLeftCorner<6, 6>();
+  evaluation_.correction = 0;
+  evaluation_.negative_pivots = 0;
+  inverse_.resize(m, m);
+  static_.resize(m, 6);
+  if (m > 0) {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H_.bottomRightCorner(m, m));
+    evaluation_.negative_pivots = static_cast<int>((eigen.eigenvalues().array() < 0).count());
+    inverse_ = eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
+               eigen.eigenvectors().transpose();
+    static_ = -inverse_ * H_.bottomLeftCorner(m, 6);
+    g += static_.transpose() * g_.tail(m);
+    K += H_.topRightCorner(6, m) * static_;
+    evaluation_.correction = std::sqrt(std::abs(g_.tail(m).dot(inverse_ * g_.tail(m))));
+  }
+  const Vector12d force = frame_.B.transpose() * g;
+  const Matrix12d tangent = frame_.B.transpose() * (0.5 * (K + K.transpose())) * frame_.B +
+                            geometric_stiffness(frame_, g);
+  evaluation_.energy = scale_.energy * plate_.energy();
+  evaluation_.force = scale_.global_force(force);
+  evaluation_.tangent = scale_.global_tangent(tangent);
+  evaluation_.strain = plate_.strain();
+  evaluated_ = true;
+  return evaluation_;
+}
+
+namespace {
+struct ModalLeafState final : LeafState {
+  EdgePoses edges;
+  VectorXd amplitudes;
+};
+}  // namespace
+
+std::unique_ptr<LeafState> ModalLeaf::save() const {
+  auto copy = std::make_unique<ModalLeafState>();
+  copy->edges = edges_;
+  copy->amplitudes = a_;
+  return copy;
+}
+
+void ModalLeaf::restore(const LeafState& state) {
+  const auto& copy = static_cast<const ModalLeafState&>(state);
+  edges_ = copy.edges;
+  a_ = copy.amplitudes;
+  placed_ = evaluated_ = moved_ = false;
+}
+
+LeafDynamics ModalLeaf::dynamics(int count) {
+  if (!evaluated_) evaluate();
+  const int m = model_->amplitudes(), n = plate_.unknowns();
+  const Matrix3d Et = frame_.axes.transpose();
+  // rates of the unknowns, seen from axes that stand still: the frame's motion, X de + Ψ da
+  MatrixXd T = MatrixXd::Zero(n + 12, 12 + m);
+  T.topLeftCorner(n, 12) = rates() * frame_.B;
+  T.topRightCorner(n, m) = model_->fields();
+  for (int k = 0; k < 4; ++k) T.block<3, 3>(n + 3 * k, 3 * k) = Et;
+  const PlateMesh& mesh = *model_->mesh();
+  const int functions = mesh.functions_per_line();
+  for (int i = 1; i + 1 < mesh.lines(); ++i)
+    for (int s = 0; s < functions; ++s) {
+      const Vector3d v = plate_.nodal()[i].row(s).transpose();
+      Eigen::Matrix<double, 3, 12> rigid = -hat(v) * frame_.spin_local;
+      if (s % 4 == 0) rigid.leftCols<3>() += Et;
+      for (int c = 0; c < 3; ++c)
+        T.row(plate_.block_offset(i) + c * functions + s).head<12>() += rigid.row(c);
+    }
+  T.leftCols<12>() += T.rightCols(m) * (static_ * frame_.B);
+
+  // what the amplitudes do beside the edges: eigenvectors of their own stiffness and mass
+  const MatrixXd M = plate_.mass(T);
+  const int kept = std::min(count, m);
+  MatrixXd S = MatrixXd::Zero(12 + m, 12 + kept);
+  S.topLeftCorner<12, 12>().setIdentity();
+  VectorXd omega2(kept);
+  if (kept > 0) {
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(H_.bottomRightCorner(m, m),
+                                                                   M.bottomRightCorner(m, m));
+    omega2 = eigen.eigenvalues().head(kept);
+    S.bottomRightCorner(m, kept) = eigen.eigenvectors().leftCols(kept);
+  }
+  MatrixXd units = MatrixXd::Zero(12 + kept, 12 + kept);  // scaled → SI
+  units.topLeftCorner<12, 12>() = scale_.transformation();
+  units.bottomRightCorner(kept, kept).diagonal().setConstant(1 / std::sqrt(scale_.mass));
+
+  LeafDynamics dynamics;
+  dynamics.mass = scale_.mass * (units * (S.transpose() * M * S) * units.transpose());
+  dynamics.stations = leaf_station_motion(plate_, scale_, T * (S * units.transpose()));
+  for (Eigen::Index k = 0; k < dynamics.stations.rows(); k += 3)
+    dynamics.stations.middleRows<3>(k) = (frame_.axes * dynamics.stations.middleRows<3>(k)).eval();
+  dynamics.stiffness = MatrixXd::Zero(12 + kept, 12 + kept);
+  dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
+  dynamics.mode_frequencies.resize(kept);
+  const double unit = scale_.energy / scale_.mass;
+  for (int k = 0; k < kept; ++k) {
+    dynamics.stiffness(12 + k, 12 + k) = omega2[k] * unit;
+    dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k]) * unit) / (2 * std::numbers::pi);
+  }
+  // half: no shapes of the boundary's own inertia, so more modes are needed
+  dynamics.highest_mode = kept > 0 ? 0.5 * dynamics.mode_frequencies.maxCoeff() : 0;
+  return dynamics;
+}
+
+std::vector<MatrixXd> ModalLeaf::nodal() {
+  place();
+  std::vector<MatrixXd> nodal = plate_.nodal();
+  for (MatrixXd& line : nodal) {
+    line = (line * frame_.axes.transpose()).eval();
+    for (Eigen::Index s = 0; s < line.rows(); s += 4) line.row(s) += edges_[0].position.transpose();
+  }
+  return nodal;
+}
+
+StressPeak ModalLeaf::max_stress() {
+  return plate_max_stress(*model_->mesh(), nodal(), leaf_, scale_, index_);
+}
+
+LeafShape ModalLeaf::shape() {
+  return plate_deformed_shape(*model_->mesh(), nodal(), leaf_, scale_);
+}
+
+Vector3d ModalLeaf::material_point(double along, double across) {
+  return plate_material_point(*model_->mesh(), nodal(), scale_, along, across);
+}
+
+LeafReport ModalLeaf::report() const {
+  return {.model = model_->slaved() ? "quadratic_manifold" : "modal_derivatives",
+          .reason = {},
+          .check = 0};
+}
+
+}  // namespace flexopt
