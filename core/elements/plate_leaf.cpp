@@ -138,10 +138,15 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
   stress_is_linearised_ = true;
 }
 
-std::array<Vector3d, 4> PlateLeaf::edge_node_vectors(int e, int j) const {
-  const auto& slopes = mesh_->edge_slopes();
-  const int o = K_.offset[e == 0 ? 0 : mesh_->lines() - 1] + static_cast<int>(slopes.size()) * j;
-  return edge_vectors(state_.edges[e].axes, mesh_->y()[j], slopes, state_.x.data() + o);
+MatrixXd PlateLeaf::edge_nodal(const PlateMesh& mesh, const EdgePose& pose, const double* slopes) {
+  MatrixXd nodal(mesh.functions_per_line(), 3);
+  const int per_node = static_cast<int>(mesh.edge_slopes().size());
+  for (int j = 0; j < mesh.nodes_per_line(); ++j) {
+    const auto v = edge_vectors(pose.axes, mesh.y()[j], mesh.edge_slopes(), slopes + per_node * j);
+    for (int k = 0; k < 4; ++k) nodal.row(4 * j + k) = v[k].transpose();
+    nodal.row(4 * j) += pose.position.transpose();
+  }
+  return nodal;
 }
 
 void PlateLeaf::update_nodal() {
@@ -152,12 +157,7 @@ void PlateLeaf::update_nodal() {
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : last;
     if (!is_rigid_edge(line)) continue;
-    const EdgePose& pose = state_.edges[e];
-    for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
-      const auto v = edge_node_vectors(e, j);
-      for (int k = 0; k < 4; ++k) nodal_[line].row(4 * j + k) = v[k].transpose();
-      nodal_[line].row(4 * j) += pose.position.transpose();
-    }
+    nodal_[line] = edge_nodal(*mesh_, state_.edges[e], state_.x.data() + K_.offset[line]);
   }
 }
 
@@ -291,29 +291,23 @@ void PlateLeaf::linearise() {
     const EdgePose& pose = state_.edges[e];
     const VectorXd& f = nodal_force_[line];
     MatrixXd& J = edge_jacobian_[e];
-    MatrixXd H = MatrixXd::Zero(m + 6, m + 6);  // second derivatives of the map times f
     J.setZero();
-    for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
-      const auto v = edge_node_vectors(e, j);
+    for (int j = 0; j < mesh_->nodes_per_line(); ++j)
       for (int k = 0; k < 4; ++k) {
         const int s = 4 * j + k;
-        const Vector3d fk(f[s], f[n + s], f[2 * n + s]);
+        Vector3d v = nodal_[line].row(s).transpose();
+        if (k == 0) v -= pose.position;
         for (int c = 0; c < 3; ++c) {
-          const Vector3d row = v[k].cross(Vector3d::Unit(c));  // δr = ω × v
+          const Vector3d row = v.cross(Vector3d::Unit(c));  // δr = ω × v
           J.block<1, 3>(c * n + s, m + 3) = row.transpose();
           if (k == 0) J(c * n + s, m + c) = 1;
         }
-        H.bottomRightCorner<3, 3>() += 0.5 * (fk * v[k].transpose() + v[k] * fk.transpose()) -
-                                       fk.dot(v[k]) * Matrix3d::Identity();
         for (int d = 0; d < per_node; ++d)
-          if (slopes[d].function == k) {
-            const int local = per_node * j + d;
-            const Vector3d axis = pose.axes.col(slopes[d].axis);
-            for (int c = 0; c < 3; ++c) J(c * n + s, local) = axis[c];
-            H.block<3, 1>(m + 3, local) += axis.cross(fk);
-          }
+          if (slopes[d].function == k)
+            for (int c = 0; c < 3; ++c)
+              J(c * n + s, per_node * j + d) = pose.axes(c, slopes[d].axis);
       }
-    }
+    MatrixXd H = edge_curvature(e, f);
     MatrixXd& D = edge_diagonal_[e];
     D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
     H.noalias() += J.transpose() * (D * J);
@@ -333,6 +327,43 @@ void PlateLeaf::linearise() {
       coupling_.block(K_.offset[inner], 6, 3 * n, 6).noalias() = O.transpose() * J.rightCols<6>();
     }
   }
+}
+
+MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
+  const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
+  const auto& slopes = mesh_->edge_slopes();
+  const int per_node = static_cast<int>(slopes.size());
+  const EdgePose& pose = state_.edges[e];
+  const MatrixXd& nodal = nodal_[e == 0 ? 0 : mesh_->lines() - 1];
+  MatrixXd H = MatrixXd::Zero(m + 6, m + 6);
+  for (int s = 0; s < n; ++s) {
+    const Vector3d fs(f[s], f[n + s], f[2 * n + s]);
+    Vector3d v = nodal.row(s).transpose();
+    if (s % 4 == 0) v -= pose.position;
+    H.bottomRightCorner<3, 3>() +=
+        0.5 * (fs * v.transpose() + v * fs.transpose()) - fs.dot(v) * Matrix3d::Identity();
+    for (int d = 0; d < per_node; ++d)
+      if (slopes[d].function == s % 4)
+        H.block<3, 1>(m + 3, per_node * (s / 4) + d) += pose.axes.col(slopes[d].axis).cross(fs);
+  }
+  return H;
+}
+
+MatrixXd PlateLeaf::line_shapes() const {
+  const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
+  assert(!support_.free_tip);
+  BlockTridiagonal K;
+  K.resize(std::vector<int>(inner, n3));
+  for (int i = 0; i < inner; ++i) {
+    K.diagonal[i] = K_.diagonal[i + 1];
+    if (i + 1 < inner) K.below[i] = K_.below[i + 1];
+  }
+  K.factorise();
+  MatrixXd X = MatrixXd::Zero(inner * n3, 2 * n3);
+  X.topLeftCorner(n3, n3) = -edge_below_[0];
+  X.bottomRightCorner(n3, n3) = -edge_below_[1].transpose();
+  K.solve(X);
+  return X;
 }
 
 void PlateLeaf::eliminate() {

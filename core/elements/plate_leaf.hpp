@@ -49,6 +49,16 @@ class PlateLeaf {
   void eliminate();
   /// K_ff V; after linearise(), before eliminate().
   MatrixXd tangent_times(const MatrixXd& V) const;
+  /// How the nodal values of a rigid edge depend on (its slopes, its displacement and spin); after
+  /// linearise().
+  const MatrixXd& edge_jacobian(int edge) const { return edge_jacobian_[edge]; }
+  /// Second derivatives of that map times the nodal forces f: only the lower triangle is filled.
+  MatrixXd edge_curvature(int edge, const VectorXd& f) const;
+  /// Static shapes of the interior lines: their unknowns per unit nodal value of the base line,
+  /// then of the tip line (both rigid); after linearise(), before eliminate().
+  MatrixXd line_shapes() const;
+  /// Nodal values (functions_per_line × 3) of an edge with these slopes.
+  static MatrixXd edge_nodal(const PlateMesh& mesh, const EdgePose& pose, const double* slopes);
 
   double energy() const { return energy_; }
   double correction() const { return correction_; }
@@ -124,7 +134,6 @@ class PlateLeaf {
  private:
   int edge_of(int line) const { return line == 0 ? 0 : 1; }
   void update_nodal();
-  std::array<Vector3d, 4> edge_node_vectors(int edge, int node) const;
   /// Side: functions of an element on a line, 8 (plate) or 4 (beam).
   template <int Side>
   void assemble_elements();

@@ -40,49 +40,107 @@ MatrixXd extended(const MatrixXd& Q, const MatrixXd& C) {
 
 }  // namespace
 
+namespace {
+
+// ∂²/∂ei∂ej of the nodal values of an edge whose rotation vector is e ↦ T e and whose slopes are
+// e ↦ S e, at e = 0: r = p + exp(hat T e)(w0 + w1 S e).
+VectorXd edge_second_derivative(const PlateMesh& mesh, const Eigen::Matrix<double, 3, 6>& T,
+                                const MatrixXd& S, int i, int j) {
+  const int n = mesh.functions_per_line();
+  const auto& slopes = mesh.edge_slopes();
+  const int per_node = static_cast<int>(slopes.size());
+  const Matrix3d Wi = hat(T.col(i)), Wj = hat(T.col(j));
+  VectorXd b(3 * n);
+  for (int s = 0; s < n; ++s) {
+    Vector3d w0 = Vector3d::Zero(), wi = Vector3d::Zero(), wj = Vector3d::Zero();
+    if (s % 4 == 0) w0 = mesh.y()[s / 4] * Vector3d::UnitY();
+    if (s % 4 == 1) w0 = Vector3d::UnitX();
+    if (s % 4 == 2) w0 = Vector3d::UnitY();
+    for (int d = 0; d < per_node; ++d)
+      if (slopes[d].function == s % 4) {
+        wi[slopes[d].axis] += S(per_node * (s / 4) + d, i);
+        wj[slopes[d].axis] += S(per_node * (s / 4) + d, j);
+      }
+    const Vector3d v = 0.5 * (Wi * Wj + Wj * Wi) * w0 + Wi * wj + Wj * wi;
+    for (int c = 0; c < 3; ++c) b[c * n + s] = v[c];
+  }
+  return b;
+}
+
+}  // namespace
+
 ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
                        ModalDerivativeSet set)
-    : mesh_(std::move(mesh)), slaved_(method == Reduction::quadratic_manifold) {
+    : mesh_(std::move(mesh)),
+      slaved_(method == Reduction::quadratic_manifold),
+      slopes_(mesh_->edge_unknowns()) {
   PlateLeaf plate(mesh_);
+  const int n = plate.unknowns(), u = slopes_, inner = n - 2 * u,
+            n3 = 3 * mesh_->functions_per_line();
   rest_ = plate.state().x;
-  const int n = plate.unknowns();
-  plate.assemble();
+  edges_at_rest_ = edge_nodal(plate.state().edges, rest_);
+  plate.linearise();
+  follow_ = plate.line_shapes();
+  const MatrixXd J0 = plate.edge_jacobian(0), J1 = plate.edge_jacobian(1);
+  plate.eliminate();
   assert(plate.negative_pivots() == 0);
   const Rows12x6 G = chord_edge_map(Vector6d::Zero());
   const MatrixXd shapes = boundary_modes(plate) * G;
   modes_ = shapes.topRows(n);
+  modes_.middleRows(u, inner).setZero();
+
+  // what the lines between follow of the edges' nodal values, taken out of a field
+  const auto follow_slopes = [&](const MatrixXd& field) {
+    MatrixXd b(2 * n3, field.cols());
+    b << J0.leftCols(u) * field.topRows(u), J1.leftCols(u) * field.bottomRows(u);
+    return b;
+  };
   const MatrixXd forces = second_order_forces(plate, shapes);
-  theta_ = derivatives_edges_held(plate, forces);
+  modal_derivatives_ = derivatives_edges_held(plate, forces);
+  MatrixXd b2(2 * n3, 21);
+  for (int j = 0; j < 6; ++j)
+    for (int i = 0; i <= j; ++i)
+      b2.col(pair_index(i, j)) << edge_second_derivative(*mesh_, G.middleRows<3>(3),
+                                                         modes_.topRows(u), i, j),
+          edge_second_derivative(*mesh_, G.bottomRows<3>(), modes_.bottomRows(u), i, j);
+  theta_ = modal_derivatives_;
+  theta_.middleRows(u, inner) -= follow_ * (b2 + follow_slopes(theta_));
   if (set == ModalDerivativeSet::bending)
     for (int j = 0; j < 6; ++j)
       for (int i = 0; i <= j; ++i)
-        if ((i != theta1y && i != theta2y) || (j != theta1y && j != theta2y))
+        if ((i != theta1y && i != theta2y) || (j != theta1y && j != theta2y)) {
           theta_.col(pair_index(i, j)).setZero();
+          modal_derivatives_.col(pair_index(i, j)).setZero();
+        }
   fields_.resize(n, 0);
   if (slaved_) return;
 
-  // L⁻¹ K θ of K = L Lᵀ: scalar products of these columns are energies
-  MatrixXd coordinates = -forces.topRows(n);
-  for (int k = 0; k < 21; ++k)
-    if (theta_.col(k).isZero(0)) coordinates.col(k).setZero();
-  plate.solve_lower(coordinates);
-  MatrixXd basis = extended(MatrixXd(n, 0), coordinates);
+  // L⁻¹ K ψ of K = L Lᵀ, ψ the whole field of an amplitude: scalar products are energies
+  PlateLeaf linear(mesh_);
+  linear.linearise();
+  const auto coordinates = [&](MatrixXd field) {
+    field.middleRows(u, inner) += follow_ * follow_slopes(field);
+    MatrixXd c = linear.tangent_times(field);
+    plate.solve_lower(c);
+    return c;
+  };
+  MatrixXd basis = extended(MatrixXd(n, 0), coordinates(theta_));
   if (set == ModalDerivativeSet::third_order) {
-    // fields of the mixed expansion less their boundary part: interface deformations stay zero
-    const MatrixXd Y = expand_fields(ChordLeaf(mesh_), Eigen::Matrix2d::Identity(), 3);
-    const int first = monomials<6, 3>().count(2), count = static_cast<int>(Y.cols()) - first;
-    MatrixXd third = Y.topRows(n).rightCols(count);
-    const auto c = Y.bottomRows(3).rightCols(count);
+    const FieldExpansion expansion =
+        expand_fields(ChordLeaf(mesh_), Eigen::Matrix2d::Identity(), 3);
+    const int first = monomials<6, 3>().count(2);
+    const int count = static_cast<int>(expansion.fields.cols()) - first;
+    MatrixXd third = expansion.fields.topRows(n).rightCols(count);
+    const auto c = expansion.fields.bottomRows(3).rightCols(count);
+    // interface deformations are the boundary modes' alone
     constexpr int stiff[3] = {elongation, theta1z, theta2z};
     for (int k = 0; k < 3; ++k) third -= modes_.col(stiff[k]) * c.row(k);
-    PlateLeaf linear(mesh_);
-    linear.linearise();
-    third = linear.tangent_times(third).eval();
-    plate.solve_lower(third);
-    basis = extended(basis, third);
+    third.middleRows(u, inner) -= follow_ * expansion.edge_nodal.rightCols(count);
+    basis = extended(basis, coordinates(third));
   }
   fields_ = basis;
   plate.solve_upper(fields_);
+  fields_.middleRows(u, inner) -= follow_ * follow_slopes(fields_);
 }
 
 MatrixXd ModalModel::derivatives_times(const Vector6d& e) const {
@@ -91,6 +149,31 @@ MatrixXd ModalModel::derivatives_times(const Vector6d& e) const {
     for (int j = 0; j < 6; ++j)
       if (e[j] != 0) result.col(i) += e[j] * theta_.col(pair_index(i, j));
   return result;
+}
+
+VectorXd ModalModel::edge_nodal(const EdgePoses& edges, const VectorXd& x) const {
+  VectorXd b(6 * mesh_->functions_per_line());
+  b << PlateLeaf::edge_nodal(*mesh_, edges[0], x.data()).reshaped(),
+      PlateLeaf::edge_nodal(*mesh_, edges[1], x.data() + x.size() - slopes_).reshaped();
+  return b;
+}
+
+VectorXd ModalModel::unknowns(const Vector6d& e, const EdgePoses& edges,
+                              const VectorXd& amplitudes) const {
+  VectorXd x = rest_ + modes_ * e;
+  if (slaved_)
+    x += 0.5 * derivatives_times(e) * e;
+  else
+    x += fields_ * amplitudes;
+  x.segment(slopes_, x.size() - 2 * slopes_) += follow_ * (edge_nodal(edges, x) - edges_at_rest_);
+  return x;
+}
+
+MatrixXd ModalModel::chart_rates(const Vector6d& e) const {
+  if (slaved_) return modes_ + derivatives_times(e);
+  MatrixXd V(modes_.rows(), 6 + fields_.cols());
+  V << modes_, fields_;
+  return V;
 }
 
 ModalLeaf::ModalLeaf(const LeafSpring& leaf, std::shared_ptr<const ModalModel> model, int index)
@@ -102,18 +185,15 @@ ModalLeaf::ModalLeaf(const LeafSpring& leaf, std::shared_ptr<const ModalModel> m
       edges_(PlateLeaf::undeflected(*model_->mesh()).edges),
       a_(VectorXd::Zero(model_->amplitudes())) {}
 
-MatrixXd ModalLeaf::rates() const {
-  if (!model_->slaved()) return model_->modes();
-  return model_->modes() + model_->derivatives_times(frame_.e);
-}
-
 void ModalLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   moved_ = evaluated_;
   if (evaluated_) {
     const Vector6d de = frame_.B * scale_.scaled_increment(dq);
     const int m = model_->amplitudes();
     const VectorXd da = static_ * de - inverse_ * g_.tail(m);
-    dx_ = rates() * de + model_->fields() * da;
+    VectorXd step(6 + m);
+    step << de, da;
+    dx_ = V_ * step;
     dq_ = edge_map_ * de;
     a_ += da;
   }
@@ -127,11 +207,7 @@ bool ModalLeaf::place() {
   if (!frame_.converged) return false;
   PlateLeaf::State state;
   state.edges = chord_edges(frame_.e);
-  state.x = model_->rest() + model_->modes() * frame_.e;
-  if (model_->slaved())
-    state.x += 0.5 * model_->derivatives_times(frame_.e) * frame_.e;
-  else
-    state.x += model_->fields() * a_;
+  state.x = model_->unknowns(frame_.e, state.edges, a_);
   if (moved_)
     plate_.step_to(state, dx_, dq_);
   else
@@ -151,21 +227,45 @@ const LeafEvaluation& ModalLeaf::evaluate() {
   const Vector6d& e = frame_.e;
   edge_map_ = chord_edge_map(e);
   const Vector12d& f = plate_.edge_force();
-  MatrixXd V(n, 6 + m);
-  V << rates(), model_->fields();
-  g_ = V.transpose() * plate_.residual();
+  // x follows e and a directly and, in the interior, through the nodal values of the edges
+  const MatrixXd chart = model_->chart_rates(e);
+  const MatrixXd& Xb = model_->line_shapes();
+  const int u = model_->slopes(), inner = n - 2 * u, n3 = static_cast<int>(Xb.cols()) / 2;
+  std::array<MatrixXd, 2> W;  // (slopes, displacement and spin) of an edge by (e, a)
+  V_ = chart;
+  for (int k = 0; k < 2; ++k) {
+    W[k] = MatrixXd::Zero(u + 6, 6 + m);
+    W[k].topRows(u) = k == 0 ? chart.topRows(u) : chart.bottomRows(u);
+    W[k].bottomLeftCorner<6, 6>() = edge_map_.middleRows<6>(6 * k);
+    V_.middleRows(u, inner).noalias() +=
+        Xb.middleCols(k * n3, n3) * (plate_.edge_jacobian(k) * W[k]);
+  }
+  const VectorXd& r = plate_.residual();
+  g_ = V_.transpose() * r;
   g_.head<6>() += edge_map_.transpose() * f;
-  MatrixXd KV = plate_.tangent_times(V);
+  MatrixXd KV = plate_.tangent_times(V_);
   const MatrixXd coupling = plate_.coupling() * edge_map_;
   KV.leftCols<6>() += coupling;
-  H_.noalias() = V.transpose() * KV;
-  H_.topRows<6>() += coupling.transpose() * V;
-  H_.topLeftCorner<6, 6>() +=
-      edge_map_.transpose() * plate_.edge_tangent() * edge_map_ + chord_edge_curvature(e, f);
+  H_.noalias() = V_.transpose() * KV;
+  H_.topRows<6>() += coupling.transpose() * V_;
+  H_.topLeftCorner<6, 6>() += edge_map_.transpose() * plate_.edge_tangent() * edge_map_;
+  // second derivatives of the map times the residual
+  const VectorXd followed = Xb.transpose() * r.segment(u, inner);
+  Vector12d edge_force = f;
+  VectorXd whole = r;  // of the chart: the slopes' share of what the interior follows
+  for (int k = 0; k < 2; ++k) {
+    const MatrixXd C = plate_.edge_curvature(k, followed.segment(k * n3, n3));
+    const MatrixXd CW = C.selfadjointView<Eigen::Lower>() * W[k];
+    H_.noalias() += W[k].transpose() * CW;
+    const VectorXd share = plate_.edge_jacobian(k).transpose() * followed.segment(k * n3, n3);
+    edge_force.segment<6>(6 * k) += share.tail<6>();
+    (k == 0 ? whole.head(u) : whole.tail(u)) += share.head(u);
+  }
+  H_.topLeftCorner<6, 6>() += chord_edge_curvature(e, edge_force);
   if (model_->slaved())
     for (int i = 0; i < 6; ++i)
       for (int j = 0; j < 6; ++j)
-        H_(i, j) += model_->derivatives().col(pair_index(i, j)).dot(plate_.residual());
+        H_(i, j) += model_->derivatives().col(pair_index(i, j)).dot(whole);
   H_ = (0.5 * (H_ + H_.transpose())).eval();
 
   Vector6d g = g_.head<6>();
@@ -222,8 +322,8 @@ LeafDynamics ModalLeaf::dynamics(int count) {
   const Matrix3d Et = frame_.axes.transpose();
   // rates of the unknowns, seen from axes that stand still: the frame's motion, X de + Ψ da
   MatrixXd T = MatrixXd::Zero(n + 12, 12 + m);
-  T.topLeftCorner(n, 12) = rates() * frame_.B;
-  T.topRightCorner(n, m) = model_->fields();
+  T.topLeftCorner(n, 12) = V_.leftCols<6>() * frame_.B;
+  T.topRightCorner(n, m) = V_.rightCols(m);
   for (int k = 0; k < 4; ++k) T.block<3, 3>(n + 3 * k, 3 * k) = Et;
   const PlateMesh& mesh = *model_->mesh();
   const int functions = mesh.functions_per_line();

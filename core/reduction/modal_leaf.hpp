@@ -10,8 +10,12 @@
 
 namespace flexopt {
 
-/// The fields of all leaves of one shape: x = x0 + X e + Ψ a (modal_derivatives) or
-/// x = x0 + X e + ½ Σ θij ei ej (quadratic_manifold), the edges exactly where e puts them.
+/// The fields of all leaves of one shape. The unknowns x of the plate are the slopes σ of the edges
+/// and the interior lines y; b are the nodal values of the edges' lines, exactly where e and σ put
+/// them, and X_b the static shapes of the lines between:
+///
+///     σ = σ0 + X e + Ψ a,   y = y0 + X_b (b(e, σ) − b0) + Ψ′ a        (modal_derivatives)
+///     σ = σ0 + X e + ½ θij ei ej,   y = … + ½ θ′ij ei ej                (quadratic_manifold)
 class ModalModel {
  public:
   ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method, ModalDerivativeSet set);
@@ -20,18 +24,30 @@ class ModalModel {
   bool slaved() const { return slaved_; }
   int amplitudes() const { return static_cast<int>(fields_.cols()); }  ///< none where slaved
 
-  const VectorXd& rest() const { return rest_; }          ///< x0
-  const MatrixXd& modes() const { return modes_; }        ///< X, unknowns × 6
-  const MatrixXd& derivatives() const { return theta_; }  ///< θij, unknowns × 21 (pair_index)
-  const MatrixXd& fields() const { return fields_; }      ///< Ψ, orthonormal in energy at rest
-  /// θ·e: Σ_j θij ej, unknowns × 6.
-  MatrixXd derivatives_times(const Vector6d& e) const;
+  /// Unknowns and linear rates about a state given by e and the amplitudes.
+  VectorXd unknowns(const Vector6d& e, const EdgePoses& edges, const VectorXd& amplitudes) const;
+  /// d(unknowns)/d(e, amplitudes), what the lines between follow of the edges still left out.
+  MatrixXd chart_rates(const Vector6d& e) const;
+  /// θ of the chart: Σ_ij ei ej θij / 2 is what `unknowns` adds; unknowns × 21 (pair_index).
+  const MatrixXd& derivatives() const { return theta_; }
+  const MatrixXd& line_shapes() const { return follow_; }  ///< X_b
+  int slopes() const { return slopes_; }                   ///< of one edge
+
+  /// The derivatives as fields of the unknowns with both edges held, unknowns × 21.
+  const MatrixXd& modal_derivatives() const { return modal_derivatives_; }
 
  private:
+  MatrixXd derivatives_times(const Vector6d& e) const;
+  VectorXd edge_nodal(const EdgePoses& edges, const VectorXd& x) const;
+
   std::shared_ptr<const PlateMesh> mesh_;
   bool slaved_;
-  VectorXd rest_;
-  MatrixXd modes_, theta_, fields_;
+  int slopes_;
+  VectorXd rest_, edges_at_rest_;
+  MatrixXd follow_;  ///< X_b
+  MatrixXd modes_;   ///< X; zero in the interior
+  MatrixXd theta_, modal_derivatives_;
+  MatrixXd fields_;  ///< Ψ, Ψ′; whole fields orthonormal in energy at rest
 };
 
 class ModalLeaf final : public LeafElement {
@@ -56,8 +72,6 @@ class ModalLeaf final : public LeafElement {
  private:
   /// Puts the plate into the state of the present edges and amplitudes.
   bool place();
-  /// d(unknowns)/de: X, or X + θ e.
-  MatrixXd rates() const;
   /// Nodal values in the leaf's axes, from the base's undeflected place.
   std::vector<MatrixXd> nodal();
 
@@ -75,6 +89,7 @@ class ModalLeaf final : public LeafElement {
   VectorXd dx_;
   Vector12d dq_;
 
+  MatrixXd V_;         ///< d(unknowns)/d(e, a)
   VectorXd g_;         ///< of e and a
   MatrixXd H_;         ///< tangent of e and a
   MatrixXd inverse_;   ///< of its block of a

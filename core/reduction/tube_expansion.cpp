@@ -168,6 +168,17 @@ class Series {
     }
   }
 
+  /// Nodal values of the edges' lines, a column a monomial: FieldExpansion::edge_nodal.
+  MatrixXd edge_nodal() const {
+    const int n = mesh_.functions_per_line();
+    MatrixXd values(6 * n, size);
+    for (int e = 0; e < 2; ++e)
+      for (int c = 0; c < 3; ++c)
+        values.middleRows((3 * e + c) * n, n) =
+            (e == 0 ? nodal_.front() : nodal_.back()).middleCols(c * size, size);
+    return values;
+  }
+
   /// Degree-d part of the residual ∂Π/∂y: rows as the unknowns, one column a monomial of degree d.
   MatrixXd residual(int d) {
     const int n = mesh_.functions_per_line(), last = mesh_.lines() - 1;
@@ -507,9 +518,20 @@ MatrixXd perturbation_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) 
 
 }  // namespace
 
-MatrixXd expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order) {
+namespace {
+template <int ORDER>
+FieldExpansion expand_fields_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) {
+  FieldExpansion result{perturbation_fields<ORDER>(leaf, ray), {}};
+  auto series = std::make_unique<Series<ORDER>>(leaf, ray, ORDER);
+  series->set_fields(result.fields);
+  result.edge_nodal = series->edge_nodal();
+  return result;
+}
+}  // namespace
+
+FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order) {
   assert(order == 2 || order == 3);
-  return order == 2 ? perturbation_fields<2>(leaf, ray) : perturbation_fields<3>(leaf, ray);
+  return order == 2 ? expand_fields_to<2>(leaf, ray) : expand_fields_to<3>(leaf, ray);
 }
 
 TubeExpansion expand(ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray, int order) {

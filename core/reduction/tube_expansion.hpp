@@ -59,8 +59,12 @@ struct TubeExpansion {
   MatrixXd fields;        ///< unknowns + 3 rows; Taylor coefficients to degree `order`
 };
 
-/// TubeExpansion::fields alone, of x = (σ, τ, φ, N, M1, M2).
-MatrixXd expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order);
+/// TubeExpansion::fields alone, and the Taylor coefficients of the nodal values of both edges'
+/// lines: rows (base, tip) of 3 functions_per_line each.
+struct FieldExpansion {
+  MatrixXd fields, edge_nodal;
+};
+FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order);
 
 /// Fields to `order` (2 or 3), potential to degree 2·order + 1, about the present state of `leaf`
 /// (converged), in x = (σ, τ, φ, N, M1, M2) with (θ1y, θ2y) = present + ray (σ, τ).
