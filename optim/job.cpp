@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "core/reduction/superelement_grid.hpp"
 #include "core/spec/json_file.hpp"
@@ -317,7 +319,26 @@ ModelOptions read_model(const json& read, const Pointer& at) {
     throw SpecError((at / "degree").to_string(), "6",
                     "expected 5 or 7, the degrees of the reduced potential");
   model.leaf_modes = read["leaf_modes"];
-  if (read["method"] == "linear_craig_bampton") model.method = Reduction::linear_craig_bampton;
+  static const std::map<std::string, Reduction> methods{
+      {"mixed_potential", Reduction::mixed_potential},
+      {"linear_craig_bampton", Reduction::linear_craig_bampton},
+      {"modal_derivatives", Reduction::modal_derivatives},
+      {"quadratic_manifold", Reduction::quadratic_manifold}};
+  const std::string method = read["method"];
+  model.method = methods.at(method);
+  if (read.contains("modal_derivatives")) {
+    static const std::map<std::string, ModalDerivativeSet> sets{
+        {"bending", ModalDerivativeSet::bending},
+        {"all", ModalDerivativeSet::all},
+        {"third_order", ModalDerivativeSet::third_order}};
+    const std::string set = read["modal_derivatives"];
+    model.modal_derivatives = sets.at(set);
+    if (model.method != Reduction::modal_derivatives && set != "all")
+      throw SpecError((at / "modal_derivatives").to_string(), fmt::format("\"{}\"", set),
+                      fmt::format("\"method\": \"{}\" has no choice of them; expected "
+                                  "\"method\": \"modal_derivatives\"",
+                                  method));
+  }
   if (read.contains("superelements")) {
     const json& cut = read["superelements"];
     if (cut.is_array())
@@ -329,6 +350,11 @@ ModelOptions read_model(const json& read, const Pointer& at) {
           (at / "superelements").to_string(), cut.dump(),
           "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
           "or \"method\": \"linear_craig_bampton\"");
+    if (model.method != Reduction::linear_craig_bampton && cut.is_array())
+      throw SpecError((at / "superelements").to_string(), cut.dump(),
+                      fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
+                                  "number, or \"method\": \"linear_craig_bampton\"",
+                                  method));
   }
   return model;
 }

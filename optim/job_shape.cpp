@@ -243,12 +243,15 @@ Shape model_shape() {
       standard("accuracy", choice({"reduced", "full"}), "reduced",
                "superelements, or the discretisation they were made from"),
       standard("method",
-               choice({"mixed_potential", "linear_craig_bampton"},
-                      {"modal_derivatives", "quadratic_manifold"}),
+               choice({"mixed_potential", "linear_craig_bampton", "modal_derivatives",
+                       "quadratic_manifold"}),
                "mixed_potential", "the reduction"),
+      optional("modal_derivatives", choice({"bending", "all", "third_order"}),
+               "of the method modal_derivatives, the fields beside the boundary modes: derivatives "
+               "of the bending modes, of all modes, or third-order fields too; default all"),
       optional("superelements", one_of({integer(1, 100), list(integer(1, 100), 2, 2)}),
-               "of linear_craig_bampton: n of two nodes along a leaf, between rigid lines; or "
-               "[along, across] of four nodes; default 1"),
+               "n of two edges along a leaf, between rigid lines; of linear_craig_bampton also "
+               "[along, across] of four nodes; default 1, as mixed_potential has it"),
       standard("mesh", list(integer(2, 128), 2, 2), model.mesh,
                "elements of a leaf, [along, across]"),
       standard("free_edge_torsion", boolean(), model.free_edge_torsion,

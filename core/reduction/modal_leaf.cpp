@@ -125,6 +125,12 @@ ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
     return c;
   };
   MatrixXd basis = extended(MatrixXd(n, 0), coordinates(theta_));
+  if (mesh_->shape().is_beam()) {  // the few slopes of a beam's ends stay free
+    MatrixXd slopes = MatrixXd::Zero(n, 2 * u);
+    slopes.topLeftCorner(u, u).setIdentity();
+    slopes.bottomRightCorner(u, u).setIdentity();
+    basis = extended(basis, coordinates(slopes));
+  }
   if (set == ModalDerivativeSet::third_order) {
     const FieldExpansion expansion =
         expand_fields(ChordLeaf(mesh_), Eigen::Matrix2d::Identity(), 3);

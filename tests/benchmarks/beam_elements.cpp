@@ -1,12 +1,15 @@
 // Error of full beam leaves against elements per leaf, 40 elements the reference: parallel guide to
 // 0.2 L and cross hinge to 30°, the undeflected state included. Largest over the stroke in %:
-// drive load / support stiffness in z / worst support stiffness (direction). Prints the table of
-// core/elements/beams.md.
+// drive load / support stiffness in z / worst support stiffness (direction). Prints the tables of
+// core/elements/beams.md; the second one is of superelements per leaf, with linear local strains
+// and with second-order ones (modal derivatives), ends and cuts free to warp.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "core/response/response.hpp"
 #include "support/models.hpp"
@@ -35,23 +38,39 @@ Errors errors(const StrokeResponse& coarse, const StrokeResponse& fine) {
   return e;
 }
 
-StrokeResponse evaluate(const Mechanism& m, double end, int elements) {
+StrokeResponse evaluate(const Mechanism& m, double end, const ModelOptions& model) {
   StrokeRequest request;
   request.points = {0, end / 4, end / 2, 0.75 * end, end};
   request.stress = false;
-  return evaluate_stroke(
-      m, {.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {elements, 1}}, request);
+  return evaluate_stroke(m, model, request);
 }
 
-}  // namespace
+ModelOptions full(int elements, Warping warping = Warping::clamped) {
+  return {.accuracy = Accuracy::full,
+          .flexure = Flexure::beam,
+          .warping = warping,
+          .mesh = {elements, 1}};
+}
 
-int main() {
-  constexpr int counts[] = {2, 4, 8, 10, 16};
+ModelOptions cut(Reduction method, int superelements) {
+  return {.flexure = Flexure::beam,
+          .warping = Warping::free,
+          .mesh = {10, 1},
+          .method = method,
+          .superelements = {superelements, 0}};
+}
+
+struct Column {
+  std::string name;
+  ModelOptions model;
+};
+
+void print_table(const std::vector<Column>& columns, const ModelOptions& reference) {
   const double L = 0.1;
   fmt::print("| | L/w | L/t |");
-  for (const int n : counts) fmt::print(" {} elements |", n);
+  for (const Column& c : columns) fmt::print(" {} |", c.name);
   fmt::print("\n|---|---|---|");
-  for ([[maybe_unused]] const int n : counts) fmt::print("---|");
+  for (std::size_t k = 0; k < columns.size(); ++k) fmt::print("---|");
   fmt::print("\n");
   for (const bool guided : {true, false})
     for (const double thinness : {100.0, 200.0, 500.0})
@@ -60,10 +79,10 @@ int main() {
         const Mechanism m = guided ? models::guide(L, w, t)
                                    : models::hinge(L, t, {{1, 0.55 * w, w}, {-1, -0.55 * w, w}});
         const double end = guided ? 0.2 * L : std::numbers::pi / 6;
-        const StrokeResponse fine = evaluate(m, end, 40);
+        const StrokeResponse fine = evaluate(m, end, reference);
         fmt::print("| {} | {:g} | {:g} |", guided ? "guide" : "cross hinge", aspect, thinness);
-        for (const int n : counts) {
-          const StrokeResponse coarse = evaluate(m, end, n);
+        for (const Column& c : columns) {
+          const StrokeResponse coarse = evaluate(m, end, c.model);
           if (coarse.status != Status::ok || fine.status != Status::ok) {
             fmt::print(" no equilibrium |");
             continue;
@@ -75,4 +94,25 @@ int main() {
         fmt::print("\n");
         std::fflush(stdout);
       }
+}
+
+}  // namespace
+
+int main() {
+  std::vector<Column> elements;
+  for (const int n : {2, 4, 8, 10, 16})
+    elements.push_back({fmt::format("{} elements", n), full(n)});
+  print_table(elements, full(40));
+  std::vector<Column> cuts;
+  for (const int n : {2, 4, 8, 16})
+    cuts.push_back({fmt::format("{} linear", n), cut(Reduction::linear_craig_bampton, n)});
+  for (const int n : {1, 2, 4})
+    cuts.push_back({fmt::format("{} second-order", n), cut(Reduction::modal_derivatives, n)});
+  for (const int n : {1, 2, 4}) {
+    ModelOptions model = cut(Reduction::modal_derivatives, n);
+    model.modal_derivatives = ModalDerivativeSet::third_order;
+    cuts.push_back({fmt::format("{} third-order", n), model});
+  }
+  fmt::print("\n");
+  print_table(cuts, full(40, Warping::free));
 }

@@ -110,6 +110,16 @@ TEST_CASE("the reduction and the cut of the leaves are read", "[optim][job]") {
   const Job job = parse_job(document);
   CHECK(job.model.method == Reduction::linear_craig_bampton);
   CHECK(job.model.superelements == std::array<int, 2>{10, 1});
+  document["model"]["superelements"] = 2;
+  document["model"]["method"] = "quadratic_manifold";
+  CHECK(parse_job(document).model.method == Reduction::quadratic_manifold);
+  document["model"]["method"] = "modal_derivatives";
+  CHECK(parse_job(document).model.method == Reduction::modal_derivatives);
+  CHECK(parse_job(document).model.modal_derivatives == ModalDerivativeSet::all);
+  document["model"]["modal_derivatives"] = "third_order";
+  CHECK(parse_job(document).model.modal_derivatives == ModalDerivativeSet::third_order);
+  document["model"]["modal_derivatives"] = "bending";
+  CHECK(parse_job(document).model.modal_derivatives == ModalDerivativeSet::bending);
 }
 
 TEST_CASE("the stroke holds both ends exactly, and may stay at zero", "[optim][job]") {
