@@ -361,6 +361,22 @@ void MechanismSeries::expand_along_stroke() {
   expand();
 }
 
+void MechanismSeries::expand_along(const VectorXd& y) {
+  for (int b = 0; b < bodies_ / 6; ++b) {
+    place_[b][1] = y.segment<3>(6 * b);
+    turn_[b][1] = rotation_left_tangent_inverse(turn_[b][0]) * y.segment<3>(6 * b + 3);
+    place_[b][2].setZero();
+    turn_[b][2].setZero();
+  }
+  for (Leaf& leaf : leaves_) {
+    leaf.x[1] = y.segment(leaf.offset, leaf.unknowns);
+    leaf.x[2].setZero();
+    if (leaf.point >= 0) leaf.point_force[1] = y.segment<3>(leaf.offset + leaf.unknowns);
+    leaf.point_force[2].setZero();
+  }
+  expand();
+}
+
 VectorXd MechanismSeries::static_motion(const VectorXd& bodies) const {
   return expanded(MatrixXd::Zero(size_, 1), bodies);
 }

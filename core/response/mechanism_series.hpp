@@ -27,6 +27,9 @@ class MechanismSeries {
 
   /// The path of equilibria q(s), x(s) to s²: expands every leaf about it.
   void expand_along_stroke();
+  /// Instead: the states that leave the present one along a constant vector, rotation vectors of
+  /// the bodies by exp(hat θ) R. Coefficients of s hold.
+  void expand_along(const VectorXd& direction);
   /// First derivative of the path.
   const VectorXd& path_rate() const { return rate_; }
   /// K(s) Y and M(s) Y of constant columns Y.
