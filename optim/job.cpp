@@ -318,6 +318,7 @@ ModelOptions read_model(const json& read, const Pointer& at) {
   if (model.degree == 6)
     throw SpecError((at / "degree").to_string(), "6",
                     "expected 5 or 7, the degrees of the reduced potential");
+  model.mass = read["mass"] == "constant" ? LeafMass::constant : LeafMass::consistent;
   model.leaf_modes = read["leaf_modes"];
   static const std::map<std::string, Reduction> methods{
       {"mixed_potential", Reduction::mixed_potential},

@@ -257,8 +257,12 @@ Shape model_shape() {
       standard("free_edge_torsion", boolean(), model.free_edge_torsion,
                "the three-dimensional torsion layer of the free edges; off: the thin-shell limit"),
       standard("degree", integer(5, 7), model.degree, "of the reduced potential: 5 or 7"),
-      standard("leaf_modes", integer(1, 40), model.leaf_modes,
-               "modes of a leaf between fixed edges kept for the frequencies, at least"),
+      standard("mass", choice({"consistent", "constant"}), "consistent",
+               "of the leaves in the frequencies: of the deflected leaf; or of the undeflected "
+               "one, turned with its chord"),
+      standard("leaf_modes", integer(0, 40), model.leaf_modes,
+               "modes of a leaf between fixed edges kept for the frequencies, at least; 0: leaves "
+               "move only as their edges make them"),
       standard("tolerance", quantity("1", 0, 1e-3, true), newton.tolerance,
                "Newton's largest last correction, lengths divided by the leaf length"),
   });

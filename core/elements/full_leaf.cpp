@@ -216,19 +216,22 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
     Psi.col(k) = modes[k].shape;
     omega2[k] = modes[k].omega2;
   }
-  MatrixXd KY = plate.mass_times(X), Y = KY;
-  plate.solve(Y);
-  const MatrixXd MPsi = plate.mass_times(Psi);
-  const MatrixXd share = MPsi.transpose() * Y;
-  Y -= Psi * share;
-  KY -= MPsi * (omega2.asDiagonal() * share);
-  const RitzShapes ritz = ritz_shapes(plate, std::move(Y), std::move(KY));
+  RitzShapes ritz;
+  if (mode_count > 0) {
+    MatrixXd KY = plate.mass_times(X), Y = KY;
+    plate.solve(Y);
+    const MatrixXd MPsi = plate.mass_times(Psi);
+    const MatrixXd share = MPsi.transpose() * Y;
+    Y -= Psi * share;
+    KY -= MPsi * (omega2.asDiagonal() * share);
+    ritz = ritz_shapes(plate, std::move(Y), std::move(KY));
+  }
   const int r = static_cast<int>(ritz.omega2.size()), internal = m + r;
 
   MatrixXd T = MatrixXd::Zero(n + 12, a + internal);
   T.leftCols(a) = X;
   T.block(0, a, n, m) = Psi;
-  T.block(0, a + m, n, r) = ritz.shapes;
+  if (r > 0) T.block(0, a + m, n, r) = ritz.shapes;
   const double amplitude = 1 / std::sqrt(scale.mass);  // unit modal mass in SI
   MatrixXd S = MatrixXd::Zero(b + internal, a + internal);
   {

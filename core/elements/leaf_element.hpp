@@ -83,7 +83,8 @@ class LeafElement {
   virtual void restore(const LeafState& state) = 0;
 
   /// Craig–Bampton dynamics of the present equilibrium: constraint modes of the edges, the lowest
-  /// `modes` fixed-interface modes and, where the leaf has them, further internal shapes.
+  /// `modes` fixed-interface modes and, where the leaf has them, further internal shapes. Without
+  /// modes no internal shapes at all.
   virtual LeafDynamics dynamics(int modes) = 0;
 
   virtual StressPeak max_stress() = 0;

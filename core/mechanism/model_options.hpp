@@ -27,6 +27,12 @@ enum class Flexure { plate, beam };
 /// Whether the clamped ends of a beam hold the warping of its section.
 enum class Warping { clamped, free };
 
+/// Mass of the leaves in the frequencies.
+enum class LeafMass {
+  consistent,  ///< of the deflected leaf
+  constant,    ///< of the undeflected one, turned with its chord frame
+};
+
 /// How a mechanism is modelled.
 struct ModelOptions {
   Accuracy accuracy = Accuracy::reduced;
@@ -39,7 +45,10 @@ struct ModelOptions {
   std::array<int, 2> superelements{1, 0};
   ModalDerivativeSet modal_derivatives = ModalDerivativeSet::all;  ///< of Reduction of that name
   int degree = 5;      ///< of the reduced potential: 5 or 7
-  int leaf_modes = 2;  ///< fixed-interface modes kept per leaf for frequencies (at least)
+  LeafMass mass = LeafMass::consistent;
+  /// Fixed-interface modes kept per leaf for frequencies, at least; 0: none, nor any other internal
+  /// shape, so that leaves only move as their edges make them.
+  int leaf_modes = 2;
 };
 
 /// Newton's iteration and the step control of the path.

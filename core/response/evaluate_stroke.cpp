@@ -112,8 +112,9 @@ void evaluate_exactly(System& system, const ModelOptions& model, const StrokeReq
 }
 
 void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelOptions& model,
-                    const StrokeRequest& request, std::vector<int>& leaf_modes, Exact* exact,
-                    PathPoint& point, PointGradients* gradients) {
+                    const StrokeRequest& request, ConstantMass* constant_mass,
+                    std::vector<int>& leaf_modes, Exact* exact, PathPoint& point,
+                    PointGradients* gradients) {
   const Mechanism& mechanism = system.mechanism();
   point.status = PointStatus::converged;
   point.newton_iterations = equilibrium.iterations;
@@ -149,8 +150,11 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
 
   for (int i = 0; i < system.leaves(); ++i) point.leaves.push_back(system.leaf(i).report());
   if (request.frequencies > 0 && !exact) {
-    const Frequencies f = natural_frequencies(
-        system, {.count = request.frequencies, .leaf_modes = model.leaf_modes}, leaf_modes);
+    const Frequencies f = natural_frequencies(system,
+                                              {.count = request.frequencies,
+                                               .leaf_modes = model.leaf_modes,
+                                               .constant_mass = constant_mass},
+                                              leaf_modes);
     point.modes_free = f.free;
     point.modes_locked = f.locked;
     for (const Mode& m : f.free) point.frequencies_free.push_back(m.frequency);
@@ -206,6 +210,9 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   bool lost = false;
   std::string reason;
   std::vector<int> leaf_modes;
+  std::optional<ConstantMass> constant_mass;
+  if (request.frequencies > 0 && model.mass == LeafMass::constant)
+    constant_mass.emplace(mechanism, model);
   Vector6d present = Vector6d::Zero();  // dead load reached, where nothing is driven
   const auto follow_load = [&](const Vector6d& load) {
     const Equilibrium reached = step_free_load(system, present, load, request.newton);
@@ -246,7 +253,8 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       reason = fmt::format("the path ended before: {}", equilibrium.message);
       continue;
     }
-    evaluate_point(full ? *full : system, equilibrium, model, request, leaf_modes, exact, point,
+    evaluate_point(full ? *full : system, equilibrium, model, request,
+                   constant_mass ? &*constant_mass : nullptr, leaf_modes, exact, point,
                    exact && !exact->directions.empty() ? &exact->gradients.path[k] : nullptr);
   }
   response.seconds_path += seconds_since(start);

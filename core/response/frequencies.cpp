@@ -22,7 +22,7 @@ struct Pencil {
   double check = 0;
 };
 
-Pencil assemble(System& system, const std::vector<int>& leaf_modes) {
+Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass* constant_mass) {
   const Mechanism& m = system.mechanism();
   std::vector<LeafDynamics> leaves;
   int n = system.size();
@@ -31,7 +31,8 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes) {
   pencil.group = rigid_groups(m);
   pencil.highest.resize(system.leaves());
   for (int i = 0; i < system.leaves(); ++i) {
-    leaves.push_back(system.leaf(i).dynamics(leaf_modes[i]));
+    leaves.push_back(constant_mass ? constant_mass->dynamics(system, i, leaf_modes[i])
+                                   : system.leaf(i).dynamics(leaf_modes[i]));
     const VectorXd& f = leaves.back().mode_frequencies;
     n += static_cast<int>(f.size());
     pencil.highest[i] = leaves.back().highest_mode;
@@ -205,7 +206,7 @@ Mode mode_of_shares(double omega2, double drive, double end_effector, double int
 Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
                                 std::vector<int>& leaf_modes) {
   Frequencies result;
-  leaf_modes.resize(system.leaves(), 1);
+  leaf_modes.resize(system.leaves(), std::min(1, options.leaf_modes));
   const int d = 6 * system.mechanism().end_effector + index(system.mechanism().drive);
   const bool joints = system.constraints().count() > 0;
   const auto jointed_pairs = [&](const Pencil& pencil, bool drive_locked) {
@@ -232,13 +233,15 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
     return found;
   };
   for (;;) {
-    const Pencil pencil = assemble(system, leaf_modes);
+    const Pencil pencil = assemble(system, leaf_modes, options.constant_mass);
     const int n = static_cast<int>(pencil.K.rows());
     const EigenPairs locked = pairs(pencil, true);
     const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
     const int unknowns = joints ? n - pencil.bodies + FreeMotions(system, true).count()
                                 : n - 1 - static_cast<int>(system.held().size());
-    if (grow(leaf_modes, pencil.highest, highest, options.count - unknowns, options)) continue;
+    if (options.leaf_modes > 0 &&
+        grow(leaf_modes, pencil.highest, highest, options.count - unknowns, options))
+      continue;
     const EigenPairs free = pairs(pencil, false);
     VectorXd drive_shape = VectorXd::Zero(n);
     if (joints) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/equilibrium/system.hpp"
+#include "core/response/constant_mass.hpp"
 #include "core/response/response.hpp"
 
 namespace flexopt {
@@ -11,8 +12,9 @@ namespace flexopt {
 struct FrequencyOptions {
   int count = 8;
   int leaf_modes = 2;         ///< fixed-interface modes per leaf, at least, unless all frequencies
-                              ///< wanted are below a fifth of the leaf's own: then one
+                              ///< wanted are below a fifth of the leaf's own: then one; 0: none
   double cutoff_ratio = 1.2;  ///< leaf modes up to this multiple of the highest frequency wanted
+  ConstantMass* constant_mass = nullptr;  ///< instead of the leaves' own mass
 };
 
 struct Frequencies {

@@ -222,6 +222,8 @@ std::optional<std::string> without_gradients(const Mechanism& mechanism,
   if (model.accuracy == Accuracy::reduced && model.method != Reduction::mixed_potential)
     return "exact derivatives are those of full leaves, or of the default reduction finished on "
            "them";
+  if (model.mass == LeafMass::constant || model.leaf_modes == 0)
+    return "exact derivatives are those of the consistent mass with all internal motions";
   if (!mechanism.joints.empty()) return "no exact derivatives of mechanisms with joints";
   for (const LeafSpring& leaf : mechanism.leaves)
     if (leaf.point) return "no exact derivatives of leaves with a material point";

@@ -65,6 +65,7 @@ TEST_CASE("what stays away gets the defaults of the structs", "[optim][job]") {
   CHECK(job.model.accuracy == model.accuracy);
   CHECK(job.model.degree == model.degree);
   CHECK(job.model.leaf_modes == model.leaf_modes);
+  CHECK(job.model.mass == LeafMass::consistent);
   CHECK(job.model.free_edge_torsion == model.free_edge_torsion);
   CHECK(job.request.newton.tolerance == newton.tolerance);
   CHECK(job.request.points.size() == 11);
@@ -82,7 +83,7 @@ TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[o
       json::parse(R"({"drive": "free", "skip": ["leaf", "intermediate_body"]})");
   document["model"] = json::parse(
       R"({"accuracy": "full", "mesh": [16, 8], "free_edge_torsion": false, "degree": 7,
-          "leaf_modes": 6, "tolerance": 1e-10, "method": "mixed_potential"})");
+          "leaf_modes": 0, "mass": "constant", "tolerance": 1e-10, "method": "mixed_potential"})");
   const Job job = parse_job(document);
   CHECK((job.request.load - (Vector6d() << 1, 3, 0, 0, 0, 3e-3).finished()).norm() < 1e-15);
   CHECK(job.request.points == std::vector<double>{1e-3, -2e-3, 0});
@@ -93,7 +94,8 @@ TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[o
   CHECK(job.model.mesh == std::array<int, 2>{16, 8});
   CHECK_FALSE(job.model.free_edge_torsion);
   CHECK(job.model.degree == 7);
-  CHECK(job.model.leaf_modes == 6);
+  CHECK(job.model.leaf_modes == 0);
+  CHECK(job.model.mass == LeafMass::constant);
   CHECK(job.request.newton.tolerance == 1e-10);
 }
 

@@ -1,0 +1,192 @@
+// Frequencies of every method against full order over the stroke: the tables of
+// core/response/frequencies.md. Full order: the full leaf with 40 of its own modes.
+//
+//   bench_frequencies            all tables
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+struct Case {
+  std::string name;
+  Mechanism mechanism;
+  std::vector<double> strokes;
+};
+
+std::vector<Case> cases() {
+  const double degree = std::numbers::pi / 180;
+  const std::vector<double> turns{0, 5 * degree, 10 * degree, 20 * degree, 30 * degree};
+  std::vector<Case> made;
+  for (const auto& [name, mass, inertia] :
+       {std::tuple{"1 kg", 1.0, 6e-4}, std::tuple{"10 g", 0.01, 6e-7}}) {
+    made.push_back({fmt::format("guide, {}", name),
+                    models::guide(0.1, 0.03, 5e-4, 0.06, mass, inertia),
+                    {0, 0.005, 0.01, 0.015, 0.02}});
+    Mechanism hinge = models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}});
+    Mechanism three = models::three_leaf_hinge(0.1, 0.04, 3.5e-4);
+    for (Mechanism* m : {&hinge, &three}) m->bodies[0] = models::body({0, 0, 0}, mass, inertia);
+    made.push_back({fmt::format("cross hinge, {}", name), hinge, turns});
+    made.push_back({fmt::format("three-flexure hinge, {}", name), three, turns});
+  }
+  return made;
+}
+
+constexpr int wanted = 6;  // drive free and drive locked each
+
+StrokeResponse path(const Case& c, const ModelOptions& model) {
+  StrokeRequest request;
+  request.points = c.strokes;
+  request.frequencies = wanted;
+  request.frequency_derivatives = false;
+  request.stress = false;
+  return evaluate_stroke(c.mechanism, model, request);
+}
+
+// Worst relative error of the frequencies that are there; how many are not.
+struct Error {
+  double worst = 0;
+  int missing = 0;
+};
+Error error(const PathPoint& found, const PathPoint& truth) {
+  Error e;
+  const auto compare = [&](const std::vector<double>& a, const std::vector<double>& b) {
+    for (std::size_t i = 0; i < b.size(); ++i)
+      if (i < a.size())
+        e.worst = std::max(e.worst, std::abs(a[i] / b[i] - 1));
+      else
+        ++e.missing;
+  };
+  compare(found.frequencies_free, truth.frequencies_free);
+  compare(found.frequencies_locked, truth.frequencies_locked);
+  return e;
+}
+
+std::string percent(double x) {
+  const double p = 100 * x;
+  return p < 0.01 ? fmt::format("{:.4f}", p)
+         : p < 1  ? fmt::format("{:.2f}", p)
+         : p < 10 ? fmt::format("{:.1f}", p)
+                  : fmt::format("{:.0f}", p);
+}
+
+struct Variant {
+  std::string name;
+  ModelOptions model;
+};
+
+std::vector<Variant> variants(Flexure flexure) {
+  ModelOptions base;
+  base.flexure = flexure;
+  if (flexure == Flexure::beam) base.mesh = {16, 1};
+  std::vector<Variant> made;
+  const auto add = [&](const std::string& name, ModelOptions model) {
+    for (const LeafMass mass : {LeafMass::consistent, LeafMass::constant})
+      for (const int modes : {2, 0}) {
+        model.mass = mass;
+        model.leaf_modes = modes;
+        made.push_back({fmt::format("{} | {} | {}", name,
+                                    mass == LeafMass::constant ? "constant" : "consistent",
+                                    modes > 0 ? "yes" : "no"),
+                        model});
+      }
+  };
+  ModelOptions full = base;
+  full.accuracy = Accuracy::full;
+  add("full", full);
+  add("mixed_potential", base);
+  for (const int n : {1, 2, 4}) {
+    ModelOptions linear = base;
+    linear.method = Reduction::linear_craig_bampton;
+    linear.superelements = {n, 0};
+    add(fmt::format("linear_craig_bampton, n = {}", n), linear);
+  }
+  return made;
+}
+
+void table(Flexure flexure) {
+  const std::vector<Case> all = cases();
+  fmt::print(
+      "\n{} leaves: worst of the first six frequencies, drive free and locked, over the "
+      "stroke, in %\n\n| method | mass | internal modes |",
+      flexure == Flexure::beam ? "Beam" : "Plate");
+  for (const Case& c : all) fmt::print(" {} |", c.name);
+  fmt::print("\n|---|---|---|");
+  for (std::size_t k = 0; k < all.size(); ++k) fmt::print("---|");
+  fmt::print("\n");
+  std::vector<StrokeResponse> truths;
+  for (const Case& c : all) {
+    ModelOptions model;
+    model.flexure = flexure;
+    if (flexure == Flexure::beam) model.mesh = {16, 1};
+    model.accuracy = Accuracy::full;
+    model.leaf_modes = 40;
+    truths.push_back(path(c, model));
+  }
+  for (const Variant& v : variants(flexure)) {
+    fmt::print("| {} |", v.name);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const StrokeResponse found = path(all[k], v.model);
+      Error worst;
+      for (std::size_t i = 0; i < found.path.size(); ++i) {
+        const Error e = error(found.path[i], truths[k].path[i]);
+        worst.worst = std::max(worst.worst, e.worst);
+        worst.missing = std::max(worst.missing, e.missing);
+      }
+      fmt::print(" {}{} |", percent(worst.worst),
+                 worst.missing > 0 ? fmt::format(", {} absent", worst.missing) : "");
+    }
+    fmt::print("\n");
+  }
+}
+
+// Where along the stroke the options matter, and what they do to the lowest frequencies alone.
+void along_stroke() {
+  fmt::print(
+      "\nPlate leaves of the default reduction, by the stroke\n\n| case | mass | internal "
+      "modes | 0 | 1/4 or 5° | 1/2 or 10° | 3/4 or 20° | all or 30° | lowest, "
+      "drive free | lowest, drive locked |\n|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const Case& c : cases()) {
+    ModelOptions model;
+    model.accuracy = Accuracy::full;
+    model.leaf_modes = 40;
+    const StrokeResponse truth = path(c, model);
+    model.accuracy = Accuracy::reduced;
+    for (const LeafMass mass : {LeafMass::consistent, LeafMass::constant})
+      for (const int modes : {2, 0}) {
+        model.mass = mass;
+        model.leaf_modes = modes;
+        const StrokeResponse found = path(c, model);
+        fmt::print("| {} | {} | {} |", c.name,
+                   mass == LeafMass::constant ? "constant" : "consistent",
+                   modes > 0 ? "yes" : "no");
+        for (std::size_t i = 0; i < found.path.size(); ++i)
+          fmt::print(" {} |", percent(error(found.path[i], truth.path[i]).worst));
+        double free = 0, locked = 0;
+        for (std::size_t i = 0; i < found.path.size(); ++i) {
+          const PathPoint &a = found.path[i], &b = truth.path[i];
+          free = std::max(free, std::abs(a.frequencies_free[0] / b.frequencies_free[0] - 1));
+          locked =
+              std::max(locked, std::abs(a.frequencies_locked[0] / b.frequencies_locked[0] - 1));
+        }
+        fmt::print(" {} | {} |\n", percent(free), percent(locked));
+      }
+  }
+}
+
+}  // namespace
+
+int main() {
+  table(Flexure::plate);
+  table(Flexure::beam);
+  along_stroke();
+}
