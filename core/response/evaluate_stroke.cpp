@@ -262,10 +262,6 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
 
 void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request, StrokeResponse& response) {
-  if (!mechanism.joints.empty()) {
-    response.message = "no frequency derivatives: they know no joints";
-    return;
-  }
   const auto start = Clock::now();
   FrequencyDerivativesResult found =
       frequency_derivatives(mechanism, model, request.load, request.newton, request.frequencies);

@@ -9,6 +9,7 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/block_lanczos.hpp"
+#include "core/mechanism/joint.hpp"
 #include "core/response/frequencies.hpp"
 #include "core/response/leaf_models.hpp"
 #include "core/response/mechanism_series.hpp"
@@ -117,13 +118,14 @@ Mode classify(const MechanismSeries& series, const System& system, double lambda
   const VectorXd& drive = series.path_rate();
   const double a = drive.dot(M_phi), b = drive.dot(M_drive);
   const VectorXd rest = phi - a / b * drive, M_rest = M_phi - a / b * M_drive;
+  const std::vector<int> group = rigid_groups(system.mechanism());
   double end_effector = 0, intermediate = 0, bodies = 0;
   for (int k = 0; k < series.bodies() / 6; ++k) {
     VectorXd q = VectorXd::Zero(series.bodies());
     q.segment<6>(6 * k) = rest.segment<6>(6 * k);
     const double e = series.static_motion(q).dot(M_rest);
     bodies += e;
-    (k == system.mechanism().end_effector ? end_effector : intermediate) += std::max(0.0, e);
+    (group[k] == system.mechanism().end_effector ? end_effector : intermediate) += std::max(0.0, e);
   }
   Mode mode = mode_of_shares(lambda, std::clamp(a * a / b, 0.0, 1.0), end_effector, intermediate,
                              std::max(0.0, rest.dot(M_rest) - bodies));

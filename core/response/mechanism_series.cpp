@@ -53,11 +53,9 @@ MechanismSeries::MechanismSeries(System& system) : system_(&system), bodies_(sys
     }
     leaves_.push_back(std::move(leaf));
   }
-  size_ = offset;
-
-  const MatrixXd& K = system.tangent_stiffness();
-  scale_ = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  tangent_.compute(scale_.asDiagonal() * K * scale_.asDiagonal());
+  size_ = offset + joints();
+  factorise();
+  multipliers_ = {system.multipliers(), VectorXd::Zero(joints()), VectorXd::Zero(joints())};
   for (int b = 0; b < bodies_ / 6; ++b) {
     const Vector3d zero = Vector3d::Zero();
     place_.push_back({system.pose(b).position, zero, zero});
@@ -65,6 +63,28 @@ MechanismSeries::MechanismSeries(System& system) : system_(&system), bodies_(sys
   }
   rate_ = VectorXd::Zero(size_);
   expand();
+}
+
+void MechanismSeries::factorise() {
+  const MatrixXd& K = system_->tangent_stiffness();
+  const int n = bodies_, m = joints();
+  if (m == 0) {
+    scale_ = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    tangent_.compute(scale_.asDiagonal() * K * scale_.asDiagonal());
+    return;
+  }
+  // bodies that hang on joints alone have no stiffness of their own: one energy for all
+  const Constraints& c = system_->constraints();
+  VectorXd unit = VectorXd::Ones(n);
+  for (int b = 0; b < n; b += 6) unit.segment<3>(b).setConstant(system_->length());
+  const double energy = K.diagonal().cwiseProduct(unit.cwiseAbs2()).cwiseAbs().maxCoeff();
+  scale_.resize(n + m);
+  scale_ << unit / std::sqrt(energy), std::sqrt(energy) * c.units().cwiseInverse();
+  MatrixXd A = MatrixXd::Zero(n + m, n + m);
+  A.topLeftCorner(n, n) = K;
+  A.bottomLeftCorner(m, n) = c.gradient();
+  A.topRightCorner(n, m) = c.gradient().transpose();
+  tangent_.compute(scale_.asDiagonal() * A * scale_.asDiagonal());
 }
 
 MatrixXd MechanismSeries::boundary(const Leaf& leaf, const MatrixXd& bodies) const {
@@ -124,6 +144,7 @@ void MechanismSeries::expand() {
     }
     body_mass_.push_back(M);
   }
+  if (joints() > 0) expand_joints(rotation);
   for (Leaf& leaf : leaves_) {
     const LeafScale& scale = leaf.full->scale();
     std::array<EdgeBodySeries, 2> edges;
@@ -151,6 +172,69 @@ void MechanismSeries::expand() {
   }
 }
 
+// Ψ, Ψ_q and λ·Ψ_qq are polynomials of second degree in the places and rotation matrices X of the
+// bodies, for which differences are exact: f(X0 + X1 s + X2 s²) from f at X0, X0 ± X1, X0 ± X2.
+void MechanismSeries::expand_joints(const std::vector<Series<Matrix3d>>& rotation) {
+  const Mechanism& m = system_->mechanism();
+  for (int o = 0; o < 3; ++o) {
+    joints_.value[o] = VectorXd::Zero(joints());
+    joints_.gradient[o] = MatrixXd::Zero(joints(), bodies_);
+    joints_.curvature[o] = MatrixXd::Zero(bodies_, bodies_);
+  }
+  const auto body = [&](int b, int order, double sign) {
+    JointBody at;
+    if (b < 0) return at;
+    at = {place_[b][0], rotation[b][0], m.bodies[b].reference};
+    if (order > 0) {
+      at.position += sign * place_[b][order];
+      at.rotation += sign * rotation[b][order];
+    }
+    return at;
+  };
+  int row = 0;
+  for (const Joint& joint : m.joints) {
+    const auto series = [&](const auto& f) {
+      const auto at = [&](int order, double sign) {
+        return MatrixXd(f(body(joint.body, order, sign), body(joint.other, order, sign)));
+      };
+      const MatrixXd here = at(0, 0), up = at(1, 1), down = at(1, -1);
+      return Series<MatrixXd>{here, 0.5 * (up - down),
+                              0.5 * (at(2, 1) - at(2, -1)) + 0.5 * (up + down) - here};
+    };
+    const int k = size_of(joint.type).conditions, sides[2] = {joint.body, joint.other};
+    const Series<MatrixXd> value = series(
+        [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).value; });
+    const Series<MatrixXd> gradient = series(
+        [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).gradient; });
+    for (int o = 0; o < 3; ++o) {
+      joints_.value[o].segment(row, k) = value[o];
+      for (int e = 0; e < 2; ++e)
+        if (sides[e] >= 0)
+          joints_.gradient[o].block(row, 6 * sides[e], k, 6) = gradient[o].middleCols(6 * e, 6);
+      const VectorXd weights = multipliers_[o].segment(row, k);
+      const Series<MatrixXd> H = series(
+          [&](const JointBody& a, const JointBody& b) { return curvature(joint, a, b, weights); });
+      for (int p = 0; o + p < 3; ++p)
+        for (int e = 0; e < 2; ++e)
+          for (int f = 0; f < 2; ++f)
+            if (sides[e] >= 0 && sides[f] >= 0)
+              joints_.curvature[o + p].block<6, 6>(6 * sides[e], 6 * sides[f]) +=
+                  H[p].block<6, 6>(6 * e, 6 * f);
+    }
+    row += k;
+  }
+  for (const int k : system_->held())
+    for (MatrixXd& G : joints_.gradient) G.col(k).setZero();
+}
+
+void MechanismSeries::add_joints(const MatrixXd& Y, int order, MatrixXd& result) const {
+  const int m = joints();
+  if (m == 0) return;
+  result.topRows(bodies_) += joints_.curvature[order] * Y.topRows(bodies_) +
+                             joints_.gradient[order].transpose() * Y.bottomRows(m);
+  result.bottomRows(m) = joints_.gradient[order] * Y.topRows(bodies_);
+}
+
 // K̂ [q; u − h] − Xᵀ b_x = b_q with X the static shapes and h the row of the point's condition.
 MatrixXd MechanismSeries::condensed(const MatrixXd& B) const {
   MatrixXd b = B.topRows(bodies_);
@@ -169,11 +253,12 @@ MatrixXd MechanismSeries::condensed(const MatrixXd& B) const {
 
 MatrixXd MechanismSeries::expanded(const MatrixXd& B, const MatrixXd& q) const {
   MatrixXd Y(size_, B.cols());
-  Y.topRows(bodies_) = q;
+  Y.topRows(bodies_) = q.topRows(bodies_);
+  Y.bottomRows(joints()) = q.bottomRows(joints());
   for (const Leaf& leaf : leaves_) {
     const LeafScale& scale = leaf.full->scale();
     const auto bx = B.middleRows(leaf.offset, leaf.unknowns);
-    MatrixXd x = bx / scale.energy, edges = boundary(leaf, q);
+    MatrixXd x = bx / scale.energy, edges = boundary(leaf, q.topRows(bodies_));
     leaf.full->plate().solve(x);
     if (leaf.point >= 0) {
       edges.bottomRows(3) -=
@@ -189,8 +274,9 @@ MatrixXd MechanismSeries::expanded(const MatrixXd& B, const MatrixXd& q) const {
 }
 
 MatrixXd MechanismSeries::solve(const MatrixXd& B) const {
-  const MatrixXd q =
-      scale_.asDiagonal() * tangent_.solve(MatrixXd(scale_.asDiagonal() * condensed(B)));
+  MatrixXd b(bodies_ + joints(), B.cols());
+  b << condensed(B), B.bottomRows(joints());
+  const MatrixXd q = scale_.asDiagonal() * tangent_.solve(MatrixXd(scale_.asDiagonal() * b));
   return expanded(B, q);
 }
 
@@ -240,6 +326,7 @@ Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y) const {
     return K;
   });
   add_point_conditions(Y, result[0]);
+  for (int o = 0; o < 3; ++o) add_joints(Y, o, result[o]);
   for (MatrixXd& r : result) clear_held(r);
   return result;
 }
@@ -251,6 +338,7 @@ MatrixXd MechanismSeries::tangent(const MatrixXd& Y) const {
     return K;
   })[0];
   add_point_conditions(Y, result);
+  add_joints(Y, 0, result);
   clear_held(result);
   return result;
 }
@@ -311,16 +399,24 @@ Series<VectorXd> MechanismSeries::residual() const {
       result[o].head(bodies_) = bodies;
     }
   }
+  for (int o = 0; o < 3 && joints() > 0; ++o) {
+    result[o].tail(joints()) = joints_.value[o];
+    for (int p = 0; p <= o; ++p)
+      result[o].head(bodies_) += joints_.gradient[p].transpose() * multipliers_[o - p];
+  }
   return result;
 }
 
-// (21): K̂ − ½ hat(m) bordered by the drive load and the stroke, twice.
+// (21): K̂ − ½ hat(m) bordered by the joints, the drive load and the stroke, twice.
 void MechanismSeries::expand_along_stroke() {
   const Mechanism& m = system_->mechanism();
-  const int n = bodies_, ee = 6 * m.end_effector, d = ee + index(m.drive);
+  const int bodies = bodies_, n = bodies + joints(), ee = 6 * m.end_effector,
+            d = ee + index(m.drive);
   MatrixXd A = MatrixXd::Zero(n + 1, n + 1);
-  A.topLeftCorner(n, n) = system_->tangent_stiffness();
-  for (int b = 0; b < n; b += 6)
+  A.topLeftCorner(bodies, bodies) = system_->tangent_stiffness();
+  A.block(bodies, 0, joints(), bodies) = system_->constraints().gradient();
+  A.block(0, bodies, bodies, joints()) = system_->constraints().gradient().transpose();
+  for (int b = 0; b < bodies; b += 6)
     A.block<3, 3>(b + 3, b + 3) -= 0.5 * hat(system_->internal_force().segment<3>(b + 3));
   for (const int k : system_->held()) {
     A.row(k).setZero();
@@ -340,12 +436,13 @@ void MechanismSeries::expand_along_stroke() {
   const Eigen::PartialPivLU<MatrixXd> lu(row.asDiagonal() * A * column.asDiagonal());
   const auto step = [&](const VectorXd& b, double stroke) {
     VectorXd rhs(n + 1);
-    rhs << condensed(b), stroke;
+    rhs << condensed(b), b.tail(joints()), stroke;
     const VectorXd q = column.cwiseProduct(lu.solve(row.cwiseProduct(rhs)));
     return VectorXd(expanded(b, q.head(n)));
   };
   const auto set = [&](int order, const VectorXd& y) {
-    for (int b = 0; b < n / 6; ++b) {
+    multipliers_[order] = y.tail(joints());
+    for (int b = 0; b < bodies / 6; ++b) {
       place_[b][order] = y.segment<3>(6 * b);
       turn_[b][order] = rotation_left_tangent_inverse(turn_[b][0]) * y.segment<3>(6 * b + 3);
     }
@@ -378,7 +475,9 @@ void MechanismSeries::expand_along(const VectorXd& y) {
 }
 
 VectorXd MechanismSeries::static_motion(const VectorXd& bodies) const {
-  return expanded(MatrixXd::Zero(size_, 1), bodies);
+  VectorXd q = VectorXd::Zero(bodies_ + joints());
+  q.head(bodies_) = bodies;
+  return expanded(MatrixXd::Zero(size_, 1), q);
 }
 
 VectorXd MechanismSeries::motion(const VectorXd& y) const {

@@ -11,7 +11,8 @@
 namespace flexopt {
 
 /// Vectors are (displacement, spin) of every body, then of every leaf its internal unknowns and the
-/// force at its material point, if it has one.
+/// force at its material point, if it has one, then the multipliers of the joints. The row of such
+/// a force or multiplier is its condition.
 class MechanismSeries {
  public:
   /// The system must be assembled at an equilibrium, its leaves be FullLeaf; it is not changed.
@@ -70,11 +71,23 @@ class MechanismSeries {
   MatrixXd expanded(const MatrixXd& B, const MatrixXd& q) const;
   void clear_held(MatrixXd& Y) const;
 
+  /// Ψ, Ψ_q and λ·Ψ_qq of the joints along the path.
+  struct Joints {
+    Series<VectorXd> value;
+    Series<MatrixXd> gradient, curvature;
+  };
+  int joints() const { return system_->constraints().count(); }
+  void factorise();
+  void expand_joints(const std::vector<Series<Matrix3d>>& rotation);
+  void add_joints(const MatrixXd& Y, int order, MatrixXd& result) const;
+
   System* system_;
   int bodies_ = 0, size_ = 0;
   std::vector<Leaf> leaves_;
   VectorXd scale_;
-  Eigen::PartialPivLU<MatrixXd> tangent_;       ///< of the bodies, scaled
+  Series<VectorXd> multipliers_;
+  Joints joints_;
+  Eigen::PartialPivLU<MatrixXd> tangent_;       ///< of the bodies and the joints, scaled
   std::vector<Series<Vector3d>> place_, turn_;  ///< of every body: reference point, rotation vector
   std::vector<Series<Matrix6d>> body_mass_;
   VectorXd rate_;

@@ -54,6 +54,17 @@ Mechanism clamped_plate() {
   return m;
 }
 
+/// The tip edge of the last leaf on a body of its own.
+Mechanism jointed(Mechanism m, JointType type) {
+  LeafSpring& leaf = m.leaves.back();
+  m.bodies.push_back(models::body(leaf.tip_middle(), 0, 0));
+  m.bodies.back().name = "edge";
+  m.bodies.back().role = BodyRole::intermediate;
+  m.joints = {{"joint", type, 0, 1, leaf.tip_middle(), Vector3d::UnitZ()}};
+  leaf.tip = 1;
+  return m;
+}
+
 std::vector<Case> families() {
   return {
       {"leaf spring", lopsided(models::single_leaf(0.1, 0.03, 5e-4), 0.1)},
@@ -63,6 +74,9 @@ std::vector<Case> families() {
       {"three-flexure cross hinge", lopsided(models::three_leaf_hinge(0.06, 0.04, 4e-4), 0.1)},
       {"beam guide", lopsided(models::guide(0.1, 0.03, 5e-4), 0.1), Flexure::beam},
       {"free tip", free_tip()},
+      {"hinged guide", jointed(lopsided(models::guide(0.1, 0.03, 5e-4), 0.1), JointType::revolute)},
+      {"hinge on a ball",
+       jointed(lopsided(models::three_leaf_hinge(0.06, 0.04, 4e-4), 0.1), JointType::spherical)},
       // its stroke is measured by its thickness
       {"clamped plate", clamped_plate(), Flexure::plate, 2e-4},
   };
@@ -126,6 +140,28 @@ TEST_CASE("frequency derivatives agree with differences of the path") {
     compared += compared_here;
   }
   CHECK(compared >= 20);
+}
+
+TEST_CASE("derivatives through a rigid joint are those of direct assembly") {
+  for (const Mechanism& m : {lopsided(models::guide(0.1, 0.03, 5e-4), 0.1),
+                             lopsided(models::three_leaf_hinge(0.06, 0.04, 4e-4), 0.1)}) {
+    Vector6d load;
+    load << 20, 1, -3, 0.02, 0.05, 0.01;
+    const auto direct = frequency_derivatives(m, ModelOptions{}, load, {.tolerance = 1e-12}, 5);
+    const auto joint = frequency_derivatives(jointed(m, JointType::rigid), ModelOptions{}, load,
+                                             {.tolerance = 1e-12}, 5);
+    REQUIRE(direct.ok);
+    REQUIRE(joint.ok);
+    for (std::size_t i = 0; i < direct.modes.size(); ++i) {
+      const FrequencyDerivatives &a = joint.modes[i], &b = direct.modes[i];
+      INFO("mode " << i);
+      CHECK(a.omega2 == Approx(b.omega2).epsilon(1e-9));
+      CHECK(a.d_omega2 == Approx(b.d_omega2).epsilon(1e-5));
+      CHECK(a.d2_omega2 == Approx(b.d2_omega2).epsilon(1e-5));
+      CHECK(a.mode.kind == b.mode.kind);
+      CHECK(b.d_omega2 != 0);
+    }
+  }
 }
 
 TEST_CASE("first derivatives of symmetric designs vanish") {
