@@ -205,7 +205,7 @@ def over_stroke(program, out, folder):
         if full is None:
             full = (load, stiffness)
             continue
-        worst = [max(abs(a[1] / b[1] - 1) for a, b in zip(own, exact) if b[1])
+        worst = [max(abs(a[1] / b[1] - 1) for a, b in list(zip(own, exact))[1:])
                  for own, exact in zip((load, stiffness), full)]
         print(f"  {label}: drive load {100 * worst[0]:.3g} %, stiffness in x {100 * worst[1]:.3g} %")
     write(out, "figure_6_load", "Parallel leaf springs to 0.3 L", "stroke [mm]", "load [N]",

@@ -78,7 +78,7 @@ TEST_CASE("modal derivatives of a mechanism are the differences of its modes",
     for (int i = 0; i < count; ++i) {
       const VectorXd theta = kept->derivatives.col(count * i + j);
       INFO("i " << i << ", j " << j << ", |theta| " << theta.norm());
-      CHECK((difference.col(i) - theta).norm() < 1e-5 * (theta.norm() + 1));
+      CHECK((difference.col(i) - theta).norm() < 1e-4 * (theta.norm() + 1));
       inertia = std::max(
           inertia, (theta - left_out->derivatives.col(count * i + j)).norm() / (theta.norm() + 1));
     }
