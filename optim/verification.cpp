@@ -165,14 +165,15 @@ VerificationOutcome Loop::run(const Candidate& optimum) {
     const Candidate& proposed = *found.best;
     outcome_.multipliers = found.multipliers;
     const double moved = (proposed.x - x).lpNorm<Eigen::Infinity>();
-    if (moved <= 10 * spec_.tolerance) {
+    const bool feasible = here->candidate.violation <= spec_.constraint_tolerance;
+    if (moved <= (feasible ? 10 * spec_.tolerance : least_region)) {
       // corrected to equal full accuracy at x, the model has its optimum there
-      report.converged = here->candidate.violation <= spec_.constraint_tolerance;
-      if (report.converged) report.difference = 0;
-      report.message = report.converged
-                           ? ""
-                           : fmt::format("the corrected model leaves a violation of {:.2g}",
-                                         here->candidate.violation);
+      report.converged = feasible;
+      if (feasible)
+        report.difference = 0;
+      else
+        report.message = fmt::format("the corrected model leaves a violation of {:.2g}",
+                                     here->candidate.violation);
       break;
     }
     const std::optional<Full> there = at_full(proposed.x);
