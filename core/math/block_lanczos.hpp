@@ -80,7 +80,7 @@ LowestPairs lowest_pairs_of_blocks(int n, int count, int width, const Solve& sol
           next == 0 || std::all_of(order.begin(), order.end(), [&](int i) {
             return (B * S.col(i).tail(block)).norm() <= tolerance * std::abs(theta[i]);
           });
-      if (pairs.converged || k == most) {
+      if (pairs.converged || (k == most && most < n)) {
         const MatrixXd MX = MV.leftCols(before) * S(Eigen::all, order);
         // Rayleigh–Ritz on Y = K⁻¹ M X:  (Yᵀ M X) z = λ⁻¹… with Yᵀ K Y = Yᵀ M X
         const MatrixXd Y = solve(MX), MY = mass(Y);
