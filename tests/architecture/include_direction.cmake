@@ -7,7 +7,7 @@ set(core_folders math spec mechanism elements reduction equilibrium response)
 set(wrapped
   "nlopt\\.h" "optim/nlopt_[a-z_]*\\.cpp"
   "(coin/)?Ip[A-Z][A-Za-z]*\\.hpp" "optim/ipopt_[a-z_]*\\.cpp"
-  "muParser[A-Za-z]*\\.h" "optim/expression\\.cpp"
+  "muParser[A-Za-z]*\\.h" "optim/expression[a-z_]*\\.[ch]pp"
   "udunits2?\\.h" "core/spec/quantity\\.cpp"
   "CLI/.*" "results/.*"
 )

@@ -110,6 +110,14 @@ std::vector<Variant> variants(Flexure flexure) {
     linear.superelements = {n, 0};
     add(fmt::format("linear_craig_bampton, n = {}", n), linear);
   }
+  for (const auto& [method, name] : {std::pair{Reduction::modal_derivatives, "modal_derivatives"},
+                                     {Reduction::quadratic_manifold, "quadratic_manifold"}})
+    for (const int n : {1, 2, 4}) {
+      ModelOptions modal = base;
+      modal.method = method;
+      modal.superelements = {n, 0};
+      add(fmt::format("{}, n = {}", name, n), modal);
+    }
   return made;
 }
 
@@ -137,13 +145,19 @@ void table(Flexure flexure) {
     for (std::size_t k = 0; k < all.size(); ++k) {
       const StrokeResponse found = path(all[k], v.model);
       Error worst;
+      int lost = 0;  // points without an equilibrium
       for (std::size_t i = 0; i < found.path.size(); ++i) {
+        if (found.path[i].status != PointStatus::converged) {
+          ++lost;
+          continue;
+        }
         const Error e = error(found.path[i], truths[k].path[i]);
         worst.worst = std::max(worst.worst, e.worst);
         worst.missing = std::max(worst.missing, e.missing);
       }
-      fmt::print(" {}{} |", percent(worst.worst),
-                 worst.missing > 0 ? fmt::format(", {} absent", worst.missing) : "");
+      fmt::print(" {}{}{} |", percent(worst.worst),
+                 worst.missing > 0 ? fmt::format(", {} absent", worst.missing) : "",
+                 lost > 0 ? fmt::format(", {} points lost", lost) : "");
     }
     fmt::print("\n");
   }

@@ -85,6 +85,22 @@ TEST_CASE("Help, version, schema and designs go to stdout and exit 0", "[results
   CHECK_THAT(flexopt_in(folder.path(), "designs leaf_spring").out, Contains("thickness"));
 }
 
+TEST_CASE("check-gradients compares every derivative of a job", "[results][command]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["frequencies"] = 2;
+  job["model"]["mesh"] = OrderedJson::array({6, 2});
+  save(folder.path() / "leaf.json", job);
+  const Outcome good = flexopt_in(folder.path(), "check-gradients leaf.json");
+  CHECK(good.code == 0);
+  CHECK_THAT(good.out, Contains("material.youngs_modulus") && Contains("thickness") &&
+                           !Contains("WRONG") && Contains("derivatives agree"));
+  const Outcome joints =
+      flexopt_in(folder.path(), "check-gradients leaf.json --set /design/tip=hinged");
+  CHECK(joints.code == 2);
+  CHECK_THAT(joints.err, Contains("joints"));
+}
+
 TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
   const test::TemporaryFolder folder;
   save(folder.path() / "leaf.json", leaf_job());
@@ -94,7 +110,7 @@ TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
         "run missing.json", "run .", "run leaf.json --out leaf.json", "run leaf.json --out ''",
         "run leaf.json --set /design/parameters/thickness=-1", "run leaf.json --set nonsense",
         "validate missing.json", "designs no_such_family", "report missing", "report .",
-        "check-gradients leaf.json"}) {
+        "check-gradients missing.json"}) {
     CAPTURE(arguments);
     const Outcome outcome = flexopt_in(folder.path(), arguments);
     CHECK(outcome.code == 2);
