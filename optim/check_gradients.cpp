@@ -245,7 +245,7 @@ GradientReport check_gradients(const Job& job, double tolerance, int threads) {
         const double motion = names[q].unit == "m"     ? stroke * (turns ? leaf_length : 1.0)
                               : names[q].unit == "rad" ? stroke / (turns ? 1.0 : leaf_length)
                                                        : 0.0;
-        const double floor = 1e-3 * std::max(largest[q], motion);
+        const double floor = std::max(1e-3 * largest[q], 1e-2 * motion);
         const double size =
             std::max({std::abs(differences.value[i]),
                       0.1 * std::max(std::abs(*here[i]), floor) / size_of_x, 1e-300});

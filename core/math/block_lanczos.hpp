@@ -14,10 +14,11 @@ namespace flexopt {
 
 /// `solve(B)` → K⁻¹ B, `mass(B)` → M B for matrices of columns, n rows. Values ascending, those of
 /// smallest magnitude. Converged when every Ritz value's residual is below `tolerance` relative to
-/// it; a last inverse iteration on the found space then squares the error of the values.
+/// it, the last `guards` aside; a last inverse iteration on the found space then squares the error
+/// of the values.
 template <class Solve, class Mass>
 LowestPairs lowest_pairs_of_blocks(int n, int count, int width, const Solve& solve,
-                                   const Mass& mass, double tolerance = 1e-7) {
+                                   const Mass& mass, double tolerance = 1e-7, int guards = 0) {
   LowestPairs pairs;
   const int most = std::min(n, 6 * count + 20 * width + 40);
   MatrixXd V(n, most), MV(n, most), T = MatrixXd::Zero(most, most);
@@ -77,7 +78,7 @@ LowestPairs lowest_pairs_of_blocks(int n, int count, int width, const Solve& sol
       order.resize(count);
       const auto& S = ritz.eigenvectors();
       pairs.converged =
-          next == 0 || std::all_of(order.begin(), order.end(), [&](int i) {
+          next == 0 || std::all_of(order.begin(), order.end() - guards, [&](int i) {
             return (B * S.col(i).tail(block)).norm() <= tolerance * std::abs(theta[i]);
           });
       if (pairs.converged || (k == most && most < n)) {

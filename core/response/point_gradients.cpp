@@ -252,14 +252,22 @@ std::optional<ExactModes> exact_modes(const MechanismFactor& factor, int count, 
     return Y;
   };
   const int width = std::max(4, static_cast<int>(factor.leaves().size()));
-  // guards: a mode is known the better the farther the ones left out are
+  constexpr int guards = 4;  // a mode is known the better the farther the ones left out are
   LowestPairs pairs;
-  for (const double tolerance : {1e-9, 1e-7}) {  // rounding may hold the residual up
-    pairs = lowest_pairs_of_blocks(factor.size(), count + 4, width, solve, mass, tolerance);
+  for (const double tolerance : {1e-6, 1e-5}) {  // rounding may hold the residual up
+    pairs = lowest_pairs_of_blocks(factor.size(), count + guards, width, solve, mass, tolerance,
+                                   guards);
     if (pairs.converged) break;
   }
   if (!pairs.converged) return std::nullopt;
-  ExactModes found{std::move(pairs.values), std::move(pairs.vectors), {}};
+  // once more by inverse iteration, columns of equal size: derivatives want the vectors themselves
+  MatrixXd Y = solve(MatrixXd(mass(pairs.vectors) * pairs.values.asDiagonal()));
+  const MatrixXd MY = mass(Y);
+  const MatrixXd G = Y.transpose() * MY,
+                 A = pairs.values.asDiagonal() * (pairs.vectors.transpose() * MY);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (A + A.transpose()),
+                                                                0.5 * (G + G.transpose()));
+  ExactModes found{ritz.eigenvalues(), Y * ritz.eigenvectors(), {}};
   // shares of the kinetic energy as in natural_frequencies()
   const MatrixXd M_phi = mass(found.phi.leftCols(count));
   const VectorXd M_drive = factor.mass(factor.drive_answer());
