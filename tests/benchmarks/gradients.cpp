@@ -1,0 +1,68 @@
+// What exact derivatives of all outputs over a stroke cost, as a multiple of the stroke itself at
+// full accuracy, and what each further parameter adds.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <vector>
+
+#include "core/response/stroke_gradients.hpp"
+#include "designs/family.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+template <class Work>
+double shortest(const Work& work) {
+  double best = 1e300;
+  for (int i = 0; i < 5; ++i) {
+    const double start = processor_seconds();
+    work();
+    best = std::min(best, processor_seconds() - start);
+  }
+  return best;
+}
+
+}  // namespace
+
+int main() {
+  const Family& family = find_family("three_flexure_cross_hinge", "");
+  const ParameterValues values{{"length", 0.06},      {"thickness", 4e-4},
+                               {"outer_width", 0.02}, {"inner_width", 0.04},
+                               {"half_angle", 0.75},  {"crossing_fraction", 0.5},
+                               {"gap", 1e-3}};
+  const Material material{"steel", 210e9, 0.3, 7800, {}};
+  EndEffector payload;
+  payload.mass = 1;
+  payload.inertia = 1e-3 * Matrix3d::Identity();
+  const FamilyChoices choices = standard_choices(family);
+  const Mechanism mechanism = family.make(values, choices, material, payload);
+  std::vector<MechanismDirection> all = family.directions(values, choices, material, payload);
+  for (auto more : {material_directions(mechanism), payload_directions(mechanism)})
+    for (MechanismDirection& d : more) all.push_back(std::move(d));
+
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  StrokeRequest request;
+  request.points.clear();
+  for (int i = 0; i <= 10; ++i) request.points.push_back(0.35 * i / 10);
+  request.frequency_derivatives = false;
+  fmt::print("three leaves, 11 points, default mesh, stress; cost over that of the stroke alone\n");
+  fmt::print(
+      "| frequencies | 1 parameter | 12 parameters | each further one |\n|---|---|---|---|\n");
+  for (const auto& [frequencies, free] : {std::pair{0, 0}, {4, 0}, {8, 0}, {8, 8}}) {
+    request.frequencies = frequencies;
+    request.frequencies_free = free;
+    const auto with = [&](std::size_t count) {
+      const std::vector<MechanismDirection> some(all.begin(), all.begin() + count);
+      return shortest([&] { (void)evaluate_stroke_gradients(mechanism, some, model, request); });
+    };
+    const double plain = shortest([&] { (void)evaluate_stroke(mechanism, model, request); });
+    const double one = with(1), twelve = with(12);
+    fmt::print("| {} drive free, {} locked | {:.2f} | {:.2f} | {:.3f} |\n", free, frequencies,
+               one / plain, twelve / plain, (twelve - one) / 11 / plain);
+  }
+}
