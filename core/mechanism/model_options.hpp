@@ -41,10 +41,11 @@ struct ModelOptions {
   std::array<int, 2> mesh{10, 4};      ///< elements [along, across] per leaf; a beam has 1 across
   bool free_edge_torsion = true;  ///< 3-D torsion layer of the free edges; off: thin-shell limit
   Reduction method = Reduction::mixed_potential;
-  /// Superelements along a leaf and across (linear ones only); across 0: of two nodes, between rigid lines.
+  /// Superelements along a leaf and across (linear ones only); across 0: of two nodes, between
+  /// rigid lines.
   std::array<int, 2> superelements{1, 0};
   ModalDerivativeSet modal_derivatives = ModalDerivativeSet::all;  ///< of Reduction of that name
-  int degree = 5;      ///< of the reduced potential: 5 or 7
+  int degree = 5;  ///< of the reduced potential: 5 or 7
   LeafMass mass = LeafMass::consistent;
   /// Fixed-interface modes kept per leaf for frequencies, at least; 0: none, nor any other internal
   /// shape, so that leaves only move as their edges make them.

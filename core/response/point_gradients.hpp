@@ -1,6 +1,6 @@
 #pragma once
 // Exact derivatives of everything a point of the path answers with respect to design parameters.
-// Equations (26)–(31) of README.md.
+// Equations (26)–(30) of README.md.
 #include <map>
 #include <memory>
 #include <optional>
