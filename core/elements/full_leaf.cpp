@@ -218,7 +218,7 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   }
   RitzShapes ritz;
   if (mode_count > 0) {
-    MatrixXd KY = plate.mass_times(X), Y = KY;
+    MatrixXd KY = plate.mass_times(X).topRows(n), Y = KY;
     plate.solve(Y);
     const MatrixXd MPsi = plate.mass_times(Psi);
     const MatrixXd share = MPsi.transpose() * Y;

@@ -66,8 +66,8 @@ Eigen::Matrix<double, 2 * Side, Eigen::Dynamic> gather(const MatrixXd& low, cons
 }  // namespace
 
 PlateGradient::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const PlateMeshRate> rate,
-                             const std::array<Vector3d, 2>& lever)
-    : plate_(&plate), mesh_(&plate.mesh()), rate_(std::move(rate)), lever_(lever) {
+                             const LeafRows& rows)
+    : plate_(&plate), mesh_(&plate.mesh()), rate_(std::move(rate)), rows_(rows) {
   assert(!plate.has_point());
   const auto& slopes = mesh_->edge_slopes();
   for (int e = 0; e < 2; ++e) {
@@ -76,7 +76,7 @@ PlateGradient::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Plate
     rigid_[e] = plate.is_rigid_edge(edge.line);
     if (!rigid_[e]) continue;
     edge.axes = plate.state().edges[e].axes;
-    const Vector3d arm = edge.axes.transpose() * lever[e];
+    const Vector3d arm = edge.axes.transpose() * rows.lever[e];
     for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
       std::array<Vector3d, 4> w{arm + mesh_->y()[j] * Vector3d::UnitY(), Vector3d::UnitX(),
                                 Vector3d::UnitY(), Vector3d::Zero()};
@@ -93,9 +93,9 @@ PlateGradient::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Plate
     prepare<8>();
   else
     prepare<4>();
-  MatrixXd rows = MatrixXd::Zero(size(), 1);
-  for (int line = 0; line < mesh_->lines(); ++line) add_to_rows(line, nodal_force_[line], rows);
-  force_ = rows;
+  MatrixXd force = MatrixXd::Zero(size(), 1);
+  for (int line = 0; line < mesh_->lines(); ++line) add_to_rows(line, nodal_force_[line], force);
+  force_ = force;
 }
 
 int PlateGradient::edge_at(int line) const {
@@ -161,7 +161,7 @@ void PlateGradient::add_to_rows(int line, const MatrixXd& nodal, MatrixXd& rows)
     return;
   }
   const auto& slopes = mesh_->edge_slopes();
-  const int body = plate_->unknowns() + 6 * e;
+  const int body = rows_.body(e);
   for (int k = 0; k < columns; ++k)
     for (int s = 0; s < n; ++s) {
       const Vector3d f = nodal.block<1, 3>(s, 3 * k).transpose();
@@ -173,31 +173,6 @@ void PlateGradient::add_to_rows(int line, const MatrixXd& nodal, MatrixXd& rows)
                    static_cast<int>(d),
                k) += edges_[e].axes.col(slopes[d].axis).dot(f);
     }
-}
-
-MatrixXd PlateGradient::edge_rows(const MatrixXd& Y) const {
-  MatrixXd T = Y;
-  for (int e = 0; e < 2; ++e) {
-    const int body = plate_->unknowns() + 6 * e;
-    T.middleRows(body, 3) -= hat(lever_[e]) * Y.middleRows(body + 3, 3);
-  }
-  return T;
-}
-
-MatrixXd PlateGradient::mass_times(const MatrixXd& Y) const {
-  const int n = mesh_->functions_per_line(), lines = mesh_->lines(),
-            columns = static_cast<int>(Y.cols());
-  const MatrixXd T = edge_rows(Y);
-  std::vector<MatrixXd> N(lines);
-  for (int i = 0; i < lines; ++i) N[i] = plate_->nodal_rates(i, T).reshaped(n, 3 * columns);
-  MatrixXd rows = MatrixXd::Zero(size(), columns), F;
-  for (int i = 0; i < lines; ++i) {
-    F.noalias() = mesh_->mass_diagonal(i) * N[i];
-    if (i > 0) F.noalias() += mesh_->mass_below(i - 1) * N[i - 1];
-    if (i + 1 < lines) F.noalias() += mesh_->mass_below(i).transpose() * N[i + 1];
-    add_to_rows(i, F, rows);
-  }
-  return rows;
 }
 
 // N0′ of the edges' nodes: functions × (3 components of each variation).
@@ -227,7 +202,7 @@ std::array<MatrixXd, 2> PlateGradient::edge_nodal_rates(
 std::vector<MatrixXd> PlateGradient::nodal_rates(
     const MatrixXd& Y, const std::vector<LeafVariation>& variations) const {
   const int n = mesh_->functions_per_line();
-  const MatrixXd T = edge_rows(Y);
+  const MatrixXd T = rows_.edge_rows(Y);
   const std::array<MatrixXd, 2> edges = edge_nodal_rates(variations);
   std::vector<MatrixXd> N;
   for (int i = 0; i < mesh_->lines(); ++i) {
@@ -285,7 +260,7 @@ MatrixXd PlateGradient::force_rates(const std::vector<LeafVariation>& variations
   const auto& slopes = mesh_->edge_slopes();
   for (int e = 0; e < 2; ++e) {
     if (!rigid_[e]) continue;
-    const int line = edges_[e].line, body = plate_->unknowns() + 6 * e;
+    const int line = edges_[e].line, body = rows_.body(e);
     for (int k = 0; k < columns; ++k)
       for (int s = 0; s < n; ++s) {
         const Vector3d f = nodal_force_[line].row(s).transpose();
@@ -427,7 +402,7 @@ PlateGradient::Quadratic PlateGradient::quadratic(const MatrixXd& Y, const Vecto
   assert(Y.rows() == size() && mu.size() == columns);
   const auto& slopes = mesh_->edge_slopes();
   const int per_node = static_cast<int>(slopes.size());
-  const MatrixXd T = edge_rows(Y);
+  const MatrixXd T = rows_.edge_rows(Y);
   std::vector<MatrixXd> N1(lines), n0(lines, MatrixXd::Zero(n, 3 * columns));
   for (int i = 0; i < lines; ++i) N1[i] = plate_->nodal_rates(i, T).reshaped(n, 3 * columns);
   std::array<MatrixXd, 2> N2, n1;
@@ -435,7 +410,7 @@ PlateGradient::Quadratic PlateGradient::quadratic(const MatrixXd& Y, const Vecto
     N2[e] = n1[e] = MatrixXd::Zero(n, 3 * columns);
     if (!rigid_[e]) continue;
     for (int k = 0; k < columns; ++k) {
-      const Vector3d w = Y.block<3, 1>(plate_->unknowns() + 6 * e + 3, k);
+      const Vector3d w = Y.block<3, 1>(rows_.body(e) + 3, k);
       for (int s = 0; s < n; ++s) {
         Vector3d r = w.cross(w.cross(edges_[e].arm[s]));
         for (int d = 0; d < per_node; ++d)
@@ -462,7 +437,7 @@ PlateGradient::Quadratic PlateGradient::quadratic(const MatrixXd& Y, const Vecto
   // The edges: N0 = p + v, N1 = u̇ + ω×v + Σ ȧ d, N2 = ω×(ω×v) + 2 Σ ȧ ω×d with v = R w and axes d
   for (int e = 0; e < 2; ++e) {
     if (!rigid_[e]) continue;
-    const int line = edges_[e].line, body = plate_->unknowns() + 6 * e;
+    const int line = edges_[e].line, body = rows_.body(e);
     const Matrix3d& R = edges_[e].axes;
     for (int k = 0; k < columns; ++k) {
       Quadratic::Edge& g = q.edge[k][e];
@@ -511,7 +486,7 @@ double PlateGradient::rate(const Quadratic& q, const MatrixXd& Y, int k,
   for (int e = 0; e < 2; ++e) {
     if (!rigid_[e]) continue;
     const Quadratic::Edge& g = q.edge[k][e];
-    const auto body = Y.col(k).segment<6>(plate_->unknowns() + 6 * e);
+    const auto body = Y.col(k).segment<6>(rows_.body(e));
     sum += g.rotation.cwiseProduct(v.edge[e].rotation).sum() + g.position.dot(v.edge[e].position) +
            g.arm.dot(v.edge[e].arm) + g.across * v.shape[0] / mesh_->shape().width +
            g.displacement.dot(v.turn * body.head<3>() - v.length * body.head<3>()) +

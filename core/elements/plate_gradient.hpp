@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 
+#include "core/elements/leaf_rows.hpp"
 #include "core/elements/plate_leaf.hpp"
 #include "core/elements/plate_mesh_rate.hpp"
 
@@ -26,18 +27,14 @@ struct LeafVariation {
 };
 
 /// A full leaf between two rigid edges (or with a free tip) at an assembled state. Vectors are
-/// (internal unknowns, increments of the base body (6) and of the tip body (6)).
+/// those of LeafRows.
 class PlateGradient {
  public:
-  /// `lever`: from the reference point of the body to the middle of its edge, present; zero where
-  /// grounded. The leaf must have no material point.
+  /// The leaf must have no material point.
   PlateGradient(const PlateLeaf& plate, std::shared_ptr<const PlateMeshRate> rate,
-                const std::array<Vector3d, 2>& lever);
+                const LeafRows& rows);
 
-  int size() const { return plate_->unknowns() + 12; }
-
-  /// The same columns with the increments of the edges in the bodies' place, as PlateLeaf has them.
-  MatrixXd edge_rows(const MatrixXd& Y) const;
+  int size() const { return rows_.size(); }
 
   /// Residual of every row.
   const VectorXd& force() const { return force_; }
@@ -48,8 +45,6 @@ class PlateGradient {
   /// by the columns of Y along the variations.
   std::vector<MatrixXd> nodal_rates(const MatrixXd& Y,
                                     const std::vector<LeafVariation>& variations) const;
-  /// M Y in units of LeafScale::mass.
-  MatrixXd mass_times(const MatrixXd& Y) const;
 
   /// q = yᵀ(K − μ M) y for each column y of Y, and its derivatives at constant y and μ. Rotations
   /// are varied as exp(hat δ) R of the varied R.
@@ -91,7 +86,7 @@ class PlateGradient {
   const PlateLeaf* plate_;
   const PlateMesh* mesh_;
   std::shared_ptr<const PlateMeshRate> rate_;
-  std::array<Vector3d, 2> lever_;
+  LeafRows rows_;
   std::array<bool, 2> rigid_{true, true};
   std::array<EdgeNodes, 2> edges_;
   std::vector<Eigen::Matrix<double, 16, 3>> a0_;  ///< gradients at the points

@@ -520,7 +520,9 @@ MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
   const int m = static_cast<int>(V.cols());
   std::vector<MatrixXd> R(lines);  // functions × (3 components of each column)
   for (int i = 0; i < lines; ++i) R[i] = nodal_rates(i, V).reshaped(n, 3 * m);
-  MatrixXd result(unknowns(), m), F;
+  const bool edges = V.rows() == unknowns() + 12;
+  MatrixXd result(V.rows(), m), F;
+  if (edges) result.bottomRows(12).setZero();
   for (int i = 0; i < lines; ++i) {
     F.noalias() = mesh_->mass_diagonal(i) * R[i];
     if (i > 0) F.noalias() += mesh_->mass_below(i - 1) * R[i - 1];
@@ -528,8 +530,11 @@ MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
     const auto rows = F.reshaped(3 * n, m);
     if (is_rigid_edge(i)) {
       const int u = mesh_->edge_unknowns();
-      result.middleRows(K_.offset[i], u).noalias() =
-          edge_jacobian_[edge_of(i)].leftCols(u).transpose() * rows;
+      const MatrixXd& J = edge_jacobian_[edge_of(i)];
+      result.middleRows(K_.offset[i], u).noalias() = J.leftCols(u).transpose() * rows;
+      if (edges)
+        result.middleRows(unknowns() + 6 * edge_of(i), 6).noalias() =
+            J.rightCols<6>().transpose() * rows;
     } else {
       result.middleRows(K_.offset[i], 3 * n) = rows;
     }

@@ -116,7 +116,7 @@ class PlateLeaf {
 
   /// Mass matrix Tᵀ M T of rates T (unknowns + 12 rows), in units ρ t L⁴.
   MatrixXd mass(const MatrixXd& T) const;
-  /// Rows of the unknowns of M V, for rates V of the unknowns alone or with 12 rows of the edges.
+  /// M V for rates V of the unknowns alone or with 12 rows of the edges; rows as those of V.
   MatrixXd mass_times(const MatrixXd& V) const;
 
   /// For the columns of T (unknowns, then edge increments): displacement of the middle of every

@@ -1,8 +1,5 @@
 #include "core/elements/plate_series.hpp"
 
-#include <cassert>
-#include <utility>
-
 namespace flexopt {
 namespace {
 
@@ -63,21 +60,21 @@ Gradient stress_times(const Stress& n, const Gradient& a) {
 
 }  // namespace
 
-PlateSeries::PlateSeries(std::shared_ptr<const PlateMesh> mesh, PlateSupport support,
-                         std::vector<int> line_offsets)
-    : mesh_(std::move(mesh)), support_(std::move(support)), offset_(std::move(line_offsets)) {
+PlateSeries::PlateSeries(const PlateLeaf& plate)
+    : mesh_(plate.shared_mesh()), support_(plate.support()), point_place_(plate.point_place()) {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
-  assert(static_cast<int>(offset_.size()) == lines + 1);
-  size_ = offset_.back() + (support_.point.empty() ? 0 : 3) + 12;
+  for (int line = 0; line <= lines; ++line) offset_.push_back(plate.block_offset(line));
+  rows_.unknowns = offset_.back();
+  rows_.point = support_.point.empty() ? 0 : 3;
   for (int o = 0; o < 3; ++o) nodal_[o].assign(lines, VectorXd::Zero(3 * n));
   points_.resize(mesh_->elements_along() * mesh_->elements_across());
 }
 
 void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Series<VectorXd>& x,
-                         const Series<Vector3d>& point_force) {
+                         const PointSeries& point) {
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
   const int slopes = static_cast<int>(mesh_->edge_slopes().size());
-  point_force_ = point_force;
+  point_ = point;
   for (int i = 0; i <= last; ++i)
     if (is_rigid_edge(i))
       expand_edge(edge_of(i), edges[edge_of(i)], x);
@@ -87,7 +84,7 @@ void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Serie
   for (const NodalWeight& w : support_.point)
     for (int o = 0; o < 3; ++o)
       for (int c = 0; c < 3; ++c)
-        force_[o][w.line][c * n + w.function] -= w.weight * point_force[o][c];
+        force_[o][w.line][c * n + w.function] -= w.weight * point.force[o][c];
 
   // H of (22): second derivatives of the edges' map times the nodal force
   for (int e = 0; e < 2; ++e) {
@@ -196,7 +193,7 @@ MatrixXd PlateSeries::rates(int line, int order, const MatrixXd& Y) const {
                       : MatrixXd(MatrixXd::Zero(3 * n, Y.cols()));
   const int e = edge_of(line);
   MatrixXd R = J_[e][order].leftCols(m) * Y.middleRows(offset_[line], m);
-  R.noalias() += J_[e][order].rightCols<6>() * Y.middleRows(internal() + 6 * e, 6);
+  R.noalias() += J_[e][order].rightCols<6>() * Y.middleRows(rows_.body(e), 6);
   return R;
 }
 
@@ -208,20 +205,24 @@ void PlateSeries::add_to_rows(int line, int order, const MatrixXd& F, MatrixXd& 
   }
   const int e = edge_of(line);
   Y.middleRows(offset_[line], m).noalias() += J_[e][order].leftCols(m).transpose() * F;
-  Y.middleRows(internal() + 6 * e, 6).noalias() += J_[e][order].rightCols<6>().transpose() * F;
+  Y.middleRows(rows_.body(e), 6).noalias() += J_[e][order].rightCols<6>().transpose() * F;
 }
 
 Series<VectorXd> PlateSeries::force() const {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
   Series<VectorXd> result;
   for (int i = 0; i < 3; ++i) {
-    MatrixXd rows = MatrixXd::Zero(size_, 1);
+    MatrixXd rows = MatrixXd::Zero(size(), 1);
     for (int a = 0; a <= i; ++a)
       for (int line = 0; line < lines; ++line) add_to_rows(line, a, force_[i - a][line], rows);
     result[i] = rows;
+    if (rows_.point == 0) continue;
+    Vector3d apart = point_.displacement[i];
+    if (i == 0) apart += point_place_;
     for (const NodalWeight& w : support_.point)
-      for (int c = 0; c < 3; ++c)
-        result[i][offset_.back() + c] -= w.weight * nodal_[i][w.line][c * n + w.function];
+      for (int c = 0; c < 3; ++c) apart[c] -= w.weight * nodal_[i][w.line][c * n + w.function];
+    result[i].segment<3>(rows_.unknowns) = apart;
+    result[i].segment<3>(rows_.point_body()) = point_.force[i];
   }
   return result;
 }
@@ -271,13 +272,17 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
     }
   }
   Series<MatrixXd> result;
-  for (int o = 0; o < orders; ++o) result[o] = MatrixXd::Zero(size_, columns);
+  for (int o = 0; o < orders; ++o) result[o] = MatrixXd::Zero(size(), columns);
   for (const NodalWeight& w : support_.point)
     for (int c = 0; c < 3; ++c) {
-      df[0][w.line].row(c * n + w.function) -= w.weight * Y.row(offset_.back() + c);
+      df[0][w.line].row(c * n + w.function) -= w.weight * Y.row(rows_.unknowns + c);
       for (int o = 0; o < orders; ++o)
-        result[o].row(offset_.back() + c) -= w.weight * dr[o][w.line].row(c * n + w.function);
+        result[o].row(rows_.unknowns + c) -= w.weight * dr[o][w.line].row(c * n + w.function);
     }
+  if (rows_.point > 0) {
+    result[0].middleRows(rows_.unknowns, 3) += Y.middleRows(rows_.point_body(), 3);
+    result[0].middleRows(rows_.point_body(), 3) += Y.middleRows(rows_.unknowns, 3);
+  }
   for (int line = 0; line <= nx; ++line)
     for (int a = 0; a < orders; ++a)
       for (int b = 0; a + b < orders; ++b) add_to_rows(line, a, df[b][line], result[a + b]);
@@ -286,11 +291,11 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
     if (!is_rigid_edge(line)) continue;
     const int m = offset_[line + 1] - offset_[line];
     MatrixXd Ye(m + 6, columns);
-    Ye << Y.middleRows(offset_[line], m), Y.middleRows(internal() + 6 * e, 6);
+    Ye << Y.middleRows(offset_[line], m), Y.middleRows(rows_.body(e), 6);
     for (int o = 0; o < orders; ++o) {
       const MatrixXd G = H_[e][o] * Ye;
       result[o].middleRows(offset_[line], m) += G.topRows(m);
-      result[o].middleRows(internal() + 6 * e, 6) += G.bottomRows<6>();
+      result[o].middleRows(rows_.body(e), 6) += G.bottomRows<6>();
     }
   }
   return result;
@@ -320,7 +325,7 @@ Series<MatrixXd> PlateSeries::mass_times(const MatrixXd& Y) const {
   Series<MatrixXd> result;
   Series<Lines> R;
   for (int o = 0; o < 3; ++o) {
-    result[o] = MatrixXd::Zero(size_, Y.cols());
+    result[o] = MatrixXd::Zero(size(), Y.cols());
     for (int i = 0; i < mesh_->lines(); ++i) R[o].push_back(rates(i, o, Y));
   }
   for (int b = 0; b < 3; ++b)
@@ -328,14 +333,6 @@ Series<MatrixXd> PlateSeries::mass_times(const MatrixXd& Y) const {
       const MatrixXd F = mass_lines(i, R[b]);
       for (int a = 0; a + b < 3; ++a) add_to_rows(i, a, F, result[a + b]);
     }
-  return result;
-}
-
-MatrixXd PlateSeries::mass_times_at_start(const MatrixXd& Y) const {
-  MatrixXd result = MatrixXd::Zero(size_, Y.cols());
-  Lines R;
-  for (int i = 0; i < mesh_->lines(); ++i) R.push_back(rates(i, 0, Y));
-  for (int i = 0; i < mesh_->lines(); ++i) add_to_rows(i, 0, mass_lines(i, R), result);
   return result;
 }
 

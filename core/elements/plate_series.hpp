@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/elements/leaf_rows.hpp"
 #include "core/elements/plate_leaf.hpp"
 #include "core/math/series.hpp"
 
@@ -21,28 +22,27 @@ struct EdgeBodySeries {
   Vector3d arm;
 };
 
-/// Vectors of a leaf are (internal unknowns of PlateLeaf, force at the material point if it has
-/// one, increments of the base body (6) and of the tip body (6)). The row of the point's force is
-/// its condition, −(displacement of the point).
+/// Vectors of a leaf are those of LeafRows.
 class PlateSeries {
  public:
-  PlateSeries(std::shared_ptr<const PlateMesh> mesh, PlateSupport support,
-              std::vector<int> line_offsets);
+  explicit PlateSeries(const PlateLeaf& plate);
 
-  int size() const { return size_; }
-  int internal() const { return size_ - 12; }
+  const LeafRows& rows() const { return rows_; }
+  int size() const { return rows_.size(); }
 
+  /// `point`: displacement of the material point and the force there.
+  struct PointSeries {
+    Series<Vector3d> displacement, force;
+  };
   void expand(const std::array<EdgeBodySeries, 2>& edges, const Series<VectorXd>& x,
-              const Series<Vector3d>& point_force);
+              const PointSeries& point);
 
   /// Residual of every row at the expanded path.
   Series<VectorXd> force() const;
   /// K(s) Y and M(s) Y of constant columns Y; rotations varied as exp(hat δ) R(s).
   Series<MatrixXd> tangent_times(const MatrixXd& Y) const;
   Series<MatrixXd> mass_times(const MatrixXd& Y) const;
-  /// K(0) Y and M(0) Y.
-  MatrixXd tangent_times_at_start(const MatrixXd& Y) const;
-  MatrixXd mass_times_at_start(const MatrixXd& Y) const;
+  MatrixXd tangent_times_at_start(const MatrixXd& Y) const;  ///< K(0) Y
 
  private:
   /// K(s) Y up to s^(orders − 1).
@@ -64,10 +64,10 @@ class PlateSeries {
   std::shared_ptr<const PlateMesh> mesh_;
   PlateSupport support_;
   std::vector<int> offset_;
-  int size_ = 0;
+  LeafRows rows_;
   Series<std::vector<VectorXd>> nodal_, force_;  ///< per line, 3 functions_per_line
   Vector3d point_place_;                         ///< of the undeflected leaf
-  Series<Vector3d> point_force_;
+  PointSeries point_;
   /// Of an edge over (its unknowns, 6 of its body): dr = J dY and the second derivatives of the map
   /// times the force.
   std::array<Series<MatrixXd>, 2> J_, H_;

@@ -23,16 +23,18 @@ VectorXd second_order_residual(const PlateLeaf& leaf, PlateSeries& series, const
                 {R, W * R, 0.5 * W * W * R},
                 Vector3d::Zero()};
   }
+  const Vector3d zero = Vector3d::Zero();
   series.expand(edges, {state.x, shape.head(n), VectorXd::Zero(n)},
-                {state.point_force, Vector3d::Zero(), Vector3d::Zero()});
+                {{state.point, zero, zero}, {state.point_force, zero, zero}});
+  const int bodies = series.rows().internal();
   const Series<VectorXd> force = series.force();
   VectorXd r(n + 12);
-  r << force[2].head(n), force[2].tail<12>();
+  r << force[2].head(n), force[2].segment<12>(bodies);
   // from the moments m(s) on the spins to those on the rotation vector, J(s ω)ᵀ m
   for (int e = 0; e < 2; ++e) {
     const Vector3d turn = shape.segment<3>(n + 6 * e + 3);
     const auto moment = [&](int order) -> Vector3d {
-      return force[order].tail<12>().segment<3>(6 * e + 3);
+      return force[order].segment<3>(bodies + 6 * e + 3);
     };
     r.segment<3>(n + 6 * e + 3) +=
         -0.5 * turn.cross(moment(1)) + turn.cross(turn.cross(moment(0))) / 6;
@@ -40,18 +42,11 @@ VectorXd second_order_residual(const PlateLeaf& leaf, PlateSeries& series, const
   return r;
 }
 
-std::vector<int> line_offsets(const PlateLeaf& leaf) {
-  std::vector<int> offsets;
-  for (int i = 0; i < leaf.mesh().lines(); ++i) offsets.push_back(leaf.block_offset(i));
-  offsets.push_back(leaf.unknowns());
-  return offsets;
-}
-
 }  // namespace
 
 MatrixXd second_order_forces(const PlateLeaf& leaf, const MatrixXd& shapes) {
   const int m = static_cast<int>(shapes.cols());
-  PlateSeries series(leaf.shared_mesh(), leaf.support(), line_offsets(leaf));
+  PlateSeries series(leaf);
   // shapes to the order of one, else the quadratic part drowns in rounding
   VectorXd size = shapes.colwise().norm();
   for (double& s : size) s = s > 0 ? s : 1;

@@ -88,7 +88,7 @@ struct Exact {
 // Frequencies of the whole mechanism; derivatives of everything, if asked for.
 void evaluate_exactly(System& system, const ModelOptions& model, const StrokeRequest& request,
                       Exact& exact, PathPoint& point, PointGradients* gradients) {
-  const MechanismFactor factor(system, exact.meshes.of(system));
+  const MechanismFactor factor(system);
   const auto find = [&](std::optional<int> count, bool drive_locked) -> std::optional<ExactModes> {
     const int wanted = std::min(request.frequencies, count.value_or(request.frequencies));
     if (wanted == 0) return ExactModes{};
@@ -108,7 +108,8 @@ void evaluate_exactly(System& system, const ModelOptions& model, const StrokeReq
   for (const Mode& m : locked->modes) point.frequencies_locked.push_back(m.frequency);
   point.parasitic_frequency = parasitic_frequency(point, request);
   if (gradients)
-    *gradients = point_gradients(factor, exact.directions, model, request, point, *free, *locked);
+    *gradients = point_gradients(factor, exact.meshes, exact.directions, model, request, point,
+                                 *free, *locked);
 }
 
 void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelOptions& model,

@@ -42,12 +42,12 @@ std::vector<Range> clusters(const VectorXd& values, int first, int last, double 
 }
 
 // Enough modes to solve for those asked for: a few above, and whole clusters.
-std::optional<Modes> lowest_modes(const MechanismSeries& series, int count, int width, int& kept) {
-  const auto solve = [&](const MatrixXd& B) { return series.solve(B); };
-  const auto mass = [&](const MatrixXd& B) { return series.mass(B); };
+std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, int width, int& kept) {
+  const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
+  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   for (int guard = 3; guard <= 64; guard *= 2) {
     const LowestPairs pairs =
-        lowest_pairs_of_blocks(series.size(), count + guard, width, solve, mass, 1e-6);
+        lowest_pairs_of_blocks(factor.size(), count + guard, width, solve, mass, 1e-6);
     if (!pairs.converged) return std::nullopt;
     const VectorXd& l = pairs.values;
     kept = count;
@@ -65,7 +65,7 @@ struct Shifted {
 // y_i of (K − λ_i M) y_i = b_i without the modes of i's cluster: the known modes by their
 // amplitudes, the rest by conjugate gradients preconditioned with K⁻¹ (all columns in step), until
 // b·y + r·y is known to `tolerance`, r being the residual left.
-std::optional<Shifted> solve_shifted(const MechanismSeries& series, const Modes& modes,
+std::optional<Shifted> solve_shifted(const MechanismFactor& factor, const Modes& modes,
                                      const std::vector<Range>& cluster_of, const MatrixXd& B,
                                      const VectorXd& tolerance) {
   const int p = static_cast<int>(B.cols());
@@ -80,26 +80,26 @@ std::optional<Shifted> solve_shifted(const MechanismSeries& series, const Modes&
                             ? 0
                             : b(j, i) / (modes.lambda[j] - modes.lambda[i]);
   const MatrixXd R0 = B - modes.M_phi * b;
-  MatrixXd Y = series.solve(R0);
+  MatrixXd Y = factor.solve(R0);
   complement(Y);
   const auto shift = modes.lambda.head(p).asDiagonal();
   const VectorXd size = R0.cwiseProduct(Y).colwise().sum().cwiseAbs();
   const VectorXd enough = tolerance.cwiseMax(1e-20 * size);  // or rounding
-  MatrixXd R = series.mass(Y) * shift;                       // K Y = R0
-  MatrixXd Z = series.solve(R), P, KP;
+  MatrixXd R = factor.mass(Y) * shift;                       // K Y = R0
+  MatrixXd Z = factor.solve(R), P, KP;
   complement(Z);
   VectorXd rz = R.cwiseProduct(Z).colwise().sum();
   P = Z;
   KP = R;
   for (int it = 0; it < 200; ++it) {
     if ((rz.array().abs() <= enough.array()).all()) return Shifted{Y + modes.phi * amplitude, R};
-    const MatrixXd AP = KP - series.mass(P) * shift;
+    const MatrixXd AP = KP - factor.mass(P) * shift;
     VectorXd alpha = VectorXd::Zero(p), beta = VectorXd::Zero(p);
     for (int i = 0; i < p; ++i)
       if (std::abs(rz[i]) > enough[i]) alpha[i] = rz[i] / P.col(i).dot(AP.col(i));
     Y += P * alpha.asDiagonal();
     R -= AP * alpha.asDiagonal();
-    Z = series.solve(R);
+    Z = factor.solve(R);
     complement(Z);
     const VectorXd next = R.cwiseProduct(Z).colwise().sum();
     for (int i = 0; i < p; ++i)
@@ -112,24 +112,25 @@ std::optional<Shifted> solve_shifted(const MechanismSeries& series, const Modes&
   return std::nullopt;
 }
 
-Mode classify(const MechanismSeries& series, const System& system, double lambda,
+Mode classify(const MechanismFactor& factor, const MechanismSeries& series, double lambda,
               const VectorXd& phi, const VectorXd& M_phi, const VectorXd& M_drive) {
   // the same shares as in natural_frequencies(): Craig–Bampton coordinates, mixed terms half each
   const VectorXd& drive = series.path_rate();
   const double a = drive.dot(M_phi), b = drive.dot(M_drive);
   const VectorXd rest = phi - a / b * drive, M_rest = M_phi - a / b * M_drive;
-  const std::vector<int> group = rigid_groups(system.mechanism());
+  const Mechanism& mechanism = factor.system().mechanism();
+  const std::vector<int> group = rigid_groups(mechanism);
   double end_effector = 0, intermediate = 0, bodies = 0;
-  for (int k = 0; k < series.bodies() / 6; ++k) {
-    VectorXd q = VectorXd::Zero(series.bodies());
+  for (int k = 0; k < factor.bodies() / 6; ++k) {
+    VectorXd q = VectorXd::Zero(factor.bodies());
     q.segment<6>(6 * k) = rest.segment<6>(6 * k);
-    const double e = series.static_motion(q).dot(M_rest);
+    const double e = factor.static_motion(q).dot(M_rest);
     bodies += e;
-    (group[k] == system.mechanism().end_effector ? end_effector : intermediate) += std::max(0.0, e);
+    (group[k] == mechanism.end_effector ? end_effector : intermediate) += std::max(0.0, e);
   }
   Mode mode = mode_of_shares(lambda, std::clamp(a * a / b, 0.0, 1.0), end_effector, intermediate,
                              std::max(0.0, rest.dot(M_rest) - bodies));
-  mode.motion = series.motion(phi);
+  mode.motion = factor.motion(phi);
   return mode;
 }
 
@@ -137,15 +138,16 @@ Mode classify(const MechanismSeries& series, const System& system, double lambda
 
 FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
   FrequencyDerivativesResult result;
-  MechanismSeries series(system);
+  const MechanismFactor factor(system);
   int p = 0;
-  std::optional<Modes> found = lowest_modes(series, count, std::max(3, system.leaves()), p);
+  std::optional<Modes> found = lowest_modes(factor, count, std::max(3, system.leaves()), p);
   if (!found) {
     result.message =
-        fmt::format("the lowest {} modes of {} unknowns were not found", count, series.size());
+        fmt::format("the lowest {} modes of {} unknowns were not found", count, factor.size());
     return result;
   }
   Modes& modes = *found;
+  MechanismSeries series(factor);
   series.expand_along_stroke();
 
   // (23), cluster by cluster
@@ -183,13 +185,13 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
 
   const MatrixXd B = modes.M_phi.leftCols(p) * first.asDiagonal() - B1;
   std::optional<Shifted> modal = solve_shifted(
-      series, modes, cluster_of, B, 1e-6 / (unit * unit) * modes.lambda.head(p).cwiseAbs());
+      factor, modes, cluster_of, B, 1e-6 / (unit * unit) * modes.lambda.head(p).cwiseAbs());
   if (!modal) {
     result.message = "the modal derivatives of the modes were not found in 200 iterations";
     return result;
   }
   // the residual anew: (24) is a small difference of large terms, and solving costs 8 digits
-  modal->residual = B - series.tangent(modal->y) + series.mass(modal->y) * lambda;
+  modal->residual = B - series.tangent(modal->y) + factor.mass(modal->y) * lambda;
   // (24), family by family
   B2 -= M[1] * first.asDiagonal();
   for (const Range& f : families) {
@@ -208,7 +210,7 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
     }
   }
 
-  const VectorXd M_drive = series.mass(series.path_rate());
+  const VectorXd M_drive = factor.mass(series.path_rate());
   for (int i = 0; i < std::min(count, p); ++i) {
     FrequencyDerivatives d;
     d.index = i;
@@ -219,7 +221,7 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
     d.d_compliance = -d.d_omega2 / (d.omega2 * d.omega2);
     d.d2_compliance =
         (2 * d.d_omega2 * d.d_omega2 / d.omega2 - d.d2_omega2) / (d.omega2 * d.omega2);
-    d.mode = classify(series, system, d.omega2, modes.phi.col(i), modes.M_phi.col(i), M_drive);
+    d.mode = classify(factor, series, d.omega2, modes.phi.col(i), modes.M_phi.col(i), M_drive);
     result.modes.push_back(std::move(d));
   }
   result.ok = true;

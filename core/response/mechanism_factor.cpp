@@ -1,56 +1,85 @@
 #include "core/response/mechanism_factor.hpp"
 
-#include <Eigen/LU>
 #include <cassert>
 
 #include "core/equilibrium/stroke_path.hpp"
-#include "core/math/rotation.hpp"
 #include "core/response/frequencies.hpp"
 
 namespace flexopt {
 
-MechanismFactor::MechanismFactor(System& system,
-                                 const std::vector<std::shared_ptr<const PlateMeshRate>>& rates)
-    : system_(&system), bodies_(system.size()) {
+MechanismFactor::MechanismFactor(System& system)
+    : system_(&system), bodies_(system.size()), size_(system.size()) {
   const Mechanism& m = system.mechanism();
   drive_ = 6 * m.end_effector + index(m.drive);
-  int offset = bodies_;
-  for (int i = 0; i < system.leaves(); ++i) {
-    Leaf leaf;
-    auto* full = dynamic_cast<FullLeaf*>(&system.leaf(i));
-    assert(full);
-    full->plate().invert_pivots();
-    leaf.full = full;
-    const LeafSpring& spring = m.leaves[i];
-    const PlateLeaf& plate = leaf.full->plate();
-    const LeafScale& scale = leaf.full->scale();
-    leaf.offset = offset;
-    leaf.unknowns = plate.unknowns();
-    leaf.body = {spring.base, std::max(spring.tip, ground)};
-    offset += leaf.unknowns;
-    std::array<Vector3d, 2> lever{Vector3d::Zero(), Vector3d::Zero()};
-    Matrix12d edges = Matrix12d::Zero();
-    std::vector<int> moving;
-    for (int e = 0; e < 2; ++e) {
-      if (leaf.body[e] < 0) continue;
-      edges.block<6, 6>(6 * e, 6 * e) = system.edge_map(i, e);
-      lever[e] = scale.axes.transpose() *
-                 (system.edge_pose(i, e).position - system.pose(leaf.body[e]).position) /
-                 scale.length;
-      for (int k = 0; k < 6; ++k) moving.push_back(6 * e + k);
-    }
-    leaf.shapes = MatrixXd::Zero(leaf.unknowns, 12);
-    leaf.shapes(Eigen::all, moving) = plate.static_shapes(moving);
-    leaf.shapes = (leaf.shapes * scale.transformation().transpose() * edges).eval();
-    leaf.gradient = std::make_unique<PlateGradient>(plate, rates[i], lever);
-    leaves_.push_back(std::move(leaf));
-  }
-  size_ = offset;
-  const MatrixXd& K = system.tangent_stiffness();
-  scale_ = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  tangent_.compute(scale_.asDiagonal() * K * scale_.asDiagonal());
+  for (int i = 0; i < system.leaves(); ++i) add_leaf(system, i);
+  size_ += joints();
+  factorise();
   body_mass_ = system.body_mass();
   drive_answer_ = solve(VectorXd::Unit(size_, drive_));
+}
+
+void MechanismFactor::add_leaf(System& system, int i) {
+  auto* full = dynamic_cast<FullLeaf*>(&system.leaf(i));
+  assert(full);
+  full->plate().invert_pivots();
+  const PlateLeaf& plate = full->plate();
+  const LeafScale& scale = full->scale();
+  const LeafSpring& spring = system.mechanism().leaves[i];
+  Leaf leaf;
+  leaf.full = full;
+  leaf.offset = size_;
+  leaf.rows.unknowns = plate.unknowns();
+  leaf.rows.point = spring.point ? 3 : 0;
+  size_ += leaf.rows.internal();
+  Matrix12d edges = Matrix12d::Zero();
+  const std::array<int, 2> body{spring.base, spring.tip};
+  for (int e = 0; e < 2; ++e) {
+    if (body[e] < 0) continue;
+    edges.block<6, 6>(6 * e, 6 * e) = system.edge_map(i, e);
+    leaf.rows.lever[e] = scale.axes.transpose() *
+                         (system.edge_pose(i, e).position - system.pose(body[e]).position) /
+                         scale.length;
+    leaf.sides.push_back({body[e], 6 * e, 6});
+  }
+  if (spring.point) leaf.sides.push_back({spring.point->body, 12, 3});
+
+  std::vector<int> moving;
+  for (const Leaf::Side& side : leaf.sides)
+    for (int k = 0; k < side.size; ++k) moving.push_back(side.column + k);
+  leaf.shapes = MatrixXd::Zero(leaf.rows.unknowns, 12 + leaf.rows.point);
+  leaf.shapes(Eigen::all, moving) = plate.static_shapes(moving);
+  leaf.shapes.leftCols<12>() =
+      (leaf.shapes.leftCols<12>() * scale.transformation().transpose() * edges).eval();
+  if (spring.point) {
+    leaf.shapes.rightCols<3>() =
+        (leaf.shapes.rightCols<3>() * scale.axes.transpose() / scale.length).eval();
+    const LeafEvaluation::Point& point = *full->evaluation().point;
+    leaf.point_stiffness.resize(3, 15);
+    leaf.point_stiffness << point.coupling * edges, point.tangent;
+  }
+  leaves_.push_back(std::move(leaf));
+}
+
+void MechanismFactor::factorise() {
+  const MatrixXd& K = system_->tangent_stiffness();
+  const int n = bodies_, m = joints();
+  if (m == 0) {
+    scale_ = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    tangent_.compute(scale_.asDiagonal() * K * scale_.asDiagonal());
+    return;
+  }
+  // bodies that hang on joints alone have no stiffness of their own: one energy for all
+  const Constraints& c = system_->constraints();
+  VectorXd unit = VectorXd::Ones(n);
+  for (int b = 0; b < n; b += 6) unit.segment<3>(b).setConstant(system_->length());
+  const double energy = K.diagonal().cwiseProduct(unit.cwiseAbs2()).cwiseAbs().maxCoeff();
+  scale_.resize(n + m);
+  scale_ << unit / std::sqrt(energy), std::sqrt(energy) * c.units().cwiseInverse();
+  MatrixXd A = MatrixXd::Zero(n + m, n + m);
+  A.topLeftCorner(n, n) = K;
+  A.bottomLeftCorner(m, n) = c.gradient();
+  A.topRightCorner(n, m) = c.gradient().transpose();
+  tangent_.compute(scale_.asDiagonal() * A * scale_.asDiagonal());
 }
 
 void MechanismFactor::clear_held(MatrixXd& Y) const {
@@ -59,13 +88,12 @@ void MechanismFactor::clear_held(MatrixXd& Y) const {
 
 MatrixXd MechanismFactor::leaf_rows(const Leaf& leaf, const MatrixXd& Y) const {
   const LeafScale& scale = leaf.full->scale();
-  MatrixXd rows = MatrixXd::Zero(leaf.unknowns + 12, Y.cols());
-  rows.topRows(leaf.unknowns) = Y.middleRows(leaf.offset, leaf.unknowns);
-  for (int e = 0; e < 2; ++e) {
-    if (leaf.body[e] < 0) continue;
-    const int r = leaf.unknowns + 6 * e, b = 6 * leaf.body[e];
+  MatrixXd rows = MatrixXd::Zero(leaf.rows.size(), Y.cols());
+  rows.topRows(leaf.rows.internal()) = Y.middleRows(leaf.offset, leaf.rows.internal());
+  for (const Leaf::Side& side : leaf.sides) {
+    const int r = leaf.row(side), b = 6 * side.body;
     rows.middleRows(r, 3) = scale.axes.transpose() * Y.middleRows(b, 3) / scale.length;
-    rows.middleRows(r + 3, 3) = scale.axes.transpose() * Y.middleRows(b + 3, 3);
+    if (side.size == 6) rows.middleRows(r + 3, 3) = scale.axes.transpose() * Y.middleRows(b + 3, 3);
   }
   return rows;
 }
@@ -73,21 +101,32 @@ MatrixXd MechanismFactor::leaf_rows(const Leaf& leaf, const MatrixXd& Y) const {
 void MechanismFactor::add_leaf_force(const Leaf& leaf, double factor, const MatrixXd& rows,
                                      MatrixXd& Y) const {
   const LeafScale& scale = leaf.full->scale();
-  Y.middleRows(leaf.offset, leaf.unknowns) += factor * rows.topRows(leaf.unknowns);
-  for (int e = 0; e < 2; ++e) {
-    if (leaf.body[e] < 0) continue;
-    const int r = leaf.unknowns + 6 * e, b = 6 * leaf.body[e];
+  Y.middleRows(leaf.offset, leaf.rows.internal()) += factor * rows.topRows(leaf.rows.internal());
+  for (const Leaf::Side& side : leaf.sides) {
+    const int r = leaf.row(side), b = 6 * side.body;
     Y.middleRows(b, 3) += (factor / scale.length) * (scale.axes * rows.middleRows(r, 3));
-    Y.middleRows(b + 3, 3) += factor * (scale.axes * rows.middleRows(r + 3, 3));
+    if (side.size == 6) Y.middleRows(b + 3, 3) += factor * (scale.axes * rows.middleRows(r + 3, 3));
   }
 }
 
+namespace {
+// The displacement of the material point that a force on the row of its condition stands for.
+MatrixXd point_shift(const MechanismFactor::Leaf& leaf, const MatrixXd& B) {
+  const LeafScale& scale = leaf.full->scale();
+  return scale.length / scale.energy * scale.axes *
+         B.middleRows(leaf.offset + leaf.rows.unknowns, 3);
+}
+}  // namespace
+
+// K̂ [q; u − h] − Xᵀ b_x = b_q with X the static shapes and h the shift of the point.
 MatrixXd MechanismFactor::condensed(const MatrixXd& B) const {
-  MatrixXd b = B.topRows(bodies_);
+  MatrixXd b(bodies_ + joints(), B.cols());
+  b << B.topRows(bodies_), B.bottomRows(joints());
   for (const Leaf& leaf : leaves_) {
-    const MatrixXd f = leaf.shapes.transpose() * B.middleRows(leaf.offset, leaf.unknowns);
-    for (int e = 0; e < 2; ++e)
-      if (leaf.body[e] >= 0) b.middleRows(6 * leaf.body[e], 6) += f.middleRows(6 * e, 6);
+    MatrixXd f = leaf.shapes.transpose() * B.middleRows(leaf.offset, leaf.rows.unknowns);
+    if (leaf.rows.point > 0) f += leaf.point_stiffness.transpose() * point_shift(leaf, B);
+    for (const Leaf::Side& s : leaf.sides)
+      b.middleRows(6 * s.body, s.size) += f.middleRows(s.column, s.size);
   }
   clear_held(b);
   return b;
@@ -95,14 +134,27 @@ MatrixXd MechanismFactor::condensed(const MatrixXd& B) const {
 
 MatrixXd MechanismFactor::expanded(const MatrixXd& B, const MatrixXd& q) const {
   MatrixXd Y(size_, B.cols());
-  Y.topRows(bodies_) = q;
+  Y.topRows(bodies_) = q.topRows(bodies_);
+  Y.bottomRows(joints()) = q.bottomRows(joints());
   for (const Leaf& leaf : leaves_) {
-    MatrixXd x = B.middleRows(leaf.offset, leaf.unknowns) / leaf.full->scale().energy;
+    const LeafScale& scale = leaf.full->scale();
+    const auto bx = B.middleRows(leaf.offset, leaf.rows.unknowns);
+    MatrixXd x = bx / scale.energy;
     leaf.full->plate().solve(x);
-    for (int e = 0; e < 2; ++e)
-      if (leaf.body[e] >= 0)
-        x.noalias() += leaf.shapes.middleCols<6>(6 * e) * q.middleRows(6 * leaf.body[e], 6);
-    Y.middleRows(leaf.offset, leaf.unknowns) = x;
+    for (const Leaf::Side& s : leaf.sides)
+      x.noalias() += leaf.shapes.middleCols(s.column, s.size) * q.middleRows(6 * s.body, s.size);
+    if (leaf.rows.point > 0) {
+      const MatrixXd h = point_shift(leaf, B);
+      x -= leaf.shapes.rightCols<3>() * h;
+      MatrixXd force =
+          -leaf.point_stiffness.rightCols<3>() * h - leaf.shapes.rightCols<3>().transpose() * bx;
+      for (const Leaf::Side& s : leaf.sides)
+        force +=
+            leaf.point_stiffness.middleCols(s.column, s.size) * q.middleRows(6 * s.body, s.size);
+      Y.middleRows(leaf.offset + leaf.rows.unknowns, 3) =
+          scale.length / scale.energy * scale.axes.transpose() * force;
+    }
+    Y.middleRows(leaf.offset, leaf.rows.unknowns) = x;
   }
   return Y;
 }
@@ -123,14 +175,19 @@ MatrixXd MechanismFactor::solve_locked(const MatrixXd& B) const {
 MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
   MatrixXd Y = MatrixXd::Zero(size_, B.cols());
   Y.topRows(bodies_).noalias() = body_mass_ * B.topRows(bodies_);
-  for (const Leaf& leaf : leaves_)
-    add_leaf_force(leaf, leaf.full->scale().mass, leaf.gradient->mass_times(leaf_rows(leaf, B)), Y);
+  for (const Leaf& leaf : leaves_) {
+    const MatrixXd edges = leaf.rows.edge_rows(leaf_rows(leaf, B));
+    add_leaf_force(leaf, leaf.full->scale().mass,
+                   leaf.rows.body_rows(leaf.full->plate().mass_times(edges)), Y);
+  }
   clear_held(Y);
   return Y;
 }
 
 VectorXd MechanismFactor::static_motion(const VectorXd& bodies) const {
-  return expanded(MatrixXd::Zero(size_, 1), bodies);
+  VectorXd q = VectorXd::Zero(bodies_ + joints());
+  q.head(bodies_) = bodies;
+  return expanded(MatrixXd::Zero(size_, 1), q);
 }
 
 VectorXd MechanismFactor::motion(const VectorXd& y) const {
@@ -138,7 +195,7 @@ VectorXd MechanismFactor::motion(const VectorXd& y) const {
   Eigen::Index rows = parts[0].size();
   for (const Leaf& leaf : leaves_) {
     parts.push_back(leaf_station_motion(leaf.full->plate(), leaf.full->scale(),
-                                        leaf.gradient->edge_rows(leaf_rows(leaf, y))));
+                                        leaf.rows.edge_rows(leaf_rows(leaf, y))));
     rows += parts.back().size();
   }
   VectorXd all(rows);
@@ -150,28 +207,34 @@ VectorXd MechanismFactor::motion(const VectorXd& y) const {
   return all;
 }
 
-// K̂ − ½ hat(m), for spins do not commute, bordered by the drive load and the stroke.
-MatrixXd MechanismFactor::balance(const MatrixXd& B) const {
+// K̂ − ½ hat(m), for spins do not commute, bordered by the joints, the drive load and the stroke.
+MatrixXd MechanismFactor::balance(const MatrixXd& B, std::optional<double> stroke) const {
   const Mechanism& m = system_->mechanism();
-  const int n = bodies_, ee = 6 * m.end_effector;
+  const int bodies = bodies_, n = bodies_ + joints();
   MatrixXd A = MatrixXd::Zero(n + 1, n + 1);
-  A.topLeftCorner(n, n) = system_->tangent_stiffness();
-  for (int b = 0; b < n; b += 6)
+  A.topLeftCorner(bodies, bodies) = system_->tangent_stiffness();
+  A.block(bodies, 0, joints(), bodies) = system_->constraints().gradient();
+  A.block(0, bodies, bodies, joints()) = system_->constraints().gradient().transpose();
+  for (int b = 0; b < bodies; b += 6)
     A.block<3, 3>(b + 3, b + 3) -= 0.5 * hat(system_->internal_force().segment<3>(b + 3));
   for (const int k : system_->held()) {
     A.row(k).setZero();
     A(k, k) = 1;
   }
-  A(drive_, n) = -1;
-  A.block(n, ee, 1, 6) = stroke_gradient(*system_).transpose();
-  VectorXd row(n + 1), column(n + 1);
-  row << scale_, 1 / scale_[drive_];  // the drive load in units of the drive's stiffness
-  column = row;
-  MatrixXd rhs = MatrixXd::Zero(n + 1, B.cols());
+  VectorXd scale(n + 1);
+  scale << scale_, 1 / scale_[drive_];  // the drive load in units of the drive's stiffness
+  if (stroke) {
+    A(drive_, n) = -1;
+    A.block(n, 6 * m.end_effector, 1, 6) = stroke_gradient(*system_).transpose();
+  } else {
+    A(n, n) = 1 / (scale[n] * scale[n]);
+  }
+  MatrixXd rhs(n + 1, B.cols());
   rhs.topRows(n) = condensed(B);
-  const MatrixXd x = column.asDiagonal() *
-                     Eigen::PartialPivLU<MatrixXd>(row.asDiagonal() * A * column.asDiagonal())
-                         .solve(MatrixXd(row.asDiagonal() * rhs));
+  rhs.row(n).setConstant(stroke.value_or(0));
+  const MatrixXd x = scale.asDiagonal() *
+                     Eigen::PartialPivLU<MatrixXd>(scale.asDiagonal() * A * scale.asDiagonal())
+                         .solve(MatrixXd(scale.asDiagonal() * rhs));
   MatrixXd Y(size_ + 1, B.cols());
   Y.topRows(size_) = expanded(B, x.topRows(n));
   Y.row(size_) = x.row(n);

@@ -1,39 +1,50 @@
 #pragma once
-// A mechanism of full leaves linearised about an equilibrium, with the interiors of the leaves as
-// unknowns: K⁻¹ B and M B of all of them on the leaves' own factors.
-#include <memory>
+// A mechanism of full leaves linearised about an equilibrium, with the interiors of the leaves, the
+// forces at their material points and the multipliers of the joints as unknowns: K⁻¹ B and M B of
+// all of them on the leaves' own factors.
+#include <Eigen/LU>
+#include <optional>
 #include <vector>
 
 #include "core/elements/full_leaf.hpp"
-#include "core/elements/plate_gradient.hpp"
+#include "core/elements/leaf_rows.hpp"
 #include "core/equilibrium/system.hpp"
 
 namespace flexopt {
 
-/// Vectors are (displacement, spin) of every body, then the internal unknowns of every leaf.
+/// Vectors are (displacement, spin) of every body, then of every leaf its internal unknowns and the
+/// force at its material point, if it has one, then the multipliers of the joints. The row of such
+/// a force or multiplier is its condition.
 class MechanismFactor {
  public:
-  /// The system must be assembled at an equilibrium; its leaves be FullLeaf without material
-  /// points. `rates`: of the leaves' meshes, equal leaves sharing one.
-  MechanismFactor(System& system, const std::vector<std::shared_ptr<const PlateMeshRate>>& rates);
+  /// The system must be assembled at an equilibrium, its leaves be FullLeaf; its state is kept.
+  explicit MechanismFactor(System& system);
 
   int size() const { return size_; }
   int bodies() const { return bodies_; }  ///< coordinates of the bodies
+  int joints() const { return system_->constraints().count(); }
   const System& system() const { return *system_; }
 
   MatrixXd solve(const MatrixXd& B) const;         ///< drive free
   MatrixXd solve_locked(const MatrixXd& B) const;  ///< drive held
   MatrixXd mass(const MatrixXd& B) const;
 
-  /// State and drive load (last row) that balance forces B at a constant stroke.
-  MatrixXd balance(const MatrixXd& B) const;
+  /// State and drive load (last row) that balance forces B while the stroke grows by `stroke`, or
+  /// where nothing is driven.
+  MatrixXd balance(const MatrixXd& B, std::optional<double> stroke) const;
 
   struct Leaf {
     const FullLeaf* full;
-    std::unique_ptr<PlateGradient> gradient;
-    int offset, unknowns;
-    std::array<int, 2> body;  ///< of the edges, or −1
-    MatrixXd shapes;          ///< unknowns per increment of (base body, tip body), global
+    LeafRows rows;
+    int offset;  ///< of its internal rows in a vector
+    struct Side {
+      int body, column, size;  ///< where (base body, tip body, point) have its coordinates
+    };
+    std::vector<Side> sides;   ///< those that move
+    MatrixXd shapes;           ///< unknowns per increment of (base body, tip body, point), global
+    MatrixXd point_stiffness;  ///< condensed: 3 × 15
+
+    int row(const Side& side) const { return rows.internal() + side.column; }
   };
   const std::vector<Leaf>& leaves() const { return leaves_; }
   /// Motion of the mechanism that follows statically from that of the bodies.
@@ -44,13 +55,17 @@ class MechanismFactor {
   const VectorXd& drive_answer() const { return drive_answer_; }
   int drive() const { return drive_; }  ///< its row
 
-  /// Rows of a leaf for PlateGradient.
+  /// Rows of a leaf.
   MatrixXd leaf_rows(const Leaf& leaf, const MatrixXd& Y) const;
-  /// Y += factor · rows of PlateGradient, as forces.
+  /// Y += factor · rows of a leaf, as forces.
   void add_leaf_force(const Leaf& leaf, double factor, const MatrixXd& rows, MatrixXd& Y) const;
   void clear_held(MatrixXd& Y) const;
 
  private:
+  void add_leaf(System& system, int i);
+  void factorise();
+  /// Of the bodies and the joints: forces with the leaf interiors condensed, and all once they
+  /// moved by q.
   MatrixXd condensed(const MatrixXd& B) const;
   MatrixXd expanded(const MatrixXd& B, const MatrixXd& q) const;
 
@@ -58,7 +73,7 @@ class MechanismFactor {
   int bodies_ = 0, size_ = 0, drive_ = 0;
   std::vector<Leaf> leaves_;
   VectorXd scale_;
-  Eigen::PartialPivLU<MatrixXd> tangent_;  ///< of the bodies, scaled
+  Eigen::PartialPivLU<MatrixXd> tangent_;  ///< of the bodies and the joints, scaled
   VectorXd drive_answer_;                  ///< K⁻¹ e of the drive
   MatrixXd body_mass_;
 };

@@ -9,17 +9,18 @@
 namespace flexopt {
 
 std::optional<MechanismModes> mechanism_modes(System& system, int count, ModalInertia inertia) {
-  MechanismSeries series(system);
-  const auto solve = [&](const MatrixXd& B) { return series.solve(B); };
-  const auto mass = [&](const MatrixXd& B) { return series.mass(B); };
+  const MechanismFactor factor(system);
+  MechanismSeries series(factor);
+  const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
+  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   const int guard = 3;  // modes beyond, which the shifted systems are solved by
   const LowestPairs pairs = lowest_pairs_of_blocks(
-      series.size(), count + guard, std::max(4, system.leaves()), solve, mass, 1e-11);
+      factor.size(), count + guard, std::max(4, system.leaves()), solve, mass, 1e-11);
   if (!pairs.converged) return std::nullopt;
 
   MechanismModes result{pairs.values.head(count), pairs.vectors.leftCols(count),
-                        MatrixXd(series.size(), count * count)};
-  const MatrixXd M_phi = series.mass(result.modes);
+                        MatrixXd(factor.size(), count * count)};
+  const MatrixXd M_phi = factor.mass(result.modes);
   const DeflatedSystem deflated{[&](const VectorXd& b) -> VectorXd { return solve(b); },
                                 [&](const VectorXd& x) -> VectorXd { return mass(x); },
                                 pairs.vectors, pairs.values};
@@ -27,7 +28,7 @@ std::optional<MechanismModes> mechanism_modes(System& system, int count, ModalIn
     series.expand_along(result.modes.col(j));
     const MatrixXd K_phi = series.tangent_times(result.modes)[1];  // K′ Φ
     if (inertia == ModalInertia::left_out) {
-      const MatrixXd theta = -series.solve(K_phi);
+      const MatrixXd theta = -factor.solve(K_phi);
       for (int i = 0; i < count; ++i) result.derivatives.col(count * i + j) = theta.col(i);
       continue;
     }

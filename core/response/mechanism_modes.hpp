@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// Rows as in MechanismSeries: (displacement, spin) of the bodies, then the leaves' unknowns.
+/// Rows as in MechanismFactor: (displacement, spin) of the bodies, then the leaves' unknowns.
 struct MechanismModes {
   VectorXd omega2;       ///< ascending [rad²/s²]
   MatrixXd modes;        ///< M-orthonormal

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/elements/plate_gradient.hpp"
 #include "core/elements/plate_stress.hpp"
 #include "core/math/block_lanczos.hpp"
 #include "core/math/rotation.hpp"
@@ -57,28 +58,29 @@ LeafVariation leaf_variation(const System& system, int i, const Mechanism& direc
 }
 
 // (26): what the residual of every row changes by at a constant state.
-MatrixXd residual_rates(const MechanismFactor& factor, const std::vector<Mechanism>& directions,
+MatrixXd residual_rates(const MechanismFactor& factor, const std::vector<PlateGradient>& leaves,
+                        const std::vector<Mechanism>& directions,
                         const std::vector<std::vector<LeafVariation>>& variations) {
   const int count = static_cast<int>(directions.size());
   MatrixXd R = MatrixXd::Zero(factor.size(), count);
   for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
     const LeafScale& scale = leaf.full->scale();
-    const VectorXd& f = leaf.gradient->force();
-    factor.add_leaf_force(leaf, scale.energy, leaf.gradient->force_rates(variations[i]), R);
+    const VectorXd& f = leaves[i].force();
+    factor.add_leaf_force(leaf, scale.energy, leaves[i].force_rates(variations[i]), R);
     for (int k = 0; k < count; ++k) {
       const LeafVariation& v = variations[i][k];
-      R.col(k).segment(leaf.offset, leaf.unknowns) +=
-          scale.energy * v.energy * f.head(leaf.unknowns);
+      R.col(k).segment(leaf.offset, leaf.rows.internal()) +=
+          scale.energy * v.energy * f.head(leaf.rows.internal());
       const Matrix3d& turned = directions[k].leaves[i].axes;
-      for (int e = 0; e < 2; ++e) {
-        if (leaf.body[e] < 0) continue;
-        const Vector3d force = f.segment<3>(leaf.unknowns + 6 * e),
-                       moment = f.segment<3>(leaf.unknowns + 6 * e + 3);
-        R.col(k).segment<3>(6 * leaf.body[e]) +=
-            scale.energy / scale.length *
-            (turned * force + (v.energy - v.length) * scale.axes * force);
-        R.col(k).segment<3>(6 * leaf.body[e] + 3) +=
+      for (const MechanismFactor::Leaf::Side& side : leaf.sides) {
+        const int r = leaf.row(side), b = 6 * side.body;
+        const Vector3d force = f.segment<3>(r);
+        R.col(k).segment<3>(b) += scale.energy / scale.length *
+                                  (turned * force + (v.energy - v.length) * scale.axes * force);
+        if (side.size == 3) continue;
+        const Vector3d moment = f.segment<3>(r + 3);
+        R.col(k).segment<3>(b + 3) +=
             scale.energy * (turned * moment + v.energy * scale.axes * moment);
       }
     }
@@ -112,7 +114,8 @@ struct Column {
 };
 
 // (28)–(30): derivatives of q of every column along every parameter, columns × parameters.
-MatrixXd quadratic_rates(const MechanismFactor& factor, const std::vector<Mechanism>& directions,
+MatrixXd quadratic_rates(const MechanismFactor& factor, const std::vector<PlateGradient>& leaves,
+                         const std::vector<Mechanism>& directions,
                          const std::vector<std::vector<LeafVariation>>& variations,
                          const MatrixXd& state_rates, const std::vector<Column>& columns) {
   const int count = static_cast<int>(directions.size()), n = static_cast<int>(columns.size());
@@ -129,14 +132,13 @@ MatrixXd quadratic_rates(const MechanismFactor& factor, const std::vector<Mechan
     const LeafScale& scale = leaf.full->scale();
     const MatrixXd rows = factor.leaf_rows(leaf, Y);
     const PlateGradient::Quadratic q =
-        leaf.gradient->quadratic(rows, lambda * (scale.mass / scale.energy));
+        leaves[i].quadratic(rows, lambda * (scale.mass / scale.energy));
     factor.add_leaf_force(leaf, scale.energy, q.state, V);
     for (int k = 0; k < n; ++k)
       for (int p = 0; p < count; ++p) {
         const LeafVariation& v = variations[i][p];
-        rates(k, p) +=
-            scale.energy * (v.energy * q.stiffness[k] + leaf.gradient->rate(q, rows, k, v)) -
-            lambda[k] * scale.mass * v.mass * q.mass[k];
+        rates(k, p) += scale.energy * (v.energy * q.stiffness[k] + leaves[i].rate(q, rows, k, v)) -
+                       lambda[k] * scale.mass * v.mass * q.mass[k];
       }
   }
   rates.noalias() += V.transpose() * state_rates.topRows(factor.size());
@@ -294,7 +296,7 @@ std::optional<ExactModes> exact_modes(const MechanismFactor& factor, int count, 
   return found;
 }
 
-PointGradients point_gradients(const MechanismFactor& factor,
+PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
                                const ExactModes& free, const ExactModes& locked) {
@@ -306,8 +308,14 @@ PointGradients point_gradients(const MechanismFactor& factor,
     for (const Mechanism& direction : directions)
       variations[i].push_back(leaf_variation(system, i, direction, model));
 
+  const std::vector<std::shared_ptr<const PlateMeshRate>> meshes_of_leaves = meshes.of(system);
+  std::vector<PlateGradient> leaves;
+  for (std::size_t i = 0; i < factor.leaves().size(); ++i)
+    leaves.emplace_back(factor.leaves()[i].full->plate(), meshes_of_leaves[i],
+                        factor.leaves()[i].rows);
+
   // (27)
-  const MatrixXd moved = factor.balance(-residual_rates(factor, directions, variations));
+  const MatrixXd moved = factor.balance(-residual_rates(factor, leaves, directions, variations), 0);
   PointGradients gradients;
   gradients.drive_load = moved.row(n).transpose();
   gradients.displacement = moved.middleRows(ee, 3);
@@ -319,8 +327,8 @@ PointGradients point_gradients(const MechanismFactor& factor,
     const int i = point.max_stress->leaf;
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
     const PlateLeaf& plate = leaf.full->plate();
-    const std::vector<MatrixXd> nodal =
-        leaf.gradient->nodal_rates(factor.leaf_rows(leaf, moved.topRows(n)), variations[i]);
+    const std::vector<MatrixXd> nodal = leaves[static_cast<std::size_t>(i)].nodal_rates(
+        factor.leaf_rows(leaf, moved.topRows(n)), variations[i]);
     VectorXd stress(directions.size());
     for (int p = 0; p < stress.size(); ++p) {
       StressRate along{{}, variations[i][p].shape, directions[p].leaves[i].material.youngs_modulus};
@@ -347,7 +355,7 @@ PointGradients point_gradients(const MechanismFactor& factor,
   const ModeColumns free_columns = mode_columns(free, columns),
                     locked_columns = mode_columns(locked, columns);
 
-  const MatrixXd rates = quadratic_rates(factor, directions, variations, moved, columns);
+  const MatrixXd rates = quadratic_rates(factor, leaves, directions, variations, moved, columns);
   const auto stiffness = [&](int column, int direction) {
     const double c = columns[column].y[ee + direction];
     return VectorXd(rates.row(column).transpose() / (c * c));

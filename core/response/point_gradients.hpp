@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/elements/plate_mesh_rate.hpp"
 #include "core/response/mechanism_factor.hpp"
 #include "core/response/stroke_gradients.hpp"
 
@@ -36,7 +37,7 @@ std::optional<ExactModes> exact_modes(const MechanismFactor& factor, int count, 
 
 /// `directions`: derivative of every number of the mechanism along each parameter. Modes: those
 /// that the point lists.
-PointGradients point_gradients(const MechanismFactor& factor,
+PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
                                const ExactModes& free, const ExactModes& locked);
