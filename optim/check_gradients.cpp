@@ -99,6 +99,26 @@ void average_values(const std::vector<Group>& groups, std::vector<double>& value
   }
 }
 
+// Standard deviation of every number by rounding, from designs that differ by nothing else.
+template <class Evaluate>
+std::vector<double> rounding_of(const Evaluate& numbers) {
+  constexpr int samples = 6;
+  std::vector<double> sum, squares;
+  const std::vector<double> first = numbers(0);
+  sum.assign(first.size(), 0);
+  squares.assign(first.size(), 0);
+  for (int k = 1; k < samples; ++k) {
+    const std::vector<double> other = numbers(1e-14 * k);
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      sum[i] += other[i] - first[i];
+      squares[i] += (other[i] - first[i]) * (other[i] - first[i]);
+    }
+  }
+  for (std::size_t i = 0; i < first.size(); ++i)
+    squares[i] = std::sqrt(std::max(0.0, squares[i] - sum[i] * sum[i] / samples) / (samples - 1));
+  return squares;
+}
+
 void average_slopes(const std::vector<Group>& groups, const Numbers& here, Numbers& slopes) {
   for (const Group& g : groups) {
     double squares = 0, change = 0;
@@ -124,7 +144,7 @@ GradientReport check_gradients(const Job& job, double tolerance, int threads) {
   request.frequency_derivatives = false;
   request.path = true;
   request.shapes = false;
-  request.newton.tolerance = std::min(request.newton.tolerance, 1e-11);
+  request.newton.tolerance = std::min(request.newton.tolerance, 1e-12);
   // the last of a list may change places with one that is not listed
   const int listed = request.frequencies;
   if (listed > 0) request.frequencies += 2;
@@ -166,6 +186,25 @@ GradientReport check_gradients(const Job& job, double tolerance, int threads) {
     return all;
   };
   const Numbers here = values(exact.response);
+  const auto plain = [&](const std::string& parameter, double value) {
+    const Job other = moved(job, parameter, value);
+    const StrokeResponse response =
+        evaluate_stroke(make_mechanism(other, other.design.parameters), job.model, request);
+    if (response.status != Status::ok)
+      throw SpecError("/design", fmt::format("{} = {:g}", parameter, value), response.message);
+    std::vector<double> numbers;
+    for (const auto& v : values(response)) numbers.push_back(v.value_or(0));
+    return numbers;
+  };
+  std::vector<double> noise;
+  try {
+    noise = rounding_of([&](double by) {
+      return plain(parameters.front(), present(job, parameters.front()) * (1 + by));
+    });
+  } catch (const SpecError& error) {
+    report.message = fmt::format("no differences: {}", error.what());
+    return report;
+  }
   double stroke = 0;
   for (const double s : request.points) stroke = std::max(stroke, std::abs(s));
   const bool turns = is_rotation(find_family(job.design.family, "/design/family").drive);
@@ -222,32 +261,29 @@ GradientReport check_gradients(const Job& job, double tolerance, int threads) {
     try {
       differences = ridders(
           [&](double value) {
-            const Job other = moved(job, name, value);
-            const StrokeResponse response =
-                evaluate_stroke(make_mechanism(other, other.design.parameters), job.model, request);
-            if (response.status != Status::ok)
-              throw SpecError("/design", fmt::format("{} = {:g}", name, value), response.message);
-            std::vector<double> numbers;
-            for (const auto& v : values(response)) numbers.push_back(v.value_or(0));
+            std::vector<double> numbers = plain(name, value);
             average_values(groups, numbers);
             return numbers;
           },
-          x, step, 5);
+          x, step, 5, noise);
     } catch (const SpecError& error) {
       failed[p] = fmt::format("{}: no differences: {}", name, error.what());
       return;
     }
     for (std::size_t q = 0; q < names.size(); ++q) {
       GradientCheck& check = report.checks[p * names.size() + q];
+      double steepest = 0;
+      for (std::size_t k = 0; k < points.size(); ++k)
+        steepest = std::max(steepest, std::abs(differences.value[k * names.size() + q]));
       for (std::size_t k = 0; k < points.size(); ++k) {
         const std::size_t i = k * names.size() + q;
         if (!slopes[i] || !here[i]) continue;
         const double motion = names[q].unit == "m"     ? stroke * (turns ? leaf_length : 1.0)
                               : names[q].unit == "rad" ? stroke / (turns ? 1.0 : leaf_length)
                                                        : 0.0;
-        const double floor = std::max(1e-3 * largest[q], 1e-2 * motion);
+        const double floor = std::max(1e-2 * largest[q], 0.1 * motion);
         const double size =
-            std::max({std::abs(differences.value[i]),
+            std::max({std::abs(differences.value[i]), 1e-2 * steepest,
                       0.1 * std::max(std::abs(*here[i]), floor) / size_of_x, 1e-300});
         GradientCheck c{names[q].name,
                         name,

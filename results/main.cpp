@@ -3,12 +3,14 @@
 
 #include <exception>
 
+#include "core/math/memory.hpp"
 #include "core/spec/spec_error.hpp"
 #include "results/command_line.hpp"
 #include "results/commands.hpp"
 
 int main(int argc, char** argv) try {
   using namespace flexopt;
+  keep_freed_memory();
   const auto [line, exit_code] = parse_command_line(argc, argv);
   if (exit_code) return *exit_code;
   switch (line.command) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "core/math/lanczos.hpp"
@@ -12,90 +13,137 @@
 
 namespace flexopt {
 
-/// `solve(B)` → K⁻¹ B, `mass(B)` → M B for matrices of columns, n rows. Values ascending, those of
-/// smallest magnitude. Converged when every Ritz value's residual is below `tolerance` relative to
-/// it, the last `guards` aside; a last inverse iteration on the found space then squares the error
-/// of the values.
-template <class Solve, class Mass>
-LowestPairs lowest_pairs_of_blocks(int n, int count, int width, const Solve& solve,
-                                   const Mass& mass, double tolerance = 1e-7, int guards = 0) {
-  LowestPairs pairs;
-  const int most = std::min(n, 6 * count + 20 * width + 40);
-  MatrixXd V(n, most), MV(n, most), T = MatrixXd::Zero(most, most);
-  int k = 0;  // columns of V
-
-  // W ← W − V Vᵀ M W, M-orthonormal: appended to V. The factors go to (the coefficients, the rest).
-  const auto append = [&](MatrixXd W, MatrixXd& H, MatrixXd& B) {
-    H = MatrixXd::Zero(k, W.cols());
-    // the last two blocks carry the coefficients; all others only rounding, removed in one pass
-    for (const int first : {std::max(0, k - 3 * width), 0}) {
-      const int columns = k - first;
-      const MatrixXd h = MV.middleCols(first, columns).transpose() * W;
-      W.noalias() -= V.middleCols(first, columns) * h;
-      H.bottomRows(columns) += h;
-    }
-    MatrixXd MW = mass(W);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(MatrixXd(W.transpose() * MW));
-    const VectorXd& g = gram.eigenvalues();
-    const double floor = 1e-24 * H.colwise().squaredNorm().maxCoeff();
-    int kept = 0;
-    for (int i = 0; i < g.size(); ++i) kept += g[i] > floor && g[i] > 1e-14 * g[g.size() - 1];
-    kept = std::min(kept, most - k);
-    const MatrixXd U = gram.eigenvectors().rightCols(kept);
-    const VectorXd root = g.tail(kept).cwiseSqrt();
-    V.middleCols(k, kept).noalias() = W * (U * root.cwiseInverse().asDiagonal());
-    MV.middleCols(k, kept).noalias() = MW * (U * root.cwiseInverse().asDiagonal());
-    B = root.asDiagonal() * U.transpose();
-    k += kept;
-    return kept;
-  };
-
-  MatrixXd start(n, width), H, B;  // reproducible and without symmetry
+/// Columns to start from: reproducible and without symmetry, no mode is orthogonal to them.
+inline MatrixXd start_columns(int n, int width) {
+  MatrixXd start(n, width);
   for (int c = 0; c < width; ++c)
     for (int i = 0; i < n; ++i) start(i, c) = std::sin(1.0 + 1.7 * c + 12.9898 * i + 0.3 * c * i);
-  start = solve(mass(start));
-  // columns of unit size, for the scale of the first Gram matrix
-  for (int c = 0; c < width; ++c) start.col(c) /= start.col(c).norm();
-  int block = append(start, H, B), step = 0;
+  return start;
+}
 
-  while (block > 0) {
-    const int first = k - block;
-    const MatrixXd W = solve(MatrixXd(MV.middleCols(first, block)));
-    const int before = k;
-    const int next = append(W, H, B);
-    T.block(0, first, before, block) = H;
-    T.block(first, 0, block, before) = H.transpose();
-    const MatrixXd A = T.topLeftCorner(before, before);
-    ++step;
-    // a decomposition costs about a solve: not at every step
-    if (before >= 3 * count && (step % 2 == 0 || next == 0 || k == most)) {
-      const Eigen::SelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (A + A.transpose()));
-      const VectorXd& theta = ritz.eigenvalues();
-      std::vector<int> order(before);
-      std::iota(order.begin(), order.end(), 0);
-      std::stable_sort(order.begin(), order.end(),
-                       [&](int a, int b) { return std::abs(theta[a]) > std::abs(theta[b]); });
-      order.resize(count);
-      const auto& S = ritz.eigenvectors();
-      pairs.converged =
-          next == 0 || std::all_of(order.begin(), order.end() - guards, [&](int i) {
-            return (B * S.col(i).tail(block)).norm() <= tolerance * std::abs(theta[i]);
-          });
-      if (pairs.converged || (k == most && most < n)) {
-        const MatrixXd MX = MV.leftCols(before) * S(Eigen::all, order);
-        // Rayleigh–Ritz on Y = K⁻¹ M X:  (Yᵀ M X) z = λ⁻¹… with Yᵀ K Y = Yᵀ M X
-        const MatrixXd Y = solve(MX), MY = mass(Y);
-        const MatrixXd KY = Y.transpose() * MX, G = Y.transpose() * MY;
-        const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> last(0.5 * (KY + KY.transpose()),
-                                                                      0.5 * (G + G.transpose()));
-        pairs.values = last.eigenvalues();
-        pairs.vectors = Y * last.eigenvectors();
-        return pairs;
-      }
-    }
-    block = next;
+/// Krylov space of K⁻¹M, block by block: V M-orthonormal, K⁻¹M V = V T + (next block) rest() on the
+/// last block's columns. `solve(B)` → K⁻¹ B, `mass(B)` → M B for matrices of columns, n rows.
+template <class Solve, class Mass>
+class BlockKrylov {
+ public:
+  /// `most`: columns of V at the end.
+  BlockKrylov(const MatrixXd& start, int most, Solve solve, Mass mass)
+      : solve_(std::move(solve)),
+        mass_(std::move(mass)),
+        width_(static_cast<int>(start.cols())),
+        most_(most) {
+    MatrixXd W = start, H;
+    // columns of unit size, for the scale of the first Gram matrix
+    for (int c = 0; c < width_; ++c) W.col(c) /= W.col(c).norm();
+    append(std::move(W), H);
   }
-  return pairs;
+
+  /// One block more; false where the space is invariant or full.
+  bool extend() {
+    MatrixXd W = solve_(MatrixXd(MV_.middleCols(columns_, block_))), H;
+    const int first = columns_, block = block_;
+    columns_ += block_;
+    append(std::move(W), H);
+    T_.block(0, first, columns_, block) = H;
+    T_.block(first, 0, block, columns_) = H.transpose();
+    return block_ > 0;
+  }
+
+  int columns() const { return columns_; }  ///< of V with their T; the next block is not counted
+  /// Nothing is left out: the space is invariant.
+  bool invariant() const { return block_ == 0 && (columns_ < most_ || most_ == V_.rows()); }
+  auto V() const { return V_.leftCols(columns_); }
+  auto MV() const { return MV_.leftCols(columns_); }
+  MatrixXd T() const {
+    const auto A = T_.topLeftCorner(columns_, columns_);
+    return 0.5 * (A + A.transpose());
+  }
+  const MatrixXd& rest() const { return rest_; }
+
+ private:
+  // W ← W − V Vᵀ M W, M-orthonormal: the next block. The factors go to H (the coefficients) and
+  // rest_.
+  void append(MatrixXd W, MatrixXd& H) {
+    const int k = columns_;
+    H = MatrixXd::Zero(k, W.cols());
+    // the last two blocks carry the coefficients; all others only rounding, removed in one pass
+    for (const int first : {std::max(0, k - 3 * width_), 0}) {
+      const int columns = k - first;
+      const MatrixXd h = MV_.middleCols(first, columns).transpose() * W;
+      W.noalias() -= V_.middleCols(first, columns) * h;
+      H.bottomRows(columns) += h;
+    }
+    MatrixXd MW = mass_(W);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(MatrixXd(W.transpose() * MW));
+    const VectorXd& g = gram.eigenvalues();
+    const double floor = k > 0 ? 1e-24 * H.colwise().squaredNorm().maxCoeff() : 0;
+    block_ = 0;
+    for (int i = 0; i < g.size(); ++i) block_ += g[i] > floor && g[i] > 1e-14 * g[g.size() - 1];
+    block_ = std::min(block_, most_ - k);
+    if (k + block_ > V_.cols()) {
+      const Eigen::Index room = std::min<Eigen::Index>(most_, std::max(8 * width_, 2 * k));
+      V_.conservativeResize(W.rows(), room);
+      MV_.conservativeResize(W.rows(), room);
+      T_.conservativeResizeLike(MatrixXd::Zero(room, room));
+    }
+    const MatrixXd U = gram.eigenvectors().rightCols(block_);
+    const VectorXd root = g.tail(block_).cwiseSqrt();
+    V_.middleCols(k, block_).noalias() = W * (U * root.cwiseInverse().asDiagonal());
+    MV_.middleCols(k, block_).noalias() = MW * (U * root.cwiseInverse().asDiagonal());
+    rest_ = root.asDiagonal() * U.transpose();
+  }
+
+  Solve solve_;
+  Mass mass_;
+  int width_, most_, columns_ = 0, block_ = 0;
+  MatrixXd V_, MV_, T_, rest_;
+};
+
+/// The `count` eigenvalues of largest magnitude of a symmetric matrix, in that order, and their
+/// vectors.
+struct LargestPairs {
+  VectorXd values;
+  MatrixXd vectors;
+};
+inline LargestPairs largest_pairs(const MatrixXd& A, int count) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
+  const VectorXd& theta = eigen.eigenvalues();
+  std::vector<int> order(theta.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return std::abs(theta[a]) > std::abs(theta[b]); });
+  order.resize(std::min<std::size_t>(order.size(), static_cast<std::size_t>(count)));
+  return {theta(order), eigen.eigenvectors()(Eigen::all, order)};
+}
+
+/// Values ascending, those of smallest magnitude. Converged when every Ritz value's residual is
+/// below `tolerance` relative to it; a last inverse iteration on the found space then squares the
+/// error of the values.
+template <class Solve, class Mass>
+LowestPairs lowest_pairs_of_blocks(int n, int count, int width, const Solve& solve,
+                                   const Mass& mass, double tolerance = 1e-7) {
+  LowestPairs pairs;
+  const int most = std::min(n, 6 * count + 20 * width + 40);
+  BlockKrylov krylov(MatrixXd(solve(mass(start_columns(n, width)))), most, solve, mass);
+  for (int step = 1;; ++step) {
+    const bool more = krylov.extend();
+    // a decomposition costs about a solve: not at every step
+    if (more && (krylov.columns() < 3 * count || step % 2 != 0)) continue;
+    const LargestPairs ritz = largest_pairs(krylov.T(), count);
+    const MatrixXd& B = krylov.rest();
+    const VectorXd residual = (B * ritz.vectors.bottomRows(B.cols())).colwise().norm();
+    pairs.converged = more ? (residual.array() <= tolerance * ritz.values.array().abs()).all()
+                           : krylov.invariant();
+    if (more && !pairs.converged) continue;
+    // Rayleigh–Ritz on Y = K⁻¹ M X:  (Yᵀ M X) z = λ⁻¹… with Yᵀ K Y = Yᵀ M X
+    const MatrixXd MX = krylov.MV() * ritz.vectors, Y = solve(MX), MY = mass(Y);
+    const MatrixXd KY = Y.transpose() * MX, G = Y.transpose() * MY;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> last(0.5 * (KY + KY.transpose()),
+                                                                  0.5 * (G + G.transpose()));
+    pairs.values = last.eigenvalues();
+    pairs.vectors = Y * last.eigenvectors();
+    return pairs;
+  }
 }
 
 }  // namespace flexopt

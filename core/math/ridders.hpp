@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <vector>
 
 namespace flexopt {
@@ -17,22 +18,29 @@ struct Derivatives {
 namespace detail {
 
 /// Neville's table of differences from steps h, h/factor, …, whose error begins with h^power and
-/// goes on in steps of it.
+/// goes on in steps of it; `noise` is that of the first differences.
 inline void extrapolate(const std::vector<std::vector<double>>& differences, double factor,
-                        int power, std::vector<double>& value, std::vector<double>& error) {
+                        int power, const std::vector<double>& noise, std::vector<double>& value,
+                        std::vector<double>& error) {
   const std::size_t numbers = differences.front().size();
   value = differences.front();
   error.assign(numbers, 1e300);
   std::vector<std::vector<double>> last, row;
+  std::vector<double> last_share, share;  // of the noise, in the entries
+  double step = 1;
   for (const std::vector<double>& difference : differences) {
     row.assign(1, difference);
+    share.assign(1, step);
+    step *= factor;
     double weight = std::pow(factor, power);
     for (std::size_t j = 1; j <= last.size(); ++j, weight *= std::pow(factor, power)) {
       row.emplace_back(numbers);
+      share.push_back(std::hypot(share[j - 1] * weight, last_share[j - 1]) / (weight - 1));
       for (std::size_t n = 0; n < numbers; ++n) {
         const double a = (row[j - 1][n] * weight - last[j - 1][n]) / (weight - 1);
         row[j][n] = a;
-        const double e = std::max(std::abs(a - row[j - 1][n]), std::abs(a - last[j - 1][n]));
+        const double e = std::max(
+            {std::abs(a - row[j - 1][n]), std::abs(a - last[j - 1][n]), noise[n] * share[j]});
         if (e <= error[n]) {
           error[n] = e;
           value[n] = a;
@@ -40,16 +48,20 @@ inline void extrapolate(const std::vector<std::vector<double>>& differences, dou
       }
     }
     last = row;
+    last_share = share;
   }
 }
 
 }  // namespace detail
 
-/// Of every number that f returns, at x, from steps h, h/1.6, h/1.6², …
+/// Of every number that f returns, at x, from steps h, h/1.6, h/1.6², … `noise`: standard deviation
+/// of every number by rounding, where it is known; no derivative is then claimed to be better.
 inline Derivatives ridders(const std::function<std::vector<double>(double)>& f, double x, double h,
-                           int rows = 6) {
+                           int rows = 6, std::vector<double> noise = {}) {
   constexpr double factor = 1.6;
   const std::vector<double> here = f(x);
+  noise.resize(here.size(), 0.0);
+  for (double& n : noise) n *= std::numbers::sqrt2 / h;
   std::vector<std::vector<double>> central, forward, backward;
   for (int i = 0; i < rows; ++i, h /= factor) {
     const std::vector<double> up = f(x + h), down = f(x - h);
@@ -63,9 +75,10 @@ inline Derivatives ridders(const std::function<std::vector<double>(double)>& f, 
     }
   }
   Derivatives d;
-  detail::extrapolate(central, factor, 2, d.value, d.error);
-  detail::extrapolate(forward, factor, 1, d.forward, d.forward_error);
-  detail::extrapolate(backward, factor, 1, d.backward, d.backward_error);
+  detail::extrapolate(forward, factor, 1, noise, d.forward, d.forward_error);
+  detail::extrapolate(backward, factor, 1, noise, d.backward, d.backward_error);
+  for (double& n : noise) n /= 2;
+  detail::extrapolate(central, factor, 2, noise, d.value, d.error);
   return d;
 }
 

@@ -89,27 +89,25 @@ struct Exact {
 void evaluate_exactly(System& system, const ModelOptions& model, const StrokeRequest& request,
                       Exact& exact, PathPoint& point, PointGradients* gradients) {
   const MechanismFactor factor(system);
-  const auto find = [&](std::optional<int> count, bool drive_locked) -> std::optional<ExactModes> {
-    const int wanted = std::min(request.frequencies, count.value_or(request.frequencies));
-    if (wanted == 0) return ExactModes{};
-    return exact_modes(factor, wanted, drive_locked);
+  const auto wanted = [&](std::optional<int> count) {
+    return std::min(request.frequencies, count.value_or(request.frequencies));
   };
-  const auto free = find(request.frequencies_free, false),
-             locked = find(request.frequencies_locked, true);
-  if (!free || !locked) {
+  const auto modes =
+      exact_modes(factor, wanted(request.frequencies_free), wanted(request.frequencies_locked));
+  if (!modes) {
     point.status = PointStatus::no_equilibrium;
     point.message =
         fmt::format("the lowest frequencies of {} unknowns were not found", factor.size());
     return;
   }
-  point.modes_free = free->modes;
-  point.modes_locked = locked->modes;
-  for (const Mode& m : free->modes) point.frequencies_free.push_back(m.frequency);
-  for (const Mode& m : locked->modes) point.frequencies_locked.push_back(m.frequency);
+  point.modes_free = modes->free.modes;
+  point.modes_locked = modes->locked.modes;
+  for (const Mode& m : point.modes_free) point.frequencies_free.push_back(m.frequency);
+  for (const Mode& m : point.modes_locked) point.frequencies_locked.push_back(m.frequency);
   point.parasitic_frequency = parasitic_frequency(point, request);
   if (gradients)
-    *gradients = point_gradients(factor, exact.meshes, exact.directions, model, request, point,
-                                 *free, *locked);
+    *gradients =
+        point_gradients(factor, exact.meshes, exact.directions, model, request, point, *modes);
 }
 
 void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelOptions& model,

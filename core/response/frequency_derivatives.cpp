@@ -9,8 +9,7 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/block_lanczos.hpp"
-#include "core/mechanism/joint.hpp"
-#include "core/response/frequencies.hpp"
+#include "core/response/exact_modes.hpp"
 #include "core/response/leaf_models.hpp"
 #include "core/response/mechanism_series.hpp"
 
@@ -112,28 +111,6 @@ std::optional<Shifted> solve_shifted(const MechanismFactor& factor, const Modes&
   return std::nullopt;
 }
 
-Mode classify(const MechanismFactor& factor, const MechanismSeries& series, double lambda,
-              const VectorXd& phi, const VectorXd& M_phi, const VectorXd& M_drive) {
-  // the same shares as in natural_frequencies(): Craig–Bampton coordinates, mixed terms half each
-  const VectorXd& drive = series.path_rate();
-  const double a = drive.dot(M_phi), b = drive.dot(M_drive);
-  const VectorXd rest = phi - a / b * drive, M_rest = M_phi - a / b * M_drive;
-  const Mechanism& mechanism = factor.system().mechanism();
-  const std::vector<int> group = rigid_groups(mechanism);
-  double end_effector = 0, intermediate = 0, bodies = 0;
-  for (int k = 0; k < factor.bodies() / 6; ++k) {
-    VectorXd q = VectorXd::Zero(factor.bodies());
-    q.segment<6>(6 * k) = rest.segment<6>(6 * k);
-    const double e = factor.static_motion(q).dot(M_rest);
-    bodies += e;
-    (group[k] == mechanism.end_effector ? end_effector : intermediate) += std::max(0.0, e);
-  }
-  Mode mode = mode_of_shares(lambda, std::clamp(a * a / b, 0.0, 1.0), end_effector, intermediate,
-                             std::max(0.0, rest.dot(M_rest) - bodies));
-  mode.motion = factor.motion(phi);
-  return mode;
-}
-
 }  // namespace
 
 FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
@@ -210,8 +187,11 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
     }
   }
 
-  const VectorXd M_drive = factor.mass(series.path_rate());
-  for (int i = 0; i < std::min(count, p); ++i) {
+  const int listed = std::min(count, p);
+  std::vector<Mode> classified =
+      classified_modes(factor, false, modes.lambda.head(listed), modes.phi.leftCols(listed),
+                       modes.M_phi.leftCols(listed));
+  for (int i = 0; i < listed; ++i) {
     FrequencyDerivatives d;
     d.index = i;
     d.omega2 = modes.lambda[i];
@@ -221,7 +201,7 @@ FrequencyDerivativesResult frequency_derivatives(System& system, int count) {
     d.d_compliance = -d.d_omega2 / (d.omega2 * d.omega2);
     d.d2_compliance =
         (2 * d.d_omega2 * d.d_omega2 / d.omega2 - d.d2_omega2) / (d.omega2 * d.omega2);
-    d.mode = classify(factor, series, d.omega2, modes.phi.col(i), modes.M_phi.col(i), M_drive);
+    d.mode = std::move(classified[i]);
     result.modes.push_back(std::move(d));
   }
   result.ok = true;

@@ -65,7 +65,7 @@ void MechanismFactor::factorise() {
   const int n = bodies_, m = joints();
   if (m == 0) {
     scale_ = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    tangent_.compute(scale_.asDiagonal() * K * scale_.asDiagonal());
+    set_tangent(K);
     return;
   }
   // bodies that hang on joints alone have no stiffness of their own: one energy for all
@@ -79,7 +79,16 @@ void MechanismFactor::factorise() {
   A.topLeftCorner(n, n) = K;
   A.bottomLeftCorner(m, n) = c.gradient();
   A.topRightCorner(n, m) = c.gradient().transpose();
-  tangent_.compute(scale_.asDiagonal() * A * scale_.asDiagonal());
+  set_tangent(std::move(A));
+}
+
+void MechanismFactor::set_tangent(MatrixXd A) {
+  A = scale_.asDiagonal() * A * scale_.asDiagonal();
+  tangent_.compute(A);
+  A.row(drive_).setZero();
+  A.col(drive_).setZero();
+  A(drive_, drive_) = 1;
+  locked_tangent_.compute(A);
 }
 
 void MechanismFactor::clear_held(MatrixXd& Y) const {
@@ -165,11 +174,10 @@ MatrixXd MechanismFactor::solve(const MatrixXd& B) const {
 }
 
 MatrixXd MechanismFactor::solve_locked(const MatrixXd& B) const {
-  MatrixXd Y = solve(B);
-  const Eigen::RowVectorXd force = Y.row(drive_) / drive_answer_[drive_];
-  Y.noalias() -= drive_answer_ * force;
-  Y.row(drive_).setZero();
-  return Y;
+  MatrixXd b = condensed(B);
+  b.row(drive_).setZero();
+  return expanded(B,
+                  scale_.asDiagonal() * locked_tangent_.solve(MatrixXd(scale_.asDiagonal() * b)));
 }
 
 MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
@@ -182,12 +190,6 @@ MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
   }
   clear_held(Y);
   return Y;
-}
-
-VectorXd MechanismFactor::static_motion(const VectorXd& bodies) const {
-  VectorXd q = VectorXd::Zero(bodies_ + joints());
-  q.head(bodies_) = bodies;
-  return expanded(MatrixXd::Zero(size_, 1), q);
 }
 
 VectorXd MechanismFactor::motion(const VectorXd& y) const {

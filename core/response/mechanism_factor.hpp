@@ -47,8 +47,9 @@ class MechanismFactor {
     int row(const Side& side) const { return rows.internal() + side.column; }
   };
   const std::vector<Leaf>& leaves() const { return leaves_; }
-  /// Motion of the mechanism that follows statically from that of the bodies.
-  VectorXd static_motion(const VectorXd& bodies) const;
+  /// Forces B on the bodies and the joints, those on the leaves carried there by their static
+  /// shapes.
+  MatrixXd condensed(const MatrixXd& B) const;
   /// What natural_frequencies() calls Mode::motion.
   VectorXd motion(const VectorXd& y) const;
   /// K⁻¹ e of the drive.
@@ -64,17 +65,17 @@ class MechanismFactor {
  private:
   void add_leaf(System& system, int i);
   void factorise();
-  /// Of the bodies and the joints: forces with the leaf interiors condensed, and all once they
-  /// moved by q.
-  MatrixXd condensed(const MatrixXd& B) const;
+  void set_tangent(MatrixXd A);
+  /// Of the bodies and the joints, once they moved by q.
   MatrixXd expanded(const MatrixXd& B, const MatrixXd& q) const;
 
   const System* system_;
   int bodies_ = 0, size_ = 0, drive_ = 0;
   std::vector<Leaf> leaves_;
   VectorXd scale_;
-  Eigen::PartialPivLU<MatrixXd> tangent_;  ///< of the bodies and the joints, scaled
-  VectorXd drive_answer_;                  ///< K⁻¹ e of the drive
+  /// Of the bodies and the joints, scaled.
+  Eigen::PartialPivLU<MatrixXd> tangent_, locked_tangent_;
+  VectorXd drive_answer_;  ///< K⁻¹ e of the drive
   MatrixXd body_mass_;
 };
 

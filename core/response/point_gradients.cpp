@@ -7,9 +7,7 @@
 
 #include "core/elements/plate_gradient.hpp"
 #include "core/elements/plate_stress.hpp"
-#include "core/math/block_lanczos.hpp"
 #include "core/math/rotation.hpp"
-#include "core/response/frequencies.hpp"
 
 namespace flexopt {
 namespace {
@@ -242,64 +240,10 @@ std::vector<std::shared_ptr<const PlateMeshRate>> MeshRates::of(const System& sy
   return rates;
 }
 
-std::optional<ExactModes> exact_modes(const MechanismFactor& factor, int count, bool drive_locked) {
-  const int drive = factor.drive();
-  const auto solve = [&](const MatrixXd& B) {
-    return drive_locked ? factor.solve_locked(B) : factor.solve(B);
-  };
-  const auto mass = [&](const MatrixXd& B) {
-    MatrixXd Y = factor.mass(B);
-    if (drive_locked) Y.row(drive).setZero();
-    return Y;
-  };
-  const int width = std::max(4, static_cast<int>(factor.leaves().size()));
-  constexpr int guards = 4;  // a mode is known the better the farther the ones left out are
-  LowestPairs pairs;
-  for (const double tolerance : {1e-6, 1e-5}) {  // rounding may hold the residual up
-    pairs = lowest_pairs_of_blocks(factor.size(), count + guards, width, solve, mass, tolerance,
-                                   guards);
-    if (pairs.converged) break;
-  }
-  if (!pairs.converged) return std::nullopt;
-  // once more by inverse iteration, columns of equal size: derivatives want the vectors themselves
-  MatrixXd Y = solve(MatrixXd(mass(pairs.vectors) * pairs.values.asDiagonal()));
-  const MatrixXd MY = mass(Y);
-  const MatrixXd G = Y.transpose() * MY,
-                 A = pairs.values.asDiagonal() * (pairs.vectors.transpose() * MY);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (A + A.transpose()),
-                                                                0.5 * (G + G.transpose()));
-  ExactModes found{ritz.eigenvalues(), Y * ritz.eigenvectors(), {}};
-  // shares of the kinetic energy as in natural_frequencies()
-  const MatrixXd M_phi = mass(found.phi.leftCols(count));
-  const VectorXd M_drive = factor.mass(factor.drive_answer());
-  for (int k = 0; k < count; ++k) {
-    double of_drive = 0, end_effector = 0, intermediate = 0, bodies = 0;
-    VectorXd rest = found.phi.col(k), M_rest = M_phi.col(k);
-    if (!drive_locked) {
-      const double a = factor.drive_answer().dot(M_rest), b = factor.drive_answer().dot(M_drive);
-      of_drive = std::clamp(a * a / b, 0.0, 1.0);
-      rest -= a / b * factor.drive_answer();
-      M_rest -= a / b * M_drive;
-    }
-    for (int b = 0; b < factor.bodies() / 6; ++b) {
-      VectorXd q = VectorXd::Zero(factor.bodies());
-      q.segment<6>(6 * b) = rest.segment<6>(6 * b);
-      const double e = factor.static_motion(q).dot(M_rest);
-      bodies += e;
-      (b == factor.system().mechanism().end_effector ? end_effector : intermediate) +=
-          std::max(0.0, e);
-    }
-    found.modes.push_back(mode_of_shares(found.lambda[k], of_drive, end_effector, intermediate,
-                                         std::max(0.0, rest.dot(M_rest) - bodies)));
-    found.modes.back().motion = factor.motion(found.phi.col(k));
-  }
-  return found;
-}
-
 PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
-                               const ExactModes& free, const ExactModes& locked) {
+                               const ExactModeLists& lists) {
   const System& system = factor.system();
   const Mechanism& mechanism = system.mechanism();
   const int n = factor.size(), ee = 6 * mechanism.end_effector, d = index(mechanism.drive);
@@ -352,8 +296,8 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
       supports.push_back(k);
       answer(k, true);
     }
-  const ModeColumns free_columns = mode_columns(free, columns),
-                    locked_columns = mode_columns(locked, columns);
+  const ModeColumns free_columns = mode_columns(lists.free, columns),
+                    locked_columns = mode_columns(lists.locked, columns);
 
   const MatrixXd rates = quadratic_rates(factor, leaves, directions, variations, moved, columns);
   const auto stiffness = [&](int column, int direction) {

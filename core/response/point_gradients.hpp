@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/elements/plate_mesh_rate.hpp"
+#include "core/response/exact_modes.hpp"
 #include "core/response/mechanism_factor.hpp"
 #include "core/response/stroke_gradients.hpp"
 
@@ -26,20 +27,11 @@ class MeshRates {
   std::map<std::shared_ptr<const PlateMesh>, std::shared_ptr<const PlateMeshRate>> made_;
 };
 
-/// Eigenpairs of the whole mechanism, leaf interiors included, to rounding.
-struct ExactModes {
-  VectorXd lambda;          ///< squares of the frequencies, ascending: those asked for, and guards
-  MatrixXd phi;             ///< M-orthonormal
-  std::vector<Mode> modes;  ///< those asked for
-};
-/// Nothing where the iteration fails.
-std::optional<ExactModes> exact_modes(const MechanismFactor& factor, int count, bool drive_locked);
-
 /// `directions`: derivative of every number of the mechanism along each parameter. Modes: those
 /// that the point lists.
 PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
-                               const ExactModes& free, const ExactModes& locked);
+                               const ExactModeLists& lists);
 
 }  // namespace flexopt

@@ -6,6 +6,7 @@
 #include <ctime>
 #include <vector>
 
+#include "core/math/memory.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "designs/family.hpp"
 
@@ -29,6 +30,7 @@ double shortest(const Work& work) {
 }  // namespace
 
 int main() {
+  keep_freed_memory();
   const Family& family = find_family("three_flexure_cross_hinge", "");
   const ParameterValues values{{"length", 0.06},      {"thickness", 4e-4},
                                {"outer_width", 0.02}, {"inner_width", 0.04},

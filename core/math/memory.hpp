@@ -1,0 +1,16 @@
+#pragma once
+#include <malloc.h>
+
+namespace flexopt {
+
+/// For the beginning of a program: freed memory stays with it. Matrices of whole mechanisms come
+/// and go; asking the system for their pages each time costs an eighth of an evaluation with
+/// derivatives.
+inline void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+#endif
+}
+
+}  // namespace flexopt

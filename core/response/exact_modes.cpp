@@ -1,0 +1,191 @@
+#include "core/response/exact_modes.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/block_lanczos.hpp"
+#include "core/mechanism/joint.hpp"
+#include "core/response/frequencies.hpp"
+
+namespace flexopt {
+namespace {
+
+// A mode is known the better the farther the ones left out are.
+constexpr int guards = 4;
+// Residual of the Ritz pairs, relative; rounding may hold it up.
+constexpr double tolerance = 1e-7, tolerance_at_end = 1e-5;
+// Of inverse iteration at the end. Derivatives want the vectors themselves, to 1e-9.
+constexpr int sweeps = 2;
+
+// The drive's static shape c of unit stroke: K⁻¹ = K_l⁻¹ + c cᵀ/k, l with the drive held.
+struct DriveShape {
+  VectorXd shape, mass;  ///< c, M c
+  double stiffness = 0;  ///< k
+};
+
+// Ritz pairs X = V of_V + c of_c of one list in the Krylov space, values θ = 1/λ.
+struct RitzPairs {
+  VectorXd values;
+  MatrixXd of_V;
+  Eigen::RowVectorXd of_c;
+  double residual = 0;  ///< largest of those asked for, relative
+};
+
+template <class Krylov>
+void set_residual(const Krylov& krylov, int count, RitzPairs& pairs) {
+  const MatrixXd& B = krylov.rest();
+  const VectorXd size = (B * pairs.of_V.bottomRows(B.cols())).colwise().norm();
+  for (int k = 0; k < std::min<int>(count, size.size()); ++k)
+    pairs.residual = std::max(pairs.residual, size[k] / std::abs(pairs.values[k]));
+}
+
+template <class Krylov>
+RitzPairs locked_pairs(const Krylov& krylov, int count) {
+  LargestPairs largest = largest_pairs(krylov.T(), count + guards);
+  RitzPairs pairs{std::move(largest.values), std::move(largest.vectors), {}};
+  pairs.of_c.setZero(pairs.values.size());
+  set_residual(krylov, count, pairs);
+  return pairs;
+}
+
+// In the basis [V, ĉ], ĉ = (c − V w)/n, w = VᵀM c; K_l⁻¹M c, given, is in V.
+template <class Krylov>
+RitzPairs free_pairs(const Krylov& krylov, const DriveShape& drive, const VectorXd& inertial,
+                     int count) {
+  const int k = krylov.columns();
+  const MatrixXd T = krylov.T();
+  const VectorXd w = krylov.V().transpose() * drive.mass, g = krylov.MV().transpose() * inertial,
+                 Tw = T * w;
+  const double n = std::sqrt(drive.shape.dot(drive.mass) - w.squaredNorm());
+  MatrixXd F(k + 1, k + 1);
+  F.topLeftCorner(k, k) = T + w * w.transpose() / drive.stiffness;
+  F.topRightCorner(k, 1) = (g - Tw) / n + w * (n / drive.stiffness);
+  F.bottomLeftCorner(1, k) = F.topRightCorner(k, 1).transpose();
+  F(k, k) =
+      (drive.mass.dot(inertial) - 2 * w.dot(g) + w.dot(Tw)) / (n * n) + n * n / drive.stiffness;
+  LargestPairs largest = largest_pairs(F, count + guards);
+  RitzPairs pairs{std::move(largest.values), {}, largest.vectors.bottomRows(1) / n};
+  pairs.of_V = largest.vectors.topRows(k) - w * pairs.of_c;
+  set_residual(krylov, count, pairs);
+  return pairs;
+}
+
+// Modes and M times them.
+struct Pairs {
+  VectorXd lambda;
+  MatrixXd phi, mass;
+};
+
+// Rayleigh–Ritz on the columns of Y.
+Pairs rayleigh_ritz(const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
+                    const Eigen::Ref<const MatrixXd>& KY) {
+  const MatrixXd G = Y.transpose() * MY, A = Y.transpose() * KY;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (A + A.transpose()),
+                                                                0.5 * (G + G.transpose()));
+  return {ritz.eigenvalues(), Y * ritz.eigenvectors(), MY * ritz.eigenvectors()};
+}
+
+ExactModes listed(const MechanismFactor& factor, bool drive_locked, int count, Pairs pairs) {
+  if (count == 0) return {};
+  std::vector<Mode> modes = classified_modes(factor, drive_locked, pairs.lambda.head(count),
+                                             pairs.phi.leftCols(count), pairs.mass.leftCols(count));
+  return {std::move(pairs.lambda), std::move(pairs.phi), std::move(modes)};
+}
+
+}  // namespace
+
+std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
+                                   const VectorXd& lambda, const MatrixXd& phi,
+                                   const MatrixXd& M_phi) {
+  const int count = static_cast<int>(lambda.size());
+  const Mechanism& mechanism = factor.system().mechanism();
+  MatrixXd rest = phi, M_rest = M_phi;
+  VectorXd of_drive = VectorXd::Zero(count);
+  if (!drive_locked) {
+    const VectorXd &drive = factor.drive_answer(), M_drive = factor.mass(drive);
+    const double b = drive.dot(M_drive);
+    const Eigen::RowVectorXd a = drive.transpose() * M_phi;
+    of_drive = (a.cwiseAbs2() / b).cwiseMin(1.0).transpose();
+    rest -= drive * (a / b);
+    M_rest -= M_drive * (a / b);
+  }
+  const VectorXd all = rest.cwiseProduct(M_rest).colwise().sum();
+  const MatrixXd carried = factor.condensed(M_rest);
+  const std::vector<int> group = rigid_groups(mechanism);
+  std::vector<Mode> modes;
+  for (int k = 0; k < count; ++k) {
+    double end_effector = 0, intermediate = 0, bodies = 0;
+    for (int b = 0; b < factor.bodies() / 6; ++b) {
+      const double e = rest.col(k).segment<6>(6 * b).dot(carried.col(k).segment<6>(6 * b));
+      bodies += e;
+      (group[b] == mechanism.end_effector ? end_effector : intermediate) += std::max(0.0, e);
+    }
+    modes.push_back(mode_of_shares(lambda[k], of_drive[k], end_effector, intermediate,
+                                   std::max(0.0, all[k] - bodies)));
+    modes.back().motion = factor.motion(phi.col(k));
+  }
+  return modes;
+}
+
+std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int free, int locked) {
+  ExactModeLists found;
+  if (free == 0 && locked == 0) return found;
+  const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
+  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
+  DriveShape drive;
+  drive.stiffness = 1 / factor.drive_answer()[factor.drive()];
+  drive.shape = factor.drive_answer() * drive.stiffness;
+  drive.mass = factor.mass(drive.shape);
+
+  const int width = std::max(4, static_cast<int>(factor.leaves().size())),
+            most = std::min(factor.size(), 6 * (std::max(free, locked) + guards) + 20 * width + 40);
+  MatrixXd start(factor.size(), width + 1);
+  start << mass(start_columns(factor.size(), width)), drive.mass;
+  start = solve(start);
+  const VectorXd inertial = start.col(width);
+  BlockKrylov krylov(start, most, solve, mass);
+  RitzPairs of_free, of_locked;
+  for (int step = 1;; ++step) {
+    const bool more = krylov.extend();
+    // a decomposition costs about a solve: not at every step
+    if (more && (krylov.columns() < 2 * (std::max(free, locked) + guards) || step % 2 != 0))
+      continue;
+    if (free > 0) of_free = free_pairs(krylov, drive, inertial, free);
+    if (locked > 0) of_locked = locked_pairs(krylov, locked);
+    const double residual = std::max(of_free.residual, of_locked.residual);
+    if (residual <= tolerance || krylov.invariant()) break;
+    if (!more && residual > tolerance_at_end) return std::nullopt;
+    if (!more) break;
+  }
+
+  // inverse iteration with columns of equal size, for small modes are rounded beside large ones
+  const int f = static_cast<int>(of_free.values.size()),
+            l = static_cast<int>(of_locked.values.size());
+  MatrixXd KY(factor.size(), f + l);
+  const auto times_lambda = [](const MatrixXd& coefficients, const RitzPairs& pairs) {
+    return MatrixXd(coefficients * pairs.values.cwiseInverse().asDiagonal());
+  };
+  if (f > 0) {
+    KY.leftCols(f).noalias() = krylov.MV() * times_lambda(of_free.of_V, of_free);
+    KY.leftCols(f).noalias() += drive.mass * times_lambda(of_free.of_c, of_free);
+  }
+  if (l > 0) KY.rightCols(l).noalias() = krylov.MV() * times_lambda(of_locked.of_V, of_locked);
+  Pairs free_pairs, locked_pairs;
+  for (int sweep = 0;; ++sweep) {
+    MatrixXd Y = solve(KY);
+    const Eigen::RowVectorXd along = drive.shape.transpose() * KY.leftCols(f) / drive.stiffness;
+    Y.leftCols(f).noalias() += drive.shape * along;
+    const MatrixXd MY = mass(Y);
+    if (f > 0) free_pairs = rayleigh_ritz(Y.leftCols(f), MY.leftCols(f), KY.leftCols(f));
+    if (l > 0) locked_pairs = rayleigh_ritz(Y.rightCols(l), MY.rightCols(l), KY.rightCols(l));
+    if (sweep + 1 == sweeps) break;
+    if (f > 0) KY.leftCols(f).noalias() = free_pairs.mass * free_pairs.lambda.asDiagonal();
+    if (l > 0) KY.rightCols(l).noalias() = locked_pairs.mass * locked_pairs.lambda.asDiagonal();
+  }
+  found.free = listed(factor, false, free, std::move(free_pairs));
+  found.locked = listed(factor, true, locked, std::move(locked_pairs));
+  return found;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,31 @@
+#pragma once
+// Eigenpairs of the whole mechanism, leaf interiors included, to rounding.
+#include <optional>
+#include <vector>
+
+#include "core/response/mechanism_factor.hpp"
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+struct ExactModes {
+  VectorXd lambda;          ///< squares of the frequencies, ascending: those asked for, and guards
+  MatrixXd phi;             ///< M-orthonormal
+  std::vector<Mode> modes;  ///< those asked for
+};
+
+struct ExactModeLists {
+  ExactModes free, locked;
+};
+
+/// The lowest `free` modes with the drive free and `locked` ones with the drive held, from one
+/// Krylov space. Nothing where the iteration fails.
+std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int free, int locked);
+
+/// Modes by their squared frequencies, motions (columns) and M times these: shares of the kinetic
+/// energy as in natural_frequencies(), Craig–Bampton coordinates, mixed terms half each.
+std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
+                                   const VectorXd& lambda, const MatrixXd& phi,
+                                   const MatrixXd& M_phi);
+
+}  // namespace flexopt
