@@ -81,7 +81,13 @@ class Programme : public Ipopt::TNLP {
     return true;
   }
 
+  /// A point beyond the move limit is one that cannot be evaluated: Ipopt halves its step.
+  bool is_far(const Number* x) const {
+    return trials_.is_far(Eigen::Map<const VectorXd>(x, x0_.size()));
+  }
+
   bool eval_f(Index, const Number* x, bool, Number& f) override {
+    if (is_far(x)) return false;
     const Problem::Value& v = value(x, false);
     if (v.ok) f = v.f;
     return v.ok;
@@ -94,6 +100,7 @@ class Programme : public Ipopt::TNLP {
   }
 
   bool eval_g(Index, const Number* x, bool, Index m, Number* g) override {
+    if (is_far(x)) return false;
     const Problem::Value& v = value(x, false);
     if (v.ok) Eigen::Map<VectorXd>(g, m) = v.c;
     return v.ok;
@@ -170,12 +177,12 @@ Outcome run(Trials& trials, const VectorXd& x0, const VectorXd& lower, const Vec
   options->SetStringValue("mu_strategy", "adaptive");
   options->SetStringValue("nlp_scaling_method", "gradient-based");
   options->SetIntegerValue("max_iter", 10 * o.max_evaluations);
-  options->SetNumericValue("tol", 0.1 * o.tolerance);
+  // beyond what ends it in `Trials`
+  options->SetNumericValue("tol", 0.1 * trials.stationary_within());
   options->SetNumericValue("constr_viol_tol", 0.1 * o.constraint_tolerance);
-  options->SetNumericValue("acceptable_tol", 10 * o.tolerance);
+  options->SetNumericValue("acceptable_tol", o.tolerance);
   options->SetNumericValue("acceptable_constr_viol_tol", 0.1 * o.constraint_tolerance);
-  options->SetNumericValue("acceptable_obj_change_tol", o.tolerance);
-  options->SetIntegerValue("acceptable_iter", 5);
+  options->SetNumericValue("acceptable_obj_change_tol", 0.1 * o.tolerance);
   options->SetNumericValue("bound_relax_factor", 0);  // not even 1e-8 outside the box
   if (warm && trials.options().multipliers.size() == trials.problem().constraints &&
       trials.problem().constraints > 0 && runs == 0) {
@@ -252,6 +259,7 @@ OptimiserSummary minimise_ipopt(Trials& trials) {
                         words(outcome.status), outcome.iterations, trials.evaluations(),
                         trials.failures(), outcome.dual, outcome.violation,
                         outcome.complementarity));
+  if (summary.kkt) return summary;
   if (const auto balance = trials.multipliers()) {
     summary.multipliers = balance->lambda;
     summary.kkt = balance->residual;

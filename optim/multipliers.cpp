@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <limits>
 #include <vector>
 
 namespace flexopt {
@@ -54,28 +53,40 @@ VectorXd non_negative_least_squares(const MatrixXd& A, const VectorXd& b) {
 
 Multipliers least_squares_multipliers(const VectorXd& x, const VectorXd& lower,
                                       const VectorXd& upper, const VectorXd& c, const VectorXd& df,
-                                      const MatrixXd& dc, double active_within) {
-  std::vector<Eigen::Index> active, free;
+                                      const MatrixXd& dc) {
+  constexpr double out_of_reach = 0.1;  // no multiplier that far inside a bound
+  struct Column {
+    VectorXd slope;
+    double distance;
+  };
+  std::vector<Column> columns;
+  std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < c.size(); ++i)
-    if (c[i] >= -active_within) active.push_back(i);
-  // A held variable feels its bound's multiplier: one more column, +e_j at the upper bound
-  // (x_j − upper_j ≤ 0), −e_j at the lower.
-  std::vector<std::pair<Eigen::Index, double>> held;
-  for (Eigen::Index j = 0; j < x.size(); ++j) {
-    if (x[j] >= upper[j] - active_within) held.emplace_back(j, 1.0);
-    if (x[j] <= lower[j] + active_within) held.emplace_back(j, -1.0);
+    if (c[i] >= -out_of_reach) {
+      rows.push_back(i);
+      columns.push_back({dc.row(i).transpose(), c[i]});
+    }
+  // a bound of x is one more constraint: x_j - upper_j <= 0, lower_j - x_j <= 0
+  for (Eigen::Index j = 0; j < x.size(); ++j)
+    for (const double side : {1.0, -1.0}) {
+      const double distance = side > 0 ? x[j] - upper[j] : lower[j] - x[j];
+      if (distance >= -out_of_reach)
+        columns.push_back({side * VectorXd::Unit(x.size(), j), distance});
+    }
+  const Eigen::Index n = x.size(), m = static_cast<Eigen::Index>(columns.size());
+  MatrixXd A = MatrixXd::Zero(n + m, m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    A.col(k).head(n) = columns[static_cast<std::size_t>(k)].slope;
+    A(n + k, k) = columns[static_cast<std::size_t>(k)].distance;
   }
-  const auto m = static_cast<Eigen::Index>(active.size());
-  MatrixXd A = MatrixXd::Zero(x.size(), m + static_cast<Eigen::Index>(held.size()));
-  if (m > 0) A.leftCols(m) = dc(active, Eigen::all).transpose();
-  for (std::size_t k = 0; k < held.size(); ++k)
-    A(held[k].first, m + static_cast<Eigen::Index>(k)) = held[k].second;
-  const VectorXd y = non_negative_least_squares(A, -df);
+  VectorXd b = VectorXd::Zero(n + m);
+  b.head(n) = df;
+  const VectorXd y = non_negative_least_squares(A, -b);
   Multipliers result;
   result.lambda = VectorXd::Zero(c.size());
-  for (Eigen::Index i = 0; i < m; ++i) result.lambda[active[static_cast<std::size_t>(i)]] = y[i];
-  const VectorXd rest = A.cols() > 0 ? VectorXd(df + A * y) : df;
-  result.residual = rest.size() ? rest.cwiseAbs().maxCoeff() : 0.0;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    result.lambda[rows[k]] = y[static_cast<Eigen::Index>(k)];
+  result.residual = (b + A * y).lpNorm<Eigen::Infinity>();
   return result;
 }
 

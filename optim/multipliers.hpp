@@ -5,15 +5,17 @@
 namespace flexopt {
 
 struct Multipliers {
-  VectorXd lambda;      ///< of c ≤ 0, each ≥ 0, 0 where inactive
-  double residual = 0;  ///< largest |∇f + Σ λ ∇c| over the free variables
+  VectorXd lambda;  ///< of c ≤ 0, each ≥ 0
+  /// How far the first-order conditions are from holding: the largest |∇f + Σ λ ∇c| and |λ c|,
+  /// bounds of x counted among c.
+  double residual = 0;
 };
 
-/// min |∇f + Σ_active λ_i ∇c_i| over λ ≥ 0, taken over the variables that no bound holds: a bound's
-/// own multiplier takes up the rest where its sign allows. Active: c_i ≥ −`active_within`.
+/// min |∇f + Σ λ_i ∇c_i|² + Σ (λ_i c_i)² over λ ≥ 0, bounds of x among c: the multipliers that come
+/// nearest to stationarity and complementarity at once [Karush, Kuhn and Tucker].
 Multipliers least_squares_multipliers(const VectorXd& x, const VectorXd& lower,
                                       const VectorXd& upper, const VectorXd& c, const VectorXd& df,
-                                      const MatrixXd& dc, double active_within);
+                                      const MatrixXd& dc);
 
 /// Solves min |A y − b| subject to y ≥ 0: Lawson and Hanson's active-set method
 /// [Solving Least Squares Problems, 1974, ch. 23].

@@ -91,6 +91,10 @@ class Run {
     return entry_.info.constraining == Constraining::augmented && trials_.problem().constraints > 0;
   }
   bool marks_failures() const { return entry_.id == nlopt::LN_COBYLA; }
+  /// Beyond the move limit: SLSQP halves a step to a point of infinite f.
+  bool is_too_far(const VectorXd& x) const {
+    return entry_.id == nlopt::LD_SLSQP && trials_.is_far(x);
+  }
   bool is_global() const { return entry_.info.name.starts_with("G"); }
   /// What runs: of the augmented Lagrangian the local one.
   nlopt::algorithm id() const {
@@ -133,6 +137,10 @@ bool Run::is_stationary(const VectorXd& x, const Problem::Value& value) const {
 }
 
 double Run::objective(const VectorXd& x, double* gradient) {
+  if (is_too_far(x)) {
+    std::fill_n(gradient, gradient ? x.size() : 0, 0.0);
+    return std::numeric_limits<double>::infinity();
+  }
   const Problem::Value value = seen(x, gradient != nullptr);
   Eigen::Map<VectorXd> df(gradient, gradient ? x.size() : 0);
   if (gradient) df = value.df;
@@ -144,6 +152,11 @@ double Run::objective(const VectorXd& x, double* gradient) {
 }
 
 void Run::constraints(unsigned m, double* c, const VectorXd& x, double* gradient) {
+  if (is_too_far(x)) {
+    std::fill_n(c, m, 0.0);
+    std::fill_n(gradient, gradient ? m * x.size() : 0, 0.0);
+    return;
+  }
   const Problem::Value value = seen(x, gradient != nullptr);
   Eigen::Map<VectorXd> values(c, m);
   values.head(value.c.size()) = value.c;
@@ -163,7 +176,7 @@ nlopt::result Run::start(const VectorXd& x0, const VectorXd& lower, const Vector
   opt.set_upper_bounds(std::vector<double>(upper.data(), upper.data() + n));
   // x and f are of order one, so absolute and relative tolerances are the same thing. The change of
   // f is that of one step, which for MMA is short long before the optimum: hence the factor.
-  opt.set_xtol_abs(tolerance);
+  opt.set_xtol_abs(entry_.id == nlopt::LD_SLSQP ? 1e-3 * tolerance : tolerance);
   // SLSQP's steps shrink fast, and on its way from outside a slack variable may stand still.
   opt.set_ftol_abs(entry_.id != nlopt::LD_SLSQP ? 0.01 * tolerance
                    : m > 0                      ? 0.0
@@ -311,7 +324,9 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
       break;
     }
     if (entry.info.gradients) balance = trials.multipliers();
-    const bool balanced = !balance || balance->residual <= unbalanced(trials);
+    const double balanced_within =
+        entry.id == nlopt::LD_SLSQP ? trials.stationary_within() : unbalanced(trials);
+    const bool balanced = !balance || balance->residual <= balanced_within;
     const bool clean = !entry.info.slack || trials.failures() == failures;
     const bool whole_box = lower == problem.lower && upper == problem.upper;
     met_test = result > 0 && clean && balanced && whole_box;
@@ -336,7 +351,8 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
                                             : stalled ? StopReason::stalled
                                                       : StopReason::converged,
                                             message);
-  if (balance) summary.multipliers = balance->lambda, summary.kkt = balance->residual;
+  if (balance && !summary.kkt)
+    summary.multipliers = balance->lambda, summary.kkt = balance->residual;
   return summary;
 }
 

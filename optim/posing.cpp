@@ -4,10 +4,17 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "optim/trials.hpp"
 
 namespace flexopt {
+namespace {
+
+/// Of the box. Four steps cross it; a linearised stress or load tells little beyond.
+constexpr double move_limit = 0.2;
+
+}  // namespace
 
 OptimiserOptions optimiser_options(const OptimiseSpec& spec) {
   OptimiserOptions o;
@@ -16,6 +23,7 @@ OptimiserOptions optimiser_options(const OptimiseSpec& spec) {
   o.local = spec.algorithm.local;
   o.max_evaluations = spec.max_evaluations;
   o.tolerance = spec.tolerance;
+  o.move_limit = move_limit;
   o.constraint_tolerance = spec.constraint_tolerance;
   return o;
 }
@@ -47,7 +55,10 @@ Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& p
   for (Eigen::Index j = 0; j < pose.lower.size(); ++j)
     if (pose.lower[j] < pose.upper[j]) free_.push_back(j);
   sense_ = pose.maximise ? -1 : 1;
-  if (needs_gradients(optimiser_options(problem.spec()))) weight_ = violation_weight;
+  if (needs_gradients(optimiser_options(problem.spec()))) {
+    weight_ = violation_weight;
+    exact_ = problem.differentiable();
+  }
   if (aim == Aim::feasibility) {
     slack_ = slack;
     sense_ = 1;
@@ -104,6 +115,7 @@ Problem Posing::problem() {
   p.upper.head(n) = pose_.upper(free_);
   if (slack_) p.lower[n] = aim_ == Aim::feasibility ? 0 : -inf, p.upper[n] = inf;
   if (aim_ == Aim::objective || slack_) p.constraints = static_cast<int>(rows_.size());
+  p.ends_at_balance = aim_ == Aim::objective;
   p.evaluate = [this](const VectorXd& x, bool gradient) { return evaluate(x, gradient); };
   return p;
 }
@@ -139,13 +151,55 @@ std::optional<Candidate> Posing::assess(const VectorXd& design_x, int& cost) con
   return weigh(problem_, book_.scales(), pose_, design_x, values);
 }
 
+double Posing::merit(const Candidate& candidate) const {
+  const double sign = pose_.maximise ? -1 : 1;
+  return sign * candidate.objective / scale(pose_.goal) + weight_ * candidate.violation;
+}
+
 bool Posing::better(const Candidate& a, const Candidate& b) const {
   const double tolerated = 0.3 * problem_.spec().constraint_tolerance;
   if ((a.violation <= tolerated) != (b.violation <= tolerated)) return a.violation <= tolerated;
   if (a.violation > tolerated) return a.violation < b.violation;
-  const double sign = pose_.maximise ? -1 : 1, by = scale(pose_.goal);
-  return sign * a.objective / by + weight_ * a.violation <
-         sign * b.objective / by + weight_ * b.violation;
+  return merit(a) < merit(b);
+}
+
+bool Posing::as_good(const Candidate& a, const Candidate& b) const {
+  const OptimiseSpec& spec = problem_.spec();
+  const double tolerated = 0.3 * spec.constraint_tolerance;
+  if ((a.violation <= tolerated) != (b.violation <= tolerated)) return a.violation <= tolerated;
+  if (a.violation > tolerated) return a.violation <= b.violation + spec.tolerance;
+  return merit(a) <= merit(b) + spec.tolerance;
+}
+
+void Posing::track(const MatrixXd& derivatives) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(derivatives.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  const bool first = last_derivatives_.rows() != derivatives.rows();
+  std::ptrdiff_t begin = 0;
+  for (const Goal& goal : problem_.goals()) {
+    const std::ptrdiff_t points =
+        goal.expression ? 1 : static_cast<std::ptrdiff_t>(problem_.request().points.size());
+    for (std::ptrdiff_t k = 0; k < points; ++k, begin += goal.branches) {
+      if (goal.branches == 1 || first) continue;
+      const auto jump = [&](const std::vector<Eigen::Index>& rows) {
+        double sum = 0;
+        for (Eigen::Index i = 0; i < goal.branches; ++i)
+          sum += (derivatives.row(rows[static_cast<std::size_t>(i)]) -
+                  last_derivatives_.row(begin + i))
+                     .squaredNorm();
+        return sum;
+      };
+      std::vector<Eigen::Index> rows(order.begin() + begin, order.begin() + begin + goal.branches),
+          nearest = rows;
+      double least = jump(rows);
+      while (std::next_permutation(rows.begin(), rows.end()))
+        if (const double here = jump(rows); here < least) least = here, nearest = rows;
+      std::copy(nearest.begin(), nearest.end(), order.begin() + begin);
+    }
+  }
+  assert(begin == derivatives.rows());
+  order_ = std::move(order);
+  last_derivatives_ = derivatives(order_, Eigen::all);
 }
 
 Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
@@ -156,13 +210,15 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
   DesignValues values = book_.at(problem_.variables(all), out.cost);
   if (!values.ok) return out;
   MatrixXd derivatives;
-  if (gradient) {
+  if (gradient || (exact_ && values.gradient.rows() > 0)) {  // exact ones came with the values
     const auto found = book_.derivatives(all, out.cost, free_);
-    if (!found) return out;
-    derivatives = *found;
+    if (!found && gradient) return out;
+    if (found) derivatives = *found;
   }
-  correct(all, values, gradient ? &derivatives : nullptr);
-  derivatives = MatrixXd(derivatives(Eigen::all, gradient ? free_ : std::vector<Eigen::Index>{}));
+  const bool differentiated = derivatives.rows() > 0;
+  correct(all, values, differentiated ? &derivatives : nullptr);
+  if (differentiated) derivatives = MatrixXd(derivatives(Eigen::all, free_));
+  if (exact_ && differentiated) track(derivatives);
   const Candidate here = weigh(problem_, book_.scales(), pose_, all, values);
   if (!best_ || better(here, *best_)) best_ = here;
   out.ok = true;
@@ -184,8 +240,14 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
   for (Eigen::Index i = 0; i < m; ++i) {
     const Row& row = rows_[static_cast<std::size_t>(i)];
     const GoalValues& of = values.goals[row.goal];
-    Extreme e{static_cast<std::size_t>(std::max(row.entry, 0)), 1};
-    if (row.entry < 0) e = extreme(problem_.goals()[row.goal], of);
+    Extreme e;
+    if (row.entry < 0) {
+      e = extreme(problem_.goals()[row.goal], of);
+    } else {
+      const Eigen::Index entry = first[row.goal] + row.entry;
+      e.entry = static_cast<std::size_t>(
+          order_.empty() ? row.entry : order_[static_cast<std::size_t>(entry)] - first[row.goal]);
+    }
     assert(e.entry < of.size());
     const double factor = row.sign * e.sign / row.scale;
     out.c[i] = factor * of[e.entry] - row.bound + (slack_ ? row.slack * x[n] : 0.0);

@@ -5,7 +5,8 @@
 //     maximise min over stroke:  min −t,  t − v_jk / s ≤ 0   at each point j, lowest modes k
 //     minimise max over stroke:  min  t,  v_j / s − t ≤ 0    (±v_j under max_abs)
 //     v ≤ b over the stroke:     (v_j − b) / s ≤ 0           at each point j
-// so that modes and points which change places do not make kinks. Without it (methods that see one
+// so that modes and points which change places do not make kinks. With exact derivatives each row
+// keeps its mode when modes cross between designs. Without it (methods that see one
 // merit value anyway), and where the best point counts ("the maximum must exceed b"), one value.
 #include <optional>
 #include <vector>
@@ -69,6 +70,8 @@ class Posing {
   /// infeasible, then by objective or violation.
   const std::optional<Candidate>& best() const { return best_; }
   bool better(const Candidate& a, const Candidate& b) const;
+  /// True if a is better, or worse by no more than the job's tolerance.
+  bool as_good(const Candidate& a, const Candidate& b) const;
 
   /// dObjective/dBound of each of the goals 1, 2, …, from multipliers of the rows, SI.
   std::vector<double> multipliers(const VectorXd& lambda) const;
@@ -81,10 +84,15 @@ class Posing {
     double sign = 1, bound = 0, scale = 1, slack = 0;
   };
   Problem::Value evaluate(const VectorXd& x, bool gradient);
+  /// Brings the candidates of each point into the order in which the last design had them, by the
+  /// nearest derivatives: modes that cross change ranks, and a row whose meaning jumps would look
+  /// like a curvature to a quasi-Newton method.
+  void track(const MatrixXd& derivatives);
   void add_rows(std::size_t goal, bool upper, double bound, double scale, double slack,
                 bool pointwise);
   bool pointwise(const Goal& goal, bool upper) const;
   double scale(std::size_t goal) const;
+  double merit(const Candidate& candidate) const;
   /// Values (and derivatives) at full size, corrected.
   void correct(const VectorXd& x, DesignValues& values, MatrixXd* derivatives) const;
 
@@ -94,11 +102,14 @@ class Posing {
   Aim aim_;
   double violation_;
   bool slack_ = false;  ///< there is one
+  bool exact_ = false;  ///< derivatives are exact
   bool split_ = false;  ///< constraints are posed at each point
   double sense_ = 1;    ///< −1 to maximise
   double weight_ = 0;   ///< of a tolerated violation, when designs are compared
   std::vector<Row> rows_;
-  std::vector<Eigen::Index> free_;  ///< variables that are not held
+  std::vector<Eigen::Index> free_;   ///< variables that are not held
+  std::vector<Eigen::Index> order_;  ///< the value (of all goals') that each entry stands for
+  MatrixXd last_derivatives_;        ///< of the entries at the last design
   std::optional<Candidate> best_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 // A nonlinear programme as every optimiser adapter sees it: scaled, bounded, possibly failing.
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,9 @@ namespace flexopt {
 struct Problem {
   VectorXd lower, upper;
   int constraints = 0;
+  /// A local method with gradients ends where the first-order conditions hold; false: only its own
+  /// test ends it, or a value that is enough.
+  bool ends_at_balance = true;
 
   struct Value {
     bool ok = false;  ///< false: the numbers did not work out here; nothing else holds then
@@ -29,10 +33,15 @@ struct Problem {
 
 struct OptimiserOptions {
   std::string library = "nlopt", name = "LN_COBYLA";
-  std::string local;                   ///< of AUGLAG and MLSL; empty: their default
-  int max_evaluations = 500;           ///< sum of Value::cost
-  double tolerance = 1e-5;             ///< relative change of x and f
+  std::string local;          ///< of AUGLAG and MLSL; empty: their default
+  int max_evaluations = 500;  ///< sum of Value::cost
+  /// Relative change of x and f that ends a search without gradients. One with gradients ends
+  /// where the first-order conditions hold to a tenth of it (Multipliers::residual).
+  double tolerance = 1e-5;
   double constraint_tolerance = 1e-4;  ///< on c
+  /// Farthest that SLSQP and Ipopt go from the points where they know the gradient, in each bounded
+  /// x: linearised constraints mean little beyond.
+  double move_limit = std::numeric_limits<double>::infinity();
   /// x0 is near the optimum: short first steps. Ipopt then begins with a small barrier, and with
   /// these multipliers of c if they are given.
   bool warm = false;
@@ -40,7 +49,7 @@ struct OptimiserOptions {
 };
 
 enum class StopReason {
-  converged,        ///< the library's own optimality or step test was met
+  converged,        ///< the first-order conditions hold, or the library's own test is met
   max_evaluations,  ///< x is the best feasible point seen, or the least violated one
   stalled,          ///< rounding or failed evaluations kept it from going on
   failed            ///< not one evaluation worked out
@@ -55,7 +64,7 @@ struct OptimiserSummary {
   /// λ ≥ 0 of c in ∇f + Σ λ ∇c = 0 (bounds of x aside): Ipopt's own, by least squares for the other
   /// gradient methods; empty for the others.
   VectorXd multipliers;
-  std::optional<double> kkt;   ///< largest |∇f + Σ λ ∇c| at x, for gradient methods
+  std::optional<double> kkt;   ///< Multipliers::residual at x, for gradient methods
   int evaluations = 0;         ///< sum of Value::cost
   int failed_evaluations = 0;  ///< points where evaluate was not ok
 };

@@ -10,6 +10,18 @@
 namespace flexopt {
 namespace {
 
+/// The first-order conditions of a pose at a design that can be evaluated, with the slack that
+/// makes its rows tight. Nothing where there is nothing to vary.
+std::optional<Multipliers> balance_at(Posing& posing, const Candidate& at, double& slope) {
+  const Problem p = posing.problem();
+  const VectorXd x = posing.start(at);
+  if (x.size() == 0) return std::nullopt;
+  const Problem::Value value = p.evaluate(x, true);
+  if (!value.ok) return std::nullopt;
+  slope = value.df.lpNorm<Eigen::Infinity>();
+  return least_squares_multipliers(x, p.lower, p.upper, value.c, value.df, value.dc);
+}
+
 /// x, or the first design on the way from it to the middle of the box that can be evaluated.
 std::optional<Candidate> workable(const Posing& posing, const Pose& pose, const VectorXd& from) {
   const VectorXd begin = from.cwiseMax(pose.lower).cwiseMin(pose.upper),
@@ -78,17 +90,24 @@ SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Po
   }
 
   const auto left = [&] { return options.max_evaluations - spent(); };
-  const auto take = [&](const Posing& posing) {
-    // the same design as the pose sees it, whatever its aim was
-    if (!posing.best()) return;
-    if (objective.better(*posing.best(), *result.best)) result.best = posing.best();
+  const auto take = [&](const Posing& posing, const OptimiserSummary& summary) {
+    std::optional<Candidate> found = posing.best();
+    if (!found) return;
+    // an optimum where the gradients balance, unless a clearly better design came by
+    if (summary.reason == StopReason::converged && needs_gradients(choice)) {
+      int cost = 0;
+      const auto end = posing.assess(posing.design(summary.x), cost);
+      if (end && posing.as_good(*end, *found)) found = end;
+    }
+    // the same design as the objective sees it, whatever the aim was
+    if (objective.better(*found, *result.best)) result.best = found;
   };
   const auto run = [&](Posing& posing, const OptimiserOptions& how) {
     OptimiserOptions options_now = how;
     options_now.max_evaluations = std::max(1, left());
     const OptimiserSummary summary =
         minimise(posing.problem(), posing.start(*result.best), options_now);
-    take(posing);
+    take(posing, summary);
     return summary;
   };
   const auto feasible = [&] { return result.best->violation <= spec.constraint_tolerance; };
@@ -122,26 +141,30 @@ SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Po
     result.summary.kkt.reset();
   }
   result.evaluations = spent();
-  const VectorXd& lambda = result.summary.multipliers;
-  if (feasible() && lambda.size() > 0 && lambda.size() == objective.problem().constraints &&
-      objective.design(result.summary.x) == result.best->x)
-    result.multipliers = objective.multipliers(lambda);
+  OptimiserSummary& summary = result.summary;
+  if (feasible() && summary.kkt && objective.design(summary.x) != result.best->x) {
+    // figures of another design than the best one
+    double slope = 0;
+    const auto balance = problem.differentiable() ? balance_at(objective, *result.best, slope)
+                                                  : std::optional<Multipliers>();
+    summary.kkt.reset();
+    summary.multipliers.resize(0);
+    if (balance) summary.kkt = balance->residual, summary.multipliers = balance->lambda;
+  }
+  if (feasible() && summary.multipliers.size() > 0 &&
+      summary.multipliers.size() == objective.problem().constraints)
+    result.multipliers = objective.multipliers(summary.multipliers);
   return result;
 }
 
 std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
                                    const Pose& pose, const Candidate& at) {
   Posing posing(problem, book, pose, true);
-  const Problem p = posing.problem();
-  const VectorXd x = posing.start(at);
-  if (x.size() == 0) return {};
-  const Problem::Value value = p.evaluate(x, true);
-  if (!value.ok) return {};
-  const Multipliers m = least_squares_multipliers(x, p.lower, p.upper, value.c, value.df, value.dc,
-                                                  10 * problem.spec().constraint_tolerance);
   constexpr double no_optimum = 0.1;  // of ∇f: there the multipliers mean nothing
-  if (m.residual > no_optimum * std::max(1.0, value.df.lpNorm<Eigen::Infinity>())) return {};
-  return posing.multipliers(m.lambda);
+  double slope = 0;
+  const auto balance = balance_at(posing, at, slope);
+  if (!balance || balance->residual > no_optimum * std::max(1.0, slope)) return {};
+  return posing.multipliers(balance->lambda);
 }
 
 }  // namespace flexopt

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <limits>
 
 namespace flexopt {
@@ -15,7 +16,9 @@ VectorXd into_box(const VectorXd& x, const VectorXd& lower, const VectorXd& uppe
 Trials::Trials(const Problem& problem, const OptimiserOptions& options)
     : problem_(problem),
       options_(options),
-      weight_(needs_gradients(options) ? violation_weight : 0.0) {
+      weight_(needs_gradients(options) ? violation_weight : 0.0),
+      watches_(problem.ends_at_balance && needs_gradients(options) &&
+               !options.name.starts_with("G")) {
   assert(problem.lower.size() == problem.upper.size());
   assert((problem.lower.array() <= problem.upper.array()).all());
 }
@@ -36,7 +39,7 @@ const Problem::Value& Trials::at(const VectorXd& x_asked, bool gradient) {
   if (last_.first.size() == x.size() && last_.first == x && (last_has_gradient_ || !gradient))
     return last_.second;
   // Points known before cost nothing; the second limit ends a library that only asks for those.
-  if (enough_ || evaluations_ >= options_.max_evaluations ||
+  if (enough_ || stationary_ || evaluations_ >= options_.max_evaluations ||
       calls_ >= 1000 + 50L * options_.max_evaluations) {
     stopped_ = true;
     throw StopTrials{};
@@ -64,12 +67,44 @@ const Problem::Value& Trials::at(const VectorXd& x_asked, bool gradient) {
     kept.dc.resize(0, 0);
     good_.emplace_back(x, std::move(kept));
     if (last_.second.enough) {
-      best_ = last_;
-      stopped_ = enough_ = true;
-      throw StopTrials{};
+      enough_ = true;
+      stop_at_last();
+    }
+    if (gradient) {
+      with_gradient_.push_back(x);
+      if (watches_ && violation(last_.second) <= 0.3 * options_.constraint_tolerance) {
+        Multipliers found = multipliers(x, last_.second);
+        if (found.residual <= stationary_within()) {
+          stationary_ = std::move(found);
+          stop_at_last();
+        }
+      }
     }
   }
   return last_.second;
+}
+
+void Trials::stop_at_last() {
+  best_ = last_;
+  stopped_ = true;
+  throw StopTrials{};
+}
+
+bool Trials::is_far(const VectorXd& x) const {
+  const auto distance = [&](const VectorXd& from) {
+    double most = 0;
+    for (Eigen::Index j = 0; j < x.size(); ++j)
+      if (std::isfinite(problem_.lower[j]) && std::isfinite(problem_.upper[j]))
+        most = std::max(most, std::abs(x[j] - from[j]));
+    return most;
+  };
+  return !with_gradient_.empty() && std::ranges::none_of(with_gradient_, [&](const VectorXd& from) {
+    return distance(from) <= options_.move_limit;
+  });
+}
+
+Multipliers Trials::multipliers(const VectorXd& x, const Problem::Value& value) const {
+  return least_squares_multipliers(x, problem_.lower, problem_.upper, value.c, value.df, value.dc);
 }
 
 void Trials::rethrow() const {
@@ -117,19 +152,26 @@ std::optional<Multipliers> Trials::multipliers() try {
     if (!value.ok) return std::nullopt;
     best_.second = value;
   }
-  const Problem::Value& v = best_.second;
-  return least_squares_multipliers(best_.first, problem_.lower, problem_.upper, v.c, v.df, v.dc,
-                                   10 * options_.constraint_tolerance);
+  return multipliers(best_.first, best_.second);
 } catch (const StopTrials&) {
   return std::nullopt;
 }
 
 OptimiserSummary Trials::summary(StopReason reason, std::string message) const {
   OptimiserSummary s;
-  s.reason = enough_ ? StopReason::converged : reason;
-  s.message = enough_ ? fmt::format("enough after {} evaluations ({} without values)", evaluations_,
-                                    failures())
-                      : std::move(message);
+  s.reason = enough_ || stationary_ ? StopReason::converged : reason;
+  s.message = std::move(message);
+  if (enough_)
+    s.message =
+        fmt::format("enough after {} evaluations ({} without values)", evaluations_, failures());
+  if (stationary_) {
+    s.message = fmt::format(
+        "{}: the first-order conditions hold to {:.1e} after {} evaluations ({} without values)",
+        options_.library == "ipopt" ? "Ipopt" : "NLopt " + options_.name, stationary_->residual,
+        evaluations_, failures());
+    s.multipliers = stationary_->lambda;
+    s.kkt = stationary_->residual;
+  }
   s.evaluations = evaluations_;
   s.failed_evaluations = failures();
   if (has_best()) {

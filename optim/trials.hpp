@@ -22,9 +22,9 @@ class Trials {
  public:
   Trials(const Problem& problem, const OptimiserOptions& options);
 
-  /// The problem's value at x, moved into the box. Throws StopTrials when the budget is spent or
-  /// the problem itself threw, or called a point enough; `rethrow` passes what it threw on once the
-  /// library has returned.
+  /// The problem's value at x, moved into the box. Throws StopTrials when the budget is spent, when
+  /// the problem itself threw or called a point enough, and when a local method's gradient shows an
+  /// optimum; `rethrow` passes what it threw on once the library has returned.
   const Problem::Value& at(const VectorXd& x, bool gradient);
   void rethrow() const;
 
@@ -32,7 +32,11 @@ class Trials {
   const OptimiserOptions& options() const { return options_; }
   int evaluations() const { return evaluations_; }
   int failures() const { return static_cast<int>(failed_points_.size()); }
-  bool stopped() const { return stopped_; }  ///< the budget ended it, or it was enough
+  bool stopped() const { return stopped_; }  ///< the budget ended it, or there is no need to go on
+  /// Largest residual of the first-order conditions that counts as an optimum.
+  double stationary_within() const { return 0.1 * options_.tolerance; }
+  /// True if x is farther from each point with a gradient than the move limit.
+  bool is_far(const VectorXd& x) const;
   bool has_best() const { return best_.first.size() > 0; }
   const VectorXd& best_x() const { return best_.first; }
   const Problem::Value& best() const { return best_.second; }
@@ -55,6 +59,8 @@ class Trials {
 
  private:
   bool better(const Problem::Value& a, const Problem::Value& b) const;
+  Multipliers multipliers(const VectorXd& x, const Problem::Value& value) const;
+  [[noreturn]] void stop_at_last();
 
   const Problem& problem_;
   const OptimiserOptions& options_;
@@ -63,9 +69,12 @@ class Trials {
   bool last_has_gradient_ = false;
   std::vector<std::pair<VectorXd, Problem::Value>> good_;
   std::vector<VectorXd> failed_points_;
+  std::vector<VectorXd> with_gradient_;
   int evaluations_ = 0;
   long calls_ = 0;
+  bool watches_ = false;  ///< looks for an optimum in each gradient
   bool stopped_ = false, enough_ = false;
+  std::optional<Multipliers> stationary_;  ///< of the best point, where that ended it
   std::exception_ptr error_;
 };
 

@@ -260,14 +260,14 @@ TEST_CASE("SLSQP and Ipopt take tens of evaluations to optima with KKT residuals
   for (const Case& c : cases()) {
     CAPTURE(c.name);
     OptimiserOptions o = options(name, 500);
-    o.tolerance = 1e-9;
-    o.constraint_tolerance = 1e-7;
+    o.tolerance = OptimiserOptions{}.tolerance;
     const OptimiserSummary s = minimise(c.problem, c.start, o);
     INFO(s.message);
-    CHECK(s.evaluations <= 150);
+    CHECK(s.reason == StopReason::converged);
+    CHECK(s.evaluations <= 60);
     REQUIRE(s.kkt);
-    CHECK(*s.kkt <
-          1e-6 * std::max(1.0, c.problem.evaluate(s.x, true).df.lpNorm<Eigen::Infinity>()));
+    CHECK(*s.kkt <= 1e-6);
+    CHECK(violation(s.c) <= 1e-6);
     CHECK(s.f == Approx(c.optimum).epsilon(1e-6));
   }
 }

@@ -327,6 +327,49 @@ TEST_CASE("unknown libraries and algorithms are refused with what there is", "[o
   CHECK(algorithms().size() == 21);
 }
 
+TEST_CASE("SLSQP and Ipopt stay within the move limit of what they know", "[optim]") {
+  const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt");
+  CAPTURE(name);
+  Problem p = rosenbrock_in_disk();
+  std::vector<VectorXd> known;
+  double farthest = 0;
+  p.evaluate = [&, inner = p.evaluate](const VectorXd& x, bool gradient) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const VectorXd& from : known)
+      nearest = std::min(nearest, (x - from).lpNorm<Eigen::Infinity>());
+    if (!known.empty()) farthest = std::max(farthest, nearest);
+    if (gradient) known.push_back(x);
+    return inner(x, gradient);
+  };
+  OptimiserOptions o;
+  o.library = name == "ipopt" ? "ipopt" : "nlopt";
+  if (name != "ipopt") o.name = name;
+  o.move_limit = 0.1;
+  const OptimiserSummary s = minimise(p, vector({-1.2, 1}), o);
+  INFO(s.message);
+  CHECK(farthest > 0);
+  CHECK(farthest <= 0.1);
+  CHECK(s.reason == StopReason::converged);
+  CHECK((s.x - rosenbrock_optimum()).norm() < 1e-3);
+}
+
+TEST_CASE("the residual of the first-order conditions counts slack constraints", "[optim]") {
+  // min x², x ≥ 1 + c at x: multiplier 2 x, complementarity 2 x c where the constraint is not tight
+  const VectorXd x = vector({1.0}), lower = vector({-5}), upper = vector({5}), df = vector({2.0});
+  const MatrixXd dc = MatrixXd::Constant(1, 1, -1.0);
+  const Multipliers tight = least_squares_multipliers(x, lower, upper, vector({0.0}), df, dc);
+  CHECK(tight.residual < 1e-14);
+  CHECK(tight.lambda[0] == Approx(2));
+  const Multipliers near = least_squares_multipliers(x, lower, upper, vector({-1e-3}), df, dc);
+  CHECK(near.residual == Approx(2e-3).epsilon(1e-3));
+  const Multipliers far = least_squares_multipliers(x, lower, upper, vector({-0.5}), df, dc);
+  CHECK(far.residual == Approx(2));
+  CHECK(far.lambda[0] == 0);
+  // a bound takes the slope up where its sign allows
+  CHECK(least_squares_multipliers(x, x, upper, vector({-0.5}), df, dc).residual < 1e-14);
+  CHECK(least_squares_multipliers(x, lower, x, vector({-0.5}), df, dc).residual == Approx(2));
+}
+
 TEST_CASE("least squares with y >= 0 meets its optimality conditions", "[optim]") {
   srand(3);
   for (int trial = 0; trial < 50; ++trial) {
