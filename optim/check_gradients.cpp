@@ -9,48 +9,26 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/expression.hpp"
 #include "optim/goals.hpp"
+#include "optim/job_numbers.hpp"
 #include "optim/parallel.hpp"
 #include "optim/stroke_sensitivity.hpp"
 
 namespace flexopt {
 namespace {
 
-// The job with one of its numbers changed.
+// The job with one of its numbers changed, to where no real body may have it.
 Job moved(const Job& job, const std::string& name, double value) {
   Job other = job;
-  const auto after = [&](const std::string& prefix) {
-    return name.starts_with(prefix) ? name.substr(prefix.size()) : std::string();
-  };
-  if (const std::string of = after("material."); !of.empty()) {
-    Material& m = other.design.material;
-    (of == "youngs_modulus"   ? m.youngs_modulus
-     : of == "poissons_ratio" ? m.poissons_ratio
-                              : m.density) = value;
-  } else if (const std::string of = after("end_effector."); !of.empty()) {
-    EndEffector& e = other.end_effector;
-    const auto axis = [&](std::size_t i) { return of[of.size() - i] - 'x'; };
-    if (of == "mass")
-      e.mass = value;
-    else if (of.starts_with("center_of_mass"))
-      e.center_of_mass[axis(1)] = value;
-    else
-      e.inertia(axis(2), axis(1)) = e.inertia(axis(1), axis(2)) = value;
-  } else {
+  if (find_job_number(name))
+    set_number(other.design.material, other.end_effector, name, value);
+  else
     other.design.parameters[name] = value;
-  }
   return other;
 }
 
 double present(const Job& job, const std::string& name) {
-  const auto& e = job.end_effector;
-  if (name == "material.youngs_modulus") return job.design.material.youngs_modulus;
-  if (name == "material.poissons_ratio") return job.design.material.poissons_ratio;
-  if (name == "material.density") return job.design.material.density;
-  if (name == "end_effector.mass") return e.mass;
-  const char last = name.back(), before = name[name.size() - 2];
-  if (name.starts_with("end_effector.center_of_mass")) return e.center_of_mass[last - 'x'];
-  if (name.starts_with("end_effector.inertia")) return e.inertia(before - 'x', last - 'x');
-  return job.design.parameters.at(name);
+  if (!find_job_number(name)) return job.design.parameters.at(name);
+  return numbers_of(job.design.material, job.end_effector).at(name);
 }
 
 // What a number that is zero is moved by.

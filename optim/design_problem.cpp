@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/job_numbers.hpp"
 #include "optim/posing.hpp"
 
 namespace flexopt {
@@ -34,10 +35,29 @@ Expression formula_of(const DesignSpec& design, const std::string& parameter) {
           "/design/parameters/" + parameter + "/expression"};
 }
 
-Job with_second_objective(Job job) {
-  if (const auto& front = job.optimise->pareto)
-    job.optimise->constraints.push_back(
+/// The job with the second objective of a front among its constraints, and with the numbers of
+/// material and end-effector that are variables or stand in formulas among its parameters.
+Job prepared(Job job) {
+  OptimiseSpec& spec = *job.optimise;
+  if (const auto& front = spec.pareto)
+    spec.constraints.push_back(
         {front->quantity, front->expression, front->over_stroke, {}, {}, front->label});
+  const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
+  std::vector<std::string> known, wanted;
+  for (const auto& [name, value] : job.design.parameters) known.push_back(name);
+  for (const auto& [name, value] : numbers) known.push_back(name);
+  for (const Variable& v : spec.variables) wanted.push_back(v.parameter);
+  const auto add = [&](const std::string& formula, const std::string& pointer) {
+    if (formula.empty()) return;
+    const std::vector<std::string> names = Expression(formula, known, pointer).names();
+    wanted.insert(wanted.end(), names.begin(), names.end());
+  };
+  add(spec.objective.expression, "/optimise/objective");
+  for (std::size_t i = 0; i < spec.constraints.size(); ++i)
+    add(spec.constraints[i].expression, fmt::format("/optimise/constraints/{}", i));
+  for (const std::string& name : wanted)
+    if (const auto number = numbers.find(name); number != numbers.end())
+      job.design.parameters.insert(*number);
   return job;
 }
 
@@ -62,7 +82,7 @@ MatrixXd parameter_pattern(const Job& job) {
 
 DesignProblem::DesignProblem(const Job& job, StrokeEvaluator evaluator,
                              StrokeGradientEvaluator gradients)
-    : job_(with_second_objective(job)),
+    : job_(prepared(job)),
       evaluator_(std::move(evaluator)),
       gradients_(std::move(gradients)),
       goals_(make_goals(job_)),

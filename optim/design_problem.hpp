@@ -46,7 +46,8 @@ class DesignProblem {
   /// Throws SpecError for goals that are none.
   DesignProblem(const Job& job, StrokeEvaluator evaluator, StrokeGradientEvaluator gradients = {});
 
-  /// The job; the second objective of a front stands among its constraints, without bounds.
+  /// The job; the second objective of a front stands among its constraints, without bounds, and
+  /// what varies of material and end-effector, or stands in formulas, among its parameters.
   const Job& job() const { return job_; }
   /// The constraints that are some.
   std::size_t own_constraints() const {
@@ -66,7 +67,7 @@ class DesignProblem {
   Variables variables(const VectorXd& x) const;
   VectorXd scaled(const Variables& variables) const;
   ParameterValues named(const Variables& variables) const;
-  /// All of the family's parameters, formulas computed. Throws SpecError when out of range.
+  /// All of the job's parameters, formulas computed. Throws SpecError when out of range.
   ParameterValues parameters(const Variables& variables) const;
   Mechanism mechanism(const Variables& variables) const;
 

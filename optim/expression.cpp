@@ -30,6 +30,10 @@ struct Expression::Parsed {
 
 namespace {
 
+/// Of names in formulas: those of the parser, and the point of material.density.
+const char* const name_characters =
+    "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+
 std::string list(const std::vector<std::string>& names) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
@@ -70,6 +74,7 @@ Expression::Expression(std::string text, const std::vector<std::string>& paramet
     throw refuse("a formula has a value, it does not assign: '=' is not allowed");
   if (p.text.find('"') != std::string::npos) throw refuse("a formula holds numbers, no texts");
   try {
+    p.parser.DefineNameChars(name_characters);
     define_signs(p.parser);
     p.parser.DefineConst("pi", std::numbers::pi);
     p.parser.SetExpr(p.text);

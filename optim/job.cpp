@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/expression.hpp"
+#include "optim/job_numbers.hpp"
 #include "optim/job_shape.hpp"
 
 namespace flexopt {
@@ -80,7 +80,6 @@ Material read_material(json& read, std::vector<std::string>& notes) {
   return material;
 }
 
-/// A real body's inertia: symmetric, principal values I1 <= I2 <= I3 with 0 <= I1, I3 <= I1 + I2.
 Matrix3d read_inertia(const json& read) {
   const Pointer at("/end_effector/inertia");
   Matrix3d inertia = Matrix3d::Zero();
@@ -97,14 +96,7 @@ Matrix3d read_inertia(const json& read) {
                                       inertia(j, i), j));
     inertia = 0.5 * (inertia + inertia.transpose()).eval();
   }
-  const Vector3d principal = Eigen::SelfAdjointEigenSolver<Matrix3d>(inertia).eigenvalues();
-  const double rounding = 1e-9 * principal.cwiseAbs().maxCoeff();
-  const std::string values = fmt::format("principal values {:g}, {:g}, {:g} kg m^2", principal[0],
-                                         principal[1], principal[2]);
-  if (principal[0] < -rounding) throw SpecError(at.to_string(), values, "expected none below zero");
-  if (principal[2] > principal[0] + principal[1] + rounding)
-    throw SpecError(at.to_string(), values,
-                    "no body has these: each is at most the sum of the other two");
+  check_inertia(inertia);
   return inertia;
 }
 
@@ -381,6 +373,17 @@ void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const
             m.poissons_ratio, m.youngs_modulus / 3));
 }
 
+namespace {
+
+/// "material.density" → /design/material/density
+Pointer pointer_to_number(const std::string& name) {
+  const std::size_t dot = name.find('.');
+  const std::string section = name.substr(0, dot);
+  return Pointer(section == "material" ? "/design/material" : "/" + section) / name.substr(dot + 1);
+}
+
+}  // namespace
+
 ParameterValues complete_parameters(const DesignSpec& design, ParameterValues parameters) {
   const Family& family = find_family(design.family, "/design/family");
   std::vector<std::string> given;
@@ -394,13 +397,17 @@ ParameterValues complete_parameters(const DesignSpec& design, ParameterValues pa
   }
   for (const Parameter& p : family.parameters)
     read_quantity(parameter_shape(p), parameters.at(p.name), parameters_at / p.name);
+  for (const auto& [name, value] : parameters)
+    if (const Parameter* number = find_job_number(name))
+      read_quantity(parameter_shape(*number), value, pointer_to_number(name));
   return parameters;
 }
 
 Mechanism make_mechanism(const Job& job, const ParameterValues& parameters) {
   const Family& family = find_family(job.design.family, "/design/family");
-  return family.make(complete_parameters(job.design, parameters), job.design.choices,
-                     job.design.material, job.end_effector);
+  const auto [material, end_effector] = numbers_set(job, parameters);
+  return family.make(complete_parameters(job.design, parameters), job.design.choices, material,
+                     end_effector);
 }
 
 Job parse_job(const json& document) {
@@ -443,9 +450,8 @@ Job parse_job(const json& document) {
   };
   if (job.kind == JobKind::optimise) demand("optimise");
   if (job.kind == JobKind::compare) demand("samples");
-  if (read.contains("optimise"))
-    job.optimise = read_optimise(read["optimise"], family, job.design, job.request, job.notes);
-  if (read.contains("samples")) job.compare = read_compare(read, family, job.design, job.request);
+  if (read.contains("optimise")) job.optimise = read_optimise(read["optimise"], family, job);
+  if (read.contains("samples")) job.compare = read_compare(read, family, job);
   if (job.kind != JobKind::optimise) job.optimise.reset();
   if (job.kind != JobKind::compare) job.compare.reset();
   job.as_read = std::move(read);

@@ -17,7 +17,7 @@ enum class JobKind { evaluate, optimise, compare };
 enum class OverStroke { min, max, max_abs, first, last };
 
 struct Variable {
-  std::string parameter;
+  std::string parameter;        ///< of the family, or one of job_numbers
   double min = 0, max = 0;      ///< SI
   std::optional<double> start;  ///< first start; the job's own value otherwise
   /// Sizes that can be bought or made, ascending, within min and max; empty: any size.
@@ -153,11 +153,13 @@ Job parse_job(const nlohmann::json& document);
 /// The JSON Schema of a job, made from the same descriptions that drive reading.
 nlohmann::json job_schema();
 
-/// These values with every parameter that is a formula computed anew from the others.
+/// These values with every parameter that is a formula computed anew from the others; numbers of
+/// material and end-effector (job_numbers) may stand among them. Throws SpecError out of range.
 ParameterValues complete_parameters(const DesignSpec& design, ParameterValues parameters);
 
 /// The mechanism of a job with other parameter values (those of an optimiser, say); formulas are
-/// computed anew. Throws SpecError where these values make no sensible geometry.
+/// computed anew, and numbers of material and end-effector among the values take the places of the
+/// job's. Throws SpecError where these values make no sensible geometry.
 Mechanism make_mechanism(const Job& job, const ParameterValues& parameters);
 
 }  // namespace flexopt

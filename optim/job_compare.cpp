@@ -8,6 +8,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/expression.hpp"
+#include "optim/job_numbers.hpp"
 #include "optim/job_shape.hpp"
 
 namespace flexopt {
@@ -19,12 +20,6 @@ namespace {
 
 constexpr int most_designs = 100000;
 constexpr int grid_points_default = 5;
-
-const Parameter* find_parameter(const Family& family, const std::string& name) {
-  const auto it = std::find_if(family.parameters.begin(), family.parameters.end(),
-                               [&](const Parameter& p) { return p.name == name; });
-  return it == family.parameters.end() ? nullptr : &*it;
-}
 
 bool is_identifier(const std::string& text) {
   const auto letter = [](unsigned char c) { return std::isalpha(c) || c == '_'; };
@@ -64,7 +59,8 @@ class SamplesReader {
   void read_spread(json& read);
   void read_designs(json& read);
   void check_name(const std::string& name, const Pointer& at);
-  /// Parameters and symbols, without those given by formulas of this section or of the design.
+  /// Parameters, symbols and sampled numbers of material and end-effector, without those given by
+  /// formulas of this section or of the design.
   std::vector<std::string> plain_names() const;
 
   const Pointer at_{"/samples"};
@@ -127,6 +123,8 @@ void SamplesReader::read_entry(json& read, const Pointer& at) {
     throw SpecError((at / key).to_string(), '"' + name + '"',
                     "a symbol is a name of its own (letters, digits, _) that no parameter has");
   check_name(name, at / key);
+  if (const auto why = without_number(family_, design_.choices, name))
+    throw SpecError((at / key).to_string(), '"' + name + '"', *why);
   if (!read.contains("expression")) {
     if (spec_.method == SampleMethod::list)
       throw SpecError(at.to_string(), shown(read),
@@ -149,7 +147,7 @@ std::vector<std::string> SamplesReader::plain_names() const {
                      [&](const SampleFormula& f) { return f.parameter == p.name; }))
       names.push_back(p.name);
   for (const SampleRange& range : spec_.ranges)
-    if (range.symbol) names.push_back(range.name);
+    if (range.symbol || find_job_number(range.name)) names.push_back(range.name);
   return names;
 }
 
@@ -178,6 +176,8 @@ void SamplesReader::read_designs(json& read) {
     ParameterValues values;
     for (const auto& [name, value] : read["designs"][i].items()) {
       const Pointer here = at_ / "designs" / i / name;
+      if (const auto why = without_number(family_, design_.choices, name))
+        throw SpecError(here.to_string(), shown(value), *why);
       for (const SampleFormula& f : spec_.formulas)
         if (f.parameter == name)
           throw SpecError(here.to_string(), shown(value), "it is given by " + f.pointer);
@@ -243,8 +243,9 @@ ModelChoice model_choice(const std::string& name, const json& whole, const Desig
 
 }  // namespace
 
-CompareSpec read_compare(json& read, const Family& family, const DesignSpec& design,
-                         const StrokeRequest& request) {
+CompareSpec read_compare(json& read, const Family& family, const Job& job) {
+  const DesignSpec& design = job.design;
+  const StrokeRequest& request = job.request;
   CompareSpec spec;
   if (request.load_path && read["samples"].contains("largest_stroke"))
     throw SpecError("/samples/largest_stroke", shown(read["samples"]["largest_stroke"]),

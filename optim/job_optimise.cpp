@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cmath>
 #include <functional>
 
@@ -10,6 +12,7 @@
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/expression.hpp"
+#include "optim/job_numbers.hpp"
 #include "optim/job_shape.hpp"
 #include "optim/problem.hpp"
 
@@ -26,7 +29,8 @@ struct Context {
   const DesignSpec& design;
   const StrokeRequest& request;
   std::vector<Quantity> quantities;
-  std::vector<std::string> parameter_names;
+  ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
+  std::vector<std::string> names;  ///< of these, the family's first
 
   const Quantity* find_quantity(const std::string& name) const {
     const auto it = std::find_if(quantities.begin(), quantities.end(),
@@ -50,35 +54,59 @@ struct Context {
   }
 };
 
-/// The power of the metre in a formula's unit: how its value grows when every length does. Nothing
-/// where it is a sum of different powers, as plain numbers in it make it.
-std::optional<int> power_of_metre(const Expression& formula, const Context& context) {
-  const auto at_scale = [&](double scale) {
-    ParameterValues values = context.design.parameters;
-    for (const Parameter& p : context.family.parameters)
-      if (p.unit == "m") values[p.name] *= scale;
-    return formula.value(values);
-  };
-  const std::optional<double> one = at_scale(1), two = at_scale(2), three = at_scale(3);
-  if (!one || !two || !three || *one == 0 || *two / *one <= 0) return std::nullopt;
-  const double power = std::log2(*two / *one);
-  const int n = static_cast<int>(std::lround(power));
-  constexpr double rounding = 1e-9;
-  if (std::abs(n) > 6 || std::abs(*two / *one / std::pow(2.0, n) - 1) > rounding ||
-      std::abs(*three / *one / std::pow(3.0, n) - 1) > rounding)
-    return std::nullopt;
-  return n;
+/// Powers of metre, kilogram and second in the units that parameters have.
+std::array<int, 3> powers_of(const std::string& unit) {
+  if (unit == "m") return {1, 0, 0};
+  if (unit == "kg") return {0, 1, 0};
+  if (unit == "kg m^2") return {2, 1, 0};
+  if (unit == "kg/m^3") return {-3, 1, 0};
+  if (unit == "Pa") return {-1, 1, -2};
+  assert(unit == "1" || unit == "rad");
+  return {0, 0, 0};
+}
+
+/// The powers of metre, kilogram and second in a formula's unit: how its value grows when the base
+/// unit shrinks. Nothing where it is a sum of different powers, as plain numbers in it make it.
+std::optional<std::array<int, 3>> powers_of(const Expression& formula, const Context& context) {
+  std::array<int, 3> powers{};
+  for (std::size_t base = 0; base < powers.size(); ++base) {
+    const auto at_scale = [&](double scale) {
+      ParameterValues values = context.values;
+      for (const std::string& name : formula.names()) {
+        const Parameter* of = find_parameter(context.family, name);
+        values[name] *= std::pow(scale, powers_of(of->unit)[base]);
+      }
+      return formula.value(values);
+    };
+    const std::optional<double> one = at_scale(1), two = at_scale(2), three = at_scale(3);
+    if (!one || !two || !three || *one == 0 || *two / *one <= 0) return std::nullopt;
+    const int n = static_cast<int>(std::lround(std::log2(*two / *one)));
+    constexpr double rounding = 1e-9;
+    if (std::abs(n) > 12 || std::abs(*two / *one / std::pow(2.0, n) - 1) > rounding ||
+        std::abs(*three / *one / std::pow(3.0, n) - 1) > rounding)
+      return std::nullopt;
+    powers[base] = n;
+  }
+  return powers;
+}
+
+std::string unit_of(const std::array<int, 3>& powers) {
+  std::string unit;
+  for (const auto& [power, base] : {std::pair{powers[1], "kg"}, {powers[0], "m"}, {powers[2], "s"}})
+    if (power != 0)
+      unit += (unit.empty() ? "" : " ") +
+              (power == 1 ? std::string(base) : fmt::format("{}^{}", base, power));
+  return unit;
 }
 
 /// Bound of a formula: a number in SI, or a text with a unit that the formula can have.
 double formula_bound(const Expression& formula, const json& value, const Pointer& at,
                      const Context& context) {
   if (value.is_number()) return value.get<double>();
-  std::vector<std::string> units;
-  const std::optional<int> power = power_of_metre(formula, context);
-  if (power && *power != 0) units = {*power == 1 ? "m" : fmt::format("m^{}", *power)};
-  if (power && *power == 0) units = {"1", "rad"};
-  if (!power) units = {"m", "rad", "1"};
+  const auto powers = powers_of(formula, context);
+  std::vector<std::string> units{"m", "rad", "1"};
+  if (powers) units = {unit_of(*powers)};
+  if (units.front().empty()) units = {"1", "rad"};
   for (std::size_t i = 0; i + 1 < units.size(); ++i) {
     try {
       return read_quantity(shape::quantity(units[i]), value, at);
@@ -144,16 +172,15 @@ Variable read_variable(json& read, const Context& context, const Pointer& at,
                     fmt::format("it is given by the formula {}; a variable needs a number in "
                                 "/design/parameters",
                                 it->second));
-  const auto parameter =
-      std::find_if(context.family.parameters.begin(), context.family.parameters.end(),
-                   [&](const Parameter& p) { return p.name == variable.parameter; });
-  const Shape shape = parameter_shape(*parameter);
+  if (const auto why = without_number(context.family, context.design.choices, variable.parameter))
+    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"', *why);
+  const Shape shape = parameter_shape(*find_parameter(context.family, variable.parameter));
   variable.min = read_quantity(shape, read["min"], at / "min");
   variable.max = read_quantity(shape, read["max"], at / "max");
   if (!(variable.min < variable.max))
     throw SpecError((at / "min").to_string(), shown(read["min"]),
                     fmt::format("expected min < max = {}", shown(read["max"])));
-  const double own = context.design.parameters.at(variable.parameter);
+  const double own = context.values.at(variable.parameter);
   if (read.contains("start")) {
     Shape inside = shape;
     inside.min = variable.min;
@@ -194,11 +221,11 @@ Objective read_objective(json& read, const Context& context) {
     throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
   const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
   const bool formula =
-      !context.find_quantity(goal) && (goal.find_first_of("+-*/^(") != std::string::npos ||
-                                       context.design.parameters.contains(goal));
+      !context.find_quantity(goal) &&
+      (goal.find_first_of("+-*/^(") != std::string::npos || context.values.contains(goal));
   if (formula) {
     forbid_over_stroke(read, at);
-    objective.expression = Expression(goal, context.parameter_names, (at / key).to_string()).text();
+    objective.expression = Expression(goal, context.names, (at / key).to_string()).text();
     return objective;
   }
   objective.quantity = context.quantity(goal, at / key).name;
@@ -218,8 +245,7 @@ Constraint read_constraint(json& read, const Context& context, const Pointer& at
   std::function<double(const char*)> bound;
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
-    const Expression formula(read["expression"], context.parameter_names,
-                             (at / "expression").to_string());
+    const Expression formula(read["expression"], context.names, (at / "expression").to_string());
     constraint.expression = constraint.label = formula.text();
     bound = [&, formula](const char* key) {
       return formula_bound(formula, read[key], at / key, context);
@@ -303,8 +329,7 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
     front.expression = front.label =
-        Expression(read["expression"], context.parameter_names, (at / "expression").to_string())
-            .text();
+        Expression(read["expression"], context.names, (at / "expression").to_string()).text();
   } else {
     front.quantity = context.quantity(read["quantity"], at / "quantity").name;
     front.over_stroke = read.contains("over_stroke")
@@ -323,15 +348,20 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
 
 }  // namespace
 
-OptimiseSpec read_optimise(json& read, const Family& family, const DesignSpec& design,
-                           const StrokeRequest& request, std::vector<std::string>& notes) {
-  Context context{family, design, request, quantities(family.drive), {}};
-  for (const Parameter& p : family.parameters) context.parameter_names.push_back(p.name);
+OptimiseSpec read_optimise(json& read, const Family& family, Job& job) {
+  Context context{family, job.design, job.request, quantities(family.drive), {}, {}};
+  for (const Parameter& p : family.parameters) context.names.push_back(p.name);
+  context.values = job.design.parameters;
+  for (const auto& [name, value] : numbers_of(job.design.material, job.end_effector))
+    if (!without_number(family, job.design.choices, name)) {
+      context.names.push_back(name);
+      context.values[name] = value;
+    }
   const Pointer at("/optimise");
   OptimiseSpec spec;
   for (std::size_t i = 0; i < read["variables"].size(); ++i) {
     const Pointer here = at / "variables" / i;
-    Variable variable = read_variable(read["variables"][i], context, here, notes);
+    Variable variable = read_variable(read["variables"][i], context, here, job.notes);
     for (const Variable& other : spec.variables)
       if (other.parameter == variable.parameter)
         throw SpecError((here / "parameter").to_string(), '"' + variable.parameter + '"',

@@ -4,6 +4,8 @@
 #include <array>
 #include <numbers>
 
+#include "optim/job_numbers.hpp"
+
 namespace flexopt {
 
 using nlohmann::json;
@@ -120,14 +122,21 @@ Shape stroke_shape(const Family* family) {
   });
 }
 
+/// What may differ from design to design.
+std::vector<std::string> names_of(const Family& family) {
+  std::vector<std::string> names;
+  for (const Parameter& p : family.parameters) names.push_back(p.name);
+  for (const Parameter& p : job_numbers()) names.push_back(p.name);
+  return names;
+}
+
 Shape optimise_shape(const Family* family) {
   const OptimiseSpec defaults;
   std::vector<std::string> parameter_names;
-  if (family)
-    for (const Parameter& p : family->parameters) parameter_names.push_back(p.name);
+  if (family) parameter_names = names_of(*family);
   const Shape variable = record({
       required("parameter", parameter_names.empty() ? text() : choice(parameter_names),
-               "which parameter of the family"),
+               "which parameter of the family, or number of the material or the end-effector"),
       required("min", quantity(""), "lower bound"),
       required("max", quantity(""), "upper bound"),
       optional("start", quantity(""), "where the first start begins; default: the job's value"),
@@ -198,13 +207,17 @@ Shape samples_shape(const Family* family) {
   const SamplesSpec defaults;
   std::vector<std::string> parameter_names;
   std::vector<Field> listed;
-  for (const Parameter& p : family ? family->parameters : std::vector<Parameter>{}) {
-    parameter_names.push_back(p.name);
-    listed.push_back(optional(p.name, parameter_shape(p), p.meaning));
+  if (family) {
+    parameter_names = names_of(*family);
+    for (const std::string& name : parameter_names) {
+      const Parameter& p = *find_parameter(*family, name);
+      listed.push_back(optional(name, parameter_shape(p), p.meaning));
+    }
   }
   const Shape vary = record({
       optional("parameter", parameter_names.empty() ? text() : choice(parameter_names),
-               "which parameter of the family differs from design to design"),
+               "which parameter of the family, or number of the material or the end-effector, "
+               "differs from design to design"),
       optional("symbol", text(50), "or a name of its own, for formulas"),
       optional("min", quantity(""), "least value"),
       optional("max", quantity(""), "largest value"),

@@ -33,13 +33,12 @@ const std::vector<std::string>& over_stroke_names();
 OverStroke over_stroke_of(const std::string& name);
 
 /// Fills in the section "optimise". `read` has passed its table; bounds get their units here, and
-/// `read` is completed with what was decided. Throws SpecError.
-OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, const DesignSpec& design,
-                           const StrokeRequest& request, std::vector<std::string>& notes);
+/// `read` is completed with what was decided; `job` is read but for its sections, and takes notes.
+/// Throws SpecError.
+OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, Job& job);
 
 /// Fills in the sections "samples" and "models" of a job that has passed its table, and completes
 /// them in `read` with what was decided. Throws SpecError.
-CompareSpec read_compare(nlohmann::json& read, const Family& family, const DesignSpec& design,
-                         const StrokeRequest& request);
+CompareSpec read_compare(nlohmann::json& read, const Family& family, const Job& job);
 
 }  // namespace flexopt

@@ -123,8 +123,9 @@ enum class OptimumStatus { optimal, feasible, infeasible, failed };
 struct Optimum {
   OptimumStatus status = OptimumStatus::failed;
   std::string stop_reason;
-  std::string gradients;       ///< "none", "central differences", "exact"
-  ParameterValues parameters;  ///< all of the family's
+  std::string gradients;  ///< "none", "central differences", "exact"
+  /// All of the family's, and what varies of material and end-effector or stands in formulas.
+  ParameterValues parameters;
   /// Objective and constraints are those of full accuracy: the verification was asked to correct.
   bool at_full_accuracy = false;
   double objective = 0;

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "core/response/point_gradients.hpp"
+#include "optim/job_numbers.hpp"
 
 namespace flexopt {
 namespace {
@@ -11,8 +12,9 @@ namespace {
 std::vector<MechanismDirection> all_directions(const Job& job, const ParameterValues& parameters,
                                                const Mechanism& mechanism) {
   const Family& family = find_family(job.design.family, "/design/family");
+  const auto [material, end_effector] = numbers_set(job, parameters);
   std::vector<MechanismDirection> all =
-      family.directions(parameters, job.design.choices, job.design.material, job.end_effector);
+      family.directions(parameters, job.design.choices, material, end_effector);
   const auto append = [&](std::vector<MechanismDirection> more) {
     all.insert(all.end(), std::make_move_iterator(more.begin()),
                std::make_move_iterator(more.end()));

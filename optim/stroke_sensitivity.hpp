@@ -17,7 +17,8 @@ std::optional<std::string> without_exact_gradients(const Job& job);
 std::vector<std::string> differentiable_parameters(const Job& job);
 
 /// The stroke of the design with these parameters, differentiated by the named ones, each at
-/// constant others: formulas among the parameters count as parameters of their own. Throws
+/// constant others: formulas among the parameters count as parameters of their own, and numbers of
+/// material and end-effector may stand among them. Throws
 /// SpecError where the parameters make no sensible geometry.
 StrokeSensitivity stroke_sensitivity(const Job& job, const ParameterValues& parameters,
                                      const std::vector<std::string>& names,

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "optim/evaluation_log.hpp"
+#include "optim/job_numbers.hpp"
 #include "results/folder.hpp"
 #include "results/units.hpp"
 
@@ -148,9 +149,9 @@ std::optional<double> worst_at(const std::vector<PointError>& errors, int design
   return worst;
 }
 
-std::vector<std::string> comparison_header(const Job& job, const Family& family, Direction drive) {
+std::vector<std::string> comparison_header(const Job& job, Direction drive) {
   std::vector<std::string> cells{"design", "model", "status"};
-  for (const Parameter& p : family.parameters) cells.push_back(headed(p.name, p.unit));
+  for (const Parameter& p : parameters_of(job)) cells.push_back(headed(p.name, p.unit));
   for (const SampleRange& range : job.compare->samples.ranges)
     if (range.symbol) cells.push_back(headed(range.name, "SI"));
   cells.insert(cells.end(),
@@ -223,7 +224,6 @@ std::string history_csv(const Job& job, const Optimum& optimum, Direction drive)
 std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive) {
   assert(job.optimise && job.optimise->pareto);
   const OptimiseSpec& spec = *job.optimise;
-  const Family& family = find_family(job.design.family, "/design/family");
   const auto unit = [&](const std::string& quantity) {
     return quantity.empty() ? std::string("SI") : quantity_unit(quantity, drive);
   };
@@ -235,7 +235,7 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive
       headed("objective: " + first, unit(goal.quantity)),
       headed("second: " + spec.pareto->label, unit(spec.pareto->quantity)),
       headed("d objective / d bound", "SI")};
-  for (const Parameter& p : family.parameters) cells.push_back(headed(p.name, p.unit));
+  for (const Parameter& p : parameters_of(job)) cells.push_back(headed(p.name, p.unit));
   cells.insert(cells.end(), {"violation [1]", "feasible", "status", "evaluations", "message"});
   std::string text = row(cells);
   for (std::size_t i = 0; i < front.points.size(); ++i) {
@@ -243,7 +243,7 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive
     const auto when_ok = [&](double value) { return p.ok ? number_cell(value) : std::string(); };
     cells = {fmt::format("{}", i), number_cell(p.bound), when_ok(p.objective), when_ok(p.second),
              number_cell(p.trade_off)};
-    for (const Parameter& of : family.parameters) {
+    for (const Parameter& of : parameters_of(job)) {
       const auto found = p.parameters.find(of.name);
       cells.push_back(found == p.parameters.end() ? "" : number_cell(found->second));
     }
@@ -256,8 +256,7 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive
 
 std::string comparison_csv(const Job& job, const Comparison& comparison, Direction drive) {
   assert(job.compare);
-  const Family& family = find_family(job.design.family, "/design/family");
-  std::string text = row(comparison_header(job, family, drive));
+  std::string text = row(comparison_header(job, drive));
   for (std::size_t d = 0; d < comparison.designs.size(); ++d) {
     const ComparedDesign& design = comparison.designs[d];
     const Sample& sample = design.sample;
@@ -274,7 +273,7 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, Directi
                                      design.failed   ? "full accuracy failed"
                                      : result.failed ? "failed"
                                                      : "ok"};
-      for (const Parameter& p : family.parameters) cells.push_back(own(sample.parameters, p.name));
+      for (const Parameter& p : parameters_of(job)) cells.push_back(own(sample.parameters, p.name));
       for (const SampleRange& range : job.compare->samples.ranges)
         if (range.symbol) cells.push_back(own(sample.symbols, range.name));
       for (const double value : {largest_stroke, design.length_over_width,

@@ -6,6 +6,7 @@
 #include <cassert>
 
 #include "core/elements/leaf_validity.hpp"
+#include "optim/job_numbers.hpp"
 #include "results/folder.hpp"
 #include "results/units.hpp"
 #include "results/version.hpp"
@@ -110,8 +111,7 @@ Json leaf_geometry_json(const Mechanism& mechanism) {
 
 Json units_json(const Job& job, const Mechanism& mechanism) {
   Json parameters = Json::object();
-  for (const Parameter& parameter : find_family(job.design.family, "/design/family").parameters)
-    parameters[parameter.name] = parameter.unit;
+  for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
   Json stiffness = Json::object();
   for (int d = 0; d < 6; ++d)
     if (d != index(mechanism.drive))

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "optim/job_numbers.hpp"
+
 namespace flexopt {
 
 std::string stroke_unit(Direction drive, const StrokeRequest& request) {
@@ -22,8 +24,8 @@ std::string quantity_unit(const std::string& quantity, Direction drive) {
 }
 
 std::string parameter_unit(const Family& family, const std::string& parameter) {
-  const auto found = std::ranges::find(family.parameters, parameter, &Parameter::name);
-  return found == family.parameters.end() ? "" : found->unit;
+  const Parameter* found = find_parameter(family, parameter);
+  return found ? found->unit : "";
 }
 
 }  // namespace flexopt

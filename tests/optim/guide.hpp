@@ -98,7 +98,10 @@ inline StrokeGradientEvaluator gradient_evaluator(Calls& calls, double breaks_at
         if (names[i] == name) d.derivatives()[static_cast<Eigen::Index>(i)] = 1;
       return d;
     };
-    const double E = job.design.material.youngs_modulus;
+    const double modulus = job.design.material.youngs_modulus;
+    const Dual E = parameters.contains("material.youngs_modulus")
+                       ? dual("material.youngs_modulus")
+                       : Dual(modulus, VectorXd::Zero(n));
     const Dual w = dual("width"), t = dual("thickness"), L = dual("length");
     const double factor = model.accuracy == Accuracy::full ? 1.01 : 1.0;
     s.gradients.emplace();
@@ -106,10 +109,10 @@ inline StrokeGradientEvaluator gradient_evaluator(Calls& calls, double breaks_at
     for (const PathPoint& point : s.response.path) {
       const double x = point.stroke;
       PointGradients g;
-      g.drive_load = Dual(factor * 2 * E * x * w * t * t * t / (L * L * L)).derivatives();
+      g.drive_load = Dual(factor * 2 * x * E * w * t * t * t / (L * L * L)).derivatives();
       g.support_stiffness[0] =
           Dual(factor * 2 * E * w * t / (L * (1.0 + 12.0 / 700 * x * x / (t * t)))).derivatives();
-      if (request.stress) g.max_stress = Dual(factor * 3 * E * x * t / (L * L)).derivatives();
+      if (request.stress) g.max_stress = Dual(factor * 3 * x * E * t / (L * L)).derivatives();
       if (request.frequencies > 0) {
         const Dual u = w / 0.03, d = (t - 0.5e-3) / 1e-3, of = factor * (1.0 - d * d);
         std::vector<Dual> f{100 * (1 - 4 * x) * u * of, 150 * (1 - 8 * x) * of / u,

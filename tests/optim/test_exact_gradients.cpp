@@ -103,6 +103,62 @@ TEST_CASE("the posed programme has exact gradients, slack and branches included"
     }
 }
 
+TEST_CASE("a row keeps its mode when two modes cross from one design to the next", "[optim]") {
+  nlohmann::json document = crossing_modes();
+  set_algorithm(document, "LD_SLSQP");
+  Setting s(parse_job(document), true);
+  const Pose pose = job_pose(s.problem);
+  Posing posing(s.problem, s.book, pose, true);
+  const Problem p = posing.problem();
+  // u² = 1.5 at rest: width 36.7 mm, x = 0.4825; fa rises with the width, fb falls
+  VectorXd x = VectorXd::Constant(p.lower.size(), 0.47);
+  const Problem::Value below = p.evaluate(x, true);
+  x[0] = 0.5;
+  const Problem::Value above = p.evaluate(x, true);
+  REQUIRE(below.ok);
+  REQUIRE(above.ok);
+  int rising = 0, falling = 0;
+  for (Eigen::Index i = 0; i < below.dc.rows(); ++i) {
+    CAPTURE(i);
+    CHECK(below.dc(i, 0) * above.dc(i, 0) >= 0);
+    rising += above.dc(i, 0) > 0;
+    falling += above.dc(i, 0) < 0;
+    // a curvature of order one, not a jump from mode to mode
+    CHECK(std::abs(above.dc(i, 0) - below.dc(i, 0)) < 0.2);
+  }
+  CHECK(rising == 3);
+  CHECK(falling == 3);
+}
+
+TEST_CASE("the modulus of the material is a variable as any other", "[optim]") {
+  nlohmann::json document = stiff_guide();
+  document["optimise"]["variables"].push_back(
+      {{"parameter", "material.youngs_modulus"}, {"min", "100 GPa"}, {"max", "210 GPa"}});
+  document["optimise"]["constraints"].push_back(
+      {{"expression", "material.youngs_modulus*length"}, {"max", "1.5e10 N/m"}});
+  set_algorithm(document, "LD_SLSQP");
+  Calls calls, calls_of_differences;
+  const Optimum exact = run(document, calls, true);
+  const Optimum differences = run(document, calls_of_differences, false);
+  INFO(exact.stop_reason << "\n" << differences.stop_reason);
+  CHECK(exact.gradients == "exact");
+  CHECK(exact.status == OptimumStatus::optimal);
+  CHECK(exact.objective == Approx(differences.objective).epsilon(1e-4));
+  const double E = exact.parameters.at("material.youngs_modulus"),
+               L = exact.parameters.at("length"), t = exact.parameters.at("thickness");
+  CHECK(E * L <= 1.5e10 * (1 + 1e-4));
+  // d/dE of the drive load, which is active: F / E
+  CHECK(exact.constraints[1].active);
+  CHECK(exact.constraints[1].value == Approx(2 * E * 0.03 * t * t * t * 5e-3 / (L * L * L)));
+  bool found = false;
+  for (const Sensitivity& s : exact.sensitivities)
+    if (s.parameter == "material.youngs_modulus" && s.of == exact.constraints[1].label) {
+      found = true;
+      CHECK(s.value == Approx(exact.constraints[1].value / E).epsilon(1e-9));
+    }
+  CHECK(found);
+}
+
 TEST_CASE("exact gradients take a fraction of the evaluations to the same optimum", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);

@@ -260,8 +260,49 @@ TEST_CASE("bounds of formulas take the unit that the formula has", "[optim][job]
   CHECK(bound("half_angle", "50 deg") == Approx(50 * degree));
   CHECK(bound("0.1 - inner_width", "10 mm") == Approx(0.01));  // a plain number: any unit in reach
   CHECK(bound("length^2 + gap", 0.3) == 0.3);
+  CHECK(bound("material.density*length*inner_width*thickness", "100 g") == Approx(0.1));
+  CHECK(bound("material.youngs_modulus*thickness^3/length^2", "2 N/mm") == Approx(2000));
+  CHECK(bound("end_effector.inertia.xx/end_effector.mass", "1 cm^2") == Approx(1e-4));
+  CHECK_THROWS_AS(bound("material.density*length^3", "20 mm"), SpecError);
   CHECK_THROWS_AS(bound("length*inner_width", "20 mm"), SpecError);
   CHECK_THROWS_AS(bound("half_angle", "20 mm"), SpecError);
+}
+
+TEST_CASE("numbers of material and end-effector are variables too", "[optim][job]") {
+  json document = base("optimise");
+  document["optimise"]["variables"] = json::parse(R"([
+      {"parameter": "thickness", "min": "0.1 mm", "max": "1 mm"},
+      {"parameter": "material.youngs_modulus", "min": "70 GPa", "max": "210 GPa"},
+      {"parameter": "end_effector.mass", "min": "100 g", "max": "2 kg", "step": "0.5 kg"},
+      {"parameter": "end_effector.center_of_mass.y", "min": "-5 mm", "max": "5 mm"},
+      {"parameter": "end_effector.inertia.zz", "min": "5e-4 kg m^2", "max": "3e-3 kg m^2"}])");
+  const Job job = parse_job(document);
+  const std::vector<Variable>& v = job.optimise->variables;
+  CHECK(v[1].min == Approx(70e9));
+  CHECK(v[1].start.value() == job.design.material.youngs_modulus);
+  CHECK(v[2].start.value() == 1);
+  CHECK(v[2].stock == std::vector<double>{0.5, 1, 1.5, 2});
+  CHECK(v[3].start.value() == 0);
+  CHECK(v[4].start.value() == 1e-3);
+
+  ParameterValues values = job.design.parameters;
+  values["material.youngs_modulus"] = 80e9;
+  values["end_effector.center_of_mass.y"] = 4e-3;
+  values["end_effector.inertia.zz"] = 1.5e-3;
+  const Mechanism changed = make_mechanism(job, values),
+                  own = make_mechanism(job, job.design.parameters);
+  CHECK(changed.leaves[0].material.youngs_modulus == 80e9);
+  CHECK(changed.leaves[0].material.density == own.leaves[0].material.density);
+  const RigidBody &a = changed.bodies[changed.end_effector], &b = own.bodies[own.end_effector];
+  CHECK(a.center_of_mass - b.center_of_mass == Vector3d(0, 4e-3, 0));
+  CHECK(a.inertia - b.inertia == Vector3d(0, 0, 1.5e-3 - 1e-3).asDiagonal().toDenseMatrix());
+  CHECK(a.mass == 1);
+  // beyond the sum of the other two there is no body
+  values["end_effector.inertia.zz"] = 2.1e-3;
+  CHECK_THROWS_WITH(make_mechanism(job, values), Contains("the sum of the other two"));
+  values["end_effector.inertia.zz"] = 1e-3;
+  values["material.density"] = -1;
+  CHECK_THROWS_WITH(make_mechanism(job, values), Contains("/design/material/density"));
 }
 
 TEST_CASE("a formula may be the objective", "[optim][job]") {

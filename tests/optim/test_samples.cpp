@@ -73,6 +73,25 @@ TEST_CASE("a grid and a list give the designs they say", "[optim][compare]") {
   CHECK(listed[1].parameters.at("width") == Approx(0.04));
 }
 
+TEST_CASE("material and end-effector may differ from design to design", "[optim][compare]") {
+  json document = by_ratios();
+  document["samples"] = json::parse(R"J({"method": "grid", "points": 2, "vary": [
+      {"parameter": "material.youngs_modulus", "min": "100 GPa", "max": "200 GPa"},
+      {"parameter": "end_effector.mass", "min": "1 kg", "max": "2 kg"},
+      {"parameter": "thickness", "expression": "0.5e-3*(2e11/material.youngs_modulus)^(1/3)"}]})J");
+  const Job job = parse_job(document);
+  const std::vector<Sample> samples = make_samples(job);
+  REQUIRE(samples.size() == 4);
+  for (const Sample& s : samples) {
+    REQUIRE(s.refused.empty());
+    const double E = s.parameters.at("material.youngs_modulus"), t = s.parameters.at("thickness");
+    CHECK(E * t * t * t == Approx(2e11 * 1.25e-10));
+    const Mechanism mechanism = make_mechanism(job, s);
+    CHECK(mechanism.leaves[0].material.youngs_modulus == E);
+    CHECK(mechanism.bodies[mechanism.end_effector].mass == s.parameters.at("end_effector.mass"));
+  }
+}
+
 TEST_CASE("a design whose formula leaves its range is refused in words, not left out",
           "[optim][compare]") {
   json job = by_ratios();
