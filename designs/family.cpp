@@ -131,6 +131,8 @@ Mechanism rate_of(const MechanismT<Dual>& mechanism, int k) {
                              l.point->spread_over_tip};
     rate.leaves.push_back(std::move(leaf));
   }
+  for (const JointT<Dual>& j : mechanism.joints)
+    rate.joints.push_back({j.name, j.type, j.body, j.other, vector(j.place), vector(j.axis)});
   return rate;
 }
 
@@ -340,6 +342,7 @@ Mechanism no_rate(const Mechanism& mechanism) {
     l.material.youngs_modulus = l.material.poissons_ratio = l.material.density = 0;
     if (l.point) l.point->along = l.point->across = 0;
   }
+  for (Joint& j : rate.joints) j.place = j.axis = Vector3d::Zero();
   return rate;
 }
 

@@ -184,7 +184,8 @@ GradientReport check_gradients(const Job& job, double tolerance, int threads) {
     return report;
   }
   double stroke = 0;
-  for (const double s : request.points) stroke = std::max(stroke, std::abs(s));
+  if (!request.load_path)
+    for (const double s : request.points) stroke = std::max(stroke, std::abs(s));
   const bool turns = is_rotation(find_family(job.design.family, "/design/family").drive);
   double leaf_length = 0;
   for (const LeafSpring& l : make_mechanism(job, job.design.parameters).leaves)

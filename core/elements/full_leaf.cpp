@@ -64,10 +64,13 @@ PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
 PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh) {
   PlateSupport support;
   support.free_tip = leaf.tip == free_edge;
-  if (leaf.point)
-    support.point = leaf.point->spread_over_tip
-                        ? tip_mean_weights(mesh)
-                        : point_weights(mesh, leaf.point->along, leaf.point->across);
+  if (!leaf.point) return support;
+  const LeafPoint& p = *leaf.point;
+  support.point =
+      p.spread_over_tip ? tip_mean_weights(mesh) : point_weights(mesh, p.along, p.across);
+  if (!p.spread_over_tip)
+    support.point_slopes = {point_weights(mesh, p.along, p.across, {1, 0}),
+                            point_weights(mesh, p.along, p.across, {0, 1})};
   return support;
 }
 

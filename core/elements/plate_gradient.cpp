@@ -68,7 +68,6 @@ Eigen::Matrix<double, 2 * Side, Eigen::Dynamic> gather(const MatrixXd& low, cons
 PlateGradient::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const PlateMeshRate> rate,
                              const LeafRows& rows)
     : plate_(&plate), mesh_(&plate.mesh()), rate_(std::move(rate)), rows_(rows) {
-  assert(!plate.has_point());
   const auto& slopes = mesh_->edge_slopes();
   for (int e = 0; e < 2; ++e) {
     EdgeNodes& edge = edges_[e];
@@ -93,9 +92,17 @@ PlateGradient::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Plate
     prepare<8>();
   else
     prepare<4>();
+  add_point_force();
   MatrixXd force = MatrixXd::Zero(size(), 1);
   for (int line = 0; line < mesh_->lines(); ++line) add_to_rows(line, nodal_force_[line], force);
   force_ = force;
+  if (rows.point > 0) {
+    Vector3d apart = plate.state().point + plate.point_place();
+    for (const NodalWeight& w : plate.support().point)
+      apart -= w.weight * plate.nodal()[w.line].row(w.function).transpose();
+    force_.segment<3>(rows.unknowns) = apart;
+    force_.segment<3>(rows.point_body()) = plate.state().point_force;
+  }
 }
 
 int PlateGradient::edge_at(int line) const {
@@ -151,6 +158,74 @@ void PlateGradient::prepare() {
         add(shape_force_[p], F);
       }
     }
+}
+
+// The energy f·(u − Σ w N) of the material point, with its force f.
+void PlateGradient::add_point_force() {
+  const Eigen::RowVector3d f = plate_->state().point_force.transpose();
+  for (const NodalWeight& w : plate_->support().point) {
+    nodal_force_[w.line].row(w.function) -= w.weight * f;
+    shape_force_[PlateMeshRate::width][w.line].row(w.function) -= width_slope(*mesh_, w) * f;
+  }
+}
+
+// The row of the condition u − Σ w N + c0, c0 the undeflected place, and what moving weights do.
+void PlateGradient::add_point_rates(const std::array<MatrixXd, 2>& edge_rates,
+                                    const std::vector<LeafVariation>& variations,
+                                    MatrixXd& rows) const {
+  if (rows_.point == 0) return;
+  const double width = mesh_->shape().width;
+  const auto nodal = [&](const NodalWeight& w) -> Vector3d {
+    return plate_->nodal()[w.line].row(w.function).transpose();
+  };
+  for (int k = 0; k < static_cast<int>(variations.size()); ++k) {
+    const LeafVariation& v = variations[k];
+    const Vector3d& u = plate_->state().point;
+    Vector3d rate = v.turn * u - v.length * u;
+    rate +=
+        Vector3d(v.point[0], v.point[1] * width + plate_->point_place()[1] * v.shape[0] / width, 0);
+    for (const NodalWeight& w : plate_->support().point) {
+      rate -= width_slope(*mesh_, w) * v.shape[0] * nodal(w);
+      if (const int e = edge_at(w.line); e >= 0)
+        rate -= w.weight * edge_rates[e].block<1, 3>(w.function, 3 * k).transpose();
+    }
+    for (int a = 0; a < 2; ++a)
+      for (const NodalWeight& w : plate_->support().point_slopes[a])
+        rate -= v.point[a] * w.weight * nodal(w);
+    rows.block<3, 1>(rows_.unknowns, k) += rate;
+  }
+}
+
+// q += 2 y_f·y_u − 2 y_f·Σ w N1 − f·Σ w N2
+void PlateGradient::add_point_quadratic(const MatrixXd& Y, const std::vector<MatrixXd>& N1,
+                                        const std::array<MatrixXd, 2>& N2, Quadratic& q,
+                                        std::array<MatrixXd, 2>& n1) const {
+  q.point = Eigen::Matrix2Xd::Zero(2, Y.cols());
+  if (rows_.point == 0) return;
+  const Vector3d& f = plate_->state().point_force;
+  for (int k = 0; k < static_cast<int>(Y.cols()); ++k) {
+    const Vector3d y_f = Y.block<3, 1>(rows_.unknowns, k);
+    q.stiffness[k] += 2 * y_f.dot(Y.block<3, 1>(rows_.point_body(), k));
+    const auto product = [&](const NodalWeight& w) {
+      const int e = edge_at(w.line);
+      double sum = 2 * y_f.dot(N1[w.line].block<1, 3>(w.function, 3 * k).transpose());
+      if (e >= 0) sum += f.dot(N2[e].block<1, 3>(w.function, 3 * k).transpose());
+      return sum;
+    };
+    for (const NodalWeight& w : plate_->support().point) {
+      const double share = product(w);
+      q.stiffness[k] -= w.weight * share;
+      q.shape(PlateMeshRate::width, k) -= width_slope(*mesh_, w) * share;
+      const int e = edge_at(w.line);
+      if (e < 0) continue;
+      n1[e].block<1, 3>(w.function, 3 * k) -= 2 * w.weight * y_f.transpose();
+      q.state.block<3, 1>(rows_.unknowns, k) -=
+          w.weight * N2[e].block<1, 3>(w.function, 3 * k).transpose();
+    }
+    for (int a = 0; a < 2; ++a)
+      for (const NodalWeight& w : plate_->support().point_slopes[a])
+        q.point(a, k) -= w.weight * product(w);
+  }
 }
 
 void PlateGradient::add_to_rows(int line, const MatrixXd& nodal, MatrixXd& rows) const {
@@ -222,6 +297,12 @@ MatrixXd PlateGradient::force_rates(const std::vector<LeafVariation>& variations
       for (int p = 0; p < 3; ++p)
         F[line].middleCols<3>(3 * k) += variations[k].shape[p] * shape_force_[p][line];
 
+  const Eigen::RowVector3d point_force = plate_->state().point_force.transpose();
+  for (int a = 0; a < 2; ++a)
+    for (const NodalWeight& w : plate_->support().point_slopes[a])
+      for (int k = 0; k < columns; ++k)
+        F[w.line].block<1, 3>(w.function, 3 * k) -= variations[k].point[a] * w.weight * point_force;
+
   // K N′, which only the elements at the edges feel
   const auto product = [&]<int Side>() {
     const MatrixXd zero = MatrixXd::Zero(n, 3 * columns);
@@ -256,6 +337,7 @@ MatrixXd PlateGradient::force_rates(const std::vector<LeafVariation>& variations
 
   MatrixXd rows = MatrixXd::Zero(size(), columns);
   for (int line = 0; line <= nx; ++line) add_to_rows(line, F[line], rows);
+  add_point_rates(N, variations, rows);
   // the edges' axes and arms turn and grow
   const auto& slopes = mesh_->edge_slopes();
   for (int e = 0; e < 2; ++e) {
@@ -431,6 +513,7 @@ PlateGradient::Quadratic PlateGradient::quadratic(const MatrixXd& Y, const Vecto
     quadratic_elements<8>(N1, N2, mu, q, n0, n1);
   else
     quadratic_elements<4>(N1, N2, mu, q, n0, n1);
+  add_point_quadratic(Y, N1, N2, q, n1);
 
   for (int i = 0; i < lines; ++i)
     if (edge_at(i) < 0) add_to_rows(i, n0[i], q.state);
@@ -482,7 +565,11 @@ PlateGradient::Quadratic PlateGradient::quadratic(const MatrixXd& Y, const Vecto
 
 double PlateGradient::rate(const Quadratic& q, const MatrixXd& Y, int k,
                            const LeafVariation& v) const {
-  double sum = q.shape.col(k).dot(v.shape);
+  double sum = q.shape.col(k).dot(v.shape) + q.point.col(k).dot(v.point);
+  if (rows_.point > 0) {
+    const Vector3d y_u = Y.block<3, 1>(rows_.point_body(), k);
+    sum += 2 * Y.block<3, 1>(rows_.unknowns, k).dot(v.turn * y_u - v.length * y_u);
+  }
   for (int e = 0; e < 2; ++e) {
     if (!rigid_[e]) continue;
     const Quadratic::Edge& g = q.edge[k][e];

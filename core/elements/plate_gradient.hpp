@@ -18,6 +18,7 @@ struct LeafVariation {
   Vector3d shape = Vector3d::Zero();  ///< of w/L, t/L, ν
   Matrix3d turn = Matrix3d::Zero();   ///< Ȧᵀ A of the leaf axes A: increments turn by it
   double length = 0;                  ///< L̇/L
+  Eigen::Vector2d point{0, 0};        ///< of the place (along, across) of the material point
   struct Edge {
     Vector3d position = Vector3d::Zero();  ///< of the body's reference point
     Matrix3d rotation = Matrix3d::Zero();  ///< of the body's rotation seen in leaf axes
@@ -30,7 +31,6 @@ struct LeafVariation {
 /// those of LeafRows.
 class PlateGradient {
  public:
-  /// The leaf must have no material point.
   PlateGradient(const PlateLeaf& plate, std::shared_ptr<const PlateMeshRate> rate,
                 const LeafRows& rows);
 
@@ -52,6 +52,7 @@ class PlateGradient {
     VectorXd stiffness, mass;  ///< yᵀK y, yᵀM y
     MatrixXd state;            ///< size × columns
     Eigen::Matrix3Xd shape;    ///< of w/L, t/L, ν: operators only
+    Eigen::Matrix2Xd point;    ///< along the place of the material point
     struct Edge {
       Matrix3d rotation;            ///< ∂q/∂(rotation of the edge's axes)
       Vector3d position, arm;       ///< ∂q/∂(place of the body), (arm, in edge axes)
@@ -80,6 +81,12 @@ class PlateGradient {
   void quadratic_elements(const std::vector<MatrixXd>& N1, const std::array<MatrixXd, 2>& N2,
                           const VectorXd& mu, Quadratic& q, std::vector<MatrixXd>& n0,
                           std::array<MatrixXd, 2>& n1) const;
+  void add_point_force();
+  void add_point_rates(const std::array<MatrixXd, 2>& edge_rates,
+                       const std::vector<LeafVariation>& variations, MatrixXd& rows) const;
+  void add_point_quadratic(const MatrixXd& Y, const std::vector<MatrixXd>& N1,
+                           const std::array<MatrixXd, 2>& N2, Quadratic& q,
+                           std::array<MatrixXd, 2>& n1) const;
   void add_to_rows(int line, const MatrixXd& nodal, MatrixXd& rows) const;
   std::array<MatrixXd, 2> edge_nodal_rates(const std::vector<LeafVariation>& variations) const;
 

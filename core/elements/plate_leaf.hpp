@@ -14,6 +14,8 @@ namespace flexopt {
 struct PlateSupport {
   bool free_tip = false;           ///< else the tip edge is rigid, at its pose
   std::vector<NodalWeight> point;  ///< of a material point with a prescribed displacement; or empty
+  /// Derivatives of them along and across; empty where they cannot move.
+  std::array<std::vector<NodalWeight>, 2> point_slopes;
 };
 
 /// State of a plate leaf and the linear algebra about it. The unknowns, in the order of the blocks:

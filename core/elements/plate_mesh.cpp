@@ -120,7 +120,9 @@ void PlateMesh::assemble_mass() {
     }
 }
 
-std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across) {
+std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across,
+                                       std::array<int, 2> derivative) {
+  assert(derivative[0] <= 1 && derivative[1] <= 1);
   const auto &x = mesh.x(), &y = mesh.y();
   auto locate = [](const std::vector<double>& points, double s) {
     int i = 0;
@@ -130,14 +132,21 @@ std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, doub
   const double sx = x.front() + along * (x.back() - x.front());
   const double sy = y.front() + across * (y.back() - y.front());
   const int i = locate(x, sx);
-  const double hx = x[i + 1] - x[i];
+  const double hx = x[i + 1] - x[i], length = x.back() - x.front();
   std::vector<NodalWeight> weights;
+  const auto functions = [](double s, double h, int derivative, double size) {
+    const HermiteValues values = hermite(s, h);
+    std::array<double, 4> f = derivative == 0 ? values.value : values.slope;
+    for (double& v : f) v *= derivative == 0 ? 1 : size;
+    return f;
+  };
+  const std::array<double, 4> X = functions((sx - x[i]) / hx, hx, derivative[0], length);
   if (mesh.shape().is_beam()) {  // r0 + y d
-    const auto X = hermite((sx - x[i]) / hx, hx).value;
+    const double width = mesh.shape().width, middle = derivative[1] == 0 ? 1 : 0,
+                 beside = derivative[1] == 0 ? (across - 0.5) * width : width;
     for (int p = 0; p < 2; ++p)
       for (int k = 0; k < 2; ++k)
-        for (const auto& [function, factor] :
-             {std::pair{k, 1.0}, {2 + k, (across - 0.5) * mesh.shape().width}})
+        for (const auto& [function, factor] : {std::pair{k, middle}, {2 + k, beside}})
           if (std::abs(factor * X[2 * p + k]) > 1e-14)
             weights.push_back({i + p, function, factor * X[2 * p + k]});
     return weights;
@@ -145,7 +154,7 @@ std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, doub
   const int j = locate(y, sy);
   const double hy = y[j + 1] - y[j];
   const auto N =
-      hermite_products(hermite((sx - x[i]) / hx, hx).value, hermite((sy - y[j]) / hy, hy).value);
+      hermite_products(X, functions((sy - y[j]) / hy, hy, derivative[1], y.back() - y.front()));
   for (int f = 0; f < 16; ++f)
     if (std::abs(N[f]) > 1e-14) weights.push_back({i + f / 8, 4 * j + f % 8, N[f]});
   return weights;

@@ -138,9 +138,15 @@ struct NodalWeight {
   int line, function;
   double weight;
 };
-/// At the place (along, across) in [0, 1]².
-std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across);
+/// At the place (along, across) in [0, 1]². `derivative`: the weights of a derivative with respect
+/// to along, across or both.
+std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across,
+                                       std::array<int, 2> derivative = {0, 0});
 /// Mean over the tip edge.
 std::vector<NodalWeight> tip_mean_weights(const PlateMesh& mesh);
+/// ∂weight/∂(w/L) of either at a constant place: functions of slopes across grow with the width.
+inline double width_slope(const PlateMesh& mesh, const NodalWeight& w) {
+  return w.function % 4 / 2 * w.weight / mesh.shape().width;
+}
 
 }  // namespace flexopt

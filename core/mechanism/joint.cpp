@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cassert>
+#include <unsupported/Eigen/AutoDiff>
 
 #include "core/math/rotation.hpp"
 
@@ -37,25 +38,117 @@ Matrix3d axes_of(const Joint& joint) {
 }
 
 // ½ δ·S δ is the second-order part of f·exp(hat δ) v.
-Matrix3d turning(const Vector3d& f, const Vector3d& v) {
-  return 0.5 * (f * v.transpose() + v * f.transpose()) - f.dot(v) * Matrix3d::Identity();
+template <class S>
+Matrix3<S> turning(const Vector3<S>& f, const Vector3<S>& v) {
+  const Matrix3<S> fv = f * v.transpose();
+  return S(0.5) * (fv + fv.transpose()) - Matrix3<S>(Vector3<S>::Constant(f.dot(v)).asDiagonal());
 }
 
+// Present axes on both bodies, arms from the reference points to the joint, and b − p of `body`.
+template <class S>
 struct Geometry {
-  Matrix3d axes, other_axes;  // present
-  Vector3d arm, other_arm;    // from the reference point to the joint, present
-  Vector3d apart;             // b − p of `body`
+  Matrix3<S> axes, other_axes;
+  Vector3<S> arm, other_arm, apart;
 };
 
-Geometry geometry(const Joint& joint, const JointBody& body, const JointBody& other) {
+Geometry<double> geometry(const Joint& joint, const JointBody& body, const JointBody& other) {
   const Matrix3d e = axes_of(joint);
-  Geometry g{body.rotation * e,
-             other.rotation * e,
-             body.rotation * (joint.place - body.reference),
-             other.rotation * (joint.place - other.reference),
-             {}};
+  Geometry<double> g{body.rotation * e,
+                     other.rotation * e,
+                     body.rotation * (joint.place - body.reference),
+                     other.rotation * (joint.place - other.reference),
+                     {}};
   g.apart = other.position + g.other_arm - body.position;
   return g;
+}
+
+// The same of a state that moves.
+Geometry<double> geometry_rate(const JointState& at, const JointState& rate) {
+  const Matrix3d e = axes_of(at.joint);
+  const bool has_axis =
+      at.joint.type == JointType::revolute || at.joint.type == JointType::prismatic;
+  const Matrix3d de =
+      has_axis ? Matrix3d(hat(at.joint.axis.cross(rate.joint.axis)) * e) : Matrix3d::Zero();
+  const auto arm = [&](const JointBody& body, const JointBody& moves) -> Vector3d {
+    return moves.rotation * (at.joint.place - body.reference) +
+           body.rotation * (rate.joint.place - moves.reference);
+  };
+  Geometry<double> g{rate.body.rotation * e + at.body.rotation * de,
+                     rate.other.rotation * e + at.other.rotation * de,
+                     arm(at.body, rate.body),
+                     arm(at.other, rate.other),
+                     {}};
+  g.apart = rate.other.position + g.other_arm - rate.body.position;
+  return g;
+}
+
+template <class S>
+struct Conditions {
+  Eigen::Matrix<S, Eigen::Dynamic, 1, 0, 6, 1> value;
+  Eigen::Matrix<S, Eigen::Dynamic, 12, 0, 6, 12> gradient;
+};
+
+template <class S>
+Conditions<S> conditions_of(JointType type, const Geometry<S>& g) {
+  const JointSize size = size_of(type);
+  Conditions<S> c;
+  c.value.setZero(size.conditions);
+  c.gradient.setZero(size.conditions, 12);
+  if (type == JointType::prismatic) {
+    for (int k = 0; k < 2; ++k) {
+      const Vector3<S> t = g.axes.col(k + 1);
+      c.value[k] = t.dot(Vector3<S>(g.apart - g.arm));
+      c.gradient.row(k) << -t.transpose(), t.cross(g.apart).transpose(), t.transpose(),
+          g.other_arm.cross(t).transpose();
+    }
+  } else {
+    c.value.template head<3>() = g.arm - g.apart;
+    c.gradient.template topRows<3>() << Matrix3<S>::Identity(), -hat(g.arm),
+        -Matrix3<S>::Identity(), hat(g.other_arm);
+  }
+  int row = size.lengths;
+  for (const auto& [i, j] : right_angles(type)) {
+    const Vector3<S> u = g.axes.col(i), w = g.other_axes.col(j), turn = u.cross(w);
+    c.value[row] = u.dot(w);
+    c.gradient.template block<1, 3>(row, 3) = turn.transpose();
+    c.gradient.template block<1, 3>(row, 9) = -turn.transpose();
+    ++row;
+  }
+  return c;
+}
+
+template <class S>
+Eigen::Matrix<S, 12, 12> curvature_of(JointType type, const Geometry<S>& g,
+                                      const Eigen::Matrix<S, Eigen::Dynamic, 1>& multipliers) {
+  assert(multipliers.size() == size_of(type).conditions);
+  Eigen::Matrix<S, 12, 12> H;
+  H.setZero();
+  const auto add = [&H](int row, int column, const Matrix3<S>& h) {
+    H.template block<3, 3>(row, column) += h;
+    if (row != column) H.template block<3, 3>(column, row) += h.transpose();
+  };
+  if (type == JointType::prismatic) {
+    for (int k = 0; k < 2; ++k) {
+      const Vector3<S> t = multipliers[k] * g.axes.col(k + 1);
+      add(3, 3, turning<S>(g.apart, t));
+      add(9, 9, turning<S>(t, g.other_arm));
+      add(3, 0, -hat(t));
+      add(3, 6, hat(t));
+      add(3, 9, hat(t).transpose() * hat(g.other_arm));
+    }
+  } else {
+    const Vector3<S> force = multipliers.template head<3>();
+    add(3, 3, turning<S>(force, g.arm));
+    add(9, 9, -turning<S>(force, g.other_arm));
+  }
+  int row = size_of(type).lengths;
+  for (const auto& [i, j] : right_angles(type)) {
+    const Vector3<S> u = multipliers[row++] * g.axes.col(i), w = g.other_axes.col(j);
+    add(3, 3, turning<S>(w, u));
+    add(9, 9, turning<S>(u, w));
+    add(3, 9, hat(u).transpose() * hat(w));
+  }
+  return H;
 }
 
 }  // namespace
@@ -66,65 +159,35 @@ JointSize size_of(JointType type) {
 }
 
 JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other) {
-  const Geometry g = geometry(joint, body, other);
-  const JointSize size = size_of(joint.type);
-  JointConditions c;
-  c.value.setZero(size.conditions);
-  c.gradient.setZero(size.conditions, 12);
-  if (joint.type == JointType::prismatic) {
-    for (int k = 0; k < 2; ++k) {
-      const Vector3d t = g.axes.col(k + 1);
-      c.value[k] = t.dot(g.apart - g.arm);
-      c.gradient.row(k) << -t.transpose(), t.cross(g.apart).transpose(), t.transpose(),
-          g.other_arm.cross(t).transpose();
-    }
-  } else {
-    c.value.head<3>() = body.position + g.arm - other.position - g.other_arm;
-    c.gradient.topRows<3>() << Matrix3d::Identity(), -hat(g.arm), -Matrix3d::Identity(),
-        hat(g.other_arm);
-  }
-  int row = size.lengths;
-  for (const auto& [i, j] : right_angles(joint.type)) {
-    const Vector3d u = g.axes.col(i), w = g.other_axes.col(j), turn = u.cross(w);
-    c.value[row] = u.dot(w);
-    c.gradient.block<1, 3>(row, 3) = turn.transpose();
-    c.gradient.block<1, 3>(row, 9) = -turn.transpose();
-    ++row;
-  }
-  return c;
+  const auto [value, gradient] = conditions_of(joint.type, geometry(joint, body, other));
+  return {value, gradient};
 }
 
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
                     const Eigen::Ref<const VectorXd>& multipliers) {
-  const Geometry g = geometry(joint, body, other);
-  assert(multipliers.size() == size_of(joint.type).conditions);
-  Matrix12d H = Matrix12d::Zero();
-  const auto add = [&H](int row, int column, const Matrix3d& h) {
-    H.block<3, 3>(row, column) += h;
-    if (row != column) H.block<3, 3>(column, row) += h.transpose();
+  return curvature_of<double>(joint.type, geometry(joint, body, other), multipliers);
+}
+
+JointRates joint_rates(const JointState& state, const JointState& rate) {
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+  const auto dual = []<class Value>(const Value& value, const Value& derivative) {
+    Eigen::Matrix<Dual, Value::RowsAtCompileTime, Value::ColsAtCompileTime> result(value.rows(),
+                                                                                   value.cols());
+    for (Eigen::Index i = 0; i < value.size(); ++i)
+      result.data()[i] = Dual(value.data()[i], Eigen::Matrix<double, 1, 1>(derivative.data()[i]));
+    return result;
   };
-  if (joint.type == JointType::prismatic) {
-    for (int k = 0; k < 2; ++k) {
-      const Vector3d t = multipliers[k] * g.axes.col(k + 1);
-      add(3, 3, turning(g.apart, t));
-      add(9, 9, turning(t, g.other_arm));
-      add(3, 0, -hat(t));
-      add(3, 6, hat(t));
-      add(3, 9, hat(t).transpose() * hat(g.other_arm));
-    }
-  } else {
-    const Vector3d force = multipliers.head<3>();
-    add(3, 3, turning(force, g.arm));
-    add(9, 9, -turning(force, g.other_arm));
-  }
-  int row = size_of(joint.type).lengths;
-  for (const auto& [i, j] : right_angles(joint.type)) {
-    const Vector3d u = multipliers[row++] * g.axes.col(i), w = g.other_axes.col(j);
-    add(3, 3, turning(w, u));
-    add(9, 9, turning(u, w));
-    add(3, 9, hat(u).transpose() * hat(w));
-  }
-  return H;
+  const Geometry<double> g = geometry(state.joint, state.body, state.other),
+                         dg = geometry_rate(state, rate);
+  const Geometry<Dual> moving{dual(g.axes, dg.axes), dual(g.other_axes, dg.other_axes),
+                              dual(g.arm, dg.arm), dual(g.other_arm, dg.other_arm),
+                              dual(g.apart, dg.apart)};
+  const JointType type = state.joint.type;
+  const Conditions<Dual> c = conditions_of(type, moving);
+  const auto derivative = [](const Dual& x) { return x.derivatives()[0]; };
+  return {{c.value.unaryExpr(derivative), c.gradient.unaryExpr(derivative)},
+          curvature_of<Dual>(type, moving, dual(state.multipliers, rate.multipliers))
+              .unaryExpr(derivative)};
 }
 
 std::optional<std::string> dependent_joints(const Mechanism& mechanism) {

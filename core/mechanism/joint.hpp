@@ -40,6 +40,21 @@ JointConditions conditions(const Joint& joint, const JointBody& body, const Join
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
                     const Eigen::Ref<const VectorXd>& multipliers);
 
+/// All that the conditions of a joint depend on, or how it moves; of a joint that moves only place
+/// and axis count.
+struct JointState {
+  Joint joint;
+  JointBody body, other;
+  VectorXd multipliers;
+};
+/// Derivatives of Ψ, Ψ_q and multipliers · Ψ_qq while the state moves at `rate`. The axes e2 and e3
+/// turn as little as e1 lets them.
+struct JointRates {
+  JointConditions conditions;
+  Matrix12d curvature;
+};
+JointRates joint_rates(const JointState& state, const JointState& rate);
+
 /// Why the undeflected joints do not fit together: conditions that others already fix, or all of
 /// them together holding the end-effector in the direction of the drive.
 std::optional<std::string> dependent_joints(const Mechanism& mechanism);

@@ -8,6 +8,7 @@
 #include "core/elements/plate_gradient.hpp"
 #include "core/elements/plate_stress.hpp"
 #include "core/math/rotation.hpp"
+#include "core/response/joint_gradients.hpp"
 
 namespace flexopt {
 namespace {
@@ -35,6 +36,7 @@ LeafVariation leaf_variation(const System& system, int i, const Mechanism& direc
   v.shape = {(d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
              d.material.poissons_ratio};
   v.turn = d.axes.transpose() * leaf.axes;
+  if (leaf.point && !leaf.point->spread_over_tip) v.point = {d.point->along, d.point->across};
   const std::array<int, 2> body{leaf.base, leaf.tip};
   for (int e = 0; e < 2; ++e) {
     const int b = body[e];
@@ -83,6 +85,7 @@ MatrixXd residual_rates(const MechanismFactor& factor, const std::vector<PlateGr
       }
     }
   }
+  add_joint_residual_rates(factor, directions, R);
   factor.clear_held(R);
   return R;
 }
@@ -104,6 +107,37 @@ double body_mass_rate(const System& system, const Mechanism& direction, const Ve
            w.dot(R * d.inertia * R.transpose() * w) + 2 * w.dot(turn.cross(J * w));
   }
   return sum;
+}
+
+// Of O in the middle of a tip edge whose mean the end-effector follows: the displacement that the
+// point of the path lists.
+MatrixXd tip_displacement_rates(const MechanismFactor& factor, int i, const PlateGradient& gradient,
+                                const std::vector<Mechanism>& directions,
+                                const std::vector<LeafVariation>& variations,
+                                const MatrixXd& state_rates) {
+  const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
+  const Mechanism& mechanism = factor.system().mechanism();
+  const LeafSpring& spring = mechanism.leaves[i];
+  const PlateLeaf& plate = leaf.full->plate();
+  const std::vector<MatrixXd> nodal =
+      gradient.nodal_rates(factor.leaf_rows(leaf, state_rates), variations);
+  MatrixXd rates(3, static_cast<Eigen::Index>(directions.size()));
+  for (int p = 0; p < rates.cols(); ++p) {
+    const Mechanism& direction = directions[static_cast<std::size_t>(p)];
+    const LeafSpring& d = direction.leaves[i];
+    Vector3d place = Vector3d::Zero(), rate = Vector3d::Zero();  // over L
+    for (const NodalWeight& w :
+         point_weights(plate.mesh(), spring.point->along, spring.point->across)) {
+      const Vector3d r = plate.nodal()[w.line].row(w.function).transpose();
+      place += w.weight * r;
+      rate += w.weight * nodal[w.line].block<1, 3>(w.function, 3 * p).transpose() +
+              width_slope(plate.mesh(), w) * variations[static_cast<std::size_t>(p)].shape[0] * r;
+    }
+    rates.col(p) = d.origin + d.axes * place * spring.length +
+                   spring.axes * (rate * spring.length + place * d.length) -
+                   direction.bodies[mechanism.end_effector].reference;
+  }
+  return rates;
 }
 
 struct Column {
@@ -140,6 +174,7 @@ MatrixXd quadratic_rates(const MechanismFactor& factor, const std::vector<PlateG
       }
   }
   rates.noalias() += V.transpose() * state_rates.topRows(factor.size());
+  add_joint_quadratic_rates(factor, directions, state_rates, Y, rates);
   for (int k = 0; k < n; ++k)
     if (lambda[k] != 0)
       for (int p = 0; p < count; ++p)
@@ -223,9 +258,6 @@ std::optional<std::string> without_gradients(const Mechanism& mechanism,
            "them";
   if (model.mass == LeafMass::constant || model.leaf_modes == 0)
     return "exact derivatives are those of the consistent mass with all internal motions";
-  if (!mechanism.joints.empty()) return "no exact derivatives of mechanisms with joints";
-  for (const LeafSpring& leaf : mechanism.leaves)
-    if (leaf.point) return "no exact derivatives of leaves with a material point";
   return std::nullopt;
 }
 
@@ -259,10 +291,17 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
                         factor.leaves()[i].rows);
 
   // (27)
-  const MatrixXd moved = factor.balance(-residual_rates(factor, leaves, directions, variations), 0);
+  const MatrixXd moved = factor.balance(-residual_rates(factor, leaves, directions, variations),
+                                        request.load_path ? std::nullopt : std::optional(0.0));
   PointGradients gradients;
   gradients.drive_load = moved.row(n).transpose();
   gradients.displacement = moved.middleRows(ee, 3);
+  for (int i = 0; i < system.leaves(); ++i)
+    if (const auto& follows = mechanism.leaves[i].point;
+        follows && follows->body == mechanism.end_effector && follows->spread_over_tip)
+      gradients.displacement =
+          tip_displacement_rates(factor, i, leaves[static_cast<std::size_t>(i)], directions,
+                                 variations[i], moved.topRows(n));
   gradients.rotation =
       rotation_left_tangent_inverse(rotation_log(system.pose(mechanism.end_effector).rotation)) *
       moved.middleRows(ee + 3, 3);

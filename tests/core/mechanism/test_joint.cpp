@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
 #include "support/models.hpp"
@@ -61,6 +62,52 @@ TEST_CASE("conditions of joints follow their first and second derivatives", "[jo
   const auto coarse = rest(1e-2), fine = rest(5e-3);
   CHECK(std::log2(coarse[0] / fine[0]) == Approx(2).margin(0.1));
   CHECK(std::log2(coarse[1] / fine[1]) == Approx(3).margin(0.1));
+}
+
+TEST_CASE("conditions of joints follow what they depend on", "[joint]") {
+  const JointType type = GENERATE(from_range(std::begin(types), std::end(types)));
+  const Pair pair;
+  const JointState state{joint(type), pair.a, pair.b, direction(3).head(size_of(type).conditions)};
+  // the axis stands: where it moves, the choice of e2 and e3 does not bear on what is held
+  const Vector12d d = direction(1.5), r = direction(2.5);
+  const VectorXd dm = direction(4).head(size_of(type).conditions);
+  const auto at = [&](double h) {
+    JointState s = state;
+    s.body = moved(state.body, h * d.head<6>());
+    s.other = moved(state.other, h * d.tail<6>());
+    s.body.reference += h * r.head<3>();
+    s.other.reference += h * r.segment<3>(3);
+    s.joint.place += h * r.tail<3>();
+    s.multipliers += h * dm;
+    return s;
+  };
+  JointState rate = at(0);
+  rate.body = {d.head<3>(), hat(d.segment<3>(3)) * state.body.rotation, r.head<3>()};
+  rate.other = {d.segment<3>(6), hat(d.tail<3>()) * state.other.rotation, r.segment<3>(3)};
+  rate.joint.place = r.tail<3>();
+  rate.joint.axis.setZero();
+  rate.multipliers = dm;
+  const JointRates exact = joint_rates(state, rate);
+  const Derivatives differences = ridders(
+      [&](double h) {
+        const JointState s = at(h);
+        const JointConditions c = conditions(s.joint, s.body, s.other);
+        const Matrix12d H = curvature(s.joint, s.body, s.other, s.multipliers);
+        std::vector<double> all(c.value.data(), c.value.data() + c.value.size());
+        all.insert(all.end(), c.gradient.data(), c.gradient.data() + c.gradient.size());
+        all.insert(all.end(), H.data(), H.data() + H.size());
+        return all;
+      },
+      0, 0.05);
+  std::size_t n = 0;
+  const auto compare = [&](const auto& rates) {
+    for (Eigen::Index i = 0; i < rates.size(); ++i, ++n)
+      CHECK(rates.data()[i] == Approx(differences.value[n]).margin(1e-9));
+  };
+  compare(exact.conditions.value);
+  compare(exact.conditions.gradient);
+  compare(exact.curvature);
+  CHECK(exact.curvature.norm() > 0.1);
 }
 
 TEST_CASE("joints allow what their names say and nothing else", "[joint]") {

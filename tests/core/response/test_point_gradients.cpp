@@ -4,25 +4,19 @@
 
 #include <cmath>
 
-#include "core/math/ridders.hpp"
-#include "core/response/stroke_gradients.hpp"
+#include "tests/support/gradient_checks.hpp"
 #include "tests/support/models.hpp"
 
 using namespace flexopt;
+using namespace flexopt::test;
 
 namespace {
 
-struct Parameter {
-  const char* name;
-  double value;
-};
-using Values = std::vector<double>;
-
 // Guide or hinge without symmetry, so that every term of the chain counts.
-const std::vector<Parameter> parameters{{"length", 0.1},   {"width", 0.03},  {"thickness", 0.5e-3},
-                                        {"modulus", 2e11}, {"poisson", 0.3}, {"density", 7800},
-                                        {"mass", 0.4},     {"centre", 0.01}, {"inertia", 3e-4},
-                                        {"angle", 0.7},    {"shift", 0.004}};
+const std::vector<Number> parameters{{"length", 0.1},   {"width", 0.03},  {"thickness", 0.5e-3},
+                                     {"modulus", 2e11}, {"poisson", 0.3}, {"density", 7800},
+                                     {"mass", 0.4},     {"centre", 0.01}, {"inertia", 3e-4},
+                                     {"angle", 0.7},    {"shift", 0.004}};
 
 Mechanism skew(bool hinge, const Values& p) {
   const Material material{"steel", p[3], p[4], p[5], {}};
@@ -48,46 +42,6 @@ Mechanism skew(bool hinge, const Values& p) {
   return m;
 }
 
-// Every number that may move, to write its rate in its place.
-std::vector<double*> numbers(Mechanism& m) {
-  std::vector<double*> all;
-  for (LeafSpring& l : m.leaves) {
-    for (int i = 0; i < 3; ++i) all.push_back(&l.origin[i]);
-    for (int i = 0; i < 9; ++i) all.push_back(l.axes.data() + i);
-    for (double* x : {&l.length, &l.width, &l.thickness, &l.material.youngs_modulus,
-                      &l.material.poissons_ratio, &l.material.density})
-      all.push_back(x);
-  }
-  for (RigidBody& b : m.bodies) {
-    for (int i = 0; i < 3; ++i) {
-      all.push_back(&b.reference[i]);
-      all.push_back(&b.center_of_mass[i]);
-    }
-    all.push_back(&b.mass);
-    for (int i = 0; i < 9; ++i) all.push_back(b.inertia.data() + i);
-  }
-  return all;
-}
-
-MechanismDirection direction(bool hinge, std::size_t k) {
-  Values p;
-  for (const Parameter& q : parameters) p.push_back(q.value);
-  const Derivatives d = ridders(
-      [&](double x) {
-        Values moved = p;
-        moved[k] = x;
-        Mechanism m = skew(hinge, moved);
-        Values out;
-        for (double* n : numbers(m)) out.push_back(*n);
-        return out;
-      },
-      p[k], 0.05 * p[k]);
-  MechanismDirection result{parameters[k].name, skew(hinge, p)};
-  const std::vector<double*> places = numbers(result.rate);
-  for (std::size_t i = 0; i < places.size(); ++i) *places[i] = d.value[i];
-  return result;
-}
-
 struct Case {
   bool hinge;
   Flexure flexure;
@@ -97,8 +51,6 @@ struct Case {
 };
 
 void check(const Case& c) {
-  Values p;
-  for (const Parameter& q : parameters) p.push_back(q.value);
   ModelOptions model;
   model.accuracy = c.accuracy;
   model.flexure = c.flexure;
@@ -106,61 +58,12 @@ void check(const Case& c) {
   StrokeRequest request;
   request.points = {0, c.stroke};
   request.frequencies = 4;
-  request.frequency_derivatives = false;
-  request.exact = true;
-  request.newton.tolerance = 1e-11;
   request.load << 1, 0.5, -2, 0.01, 0.02, -0.01;
   request.load[c.hinge ? 5 : 1] = 0;
-
-  std::vector<MechanismDirection> directions;
-  for (const std::size_t k : c.along) directions.push_back(direction(c.hinge, k));
-  const StrokeSensitivity exact =
-      evaluate_stroke_gradients(skew(c.hinge, p), directions, model, request);
-  REQUIRE(exact.gradients);
-  REQUIRE(exact.response.status == Status::ok);
-
-  const std::vector<Quantity> all = quantities(c.hinge ? Direction::rz : Direction::uy);
-  const auto values = [&](const StrokeResponse& r) {
-    Values v;
-    for (const PathPoint& point : r.path)
-      for (const Quantity& q : all) v.push_back(value_of(point, q.name).value_or(0));
-    return v;
-  };
-  const Values here = values(exact.response);
-  for (std::size_t d = 0; d < c.along.size(); ++d) {
-    const std::size_t k = c.along[d];
-    const Derivatives differences = ridders(
-        [&](double x) {
-          Values moved = p;
-          moved[k] = x;
-          return values(evaluate_stroke(skew(c.hinge, moved), model, request));
-        },
-        p[k], 0.02 * p[k], 5);
-    std::size_t n = 0;
-    int compared = 0;
-    for (const PointGradients& point : exact.gradients->path)
-      for (const Quantity& q : all) {
-        const std::size_t i = n++;
-        const auto gradient = gradient_of(point, q.name);
-        if (!gradient) continue;
-        ++compared;
-        // values that are zero but for rounding count as 1e-2 of what the stroke makes of them
-        const double floor = q.name.starts_with("displacement") ? 1e-2 * 0.02
-                             : q.name.starts_with("rotation")   ? 1e-2 * 0.4
-                             : q.name == "drive_load"           ? 1e-2 * (c.hinge ? 0.1 : 10.0)
-                                                                : 0.0;
-        const double size = std::max(std::abs(differences.value[i]),
-                                     0.1 * std::max(std::abs(here[i]), floor) / p[k]);
-        const double known = differences.error[i] / size;
-        INFO(parameters[k].name << ": " << q.name << " at point " << i / all.size() << ", "
-                                << (*gradient)[static_cast<Eigen::Index>(d)]
-                                << ", differences known to " << known);
-        CHECK(std::abs((*gradient)[static_cast<Eigen::Index>(d)] - differences.value[i]) / size <=
-              1e-7 + 5 * known);
-        CHECK(known <= 1e-4);
-      }
-    CHECK(compared >= 2 * 22);
-  }
+  const int compared = check_gradients({[&](const Values& p) { return skew(c.hinge, p); },
+                                        parameters, c.along, c.hinge ? 0.1 : 10.0},
+                                       model, request);
+  CHECK(compared >= 2 * 22 * static_cast<int>(c.along.size()));
 }
 
 }  // namespace

@@ -1,0 +1,125 @@
+// Exact derivatives of mechanisms with joints: (31), and clusters of frequencies through joints.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/support/gradient_checks.hpp"
+#include "tests/support/models.hpp"
+
+using namespace flexopt;
+using namespace flexopt::test;
+
+namespace {
+
+const std::vector<Number> numbers{{"length", 0.1},   {"width", 0.03},        {"thickness", 0.5e-3},
+                                  {"modulus", 2e11}, {"poisson", 0.3},       {"density", 7800},
+                                  {"mass", 0.4},     {"second mass", 0.05},  {"place", 0.006},
+                                  {"axis", 0.4},     {"second place", 0.008}};
+
+RigidBody second_body(const Vector3d& at, const Values& p) {
+  RigidBody b = models::body(at + Vector3d(0.002, p[10], -0.3 * p[10]), p[7], 1e-5);
+  b.center_of_mass += Vector3d(0.003, -0.001, 0.5 * p[8]);
+  b.role = BodyRole::intermediate;
+  return b;
+}
+
+Joint joint(JointType type, int body, int other, const Vector3d& near, const Values& p) {
+  return {"joint",
+          type,
+          body,
+          other,
+          near + Vector3d(p[8], 0.5 * p[8], -0.3 * p[8]),
+          {0.6 * std::sin(p[9]), 0.8 * std::sin(p[9]), std::cos(p[9])}};
+}
+
+// A guide whose second leaf holds a body of its own, on a joint of the end-effector.
+Mechanism guide(JointType type, const Values& p) {
+  const Material material{"steel", p[3], p[4], p[5], {}};
+  Mechanism m;
+  m.drive = Direction::uy;
+  m.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 3e-4)};
+  m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0.003);
+  for (const double y : {0.03, -0.03})
+    m.leaves.push_back(models::leaf({0, y, 0}, {std::cos(0.1 * y), std::sin(0.1 * y), 0}, p[0],
+                                    p[1], p[2], material));
+  const Vector3d tip = m.leaves[1].tip_middle();
+  m.bodies.push_back(second_body(tip, p));
+  m.leaves[1].tip = 1;
+  m.joints = {joint(type, 0, 1, tip, p)};
+  return m;
+}
+
+// A hinge of three leaves: the base of one turns on the ground, the tip of another on a ball.
+Mechanism hinge(const Values& p) {
+  const Material material{"steel", p[3], p[4], p[5], {}};
+  Mechanism m;
+  m.drive = Direction::rz;
+  m.bodies = {models::body({0.001, 0, 0}, p[6], 3e-4)};
+  m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0);
+  for (const models::Crossing& c :
+       {models::Crossing{1, 0.8 * p[1], 0.5 * p[1]}, {-1, 0, p[1]}, {1, -0.9 * p[1], 0.5 * p[1]}}) {
+    const Vector3d along(std::cos(0.7), c.side * std::sin(0.7), 0);
+    m.leaves.push_back(models::leaf(Vector3d(0, 0, c.z) - 0.45 * p[0] * along, along, p[0], c.width,
+                                    p[2], material));
+  }
+  const Vector3d base = m.leaves[2].origin, tip = m.leaves[0].tip_middle();
+  m.bodies.push_back(second_body(base, p));
+  m.bodies.push_back(second_body(tip, p));
+  m.leaves[2].base = 1;
+  m.leaves[0].tip = 2;
+  m.joints = {joint(JointType::revolute, 1, ground, base, p),
+              joint(JointType::spherical, 2, 0, tip, p)};
+  return m;
+}
+
+StrokeRequest loaded(double stroke, bool turning) {
+  StrokeRequest request;
+  request.points = {0, stroke};
+  request.frequencies = 4;
+  request.load << 1, 0.5, -2, 0.01, 0.02, -0.01;
+  request.load[turning ? 5 : 1] = 0;
+  return request;
+}
+
+ModelOptions model_of(Flexure flexure) {
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  model.flexure = flexure;
+  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("derivatives of a guide with a joint", "[gradients][joint]") {
+  const auto [type, along] = GENERATE(
+      std::pair{JointType::rigid, std::vector<std::size_t>{0, 2, 7, 8}},
+      std::pair{JointType::revolute, std::vector<std::size_t>{0, 1, 3, 4, 5, 6, 7, 8, 9, 10}},
+      std::pair{JointType::spherical, std::vector<std::size_t>{0, 2, 8, 10}},
+      std::pair{JointType::prismatic, std::vector<std::size_t>{0, 2, 8, 9, 10}});
+  INFO("joint type " << static_cast<int>(type));
+  const JointType of = type;
+  const int compared =
+      check_gradients({[of](const Values& p) { return guide(of, p); }, numbers, along, 10.0},
+                      model_of(Flexure::beam), loaded(0.02, false));
+  CHECK(compared == 46 * static_cast<int>(along.size()));
+}
+
+TEST_CASE("derivatives of a plate guide with a joint", "[gradients][joint]") {
+  const auto make = [](const Values& p) { return guide(JointType::revolute, p); };
+  check_gradients({make, numbers, {1, 8, 9}, 10.0}, model_of(Flexure::plate),
+                  loaded(-0.015, false));
+}
+
+TEST_CASE("derivatives of a hinge with joints to the ground and to the end-effector",
+          "[gradients][joint]") {
+  const int compared = check_gradients({hinge, numbers, {0, 2, 7, 8, 9, 10}, 0.1},
+                                       model_of(Flexure::beam), loaded(0.4, true));
+  CHECK(compared == 46 * 6);
+}
+
+TEST_CASE("derivatives through joints finished from reduced leaves", "[gradients][joint]") {
+  ModelOptions model = model_of(Flexure::plate);
+  model.accuracy = Accuracy::reduced;
+  const auto make = [](const Values& p) { return guide(JointType::prismatic, p); };
+  check_gradients({make, numbers, {0, 9}, 10.0}, model, loaded(0.02, false));
+}

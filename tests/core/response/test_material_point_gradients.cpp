@@ -1,0 +1,124 @@
+// Exact derivatives of mechanisms in which bodies follow material points of leaves: (32).
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/support/gradient_checks.hpp"
+#include "tests/support/models.hpp"
+
+using namespace flexopt;
+using namespace flexopt::test;
+
+namespace {
+
+const std::vector<Number> numbers{{"length", 0.1},   {"width", 0.06},  {"thickness", 0.5e-3},
+                                  {"modulus", 2e11}, {"poisson", 0.3}, {"density", 7800},
+                                  {"mass", 0.02},    {"x", 0.043},     {"z", 0.047}};
+
+RigidBody follower(const Vector3d& at, double mass) {
+  RigidBody b = models::body(at, mass, 0);
+  b.held = {false, false, false, true, true, true};
+  return b;
+}
+
+Mechanism single(const Values& p) {
+  Mechanism m = models::single_leaf(p[0], p[1], p[2], Direction::uy, {"m", p[3], p[4], p[5], {}});
+  m.leaves[0].origin = Vector3d(0, 0.1 * p[0], 0.2 * p[1]);
+  return m;
+}
+
+// Both edges clamped to the ground, O at (x, z) of the plate.
+Mechanism clamped_plate(const Values& p) {
+  Mechanism m = single(p);
+  m.leaves[0].tip = ground;
+  m.leaves[0].point = LeafPoint{.body = 0, .along = p[7] / p[0], .across = p[8] / p[1]};
+  m.bodies = {follower({p[7], 0, p[8]}, p[6])};
+  return m;
+}
+
+// The tip free, O the middle of it.
+Mechanism free_tip(const Values& p) {
+  Mechanism m = single(p);
+  m.leaves[0].tip = free_edge;
+  m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
+  m.bodies = {follower(m.leaves[0].tip_middle(), p[6])};
+  return m;
+}
+
+// A mass near a corner of a leaf of a skew guide: its element has a clamped edge.
+Mechanism mass_on_leaf(const Values& p, double along) {
+  Mechanism m;
+  m.drive = Direction::uy;
+  m.bodies = {models::body({p[0], 0.001, 0.002}, 0.4, 3e-4)};
+  const Material material{"m", p[3], p[4], p[5], {}};
+  for (const double y : {0.03, -0.03})
+    m.leaves.push_back(
+        models::leaf({0, y, 0}, {std::cos(y), std::sin(y), 0}, p[0], p[1], p[2], material));
+  m.leaves[1].point = LeafPoint{.body = 1, .along = along * p[7] / p[0], .across = p[8] / p[1]};
+  m.bodies.push_back(follower(m.leaves[1].origin, p[6]));
+  m.bodies[1].role = BodyRole::intermediate;
+  return m;
+}
+
+ModelOptions model_of(Flexure flexure, std::array<int, 2> mesh) {
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  model.flexure = flexure;
+  model.mesh = mesh;
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("derivatives of a clamped plate and the place of its load", "[gradients][points]") {
+  StrokeRequest request;
+  request.frequencies = 3;
+  SECTION("driven") {
+    request.points = {0, 6e-4};
+    request.load << 30, 0, -20, 0, 0, 0;
+  }
+  SECTION("loaded") {
+    request.points = {0.3, 0.5, -1};
+    request.load << 5, 0, 3, 0, 0, 0;
+    request.load_path = Vector6d::Zero();
+    *request.load_path << 10, 60, -8, 0, 0, 0;
+  }
+  const int compared = check_gradients({clamped_plate, numbers, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 10.0},
+                                       model_of(Flexure::plate, {6, 4}), request);
+  CHECK(compared >= 2 * 15 * 9);
+}
+
+TEST_CASE("derivatives of a cantilever with a free tip", "[gradients][points]") {
+  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
+  StrokeRequest request;
+  request.frequencies = 3;
+  SECTION("driven") {
+    request.points = {0, 0.03};
+    request.load << 0.5, 0, -1, 0, 0, 0;
+  }
+  SECTION("loaded") {
+    request.points = {0.2, 1};
+    request.load_path = Vector6d::Zero();
+    *request.load_path << -1, 8, 0.5, 0, 0, 0;
+  }
+  const int compared =
+      check_gradients({free_tip, numbers, {0, 1, 2, 4, 6}, 10.0},
+                      model_of(flexure, {6, flexure == Flexure::plate ? 2 : 1}), request);
+  CHECK(compared >= 2 * 15 * 5);
+}
+
+TEST_CASE("derivatives of a guide with a mass on a leaf", "[gradients][points]") {
+  StrokeRequest request;
+  request.frequencies = 3;
+  request.points = {0, 0.02};
+  request.load << 1, 0, -2, 0.01, 0.02, -0.01;
+  const double along = GENERATE(0.15, 1.0);  // in the first element, and beyond
+  const auto make = [along](const Values& p) { return mass_on_leaf(p, along); };
+  SECTION("plate") {
+    check_gradients({make, numbers, {0, 1, 2, 6, 7, 8}, 10.0}, model_of(Flexure::plate, {6, 2}),
+                    request);
+  }
+  SECTION("beam") {
+    check_gradients({make, numbers, {0, 1, 2, 6, 7, 8}, 10.0}, model_of(Flexure::beam, {6, 1}),
+                    request, 0.01);
+  }
+}
