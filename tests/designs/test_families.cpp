@@ -115,6 +115,56 @@ TEST_CASE("a hinged tip edge is a body of its own on a revolute joint about z", 
   CHECK(m.joints[0].axis == Vector3d::UnitZ());
 }
 
+TEST_CASE("directions hold the rates of joints and material points too", "[designs]") {
+  struct Case {
+    std::string family;
+    ParameterValues values;
+    std::map<std::string, std::string> choices;
+  };
+  const auto numbers = [](const Mechanism& m) {
+    std::vector<double> all;
+    const auto add = [&](const Vector3d& v) { all.insert(all.end(), v.data(), v.data() + 3); };
+    for (const RigidBody& b : m.bodies) add(b.reference);
+    for (const LeafSpring& l : m.leaves) {
+      add(l.origin);
+      all.insert(all.end(), {l.length, l.width, l.thickness});
+      if (l.point) all.insert(all.end(), {l.point->along, l.point->across});
+    }
+    for (const Joint& j : m.joints) {
+      add(j.place);
+      add(j.axis);
+    }
+    return all;
+  };
+  const Case c = GENERATE(Case{"leaf_spring", spring, {{"tip", "hinged"}}},
+                          Case{"leaf_spring", spring, {{"tip", "free"}}},
+                          Case{"clamped_plate",
+                               {{"length", 0.4},
+                                {"width", 0.3},
+                                {"thickness", 2e-3},
+                                {"load_point_x", 0.15},
+                                {"load_point_z", 0.1}},
+                               {}});
+  const Family& family = find_family(c.family, "");
+  FamilyChoices choices = standard_choices(family);
+  for (const auto& [option, choice] : c.choices) choices[option] = choice;
+  const Material& material = materials().front().material;
+  const auto at = [&](const ParameterValues& values) {
+    return numbers(family.make(values, choices, material, payload()));
+  };
+  for (const MechanismDirection& d : family.directions(c.values, choices, material, payload())) {
+    const double x = c.values.at(d.parameter), h = 1e-5 * x;
+    const std::vector<double> rate = numbers(d.rate), up = at(with(c.values, d.parameter, x + h)),
+                              down = at(with(c.values, d.parameter, x - h));
+    REQUIRE(rate.size() == up.size());
+    for (std::size_t i = 0; i < rate.size(); ++i)
+      CHECK(rate[i] == Approx((up[i] - down[i]) / (2 * h)).margin(1e-8));
+  }
+  const Mechanism mechanism = family.make(c.values, choices, material, payload());
+  for (const MechanismDirection& d : material_directions(mechanism))
+    for (const double rate : numbers(d.rate)) CHECK(rate == 0);
+}
+
 TEST_CASE("the leaves of a parallel guide lie at half the spacing", "[designs]") {
   const Mechanism m = make("parallel_guide", guide);
   REQUIRE(m.leaves.size() == 2);

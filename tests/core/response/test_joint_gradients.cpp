@@ -1,6 +1,8 @@
 // Exact derivatives of mechanisms with joints: (31), and clusters of frequencies through joints.
+#include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
 #include "tests/support/gradient_checks.hpp"
 #include "tests/support/models.hpp"
@@ -122,4 +124,48 @@ TEST_CASE("derivatives through joints finished from reduced leaves", "[gradients
   model.accuracy = Accuracy::reduced;
   const auto make = [](const Values& p) { return guide(JointType::prismatic, p); };
   check_gradients({make, numbers, {0, 9}, 10.0}, model, loaded(0.02, false));
+}
+
+TEST_CASE("a double frequency of leaves on joints has the derivatives of its cluster",
+          "[gradients][joint]") {
+  // beside a guide two equal leaves that nothing ties to it, hinged to the ground
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  for (const double y : {0.1, 0.2}) {
+    m.leaves.push_back(models::leaf({0, y, 0}, {1, 0, 0}, 0.2, 0.02, 3e-4));
+    const Vector3d tip = m.leaves.back().tip_middle();
+    m.leaves.back().tip = static_cast<int>(m.bodies.size());
+    m.bodies.push_back(models::body(tip, 0, 0));
+    m.bodies.back().role = BodyRole::intermediate;
+    m.joints.push_back(
+        {"hinge", JointType::revolute, m.leaves.back().tip, ground, tip, Vector3d::UnitZ()});
+  }
+  StrokeRequest request;
+  request.points = {0.01};
+  request.frequencies = 3;
+  request.frequency_derivatives = false;
+  const auto thicker = [&](const std::vector<std::size_t>& leaves) {
+    MechanismDirection d{"thickness", m};
+    for (double* x : places(d.rate)) *x = 0;
+    for (const std::size_t i : leaves) d.rate.leaves[i].thickness = 1;
+    return d;
+  };
+  const StrokeSensitivity s = evaluate_stroke_gradients(m, {thicker({2, 3}), thicker({3})},
+                                                        model_of(Flexure::beam), request);
+  REQUIRE(s.gradients);
+  const PointGradients& point = s.gradients->path[0];
+  const std::vector<double>& f = s.response.path[0].frequencies_locked;
+  REQUIRE(point.clusters_locked.size() == 1);
+  const FrequencyCluster& cluster = point.clusters_locked[0];
+  REQUIRE(cluster.size == 2);
+  const double omega2 = std::pow(2 * std::numbers::pi * f[cluster.first], 2);
+  // a beam hinged at one end: ω ~ t but for shear and torsion; one leaf alone moves one branch
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> both(cluster.block[0]), one(cluster.block[1]);
+  CHECK(both.eigenvalues()[0] == Approx(2 * omega2 / 3e-4).epsilon(1e-4));
+  CHECK(both.eigenvalues()[1] == Approx(both.eigenvalues()[0]).epsilon(1e-8));
+  CHECK(one.eigenvalues()[1] == Approx(both.eigenvalues()[0]).epsilon(1e-8));
+  CHECK(std::abs(one.eigenvalues()[0]) < 1e-8 * one.eigenvalues()[1]);
+  // in the basis that keeps branches apart one row moves with the leaf, the other stands
+  const VectorXd rows = point.frequencies_locked.block<2, 1>(cluster.first, 1);
+  CHECK(rows.maxCoeff() == Approx(f[cluster.first] / 3e-4).epsilon(1e-4));
+  CHECK(std::abs(rows.minCoeff()) < 1e-8 * rows.maxCoeff());
 }
