@@ -183,10 +183,12 @@ GradientReport check_gradients(const Job& job, double tolerance, int threads) {
     report.message = fmt::format("no differences: {}", error.what());
     return report;
   }
-  double stroke = 0;
-  if (!request.load_path)
-    for (const double s : request.points) stroke = std::max(stroke, std::abs(s));
   const bool turns = is_rotation(find_family(job.design.family, "/design/family").drive);
+  double stroke = 0;
+  for (const PathPoint& point : exact.response.path)
+    stroke =
+        std::max(stroke, request.load_path ? (turns ? point.rotation : point.displacement).norm()
+                                           : std::abs(point.stroke));
   double leaf_length = 0;
   for (const LeafSpring& l : make_mechanism(job, job.design.parameters).leaves)
     leaf_length = std::max(leaf_length, l.length);

@@ -27,7 +27,7 @@ std::vector<MechanismDirection> all_directions(const Job& job, const ParameterVa
 }  // namespace
 
 std::optional<std::string> without_exact_gradients(const Job& job) {
-  return without_gradients(make_mechanism(job, job.design.parameters), job.model);
+  return without_gradients(job.model);
 }
 
 std::vector<std::string> differentiable_parameters(const Job& job) {

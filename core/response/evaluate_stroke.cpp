@@ -332,7 +332,7 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
                                const StrokeRequest& request) {
   Exact exact;
   return evaluate(mechanism, model, request,
-                  request.exact && !without_gradients(mechanism, model) ? &exact : nullptr);
+                  request.exact && !without_gradients(model) ? &exact : nullptr);
 }
 
 StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
@@ -340,7 +340,7 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
                                             const ModelOptions& model,
                                             const StrokeRequest& request) {
   StrokeSensitivity result;
-  if (auto reason = without_gradients(mechanism, model)) {
+  if (auto reason = without_gradients(model)) {
     result.response = evaluate_stroke(mechanism, model, request);
     result.message = std::move(*reason);
     return result;

@@ -251,8 +251,7 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
 
 }  // namespace
 
-std::optional<std::string> without_gradients(const Mechanism& mechanism,
-                                             const ModelOptions& model) {
+std::optional<std::string> without_gradients(const ModelOptions& model) {
   if (model.accuracy == Accuracy::reduced && model.method != Reduction::mixed_potential)
     return "exact derivatives are those of full leaves, or of the default reduction finished on "
            "them";

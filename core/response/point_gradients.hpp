@@ -14,8 +14,8 @@
 
 namespace flexopt {
 
-/// Why a mechanism has no exact derivatives, if so.
-std::optional<std::string> without_gradients(const Mechanism& mechanism, const ModelOptions& model);
+/// Why a model has no exact derivatives, if so.
+std::optional<std::string> without_gradients(const ModelOptions& model);
 
 /// Derivatives of the leaves' operators, made once for each mesh.
 class MeshRates {

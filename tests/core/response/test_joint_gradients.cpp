@@ -154,7 +154,7 @@ TEST_CASE("a double frequency of leaves on joints has the derivatives of its clu
   REQUIRE(s.gradients);
   const PointGradients& point = s.gradients->path[0];
   const std::vector<double>& f = s.response.path[0].frequencies_locked;
-  REQUIRE(point.clusters_locked.size() == 1);
+  REQUIRE_FALSE(point.clusters_locked.empty());
   const FrequencyCluster& cluster = point.clusters_locked[0];
   REQUIRE(cluster.size == 2);
   const double omega2 = std::pow(2 * std::numbers::pi * f[cluster.first], 2);
