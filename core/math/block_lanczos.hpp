@@ -31,7 +31,9 @@ class BlockKrylov {
       : solve_(std::move(solve)),
         mass_(std::move(mass)),
         width_(static_cast<int>(start.cols())),
-        most_(most) {
+        most_(most),
+        V_(start.rows(), 0),
+        MV_(start.rows(), 0) {
     MatrixXd W = start, H;
     // columns of unit size, for the scale of the first Gram matrix
     for (int c = 0; c < width_; ++c) W.col(c) /= W.col(c).norm();
