@@ -9,6 +9,7 @@
 namespace flexopt {
 namespace {
 
+constexpr int stress_branches = 6;  // two ends of a leaf and its surfaces, of two kinds of leaves
 constexpr int most_branches = 3;  // two modes cross at a point of the path; the third is a reserve
 
 bool is_frequency(const std::string& quantity) {
@@ -51,20 +52,40 @@ std::vector<std::size_t> branch_ranks(const PathPoint& point, const StrokeReques
   return ranks;
 }
 
+/// One more row of the derivatives; false where it is missing.
+bool add_row(const std::optional<VectorXd>& gradient, GoalReading& reading) {
+  if (!gradient) return false;
+  reading.gradient.conservativeResize(reading.gradient.rows() + 1, gradient->size());
+  reading.gradient.bottomRows(1) = gradient->transpose();
+  return true;
+}
+
+/// The largest stresses of a point, the last one repeated where there are too few.
+bool add_stresses(const Goal& goal, const PathPoint& point, double value,
+                  const PointGradients* gradients, GoalReading& reading) {
+  const auto count = static_cast<Eigen::Index>(point.stress_peaks.size());
+  bool whole = gradients != nullptr;
+  for (Eigen::Index k = 0; k < goal.branches; ++k) {
+    const Eigen::Index peak = std::min(k, count - 1);
+    reading.values.push_back(count > 0 ? point.stress_peaks[static_cast<std::size_t>(peak)].value
+                                       : value);
+    if (!whole) continue;
+    whole = count > 0 ? peak < gradients->stress_peaks.rows() &&
+                            add_row(VectorXd(gradients->stress_peaks.row(peak)), reading)
+                      : add_row(gradients->max_stress, reading);
+  }
+  return whole;
+}
+
 /// Values of the goal at one point, and their derivatives into the rows of `reading.gradient` from
 /// `row` on. False where a derivative is missing.
 bool add_point(const Goal& goal, const PathPoint& point, double value, const StrokeRequest& request,
                const PointGradients* gradients, GoalReading& reading) {
-  const auto put = [&](const std::optional<VectorXd>& gradient) {
-    if (!gradient) return false;
-    reading.gradient.conservativeResize(reading.gradient.rows() + 1, gradient->size());
-    reading.gradient.bottomRows(1) = gradient->transpose();
-    return true;
-  };
   if (goal.branches == 1) {
     reading.values.push_back(value);
-    return gradients && put(gradient_of(*gradients, goal.quantity));
+    return gradients && add_row(gradient_of(*gradients, goal.quantity), reading);
   }
+  if (goal.quantity == "max_stress") return add_stresses(goal, point, value, gradients, reading);
   const auto ranks = branch_ranks(point, request, value, goal.branches);
   if (ranks.empty()) {
     reading.values.insert(reading.values.end(), static_cast<std::size_t>(goal.branches), value);
@@ -79,7 +100,7 @@ bool add_point(const Goal& goal, const PathPoint& point, double value, const Str
     const MatrixXd& rows = request.parasitic_with_drive_locked ? gradients->frequencies_locked
                                                                : gradients->frequencies_free;
     whole = static_cast<Eigen::Index>(k) < rows.rows() &&
-            put(VectorXd(rows.row(static_cast<Eigen::Index>(k))));
+            add_row(VectorXd(rows.row(static_cast<Eigen::Index>(k))), reading);
   }
   return whole;
 }
@@ -98,6 +119,12 @@ std::vector<Goal> make_goals(const Job& job) {
                               fmt::format("/optimise/constraints/{}", i)));
   }
   return goals;
+}
+
+void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request) {
+  for (Goal& goal : goals)
+    if (goal.quantity == "max_stress" && goal.over_stroke == OverStroke::max)
+      goal.branches = request.stress_peaks = stress_branches;
 }
 
 StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals) {

@@ -18,7 +18,8 @@ struct Goal {
   std::optional<Expression> expression;  ///< of the parameters
   OverStroke over_stroke = OverStroke::first;
   /// Candidates at each point, ascending: the lowest few frequencies whose lowest is the parasitic
-  /// one, so that a gradient method sees the modes on both sides of a crossing. 1 for all others.
+  /// one, so that a gradient method sees the modes on both sides of a crossing; descending: the
+  /// places of largest stress, for the same reason. 1 for all others.
   int branches = 1;
 };
 
@@ -26,6 +27,9 @@ struct Goal {
 /// front. Throws SpecError for a formula
 /// that is none.
 std::vector<Goal> make_goals(const Job& job);
+
+/// Largest stresses get several candidates a point: for exact evaluations, which know them.
+void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request);
 
 /// The job's request with only what the goals need.
 StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals);

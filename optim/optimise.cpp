@@ -128,27 +128,40 @@ double difference(double reduced, double full) {
   return full == 0 ? reduced - full : reduced / full - 1;
 }
 
-Verification verify(const DesignProblem& problem, const Variables& variables,
-                    const DesignValues& values) {
-  ModelOptions model = problem.job().model;
+ModelOptions at_full_accuracy(ModelOptions model) {
   model.accuracy = Accuracy::full;
-  StrokeRequest request = problem.job().request;
+  return model;
+}
+
+/// The optimum's path, by the model that its values are of, and the verification.
+void add_paths(const DesignProblem& problem, const Variables& variables, const DesignValues& own,
+               int threads, Optimum& optimum) {
+  const Job& job = problem.job();
+  StrokeRequest request = job.request;
   request.shapes = false;
-  Verification v;
-  v.response = problem.respond(variables, model, request);
+  Verification& v = optimum.verified.emplace();
+  if (optimum.at_full_accuracy) {
+    optimum.response = problem.respond(variables, at_full_accuracy(job.model), job.request);
+    v.response = optimum.response;
+    for (PathPoint& point : v.response.path) point.shapes.clear();
+  } else {
+    parallel_for(2, threads, [&](int i) {
+      if (i == 0) optimum.response = problem.respond(variables, job.model, job.request);
+      if (i == 1) v.response = problem.respond(variables, at_full_accuracy(job.model), request);
+    });
+  }
   const DesignValues full = problem.read(variables, v.response, request);
   if (!full.ok) {
     if (v.response.message.empty()) v.response.message = full.message;
-    return v;
+    return;
   }
   v.objective = problem.objective(full);
   v.constraints = problem.constraints(full);
   v.constraints.resize(problem.own_constraints());
-  v.objective_difference = difference(problem.objective(values), v.objective);
-  const std::vector<double> own = problem.constraints(values);
+  v.objective_difference = difference(problem.objective(own), v.objective);
+  const std::vector<double> own_constraints = problem.constraints(own);
   for (std::size_t i = 0; i < v.constraints.size(); ++i)
-    v.constraint_differences.push_back(difference(own[i], v.constraints[i]));
-  return v;
+    v.constraint_differences.push_back(difference(own_constraints[i], v.constraints[i]));
 }
 
 /// The starts, each with its book; the scales come from the first that can be evaluated, before the
@@ -318,10 +331,7 @@ Optimum optimise(const Job& job, const OptimiseOptions& options) {
     int cost = 0;
     const DesignValues own = optimum.at_full_accuracy ? knows.at(variables, cost) : own_values;
     if (moved) add(later, last.evaluations());
-    parallel_for(2, options.threads, [&](int i) {
-      if (i == 0) optimum.response = problem.respond(variables, job.model, job.request);
-      if (i == 1) optimum.verified = verify(problem, variables, own);
-    });
+    add_paths(problem, variables, own, options.threads, optimum);
     optimum.verified->loop = std::move(loop);
   }
   const bool gradients = needs_gradients(optimiser_options(spec));

@@ -135,7 +135,9 @@ struct Optimum {
   std::vector<StartSummary> starts;
   std::optional<StockSearch> stock;
   std::optional<ParetoFront> pareto;
-  StrokeResponse response;  ///< at the optimum, with the job's own model
+  /// At the optimum, by the model that objective and constraints are of: the job's own, or that at
+  /// full accuracy.
+  StrokeResponse response;
   std::optional<Verification> verified;
   std::vector<Sensitivity> sensitivities;
   std::vector<EvaluationRecord> history;  ///< in the order start, number

@@ -160,25 +160,46 @@ class SectionStress {
 
 }  // namespace
 
-StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                           const LeafSpring& leaf, const LeafScale& scale, int index) {
-  constexpr int intervals = 32;
+namespace {
+
+constexpr int intervals = 32;
+
+/// The largest stress of the section at each station along.
+std::vector<StressPeak> section_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                                      double youngs_modulus, int index) {
   const RecoveredMeasures field(mesh, nodal);
   const SectionStress section(mesh.shape());
-  StressPeak peak;
-  peak.leaf = index;
+  std::vector<StressPeak> peaks;
   for (int k = 0; k <= intervals; ++k) {
     const double x = static_cast<double>(k) / intervals;
     const Place p = section.largest(field.at(x));
-    const double value = leaf.material.youngs_modulus * p.value;
-    if (value <= peak.value * (1 + 1e-9)) continue;
-    peak.value = value;
-    peak.on_positive_normal = p.positive;
-    peak.along = x;
-    peak.across = 0.5 * (1 + p.fraction);
+    peaks.push_back(
+        {youngs_modulus * p.value, index, x, 0.5 * (1 + p.fraction), Vector3d::Zero(), p.positive});
   }
+  return peaks;
+}
+
+}  // namespace
+
+StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                           const LeafSpring& leaf, const LeafScale& scale, int index) {
+  StressPeak peak;
+  peak.leaf = index;
+  for (const StressPeak& p : section_peaks(mesh, nodal, leaf.material.youngs_modulus, index))
+    if (p.value > peak.value * (1 + 1e-9)) peak = p;
   peak.position = plate_material_point(mesh, nodal, scale, peak.along, peak.across);
   return peak;
+}
+
+std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                                          const LeafSpring& leaf, int index) {
+  const auto all = section_peaks(mesh, nodal, leaf.material.youngs_modulus, index);
+  std::vector<StressPeak> peaks;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (all[k].value > 0 && (k == 0 || all[k].value >= all[k - 1].value) &&
+        (k + 1 == all.size() || all[k].value >= all[k + 1].value))
+      peaks.push_back(all[k]);
+  return peaks;
 }
 
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

@@ -21,6 +21,11 @@ StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& n
                            const LeafSpring& leaf, const LeafScale& scale, int index);
 
 struct StressRate;
+/// The places along a beam where the largest stress of the section is larger than at the stations
+/// beside them, as plate_stress_peaks.
+std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                                          const LeafSpring& leaf, int index);
+
 /// Derivative of the stress at a peak found by beam_max_stress, at the same place.
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                         const StressPeak& peak, double youngs_modulus, const StressRate& rate);

@@ -118,17 +118,36 @@ SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double y
           von_mises<double>(e.head<3>() - half * e.tail<3>(), nu, youngs_modulus)};
 }
 
+namespace {
+
+/// Stations of a plate's stress, and what is not to be read there.
+struct Stations {
+  std::vector<double> x, y;  // over L
+  double width, margin;      // of the squares at the corners
+
+  explicit Stations(const PlateShape& shape) : width(shape.width) {
+    const double zone = 0.1 * std::min(1.0, width);
+    margin = zone * (1 - 1e-9);
+    x = stations(0, 1, 16, zone);
+    y = stations(-width / 2, width / 2, 8, zone);
+  }
+  bool in_corner(double sx, double sy) const {
+    const bool at_clamp = std::min(sx, 1 - sx) < margin;
+    const bool at_free_edge = std::min(sy + width / 2, width / 2 - sy) < margin;
+    return at_clamp && at_free_edge;
+  }
+};
+
+}  // namespace
+
 StressPeak largest_stress(const StrainField& field, const PlateShape& shape, double youngs_modulus,
                           int index) {
-  const double width = shape.width, zone = 0.1 * std::min(1.0, width);
-  const double margin = zone * (1 - 1e-9);
+  const Stations at(shape);
   StressPeak peak;
   peak.leaf = index;
-  for (const double sx : stations(0, 1, 16, zone))
-    for (const double sy : stations(-width / 2, width / 2, 8, zone)) {
-      const bool at_clamp = std::min(sx, 1 - sx) < margin;
-      const bool at_free_edge = std::min(sy + width / 2, width / 2 - sy) < margin;
-      if (at_clamp && at_free_edge) continue;
+  for (const double sx : at.x)
+    for (const double sy : at.y) {
+      if (at.in_corner(sx, sy)) continue;
       const SurfaceStress s = surface_stress(shape, field.at(sx, sy), youngs_modulus);
       // both surfaces of a symmetric state are equal but for rounding: prefer the positive one
       const bool positive = s.positive >= s.negative * (1 - 1e-9);
@@ -137,9 +156,39 @@ StressPeak largest_stress(const StrainField& field, const PlateShape& shape, dou
       peak.value = value;
       peak.on_positive_normal = positive;
       peak.along = sx;
-      peak.across = (sy + width / 2) / width;
+      peak.across = (sy + at.width / 2) / at.width;
     }
   return peak;
+}
+
+std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
+                                           const std::vector<MatrixXd>& nodal,
+                                           const LeafSpring& leaf, int index) {
+  if (mesh.shape().is_beam()) return beam_stress_peaks(mesh, nodal, leaf, index);
+  const StrainField field = recovered_strains(mesh, nodal);
+  const Stations at(mesh.shape());
+  const auto nx = static_cast<int>(at.x.size()), ny = static_cast<int>(at.y.size());
+  MatrixXd positive = MatrixXd::Constant(nx, ny, -1), negative = positive;  // −1: not to be read
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j) {
+      if (at.in_corner(at.x[i], at.y[j])) continue;
+      const SurfaceStress s =
+          surface_stress(mesh.shape(), field.at(at.x[i], at.y[j]), leaf.material.youngs_modulus);
+      positive(i, j) = s.positive;
+      negative(i, j) = s.negative;
+    }
+  std::vector<StressPeak> peaks;
+  for (const MatrixXd* of : {&positive, &negative})
+    for (int i = 0; i < nx; ++i)
+      for (int j = 0; j < ny; ++j) {
+        const double here = (*of)(i, j);
+        const int i0 = std::max(i - 1, 0), j0 = std::max(j - 1, 0);
+        const auto around = of->block(i0, j0, std::min(i + 2, nx) - i0, std::min(j + 2, ny) - j0);
+        if (here <= 0 || here < around.maxCoeff()) continue;
+        peaks.push_back({here, index, at.x[i], (at.y[j] + at.width / 2) / at.width,
+                         Vector3d::Zero(), of == &positive});
+      }
+  return peaks;
 }
 
 StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

@@ -50,6 +50,12 @@ StressPeak largest_stress(const StrainField& field, const PlateShape& shape, dou
 StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const LeafSpring& leaf, const LeafScale& scale, int index);
 
+/// The places of a leaf where the stress of a surface is larger than at all stations around, their
+/// positions left open. The largest of them is that of plate_max_stress.
+std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
+                                           const std::vector<MatrixXd>& nodal,
+                                           const LeafSpring& leaf, int index);
+
 /// How a leaf changes along a design parameter, for the stress in it.
 struct StressRate {
   std::vector<MatrixXd> nodal;  ///< of the nodal dofs, per line

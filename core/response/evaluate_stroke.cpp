@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/elements/full_leaf.hpp"
+#include "core/elements/plate_stress.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
@@ -85,6 +86,29 @@ struct Exact {
   MeshRates meshes;
 };
 
+// Largest first, the one that is named max_stress at their head.
+void add_stress_peaks(System& system, const StrokeRequest& request, PathPoint& point) {
+  constexpr double share = 0.8;  // smaller ones are far from any bound
+  const StressPeak& largest = *point.max_stress;
+  std::vector<StressPeak> others;
+  for (int i = 0; i < system.leaves(); ++i) {
+    const PlateLeaf& plate = dynamic_cast<const FullLeaf&>(system.leaf(i)).plate();
+    for (const StressPeak& p :
+         plate_stress_peaks(plate.mesh(), plate.nodal(), system.mechanism().leaves[i], i)) {
+      const bool same = p.leaf == largest.leaf && p.along == largest.along &&
+                        p.across == largest.across &&
+                        p.on_positive_normal == largest.on_positive_normal;
+      if (!same && p.value >= share * largest.value) others.push_back(p);
+    }
+  }
+  std::stable_sort(others.begin(), others.end(),
+                   [](const StressPeak& a, const StressPeak& b) { return a.value > b.value; });
+  point.stress_peaks.push_back(largest);
+  for (const StressPeak& p : others)
+    if (static_cast<int>(point.stress_peaks.size()) < request.stress_peaks)
+      point.stress_peaks.push_back(p);
+}
+
 // Frequencies of the whole mechanism; derivatives of everything, if asked for.
 void evaluate_exactly(System& system, const ModelOptions& model, const StrokeRequest& request,
                       Exact& exact, PathPoint& point, PointGradients* gradients) {
@@ -105,6 +129,7 @@ void evaluate_exactly(System& system, const ModelOptions& model, const StrokeReq
   for (const Mode& m : point.modes_free) point.frequencies_free.push_back(m.frequency);
   for (const Mode& m : point.modes_locked) point.frequencies_locked.push_back(m.frequency);
   point.parasitic_frequency = parasitic_frequency(point, request);
+  if (point.max_stress && request.stress_peaks > 0) add_stress_peaks(system, request, point);
   if (gradients)
     *gradients =
         point_gradients(factor, exact.meshes, exact.directions, model, request, point, *modes);

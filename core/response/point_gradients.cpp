@@ -305,21 +305,31 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
       rotation_left_tangent_inverse(rotation_log(system.pose(mechanism.end_effector).rotation)) *
       moved.middleRows(ee + 3, 3);
 
-  if (point.max_stress) {
-    const int i = point.max_stress->leaf;
+  std::map<int, std::vector<MatrixXd>> nodal_rates;  // of the leaves that are asked for
+  const auto stress_rate = [&](const StressPeak& peak) {
+    const int i = peak.leaf;
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
     const PlateLeaf& plate = leaf.full->plate();
-    const std::vector<MatrixXd> nodal = leaves[static_cast<std::size_t>(i)].nodal_rates(
-        factor.leaf_rows(leaf, moved.topRows(n)), variations[i]);
+    std::vector<MatrixXd>& nodal = nodal_rates[i];
+    if (nodal.empty())
+      nodal = leaves[static_cast<std::size_t>(i)].nodal_rates(
+          factor.leaf_rows(leaf, moved.topRows(n)), variations[i]);
     VectorXd stress(directions.size());
     for (int p = 0; p < stress.size(); ++p) {
       StressRate along{{}, variations[i][p].shape, directions[p].leaves[i].material.youngs_modulus};
       for (const MatrixXd& line : nodal) along.nodal.push_back(line.middleCols<3>(3 * p));
-      stress[p] = plate_stress_rate(plate.mesh(), plate.nodal(), *point.max_stress,
+      stress[p] = plate_stress_rate(plate.mesh(), plate.nodal(), peak,
                                     mechanism.leaves[i].material.youngs_modulus, along);
     }
-    gradients.max_stress = stress;
-  }
+    return stress;
+  };
+  if (point.max_stress) gradients.max_stress = stress_rate(*point.max_stress);
+  gradients.stress_peaks.resize(static_cast<Eigen::Index>(point.stress_peaks.size()),
+                                static_cast<Eigen::Index>(directions.size()));
+  for (Eigen::Index k = 0; k < gradients.stress_peaks.rows(); ++k)
+    gradients.stress_peaks.row(k) =
+        k == 0 ? gradients.max_stress->transpose()
+               : stress_rate(point.stress_peaks[static_cast<std::size_t>(k)]).transpose();
 
   // compliances: −yᵀK′y of y = K⁻¹ e
   std::vector<Column> columns;

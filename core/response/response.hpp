@@ -42,7 +42,9 @@ struct StrokeRequest {
   bool parasitic_with_drive_locked = true;  ///< which list the parasitic frequency is taken from
   bool parasitic_skips_leaf_modes = false;
   bool parasitic_skips_intermediate_modes = false;
-  bool stress = true;   ///< largest von Mises stress
+  bool stress = true;  ///< largest von Mises stress
+  /// Of exact points, how many places of large stress are wanted: PathPoint::stress_peaks.
+  int stress_peaks = 0;
   bool shapes = false;  ///< deformed mid-surfaces for drawing
   NewtonOptions newton;
 };
@@ -98,6 +100,9 @@ struct PathPoint {
   /// The same foretold from the undeflected state: README.md (25) [Hz].
   std::optional<double> parasitic_frequency_screening;
   std::optional<StressPeak> max_stress;
+  /// The largest of the local maxima of all leaves, from `max_stress` down to 0.8 of it; as many
+  /// as were asked for or fewer.
+  std::vector<StressPeak> stress_peaks;
   std::optional<double> buckling_load_factor;  ///< of the dead load
   bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
   int negative_pivots = 0;  ///< inertia of that tangent

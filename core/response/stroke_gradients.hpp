@@ -34,6 +34,7 @@ struct PointGradients {
   std::vector<FrequencyCluster> clusters_free, clusters_locked;
   std::optional<VectorXd> parasitic_frequency, parasitic_frequency_screening;
   std::optional<VectorXd> max_stress;  ///< the place of the peak held in the leaf's own coordinates
+  MatrixXd stress_peaks;               ///< row k: of `PathPoint::stress_peaks[k]`, likewise
 };
 
 struct StrokeGradients {

@@ -5,6 +5,7 @@
 
 #include "guide.hpp"
 #include "optim/posing.hpp"
+#include "optim/stroke_sensitivity.hpp"
 
 using namespace flexopt;
 using namespace flexopt::guide;
@@ -239,4 +240,64 @@ TEST_CASE("a run with exact gradients resumes from its log to the same bytes", "
     CHECK(again.reduced == total - static_cast<int>(kept));
   }
   fs::remove_all(folder);
+}
+
+TEST_CASE("places of large stress, material and end-effector have exact gradients", "[optim]") {
+  const Job job = parse_job(nlohmann::json::parse(R"({
+    "flexopt": 1, "name": "hinge", "job": "optimise",
+    "design": {
+      "family": "cross_hinge",
+      "parameters": {"length": "60 mm", "width": "20 mm", "thickness": "0.4 mm", "gap": "2 mm"},
+      "material": {"youngs_modulus": "210 GPa", "poissons_ratio": 0.3, "density": "7800 kg/m^3"}
+    },
+    "end_effector": {"mass": "1 kg", "inertia": ["1e-3 kg m^2", "1e-3 kg m^2", "1e-3 kg m^2"],
+                     "center_of_mass": ["5 mm", 0, 0]},
+    "stroke": {"at": ["10 deg"]},
+    "frequencies": 3, "model": {"mesh": [8, 3]},
+    "optimise": {
+      "variables": [
+        {"parameter": "crossing_fraction", "min": 0.3, "max": 0.7},
+        {"parameter": "thickness", "min": "0.3 mm", "max": "0.5 mm"},
+        {"parameter": "material.youngs_modulus", "min": "100 GPa", "max": "220 GPa"},
+        {"parameter": "material.density", "min": "2000 kg/m^3", "max": "9000 kg/m^3"},
+        {"parameter": "end_effector.mass", "min": "0.5 kg", "max": "2 kg"},
+        {"parameter": "end_effector.center_of_mass.x", "min": 0, "max": "10 mm"},
+        {"parameter": "end_effector.inertia.xx", "min": "5e-4 kg m^2", "max": "1.5e-3 kg m^2"}
+      ],
+      "objective": {"maximise": "parasitic_frequency", "over_stroke": "min"},
+      "constraints": [{"quantity": "max_stress", "max": "450 MPa"},
+                      {"quantity": "drive_load", "over_stroke": "max_abs", "max": "1 N m"}],
+      "algorithm": {"library": "ipopt"}
+    }
+  })"));
+  const DesignProblem problem(job, evaluate_stroke, stroke_sensitivity);
+  REQUIRE(problem.goals()[1].branches == 6);
+  const VectorXd x = (VectorXd(7) << 0.55, 0.5, 0.8, 0.7, 0.3, 0.5, 0.4).finished();
+  const DesignValues here = problem.evaluate(problem.variables(x), true);
+  INFO(here.message);
+  REQUIRE(here.ok);
+  REQUIRE(here.gradient.rows() == 3 + 6 + 1);
+  // the two ends of a leaf differ while the crossing is not in its middle
+  const GoalValues& stress = here.goals[1];
+  CHECK(std::is_sorted(stress.rbegin(), stress.rend()));
+  CHECK(stress[5] < 0.999 * stress[0]);
+  CHECK(stress[5] >= 0.8 * stress[0]);
+  const VectorXd values = flattened(here);
+  for (Eigen::Index j = 0; j < x.size(); ++j) {
+    CAPTURE(j);
+    constexpr double h = 1e-4;  // truncation 1e-8 of a third derivative of order one
+    VectorXd up = x, down = x;
+    up[j] += h, down[j] -= h;
+    const DesignValues a = problem.evaluate(problem.variables(up)),
+                       b = problem.evaluate(problem.variables(down));
+    REQUIRE((a.ok && b.ok));
+    const VectorXd slope = (flattened(a) - flattened(b)) / (2 * h);
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      CAPTURE(i);
+      CHECK(here.gradient(i, j) * problem.range(j) ==
+            Approx(slope[i]).epsilon(1e-5).margin(1e-6 * values[i]));
+    }
+  }
+  CHECK(here.gradient.col(4).head(3).norm() > 0);
+  CHECK(here.gradient.col(4).tail(7).norm() == 0);
 }

@@ -257,6 +257,12 @@ TEST_CASE("the verification loop ends at the optimum of full accuracy", "[optim]
   CHECK(loop.steps.front().difference > 0.05);
   CHECK(loop.difference <= 5e-4);
   CHECK(mine.full == static_cast<int>(loop.steps.size()) + 1);  // once for the path
+  // the path is that of the values
+  double least = 1e99;
+  for (const PathPoint& p : o.response.path) least = std::min(least, *p.support_stiffness[0]);
+  CHECK(least == Approx(o.objective).epsilon(1e-12));
+  CHECK(*o.verified->response.path.back().support_stiffness[0] ==
+        *o.response.path.back().support_stiffness[0]);
   CHECK(o.objective == Approx(truth.objective).epsilon(1e-3));
   CHECK(o.parameters.at("length") == Approx(truth.parameters.at("length")).epsilon(2e-3));
   CHECK(o.parameters.at("thickness") == Approx(truth.parameters.at("thickness")).epsilon(2e-3));
