@@ -90,7 +90,8 @@ DesignProblem::DesignProblem(const Job& job, StrokeEvaluator evaluator,
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
   // values with and without derivatives must be those of one function
   request_.exact = gradients_ && needs_gradients(optimiser_options(*job_.optimise));
-  if (request_.exact) add_stress_branches(goals_, request_);
+  if (request_.exact && bears_repetition(optimiser_options(*job_.optimise)))
+    add_stress_branches(goals_, request_);
   const MatrixXd pattern = parameter_pattern(job_);
   Eigen::Index row = 0;
   for (const auto& [name, value] : job_.design.parameters)

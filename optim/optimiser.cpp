@@ -51,6 +51,11 @@ std::vector<std::string> local_algorithms(const OptimiserOptions& options) {
 
 bool prefers_slack(const OptimiserOptions& options) { return find_algorithm(options).slack; }
 
+bool bears_repetition(const OptimiserOptions& options) {
+  return find_algorithm(options).slack &&
+         (options.library == "ipopt" || options.name == "LD_SLSQP");
+}
+
 std::vector<std::string> algorithms() {
   std::vector<std::string> all;
   for (const AlgorithmInfo& a : nlopt_algorithms()) all.push_back("nlopt " + a.name);

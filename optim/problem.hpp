@@ -98,6 +98,10 @@ bool needs_gradients(const OptimiserOptions& options);
 /// constraint for each stroke point beats one value with kinks. Throws like minimise.
 bool prefers_slack(const OptimiserOptions& options);
 
+/// True for SLSQP and Ipopt, to which constraints that are nearly the same do no harm; the dual
+/// problems of MMA and CCSAQ then have no end. Throws like minimise.
+bool bears_repetition(const OptimiserOptions& options);
+
 /// Every algorithm this build offers, "library name" each.
 std::vector<std::string> algorithms();
 
