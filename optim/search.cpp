@@ -142,8 +142,9 @@ SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Po
   }
   result.evaluations = spent();
   OptimiserSummary& summary = result.summary;
-  if (feasible() && summary.kkt && objective.design(summary.x) != result.best->x) {
-    // figures of another design than the best one
+  const bool belongs = summary.kkt && objective.design(summary.x) == result.best->x;
+  if (feasible() && needs_gradients(choice) && !belongs) {
+    // of the best design itself, where its gradient is known
     double slope = 0;
     const auto balance = problem.differentiable() ? balance_at(objective, *result.best, slope)
                                                   : std::optional<Multipliers>();
