@@ -75,24 +75,54 @@ class BlockKrylov {
       W.noalias() -= V_.middleCols(first, columns) * h;
       H.bottomRows(columns) += h;
     }
+    orthonormalise(W, H.colwise().squaredNorm());
+  }
+
+  // Gram–Schmidt, the largest column first. What is left out is below 1e-12 of its column: a Gram
+  // matrix, whose rounding ends at 1e-8, would leave out more than the residual tells.
+  void orthonormalise(MatrixXd& W, const VectorXd& removed) {
     MatrixXd MW = mass_(W);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(MatrixXd(W.transpose() * MW));
-    const VectorXd& g = gram.eigenvalues();
-    const double floor = k > 0 ? 1e-24 * H.colwise().squaredNorm().maxCoeff() : 0;
-    block_ = 0;
-    for (int i = 0; i < g.size(); ++i) block_ += g[i] > floor && g[i] > 1e-14 * g[g.size() - 1];
-    block_ = std::min(block_, most_ - k);
-    if (k + block_ > V_.cols()) {
-      const Eigen::Index room = std::min<Eigen::Index>(most_, std::max(8 * width_, 2 * k));
-      V_.conservativeResize(W.rows(), room);
-      MV_.conservativeResize(W.rows(), room);
-      T_.conservativeResizeLike(MatrixXd::Zero(room, room));
+    const int columns = static_cast<int>(W.cols()), k = columns_,
+              room = std::min(columns, most_ - k);
+    if (k + room > V_.cols()) {
+      const Eigen::Index more = std::min<Eigen::Index>(most_, std::max(8 * width_, 2 * k));
+      V_.conservativeResize(W.rows(), more);
+      MV_.conservativeResize(W.rows(), more);
+      T_.conservativeResizeLike(MatrixXd::Zero(more, more));
     }
-    const MatrixXd U = gram.eigenvectors().rightCols(block_);
-    const VectorXd root = g.tail(block_).cwiseSqrt();
-    V_.middleCols(k, block_).noalias() = W * (U * root.cwiseInverse().asDiagonal());
-    MV_.middleCols(k, block_).noalias() = MW * (U * root.cwiseInverse().asDiagonal());
-    rest_ = root.asDiagonal() * U.transpose();
+    VectorXd size = W.cwiseProduct(MW).colwise().sum();
+    const VectorXd floor = 1e-24 * (size + removed);
+    VectorXd known = size;  // when M times the column was last multiplied out
+    rest_ = MatrixXd::Zero(room, columns);
+    std::vector<bool> done(columns, false);
+    for (block_ = 0; block_ < room; ++block_) {
+      int next = -1;
+      for (int c = 0; c < columns; ++c)
+        if (!done[c] && size[c] > floor[c] && (next < 0 || size[c] > size[next])) next = c;
+      if (next < 0) break;
+      done[next] = true;
+      if (size[next] < 1e-6 * known[next]) {  // cancelled: once more against the block
+        const auto V = V_.middleCols(k, block_);
+        const VectorXd h = MV_.middleCols(k, block_).transpose() * W.col(next);
+        W.col(next).noalias() -= V * h;
+        rest_.col(next).head(block_) += h;
+        MW.col(next) = mass_(MatrixXd(W.col(next)));
+        size[next] = W.col(next).dot(MW.col(next));
+      }
+      const double norm = std::sqrt(size[next]);
+      rest_(block_, next) = norm;
+      V_.col(k + block_) = W.col(next) / norm;
+      MV_.col(k + block_) = MW.col(next) / norm;
+      for (int c = 0; c < columns; ++c) {
+        if (done[c]) continue;
+        const double h = MV_.col(k + block_).dot(W.col(c));
+        rest_(block_, c) = h;
+        W.col(c) -= h * V_.col(k + block_);
+        MW.col(c) -= h * MV_.col(k + block_);
+        size[c] = W.col(c).dot(MW.col(c));
+      }
+    }
+    rest_.conservativeResize(block_, columns);
   }
 
   Solve solve_;

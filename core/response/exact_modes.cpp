@@ -11,12 +11,10 @@
 namespace flexopt {
 namespace {
 
-// A mode is known the better the farther the ones left out are.
+// Modes beyond those asked for: whole clusters of equal ones, and separation from what is left out.
 constexpr int guards = 4;
-// Residual of the Ritz pairs, relative; rounding may hold it up.
-constexpr double tolerance = 1e-7, tolerance_at_end = 1e-5;
-// Of inverse iteration at the end. Derivatives want the vectors themselves, to 1e-9.
-constexpr int sweeps = 2;
+// Residual of the Ritz pairs, relative, and where rounding holds it up.
+constexpr double tolerance = 1e-9, tolerance_of_rounding = 1e-6;
 
 // The drive's static shape c of unit stroke: K⁻¹ = K_l⁻¹ + c cᵀ/k, l with the drive held.
 struct DriveShape {
@@ -71,26 +69,18 @@ RitzPairs free_pairs(const Krylov& krylov, const DriveShape& drive, const Vector
   return pairs;
 }
 
-// Modes and M times them.
-struct Pairs {
-  VectorXd lambda;
-  MatrixXd phi, mass;
-};
-
-// Rayleigh–Ritz on the columns of Y.
-Pairs rayleigh_ritz(const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
-                    const Eigen::Ref<const MatrixXd>& KY) {
+// On the columns of Y.
+ExactModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
+                         const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
+                         const Eigen::Ref<const MatrixXd>& KY) {
   const MatrixXd G = Y.transpose() * MY, A = Y.transpose() * KY;
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (A + A.transpose()),
                                                                 0.5 * (G + G.transpose()));
-  return {ritz.eigenvalues(), Y * ritz.eigenvectors(), MY * ritz.eigenvectors()};
-}
-
-ExactModes listed(const MechanismFactor& factor, bool drive_locked, int count, Pairs pairs) {
-  if (count == 0) return {};
-  std::vector<Mode> modes = classified_modes(factor, drive_locked, pairs.lambda.head(count),
-                                             pairs.phi.leftCols(count), pairs.mass.leftCols(count));
-  return {std::move(pairs.lambda), std::move(pairs.phi), std::move(modes)};
+  ExactModes found{ritz.eigenvalues(), Y * ritz.eigenvectors(), {}};
+  found.modes =
+      classified_modes(factor, drive_locked, found.lambda.head(count), found.phi.leftCols(count),
+                       MY * ritz.eigenvectors().leftCols(count));
+  return found;
 }
 
 }  // namespace
@@ -146,6 +136,7 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
   const VectorXd inertial = start.col(width);
   BlockKrylov krylov(start, most, solve, mass);
   RitzPairs of_free, of_locked;
+  double residual = 1;
   for (int step = 1;; ++step) {
     const bool more = krylov.extend();
     // a decomposition costs about a solve: not at every step
@@ -153,10 +144,12 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
       continue;
     if (free > 0) of_free = free_pairs(krylov, drive, inertial, free);
     if (locked > 0) of_locked = locked_pairs(krylov, locked);
-    const double residual = std::max(of_free.residual, of_locked.residual);
+    const double previous = residual;
+    residual = std::max(of_free.residual, of_locked.residual);
+    const bool held_up = residual > 0.3 * previous || !more;
     if (residual <= tolerance || krylov.invariant()) break;
-    if (!more && residual > tolerance_at_end) return std::nullopt;
-    if (!more) break;
+    if (held_up && residual <= tolerance_of_rounding) break;
+    if (!more) return std::nullopt;
   }
 
   // inverse iteration with columns of equal size, for small modes are rounded beside large ones
@@ -171,20 +164,15 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
     KY.leftCols(f).noalias() += drive.mass * times_lambda(of_free.of_c, of_free);
   }
   if (l > 0) KY.rightCols(l).noalias() = krylov.MV() * times_lambda(of_locked.of_V, of_locked);
-  Pairs free_pairs, locked_pairs;
-  for (int sweep = 0;; ++sweep) {
-    MatrixXd Y = solve(KY);
-    const Eigen::RowVectorXd along = drive.shape.transpose() * KY.leftCols(f) / drive.stiffness;
-    Y.leftCols(f).noalias() += drive.shape * along;
-    const MatrixXd MY = mass(Y);
-    if (f > 0) free_pairs = rayleigh_ritz(Y.leftCols(f), MY.leftCols(f), KY.leftCols(f));
-    if (l > 0) locked_pairs = rayleigh_ritz(Y.rightCols(l), MY.rightCols(l), KY.rightCols(l));
-    if (sweep + 1 == sweeps) break;
-    if (f > 0) KY.leftCols(f).noalias() = free_pairs.mass * free_pairs.lambda.asDiagonal();
-    if (l > 0) KY.rightCols(l).noalias() = locked_pairs.mass * locked_pairs.lambda.asDiagonal();
-  }
-  found.free = listed(factor, false, free, std::move(free_pairs));
-  found.locked = listed(factor, true, locked, std::move(locked_pairs));
+  MatrixXd Y = solve(KY);
+  const Eigen::RowVectorXd along = drive.shape.transpose() * KY.leftCols(f) / drive.stiffness;
+  Y.leftCols(f).noalias() += drive.shape * along;
+  const MatrixXd MY = mass(Y);
+  if (free > 0)
+    found.free = rayleigh_ritz(factor, false, free, Y.leftCols(f), MY.leftCols(f), KY.leftCols(f));
+  if (locked > 0)
+    found.locked =
+        rayleigh_ritz(factor, true, locked, Y.rightCols(l), MY.rightCols(l), KY.rightCols(l));
   return found;
 }
 

@@ -1,0 +1,114 @@
+// Every exact derivative of every family against extrapolated differences of the whole path: at
+// rest, at a small and at a large stroke, symmetric designs and random ones.
+//   bench_gradient_checks [random designs a family = 2] [seed = 1]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <random>
+
+#include "core/math/memory.hpp"
+#include "optim/check_gradients.hpp"
+
+using namespace flexopt;
+using Json = nlohmann::json;
+
+namespace {
+
+struct Case {
+  std::string family, flexure;
+  Json options = Json::object();
+};
+
+// Sizes in SI from numbers u in [0, 1): a leaf of 40 to 120 mm.
+template <class Uniform>
+Json random_job(const Case& of, Uniform&& u, bool symmetric) {
+  const double length = 0.04 + 0.08 * u();
+  const bool wire = of.options.value("section", "") == "circular";
+  Json p{{"length", length}};
+  const double width = length * (0.15 + 0.6 * u()), thickness = length / (120 + 300 * u());
+  if (wire) {
+    p["diameter"] = length / (40 + 80 * u());
+  } else {
+    p["thickness"] = thickness;
+    if (of.family != "three_flexure_cross_hinge") p["width"] = width;
+  }
+  if (of.family == "parallel_guide") p["spacing"] = length * (0.3 + u());
+  if (of.family == "cross_hinge" || of.family == "three_flexure_cross_hinge") {
+    p["half_angle"] = symmetric ? std::atan(1.0) : 0.55 + 0.5 * u();
+    p["crossing_fraction"] = symmetric ? 0.5 : 0.35 + 0.3 * u();
+    p["gap"] = length * (0.01 + 0.05 * u());
+  }
+  if (of.family == "three_flexure_cross_hinge") {
+    p["inner_width"] = width;
+    p["outer_width"] = symmetric ? width / 2 : width * (0.3 + 0.4 * u());
+  }
+  const bool turns = of.family.find("hinge") != std::string::npos;
+  const double furthest = turns ? 0.5 : 0.2 * length, mass = 0.05 + u();
+  const double j = mass * length * length;
+  Json design{{"family", of.family},
+              {"parameters", p},
+              {"material",
+               {{"name", "m"},
+                {"youngs_modulus", (70 + 140 * u()) * 1e9},
+                {"poissons_ratio", 0.25 + 0.1 * u()},
+                {"density", 2700 + 5000 * u()}}}};
+  design.update(of.options);
+  return {{"flexopt", 1},
+          {"name", of.family},
+          {"job", "evaluate"},
+          {"design", design},
+          {"end_effector",
+           {{"mass", mass},
+            {"inertia", {j * (0.1 + 0.1 * u()), j * (0.1 + 0.1 * u()), j * (0.12 + 0.1 * u())}}}},
+          {"stroke", {{"at", {0.0, 0.1 * furthest, furthest}}}},
+          {"model", {{"flexure", of.flexure}, {"accuracy", "full"}}},
+          {"frequencies", 6}};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  keep_freed_memory();
+  const int designs = argc > 1 ? std::atoi(argv[1]) : 2;
+  std::mt19937 numbers(argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 1U);
+  const auto u = [&] { return static_cast<double>(numbers()) / 4294967296.0; };
+  std::vector<Case> cases;
+  for (const char* flexure : {"plate", "beam"}) {
+    cases.push_back({"leaf_spring", flexure, {{"tip", "rigid"}}});
+    cases.push_back({"leaf_spring", flexure, {{"tip", "guided"}}});
+    for (const char* family : {"parallel_guide", "cross_hinge", "three_flexure_cross_hinge"})
+      cases.push_back({family, flexure});
+  }
+  fmt::print(
+      "| family | flexure | design | derivatives | agree | within 1e-8 | 1e-9 | largest error not "
+      "explained |\n|---|---|---|---|---|---|---|---|\n");
+  for (const Case& of : cases)
+    for (int k = 0; k <= designs; ++k) {
+      const Json document = random_job(of, u, k == 0);
+      std::string name = of.family;
+      for (const auto& [option, choice] : of.options.items())
+        name += " " + choice.get<std::string>();
+      const GradientReport report = check_gradients(parse_job(document), 1e-8, 2);
+      std::size_t agree = 0, close = 0, closer = 0;
+      double worst = 0;
+      for (const GradientCheck& c : report.checks) {
+        agree += c.agrees;
+        close += c.error <= 1e-8;
+        closer += c.error <= 1e-9;
+        if (c.error > 5 * c.known_to) worst = std::max(worst, c.error);
+      }
+      fmt::print("| {} | {} | {} | {} | {} | {:.1f} % | {:.1f} % | {:.0e} |\n", name, of.flexure,
+                 k == 0 ? "symmetric" : fmt::format("random {}", k), report.checks.size(), agree,
+                 100.0 * close / report.checks.size(), 100.0 * closer / report.checks.size(),
+                 worst);
+      if (!report.ok) fmt::print("  {}\n", report.message);
+      for (const GradientCheck& c : report.checks)
+        if (!c.agrees)
+          fmt::print("  {} {} point {}: {:.9e} {:.9e} error {:.1e} known to {:.1e}\n", c.quantity,
+                     c.parameter, c.point, c.exact, c.difference, c.error, c.known_to);
+      std::fflush(stdout);
+    }
+}
