@@ -199,7 +199,7 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
 }
 
 // The system at its present state with full leaves in the reduced ones' place.
-std::unique_ptr<System> finished_on_full_leaves(System& system) {
+std::unique_ptr<System> with_full_leaves(System& system) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
   System::Snapshot state = system.save();
   state.leaves.clear();
@@ -214,12 +214,38 @@ std::unique_ptr<System> finished_on_full_leaves(System& system) {
   return full;
 }
 
-// Newton on full leaves from the state of the reduced ones.
-Equilibrium finish(System& system, const StrokeRequest& request, double stroke) {
+// The path of full leaves from rest to one point.
+Equilibrium step_from_rest(System& system, const StrokeRequest& request, double stroke) {
   if (request.load_path)
-    return solve_equilibrium(system, std::nullopt, request.load + stroke * *request.load_path,
-                             request.newton);
-  return solve_equilibrium(system, stroke, request.load, request.newton);
+    return step_free_load(system, Vector6d::Zero(), request.load + stroke * *request.load_path,
+                          request.newton);
+  if (!request.load.isZero())
+    if (Equilibrium loaded = step_load(system, request.load, request.newton); !loaded.converged)
+      return loaded;
+  return step_to(system, stroke, request.load, request.newton);
+}
+
+// The system on full leaves: Newton from the state of the reduced ones; where that leads astray (to
+// none, or to one that is less stable or stretched too far), along the path from rest.
+std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
+                                              const StrokeRequest& request, double stroke,
+                                              Equilibrium& equilibrium) {
+  auto full = with_full_leaves(system);
+  const bool driven = !request.load_path;
+  const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
+  equilibrium = driven
+                    ? solve_equilibrium(*full, stroke, request.load, request.newton)
+                    : solve_equilibrium(*full, std::nullopt,
+                                        request.load + stroke * *request.load_path, request.newton);
+  if (!equilibrium.converged || full->strain() > largest_strain ||
+      negative_pivots(*full, driven) > negative_pivots(system, driven)) {
+    full =
+        std::make_unique<System>(system.mechanism(), make_full_leaves(system.mechanism(), model));
+    equilibrium = step_from_rest(*full, request, stroke);
+  }
+  equilibrium.iterations += before;
+  equilibrium.sub_steps = std::max(equilibrium.sub_steps, steps);
+  return full;
 }
 
 // From the undeflected state through the points in `order` (all of one sign, outward).
@@ -262,13 +288,8 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                                : step_to(system, point.stroke, request.load, request.newton);
     });
     std::unique_ptr<System> full;
-    if (exact && equilibrium.converged && model.accuracy == Accuracy::reduced) {
-      full = finished_on_full_leaves(system);
-      const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
-      equilibrium = finish(*full, request, point.stroke);
-      equilibrium.iterations += before;
-      equilibrium.sub_steps = steps;
-    }
+    if (exact && equilibrium.converged && model.accuracy == Accuracy::reduced)
+      full = finish_on_full_leaves(system, model, request, point.stroke, equilibrium);
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
       point.message = equilibrium.message;

@@ -56,16 +56,18 @@ Json random_job(const Case& of, Uniform&& u, bool symmetric) {
                 {"poissons_ratio", 0.25 + 0.1 * u()},
                 {"density", 2700 + 5000 * u()}}}};
   design.update(of.options);
-  return {{"flexopt", 1},
-          {"name", of.family},
-          {"job", "evaluate"},
-          {"design", design},
-          {"end_effector",
-           {{"mass", mass},
-            {"inertia", {j * (0.1 + 0.1 * u()), j * (0.1 + 0.1 * u()), j * (0.12 + 0.1 * u())}}}},
-          {"stroke", {{"at", {0.0, 0.1 * furthest, furthest}}}},
-          {"model", {{"flexure", of.flexure}, {"accuracy", "full"}}},
-          {"frequencies", 6}};
+  Json job{{"flexopt", 1},
+           {"name", of.family},
+           {"job", "evaluate"},
+           {"design", design},
+           {"stroke", {{"at", {0.0, 0.1 * furthest, furthest}}}},
+           {"model", {{"flexure", of.flexure}, {"accuracy", "full"}}},
+           {"frequencies", 6}};
+  if (of.options.value("tip", "") != "free")
+    job["end_effector"] = {
+        {"mass", mass},
+        {"inertia", {j * (0.1 + 0.1 * u()), j * (0.1 + 0.1 * u()), j * (0.12 + 0.1 * u())}}};
+  return job;
 }
 
 }  // namespace
@@ -77,8 +79,8 @@ int main(int argc, char** argv) {
   const auto u = [&] { return static_cast<double>(numbers()) / 4294967296.0; };
   std::vector<Case> cases;
   for (const char* flexure : {"plate", "beam"}) {
-    cases.push_back({"leaf_spring", flexure, {{"tip", "rigid"}}});
-    cases.push_back({"leaf_spring", flexure, {{"tip", "guided"}}});
+    for (const char* tip : {"rigid", "guided", "hinged", "free"})
+      cases.push_back({"leaf_spring", flexure, {{"tip", tip}}});
     for (const char* family : {"parallel_guide", "cross_hinge", "three_flexure_cross_hinge"})
       cases.push_back({family, flexure});
   }
