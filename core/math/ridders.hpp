@@ -13,6 +13,8 @@ struct Derivatives {
   std::vector<double> value, error;  ///< of every number, and how well it is known
   /// From one side each: they differ where the number has a kink.
   std::vector<double> forward, backward, forward_error, backward_error;
+  /// Where the second derivative may jump: central differences extrapolated in all powers of h.
+  std::vector<double> rough, rough_error;
 };
 
 namespace detail {
@@ -56,29 +58,38 @@ inline void extrapolate(const std::vector<std::vector<double>>& differences, dou
 
 /// Of every number that f returns, at x, from steps h, h/1.6, h/1.6², … `noise`: standard deviation
 /// of every number by rounding, where it is known; no derivative is then claimed to be better.
+/// `forward_only`: there is nothing below x; all but `forward` is then that.
 inline Derivatives ridders(const std::function<std::vector<double>(double)>& f, double x, double h,
-                           int rows = 6, std::vector<double> noise = {}) {
+                           int rows = 6, std::vector<double> noise = {},
+                           bool forward_only = false) {
   constexpr double factor = 1.6;
   const std::vector<double> here = f(x);
   noise.resize(here.size(), 0.0);
   for (double& n : noise) n *= std::numbers::sqrt2 / h;
   std::vector<std::vector<double>> central, forward, backward;
   for (int i = 0; i < rows; ++i, h /= factor) {
-    const std::vector<double> up = f(x + h), down = f(x - h);
-    central.emplace_back();
+    const std::vector<double> up = f(x + h), down = forward_only ? std::vector<double>() : f(x - h);
     forward.emplace_back();
+    for (std::size_t n = 0; n < up.size(); ++n) forward[i].push_back((up[n] - here[n]) / h);
+    if (forward_only) continue;
+    central.emplace_back();
     backward.emplace_back();
     for (std::size_t n = 0; n < up.size(); ++n) {
       central[i].push_back((up[n] - down[n]) / (2 * h));
-      forward[i].push_back((up[n] - here[n]) / h);
       backward[i].push_back((here[n] - down[n]) / h);
     }
   }
   Derivatives d;
   detail::extrapolate(forward, factor, 1, noise, d.forward, d.forward_error);
+  if (forward_only) {
+    d.value = d.backward = d.rough = d.forward;
+    d.error = d.backward_error = d.rough_error = d.forward_error;
+    return d;
+  }
   detail::extrapolate(backward, factor, 1, noise, d.backward, d.backward_error);
   for (double& n : noise) n /= 2;
   detail::extrapolate(central, factor, 2, noise, d.value, d.error);
+  detail::extrapolate(central, factor, 1, noise, d.rough, d.rough_error);
   return d;
 }
 
