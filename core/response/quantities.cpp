@@ -27,7 +27,7 @@ std::vector<Entry> make_entries() {
   add("drive_load", "load", [](const PathPoint& p) { return p.drive_load; });
   add("drive_stiffness", "stiffness", [](const PathPoint& p) { return p.drive_stiffness; });
   for (int d = 0; d < 6; ++d)
-    add("support_stiffness." + std::string(direction_names[d]), d < 3 ? "N/m" : "N m",
+    add("support_stiffness." + std::string(direction_names[d]), d < 3 ? "N/m" : "N m/rad",
         [d](const PathPoint& p) { return p.support_stiffness[d]; });
   const char* axes = "xyz";
   for (int k = 0; k < 3; ++k)
@@ -65,7 +65,7 @@ std::vector<Quantity> quantities(Direction drive) {
     Quantity q = e.quantity;
     if (q.name == "support_stiffness." + std::string(direction_names[index(drive)])) continue;
     if (q.unit == "load") q.unit = is_rotation(drive) ? "N m" : "N";
-    if (q.unit == "stiffness") q.unit = is_rotation(drive) ? "N m" : "N/m";
+    if (q.unit == "stiffness") q.unit = is_rotation(drive) ? "N m/rad" : "N/m";
     list.push_back(q);
   }
   return list;
