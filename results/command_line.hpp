@@ -16,7 +16,7 @@ struct CommandLine {
   int threads = 1;
   bool quiet = false;
   std::optional<std::string> family;  ///< of designs
-  double tolerance = 1e-8;            ///< of check-gradients
+  double tolerance = 1e-6;            ///< of check-gradients
 };
 
 /// Parses, or prints help or what is wrong; then `exit_code` is set instead.

@@ -1,0 +1,89 @@
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "core/math/block_lanczos.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+// A soft value far below the others: the columns of a block then differ by many powers of ten.
+VectorXd soft_and_stiff() {
+  VectorXd lambda(90);
+  for (int i = 0; i < 90; ++i) lambda[i] = 1e4 * (i + 1.0) * (i + 1.0);
+  lambda[0] = 1;
+  lambda[7] = lambda[6];
+  return lambda;
+}
+
+struct Pencil {
+  VectorXd lambda;
+  MatrixXd shapes, mass;  // M-orthonormal modes
+
+  MatrixXd solve(const MatrixXd& B) const {
+    return shapes * (lambda.cwiseInverse().asDiagonal() * (shapes.transpose() * B));
+  }
+};
+
+Pencil pencil(const VectorXd& lambda) {
+  const Eigen::Index n = lambda.size();
+  std::srand(3);
+  const MatrixXd R = MatrixXd::Random(n, n);
+  const MatrixXd M = R * R.transpose() + static_cast<double>(n) * MatrixXd::Identity(n, n);
+  const MatrixXd Q = MatrixXd::Random(n, n).householderQr().householderQ();
+  return {lambda, M.llt().matrixU().solve(Q), M};
+}
+
+}  // namespace
+
+TEST_CASE("a Krylov space keeps its relation, so that residuals tell the truth") {
+  const Pencil p = pencil(soft_and_stiff());
+  const auto solve = [&](const MatrixXd& B) { return p.solve(B); };
+  const auto mass = [&](const MatrixXd& B) { return MatrixXd(p.mass * B); };
+  BlockKrylov krylov(solve(mass(start_columns(90, 5))), 60, solve, mass);
+  for (int step = 0; step < 6; ++step) {
+    REQUIRE(krylov.extend());
+    const MatrixXd V = krylov.V();
+    const MatrixXd G = V.transpose() * p.mass * V;
+    CHECK((G - MatrixXd::Identity(G.rows(), G.cols())).norm() < 1e-9);
+    // what K⁻¹M V leaves of V T is the next block, and that is M-orthonormal: its size is rest()
+    const MatrixXd left = p.solve(p.mass * V) - V * krylov.T();
+    const MatrixXd squares = left.transpose() * p.mass * left;
+    const MatrixXd& rest = krylov.rest();
+    MatrixXd expected = MatrixXd::Zero(V.cols(), V.cols());
+    expected.bottomRightCorner(rest.cols(), rest.cols()) = rest.transpose() * rest;
+    for (Eigen::Index k = 0; k < V.cols(); ++k)
+      CHECK(std::sqrt(squares(k, k)) == Approx(std::sqrt(expected(k, k))).margin(1e-15));
+    // single Ritz pairs, the stiff ones beside the soft one
+    const LargestPairs ritz = largest_pairs(krylov.T(), 4);
+    for (int k = 0; k < 4; ++k) {
+      const VectorXd s = ritz.vectors.col(k), x = V * s,
+                     r = p.solve(p.mass * x) - ritz.values[k] * x;
+      const double told = (rest * s.tail(rest.cols())).norm();
+      CHECK(std::sqrt(r.dot(p.mass * r)) == Approx(told).epsilon(1e-3).margin(1e-15));
+    }
+  }
+}
+
+TEST_CASE("blocks find repeated values beside a soft one") {
+  const Pencil p = pencil(soft_and_stiff());
+  const LowestPairs pairs = lowest_pairs_of_blocks(
+      90, 9, 3, [&](const MatrixXd& B) { return p.solve(B); },
+      [&](const MatrixXd& B) { return MatrixXd(p.mass * B); }, 1e-8);
+  REQUIRE(pairs.converged);
+  for (int k = 0; k < 9; ++k) {
+    CHECK(pairs.values[k] == Approx(p.lambda[k]).epsilon(1e-10));
+    const VectorXd x = pairs.vectors.col(k);
+    CHECK((p.solve(p.mass * x) * pairs.values[k] - x).norm() < 1e-7 * x.norm());
+  }
+}
+
+TEST_CASE("a Krylov space that is invariant says so") {
+  const Pencil p = pencil(soft_and_stiff());
+  const auto solve = [&](const MatrixXd& B) { return p.solve(B); };
+  const auto mass = [&](const MatrixXd& B) { return MatrixXd(p.mass * B); };
+  BlockKrylov krylov(MatrixXd(p.shapes.leftCols(3)), 60, solve, mass);
+  CHECK_FALSE(krylov.extend());
+  CHECK(krylov.invariant());
+  CHECK(krylov.columns() == 3);
+}
