@@ -47,6 +47,12 @@ function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/// A stop reason without what the page says elsewhere: the algorithm, residual and evaluations.
+function stop_text(reason) {
+  return reason.replace(/^(NLopt \w+|Ipopt): /, "").replace(/ \(0 without values\)$/, "")
+               .replace(/^the first-order conditions hold to .*$/, "conditions hold");
+}
+
 /// columns: [{name, unit, text: row => string, left}], one table row each; `mark` highlights rows.
 function table_of(rows, columns, mark = () => false) {
   const head = element("tr", {}, ...columns.map((column) =>

@@ -187,7 +187,7 @@ function starts() {
       {name: "KKT", text: (s) => number_text(s.kkt_residual, 2)},
       ...(optimum.variables ?? []).map((v) => ({name: readable(v.parameter), text: (s) => quantity_text(s.to?.[v.parameter], v.unit)})),
       {name: "Evaluations", unit: "failed", text: (s) => `${s.evaluations} (${s.failed_evaluations})`},
-      {name: "Stopped", left: true, text: (s) => s.stop_reason}], (s) => s.start === optimum.best_start));
+      {name: "Stopped", left: true, text: (s) => stop_text(s.stop_reason)}], (s) => s.start === optimum.best_start));
   const sensitivities = optimum.sensitivities ?? [];
   if (sensitivities.length > 0) {
     const factor = (unit) => unit === "SI" ? 1 : shown_factor(unit);

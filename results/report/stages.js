@@ -14,7 +14,7 @@ function stock() {
       {name: "Violation", text: (d) => number_text(d.violation, 2)},
       {name: "End", left: true, text: (d) => d.feasible ? "feasible" : "infeasible", tone: (d) => d.feasible ? "good" : "bad"},
       {name: "Evaluations", text: (d) => String(d.evaluations)},
-      {name: "Stopped", left: true, text: (d) => d.stop_reason}], (d) => designs.indexOf(d) === chosen));
+      {name: "Stopped", left: true, text: (d) => stop_text(d.stop_reason)}], (d) => designs.indexOf(d) === chosen));
 }
 
 /// The designs between the best of one objective and the best of another.
