@@ -1,19 +1,18 @@
 // A batch that is killed and started again ends with the same bytes as one that ran through.
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "child.hpp"
+
 namespace fs = std::filesystem;
+using namespace child;
 using nlohmann::json;
 
 namespace {
@@ -35,34 +34,6 @@ json job_document() {
   })");
 }
 
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("flexopt_killed_" + std::to_string(getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-};
-
-std::string read(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-pid_t start(const fs::path& job, const fs::path& out, const char* threads) {
-  const pid_t child = fork();
-  if (child == 0) {
-    if (!freopen("/dev/null", "w", stdout)) _exit(127);
-    execl(FLEXOPT_PROGRAM, FLEXOPT_PROGRAM, "run", job.c_str(), "--out", out.c_str(), "--quiet",
-          "--threads", threads, static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  return child;
-}
-
-int finished(pid_t child) {
-  int status = 0;
-  waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
 std::ptrdiff_t lines(const fs::path& file) {
   const std::string text = read(file);
   return std::count(text.begin(), text.end(), '\n');
@@ -82,7 +53,7 @@ json without_clock(const fs::path& out) {
 }  // namespace
 
 TEST_CASE("a batch killed and started again ends with the same bytes", "[jobs][compare]") {
-  const Folder folder;
+  const Folder folder("flexopt_killed");
   const fs::path job = folder.path / "job.json";
   std::ofstream(job) << job_document().dump();
   const fs::path through = folder.path / "through", killed = folder.path / "killed";

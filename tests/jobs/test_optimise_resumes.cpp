@@ -2,22 +2,21 @@
 // that ran through: starts, front, stock sizes and verification included. No evaluation is lost or
 // made twice.
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 #include <thread>
 
+#include "child.hpp"
+
 namespace fs = std::filesystem;
+using namespace child;
 using nlohmann::json;
 
 namespace {
@@ -44,34 +43,6 @@ json job_document() {
   })");
 }
 
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("flexopt_cut_" + std::to_string(getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-};
-
-std::string read(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-pid_t start(const fs::path& job, const fs::path& out, const char* threads) {
-  const pid_t child = fork();
-  if (child == 0) {
-    if (!freopen("/dev/null", "w", stdout)) _exit(127);
-    execl(FLEXOPT_PROGRAM, FLEXOPT_PROGRAM, "run", job.c_str(), "--out", out.c_str(), "--quiet",
-          "--threads", threads, static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  return child;
-}
-
-int finished(pid_t child) {
-  int status = 0;
-  waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
 /// Whole lines of a log after its heading.
 std::vector<json> lines(const fs::path& file) {
   std::vector<json> all;
@@ -94,7 +65,7 @@ std::map<std::string, int> counted(const std::vector<json>& evaluations) {
 }  // namespace
 
 TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][optim]") {
-  const Folder folder;
+  const Folder folder("flexopt_cut");
   const fs::path job = folder.path / "job.json";
   std::ofstream(job) << job_document().dump();
   const fs::path through = folder.path / "through";
@@ -148,7 +119,7 @@ TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][o
 }
 
 TEST_CASE("an infeasible job exits 1 with the least violated design", "[jobs][optim]") {
-  const Folder folder;
+  const Folder folder("flexopt_cut");
   json document = job_document();
   json& o = document["optimise"];
   o["constraints"][0]["max"] = "1e-4 N m";

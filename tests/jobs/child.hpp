@@ -1,0 +1,51 @@
+#pragma once
+// The program as a child that a test starts, kills and waits for.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace child {
+
+/// A folder of one's own, removed at the end.
+struct Folder {
+  std::filesystem::path path;
+  explicit Folder(const std::string& name)
+      : path(std::filesystem::temp_directory_path() / (name + "_" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(path);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() { std::filesystem::remove_all(path); }
+};
+
+inline std::string read(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// `flexopt run JOB --out OUT --quiet --threads N`
+inline pid_t start(const std::filesystem::path& job, const std::filesystem::path& out,
+                   const char* threads) {
+  const pid_t child = fork();
+  if (child == 0) {
+    if (!freopen("/dev/null", "w", stdout)) _exit(127);
+    execl(FLEXOPT_PROGRAM, FLEXOPT_PROGRAM, "run", job.c_str(), "--out", out.c_str(), "--quiet",
+          "--threads", threads, static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  return child;
+}
+
+/// Its exit code, -1 where it was killed.
+inline int finished(pid_t child) {
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+}  // namespace child
