@@ -76,6 +76,7 @@ ExactModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int c
   const MatrixXd G = Y.transpose() * MY, A = Y.transpose() * KY;
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (A + A.transpose()),
                                                                 0.5 * (G + G.transpose()));
+  count = std::min(count, static_cast<int>(Y.cols()));  // a coarse mesh has no more
   ExactModes found{ritz.eigenvalues(), Y * ritz.eigenvectors(), {}};
   found.modes =
       classified_modes(factor, drive_locked, found.lambda.head(count), found.phi.leftCols(count),
