@@ -69,18 +69,24 @@ RitzPairs free_pairs(const Krylov& krylov, const DriveShape& drive, const Vector
   return pairs;
 }
 
-// On the columns of Y.
+// On the columns of Y, λ of which ascend: the lower triangle of YᵀK Y then is the accurate one.
 ExactModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
                          const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
                          const Eigen::Ref<const MatrixXd>& KY) {
   const MatrixXd G = Y.transpose() * MY, A = Y.transpose() * KY;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (A + A.transpose()),
-                                                                0.5 * (G + G.transpose()));
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> ritz(A, G);
+  const MatrixXd& Z = ritz.eigenvectors();
   count = std::min(count, static_cast<int>(Y.cols()));  // a coarse mesh has no more
-  ExactModes found{ritz.eigenvalues(), Y * ritz.eigenvectors(), {}};
-  found.modes =
-      classified_modes(factor, drive_locked, found.lambda.head(count), found.phi.leftCols(count),
-                       MY * ritz.eigenvectors().leftCols(count));
+  // the solver knows the values to the rounding of the largest; quotients know each to its own
+  ExactModes found;
+  found.lambda = Z.cwiseProduct(A.selfadjointView<Eigen::Lower>() * Z)
+                     .colwise()
+                     .sum()
+                     .cwiseQuotient(Z.cwiseProduct(G * Z).colwise().sum())
+                     .transpose();
+  found.phi = Y * Z;
+  found.modes = classified_modes(factor, drive_locked, found.lambda.head(count),
+                                 found.phi.leftCols(count), MY * Z.leftCols(count));
   return found;
 }
 
