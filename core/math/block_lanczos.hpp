@@ -34,10 +34,8 @@ class BlockKrylov {
         most_(most),
         V_(start.rows(), 0),
         MV_(start.rows(), 0) {
-    MatrixXd W = start, H;
-    // columns of unit size, for the scale of the first Gram matrix
-    for (int c = 0; c < width_; ++c) W.col(c) /= W.col(c).norm();
-    append(std::move(W), H);
+    MatrixXd H;
+    append(start, H);
   }
 
   /// One block more; false where the space is invariant or full.

@@ -1,5 +1,8 @@
 #pragma once
+#include <cstdlib>
+#ifdef __GLIBC__
 #include <malloc.h>
+#endif
 
 namespace flexopt {
 

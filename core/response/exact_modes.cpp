@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/math/block_lanczos.hpp"
 #include "core/mechanism/joint.hpp"
@@ -26,8 +27,8 @@ struct DriveShape {
 struct RitzPairs {
   VectorXd values;
   MatrixXd of_V;
-  Eigen::RowVectorXd of_c;
-  double residual = 0;  ///< largest of those asked for, relative
+  Eigen::RowVectorXd of_c;  ///< empty where the drive is held
+  double residual = 0;      ///< largest of those asked for, relative
 };
 
 template <class Krylov>
@@ -42,7 +43,6 @@ template <class Krylov>
 RitzPairs locked_pairs(const Krylov& krylov, int count) {
   LargestPairs largest = largest_pairs(krylov.T(), count + guards);
   RitzPairs pairs{std::move(largest.values), std::move(largest.vectors), {}};
-  pairs.of_c.setZero(pairs.values.size());
   set_residual(krylov, count, pairs);
   return pairs;
 }
@@ -78,15 +78,18 @@ ExactModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int c
   const MatrixXd& Z = ritz.eigenvectors();
   count = std::min(count, static_cast<int>(Y.cols()));  // a coarse mesh has no more
   // the solver knows the values to the rounding of the largest; quotients know each to its own
-  ExactModes found;
-  found.lambda = Z.cwiseProduct(A.selfadjointView<Eigen::Lower>() * Z)
-                     .colwise()
-                     .sum()
-                     .cwiseQuotient(Z.cwiseProduct(G * Z).colwise().sum())
-                     .transpose();
-  found.phi = Y * Z;
+  const VectorXd lambda = Z.cwiseProduct(A.selfadjointView<Eigen::Lower>() * Z)
+                              .colwise()
+                              .sum()
+                              .cwiseQuotient(Z.cwiseProduct(G * Z).colwise().sum())
+                              .transpose();
+  std::vector<int> order(static_cast<std::size_t>(lambda.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return lambda[a] < lambda[b]; });
+  const MatrixXd S = Z(Eigen::all, order);
+  ExactModes found{lambda(order), Y * S, {}};
   found.modes = classified_modes(factor, drive_locked, found.lambda.head(count),
-                                 found.phi.leftCols(count), MY * Z.leftCols(count));
+                                 found.phi.leftCols(count), MY * S.leftCols(count));
   return found;
 }
 
