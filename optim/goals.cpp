@@ -6,6 +6,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/response/frequency_derivatives.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -16,6 +18,11 @@ bool is_frequency(const std::string& quantity) {
   return quantity.find("frequenc") != std::string::npos;
 }
 
+// The quantities whose lowest over the stroke is that of several modes.
+bool is_lowest_of_modes(const std::string& quantity) {
+  return quantity == "parasitic_frequency" || quantity == "parasitic_frequency_screening";
+}
+
 Goal make_goal(const Job& job, const std::string& label, const std::string& quantity,
                const std::string& expression, OverStroke over, const std::string& pointer) {
   Goal goal{label, quantity, {}, over, 1};
@@ -24,7 +31,7 @@ Goal make_goal(const Job& job, const std::string& label, const std::string& quan
     for (const auto& [name, value] : job.design.parameters) names.push_back(name);
     goal.expression.emplace(expression, names, pointer);
     goal.over_stroke = OverStroke::first;
-  } else if (quantity == "parasitic_frequency" && over == OverStroke::min) {
+  } else if (is_lowest_of_modes(quantity) && over == OverStroke::min) {
     goal.branches = std::clamp(job.request.frequencies, 1, most_branches);
   }
   return goal;
@@ -40,11 +47,7 @@ std::vector<std::size_t> branch_ranks(const PathPoint& point, const StrokeReques
   std::vector<std::size_t> ranks;
   for (std::size_t k = 0; k < modes.size() && static_cast<int>(ranks.size()) < branches; ++k) {
     const Mode& mode = modes[k];
-    const bool skipped =
-        mode.kind == ModeKind::drive ||
-        (mode.kind == ModeKind::leaf && request.parasitic_skips_leaf_modes) ||
-        (mode.kind == ModeKind::intermediate_body && request.parasitic_skips_intermediate_modes);
-    if (skipped || mode.frequency < lowest) continue;
+    if (!is_parasitic(mode, request) || mode.frequency < lowest) continue;
     if (ranks.empty() && mode.frequency != lowest) return {};
     ranks.push_back(k);
   }
@@ -77,15 +80,37 @@ bool add_stresses(const Goal& goal, const PathPoint& point, double value,
   return whole;
 }
 
+/// The lowest screening frequencies of a point, the last one repeated where there are too few.
+bool add_screening(const Goal& goal, const StrokeResponse& response, double stroke,
+                   const StrokeRequest& request, const StrokeGradients* gradients,
+                   GoalReading& reading) {
+  const std::vector<FrequencyDerivatives>& modes = response.frequency_derivatives;
+  const auto found = screening_frequencies(modes, request, stroke);
+  bool whole = gradients && gradients->frequency_derivatives.size() == modes.size();
+  for (std::size_t k = 0; k < static_cast<std::size_t>(goal.branches); ++k) {
+    const ScreeningFrequency& f = found[std::min(k, found.size() - 1)];
+    reading.values.push_back(f.value);
+    if (whole)
+      whole = add_row(
+          screening_gradient(modes[f.mode], gradients->frequency_derivatives[f.mode], stroke),
+          reading);
+  }
+  return whole;
+}
+
 /// Values of the goal at one point, and their derivatives into the rows of `reading.gradient` from
 /// `row` on. False where a derivative is missing.
-bool add_point(const Goal& goal, const PathPoint& point, double value, const StrokeRequest& request,
-               const PointGradients* gradients, GoalReading& reading) {
+bool add_point(const Goal& goal, const StrokeResponse& response, std::size_t index, double value,
+               const StrokeRequest& request, const StrokeGradients* all, GoalReading& reading) {
+  const PathPoint& point = response.path[index];
+  const PointGradients* gradients = all ? &all->path[index] : nullptr;
   if (goal.branches == 1) {
     reading.values.push_back(value);
     return gradients && add_row(gradient_of(*gradients, goal.quantity), reading);
   }
   if (goal.quantity == "max_stress") return add_stresses(goal, point, value, gradients, reading);
+  if (goal.quantity == "parasitic_frequency_screening")
+    return add_screening(goal, response, point.stroke, request, all, reading);
   const auto ranks = branch_ranks(point, request, value, goal.branches);
   if (ranks.empty()) {
     reading.values.insert(reading.values.end(), static_cast<std::size_t>(goal.branches), value);
@@ -170,7 +195,7 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
           fmt::format("{} has no value at stroke {:.6g}", goal.quantity, point.stroke);
       return reading;
     }
-    if (!add_point(goal, point, *value, request, differentiated ? &gradients->path[i] : nullptr,
+    if (!add_point(goal, response, i, *value, request, differentiated ? gradients : nullptr,
                    reading))
       differentiated = false;
   }

@@ -186,6 +186,18 @@ void PlateSeries::expand_elements() {
     }
 }
 
+PlateGradientState<Jet> PlateSeries::path(const Series<VectorXd>& x) const {
+  const int n = mesh_->functions_per_line();
+  PlateGradientState<Jet> path{
+      {jets(axes_[0]), jets(axes_[1])}, jets(x), jets(point_.displacement), jets(point_.force), {}};
+  for (int i = 0; i < mesh_->lines(); ++i) {
+    Series<MatrixXd> line;
+    for (int o = 0; o < 3; ++o) line[o] = nodal_[o][i].reshaped(n, 3);
+    path.nodal.push_back(jets(line));
+  }
+  return path;
+}
+
 MatrixXd PlateSeries::rates(int line, int order, const MatrixXd& Y) const {
   const int n = mesh_->functions_per_line(), m = offset_[line + 1] - offset_[line];
   if (!is_rigid_edge(line))

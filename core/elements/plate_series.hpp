@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/elements/leaf_rows.hpp"
+#include "core/elements/plate_gradient.hpp"
 #include "core/elements/plate_leaf.hpp"
 #include "core/math/series.hpp"
 
@@ -36,6 +37,9 @@ class PlateSeries {
   };
   void expand(const std::array<EdgeBodySeries, 2>& edges, const Series<VectorXd>& x,
               const PointSeries& point);
+
+  /// The expanded path.
+  PlateGradientState<Jet> path(const Series<VectorXd>& x) const;
 
   /// Residual of every row at the expanded path.
   Series<VectorXd> force() const;

@@ -51,47 +51,43 @@ struct Geometry {
   Vector3<S> arm, other_arm, apart;
 };
 
-Geometry<double> geometry(const Joint& joint, const JointBody& body, const JointBody& other) {
+template <class S>
+Geometry<S> geometry(const Joint& joint, const JointBodyOf<S>& body, const JointBodyOf<S>& other) {
   const Matrix3d e = axes_of(joint);
-  Geometry<double> g{body.rotation * e,
-                     other.rotation * e,
-                     body.rotation * (joint.place - body.reference),
-                     other.rotation * (joint.place - other.reference),
-                     {}};
+  Geometry<S> g{body.rotation * e,
+                other.rotation * e,
+                body.rotation * Vector3d(joint.place - body.reference),
+                other.rotation * Vector3d(joint.place - other.reference),
+                {}};
   g.apart = other.position + g.other_arm - body.position;
   return g;
 }
 
 // The same of a state that moves.
-Geometry<double> geometry_rate(const JointState& at, const JointState& rate) {
+template <class S>
+Geometry<S> geometry_rate(const JointState<S>& at, const JointState<S>& rate) {
   const Matrix3d e = axes_of(at.joint);
   const bool has_axis =
       at.joint.type == JointType::revolute || at.joint.type == JointType::prismatic;
   const Matrix3d de =
       has_axis ? Matrix3d(hat(at.joint.axis.cross(rate.joint.axis)) * e) : Matrix3d::Zero();
-  const auto arm = [&](const JointBody& body, const JointBody& moves) -> Vector3d {
-    return moves.rotation * (at.joint.place - body.reference) +
-           body.rotation * (rate.joint.place - moves.reference);
+  const auto arm = [&](const JointBodyOf<S>& body, const JointBodyOf<S>& moves) -> Vector3<S> {
+    return moves.rotation * Vector3d(at.joint.place - body.reference) +
+           body.rotation * Vector3d(rate.joint.place - moves.reference);
   };
-  Geometry<double> g{rate.body.rotation * e + at.body.rotation * de,
-                     rate.other.rotation * e + at.other.rotation * de,
-                     arm(at.body, rate.body),
-                     arm(at.other, rate.other),
-                     {}};
+  Geometry<S> g{rate.body.rotation * e + at.body.rotation * de,
+                rate.other.rotation * e + at.other.rotation * de,
+                arm(at.body, rate.body),
+                arm(at.other, rate.other),
+                {}};
   g.apart = rate.other.position + g.other_arm - rate.body.position;
   return g;
 }
 
 template <class S>
-struct Conditions {
-  Eigen::Matrix<S, Eigen::Dynamic, 1, 0, 6, 1> value;
-  Eigen::Matrix<S, Eigen::Dynamic, 12, 0, 6, 12> gradient;
-};
-
-template <class S>
-Conditions<S> conditions_of(JointType type, const Geometry<S>& g) {
+JointConditionsOf<S> conditions_of(JointType type, const Geometry<S>& g) {
   const JointSize size = size_of(type);
-  Conditions<S> c;
+  JointConditionsOf<S> c;
   c.value.setZero(size.conditions);
   c.gradient.setZero(size.conditions, 12);
   if (type == JointType::prismatic) {
@@ -159,8 +155,7 @@ JointSize size_of(JointType type) {
 }
 
 JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other) {
-  const auto [value, gradient] = conditions_of(joint.type, geometry(joint, body, other));
-  return {value, gradient};
+  return conditions_of(joint.type, geometry(joint, body, other));
 }
 
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
@@ -168,27 +163,30 @@ Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& 
   return curvature_of<double>(joint.type, geometry(joint, body, other), multipliers);
 }
 
-JointRates joint_rates(const JointState& state, const JointState& rate) {
-  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+template <class S>
+JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate) {
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<S, 1, 1>>;
   const auto dual = []<class Value>(const Value& value, const Value& derivative) {
     Eigen::Matrix<Dual, Value::RowsAtCompileTime, Value::ColsAtCompileTime> result(value.rows(),
                                                                                    value.cols());
     for (Eigen::Index i = 0; i < value.size(); ++i)
-      result.data()[i] = Dual(value.data()[i], Eigen::Matrix<double, 1, 1>(derivative.data()[i]));
+      result.data()[i] = Dual(value.data()[i], Eigen::Matrix<S, 1, 1>(derivative.data()[i]));
     return result;
   };
-  const Geometry<double> g = geometry(state.joint, state.body, state.other),
-                         dg = geometry_rate(state, rate);
+  const Geometry<S> g = geometry(state.joint, state.body, state.other),
+                    dg = geometry_rate(state, rate);
   const Geometry<Dual> moving{dual(g.axes, dg.axes), dual(g.other_axes, dg.other_axes),
                               dual(g.arm, dg.arm), dual(g.other_arm, dg.other_arm),
                               dual(g.apart, dg.apart)};
   const JointType type = state.joint.type;
-  const Conditions<Dual> c = conditions_of(type, moving);
+  const JointConditionsOf<Dual> c = conditions_of(type, moving);
   const auto derivative = [](const Dual& x) { return x.derivatives()[0]; };
   return {{c.value.unaryExpr(derivative), c.gradient.unaryExpr(derivative)},
           curvature_of<Dual>(type, moving, dual(state.multipliers, rate.multipliers))
               .unaryExpr(derivative)};
 }
+template JointRates<double> joint_rates(const JointState<double>&, const JointState<double>&);
+template JointRates<Jet> joint_rates(const JointState<Jet>&, const JointState<Jet>&);
 
 std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
   if (mechanism.joints.empty()) return std::nullopt;

@@ -5,17 +5,21 @@
 #include <optional>
 #include <string>
 
+#include "core/math/jet.hpp"
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
 
 /// A body as its joints see it: present place of its reference point, rotation since the
-/// undeflected state, and the reference point then. The ground is the default.
-struct JointBody {
-  Vector3d position = Vector3d::Zero();
-  Matrix3d rotation = Matrix3d::Identity();
+/// undeflected state, and the reference point then. The ground is the default. S: double, or Jet
+/// along a path.
+template <class S>
+struct JointBodyOf {
+  Vector3<S> position = Vector3<S>::Zero();
+  Matrix3<S> rotation = Matrix3<S>::Identity();
   Vector3d reference = Vector3d::Zero();
 };
+using JointBody = JointBodyOf<double>;
 
 /// How many conditions; the first `lengths` of them are lengths [m], the others cosines.
 struct JointSize {
@@ -30,10 +34,12 @@ JointSize size_of(JointType type);
 ///   revolute   a − b,               e2·e′1, e3·e′1
 ///   spherical  a − b
 ///   prismatic  e2·(b − a), e3·(b − a),  e1·e′2, e2·e′3, e3·e′1
-struct JointConditions {
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> value;
-  Eigen::Matrix<double, Eigen::Dynamic, 12, 0, 6, 12> gradient;
+template <class S>
+struct JointConditionsOf {
+  Eigen::Matrix<S, Eigen::Dynamic, 1, 0, 6, 1> value;
+  Eigen::Matrix<S, Eigen::Dynamic, 12, 0, 6, 12> gradient;
 };
+using JointConditions = JointConditionsOf<double>;
 JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other);
 
 /// Second derivative of multipliers · Ψ, symmetric.
@@ -42,18 +48,24 @@ Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& 
 
 /// All that the conditions of a joint depend on, or how it moves; of a joint that moves only place
 /// and axis count.
+template <class S>
 struct JointState {
   Joint joint;
-  JointBody body, other;
-  VectorXd multipliers;
+  JointBodyOf<S> body, other;
+  Eigen::VectorX<S> multipliers;
 };
 /// Derivatives of Ψ, Ψ_q and multipliers · Ψ_qq while the state moves at `rate`. The axes e2 and e3
 /// turn as little as e1 lets them.
+template <class S>
 struct JointRates {
-  JointConditions conditions;
-  Matrix12d curvature;
+  JointConditionsOf<S> conditions;
+  Eigen::Matrix<S, 12, 12> curvature;
 };
-JointRates joint_rates(const JointState& state, const JointState& rate);
+template <class S>
+JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate);
+extern template JointRates<double> joint_rates(const JointState<double>&,
+                                               const JointState<double>&);
+extern template JointRates<Jet> joint_rates(const JointState<Jet>&, const JointState<Jet>&);
 
 /// Why the undeflected joints do not fit together: conditions that others already fix, or all of
 /// them together holding the end-effector in the direction of the drive.

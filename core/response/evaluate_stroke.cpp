@@ -69,13 +69,8 @@ Equilibrium solve_refined(System& system, const Solve& solve) {
 
 std::optional<double> parasitic_frequency(const PathPoint& point, const StrokeRequest& request) {
   const auto& modes = request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
-  for (const Mode& mode : modes) {
-    if (mode.kind == ModeKind::drive) continue;
-    if (mode.kind == ModeKind::leaf && request.parasitic_skips_leaf_modes) continue;
-    if (mode.kind == ModeKind::intermediate_body && request.parasitic_skips_intermediate_modes)
-      continue;
-    return mode.frequency;
-  }
+  for (const Mode& mode : modes)
+    if (is_parasitic(mode, request)) return mode.frequency;
   return std::nullopt;
 }
 
@@ -306,10 +301,14 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
 }
 
 void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& model,
-                               const StrokeRequest& request, StrokeResponse& response) {
+                               const StrokeRequest& request, Exact* exact,
+                               StrokeResponse& response) {
   const auto start = Clock::now();
+  std::optional<ExactDerivatives> exactly;
+  if (exact) exactly = {&exact->meshes, &exact->directions, model};
   FrequencyDerivativesResult found =
-      frequency_derivatives(mechanism, model, request.load, request.newton, request.frequencies);
+      frequency_derivatives(mechanism, model, request.load, request.newton, request.frequencies,
+                            exactly ? &*exactly : nullptr);
   response.seconds_derivatives = seconds_since(start);
   if (!found.ok) {
     response.message = "no frequency derivatives: " + found.message;
@@ -317,9 +316,18 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
   }
   response.frequency_derivatives = std::move(found.modes);
   set_validity(response.frequency_derivatives, response.path);
-  for (PathPoint& point : response.path)
-    point.parasitic_frequency_screening =
-        parasitic_frequency_screening(response.frequency_derivatives, request, point.stroke);
+  for (std::size_t k = 0; k < response.path.size(); ++k) {
+    PathPoint& point = response.path[k];
+    const auto screening =
+        screening_frequencies(response.frequency_derivatives, request, point.stroke);
+    if (screening.empty()) continue;
+    const auto& [mode, value] = screening.front();
+    point.parasitic_frequency_screening = value;
+    if (!found.gradients.empty())
+      exact->gradients.path[k].parasitic_frequency_screening = screening_gradient(
+          response.frequency_derivatives[mode], found.gradients[mode], point.stroke);
+  }
+  if (exact) exact->gradients.frequency_derivatives = std::move(found.gradients);
 }
 
 StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
@@ -350,7 +358,7 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
       follow_branch(mechanism, model, request, branch, exact, response);
 
   if (request.frequencies > 0 && request.frequency_derivatives && !request.load_path)
-    add_frequency_derivatives(mechanism, model, request, response);
+    add_frequency_derivatives(mechanism, model, request, exact, response);
   if (!request.path) {
     if (response.frequency_derivatives.empty()) response.status = Status::no_equilibrium;
     return response;

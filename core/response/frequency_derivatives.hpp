@@ -6,24 +6,36 @@
 
 #include "core/equilibrium/system.hpp"
 #include "core/mechanism/model_options.hpp"
+#include "core/response/design_rates.hpp"
 #include "core/response/response.hpp"
+#include "core/response/stroke_gradients.hpp"
 
 namespace flexopt {
 
+/// Modes to rounding (vectors to 1e-11), and derivatives along the design.
+struct ExactDerivatives {
+  MeshRates* meshes;
+  const std::vector<Mechanism>* directions;  ///< as in DesignRates; may be empty
+  ModelOptions model;
+};
+
 struct FrequencyDerivativesResult {
   bool ok = false;
-  std::string message;                      ///< why not, with the figures
-  std::vector<FrequencyDerivatives> modes;  ///< ascending; valid_to not set
+  std::string message;                                  ///< why not, with the figures
+  std::vector<FrequencyDerivatives> modes;              ///< ascending; valid_to not set
+  std::vector<FrequencyDerivativeGradients> gradients;  ///< mode by mode, if asked for
 };
 
 /// Of the lowest `count` modes, drive free, at the equilibrium that the system stands at. Its
 /// leaves must be FullLeaf; it must be assembled.
-FrequencyDerivativesResult frequency_derivatives(System& system, int count);
+FrequencyDerivativesResult frequency_derivatives(System& system, int count,
+                                                 const ExactDerivatives* exact = nullptr);
 
 /// At stroke zero with the dead load applied, on full leaves whatever the accuracy of the model.
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
                                                  const ModelOptions& model, const Vector6d& load,
-                                                 const NewtonOptions& newton, int count);
+                                                 const NewtonOptions& newton, int count,
+                                                 const ExactDerivatives* exact = nullptr);
 
 /// Error of a parabola that `valid_to` allows.
 inline constexpr double parabola_tolerance = 0.02;
@@ -34,8 +46,16 @@ inline constexpr double parabola_tolerance = 0.02;
 /// zero. The shorter of both sides counts. A mode that leaves the path's list ends there.
 void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<PathPoint>& path);
 
-/// Lowest parasitic frequency at a stroke that the parabolas of the compliances foretell: (25).
-std::optional<double> parasitic_frequency_screening(const std::vector<FrequencyDerivatives>& modes,
-                                                    const StrokeRequest& request, double stroke);
+/// What the parabola of a mode's compliance foretells at a stroke.
+struct ScreeningFrequency {
+  std::size_t mode;  ///< in the list
+  double value;      ///< [Hz]
+};
+/// (25) of every mode that counts as parasitic, ascending.
+std::vector<ScreeningFrequency> screening_frequencies(
+    const std::vector<FrequencyDerivatives>& modes, const StrokeRequest& request, double stroke);
+/// Derivative of (25) of a mode along the design.
+VectorXd screening_gradient(const FrequencyDerivatives& mode,
+                            const FrequencyDerivativeGradients& gradients, double stroke);
 
 }  // namespace flexopt

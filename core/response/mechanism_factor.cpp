@@ -210,7 +210,8 @@ VectorXd MechanismFactor::motion(const VectorXd& y) const {
 }
 
 // K̂ − ½ hat(m), for spins do not commute, bordered by the joints, the drive load and the stroke.
-MatrixXd MechanismFactor::balance(const MatrixXd& B, std::optional<double> stroke) const {
+MatrixXd MechanismFactor::balance(const MatrixXd& B,
+                                  const std::optional<Eigen::RowVectorXd>& stroke) const {
   const Mechanism& m = system_->mechanism();
   const int bodies = bodies_, n = bodies_ + joints();
   MatrixXd A = MatrixXd::Zero(n + 1, n + 1);
@@ -233,7 +234,8 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, std::optional<double> strok
   }
   MatrixXd rhs(n + 1, B.cols());
   rhs.topRows(n) = condensed(B);
-  rhs.row(n).setConstant(stroke.value_or(0));
+  rhs.row(n).setZero();
+  if (stroke) rhs.row(n) = *stroke;
   const MatrixXd x = scale.asDiagonal() *
                      Eigen::PartialPivLU<MatrixXd>(scale.asDiagonal() * A * scale.asDiagonal())
                          .solve(MatrixXd(scale.asDiagonal() * rhs));

@@ -29,9 +29,9 @@ class MechanismFactor {
   MatrixXd solve_locked(const MatrixXd& B) const;  ///< drive held
   MatrixXd mass(const MatrixXd& B) const;
 
-  /// State and drive load (last row) that balance forces B while the stroke grows by `stroke`, or
-  /// where nothing is driven.
-  MatrixXd balance(const MatrixXd& B, std::optional<double> stroke) const;
+  /// State and drive load (last row) that balance forces B while the stroke grows by `stroke`
+  /// (column by column), or where nothing is driven.
+  MatrixXd balance(const MatrixXd& B, const std::optional<Eigen::RowVectorXd>& stroke) const;
 
   struct Leaf {
     const FullLeaf* full;

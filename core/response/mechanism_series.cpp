@@ -30,13 +30,13 @@ MechanismSeries::MechanismSeries(const MechanismFactor& factor)
 // Leaves and bodies about the present coefficients of the path.
 void MechanismSeries::expand() {
   const Mechanism& m = factor_->system().mechanism();
-  std::vector<Series<Matrix3d>> rotation;
+  rotation_.clear();
   body_mass_.clear();
   const auto times = [](const Matrix3d& a, const Matrix3d& b) { return Matrix3d(a * b); };
   for (int b = 0; b < bodies_ / 6; ++b) {
-    rotation.push_back(rotation_exp_series(turn_[b]));
+    rotation_.push_back(series(jet_rotation_exp(jets(turn_[b]))));
     const RigidBody& body = m.bodies[b];
-    const Series<Matrix3d>& R = rotation.back();
+    const Series<Matrix3d>& R = rotation_.back();
     Series<Matrix3d> c, RI, J, RT;
     for (int o = 0; o < 3; ++o) {
       c[o] = hat(R[o] * (body.center_of_mass - body.reference));
@@ -57,7 +57,7 @@ void MechanismSeries::expand() {
     }
     body_mass_.push_back(M);
   }
-  if (factor_->joints() > 0) expand_joints(rotation);
+  if (factor_->joints() > 0) expand_joints();
   for (Leaf& leaf : leaves_) {
     const LeafScale& scale = leaf.linear->full->scale();
     std::array<EdgeBodySeries, 2> edges;
@@ -84,7 +84,7 @@ void MechanismSeries::expand() {
       EdgeBodySeries& edge = edges[side.column / 6];
       for (int o = 0; o < 3; ++o) {
         edge.position[o] = scaled(o, scale.origin);
-        edge.rotation[o] = scale.axes.transpose() * rotation[b][o] * scale.axes;
+        edge.rotation[o] = scale.axes.transpose() * rotation_[b][o] * scale.axes;
       }
       edge.arm -= scale.axes.transpose() * (m.bodies[b].reference - scale.origin) / scale.length;
     }
@@ -94,7 +94,7 @@ void MechanismSeries::expand() {
 
 // Ψ, Ψ_q and λ·Ψ_qq are polynomials of second degree in the places and rotation matrices X of the
 // bodies, for which differences are exact: f(X0 + X1 s + X2 s²) from f at X0, X0 ± X1, X0 ± X2.
-void MechanismSeries::expand_joints(const std::vector<Series<Matrix3d>>& rotation) {
+void MechanismSeries::expand_joints() {
   const Mechanism& m = factor_->system().mechanism();
   for (int o = 0; o < 3; ++o) {
     joints_.value[o] = VectorXd::Zero(factor_->joints());
@@ -104,10 +104,10 @@ void MechanismSeries::expand_joints(const std::vector<Series<Matrix3d>>& rotatio
   const auto body = [&](int b, int order, double sign) {
     JointBody at;
     if (b < 0) return at;
-    at = {place_[b][0], rotation[b][0], m.bodies[b].reference};
+    at = {place_[b][0], rotation_[b][0], m.bodies[b].reference};
     if (order > 0) {
       at.position += sign * place_[b][order];
-      at.rotation += sign * rotation[b][order];
+      at.rotation += sign * rotation_[b][order];
     }
     return at;
   };
@@ -238,7 +238,8 @@ void MechanismSeries::set(int order, const VectorXd& y) {
 // (21), twice.
 void MechanismSeries::expand_along_stroke() {
   const auto step = [&](const VectorXd& b, double stroke) {
-    return VectorXd(factor_->balance(b, stroke).topRows(factor_->size()));
+    return VectorXd(
+        factor_->balance(b, Eigen::RowVectorXd::Constant(1, stroke)).topRows(factor_->size()));
   };
   const VectorXd none = VectorXd::Zero(factor_->size());
   rate_ = step(none, 1);
@@ -253,6 +254,58 @@ void MechanismSeries::expand_along(const VectorXd& y) {
   set(1, y);
   set(2, VectorXd::Zero(factor_->size()));
   expand();
+}
+
+MechanismState<Jet> MechanismSeries::path() const {
+  MechanismState<Jet> path{{}, jets(multipliers_), {}};
+  for (std::size_t b = 0; b < place_.size(); ++b)
+    path.bodies.push_back({jets(place_[b]), jets(rotation_[b])});
+  for (const Leaf& leaf : leaves_) path.leaves.push_back(leaf.series->path(leaf.x));
+  return path;
+}
+
+Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y) const {
+  Series<MatrixXd> result = tangent_times(Y);
+  const Series<VectorXd> force = residual();
+  for (int o = 0; o < 3; ++o) {
+    for (int b = 3; b < bodies_; b += 6)
+      result[o].middleRows(b, 3) -= 0.5 * hat(force[o].segment<3>(b)) * Y.middleRows(b, 3);
+    factor_->clear_held(result[o]);
+  }
+  return result;
+}
+
+Series<Vector3d> MechanismSeries::stroke_gradient() const {
+  const Mechanism& m = factor_->system().mechanism();
+  const Vector3d zero = Vector3d::Zero();
+  if (!is_rotation(m.drive)) return {Vector3d::Unit(index(m.drive)), zero, zero};
+  // ω = T θ̇, so the row g of T⁻¹ has gᵀ T = e
+  const Series<Matrix3d> T = series(jet_rotation_left_tangent(jets(turn_[m.end_effector])));
+  const Matrix3d inverse = T[0].inverse().transpose();
+  Series<Vector3d> g;
+  g[0] = inverse.col(index(m.drive) - 3);
+  g[1] = -inverse * (T[1].transpose() * g[0]);
+  g[2] = -inverse * (T[1].transpose() * g[1] + T[2].transpose() * g[0]);
+  return g;
+}
+
+Eigen::MatrixX<Jet> MechanismSeries::balance(const Eigen::MatrixX<Jet>& B) const {
+  const Mechanism& m = factor_->system().mechanism();
+  const int row = 6 * m.end_effector + (is_rotation(m.drive) ? 3 : 0);
+  const Series<Vector3d> g = stroke_gradient();
+  Series<MatrixXd> Y, force = series(B);
+  Series<Eigen::RowVectorXd> stroke;
+  for (Eigen::RowVectorXd& s : stroke) s = Eigen::RowVectorXd::Zero(B.cols());
+  for (int o = 0; o < 3; ++o) {
+    Y[o] = factor_->balance(force[o], stroke[o]).topRows(factor_->size());
+    if (o == 2) break;
+    const Series<MatrixXd> KY = tilted_tangent_times(Y[o]);
+    for (int k = 1; o + k < 3; ++k) {
+      force[o + k] -= KY[k];
+      stroke[o + k] -= g[k].transpose() * Y[o].middleRows<3>(row);
+    }
+  }
+  return jets(Y);
 }
 
 }  // namespace flexopt

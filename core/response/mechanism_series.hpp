@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/elements/plate_series.hpp"
-#include "core/response/mechanism_factor.hpp"
+#include "core/response/mechanism_state.hpp"
 
 namespace flexopt {
 
@@ -21,6 +21,10 @@ class MechanismSeries {
   void expand_along(const VectorXd& direction);
   /// First derivative of the path.
   const VectorXd& path_rate() const { return rate_; }
+  MechanismState<Jet> path() const;
+  /// State rates that balance forces B(s) along the path at a constant stroke: (27). Along the
+  /// stroke's path only.
+  Eigen::MatrixX<Jet> balance(const Eigen::MatrixX<Jet>& B) const;
   /// K(s) Y and M(s) Y of constant columns Y.
   Series<MatrixXd> tangent_times(const MatrixXd& Y) const;
   Series<MatrixXd> mass_times(const MatrixXd& Y) const;
@@ -37,6 +41,10 @@ class MechanismSeries {
   };
   void expand();
   void set(int order, const VectorXd& y);
+  /// K̃(s) Y of (27).
+  Series<MatrixXd> tilted_tangent_times(const MatrixXd& Y) const;
+  /// Of the stroke, along the displacement or the spin of the end-effector.
+  Series<Vector3d> stroke_gradient() const;
   template <class Apply>
   Series<MatrixXd> leaf_products(const MatrixXd& Y, int orders, const Apply& apply) const;
 
@@ -45,7 +53,7 @@ class MechanismSeries {
     Series<VectorXd> value;
     Series<MatrixXd> gradient, curvature;
   };
-  void expand_joints(const std::vector<Series<Matrix3d>>& rotation);
+  void expand_joints();
   void add_joints(const MatrixXd& Y, int order, MatrixXd& result) const;
 
   const MechanismFactor* factor_;
@@ -54,6 +62,7 @@ class MechanismSeries {
   Series<VectorXd> multipliers_;
   Joints joints_;
   std::vector<Series<Vector3d>> place_, turn_;  ///< of every body: reference point, rotation vector
+  std::vector<Series<Matrix3d>> rotation_;
   std::vector<Series<Matrix6d>> body_mass_;
   VectorXd rate_;
 };

@@ -103,20 +103,31 @@ void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<Pa
   }
 }
 
-std::optional<double> parasitic_frequency_screening(const std::vector<FrequencyDerivatives>& modes,
-                                                    const StrokeRequest& request, double stroke) {
-  std::optional<double> lowest;
-  for (const FrequencyDerivatives& d : modes) {
-    if (d.mode.kind == ModeKind::drive) continue;
-    if (d.mode.kind == ModeKind::leaf && request.parasitic_skips_leaf_modes) continue;
-    if (d.mode.kind == ModeKind::intermediate_body && request.parasitic_skips_intermediate_modes)
-      continue;
+std::vector<ScreeningFrequency> screening_frequencies(
+    const std::vector<FrequencyDerivatives>& modes, const StrokeRequest& request, double stroke) {
+  std::vector<ScreeningFrequency> found;
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    const FrequencyDerivatives& d = modes[k];
+    if (!is_parasitic(d.mode, request)) continue;
     const double c = d.compliance + stroke * (d.d_compliance + 0.5 * stroke * d.d2_compliance);
     if (!(c > 0)) continue;  // stiffens beyond what the parabola can tell: not the lowest
-    const double f = 1 / (2 * std::numbers::pi * std::sqrt(c));
-    if (!lowest || f < *lowest) lowest = f;
+    found.push_back({k, 1 / (2 * std::numbers::pi * std::sqrt(c))});
   }
-  return lowest;
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.value < b.value; });
+  return found;
+}
+
+VectorXd screening_gradient(const FrequencyDerivatives& d, const FrequencyDerivativeGradients& g,
+                            double stroke) {
+  const double w2 = d.omega2, w4 = w2 * w2,
+               c = d.compliance + stroke * (d.d_compliance + 0.5 * stroke * d.d2_compliance);
+  const VectorXd dc = -g.omega2 / w4, dc1 = -g.d_omega2 / w4 - (2 * d.d_compliance / w2) * g.omega2,
+                 dc2 = (4 * d.d_omega2 / w2 * g.d_omega2 -
+                        2 * d.d_omega2 * d.d_omega2 / w4 * g.omega2 - g.d2_omega2) /
+                           w4 -
+                       (2 * d.d2_compliance / w2) * g.omega2;
+  return -(dc + stroke * (dc1 + 0.5 * stroke * dc2)) / (4 * std::numbers::pi * c * std::sqrt(c));
 }
 
 }  // namespace flexopt

@@ -1,13 +1,11 @@
 #pragma once
 // Exact derivatives of everything a point of the path answers with respect to design parameters.
 // Equations (26)–(30) of README.md.
-#include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "core/elements/plate_mesh_rate.hpp"
+#include "core/response/design_rates.hpp"
 #include "core/response/exact_modes.hpp"
 #include "core/response/mechanism_factor.hpp"
 #include "core/response/stroke_gradients.hpp"
@@ -16,16 +14,6 @@ namespace flexopt {
 
 /// Why a model has no exact derivatives, if so.
 std::optional<std::string> without_gradients(const ModelOptions& model);
-
-/// Derivatives of the leaves' operators, made once for each mesh.
-class MeshRates {
- public:
-  /// Of the system's leaves, which must be FullLeaf.
-  std::vector<std::shared_ptr<const PlateMeshRate>> of(const System& system);
-
- private:
-  std::map<std::shared_ptr<const PlateMesh>, std::shared_ptr<const PlateMeshRate>> made_;
-};
 
 /// `directions`: derivative of every number of the mechanism along each parameter. Modes: those
 /// that the point lists.

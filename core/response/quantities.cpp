@@ -59,6 +59,20 @@ const std::vector<Entry>& entries() {
 
 }  // namespace
 
+bool is_parasitic(const Mode& mode, const StrokeRequest& request) {
+  switch (mode.kind) {
+    case ModeKind::drive:
+      return false;
+    case ModeKind::leaf:
+      return !request.parasitic_skips_leaf_modes;
+    case ModeKind::intermediate_body:
+      return !request.parasitic_skips_intermediate_modes;
+    case ModeKind::end_effector:
+      break;
+  }
+  return true;
+}
+
 std::vector<Quantity> quantities(Direction drive) {
   std::vector<Quantity> list;
   for (const Entry& e : entries()) {

@@ -111,6 +111,10 @@ struct PathPoint {
   std::vector<Vector3d> probes;  ///< displacements, in the order of the request [m]
 };
 
+/// Whether the parasitic frequency may be that of this mode: not the drive's, nor of a kind that
+/// the request skips.
+bool is_parasitic(const Mode& mode, const StrokeRequest& request);
+
 enum class Status { ok, no_equilibrium };
 
 struct StrokeResponse {

@@ -37,9 +37,16 @@ struct PointGradients {
   MatrixXd stress_peaks;               ///< row k: of `PathPoint::stress_peaks[k]`, likewise
 };
 
+/// Derivatives of FrequencyDerivatives, along the parameters. Members of a cluster of equal
+/// frequencies: as if nothing coupled them, which symmetry grants.
+struct FrequencyDerivativeGradients {
+  VectorXd omega2, d_omega2, d2_omega2;
+};
+
 struct StrokeGradients {
   std::vector<std::string> parameters;  ///< names of the columns
   std::vector<PointGradients> path;     ///< one for each point of the response
+  std::vector<FrequencyDerivativeGradients> frequency_derivatives;  ///< as the response's
 };
 
 /// A response and its derivatives. There are none where the response has no equilibrium, or where

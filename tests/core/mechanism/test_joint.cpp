@@ -67,12 +67,12 @@ TEST_CASE("conditions of joints follow their first and second derivatives", "[jo
 TEST_CASE("conditions of joints follow what they depend on", "[joint]") {
   const JointType type = GENERATE(from_range(std::begin(types), std::end(types)));
   const Pair pair;
-  const JointState state{joint(type), pair.a, pair.b, direction(3).head(size_of(type).conditions)};
+  const JointState<double> state{joint(type), pair.a, pair.b, direction(3).head(size_of(type).conditions)};
   // the axis stands: where it moves, the choice of e2 and e3 does not bear on what is held
   const Vector12d d = direction(1.5), r = direction(2.5);
   const VectorXd dm = direction(4).head(size_of(type).conditions);
   const auto at = [&](double h) {
-    JointState s = state;
+    JointState<double> s = state;
     s.body = moved(state.body, h * d.head<6>());
     s.other = moved(state.other, h * d.tail<6>());
     s.body.reference += h * r.head<3>();
@@ -81,16 +81,16 @@ TEST_CASE("conditions of joints follow what they depend on", "[joint]") {
     s.multipliers += h * dm;
     return s;
   };
-  JointState rate = at(0);
+  JointState<double> rate = at(0);
   rate.body = {d.head<3>(), hat(d.segment<3>(3)) * state.body.rotation, r.head<3>()};
   rate.other = {d.segment<3>(6), hat(d.tail<3>()) * state.other.rotation, r.segment<3>(3)};
   rate.joint.place = r.tail<3>();
   rate.joint.axis.setZero();
   rate.multipliers = dm;
-  const JointRates exact = joint_rates(state, rate);
+  const JointRates<double> exact = joint_rates(state, rate);
   const Derivatives differences = ridders(
       [&](double h) {
-        const JointState s = at(h);
+        const JointState<double> s = at(h);
         const JointConditions c = conditions(s.joint, s.body, s.other);
         const Matrix12d H = curvature(s.joint, s.body, s.other, s.multipliers);
         std::vector<double> all(c.value.data(), c.value.data() + c.value.size());

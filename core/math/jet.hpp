@@ -1,0 +1,169 @@
+#pragma once
+// Numbers along a path as scalars of Eigen: c[0] + c[1] s + c[2] s², cut off after s². What is
+// written for any scalar becomes a series by them.
+#include <concepts>
+#include <type_traits>
+
+#include "core/math/rotation.hpp"
+#include "core/math/series.hpp"
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+struct Jet {
+  Series<double> c{};
+
+  Jet() = default;
+  Jet(double value) : c{value, 0, 0} {}
+  Jet(double c0, double c1, double c2) : c{c0, c1, c2} {}
+
+  Jet& operator+=(const Jet& b) {
+    for (int o = 0; o < 3; ++o) c[o] += b.c[o];
+    return *this;
+  }
+  Jet& operator-=(const Jet& b) {
+    for (int o = 0; o < 3; ++o) c[o] -= b.c[o];
+    return *this;
+  }
+  Jet& operator*=(const Jet& b) {
+    c = {c[0] * b.c[0], c[0] * b.c[1] + c[1] * b.c[0],
+         c[0] * b.c[2] + c[1] * b.c[1] + c[2] * b.c[0]};
+    return *this;
+  }
+  Jet& operator*=(double b) {
+    for (double& x : c) x *= b;
+    return *this;
+  }
+  /// By a number that is not zero at the start of the path.
+  Jet& operator/=(const Jet& b) {
+    c[0] /= b.c[0];
+    c[1] = (c[1] - c[0] * b.c[1]) / b.c[0];
+    c[2] = (c[2] - c[0] * b.c[2] - c[1] * b.c[1]) / b.c[0];
+    return *this;
+  }
+
+  friend Jet operator-(Jet a) { return a *= -1.0; }
+  friend Jet operator+(Jet a, const Jet& b) { return a += b; }
+  friend Jet operator-(Jet a, const Jet& b) { return a -= b; }
+  friend Jet operator*(Jet a, const Jet& b) { return a *= b; }
+  friend Jet operator*(Jet a, double b) { return a *= b; }
+  friend Jet operator*(double a, Jet b) { return b *= a; }
+  friend Jet operator/(Jet a, const Jet& b) { return a /= b; }
+  friend bool operator==(const Jet&, const Jet&) = default;
+};
+
+}  // namespace flexopt
+
+namespace Eigen {
+
+template <>
+struct NumTraits<flexopt::Jet> : GenericNumTraits<flexopt::Jet> {
+  using Real = flexopt::Jet;
+  using NonInteger = flexopt::Jet;
+  using Nested = flexopt::Jet;
+  using Literal = double;
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 0,
+    ReadCost = 3,
+    AddCost = 3,
+    MulCost = 9
+  };
+};
+
+template <class Op>
+struct ScalarBinaryOpTraits<flexopt::Jet, double, Op> {
+  using ReturnType = flexopt::Jet;
+};
+template <class Op>
+struct ScalarBinaryOpTraits<double, flexopt::Jet, Op> {
+  using ReturnType = flexopt::Jet;
+};
+
+}  // namespace Eigen
+
+namespace flexopt {
+
+/// The coefficients of one order, in place; the entries of A must lie in columns one after another.
+template <class Derived>
+auto coefficients(Eigen::MatrixBase<Derived>& A, int order) {
+  static_assert(std::same_as<typename Derived::Scalar, Jet>);
+  using Step = Eigen::Stride<Eigen::Dynamic, 3>;
+  return Eigen::Map<MatrixXd, 0, Step>(&A.derived().coeffRef(0, 0).c[order], A.rows(), A.cols(),
+                                       Step(3 * A.derived().outerStride(), 3));
+}
+template <class Derived>
+auto coefficients(const Eigen::MatrixBase<Derived>& A, int order) {
+  static_assert(std::same_as<typename Derived::Scalar, Jet>);
+  using Step = Eigen::Stride<Eigen::Dynamic, 3>;
+  return Eigen::Map<const MatrixXd, 0, Step>(&A.derived().coeffRef(0, 0).c[order], A.rows(),
+                                             A.cols(), Step(3 * A.derived().outerStride(), 3));
+}
+
+/// Entry by entry.
+template <class Dense>
+Eigen::Matrix<Jet, Dense::RowsAtCompileTime, Dense::ColsAtCompileTime> jets(
+    const Series<Dense>& series) {
+  Eigen::Matrix<Jet, Dense::RowsAtCompileTime, Dense::ColsAtCompileTime> A(series[0].rows(),
+                                                                           series[0].cols());
+  for (Eigen::Index j = 0; j < A.cols(); ++j)
+    for (Eigen::Index i = 0; i < A.rows(); ++i)
+      A(i, j) = {series[0](i, j), series[1](i, j), series[2](i, j)};
+  return A;
+}
+
+/// C = A B of a matrix A of numbers; by the orders where B has them, for these products are fast.
+template <class C, class A, class B>
+void assign_product(C& c, const A& a, const B& b) {
+  if constexpr (std::same_as<typename B::Scalar, double>) {
+    c.noalias() = a * b;
+  } else {
+    c.resize(a.rows(), b.cols());
+    for (int o = 0; o < 3; ++o) coefficients(c, o).noalias() = a * coefficients(b, o);
+  }
+}
+
+/// A linear map of numbers, of each order where A has orders.
+template <class S, class Map>
+Eigen::MatrixX<S> by_orders(const Eigen::MatrixX<S>& A, const Map& map) {
+  if constexpr (std::same_as<S, double>) {
+    return map(A);
+  } else {
+    Series<MatrixXd> B;
+    for (int o = 0; o < 3; ++o) B[o] = map(MatrixXd(coefficients(A, o)));
+    return jets(B);
+  }
+}
+
+/// Entry by entry, the other way.
+template <int Rows, int Columns>
+Series<Eigen::Matrix<double, Rows, Columns>> series(const Eigen::Matrix<Jet, Rows, Columns>& A) {
+  Series<Eigen::Matrix<double, Rows, Columns>> result;
+  for (int o = 0; o < 3; ++o) result[o] = coefficients(A, o);
+  return result;
+}
+
+/// Σ m! (−q)ᵏ/(2k + m)!, m > 0, of q below π²: sin a/a, 2 (1 − cos a)/a², 6 (a − sin a)/a³ at q =
+/// a².
+inline Jet sine_series(const Jet& q, int m) {
+  Jet f = 1;  // Horner from the 16th term, below 1e-20
+  for (int k = 16; k >= 1; --k) f = 1.0 - q * f * (1.0 / ((2 * k + m - 1) * (2 * k + m)));
+  return f;
+}
+
+/// rotation_exp() and rotation_left_tangent() along a path of rotation vectors, |θ| < π.
+inline Matrix3<Jet> jet_rotation_exp(const Vector3<Jet>& theta) {
+  const Jet q = theta.dot(theta);
+  const Matrix3<Jet> W = hat(theta);
+  return Matrix3<Jet>::Identity() + sine_series(q, 1) * W + (0.5 * sine_series(q, 2)) * W * W;
+}
+inline Matrix3<Jet> jet_rotation_left_tangent(const Vector3<Jet>& theta) {
+  const Jet q = theta.dot(theta);
+  const Matrix3<Jet> W = hat(theta);
+  return Matrix3<Jet>::Identity() + (0.5 * sine_series(q, 2)) * W +
+         (sine_series(q, 3) * (1.0 / 6)) * W * W;
+}
+
+}  // namespace flexopt
