@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/math/ridders.hpp"
+#include "core/response/frequency_derivatives.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/expression.hpp"
 #include "optim/goals.hpp"
@@ -97,6 +98,27 @@ std::vector<double> rounding_of(const Evaluate& numbers) {
   return squares;
 }
 
+constexpr const char* screening = "parasitic_frequency_screening";
+
+// At each point the mode that the screening frequency is of; nothing where an equal one is beside
+// it.
+std::vector<std::optional<std::size_t>> screening_modes(const StrokeResponse& response,
+                                                        const StrokeRequest& request) {
+  const std::vector<FrequencyDerivatives>& all = response.frequency_derivatives;
+  const auto equal = [&](std::size_t a, std::size_t b) {
+    return b < all.size() && std::abs(all[a].omega2 - all[b].omega2) < 1e-6 * all[a].omega2;
+  };
+  std::vector<std::optional<std::size_t>> modes;
+  for (const PathPoint& point : response.path) {
+    modes.emplace_back();
+    const auto found = screening_frequencies(all, request, point.stroke);
+    if (found.empty()) continue;
+    const std::size_t k = found.front().mode;
+    if (!equal(k, k + 1) && !equal(k, k - 1)) modes.back() = k;
+  }
+  return modes;
+}
+
 void average_slopes(const std::vector<Group>& groups, const Numbers& here, Numbers& slopes) {
   for (const Group& g : groups) {
     double squares = 0, change = 0;
@@ -119,7 +141,6 @@ GradientReport check_gradients(const Job& job, double tolerance, int threads) {
   }
   StrokeRequest request = job.optimise ? request_of_goals(job, make_goals(job)) : job.request;
   request.exact = true;
-  request.frequency_derivatives = false;
   request.path = true;
   request.shapes = false;
   request.newton.tolerance = std::min(request.newton.tolerance, 1e-12);
@@ -157,10 +178,20 @@ GradientReport check_gradients(const Job& job, double tolerance, int threads) {
   const std::vector<Quantity> names =
       quantities(find_family(job.design.family, "/design/family").drive);
   const std::vector<PointGradients>& points = exact.gradients->path;
+  // the lowest of the screening frequencies has kinks: that of the mode which is the lowest here
+  const std::vector<std::optional<std::size_t>> screened = screening_modes(exact.response, request);
   const auto values = [&](const StrokeResponse& response) {
     Numbers all;
-    for (const PathPoint& point : response.path)
-      for (const Quantity& q : names) all.push_back(value_of(point, q.name));
+    for (std::size_t k = 0; k < response.path.size(); ++k)
+      for (const Quantity& q : names) {
+        if (q.name != screening)
+          all.push_back(value_of(response.path[k], q.name));
+        else if (screened[k] && *screened[k] < response.frequency_derivatives.size())
+          all.push_back(screening_frequency(response.frequency_derivatives[*screened[k]],
+                                            response.path[k].stroke));
+        else
+          all.push_back(std::nullopt);
+      }
     return all;
   };
   const Numbers here = values(exact.response);

@@ -71,10 +71,11 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
 
 // y_i of (K − λ_i M) y_i = b_i without the modes of i's cluster: the known modes by their
 // amplitudes, the rest by conjugate gradients preconditioned with K⁻¹ (all columns in step), until
-// b·y + r·y is known to `tolerance`, r being the residual left.
+// b·y + r·y, r being the residual left, is known to `tolerance` or to the share `relative` of the
+// energy.
 std::optional<MatrixXd> solve_shifted(const MechanismFactor& factor, const Modes& modes,
                                       const std::vector<Range>& cluster_of, const MatrixXd& B,
-                                      const VectorXd& tolerance) {
+                                      const VectorXd& tolerance, double relative) {
   const int p = static_cast<int>(B.cols());
   const auto complement = [&](MatrixXd& Y) {
     Y.noalias() -= modes.phi * (modes.M_phi.transpose() * Y).eval();
@@ -91,8 +92,8 @@ std::optional<MatrixXd> solve_shifted(const MechanismFactor& factor, const Modes
   complement(Y);
   const auto shift = modes.lambda.head(p).asDiagonal();
   const VectorXd size = R0.cwiseProduct(Y).colwise().sum().cwiseAbs();
-  const VectorXd enough = tolerance.cwiseMax(1e-20 * size);  // or rounding
-  MatrixXd R = factor.mass(Y) * shift;                       // K Y = R0
+  const VectorXd enough = tolerance.cwiseMax(relative * size);
+  MatrixXd R = factor.mass(Y) * shift;  // K Y = R0
   MatrixXd Z = factor.solve(R), P, KP;
   complement(Z);
   VectorXd rz = R.cwiseProduct(Z).colwise().sum();
@@ -125,7 +126,7 @@ MatrixXd shifted_residual(const MechanismFactor& factor, const MechanismSeries& 
   return B - series.tangent(y) + factor.mass(y) * lambda.head(y.cols()).asDiagonal();
 }
 
-// The same to rounding.
+// The same to rounding, in two rounds that gain 7 digits each.
 std::optional<MatrixXd> solve_shifted_exactly(const MechanismFactor& factor,
                                               const MechanismSeries& series, const Modes& modes,
                                               const std::vector<Range>& cluster_of,
@@ -134,7 +135,7 @@ std::optional<MatrixXd> solve_shifted_exactly(const MechanismFactor& factor,
   for (int round = 0; round < 2; ++round) {
     const auto more = solve_shifted(factor, modes, cluster_of,
                                     shifted_residual(factor, series, modes.lambda, B, y),
-                                    VectorXd::Zero(B.cols()));
+                                    VectorXd::Zero(B.cols()), 1e-14);
     if (!more) return std::nullopt;
     y += *more;
   }
@@ -209,7 +210,7 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
   std::optional<MatrixXd> modal =
       exact ? solve_shifted_exactly(factor, series, modes, result.cluster_of, B)
             : solve_shifted(factor, modes, result.cluster_of, B,
-                            1e-6 / (unit * unit) * modes.lambda.head(p).cwiseAbs());
+                            1e-6 / (unit * unit) * modes.lambda.head(p).cwiseAbs(), 1e-20);
   if (!modal) {
     message = "the modal derivatives of the modes were not found in 200 iterations";
     return std::nullopt;

@@ -51,10 +51,12 @@ struct ScreeningFrequency {
   std::size_t mode;  ///< in the list
   double value;      ///< [Hz]
 };
-/// (25) of every mode that counts as parasitic, ascending.
+/// (25) of one mode; nothing where its parabola is not positive.
+std::optional<double> screening_frequency(const FrequencyDerivatives& mode, double stroke);
+/// Of every mode that counts as parasitic, ascending.
 std::vector<ScreeningFrequency> screening_frequencies(
     const std::vector<FrequencyDerivatives>& modes, const StrokeRequest& request, double stroke);
-/// Derivative of (25) of a mode along the design.
+/// Derivative of (25) along the design.
 VectorXd screening_gradient(const FrequencyDerivatives& mode,
                             const FrequencyDerivativeGradients& gradients, double stroke);
 

@@ -103,15 +103,18 @@ void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<Pa
   }
 }
 
+std::optional<double> screening_frequency(const FrequencyDerivatives& d, double stroke) {
+  const double c = d.compliance + stroke * (d.d_compliance + 0.5 * stroke * d.d2_compliance);
+  if (!(c > 0)) return std::nullopt;  // stiffens beyond what the parabola can tell: not the lowest
+  return 1 / (2 * std::numbers::pi * std::sqrt(c));
+}
+
 std::vector<ScreeningFrequency> screening_frequencies(
     const std::vector<FrequencyDerivatives>& modes, const StrokeRequest& request, double stroke) {
   std::vector<ScreeningFrequency> found;
   for (std::size_t k = 0; k < modes.size(); ++k) {
-    const FrequencyDerivatives& d = modes[k];
-    if (!is_parasitic(d.mode, request)) continue;
-    const double c = d.compliance + stroke * (d.d_compliance + 0.5 * stroke * d.d2_compliance);
-    if (!(c > 0)) continue;  // stiffens beyond what the parabola can tell: not the lowest
-    found.push_back({k, 1 / (2 * std::numbers::pi * std::sqrt(c))});
+    if (!is_parasitic(modes[k].mode, request)) continue;
+    if (const auto value = screening_frequency(modes[k], stroke)) found.push_back({k, *value});
   }
   std::stable_sort(found.begin(), found.end(),
                    [](const auto& a, const auto& b) { return a.value < b.value; });

@@ -51,20 +51,30 @@ int main() {
   StrokeRequest request;
   request.points.clear();
   for (int i = 0; i <= 10; ++i) request.points.push_back(0.35 * i / 10);
-  request.frequency_derivatives = false;
   fmt::print("three leaves, 11 points, default mesh, stress; cost over that of the stroke alone\n");
   fmt::print(
       "| frequencies | 1 parameter | 12 parameters | each further one |\n|---|---|---|---|\n");
-  for (const auto& [frequencies, free] : {std::pair{0, 0}, {4, 0}, {8, 0}, {8, 8}}) {
+  struct Row {
+    int frequencies, free;
+    bool screening;
+  };
+  for (const auto& [frequencies, free, screening] : {Row{0, 0, false},
+                                                     {4, 0, false},
+                                                     {8, 0, false},
+                                                     {8, 8, false},
+                                                     {4, 0, true},
+                                                     {8, 8, true}}) {
     request.frequencies = frequencies;
     request.frequencies_free = free;
+    request.frequency_derivatives = screening;
     const auto with = [&](std::size_t count) {
       const std::vector<MechanismDirection> some(all.begin(), all.begin() + count);
       return shortest([&] { (void)evaluate_stroke_gradients(mechanism, some, model, request); });
     };
     const double plain = shortest([&] { (void)evaluate_stroke(mechanism, model, request); });
     const double one = with(1), twelve = with(12);
-    fmt::print("| {} drive free, {} locked | {:.2f} | {:.2f} | {:.3f} |\n", free, frequencies,
-               one / plain, twelve / plain, (twelve - one) / 11 / plain);
+    fmt::print("| {} drive free, {} locked{} | {:.2f} | {:.2f} | {:.3f} |\n", free, frequencies,
+               screening ? ", screening" : "", one / plain, twelve / plain,
+               (twelve - one) / 11 / plain);
   }
 }
