@@ -35,9 +35,9 @@ void check(const Matrix3<Jet>& series, const F& f) {
 
 TEST_CASE("jets multiply and divide as the series they are") {
   // 1/(1 − s) = 1 + s + s² and (1 + s)² (1 − s) = 1 + s − s²
-  CHECK(Jet(1) / Jet(1, -1, 0) == Jet(1, 1, 1));
-  CHECK(Jet(1, 1, 0) * Jet(1, 1, 0) * Jet(1, -1, 0) == Jet(1, 1, -1));
-  CHECK(2.0 * Jet(1, 2, 3) - Jet(1, 1, 1) * 0.5 == Jet(1.5, 3.5, 5.5));
+  CHECK((Jet(1) / Jet(1, -1, 0) == Jet(1, 1, 1)));
+  CHECK((Jet(1, 1, 0) * Jet(1, 1, 0) * Jet(1, -1, 0) == Jet(1, 1, -1)));
+  CHECK((2.0 * Jet(1, 2, 3) - Jet(1, 1, 1) * 0.5 == Jet(1.5, 3.5, 5.5)));
 }
 
 TEST_CASE("rotations of jets are those of the path") {
@@ -53,9 +53,9 @@ TEST_CASE("products by the orders are products of jets") {
   assign_product(C, A, B);
   const Vector3<Jet> one = A * path();
   for (int c = 0; c < 3; ++c) {
-    CHECK(C(c, 0) == one[c]);
-    CHECK(C(c, 1) == one[c] * 2.0);
+    CHECK((C(c, 0) == one[c]));
+    CHECK((C(c, 1) == one[c] * 2.0));
   }
   const Eigen::MatrixX<Jet> same = jets(series(Eigen::MatrixX<Jet>(B)));
-  CHECK(same == B);
+  CHECK((same == B));
 }
