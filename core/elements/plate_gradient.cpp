@@ -84,10 +84,10 @@ PlateGradientState<double> present_state(const PlateLeaf& plate) {
 template <class S>
 PlateGradient<S>::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const PlateMeshRate> rate,
                                 const LeafRows& rows, PlateGradientState<S> state)
-    : plate_(&plate),
+    : LeafGradient<S>(rows, plate.mesh().shape().width),
+      plate_(&plate),
       mesh_(&plate.mesh()),
       rate_(std::move(rate)),
-      rows_(rows),
       state_(std::move(state)) {
   const auto& slopes = mesh_->edge_slopes();
   for (int e = 0; e < 2; ++e) {
@@ -358,7 +358,7 @@ template <class S>
 template <int Side>
 void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
                                           const std::array<Matrix, 2>& N2, const Vector& mu,
-                                          Quadratic& q, std::vector<Matrix>& n0,
+                                          LeafQuadratic<S>& q, std::vector<Matrix>& n0,
                                           std::array<Matrix, 2>& n1) const {
   constexpr int functions = 2 * Side;
   using Block = Eigen::Matrix<S, functions, Eigen::Dynamic>;
@@ -477,7 +477,7 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
 }
 
 template <class S>
-auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Quadratic {
+auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> LeafQuadratic<S> {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines(),
             columns = static_cast<int>(Y.cols());
   assert(Y.rows() == size() && mu.size() == columns);
@@ -501,12 +501,7 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Qua
       }
     }
   }
-  Quadratic q;
-  q.stiffness = Vector::Zero(columns);
-  q.mass = Vector::Zero(columns);
-  q.shape = Eigen::Matrix3X<S>::Zero(3, columns);
-  q.state = Matrix::Zero(size(), columns);
-  q.edge.resize(columns);
+  LeafQuadratic<S> q(size(), columns);
   if (mesh_->functions_per_side() == 8)
     this->template quadratic_elements<8>(N1, N2, mu, q, n0, n1);
   else
@@ -521,12 +516,7 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Qua
     const int line = edges_[e].line, body = rows_.body(e);
     const Matrix3<S>& R = edges_[e].axes;
     for (int k = 0; k < columns; ++k) {
-      typename Quadratic::Edge& g = q.edge[k][e];
-      g.rotation.setZero();
-      g.position.setZero();
-      g.arm.setZero();
-      g.displacement.setZero();
-      g.spin.setZero();
+      typename LeafQuadratic<S>::Edge& g = q.edge[k][e];
       const Vector3<S> w = Y.template block<3, 1>(body + 3, k);
       for (int s = 0; s < n; ++s) {
         const Vector3<S> f0 = n0[line].template block<1, 3>(s, 3 * k).transpose(),
@@ -559,28 +549,6 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Qua
     }
   }
   return q;
-}
-
-template <class S>
-S PlateGradient<S>::rate(const Quadratic& q, const Matrix& Y, int k,
-                         const LeafVariation<S>& v) const {
-  S sum = q.shape.col(k).cwiseProduct(v.shape).sum() + q.point.col(k).cwiseProduct(v.point).sum();
-  if (rows_.point > 0) {
-    const Vector3<S> y_u = Y.template block<3, 1>(rows_.point_body(), k);
-    sum += 2.0 *
-           Y.template block<3, 1>(rows_.unknowns, k).dot(Vector3<S>(v.turn * y_u - v.length * y_u));
-  }
-  for (int e = 0; e < 2; ++e) {
-    if (!rigid_[e]) continue;
-    const typename Quadratic::Edge& g = q.edge[k][e];
-    const auto body = Y.col(k).template segment<6>(rows_.body(e));
-    sum +=
-        g.rotation.cwiseProduct(v.edge[e].rotation).sum() + g.position.dot(v.edge[e].position) +
-        g.arm.dot(v.edge[e].arm) + g.across * v.shape[0] / mesh_->shape().width +
-        g.displacement.dot(v.turn * body.template head<3>() - v.length * body.template head<3>()) +
-        g.spin.dot(v.turn * body.template tail<3>());
-  }
-  return sum;
 }
 
 template class PlateGradient<double>;

@@ -44,9 +44,8 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
 // q += 2 y_f·y_u − 2 y_f·Σ w N1 − f·Σ w N2
 template <class S>
 void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Matrix>& N1,
-                                           const std::array<Matrix, 2>& N2, Quadratic& q,
+                                           const std::array<Matrix, 2>& N2, LeafQuadratic<S>& q,
                                            std::array<Matrix, 2>& n1) const {
-  q.point = Eigen::Matrix2X<S>::Zero(2, Y.cols());
   if (rows_.point == 0) return;
   const Vector3<S>& f = state_.point_force;
   for (int k = 0; k < static_cast<int>(Y.cols()); ++k) {
@@ -74,13 +73,13 @@ void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Ma
   }
 }
 
-#define INSTANTIATE(S)                                                                           \
-  template void PlateGradient<S>::add_point_force();                                             \
-  template void PlateGradient<S>::add_point_rates(                                               \
-      const std::array<Matrix, 2>&, const std::vector<LeafVariation<S>>&, Matrix&) const;        \
-  template void PlateGradient<S>::add_point_quadratic(const Matrix&, const std::vector<Matrix>&, \
-                                                      const std::array<Matrix, 2>&, Quadratic&,  \
-                                                      std::array<Matrix, 2>&) const;
+#define INSTANTIATE(S)                                                                            \
+  template void PlateGradient<S>::add_point_force();                                              \
+  template void PlateGradient<S>::add_point_rates(                                                \
+      const std::array<Matrix, 2>&, const std::vector<LeafVariation<S>>&, Matrix&) const;         \
+  template void PlateGradient<S>::add_point_quadratic(                                            \
+      const Matrix&, const std::vector<Matrix>&, const std::array<Matrix, 2>&, LeafQuadratic<S>&, \
+      std::array<Matrix, 2>&) const;
 INSTANTIATE(double)
 INSTANTIATE(Jet)
 #undef INSTANTIATE
