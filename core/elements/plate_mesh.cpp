@@ -31,15 +31,6 @@ std::vector<double> graded_points(double a, double b, int intervals, double g) {
   return points;
 }
 
-Eigen::Matrix<double, 16, 1> hermite_products(const std::array<double, 4>& X,
-                                              const std::array<double, 4>& Y) {
-  Row16 row;
-  for (int p = 0; p < 2; ++p)
-    for (int q = 0; q < 2; ++q)
-      for (int k = 0; k < 4; ++k) row[8 * p + 4 * q + k] = X[2 * p + k % 2] * Y[2 * q + k / 2];
-  return row;
-}
-
 PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
   if (shape.is_beam()) shape_.mesh[1] = 1;
   assert(shape.mesh[0] >= 2 && shape.mesh[1] >= 1);

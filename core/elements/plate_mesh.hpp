@@ -53,8 +53,15 @@ HermiteValuesT<S> hermite(double s, const S& h) {
 inline HermiteValues hermite(double s, double h) { return hermite<double>(s, h); }
 
 /// The 16 products X[2p + kx] Y[2q + ky], at function 8p + 4q + kx + 2ky of an element.
-Eigen::Matrix<double, 16, 1> hermite_products(const std::array<double, 4>& X,
-                                              const std::array<double, 4>& Y);
+template <class S>
+Eigen::Matrix<S, 16, 1> hermite_products(const std::array<double, 4>& X,
+                                         const std::array<S, 4>& Y) {
+  Eigen::Matrix<S, 16, 1> row;
+  for (int p = 0; p < 2; ++p)
+    for (int q = 0; q < 2; ++q)
+      for (int k = 0; k < 4; ++k) row[8 * p + 4 * q + k] = X[2 * p + k % 2] * Y[2 * q + k / 2];
+  return row;
+}
 
 /// Functions 4p + k of (r0, r0,x, d, d,x) of a beam: X[2p + k % 2] times `middle` (k < 2) or
 /// `across`.

@@ -39,6 +39,8 @@ struct PlateCondensation {
   int vibration_modes = 0;                     ///< fixed-interface modes kept
 };
 
+class Condensation;
+
 /// A condensed body: the superelement and the fields it stands for.
 struct CondensedPlate {
   std::shared_ptr<const PlateMesh> mesh;
@@ -47,6 +49,7 @@ struct CondensedPlate {
   /// Nodes, K_CB, M_CB, Φ_CB. `recovery`: nodal dofs over L for the boundary modes, in the order
   /// (line, component, node, function) of PlateLeaf::nodal.
   SuperelementModel superelement;
+  std::shared_ptr<const Condensation> condensation;  ///< what it was made by, for derivatives
 };
 
 /// Full stiffness and mass (over D and ρ t L⁴) of a body, unconstrained, in the order of
@@ -61,5 +64,8 @@ std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body);
 /// Static condensation to the interface nodes, and the lowest fixed-interface modes. The middle of
 /// the plate, where the frame sits, must not lie in a cell that was left out.
 CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation);
+/// On a mesh of one's own, of a beam too.
+CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation,
+                        std::shared_ptr<const PlateMesh> mesh);
 
 }  // namespace flexopt
