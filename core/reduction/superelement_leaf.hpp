@@ -31,19 +31,32 @@ class SuperelementLeaf final : public LeafElement {
   LeafReport report() const override;
 
   const SuperelementGrid& grid() const { return *grid_; }
+  const LeafScale& scale() const { return scale_; }
   const std::vector<NodePose>& nodes() const { return nodes_; }  ///< line by line
   const Superelement& superelement(int i) const { return elements_[i]; }
-
- private:
+  /// A line whose nodes a body or the ground holds.
   bool is_edge(int line) const {
     return line == 0 || (line == grid_->lines() - 1 && leaf_.tip != free_edge);
   }
-  bool has_point() const { return !shares_.empty(); }
-  int boundary() const { return has_point() ? 15 : 12; }  ///< coordinates seen from outside
   int edge_of(int line) const { return line == 0 ? 0 : 1; }
-  int unknowns() const { return K_.offset.empty() ? 0 : K_.size(); }
+  int unknowns() const { return K_.offset.empty() ? 0 : K_.size(); }  ///< of the inner nodes
   /// First unknown of a line's nodes; the line is not an edge.
   int offset(int line) const { return K_.offset[line - 1]; }
+  const std::vector<NodeShare>& shares() const { return shares_; }
+  /// Of the material point: undeflected place, displacement and force on the leaf.
+  struct Point {
+    Vector3d place, displacement, force;
+  };
+  Point point() const { return {place_, displacement_, point_force_}; }
+
+  /// K_ff⁻¹ b of the inner nodes, edges and material point held; after evaluate().
+  void solve(Eigen::Ref<MatrixXd> b) const;
+  /// d(inner nodes)/d(edges, point).
+  MatrixXd static_shapes() const;
+
+ private:
+  bool has_point() const { return !shares_.empty(); }
+  int boundary() const { return has_point() ? 15 : 12; }  ///< coordinates seen from outside
   int node_index(SuperelementGrid::Node n) const {
     return n.line * grid_->nodes_per_line() + n.node;
   }
@@ -55,10 +68,6 @@ class SuperelementLeaf final : public LeafElement {
   /// Internal step for an increment of the edges and the material point; the change of the point's
   /// force goes to `df`.
   VectorXd internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const;
-  /// K_ff⁻¹ b, edges and material point held.
-  void solve(Eigen::Ref<MatrixXd> b) const;
-  /// d(unknowns)/d(edges, point).
-  MatrixXd static_shapes() const;
   /// Rates of a superelement's nodes for the columns of T (unknowns + 12 rows).
   MatrixXd node_rates(int element, const MatrixXd& T) const;
   SuperelementGrid::State grid_state() const;

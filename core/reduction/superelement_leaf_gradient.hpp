@@ -1,0 +1,91 @@
+#pragma once
+// A leaf of linear superelements as exact derivatives need it: in leaf axes and units (LeafRows),
+// like a full leaf. The internal unknowns are the inner nodes, six each, line by line: place over L
+// and axes, both seen from the leaf's axes, moved by (displacement, spin); then the amplitudes of
+// the superelements' vibration modes, zero at every equilibrium. With the numbers of its nodes
+// constant a leaf that grows or turns takes them along; one that widens slides under them.
+#include <memory>
+#include <vector>
+
+#include "core/elements/leaf_gradient.hpp"
+#include "core/reduction/superelement_gradient.hpp"
+#include "core/reduction/superelement_leaf.hpp"
+#include "core/reduction/superelement_model_rate.hpp"
+
+namespace flexopt {
+
+/// A leaf at its present places with its superelements in units of the leaf.
+class ScaledSuperelements {
+ public:
+  ScaledSuperelements(const SuperelementLeaf& leaf,
+                      std::shared_ptr<const SuperelementModelRate> rate);
+  ScaledSuperelements(const ScaledSuperelements&) = delete;
+
+  const SuperelementLeaf& leaf() const { return *leaf_; }
+  const SuperelementGrid& grid() const { return leaf_->grid(); }
+  const ScaledSuperelement& data(int i) const { return (*rate_)[i]; }
+  const Superelement& operator[](int i) const { return elements_[i]; }
+  const std::vector<NodePose>& nodes() const { return nodes_; }
+
+  int nodal() const { return leaf_->unknowns(); }  ///< unknowns of the inner nodes
+  int amplitudes() const { return own_ * grid().elements(); }
+  int unknowns() const { return nodal() + amplitudes(); }
+  int own_amplitudes() const { return own_; }
+  int amplitude(int element) const { return nodal() + own_ * element; }
+
+  /// K_ff⁻¹ b of the unknowns, edges and material point held. The leaf must be assembled.
+  void solve(Eigen::Ref<MatrixXd> b) const;
+  /// Static shapes: unknowns per increment of the edges (12) and the material point (3).
+  MatrixXd static_shapes() const;
+  /// M V for rates V of the unknowns and the edges (+ 12 rows).
+  MatrixXd mass_times(const MatrixXd& V) const;
+  /// Rates of an element's nodes and amplitudes by those of the unknowns and the edges.
+  MatrixXd element_rates(int element, const MatrixXd& V) const;
+
+ private:
+  const SuperelementLeaf* leaf_;
+  std::shared_ptr<const SuperelementModelRate> rate_;
+  int own_;
+  std::vector<NodePose> nodes_;
+  std::vector<Superelement> elements_;
+  std::vector<MatrixXd> mass_;
+};
+
+class SuperelementLeafGradient final : public LeafGradient<double> {
+ public:
+  /// `rows.unknowns` must be leaf.unknowns(). The material point is a node and stays it.
+  SuperelementLeafGradient(const ScaledSuperelements& leaf, const LeafRows& rows);
+
+  MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const override;
+  LeafQuadratic<double> quadratic(const MatrixXd& Y, const VectorXd& mu) const override;
+
+  /// Rates of the local coordinates of a superelement's nodes, of states that move by the columns
+  /// of Y along the variations.
+  MatrixXd local_rates(int element, const MatrixXd& Y,
+                       const std::vector<LeafVariation<double>>& variations) const;
+
+ private:
+  struct Node {
+    int edge;             ///< that holds it, or −1
+    int row;              ///< of its force in LeafRows: its own, or of the body that holds it
+    Vector3d local, arm;  ///< from the body to the node, in its axes and present
+    double y;             ///< place across, undeflected
+  };
+  /// Nodes as the variations alone move them: 6 rows a node.
+  MatrixXd node_rates(const std::vector<LeafVariation<double>>& variations) const;
+  /// Nodes by the columns of Y: 6 rows a node.
+  MatrixXd increments(const MatrixXd& Y) const;
+  void add_to_rows(const MatrixXd& nodal, MatrixXd& rows) const;
+  MatrixXd gather(int element, const MatrixXd& nodal) const;
+  void scatter(int element, const MatrixXd& of_element, Eigen::Ref<MatrixXd> nodal) const;
+  bool at_edge(int element) const;
+
+  const ScaledSuperelements* leaf_;
+  std::vector<Node> nodes_;
+  std::array<Matrix3d, 2> edge_axes_;
+  std::vector<SuperelementGradient> elements_;
+  MatrixXd node_force_;   ///< 6 rows a node
+  MatrixXd shape_force_;  ///< its derivatives in w/L, t/L, ν
+};
+
+}  // namespace flexopt
