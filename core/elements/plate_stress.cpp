@@ -59,15 +59,16 @@ S von_mises(const Vector3<S>& strain, const S& nu, const S& modulus) {
 
 constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
 
+std::vector<double> gauss_stations(const std::vector<double>& points) {
+  std::vector<double> s;
+  for (std::size_t i = 0; i + 1 < points.size(); ++i)
+    for (const double a : station) s.push_back(points[i] + a * (points[i + 1] - points[i]));
+  return s;
+}
+
 // Strains at the 2 × 2 Gauss stations of every element, where those of a cubic are superconvergent.
 // (Second derivatives jump from element to element; read anywhere else they are a saw-tooth.)
 StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal) {
-  const auto gauss_stations = [&](const std::vector<double>& points) {
-    std::vector<double> s;
-    for (std::size_t i = 0; i + 1 < points.size(); ++i)
-      for (const double a : station) s.push_back(points[i] + a * (points[i + 1] - points[i]));
-    return s;
-  };
   std::vector<Strains> values;
   for (int i = 0; i < mesh.elements_along(); ++i)
     for (const double a : station) {
@@ -200,20 +201,22 @@ StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& 
   return peak;
 }
 
-// The same by dual numbers, only at the four stations around the place.
-double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                         const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
-  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
-  const auto dual = [](double value, double derivative) {
-    return Dual(value, Eigen::Matrix<double, 1, 1>(derivative));
-  };
-  const PlateShape& shape = mesh.shape();
+namespace {
+using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+Dual dual(double value, double derivative) {
+  return {value, Eigen::Matrix<double, 1, 1>(derivative)};
+}
+}  // namespace
+
+// By dual numbers, only at the four stations around the place.
+double stress_rate(const PlateShape& shape, const std::vector<double>& xs,
+                   const std::vector<double>& ys,
+                   const std::function<StrainRate(int, int)>& strains_at, const StressPeak& peak,
+                   double youngs_modulus, const StressRate& rate) {
   const Dual width = dual(shape.width, rate.shape[0]),
              thickness = dual(shape.thickness, rate.shape[1]),
              nu = dual(shape.poissons_ratio, rate.shape[2]),
              modulus = dual(youngs_modulus, rate.youngs_modulus);
-  if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
-
   // places over L; the border of the corner zones moves with the width of narrow leaves
   const double zone = 0.1 * std::min(1.0, shape.width), across = (peak.across - 0.5) * shape.width;
   const auto at_border = [&](double distance) { return std::abs(distance - zone) < 1e-9 * zone; };
@@ -224,18 +227,31 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
   if (at_border(across + shape.width / 2)) y = moving - 0.5 * width;
   if (at_border(shape.width / 2 - across)) y = 0.5 * width - moving;
 
-  const auto stations_of = [](const std::vector<double>& points) {
-    std::vector<double> all;
-    for (std::size_t i = 0; i + 1 < points.size(); ++i)
-      for (const double a : station) all.push_back(points[i] + a * (points[i + 1] - points[i]));
-    return all;
-  };
-  const std::vector<double> xs = stations_of(mesh.x()), ys = stations_of(mesh.y());
   const auto [i, s0] = bracket(xs, peak.along);
   const auto [j, t0] = bracket(ys, across);
   const Dual per_width = width / shape.width;
   const Dual s = (x - xs[i]) / (xs[i + 1] - xs[i]),
              t = (y - ys[j] * per_width) / ((ys[j + 1] - ys[j]) * per_width);
+  const Dual one = dual(1, 0);
+  StrainsT<Dual> e;
+  const StrainRate e00 = strains_at(i, j), e01 = strains_at(i, j + 1), e10 = strains_at(i + 1, j),
+                   e11 = strains_at(i + 1, j + 1);
+  for (int k = 0; k < 6; ++k) {
+    const auto at = [k](const StrainRate& strain) { return dual(strain.value[k], strain.rate[k]); };
+    e[k] =
+        (one - s) * ((one - t) * at(e00) + t * at(e01)) + s * ((one - t) * at(e10) + t * at(e11));
+  }
+  const Dual half = thickness * (peak.on_positive_normal ? 0.5 : -0.5);
+  Vector3<Dual> strain;
+  for (int k = 0; k < 3; ++k) strain[k] = e[k] + half * e[k + 3];
+  return von_mises<Dual>(strain, nu, modulus).derivatives()[0];
+}
+
+double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                         const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
+  const PlateShape& shape = mesh.shape();
+  if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
+  const Dual per_width = dual(shape.width, rate.shape[0]) / shape.width;
   const auto strains_at = [&](int a, int b) {
     const int ei = a / 2, ej = b / 2;
     Eigen::Matrix<Dual, 16, 3> U;
@@ -243,20 +259,18 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
       for (int c = 0; c < 3; ++c)
         U(f, c) =
             dual(nodal[ei + f / 8](4 * ej + f % 8, c), rate.nodal[ei + f / 8](4 * ej + f % 8, c));
-    return strains<Dual>(
+    const StrainsT<Dual> e = strains<Dual>(
         U, hermite(station[a % 2], mesh.x()[ei + 1] - mesh.x()[ei]),
         hermite<Dual>(station[b % 2], Dual((mesh.y()[ej + 1] - mesh.y()[ej]) * per_width)));
+    StrainRate result;
+    for (int k = 0; k < 6; ++k) {
+      result.value[k] = e[k].value();
+      result.rate[k] = e[k].derivatives()[0];
+    }
+    return result;
   };
-  const Dual one = dual(1, 0);
-  StrainsT<Dual> e;
-  const StrainsT<Dual> e00 = strains_at(i, j), e01 = strains_at(i, j + 1),
-                       e10 = strains_at(i + 1, j), e11 = strains_at(i + 1, j + 1);
-  for (int k = 0; k < 6; ++k)
-    e[k] = (one - s) * ((one - t) * e00[k] + t * e01[k]) + s * ((one - t) * e10[k] + t * e11[k]);
-  const Dual half = thickness * (peak.on_positive_normal ? 0.5 : -0.5);
-  Vector3<Dual> strain;
-  for (int k = 0; k < 3; ++k) strain[k] = e[k] + half * e[k + 3];
-  return von_mises<Dual>(strain, nu, modulus).derivatives()[0];
+  return stress_rate(shape, gauss_stations(mesh.x()), gauss_stations(mesh.y()), strains_at, peak,
+                     youngs_modulus, rate);
 }
 
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

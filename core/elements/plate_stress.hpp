@@ -1,5 +1,6 @@
 #pragma once
 // Stresses and shape of a plate leaf from its nodal dofs, whichever model they came from.
+#include <functional>
 #include <vector>
 
 #include "core/elements/leaf_element.hpp"
@@ -66,6 +67,15 @@ struct StressRate {
 /// its place in [0, 1]² unless it stands at the border of a corner zone.
 double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                          const StressPeak& peak, double youngs_modulus, const StressRate& rate);
+
+/// The same in any strain field: its stations and, at a pair of them, the strains and their rates.
+/// The stations across move with the width.
+struct StrainRate {
+  Strains value, rate;
+};
+double stress_rate(const PlateShape& shape, const std::vector<double>& x,
+                   const std::vector<double>& y, const std::function<StrainRate(int, int)>& strains,
+                   const StressPeak& peak, double youngs_modulus, const StressRate& rate);
 
 /// Deflected mid-surface at the mesh nodes with the larger von Mises stress of both surfaces.
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

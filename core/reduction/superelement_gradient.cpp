@@ -151,7 +151,7 @@ void SuperelementGradient::quadratic(const VectorXd& y, double mu, Quadratic& fo
   }
   form.mass += b.dot(Mb);
 
-  // (19)
+  // (17c)
   const Vector6d frame = e.Z_ * b;
   const Vector3d xi = frame.head<3>(), psi = frame.tail<3>();
   NodeVector q1(n), q2(n);
@@ -187,7 +187,7 @@ void SuperelementGradient::quadratic(const VectorXd& y, double mu, Quadratic& fo
   NodeVector r1 = Kq1;
   r1.noalias() -= Phi.transpose() * lambda1;
 
-  // (20): λ̇ answers by l, so that K e stands against q̇, e = q2 + D Φ_rig l
+  // (17d): λ̇ answers by l, so that K e stands against q̇, e = q2 + D Φ_rig l
   const Vector6d l = A_.solve(Vector6d(-(Phi * q2)));
   const Vector3d l_turn = l.tail<3>();
   NodeVector rest = q2;

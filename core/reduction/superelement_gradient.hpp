@@ -1,18 +1,9 @@
 #pragma once
 // How force, tangent and mass of a superelement change with the places of its nodes and with its
-// data. Its energy is the stationary value, over the frame and the forces λ that hold it, of
-//
-//     E = ½ qᵀ K q − λᵀ Φ q, (18)
-//
-// so that yᵀ K_T y is the second variation of (18) along y and the frame's first-order answer ψ to
-// it, and the derivative of that the third variation, which takes first-order answers only:
-//
-//     yᵀ K_T y = q1ᵀ K q1 + r·q2,     r = K q − Φᵀ λ,   Φ q1 = 0 (19) (yᵀ K_T y)˙ = 2 (K q1 − Φᵀ
-//     λ1)·q̇1 + r·q̇2 + (K q2)·q̇ − λ̇ᵀ Φ q2
-//                   + q1ᵀ K̇ q1 + (K̇ q − Φ̇ᵀ λ)·q2 − 2 λ1ᵀ Φ̇ q1                                  (20)
-//
-// q1, q2: derivatives of the local coordinates where nodes move as p + ε u, exp(ε hat ω) R and the
-// frame as x + ε F ξ, F exp(ε hat ψ).
+// data: equations (17c), (17d) of README.md. Its energy is the stationary value of ½ qᵀKq − λᵀΦq
+// over the frame and the forces λ that hold it, so that yᵀ K_T y is its second variation along y
+// and the frame's first-order answer, and the derivative of that the third variation with
+// first-order answers only.
 #include <Eigen/LU>
 #include <span>
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unsupported/Eigen/AutoDiff>
 #include <utility>
 
 #include "core/reduction/beam_body.hpp"
@@ -108,21 +109,54 @@ std::vector<MatrixXd> SuperelementGrid::beam_nodal(const State& state, int e, do
   return nodal;
 }
 
-StrainField SuperelementGrid::strains(const State& state) const {
-  constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
+namespace {
+
+constexpr double strain_station[2] = {0.21132486540518713, 0.7886751345948129};
+
+// Linear strains of a superelement of length `a` over L, its dofs over that length.
+template <class S>
+StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
+                           const HermiteValuesT<S>& Y, double a) {
+  const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
+    return Vector3<S>(U.transpose() * hermite_products<S>(x, y));
+  };
+  const Vector3<S> d1 = at(X.slope, Y.value), d2 = at(X.value, Y.slope),
+                   d11 = at(X.curvature, Y.value), d22 = at(X.value, Y.curvature),
+                   d12 = at(X.slope, Y.slope);
+  StrainsT<S> e;
+  e << d1[0], d2[1], d1[1] + d2[0], -d11[2] / a, -d22[2] / a, -2.0 * d12[2] / a;
+  return e;
+}
+
+}  // namespace
+
+std::vector<double> SuperelementGrid::strain_stations_along() const {
   const PlateMesh& mesh = *kinds_[0]->mesh;
-  const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  const double a = 1.0 / along_, b = shape_.width / rows();  // of a superelement, over L
-  std::vector<double> x, y;
+  const double a = 1.0 / along_;
+  std::vector<double> x;
   for (int i = 0; i < along_; ++i)
-    for (int p = 0; p < nx; ++p)
-      for (const double s : station)
+    for (int p = 0; p < mesh.elements_along(); ++p)
+      for (const double s : strain_station)
         x.push_back(a * (i + mesh.x()[p] + s * (mesh.x()[p + 1] - mesh.x()[p])));
+  return x;
+}
+
+std::vector<double> SuperelementGrid::strain_stations_across() const {
+  const PlateMesh& mesh = *kinds_[0]->mesh;
+  const double a = 1.0 / along_, b = shape_.width / rows();
+  std::vector<double> y;
   for (int j = 0; j < rows(); ++j)
-    for (int q = 0; q < ny; ++q)
-      for (const double s : station)
+    for (int q = 0; q < mesh.elements_across(); ++q)
+      for (const double s : strain_station)
         y.push_back(-0.5 * shape_.width + b * (j + 0.5) +
                     a * (mesh.y()[q] + s * (mesh.y()[q + 1] - mesh.y()[q])));
+  return y;
+}
+
+StrainField SuperelementGrid::strains(const State& state) const {
+  const PlateMesh& mesh = *kinds_[0]->mesh;
+  const int nx = mesh.elements_along(), ny = mesh.elements_across();
+  std::vector<double> x = strain_stations_along(), y = strain_stations_across();
   std::vector<Strains> values(x.size() * y.size());
   for (int e = 0; e < elements(); ++e) {
     const int i = e / rows(), j = e % rows();
@@ -132,20 +166,43 @@ StrainField SuperelementGrid::strains(const State& state) const {
         const Gradient U = element_dofs(mesh, dofs, p, q);
         const double hx = mesh.x()[p + 1] - mesh.x()[p], hy = mesh.y()[q + 1] - mesh.y()[q];
         for (int r = 0; r < 2; ++r)
-          for (int s = 0; s < 2; ++s) {
-            const HermiteValues X = hermite(station[r], hx), Y = hermite(station[s], hy);
-            const Vector3d d1 = U.transpose() * hermite_products(X.slope, Y.value),
-                           d2 = U.transpose() * hermite_products(X.value, Y.slope),
-                           d11 = U.transpose() * hermite_products(X.curvature, Y.value),
-                           d22 = U.transpose() * hermite_products(X.value, Y.curvature),
-                           d12 = U.transpose() * hermite_products(X.slope, Y.slope);
-            Strains value;
-            value << d1[0], d2[1], d1[1] + d2[0], -d11[2] / a, -d22[2] / a, -2 * d12[2] / a;
-            values[(2 * (i * nx + p) + r) * y.size() + 2 * (j * ny + q) + s] = value;
-          }
+          for (int s = 0; s < 2; ++s)
+            values[(2 * (i * nx + p) + r) * y.size() + 2 * (j * ny + q) + s] =
+                linear_strains<double>(U, hermite(strain_station[r], hx),
+                                       hermite(strain_station[s], hy), 1.0 / along_);
       }
   }
   return {std::move(x), std::move(y), std::move(values)};
+}
+
+double SuperelementGrid::stress_rate(const State& state, const std::vector<VectorXd>& fields,
+                                     const StressPeak& peak, const StressRate& rate) const {
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+  const auto dual = [](double value, double derivative) {
+    return Dual(value, Eigen::Matrix<double, 1, 1>(derivative));
+  };
+  const PlateMesh& mesh = *kinds_[0]->mesh;
+  const int nx = mesh.elements_along(), ny = mesh.elements_across();
+  const Dual per_width = dual(shape_.width, rate.shape[0]) / shape_.width;
+  const auto strains_at = [&](int x, int y) {
+    const int p = x / 2 % nx, q = y / 2 % ny, e = x / (2 * nx) * rows() + y / (2 * ny);
+    const Gradient value = element_dofs(mesh, model(e).recovery * *state.q[e], p, q),
+                   moving = element_dofs(mesh, fields[e], p, q);
+    Eigen::Matrix<Dual, 16, 3> U;
+    for (int k = 0; k < 48; ++k) U.data()[k] = dual(value.data()[k], moving.data()[k]);
+    const StrainsT<Dual> strains = linear_strains<Dual>(
+        U, hermite(strain_station[x % 2], mesh.x()[p + 1] - mesh.x()[p]),
+        hermite<Dual>(strain_station[y % 2], Dual((mesh.y()[q + 1] - mesh.y()[q]) * per_width)),
+        1.0 / along_);
+    StrainRate result;
+    for (int k = 0; k < 6; ++k) {
+      result.value[k] = strains[k].value();
+      result.rate[k] = strains[k].derivatives()[0];
+    }
+    return result;
+  };
+  return flexopt::stress_rate(shape_, strain_stations_along(), strain_stations_across(), strains_at,
+                              peak, youngs_modulus_, rate);
 }
 
 Vector3d SuperelementGrid::place(const State& state, double along, double across) const {

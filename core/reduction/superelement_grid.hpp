@@ -59,6 +59,10 @@ class SuperelementGrid {
   std::vector<MatrixXd> beam_nodal(const State& state, int element, double factor = 1) const;
   /// Linear strains of the local displacements of a plate; lengths over L, as in plate_stress.
   StrainField strains(const State& state) const;
+  /// Derivative of the stress of strains() at a peak of largest_stress, as plate_stress_rate;
+  /// `fields`: rates of recovery · q of every superelement.
+  double stress_rate(const State& state, const std::vector<VectorXd>& fields,
+                     const StressPeak& peak, const StressRate& rate) const;
   /// Deflected place of a point of the mid-surface, each coordinate in [0, 1].
   Vector3d place(const State& state, double along, double across) const;
   /// Stations of the meshes of all superelements, in [0, 1].
@@ -67,6 +71,9 @@ class SuperelementGrid {
 
  private:
   int kind(int row) const;
+  /// Of the strains, over L.
+  std::vector<double> strain_stations_along() const;
+  std::vector<double> strain_stations_across() const;
   int along_, across_;
   double length_, width_;
   PlateShape shape_;  ///< of the whole leaf

@@ -201,7 +201,8 @@ MatrixXd SuperelementLeafGradient::increments(const MatrixXd& Y) const {
   return N;
 }
 
-MatrixXd SuperelementLeafGradient::node_rates(const std::vector<LeafVariation<double>>& variations) const {
+MatrixXd SuperelementLeafGradient::node_rates(
+    const std::vector<LeafVariation<double>>& variations) const {
   MatrixXd Z = MatrixXd::Zero(6 * nodes_.size(), static_cast<Eigen::Index>(variations.size()));
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const Node& node = nodes_[i];
@@ -220,7 +221,8 @@ MatrixXd SuperelementLeafGradient::node_rates(const std::vector<LeafVariation<do
   return Z;
 }
 
-MatrixXd SuperelementLeafGradient::force_rates(const std::vector<LeafVariation<double>>& variations) const {
+MatrixXd SuperelementLeafGradient::force_rates(
+    const std::vector<LeafVariation<double>>& variations) const {
   const int columns = static_cast<int>(variations.size());
   const MatrixXd Z = node_rates(variations);
   Eigen::Matrix3Xd shape(3, columns);
@@ -257,7 +259,8 @@ MatrixXd SuperelementLeafGradient::force_rates(const std::vector<LeafVariation<d
   return rows;
 }
 
-LeafQuadratic<double> SuperelementLeafGradient::quadratic(const MatrixXd& Y, const VectorXd& mu) const {
+LeafQuadratic<double> SuperelementLeafGradient::quadratic(const MatrixXd& Y,
+                                                          const VectorXd& mu) const {
   const int columns = static_cast<int>(Y.cols()), own = leaf_->own_amplitudes(),
             nodal = 6 * leaf_->grid().nodes_per_element();
   assert(Y.rows() == size() && mu.size() == columns);
@@ -334,13 +337,22 @@ LeafQuadratic<double> SuperelementLeafGradient::quadratic(const MatrixXd& Y, con
   return q;
 }
 
-MatrixXd SuperelementLeafGradient::local_rates(int e, const MatrixXd& Y,
-                                               const std::vector<LeafVariation<double>>& variations) const {
-  MatrixXd q = (*leaf_)[e].local_rate() * gather(e, increments(Y) + node_rates(variations));
-  for (int k = 0; k < q.cols(); ++k)
+std::vector<VectorXd> SuperelementLeafGradient::field_rates(
+    const VectorXd& y, const LeafVariation<double>& variation) const {
+  const MatrixXd nodes = increments(y) + node_rates({variation});
+  std::vector<VectorXd> rates;
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    const int e = static_cast<int>(i);
+    const Superelement& element = (*leaf_)[e];
+    const ScaledSuperelement& data = leaf_->data(e);
+    const VectorXd q =
+        element.local_rate() * gather(e, nodes) + elements_[i].local_rates() * variation.shape;
+    VectorXd field = data.model.recovery * q;
     for (int p = 0; p < 3; ++p)
-      q.col(k) += variations[k].shape[p] * elements_[e].local_rates().col(p);
-  return q;
+      field += variation.shape[p] * (data.shape[p].recovery * element.local());
+    rates.push_back(std::move(field));
+  }
+  return rates;
 }
 
 }  // namespace flexopt

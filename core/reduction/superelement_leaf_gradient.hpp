@@ -59,10 +59,10 @@ class SuperelementLeafGradient final : public LeafGradient<double> {
   MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const override;
   LeafQuadratic<double> quadratic(const MatrixXd& Y, const VectorXd& mu) const override;
 
-  /// Rates of the local coordinates of a superelement's nodes, of states that move by the columns
-  /// of Y along the variations.
-  MatrixXd local_rates(int element, const MatrixXd& Y,
-                       const std::vector<LeafVariation<double>>& variations) const;
+  /// Rates of the fields (recovery · q) of every superelement, of a state that moves by y along the
+  /// variation: for SuperelementLeaf::stress_rate.
+  std::vector<VectorXd> field_rates(const VectorXd& y,
+                                    const LeafVariation<double>& variation) const;
 
  private:
   struct Node {

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/elements/beam_stress.hpp"
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
 #include "support/models.hpp"
@@ -194,11 +195,12 @@ Answer answer(const Design& design, const ModelOptions& model, const State& stat
   return result;
 }
 
-LeafVariation variation(const Design& design, const ModelOptions& model, const DesignRate& d) {
+LeafVariation<double> variation(const Design& design, const ModelOptions& model,
+                                const DesignRate& d) {
   const LeafSpring& leaf = design.leaf;
   const double L = leaf.length, nu = leaf.material.poissons_ratio;
   const Matrix3d axes = hat(d.turn) * leaf.axes;
-  LeafVariation v;
+  LeafVariation<double> v;
   v.length = d.rate.length / L;
   const double t = d.rate.thickness / leaf.thickness;
   v.energy = d.rate.material.youngs_modulus / leaf.material.youngs_modulus + 3 * t;
@@ -370,7 +372,7 @@ TEST_CASE("derivatives of a leaf of superelements agree with differences of rebu
     }
 
     const Answer here = answer(bent.design, c.model, state, columns_si);
-    const LeafQuadratic q = gradient.quadratic(Y, mu);
+    const LeafQuadratic<double> q = gradient.quadratic(Y, mu);
     const VectorXd& f = gradient.force();
     const auto global = [&](const VectorXd& rows) {  // rows of an Answer
       Answer a;
@@ -415,7 +417,7 @@ TEST_CASE("derivatives of a leaf of superelements agree with differences of rebu
       if (k == 7) d.turn = random.vector<3>(1);
       if (k == 8)
         for (Vector3d& r : d.reference) r = random.vector<3>(L);
-      const LeafVariation v = variation(bent.design, c.model, d);
+      const LeafVariation<double> v = variation(bent.design, c.model, d);
       const MatrixXd rates = gradient.force_rates({v});
       Answer exact = global(rates.col(0) + v.energy * f);
       const Answer value = global(f);
@@ -496,6 +498,106 @@ TEST_CASE("derivatives of a leaf of superelements agree with differences of rebu
   }
 }
 
+TEST_CASE("derivatives of the stress of a leaf of superelements agree with differences",
+          "[reduction]") {
+  for (const Case& c : cases()) {
+    INFO(c.name);
+    Random random(9);
+    const Bent bent = bend(c, random, true);
+    SuperelementLeaf& leaf = *bent.leaf;
+    const ScaledSuperelements scaled(leaf,
+                                     std::make_shared<const SuperelementModelRate>(leaf.grid()));
+    const SuperelementLeafGradient gradient(scaled, bent.rows);
+    const LeafScale& scale = leaf.scale();
+    const double L = scale.length;
+    const Matrix3d& A = scale.axes;
+    const StressPeak peak = leaf.max_stress();
+    REQUIRE(peak.value > 0);
+    const bool beam = c.model.flexure == Flexure::beam, wire = c.leaf.section == Section::circular;
+    VectorXd z(bent.rows.size());
+    for (double& x : z) x = 0.1 * random();
+    for (int e = 0; e < 2; ++e)
+      if (!held(c.leaf, e)) z.segment<6>(bent.rows.body(e)).setZero();
+    // the largest stress of the fields of a moved design and state
+    const auto stress = [&](const DesignRate& d, double t) {
+      Design design = moved(bent.design, d, t);
+      std::vector<NodePose> nodes = scaled.nodes();
+      const int k = leaf.grid().nodes_per_line(), internal = bent.rows.internal();
+      for (int e = 0; e < 2; ++e) {
+        if (!held(c.leaf, e)) continue;
+        Body& b = design.body[e];
+        b.displacement += t * L * A * z.segment<3>(internal + 6 * e);
+        b.rotation = rotation_exp(t * A * z.segment<3>(internal + 6 * e + 3)) * b.rotation;
+      }
+      const LeafSpring& l = design.leaf;
+      const SuperelementGrid grid(l, c.model);
+      const EdgePoses poses = edges(design);
+      int inner = 0;
+      for (std::size_t i = 0; i < nodes.size(); ++i) {
+        const int line = static_cast<int>(i) / k, j = static_cast<int>(i) % k;
+        NodePose& node = nodes[i];
+        if (leaf.is_edge(line)) {
+          const EdgePose& edge = poses[leaf.edge_of(line)];
+          node = {edge.position + edge.axes.col(1) * grid.y(j), edge.axes};
+        } else {
+          node.position = l.origin + l.length * l.axes * (node.position + t * z.segment<3>(inner));
+          node.axes = l.axes * rotation_exp(t * z.segment<3>(inner + 3)) * node.axes;
+          inner += 6;
+        }
+      }
+      std::vector<Superelement> elements;
+      std::vector<NodePose> gathered(grid.nodes_per_element());
+      for (int e = 0; e < grid.elements(); ++e) {
+        for (std::size_t a = 0; a < gathered.size(); ++a) {
+          const auto at = grid.node(e, static_cast<int>(a));
+          gathered[a] = nodes[at.line * k + at.node];
+        }
+        elements.emplace_back(grid.model(e));
+        REQUIRE(elements.back().evaluate(gathered));
+      }
+      SuperelementGrid::State state;
+      for (const Superelement& element : elements) {
+        state.q.push_back(&element.local());
+        state.frames.push_back(&element.frame());
+      }
+      if (!beam)
+        return largest_stress(grid.strains(state), grid.shape(), l.material.youngs_modulus, 0)
+            .value;
+      double largest = 0;
+      LeafSpring segment = l;
+      segment.length /= grid.along();
+      segment.material.youngs_modulus /= 1e-6;
+      for (int e = 0; e < grid.elements(); ++e)
+        largest =
+            std::max(largest, beam_max_stress(*grid.plate(e).mesh, grid.beam_nodal(state, e, 1e-6),
+                                              segment, grid.plate(e).scale, 0)
+                                  .value);
+      return largest;
+    };
+    for (int k = 0; k < 6; ++k) {
+      INFO("direction " << k);
+      DesignRate d;
+      d.rate.origin.setZero();
+      d.rate.material.youngs_modulus = d.rate.material.poissons_ratio = d.rate.material.density = 0;
+      if (k == 0) d.rate.length = L;
+      if (k == 1) d.rate.width = c.leaf.width;
+      if (k == 2) d.rate.thickness = c.leaf.thickness;
+      if (wire && (k == 1 || k == 2)) d.rate.width = d.rate.thickness = c.leaf.thickness;
+      if (k == 3) d.rate.material.youngs_modulus = c.leaf.material.youngs_modulus;
+      if (k == 4) d.rate.material.poissons_ratio = 1;
+      if (k == 5) d.turn = random.vector<3>(1);
+      const LeafVariation<double> v = variation(bent.design, c.model, d);
+      VectorXd y = z;  // global directions of the bodies stay, their numbers are those of now
+      const StressRate rate{{}, v.shape, d.rate.material.youngs_modulus};
+      const double exact = leaf.stress_rate(peak, gradient.field_rates(y, v), rate);
+      const Derivatives by =
+          ridders([&](double t) { return std::vector{stress(d, t)}; }, 0, beam ? 4e-3 : 2e-3, 6);
+      // a beam's linear strains are a millionth of the finite ones: rounding 1e-7 over the step
+      CHECK(std::abs(by.value[0] - exact) < (beam ? 3e-5 : 1e-8) * (peak.value + std::abs(exact)));
+    }
+  }
+}
+
 TEST_CASE("linear solves of a leaf of superelements are those of its quadratic form",
           "[reduction]") {
   for (const Case& c : cases()) {
@@ -514,7 +616,7 @@ TEST_CASE("linear solves of a leaf of superelements are those of its quadratic f
     // mass
     MatrixXd Y(rows.size(), 2);
     for (double& y : Y.reshaped()) y = random();
-    const LeafQuadratic q = form(Y);
+    const LeafQuadratic<double> q = form(Y);
     const MatrixXd MY = rows.body_rows(scaled.mass_times(rows.edge_rows(Y)));
     for (int k = 0; k < 2; ++k) CHECK(Y.col(k).dot(MY.col(k)) == Approx(q.mass[k]).epsilon(1e-11));
     if (n == 0) continue;
