@@ -102,6 +102,13 @@ SuperelementGradient::SuperelementGradient(const Superelement& element,
   }
 }
 
+MatrixXd SuperelementGradient::frame_rates(const MatrixXd& Z) const {
+  MatrixXd b = Z;
+  for (int i = 0; i < n_; i += 3)
+    b.middleRows<3>(i) = element_->frame_.axes.transpose() * Z.middleRows<3>(i);
+  return element_->Z_ * b;
+}
+
 MatrixXd SuperelementGradient::force_rates(const MatrixXd& Z) const {
   MatrixXd rates = element_->tangent() * Z;
   for (int i = 3; i < n_; i += 6)  // spins do not commute

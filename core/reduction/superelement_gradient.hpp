@@ -28,6 +28,10 @@ class SuperelementGradient {
   const MatrixXd& force_rates() const { return force_rates_; }
   /// ∂q/∂model, the nodes held.
   const MatrixXd& local_rates() const { return local_rates_; }
+  /// Motion of the frame (displacement, spin; in its axes) by the model, the nodes held, and by
+  /// nodes that move by the columns of Z.
+  const Vector6d& frame_rate(int model) const { return frame_rates_[model]; }
+  MatrixXd frame_rates(const MatrixXd& Z) const;
   /// Change of the force while the nodes move by the columns of Z.
   MatrixXd force_rates(const MatrixXd& Z) const;
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/reduction/beam_body.hpp"
+#include "core/reduction/superelement_model_rate.hpp"
 
 namespace flexopt {
 
@@ -76,6 +77,12 @@ SuperelementGrid::SuperelementGrid(const LeafSpring& leaf, const ModelOptions& m
     body.free_edges = free_edges;
     kinds_.push_back(std::make_shared<CondensedPlate>(condense(body, condensation)));
   }
+}
+
+const SuperelementModelRate& SuperelementGrid::model_rate() const {
+  std::call_once(model_rate_made_,
+                 [&] { model_rate_ = std::make_shared<SuperelementModelRate>(*this); });
+  return *model_rate_;
 }
 
 int SuperelementGrid::kind(int row) const {
@@ -205,21 +212,26 @@ double SuperelementGrid::stress_rate(const State& state, const std::vector<Vecto
                               peak, youngs_modulus_, rate);
 }
 
+SuperelementGrid::Point SuperelementGrid::locate(double along, double across) const {
+  const Local i = flexopt::locate(along, along_), j = flexopt::locate(across, rows());
+  return {i.index * rows() + j.index, i.place, j.place};
+}
+
 Vector3d SuperelementGrid::place(const State& state, double along, double across) const {
-  const Local i = locate(along, along_), j = locate(across, rows());
-  const int e = i.index * rows() + j.index;
+  const Point at = locate(along, across);
+  const int e = at.element;
   const CondensedPlate& p = plate(e);
   const PlateMesh& mesh = *p.mesh;
   const FloatingFrame& frame = *state.frames[e];
   if (shape_.is_beam()) {
     const std::vector<MatrixXd> nodal = beam_nodal(state, e);
     Vector3d r = Vector3d::Zero();
-    for (const NodalWeight& w : point_weights(mesh, i.place, j.place))
+    for (const NodalWeight& w : point_weights(mesh, at.along, at.across))
       r += w.weight * nodal[w.line].row(w.function).transpose();
     return frame.position + frame.axes * (p.scale.length * r - p.frame_point);
   }
-  const double x = i.place, y = (j.place - 0.5) * mesh.shape().width;
-  const Local cx = locate(x, mesh.x()), cy = locate(y, mesh.y());
+  const double x = at.along, y = (at.across - 0.5) * mesh.shape().width;
+  const Local cx = flexopt::locate(x, mesh.x()), cy = flexopt::locate(y, mesh.y());
   const VectorXd dofs = model(e).recovery * *state.q[e];
   const double hx = mesh.x()[cx.index + 1] - mesh.x()[cx.index],
                hy = mesh.y()[cy.index + 1] - mesh.y()[cy.index];

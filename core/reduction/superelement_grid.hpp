@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@
 #include "core/reduction/superelement.hpp"
 
 namespace flexopt {
+
+class SuperelementModelRate;
 
 /// Elements of a superelement's own mesh: its share of the leaf's, four at least. The field between
 /// so few nodes is smooth; the corners of a patch want the four.
@@ -46,6 +49,8 @@ class SuperelementGrid {
   const PlateShape& shape() const { return shape_; }  ///< of the whole leaf
   const CondensedPlate& plate(int element) const { return *kinds_[kind(element % rows())]; }
   const SuperelementModel& model(int element) const { return plate(element).superelement; }
+  /// The models in units of the leaf and their derivatives in its shape, made when first asked for.
+  const SuperelementModelRate& model_rate() const;
   /// Whether the grid was made for such a leaf.
   bool fits(const LeafSpring& leaf, const ModelOptions& model) const;
 
@@ -63,6 +68,12 @@ class SuperelementGrid {
   /// `fields`: rates of recovery · q of every superelement.
   double stress_rate(const State& state, const std::vector<VectorXd>& fields,
                      const StressPeak& peak, const StressRate& rate) const;
+  /// Where a point of the leaf lies: all coordinates in [0, 1].
+  struct Point {
+    int element;
+    double along, across;  ///< in it
+  };
+  Point locate(double along, double across) const;
   /// Deflected place of a point of the mid-surface, each coordinate in [0, 1].
   Vector3d place(const State& state, double along, double across) const;
   /// Stations of the meshes of all superelements, in [0, 1].
@@ -80,6 +91,8 @@ class SuperelementGrid {
   double youngs_modulus_, density_;
   int modes_;  ///< vibration modes of a superelement: together as many as a leaf is to have
   std::vector<std::shared_ptr<const CondensedPlate>> kinds_;  ///< by free edges
+  mutable std::once_flag model_rate_made_;
+  mutable std::shared_ptr<const SuperelementModelRate> model_rate_;
 };
 
 /// A node's share in the displacement of a leaf's material point.

@@ -1,14 +1,14 @@
 #include "core/reduction/superelement_leaf_gradient.hpp"
 
+#include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
 
-ScaledSuperelements::ScaledSuperelements(const SuperelementLeaf& leaf,
-                                         std::shared_ptr<const SuperelementModelRate> rate)
-    : leaf_(&leaf), rate_(std::move(rate)) {
+ScaledSuperelements::ScaledSuperelements(const SuperelementLeaf& leaf) : leaf_(&leaf) {
   const LeafScale& scale = leaf.scale();
   for (const NodePose& node : leaf.nodes()) {
     const EdgePose scaled = scale.scaled({node.position, node.axes});
@@ -47,7 +47,7 @@ void ScaledSuperelements::solve(Eigen::Ref<MatrixXd> b) const {
         data(e).model.stiffness.diagonal().tail(own_).array();
 }
 
-MatrixXd ScaledSuperelements::static_shapes() const {
+MatrixXd ScaledSuperelements::static_shapes(const std::vector<int>& columns) const {
   const LeafScale& scale = leaf_->scale();
   const Matrix3d& A = scale.axes;
   const MatrixXd global = leaf_->static_shapes();
@@ -57,7 +57,18 @@ MatrixXd ScaledSuperelements::static_shapes() const {
       const double unit = (j % 6 == 0 ? scale.length : 1) / (i % 6 == 0 ? scale.length : 1);
       X.block<3, 3>(i, j) = unit * A.transpose() * global.block<3, 3>(i, j) * A;
     }
-  return X;
+  return X(Eigen::all, columns);
+}
+
+MatrixXd ScaledSuperelements::station_motion(const MatrixXd& V) const {
+  const LeafScale& scale = leaf_->scale();
+  const double share = std::sqrt(scale.mass * grid().shape().width * 6 / std::max(nodal(), 6)),
+               half = 0.5 / grid().along();
+  MatrixXd motion = share * V.topRows(nodal());
+  for (int i = 3; i < nodal(); i += 6) motion.middleRows<3>(i) *= half;
+  for (int i = 0; i < nodal(); i += 3)
+    motion.middleRows<3>(i) = (scale.axes * motion.middleRows<3>(i)).eval();
+  return motion;
 }
 
 MatrixXd ScaledSuperelements::element_rates(int e, const MatrixXd& V) const {
@@ -227,7 +238,7 @@ MatrixXd SuperelementLeafGradient::force_rates(
   const MatrixXd Z = node_rates(variations);
   Eigen::Matrix3Xd shape(3, columns);
   for (int k = 0; k < columns; ++k) {
-    assert(variations[k].point.isZero(0));  // the point stays a node
+    assert(variations[k].point.isZero(1e-9));  // the point stays a node
     shape.col(k) = variations[k].shape;
   }
   MatrixXd F = shape_force_ * shape;
@@ -337,22 +348,49 @@ LeafQuadratic<double> SuperelementLeafGradient::quadratic(const MatrixXd& Y,
   return q;
 }
 
+VectorXd SuperelementLeafGradient::field_rate(int e, const MatrixXd& nodes,
+                                              const Vector3d& shape) const {
+  const Superelement& element = (*leaf_)[e];
+  const ScaledSuperelement& data = leaf_->data(e);
+  const VectorXd q = element.local_rate() * gather(e, nodes) + elements_[e].local_rates() * shape;
+  VectorXd field = data.model.recovery * q;
+  for (int p = 0; p < 3; ++p) field += shape[p] * (data.shape[p].recovery * element.local());
+  return field;
+}
+
 std::vector<VectorXd> SuperelementLeafGradient::field_rates(
     const VectorXd& y, const LeafVariation<double>& variation) const {
   const MatrixXd nodes = increments(y) + node_rates({variation});
   std::vector<VectorXd> rates;
-  for (std::size_t i = 0; i < elements_.size(); ++i) {
-    const int e = static_cast<int>(i);
-    const Superelement& element = (*leaf_)[e];
-    const ScaledSuperelement& data = leaf_->data(e);
-    const VectorXd q =
-        element.local_rate() * gather(e, nodes) + elements_[i].local_rates() * variation.shape;
-    VectorXd field = data.model.recovery * q;
-    for (int p = 0; p < 3; ++p)
-      field += variation.shape[p] * (data.shape[p].recovery * element.local());
-    rates.push_back(std::move(field));
-  }
+  for (int e = 0; e < leaf_->grid().elements(); ++e)
+    rates.push_back(field_rate(e, nodes, variation.shape));
   return rates;
+}
+
+Vector3d SuperelementLeafGradient::place_rate(double along, double across, const VectorXd& y,
+                                              const LeafVariation<double>& variation) const {
+  const SuperelementGrid& grid = leaf_->grid();
+  const SuperelementGrid::Point at = grid.locate(along, across);
+  const PlateMesh& mesh = *grid.plate(at.element).mesh;
+  const MatrixXd nodes = increments(y) + node_rates({variation});
+  const VectorXd field = leaf_->data(at.element).model.recovery * (*leaf_)[at.element].local(),
+                 rate = field_rate(at.element, nodes, variation.shape);
+  const double width = mesh.shape().width, widening = width * variation.shape[0] / width_;
+  // seen from the frame, over the superelement's length
+  Vector3d place(at.along - 0.5, (at.across - 0.5) * width, 0),
+      moves(0, (at.across - 0.5) * widening, 0);
+  const int n = mesh.functions_per_line();
+  for (const NodalWeight& w : point_weights(mesh, at.along, at.across))
+    for (int c = 0; c < 3; ++c) {
+      const int dof = 3 * n * w.line + n * c + w.function;
+      place[c] += w.weight * field[dof];
+      moves[c] += w.weight * rate[dof] + widening * width_slope(mesh, w) * field[dof];
+    }
+  Vector6d frame = elements_[at.element].frame_rates(gather(at.element, nodes));
+  for (int p = 0; p < 3; ++p) frame += variation.shape[p] * elements_[at.element].frame_rate(p);
+  const double length = 1.0 / grid.along();
+  return (*leaf_)[at.element].frame().axes *
+         (frame.head<3>() + length * (frame.tail<3>().cross(place) + moves));
 }
 
 }  // namespace flexopt

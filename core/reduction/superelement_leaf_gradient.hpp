@@ -4,10 +4,10 @@
 // and axes, both seen from the leaf's axes, moved by (displacement, spin); then the amplitudes of
 // the superelements' vibration modes, zero at every equilibrium. With the numbers of its nodes
 // constant a leaf that grows or turns takes them along; one that widens slides under them.
-#include <memory>
 #include <vector>
 
 #include "core/elements/leaf_gradient.hpp"
+#include "core/elements/leaf_linear.hpp"
 #include "core/reduction/superelement_gradient.hpp"
 #include "core/reduction/superelement_leaf.hpp"
 #include "core/reduction/superelement_model_rate.hpp"
@@ -15,36 +15,36 @@
 namespace flexopt {
 
 /// A leaf at its present places with its superelements in units of the leaf.
-class ScaledSuperelements {
+/// The leaf must outlive it.
+class ScaledSuperelements final : public LeafLinear {
  public:
-  ScaledSuperelements(const SuperelementLeaf& leaf,
-                      std::shared_ptr<const SuperelementModelRate> rate);
+  explicit ScaledSuperelements(const SuperelementLeaf& leaf);
   ScaledSuperelements(const ScaledSuperelements&) = delete;
 
   const SuperelementLeaf& leaf() const { return *leaf_; }
   const SuperelementGrid& grid() const { return leaf_->grid(); }
-  const ScaledSuperelement& data(int i) const { return (*rate_)[i]; }
+  const ScaledSuperelement& data(int i) const { return grid().model_rate()[i]; }
   const Superelement& operator[](int i) const { return elements_[i]; }
   const std::vector<NodePose>& nodes() const { return nodes_; }
 
   int nodal() const { return leaf_->unknowns(); }  ///< unknowns of the inner nodes
   int amplitudes() const { return own_ * grid().elements(); }
-  int unknowns() const { return nodal() + amplitudes(); }
+  const LeafScale& scale() const override { return leaf_->scale(); }
+  int unknowns() const override { return nodal() + amplitudes(); }
   int own_amplitudes() const { return own_; }
   int amplitude(int element) const { return nodal() + own_ * element; }
 
   /// K_ff⁻¹ b of the unknowns, edges and material point held. The leaf must be assembled.
-  void solve(Eigen::Ref<MatrixXd> b) const;
-  /// Static shapes: unknowns per increment of the edges (12) and the material point (3).
-  MatrixXd static_shapes() const;
-  /// M V for rates V of the unknowns and the edges (+ 12 rows).
-  MatrixXd mass_times(const MatrixXd& V) const;
+  void solve(Eigen::Ref<MatrixXd> b) const override;
+  MatrixXd static_shapes(const std::vector<int>& columns) const override;
+  MatrixXd mass_times(const MatrixXd& V) const override;
+  /// Of the inner nodes: displacement and half the distance of the lines times the spin.
+  MatrixXd station_motion(const MatrixXd& V) const override;
   /// Rates of an element's nodes and amplitudes by those of the unknowns and the edges.
   MatrixXd element_rates(int element, const MatrixXd& V) const;
 
  private:
   const SuperelementLeaf* leaf_;
-  std::shared_ptr<const SuperelementModelRate> rate_;
   int own_;
   std::vector<NodePose> nodes_;
   std::vector<Superelement> elements_;
@@ -59,12 +59,19 @@ class SuperelementLeafGradient final : public LeafGradient<double> {
   MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const override;
   LeafQuadratic<double> quadratic(const MatrixXd& Y, const VectorXd& mu) const override;
 
+  const SuperelementLeaf& leaf() const { return leaf_->leaf(); }
   /// Rates of the fields (recovery · q) of every superelement, of a state that moves by y along the
   /// variation: for SuperelementLeaf::stress_rate.
   std::vector<VectorXd> field_rates(const VectorXd& y,
                                     const LeafVariation<double>& variation) const;
 
+  /// Of the place over L of a point of the mid-surface, likewise.
+  Vector3d place_rate(double along, double across, const VectorXd& y,
+                      const LeafVariation<double>& variation) const;
+
  private:
+  /// Of recovery · q.
+  VectorXd field_rate(int element, const MatrixXd& node_rates, const Vector3d& shape) const;
   struct Node {
     int edge;             ///< that holds it, or −1
     int row;              ///< of its force in LeafRows: its own, or of the body that holds it

@@ -1,7 +1,10 @@
 #include "core/response/design_rates.hpp"
 
+#include <cassert>
+#include <type_traits>
 #include <utility>
 
+#include "core/reduction/superelement_leaf_gradient.hpp"
 #include "core/response/joint_gradients.hpp"
 
 namespace flexopt {
@@ -34,17 +37,20 @@ MechanismState<double> present_state(const MechanismFactor& factor) {
   for (int b = 0; b < factor.bodies() / 6; ++b)
     state.bodies.push_back({system.pose(b).position, system.pose(b).rotation});
   for (const MechanismFactor::Leaf& leaf : factor.leaves())
-    state.leaves.push_back(present_state(leaf.full->plate()));
+    state.leaves.push_back(leaf.full ? present_state(leaf.full->plate())
+                                     : PlateGradientState<double>());
   return state;
 }
 
 std::vector<std::shared_ptr<const PlateMeshRate>> MeshRates::of(const System& system) {
   std::vector<std::shared_ptr<const PlateMeshRate>> rates;
   for (int i = 0; i < system.leaves(); ++i) {
-    const PlateLeaf& plate = dynamic_cast<const FullLeaf&>(system.leaf(i)).plate();
-    auto& rate = made_[plate.shared_mesh()];
-    if (!rate) rate = std::make_shared<PlateMeshRate>(plate.mesh());
-    rates.push_back(rate);
+    const auto* full = dynamic_cast<const FullLeaf*>(&system.leaf(i));
+    rates.emplace_back();
+    if (!full) continue;
+    auto& rate = made_[full->plate().shared_mesh()];
+    if (!rate) rate = std::make_shared<PlateMeshRate>(full->plate().mesh());
+    rates.back() = rate;
   }
   return rates;
 }
@@ -57,7 +63,14 @@ DesignRates<S>::DesignRates(const MechanismFactor& factor, MeshRates& meshes,
   const std::vector<std::shared_ptr<const PlateMeshRate>> rates = meshes.of(factor.system());
   for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
-    leaves_.emplace_back(leaf.full->plate(), rates[i], leaf.rows, std::move(state_.leaves[i]));
+    if (leaf.full)
+      leaves_.push_back(std::make_unique<PlateGradient<S>>(leaf.full->plate(), rates[i], leaf.rows,
+                                                           std::move(state_.leaves[i])));
+    else if constexpr (std::is_same_v<S, double>)
+      leaves_.push_back(std::make_unique<SuperelementLeafGradient>(
+          dynamic_cast<const ScaledSuperelements&>(*leaf.linear), leaf.rows));
+    else
+      assert(false && "series are those of full leaves");
     variations_.emplace_back();
     for (const Mechanism& direction : directions)
       variations_.back().push_back(variation(static_cast<int>(i), direction, model));
@@ -108,9 +121,9 @@ auto DesignRates<S>::residual() const -> Matrix {
   Matrix R = Matrix::Zero(factor.size(), count);
   for (std::size_t i = 0; i < leaves_.size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
-    const LeafScale& scale = leaf.full->scale();
-    const Vector& f = leaves_[i].force();
-    add_force<S>(factor, leaf, scale.energy, leaves_[i].force_rates(variations_[i]), R);
+    const LeafScale& scale = leaf.linear->scale();
+    const Vector& f = leaves_[i]->force();
+    add_force<S>(factor, leaf, scale.energy, leaves_[i]->force_rates(variations_[i]), R);
     for (int k = 0; k < count; ++k) {
       const LeafVariation<S>& v = variations_[i][k];
       R.col(k).segment(leaf.offset, leaf.rows.internal()) +=
@@ -166,7 +179,7 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda,
   Matrix V = Matrix::Zero(factor.size(), n);
   for (std::size_t i = 0; i < leaves_.size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
-    const LeafScale& scale = leaf.full->scale();
+    const LeafScale& scale = leaf.linear->scale();
     const Matrix rows = rows_of<S>(factor, leaf, Y);
     const LeafQuadratic<S> q =
         leaves_[i].quadratic(rows, lambda * (scale.mass / scale.energy));
@@ -174,8 +187,9 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda,
     for (int k = 0; k < n; ++k)
       for (Eigen::Index p = 0; p < count; ++p) {
         const LeafVariation<S>& v = variations_[i][static_cast<std::size_t>(p)];
-        rates(k, p) += scale.energy * (v.energy * q.stiffness[k] + leaves_[i].rate(q, rows, k, v)) -
-                       scale.mass * v.mass * lambda[k] * q.mass[k];
+        rates(k, p) +=
+            scale.energy * (v.energy * q.stiffness[k] + leaves_[i]->rate(q, rows, k, v)) -
+            scale.mass * v.mass * lambda[k] * q.mass[k];
       }
   }
   rates.noalias() += V.transpose() * state_rates;

@@ -1,5 +1,5 @@
 #pragma once
-// What the residual and the quadratic forms yᵀ(K − λM)y of a mechanism of full leaves change by
+// What the residual and the quadratic forms yᵀ(K − λM)y of a mechanism change by
 // when a design parameter moves: at one equilibrium (S = double) or along the stroke from it (S =
 // Jet). Equations (26), (28)–(32) of README.md.
 #include <map>
@@ -15,7 +15,7 @@ namespace flexopt {
 /// Derivatives of the leaves' operators, made once for each mesh.
 class MeshRates {
  public:
-  /// Of the system's leaves, which must be FullLeaf.
+  /// Of the system's leaves; none for those that are not FullLeaf.
   std::vector<std::shared_ptr<const PlateMeshRate>> of(const System& system);
 
  private:
@@ -39,7 +39,7 @@ class DesignRates {
   /// moves by `state_rates` (rows × parameters).
   Matrix quadratic(const Matrix& Y, const Vector& lambda, const Matrix& state_rates) const;
 
-  const PlateGradient<S>& leaf(int i) const { return leaves_[static_cast<std::size_t>(i)]; }
+  const LeafGradient<S>& leaf(int i) const { return *leaves_[static_cast<std::size_t>(i)]; }
   /// Of a leaf along every parameter.
   const std::vector<LeafVariation<S>>& variations(int i) const {
     return variations_[static_cast<std::size_t>(i)];
@@ -52,7 +52,7 @@ class DesignRates {
   const MechanismFactor* factor_;
   const std::vector<Mechanism>* directions_;
   MechanismState<S> state_;
-  std::vector<PlateGradient<S>> leaves_;
+  std::vector<std::unique_ptr<LeafGradient<S>>> leaves_;
   std::vector<std::vector<LeafVariation<S>>> variations_;  ///< leaf by leaf
 };
 

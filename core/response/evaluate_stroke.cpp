@@ -10,6 +10,7 @@
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
+#include "core/reduction/superelement_grid.hpp"
 #include "core/response/frequencies.hpp"
 #include "core/response/frequency_derivatives.hpp"
 #include "core/response/leaf_models.hpp"
@@ -87,9 +88,12 @@ void add_stress_peaks(System& system, const StrokeRequest& request, PathPoint& p
   const StressPeak& largest = *point.max_stress;
   std::vector<StressPeak> others;
   for (int i = 0; i < system.leaves(); ++i) {
-    const PlateLeaf& plate = dynamic_cast<const FullLeaf&>(system.leaf(i)).plate();
-    for (const StressPeak& p :
-         plate_stress_peaks(plate.mesh(), plate.nodal(), system.mechanism().leaves[i], i)) {
+    const auto* full = dynamic_cast<const FullLeaf*>(&system.leaf(i));
+    const std::vector<StressPeak> peaks =
+        full ? plate_stress_peaks(full->plate().mesh(), full->plate().nodal(),
+                                  system.mechanism().leaves[i], i)
+             : std::vector{system.leaf(i).max_stress()};  // superelements name one only
+    for (const StressPeak& p : peaks) {
       const bool same = p.leaf == largest.leaf && p.along == largest.along &&
                         p.across == largest.across &&
                         p.on_positive_normal == largest.on_positive_normal;
@@ -283,7 +287,8 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                                : step_to(system, point.stroke, request.load, request.newton);
     });
     std::unique_ptr<System> full;
-    if (exact && equilibrium.converged && model.accuracy == Accuracy::reduced)
+    if (exact && equilibrium.converged && model.accuracy == Accuracy::reduced &&
+        model.method == Reduction::mixed_potential)
       full = finish_on_full_leaves(system, model, request, point.stroke, equilibrium);
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
@@ -382,6 +387,28 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
 
 }  // namespace
 
+namespace {
+// A material point that is a node of superelements cannot leave it.
+std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
+                                         const std::vector<MechanismDirection>& directions,
+                                         const ModelOptions& model) {
+  constexpr double rounding = 1e-9;
+  if (model.accuracy == Accuracy::full || model.method != Reduction::linear_craig_bampton)
+    return std::nullopt;
+  for (const MechanismDirection& d : directions)
+    for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
+      const LeafSpring& leaf = mechanism.leaves[i];
+      const auto& rate = d.rate.leaves[i].point;
+      if (!leaf.point || leaf.point->spread_over_tip || broken_rule(leaf, model)) continue;
+      if (std::abs(rate->along) > rounding || std::abs(rate->across) > rounding)
+        return fmt::format(
+            "along {} a material point leaves its node of superelements: no exact derivatives",
+            d.parameter);
+    }
+  return std::nullopt;
+}
+}  // namespace
+
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request) {
   Exact exact;
@@ -394,7 +421,9 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
                                             const ModelOptions& model,
                                             const StrokeRequest& request) {
   StrokeSensitivity result;
-  if (auto reason = without_gradients(model)) {
+  auto reason = without_gradients(model);
+  if (!reason) reason = leaves_a_node(mechanism, directions, model);
+  if (reason) {
     result.response = evaluate_stroke(mechanism, model, request);
     result.message = std::move(*reason);
     return result;

@@ -3,6 +3,7 @@
 #include <cassert>
 
 #include "core/equilibrium/stroke_path.hpp"
+#include "core/reduction/superelement_leaf_gradient.hpp"
 #include "core/response/frequencies.hpp"
 
 namespace flexopt {
@@ -20,15 +21,17 @@ MechanismFactor::MechanismFactor(System& system)
 
 void MechanismFactor::add_leaf(System& system, int i) {
   auto* full = dynamic_cast<FullLeaf*>(&system.leaf(i));
-  assert(full);
-  full->plate().invert_pivots();
-  const PlateLeaf& plate = full->plate();
-  const LeafScale& scale = full->scale();
   const LeafSpring& spring = system.mechanism().leaves[i];
   Leaf leaf;
   leaf.full = full;
+  if (full)
+    leaf.linear = std::make_shared<FullLeafLinear>(*full);
+  else
+    leaf.linear =
+        std::make_shared<ScaledSuperelements>(dynamic_cast<SuperelementLeaf&>(system.leaf(i)));
+  const LeafScale& scale = leaf.linear->scale();
   leaf.offset = size_;
-  leaf.rows.unknowns = plate.unknowns();
+  leaf.rows.unknowns = leaf.linear->unknowns();
   leaf.rows.point = spring.point ? 3 : 0;
   size_ += leaf.rows.internal();
   Matrix12d edges = Matrix12d::Zero();
@@ -47,13 +50,13 @@ void MechanismFactor::add_leaf(System& system, int i) {
   for (const Leaf::Side& side : leaf.sides)
     for (int k = 0; k < side.size; ++k) moving.push_back(side.column + k);
   leaf.shapes = MatrixXd::Zero(leaf.rows.unknowns, 12 + leaf.rows.point);
-  leaf.shapes(Eigen::all, moving) = plate.static_shapes(moving);
+  leaf.shapes(Eigen::all, moving) = leaf.linear->static_shapes(moving);
   leaf.shapes.leftCols<12>() =
       (leaf.shapes.leftCols<12>() * scale.transformation().transpose() * edges).eval();
   if (spring.point) {
     leaf.shapes.rightCols<3>() =
         (leaf.shapes.rightCols<3>() * scale.axes.transpose() / scale.length).eval();
-    const LeafEvaluation::Point& point = *full->evaluation().point;
+    const LeafEvaluation::Point& point = *system.leaf(i).evaluation().point;
     leaf.point_stiffness.resize(3, 15);
     leaf.point_stiffness << point.coupling * edges, point.tangent;
   }
@@ -96,7 +99,7 @@ void MechanismFactor::clear_held(MatrixXd& Y) const {
 }
 
 MatrixXd MechanismFactor::leaf_rows(const Leaf& leaf, const MatrixXd& Y) const {
-  const LeafScale& scale = leaf.full->scale();
+  const LeafScale& scale = leaf.linear->scale();
   MatrixXd rows = MatrixXd::Zero(leaf.rows.size(), Y.cols());
   rows.topRows(leaf.rows.internal()) = Y.middleRows(leaf.offset, leaf.rows.internal());
   for (const Leaf::Side& side : leaf.sides) {
@@ -109,7 +112,7 @@ MatrixXd MechanismFactor::leaf_rows(const Leaf& leaf, const MatrixXd& Y) const {
 
 void MechanismFactor::add_leaf_force(const Leaf& leaf, double factor, const MatrixXd& rows,
                                      MatrixXd& Y) const {
-  const LeafScale& scale = leaf.full->scale();
+  const LeafScale& scale = leaf.linear->scale();
   Y.middleRows(leaf.offset, leaf.rows.internal()) += factor * rows.topRows(leaf.rows.internal());
   for (const Leaf::Side& side : leaf.sides) {
     const int r = leaf.row(side), b = 6 * side.body;
@@ -121,7 +124,7 @@ void MechanismFactor::add_leaf_force(const Leaf& leaf, double factor, const Matr
 namespace {
 // The displacement of the material point that a force on the row of its condition stands for.
 MatrixXd point_shift(const MechanismFactor::Leaf& leaf, const MatrixXd& B) {
-  const LeafScale& scale = leaf.full->scale();
+  const LeafScale& scale = leaf.linear->scale();
   return scale.length / scale.energy * scale.axes *
          B.middleRows(leaf.offset + leaf.rows.unknowns, 3);
 }
@@ -146,10 +149,10 @@ MatrixXd MechanismFactor::expanded(const MatrixXd& B, const MatrixXd& q) const {
   Y.topRows(bodies_) = q.topRows(bodies_);
   Y.bottomRows(joints()) = q.bottomRows(joints());
   for (const Leaf& leaf : leaves_) {
-    const LeafScale& scale = leaf.full->scale();
+    const LeafScale& scale = leaf.linear->scale();
     const auto bx = B.middleRows(leaf.offset, leaf.rows.unknowns);
     MatrixXd x = bx / scale.energy;
-    leaf.full->plate().solve(x);
+    leaf.linear->solve(x);
     for (const Leaf::Side& s : leaf.sides)
       x.noalias() += leaf.shapes.middleCols(s.column, s.size) * q.middleRows(6 * s.body, s.size);
     if (leaf.rows.point > 0) {
@@ -185,8 +188,8 @@ MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
   Y.topRows(bodies_).noalias() = body_mass_ * B.topRows(bodies_);
   for (const Leaf& leaf : leaves_) {
     const MatrixXd edges = leaf.rows.edge_rows(leaf_rows(leaf, B));
-    add_leaf_force(leaf, leaf.full->scale().mass,
-                   leaf.rows.body_rows(leaf.full->plate().mass_times(edges)), Y);
+    add_leaf_force(leaf, leaf.linear->scale().mass,
+                   leaf.rows.body_rows(leaf.linear->mass_times(edges)), Y);
   }
   clear_held(Y);
   return Y;
@@ -196,8 +199,7 @@ VectorXd MechanismFactor::motion(const VectorXd& y) const {
   std::vector<VectorXd> parts{body_motion_map(*system_) * y.head(bodies_)};
   Eigen::Index rows = parts[0].size();
   for (const Leaf& leaf : leaves_) {
-    parts.push_back(leaf_station_motion(leaf.full->plate(), leaf.full->scale(),
-                                        leaf.rows.edge_rows(leaf_rows(leaf, y))));
+    parts.push_back(leaf.linear->station_motion(leaf.rows.edge_rows(leaf_rows(leaf, y))));
     rows += parts.back().size();
   }
   VectorXd all(rows);

@@ -1,12 +1,14 @@
 #pragma once
-// A mechanism of full leaves linearised about an equilibrium, with the interiors of the leaves, the
+// A mechanism linearised about an equilibrium, with the interiors of the leaves, the
 // forces at their material points and the multipliers of the joints as unknowns: K⁻¹ B and M B of
 // all of them on the leaves' own factors.
 #include <Eigen/LU>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/elements/full_leaf.hpp"
+#include "core/elements/leaf_linear.hpp"
 #include "core/elements/leaf_rows.hpp"
 #include "core/equilibrium/system.hpp"
 
@@ -17,7 +19,8 @@ namespace flexopt {
 /// a force or multiplier is its condition.
 class MechanismFactor {
  public:
-  /// The system must be assembled at an equilibrium, its leaves be FullLeaf; its state is kept.
+  /// The system must be assembled at an equilibrium, its leaves be FullLeaf or
+  /// SuperelementLeaf; its state is kept.
   explicit MechanismFactor(System& system);
 
   int size() const { return size_; }
@@ -34,7 +37,8 @@ class MechanismFactor {
   MatrixXd balance(const MatrixXd& B, const std::optional<Eigen::RowVectorXd>& stroke) const;
 
   struct Leaf {
-    const FullLeaf* full;
+    std::shared_ptr<const LeafLinear> linear;
+    const FullLeaf* full;  ///< none where the leaf is made of superelements
     LeafRows rows;
     int offset;  ///< of its internal rows in a vector
     struct Side {

@@ -3,11 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "core/elements/plate_stress.hpp"
 #include "core/math/rotation.hpp"
+#include "core/reduction/superelement_leaf_gradient.hpp"
 
 namespace flexopt {
 namespace {
@@ -17,36 +17,82 @@ using std::numbers::pi;
 // Squares of frequencies nearer than this are one cluster: single derivatives mean nothing there.
 constexpr double cluster_gap = 1e-6;
 
+// Rates of the place over L of a point of a leaf, its axes and length held: 3 × parameters.
+MatrixXd place_rates(const MechanismFactor::Leaf& leaf, const LeafGradient<double>& gradient,
+                     const std::vector<LeafVariation<double>>& variations, const MatrixXd& rows,
+                     double along, double across) {
+  MatrixXd rates = MatrixXd::Zero(3, rows.cols());
+  const auto* full = dynamic_cast<const PlateGradient<double>*>(&gradient);
+  if (!full) {
+    const auto& own = dynamic_cast<const SuperelementLeafGradient&>(gradient);
+    for (int p = 0; p < rates.cols(); ++p)
+      rates.col(p) = own.place_rate(along, across, rows.col(p), variations[p]);
+    return rates;
+  }
+  const PlateLeaf& plate = leaf.full->plate();
+  const std::vector<MatrixXd> nodal = full->nodal_rates(rows, variations);
+  for (int p = 0; p < rates.cols(); ++p)
+    for (const NodalWeight& w : point_weights(plate.mesh(), along, across))
+      rates.col(p) += w.weight * nodal[w.line].block<1, 3>(w.function, 3 * p).transpose() +
+                      width_slope(plate.mesh(), w) * variations[p].shape[0] *
+                          plate.nodal()[w.line].row(w.function).transpose();
+  return rates;
+}
+
 // Of O in the middle of a tip edge whose mean the end-effector follows: the displacement that the
 // point of the path lists.
-MatrixXd tip_displacement_rates(const MechanismFactor& factor, int i,
+MatrixXd tip_displacement_rates(const MechanismFactor& factor, int i, const PathPoint& point,
                                 const DesignRates<double>& design,
                                 const std::vector<Mechanism>& directions,
                                 const MatrixXd& state_rates) {
   const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
   const Mechanism& mechanism = factor.system().mechanism();
   const LeafSpring& spring = mechanism.leaves[i];
-  const PlateLeaf& plate = leaf.full->plate();
-  const std::vector<MatrixXd> nodal =
-      design.leaf(i).nodal_rates(factor.leaf_rows(leaf, state_rates), design.variations(i));
-  MatrixXd rates(3, static_cast<Eigen::Index>(directions.size()));
+  const MatrixXd local =
+      place_rates(leaf, design.leaf(i), design.variations(i), factor.leaf_rows(leaf, state_rates),
+                  spring.point->along, spring.point->across);
+  // seen from the leaf's axes, over L
+  const Vector3d place =
+      spring.axes.transpose() *
+      (mechanism.bodies[mechanism.end_effector].reference + point.displacement - spring.origin) /
+      spring.length;
+  MatrixXd rates(3, local.cols());
   for (int p = 0; p < rates.cols(); ++p) {
     const Mechanism& direction = directions[static_cast<std::size_t>(p)];
     const LeafSpring& d = direction.leaves[i];
-    Vector3d place = Vector3d::Zero(), rate = Vector3d::Zero();  // over L
-    for (const NodalWeight& w :
-         point_weights(plate.mesh(), spring.point->along, spring.point->across)) {
-      const Vector3d r = plate.nodal()[w.line].row(w.function).transpose();
-      place += w.weight * r;
-      rate += w.weight * nodal[w.line].block<1, 3>(w.function, 3 * p).transpose() +
-              width_slope(plate.mesh(), w) *
-                  design.variations(i)[static_cast<std::size_t>(p)].shape[0] * r;
-    }
     rates.col(p) = d.origin + d.axes * place * spring.length +
-                   spring.axes * (rate * spring.length + place * d.length) -
+                   spring.axes * (local.col(p) * spring.length + place * d.length) -
                    direction.bodies[mechanism.end_effector].reference;
   }
   return rates;
+}
+
+// Of a stress peak along every parameter.
+VectorXd stress_rates(const MechanismFactor& factor, const StressPeak& peak,
+                      const DesignRates<double>& design, const std::vector<Mechanism>& directions,
+                      const MatrixXd& state_rates) {
+  const int i = peak.leaf;
+  const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
+  const std::vector<LeafVariation<double>>& variations = design.variations(i);
+  const MatrixXd rows = factor.leaf_rows(leaf, state_rates);
+  const auto* full = dynamic_cast<const PlateGradient<double>*>(&design.leaf(i));
+  std::vector<MatrixXd> nodal;
+  if (full) nodal = full->nodal_rates(rows, variations);
+  VectorXd stress(static_cast<Eigen::Index>(directions.size()));
+  for (int p = 0; p < stress.size(); ++p) {
+    StressRate along{{}, variations[p].shape, directions[p].leaves[i].material.youngs_modulus};
+    if (!full) {
+      const auto& own = dynamic_cast<const SuperelementLeafGradient&>(design.leaf(i));
+      stress[p] = own.leaf().stress_rate(peak, own.field_rates(rows.col(p), variations[p]), along);
+      continue;
+    }
+    const PlateLeaf& plate = leaf.full->plate();
+    for (const MatrixXd& line : nodal) along.nodal.push_back(line.middleCols<3>(3 * p));
+    stress[p] =
+        plate_stress_rate(plate.mesh(), plate.nodal(), peak,
+                          factor.system().mechanism().leaves[i].material.youngs_modulus, along);
+  }
+  return stress;
 }
 
 struct Column {
@@ -123,9 +169,10 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
 }  // namespace
 
 std::optional<std::string> without_gradients(const ModelOptions& model) {
-  if (model.accuracy == Accuracy::reduced && model.method != Reduction::mixed_potential)
-    return "exact derivatives are those of full leaves, or of the default reduction finished on "
-           "them";
+  if (model.accuracy == Accuracy::reduced && model.method != Reduction::mixed_potential &&
+      model.method != Reduction::linear_craig_bampton)
+    return "exact derivatives are those of full leaves, of the default reduction finished on them, "
+           "or of linear superelements";
   if (model.mass == LeafMass::constant || model.leaf_modes == 0)
     return "exact derivatives are those of the consistent mass with all internal motions";
   return std::nullopt;
@@ -152,28 +199,14 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
   for (int i = 0; i < system.leaves(); ++i)
     if (const auto& follows = mechanism.leaves[i].point;
         follows && follows->body == mechanism.end_effector && follows->spread_over_tip)
-      gradients.displacement = tip_displacement_rates(factor, i, design, directions, state_rates);
+      gradients.displacement =
+          tip_displacement_rates(factor, i, point, design, directions, state_rates);
   gradients.rotation =
       rotation_left_tangent_inverse(rotation_log(system.pose(mechanism.end_effector).rotation)) *
       moved.middleRows(ee + 3, 3);
 
-  std::map<int, std::vector<MatrixXd>> nodal_rates;  // of the leaves that are asked for
   const auto stress_rate = [&](const StressPeak& peak) {
-    const int i = peak.leaf;
-    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
-    const PlateLeaf& plate = leaf.full->plate();
-    std::vector<MatrixXd>& nodal = nodal_rates[i];
-    if (nodal.empty())
-      nodal = design.leaf(i).nodal_rates(factor.leaf_rows(leaf, state_rates), design.variations(i));
-    VectorXd stress(directions.size());
-    for (int p = 0; p < stress.size(); ++p) {
-      StressRate along{
-          {}, design.variations(i)[p].shape, directions[p].leaves[i].material.youngs_modulus};
-      for (const MatrixXd& line : nodal) along.nodal.push_back(line.middleCols<3>(3 * p));
-      stress[p] = plate_stress_rate(plate.mesh(), plate.nodal(), peak,
-                                    mechanism.leaves[i].material.youngs_modulus, along);
-    }
-    return stress;
+    return stress_rates(factor, peak, design, directions, state_rates);
   };
   if (point.max_stress) gradients.max_stress = stress_rate(*point.max_stress);
   gradients.stress_peaks.resize(static_cast<Eigen::Index>(point.stress_peaks.size()),

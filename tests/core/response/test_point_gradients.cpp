@@ -48,6 +48,7 @@ struct Case {
   Accuracy accuracy;
   double stroke;
   std::vector<std::size_t> along;  ///< parameters
+  std::optional<std::array<int, 2>> superelements = std::nullopt;
 };
 
 void check(const Case& c) {
@@ -55,6 +56,10 @@ void check(const Case& c) {
   model.accuracy = c.accuracy;
   model.flexure = c.flexure;
   model.mesh = c.flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
+  if (c.superelements) {
+    model.method = Reduction::linear_craig_bampton;
+    model.superelements = *c.superelements;
+  }
   StrokeRequest request;
   request.points = {0, c.stroke};
   request.frequencies = 4;
@@ -86,6 +91,22 @@ TEST_CASE("derivatives of a beam hinge") {
 
 TEST_CASE("derivatives of a hinge finished from reduced leaves") {
   check({true, Flexure::plate, Accuracy::reduced, -0.3, {0, 2, 10}});
+}
+
+TEST_CASE("derivatives of a guide of segments") {
+  check({false, Flexure::plate, Accuracy::reduced, 0.02, {0, 1, 2, 4, 7, 10}, {{3, 0}}});
+}
+
+TEST_CASE("derivatives of a hinge of patches") {
+  check({true, Flexure::plate, Accuracy::reduced, 0.3, {0, 1, 2, 3, 6, 9}, {{4, 2}}});
+}
+
+TEST_CASE("derivatives of a hinge of single superelements") {
+  check({true, Flexure::plate, Accuracy::reduced, -0.1, {0, 1, 5, 8, 10}, {{1, 0}}});
+}
+
+TEST_CASE("derivatives of a guide of beam superelements") {
+  check({false, Flexure::beam, Accuracy::reduced, -0.015, {0, 1, 2, 4, 5, 9}, {{4, 0}}});
 }
 
 TEST_CASE("equal leaves: derivatives of double frequencies are those of their cluster") {
