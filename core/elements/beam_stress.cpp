@@ -22,7 +22,8 @@ using Measures = MeasuresT<double>;
 constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
 
 template <class S>
-MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValues& X, bool circular) {
+MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValues& X, bool circular,
+                         BeamStrain strain) {
   auto sum = [&](const std::array<double, 4>& h, int k) -> Vector3<S> {
     return (U.row(k) * h[0] + U.row(k + 1) * h[1] + U.row(k + 4) * h[2] + U.row(k + 5) * h[3])
         .transpose();
@@ -30,6 +31,12 @@ MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValues& X
   using std::sqrt;
   const Vector3<S> a = sum(X.slope, 0), r_xx = sum(X.curvature, 0), d = sum(X.value, 2),
                    d_x = sum(X.slope, 2), d_xx = sum(X.curvature, 2);
+  if (strain == BeamStrain::linear) {  // a = e1, d = e2, n = e3 and small changes
+    MeasuresT<S> m;
+    m << a[0], circular ? S(-r_xx[1]) : d_x[0], S(0.0 * a[0]), S(a[1] + d[0]), S(-r_xx[2]),
+        S(-d_xx[2]), S(-d_x[2]);
+    return m;
+  }
   const Vector3<S> c = a.cross(d);
   const Vector3<S> n = c / sqrt(c.squaredNorm());
   MeasuresT<S> m;
@@ -47,7 +54,7 @@ MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValues& X
 // superconvergent, and linearly between and beyond them.
 class RecoveredMeasures {
  public:
-  RecoveredMeasures(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal) {
+  RecoveredMeasures(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal, BeamStrain strain) {
     const bool circular = mesh.shape().section == Section::circular;
     for (int i = 0; i < mesh.elements_along(); ++i) {
       Eigen::Matrix<double, 8, 3> U;
@@ -55,7 +62,7 @@ class RecoveredMeasures {
       const double h = mesh.x()[i + 1] - mesh.x()[i];
       for (const double s : station) {
         x_.push_back(mesh.x()[i] + s * h);
-        values_.push_back(measures_at<double>(U, hermite(s, h), circular));
+        values_.push_back(measures_at<double>(U, hermite(s, h), circular, strain));
       }
     }
   }
@@ -166,8 +173,8 @@ constexpr int intervals = 32;
 
 /// The largest stress of the section at each station along.
 std::vector<StressPeak> section_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                                      double youngs_modulus, int index) {
-  const RecoveredMeasures field(mesh, nodal);
+                                      double youngs_modulus, int index, BeamStrain strain) {
+  const RecoveredMeasures field(mesh, nodal, strain);
   const SectionStress section(mesh.shape());
   std::vector<StressPeak> peaks;
   for (int k = 0; k <= intervals; ++k) {
@@ -182,10 +189,12 @@ std::vector<StressPeak> section_peaks(const PlateMesh& mesh, const std::vector<M
 }  // namespace
 
 StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                           const LeafSpring& leaf, const LeafScale& scale, int index) {
+                           const LeafSpring& leaf, const LeafScale& scale, int index,
+                           BeamStrain strain) {
   StressPeak peak;
   peak.leaf = index;
-  for (const StressPeak& p : section_peaks(mesh, nodal, leaf.material.youngs_modulus, index))
+  for (const StressPeak& p :
+       section_peaks(mesh, nodal, leaf.material.youngs_modulus, index, strain))
     if (p.value > peak.value * (1 + 1e-9)) peak = p;
   peak.position = plate_material_point(mesh, nodal, scale, peak.along, peak.across);
   return peak;
@@ -193,7 +202,8 @@ StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& n
 
 std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                                           const LeafSpring& leaf, int index) {
-  const auto all = section_peaks(mesh, nodal, leaf.material.youngs_modulus, index);
+  const auto all =
+      section_peaks(mesh, nodal, leaf.material.youngs_modulus, index, BeamStrain::finite);
   std::vector<StressPeak> peaks;
   for (std::size_t k = 0; k < all.size(); ++k)
     if (all[k].value > 0 && (k == 0 || all[k].value >= all[k - 1].value) &&
@@ -203,7 +213,8 @@ std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vect
 }
 
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                        const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
+                        const StressPeak& peak, double youngs_modulus, const StressRate& rate,
+                        BeamStrain strain) {
   using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
   const auto dual = [](double value, double derivative) {
     return Dual(value, Eigen::Matrix<double, 1, 1>(derivative));
@@ -224,7 +235,7 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
       for (int c = 0; c < 3; ++c)
         U(f, c) = dual(nodal[i + f / 4](f % 4, c), rate.nodal[i + f / 4](f % 4, c));
     return measures_at<Dual>(U, hermite(station[station_index % 2], mesh.x()[i + 1] - mesh.x()[i]),
-                             circular);
+                             circular, strain);
   };
   const double s = (peak.along - x[k]) / (x[k + 1] - x[k]);
   MeasuresT<Dual> m = at(k);
@@ -244,9 +255,9 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
 }
 
 LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                              const LeafSpring& leaf, const LeafScale& scale) {
+                              const LeafSpring& leaf, const LeafScale& scale, BeamStrain strain) {
   LeafShape shape;
-  const RecoveredMeasures field(mesh, nodal);
+  const RecoveredMeasures field(mesh, nodal, strain);
   const SectionStress section(mesh.shape());
   shape.points_along = mesh.lines();
   shape.points_across = 2;

@@ -9,6 +9,10 @@ namespace flexopt {
 
 struct LeafScale;
 
+/// Linear strains are those of nodal displacements about the undeflected beam; the places that come
+/// with them mean nothing.
+enum class BeamStrain { finite, linear };
+
 /// Largest von Mises stress √(σ² + 3τ²) of the section formulas. Rectangle, at y across and on the
 /// surfaces z = ±t/2:
 ///
@@ -18,7 +22,8 @@ struct LeafScale;
 /// torsion_stress_factor. Circle: σ = E (|ε0| + ½ d |κ|), τ = ½ G d θ′. Both ends included: a beam
 /// has no singular corners.
 StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                           const LeafSpring& leaf, const LeafScale& scale, int index);
+                           const LeafSpring& leaf, const LeafScale& scale, int index,
+                           BeamStrain strain = BeamStrain::finite);
 
 struct StressRate;
 /// The places along a beam where the largest stress of the section is larger than at the stations
@@ -28,10 +33,12 @@ std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vect
 
 /// Derivative of the stress at a peak found by beam_max_stress, at the same place.
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                        const StressPeak& peak, double youngs_modulus, const StressRate& rate);
+                        const StressPeak& peak, double youngs_modulus, const StressRate& rate,
+                        BeamStrain strain = BeamStrain::finite);
 
 /// The deflected ribbon of width w, two points across.
 LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                              const LeafSpring& leaf, const LeafScale& scale);
+                              const LeafSpring& leaf, const LeafScale& scale,
+                              BeamStrain strain = BeamStrain::finite);
 
 }  // namespace flexopt

@@ -103,16 +103,11 @@ SuperelementGrid::Node SuperelementGrid::node(int element, int k) const {
   return {i + k / 2, j + k % 2};  // (0, −), (0, +), (L, −), (L, +)
 }
 
-std::vector<MatrixXd> SuperelementGrid::beam_nodal(const State& state, int e, double factor) const {
-  const PlateMesh& mesh = *kinds_[0]->mesh;
-  const VectorXd dofs = factor * (model(e).recovery * *state.q[e]);
+std::vector<MatrixXd> SuperelementGrid::beam_displacements(const State& state, int e) const {
+  const VectorXd dofs = model(e).recovery * *state.q[e];
   std::vector<MatrixXd> nodal;
-  for (int i = 0; i < mesh.lines(); ++i) {
+  for (int i = 0; i < kinds_[0]->mesh->lines(); ++i)
     nodal.push_back(dofs.segment<12>(12 * i).reshaped(4, 3));
-    nodal.back().row(0) += mesh.x()[i] * Eigen::RowVector3d::UnitX();
-    nodal.back().row(1) += Eigen::RowVector3d::UnitX();
-    nodal.back().row(2) += Eigen::RowVector3d::UnitY();
-  }
   return nodal;
 }
 
@@ -224,8 +219,8 @@ Vector3d SuperelementGrid::place(const State& state, double along, double across
   const PlateMesh& mesh = *p.mesh;
   const FloatingFrame& frame = *state.frames[e];
   if (shape_.is_beam()) {
-    const std::vector<MatrixXd> nodal = beam_nodal(state, e);
-    Vector3d r = Vector3d::Zero();
+    const std::vector<MatrixXd> nodal = beam_displacements(state, e);
+    Vector3d r(at.along, (at.across - 0.5) * mesh.shape().width, 0);
     for (const NodalWeight& w : point_weights(mesh, at.along, at.across))
       r += w.weight * nodal[w.line].row(w.function).transpose();
     return frame.position + frame.axes * (p.scale.length * r - p.frame_point);

@@ -59,9 +59,8 @@ class SuperelementGrid {
     std::vector<const VectorXd*> q;
     std::vector<const FloatingFrame*> frames;
   };
-  /// Nodal values r/L of a segment of a beam, in its frame from its first node on.
-  /// Displacements are taken times `factor`.
-  std::vector<MatrixXd> beam_nodal(const State& state, int element, double factor = 1) const;
+  /// Nodal displacements over its length of a segment of a beam, in its frame.
+  std::vector<MatrixXd> beam_displacements(const State& state, int element) const;
   /// Linear strains of the local displacements of a plate; lengths over L, as in plate_stress.
   StrainField strains(const State& state) const;
   /// Derivative of the stress of strains() at a peak of largest_stress, as plate_stress_rate;

@@ -29,23 +29,17 @@ StressPeak SuperelementLeaf::max_stress() {
   return peak;
 }
 
-namespace {
-/// The section formulas measure finite strains; of so small a part of the local displacements,
-/// stiffened as much, the stresses are those of the linear strains.
-constexpr double linear = 1e-6;
-}  // namespace
-
 LeafSpring SuperelementLeaf::segment() const {
   LeafSpring segment = leaf_;
   segment.length /= grid_->along();
-  segment.material.youngs_modulus /= linear;
   return segment;
 }
 
 StressPeak SuperelementLeaf::segment_stress_peak(const SuperelementGrid::State& state,
                                                  int e) const {
   const CondensedPlate& p = grid_->plate(e);
-  return beam_max_stress(*p.mesh, grid_->beam_nodal(state, e, linear), segment(), p.scale, index_);
+  return beam_max_stress(*p.mesh, grid_->beam_displacements(state, e), segment(), p.scale, index_,
+                         BeamStrain::linear);
 }
 
 StressPeak SuperelementLeaf::beam_stress_peak(const SuperelementGrid::State& state) const {
@@ -70,11 +64,11 @@ double SuperelementLeaf::stress_rate(const StressPeak& peak, const std::vector<V
     if (own.value != peak.value || (e + own.along) / n != peak.along) continue;
     const PlateMesh& mesh = *grid_->plate(e).mesh;
     StressRate of_segment{
-        {}, {n * rate.shape[0], n * rate.shape[1], rate.shape[2]}, rate.youngs_modulus / linear};
+        {}, {n * rate.shape[0], n * rate.shape[1], rate.shape[2]}, rate.youngs_modulus};
     for (int i = 0; i < mesh.lines(); ++i)
-      of_segment.nodal.push_back(linear * fields[e].segment<12>(12 * i).reshaped(4, 3));
-    return beam_stress_rate(mesh, grid_->beam_nodal(state, e, linear), own,
-                            segment().material.youngs_modulus, of_segment);
+      of_segment.nodal.push_back(fields[e].segment<12>(12 * i).reshaped(4, 3));
+    return beam_stress_rate(mesh, grid_->beam_displacements(state, e), own,
+                            leaf_.material.youngs_modulus, of_segment, BeamStrain::linear);
   }
   assert(false && "the peak is one of this state");
   return 0;
@@ -88,8 +82,8 @@ LeafShape SuperelementLeaf::beam_shape(const SuperelementGrid::State& state) con
   for (int side = 0; side < 2; ++side)
     for (int e = 0; e < grid_->elements(); ++e) {
       const CondensedPlate& p = grid_->plate(e);
-      const LeafShape own =
-          beam_deformed_shape(*p.mesh, grid_->beam_nodal(state, e, linear), segment(), p.scale);
+      const LeafShape own = beam_deformed_shape(*p.mesh, grid_->beam_displacements(state, e),
+                                                segment(), p.scale, BeamStrain::linear);
       for (int i = e == 0 ? 0 : 1; i < lines; ++i) {
         const double x = (e + p.mesh->x()[i]) / grid_->along();
         shape.undeflected.push_back(
