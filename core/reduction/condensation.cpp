@@ -145,7 +145,7 @@ std::array<SuperelementModel, 3> Condensation::shape_rates() const {
     MatrixXd dV = -0.5 * V * H;
     for (int i = 0; i < kept_; ++i) {
       const VectorXd b = -(free_.transpose() * (dKV.col(i) - lambda[i] * dMV.col(i)));
-      VectorXd x = complement_solve(system, lambda[i], b).value();
+      VectorXd x = complement_solve(system, lambda[i], b, 1e-13, 1000).value();
       for (Eigen::Index k = kept_; k < omega2_.size(); ++k)
         if (const double gap = omega2_[k] - lambda[i]; gap > equal * omega2_[k])
           x += modes_.col(k).dot(b) / gap * modes_.col(k);

@@ -181,8 +181,7 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda,
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
     const LeafScale& scale = leaf.linear->scale();
     const Matrix rows = rows_of<S>(factor, leaf, Y);
-    const LeafQuadratic<S> q =
-        leaves_[i].quadratic(rows, lambda * (scale.mass / scale.energy));
+    const LeafQuadratic<S> q = leaves_[i]->quadratic(rows, lambda * (scale.mass / scale.energy));
     add_force<S>(factor, leaf, scale.energy, q.state, V);
     for (int k = 0; k < n; ++k)
       for (Eigen::Index p = 0; p < count; ++p) {
