@@ -16,13 +16,14 @@ ScaledSuperelements::ScaledSuperelements(const SuperelementLeaf& leaf) : leaf_(&
   }
   const int k = grid().nodes_per_line();
   std::vector<NodePose> gathered(grid().nodes_per_element());
-  own_ = static_cast<int>(data(0).model.mass.rows()) - data(0).model.coordinates();
+  for (int row = 0; row < grid().rows(); ++row) models_.push_back(scaled_model(grid(), row));
+  own_ = static_cast<int>(model(0).mass.rows()) - model(0).coordinates();
   for (int e = 0; e < grid().elements(); ++e) {
     for (std::size_t a = 0; a < gathered.size(); ++a) {
       const auto [line, node] = grid().node(e, static_cast<int>(a));
       gathered[a] = nodes_[line * k + node];
     }
-    Superelement& element = elements_.emplace_back(data(e).model);
+    Superelement& element = elements_.emplace_back(model(e));
     [[maybe_unused]] const bool framed = element.evaluate(gathered);
     assert(framed);  // the leaf stands there
     mass_.push_back(element.mass());
@@ -44,7 +45,7 @@ void ScaledSuperelements::solve(Eigen::Ref<MatrixXd> b) const {
   }
   for (int e = 0; e < grid().elements(); ++e)
     b.middleRows(amplitude(e), own_).array().colwise() /=
-        data(e).model.stiffness.diagonal().tail(own_).array();
+        model(e).stiffness.diagonal().tail(own_).array();
 }
 
 MatrixXd ScaledSuperelements::static_shapes(const std::vector<int>& columns) const {
@@ -138,7 +139,7 @@ SuperelementLeafGradient::SuperelementLeafGradient(const ScaledSuperelements& le
   shape_force_ = MatrixXd::Zero(6 * count, 3);
   elements_.reserve(grid.elements());
   for (int e = 0; e < grid.elements(); ++e) {
-    elements_.emplace_back(leaf[e], leaf.data(e).shape);
+    elements_.emplace_back(leaf[e], grid.model_rate()[e].shape);
     scatter(e, leaf[e].force(), node_force_);
     scatter(e, elements_[e].force_rates(), shape_force_);
   }
@@ -351,10 +352,10 @@ LeafQuadratic<double> SuperelementLeafGradient::quadratic(const MatrixXd& Y,
 VectorXd SuperelementLeafGradient::field_rate(int e, const MatrixXd& nodes,
                                               const Vector3d& shape) const {
   const Superelement& element = (*leaf_)[e];
-  const ScaledSuperelement& data = leaf_->data(e);
+  const auto& rates = leaf_->grid().model_rate()[e].shape;
   const VectorXd q = element.local_rate() * gather(e, nodes) + elements_[e].local_rates() * shape;
-  VectorXd field = data.model.recovery * q;
-  for (int p = 0; p < 3; ++p) field += shape[p] * (data.shape[p].recovery * element.local());
+  VectorXd field = leaf_->model(e).recovery * q;
+  for (int p = 0; p < 3; ++p) field += shape[p] * (rates[p].recovery * element.local());
   return field;
 }
 
@@ -373,7 +374,7 @@ Vector3d SuperelementLeafGradient::place_rate(double along, double across, const
   const SuperelementGrid::Point at = grid.locate(along, across);
   const PlateMesh& mesh = *grid.plate(at.element).mesh;
   const MatrixXd nodes = increments(y) + node_rates({variation});
-  const VectorXd field = leaf_->data(at.element).model.recovery * (*leaf_)[at.element].local(),
+  const VectorXd field = leaf_->model(at.element).recovery * (*leaf_)[at.element].local(),
                  rate = field_rate(at.element, nodes, variation.shape);
   const double width = mesh.shape().width, widening = width * variation.shape[0] / width_;
   // seen from the frame, over the superelement's length

@@ -23,7 +23,7 @@ class ScaledSuperelements final : public LeafLinear {
 
   const SuperelementLeaf& leaf() const { return *leaf_; }
   const SuperelementGrid& grid() const { return leaf_->grid(); }
-  const ScaledSuperelement& data(int i) const { return grid().model_rate()[i]; }
+  const SuperelementModel& model(int i) const { return models_[i % grid().rows()]; }
   const Superelement& operator[](int i) const { return elements_[i]; }
   const std::vector<NodePose>& nodes() const { return nodes_; }
 
@@ -45,6 +45,7 @@ class ScaledSuperelements final : public LeafLinear {
 
  private:
   const SuperelementLeaf* leaf_;
+  std::vector<SuperelementModel> models_;  ///< by rows
   int own_;
   std::vector<NodePose> nodes_;
   std::vector<Superelement> elements_;

@@ -7,6 +7,11 @@
 
 namespace flexopt {
 
+SuperelementModel scaled_model(const SuperelementGrid& grid, int row) {
+  const double length = 1.0 / grid.along();
+  return in_units(grid.plate(row).condensation->model(), length, 1, std::pow(length, 4));
+}
+
 SuperelementModelRate::SuperelementModelRate(const SuperelementGrid& grid) {
   // a superelement over its leaf: its length, and what its own shape is to that of the leaf
   const double length = 1.0 / grid.along(), mass = std::pow(length, 4);
@@ -18,9 +23,7 @@ SuperelementModelRate::SuperelementModelRate(const SuperelementGrid& grid) {
     kind_of_row_.push_back(static_cast<int>(known - plates.begin()));
     if (known != plates.end()) continue;
     plates.push_back(plate);
-    const Condensation& condensation = *plate->condensation;
-    ScaledSuperelement kind{in_units(condensation.model(), length, 1, mass),
-                            condensation.shape_rates()};
+    ScaledSuperelement kind{scaled_model(grid, row), plate->condensation->shape_rates()};
     for (int p = 0; p < 3; ++p) {
       SuperelementModel& rate = kind.shape[p] = in_units(kind.shape[p], length, 1, mass);
       for (Vector3d& node : rate.nodes) node *= own[p];

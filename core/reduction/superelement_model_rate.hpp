@@ -8,7 +8,9 @@
 namespace flexopt {
 
 /// Lengths over L, energies over D, masses over ρ t L⁴ of the leaf (LeafScale): the shape of the
-/// leaf is all that such a model depends on.
+/// leaf is all that such a model depends on. `row`: across, all along it are alike.
+SuperelementModel scaled_model(const SuperelementGrid& grid, int row);
+
 struct ScaledSuperelement {
   SuperelementModel model;
   std::array<SuperelementModel, 3> shape;  ///< ∂model/∂(w/L, t/L, ν): Condensation::shape_rates

@@ -356,12 +356,12 @@ TEST_CASE("derivatives of a leaf of superelements agree with differences of rebu
     columns_si.point = MatrixXd::Zero(3, columns);
     if (point) columns_si.point = L * A * Y.middleRows<3>(bent.rows.point_body());
     // between the eigenvalues of the modes: amplitudes answer finitely
-    const double lowest = scaled.data(0).model.stiffness.diagonal().tail(1)[0] * D / scale.mass;
+    const double lowest = scaled.model(0).stiffness.diagonal().tail(1)[0] * D / scale.mass;
     columns_si.lambda.resize(columns);
     columns_si.lambda << 0, 0.3 * lowest, 0.6 * lowest;
     const VectorXd mu = columns_si.lambda * (scale.mass / D);
     for (int e = 0; e < leaf.grid().elements(); ++e) {
-      const SuperelementModel& m = scaled.data(e).model;
+      const SuperelementModel& m = scaled.model(e);
       const int n = m.coordinates(), own = scaled.own_amplitudes();
       const MatrixXd T = bent.rows.edge_rows(Y);
       const MatrixXd f =
