@@ -84,7 +84,8 @@ class RecoveredMeasures {
 template <class S>
 S von_mises(const S& s, const S& t) {
   using std::sqrt;
-  return sqrt(s * s + 3.0 * t * t);
+  const S square = s * s + 3.0 * t * t;
+  return square > 0.0 ? S(sqrt(square)) : S(0.0 * square);  // no stress has no slope
 }
 
 // Von Mises stress over E: the largest of a circular section, and on one side of a rectangular one

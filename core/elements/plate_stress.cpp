@@ -54,7 +54,8 @@ S von_mises(const Vector3<S>& strain, const S& nu, const S& modulus) {
   const S k = modulus / (1.0 - nu * nu);
   const S s11 = k * (strain[0] + nu * strain[1]), s22 = k * (strain[1] + nu * strain[0]),
           s12 = k * 0.5 * (1.0 - nu) * strain[2];
-  return sqrt(s11 * s11 - s11 * s22 + s22 * s22 + 3.0 * s12 * s12);
+  const S square = s11 * s11 - s11 * s22 + s22 * s22 + 3.0 * s12 * s12;
+  return square > 0.0 ? S(sqrt(square)) : S(0.0 * square);  // no stress has no slope
 }
 
 constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};

@@ -109,6 +109,21 @@ TEST_CASE("derivatives of a guide of beam superelements") {
   check({false, Flexure::beam, Accuracy::reduced, -0.015, {0, 1, 2, 4, 5, 9}, {{4, 0}}});
 }
 
+TEST_CASE("where nothing is stressed the stress has no slope") {
+  for (const Flexure flexure : {Flexure::plate, Flexure::beam}) {
+    ModelOptions model;
+    model.flexure = flexure;
+    model.method = Reduction::linear_craig_bampton;
+    model.superelements = {1, 0};
+    const test::Family guide{[](const Values& p) { return skew(false, p); }, parameters, {}, 0};
+    const StrokeSensitivity s = evaluate_stroke_gradients(
+        guide.make(values_of(parameters)), {direction(guide, 0), direction(guide, 2)}, model, {});
+    REQUIRE(s.gradients);
+    REQUIRE(s.response.path[0].max_stress->value < 1);
+    CHECK(s.gradients->path[0].max_stress->allFinite());
+  }
+}
+
 TEST_CASE("equal leaves: derivatives of double frequencies are those of their cluster") {
   // a light end-effector between four equal leaves: leaf modes come in groups
   Mechanism m = models::guide(0.1, 0.03, 0.5e-3, 0.06, 2.0, 1e-2);
