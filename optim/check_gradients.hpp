@@ -26,12 +26,13 @@ struct GradientReport {
 
 /// Compares every derivative with respect to the family's parameters (formulas follow the others),
 /// the material and the payload, at every stroke point, with extrapolated differences of the path,
-/// finished on full leaves. Errors are relative to the derivative, or to 1e-2 of the steepest along
-/// the path or a tenth of value/parameter where that is more (values below 1e-2 of the quantity's
-/// largest, or a tenth of the stroke, count as that). A derivative agrees where its error is at
-/// most `tolerance` or five times what the difference is known to: by its extrapolation, and by the
-/// rounding of the numbers, which is measured. Members of a cluster of equal frequencies are
-/// compared by their sum.
+/// the default reduction finished on full leaves. Errors are relative to the derivative, or to 1e-2
+/// of the steepest along the path or a tenth of value/parameter where that is more (values below
+/// 1e-2 of the quantity's largest, or a tenth of the stroke, count as that). A derivative agrees
+/// where its error is at most `tolerance` or five times what the difference is known to: by its
+/// extrapolation, and by the rounding of the numbers, which is measured; one that does not is
+/// differenced once more, with steps a hundredth as large (a kink or a pole may lie near). Members
+/// of a cluster of equal frequencies are compared by their sum.
 GradientReport check_gradients(const Job& job, double tolerance, int threads);
 
 }  // namespace flexopt
