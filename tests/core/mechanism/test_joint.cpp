@@ -67,7 +67,8 @@ TEST_CASE("conditions of joints follow their first and second derivatives", "[jo
 TEST_CASE("conditions of joints follow what they depend on", "[joint]") {
   const JointType type = GENERATE(from_range(std::begin(types), std::end(types)));
   const Pair pair;
-  const JointState<double> state{joint(type), pair.a, pair.b, direction(3).head(size_of(type).conditions)};
+  const JointState<double> state{joint(type), pair.a, pair.b,
+                                 direction(3).head(size_of(type).conditions)};
   // the axis stands: where it moves, the choice of e2 and e3 does not bear on what is held
   const Vector12d d = direction(1.5), r = direction(2.5);
   const VectorXd dm = direction(4).head(size_of(type).conditions);
