@@ -52,7 +52,8 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
     if (exact) {
       std::optional<ExactModeLists> lists = exact_modes(factor, wanted, 0);
       if (!lists) return std::nullopt;
-      modes = {lists->free.lambda.head(wanted), lists->free.phi.leftCols(wanted), {}, count};
+      const Eigen::Index found = std::min<Eigen::Index>(wanted, lists->free.lambda.size());
+      modes = {lists->free.lambda.head(found), lists->free.phi.leftCols(found), {}, count};
     } else {
       LowestPairs pairs = lowest_pairs_of_blocks(factor.size(), wanted, width, solve, mass, 1e-6);
       if (!pairs.converged) return std::nullopt;
