@@ -385,9 +385,6 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   return response;
 }
 
-}  // namespace
-
-namespace {
 // A material point that is a node of superelements cannot leave it.
 std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
                                          const std::vector<MechanismDirection>& directions,
@@ -407,6 +404,7 @@ std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
     }
   return std::nullopt;
 }
+
 }  // namespace
 
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,

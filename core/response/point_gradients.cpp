@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "core/elements/plate_stress.hpp"
@@ -67,17 +68,20 @@ MatrixXd tip_displacement_rates(const MechanismFactor& factor, int i, const Path
   return rates;
 }
 
+// Nodal rates of the full leaves that were asked for: several peaks may be on one leaf.
+using NodalRates = std::map<int, std::vector<MatrixXd>>;
+
 // Of a stress peak along every parameter.
 VectorXd stress_rates(const MechanismFactor& factor, const StressPeak& peak,
                       const DesignRates<double>& design, const std::vector<Mechanism>& directions,
-                      const MatrixXd& state_rates) {
+                      const MatrixXd& state_rates, NodalRates& known) {
   const int i = peak.leaf;
   const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
   const std::vector<LeafVariation<double>>& variations = design.variations(i);
   const MatrixXd rows = factor.leaf_rows(leaf, state_rates);
   const auto* full = dynamic_cast<const PlateGradient<double>*>(&design.leaf(i));
-  std::vector<MatrixXd> nodal;
-  if (full) nodal = full->nodal_rates(rows, variations);
+  std::vector<MatrixXd>& nodal = known[i];
+  if (full && nodal.empty()) nodal = full->nodal_rates(rows, variations);
   VectorXd stress(static_cast<Eigen::Index>(directions.size()));
   for (int p = 0; p < stress.size(); ++p) {
     StressRate along{{}, variations[p].shape, directions[p].leaves[i].material.youngs_modulus};
@@ -205,8 +209,9 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
       rotation_left_tangent_inverse(rotation_log(system.pose(mechanism.end_effector).rotation)) *
       moved.middleRows(ee + 3, 3);
 
+  NodalRates nodal_rates;
   const auto stress_rate = [&](const StressPeak& peak) {
-    return stress_rates(factor, peak, design, directions, state_rates);
+    return stress_rates(factor, peak, design, directions, state_rates, nodal_rates);
   };
   if (point.max_stress) gradients.max_stress = stress_rate(*point.max_stress);
   gradients.stress_peaks.resize(static_cast<Eigen::Index>(point.stress_peaks.size()),
