@@ -80,7 +80,14 @@ struct Exact {
   std::vector<Mechanism> directions;  ///< of the gradients; may be empty
   StrokeGradients gradients;
   MeshRates meshes;
+  /// Where the path has a point at rest: the modes along the stroke from it, and what they took.
+  std::optional<FrequencyDerivativesResult> along_stroke;
+  double seconds_along_stroke = 0;
 };
+
+ExactDerivatives exact_derivatives(Exact& exact, const ModelOptions& model) {
+  return {&exact.meshes, &exact.directions, model};
+}
 
 // Largest first, the one that is named max_stress at their head.
 void add_stress_peaks(System& system, const StrokeRequest& request, PathPoint& point) {
@@ -115,13 +122,27 @@ void evaluate_exactly(System& system, const ModelOptions& model, const StrokeReq
   const auto wanted = [&](std::optional<int> count) {
     return std::min(request.frequencies, count.value_or(request.frequencies));
   };
-  const auto modes =
-      exact_modes(factor, wanted(request.frequencies_free), wanted(request.frequencies_locked));
+  const int free = wanted(request.frequencies_free);
+  const bool at_rest =
+      request.frequency_derivatives && !request.load_path && point.stroke == 0 &&
+      std::all_of(factor.leaves().begin(), factor.leaves().end(),
+                  [](const MechanismFactor::Leaf& leaf) { return leaf.full != nullptr; });
+  const int needed = at_rest ? std::min(modes_needed(request.frequencies), factor.size()) : 0;
+  auto modes = exact_modes(factor, std::max(free, needed), wanted(request.frequencies_locked));
   if (!modes) {
     point.status = PointStatus::no_equilibrium;
     point.message =
         fmt::format("the lowest frequencies of {} unknowns were not found", factor.size());
     return;
+  }
+  if (at_rest) {
+    const auto start = Clock::now();
+    const ExactDerivatives derivatives = exact_derivatives(exact, model);
+    exact.along_stroke =
+        frequency_derivatives(factor, request.frequencies, &derivatives, &modes->free);
+    exact.seconds_along_stroke = seconds_since(start);
+    modes->free.modes.resize(
+        std::min(modes->free.modes.size(), static_cast<std::size_t>(free)));  // those listed
   }
   point.modes_free = modes->free.modes;
   point.modes_locked = modes->locked.modes;
@@ -310,11 +331,17 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
                                StrokeResponse& response) {
   const auto start = Clock::now();
   std::optional<ExactDerivatives> exactly;
-  if (exact) exactly = {&exact->meshes, &exact->directions, model};
+  if (exact) exactly = exact_derivatives(*exact, model);
   FrequencyDerivativesResult found =
-      frequency_derivatives(mechanism, model, request.load, request.newton, request.frequencies,
-                            exactly ? &*exactly : nullptr);
+      exact && exact->along_stroke
+          ? std::move(*exact->along_stroke)
+          : frequency_derivatives(mechanism, model, request.load, request.newton,
+                                  request.frequencies, exactly ? &*exactly : nullptr);
   response.seconds_derivatives = seconds_since(start);
+  if (exact) {
+    response.seconds_derivatives += exact->seconds_along_stroke;
+    response.seconds_path -= exact->seconds_along_stroke;
+  }
   if (!found.ok) {
     response.message = "no frequency derivatives: " + found.message;
     return;

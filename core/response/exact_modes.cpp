@@ -87,7 +87,7 @@ ExactModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int c
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return lambda[a] < lambda[b]; });
   const MatrixXd S = Z(Eigen::all, order);
-  ExactModes found{lambda(order), Y * S, {}};
+  ExactModes found{count, lambda(order), Y * S, {}};
   found.modes = classified_modes(factor, drive_locked, found.lambda.head(count),
                                  found.phi.leftCols(count), MY * S.leftCols(count));
   return found;

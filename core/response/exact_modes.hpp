@@ -9,9 +9,10 @@
 namespace flexopt {
 
 struct ExactModes {
-  VectorXd lambda;          ///< squares of the frequencies, ascending: those asked for, and guards
+  int exact = 0;            ///< the lowest of them, those asked for: the others are guards
+  VectorXd lambda;          ///< squares of the frequencies, ascending
   MatrixXd phi;             ///< M-orthonormal
-  std::vector<Mode> modes;  ///< those asked for
+  std::vector<Mode> modes;  ///< those listed: all that were asked for, or fewer
 };
 
 struct ExactModeLists {

@@ -42,18 +42,22 @@ struct Modes {
 };
 
 // Enough modes to solve for those asked for: a few above, and whole clusters.
-std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool exact) {
+std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool exact,
+                                  const ExactModes* known) {
   const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   const int width = std::max(3, static_cast<int>(factor.leaves().size()));
-  for (int guard = 3; guard <= 64; guard *= 2) {
+  for (int guard = modes_needed(count) - count; guard <= 64; guard *= 2) {
     const int wanted = std::min(count + guard, factor.size());
     Modes modes;
     if (exact) {
-      std::optional<ExactModeLists> lists = exact_modes(factor, wanted, 0);
-      if (!lists) return std::nullopt;
-      const Eigen::Index found = std::min<Eigen::Index>(wanted, lists->free.lambda.size());
-      modes = {lists->free.lambda.head(found), lists->free.phi.leftCols(found), {}, count};
+      std::optional<ExactModeLists> own;
+      if (!known || known->exact < wanted) {
+        own = exact_modes(factor, wanted, 0);
+        if (!own) return std::nullopt;
+      }
+      const ExactModes& lowest = own ? own->free : *known;
+      modes = {lowest.lambda.head(lowest.exact), lowest.phi.leftCols(lowest.exact), {}, count};
     } else {
       LowestPairs pairs = lowest_pairs_of_blocks(factor.size(), wanted, width, solve, mass, 1e-6);
       if (!pairs.converged) return std::nullopt;
@@ -293,11 +297,11 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
 
 }  // namespace
 
-FrequencyDerivativesResult frequency_derivatives(System& system, int count,
-                                                 const ExactDerivatives* exact) {
+FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
+                                                 const ExactDerivatives* exact,
+                                                 const ExactModes* known) {
   FrequencyDerivativesResult result;
-  const MechanismFactor factor(system);
-  std::optional<Modes> found = lowest_modes(factor, count, exact != nullptr);
+  std::optional<Modes> found = lowest_modes(factor, count, exact != nullptr, known);
   if (!found) {
     result.message =
         fmt::format("the lowest {} modes of {} unknowns were not found", count, factor.size());
@@ -349,7 +353,7 @@ FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
     if (!loaded.converged)
       return {.ok = false, .message = loaded.message, .modes = {}, .gradients = {}};
   }
-  return frequency_derivatives(system, count, exact);
+  return frequency_derivatives(MechanismFactor(system), count, exact);
 }
 
 }  // namespace flexopt

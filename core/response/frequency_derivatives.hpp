@@ -7,6 +7,7 @@
 #include "core/equilibrium/system.hpp"
 #include "core/mechanism/model_options.hpp"
 #include "core/response/design_rates.hpp"
+#include "core/response/exact_modes.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stroke_gradients.hpp"
 
@@ -26,10 +27,14 @@ struct FrequencyDerivativesResult {
   std::vector<FrequencyDerivativeGradients> gradients;  ///< mode by mode, if asked for
 };
 
-/// Of the lowest `count` modes, drive free, at the equilibrium that the system stands at. Its
-/// leaves must be FullLeaf; it must be assembled.
-FrequencyDerivativesResult frequency_derivatives(System& system, int count,
-                                                 const ExactDerivatives* exact = nullptr);
+/// Modes that the derivatives of the lowest `count` ones take, at least.
+constexpr int modes_needed(int count) { return count + 3; }
+
+/// Of the lowest `count` modes, drive free, at the equilibrium that the factor stands at. Leaves
+/// must be FullLeaf. `known`: modes of the factor with the drive free, if there are some.
+FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
+                                                 const ExactDerivatives* exact = nullptr,
+                                                 const ExactModes* known = nullptr);
 
 /// At stroke zero with the dead load applied, on full leaves whatever the accuracy of the model.
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,

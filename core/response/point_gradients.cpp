@@ -224,16 +224,14 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
   // compliances: −yᵀK′y of y = K⁻¹ e
   std::vector<Column> columns;
   std::vector<int> supports;
-  const auto answer = [&](int direction, bool locked) {
-    const VectorXd e = VectorXd::Unit(n, ee + direction);
-    columns.push_back({0, locked ? factor.solve_locked(e) : factor.solve(e)});
-  };
-  answer(d, false);
   for (int k = 0; k < 6; ++k)
-    if (point.support_stiffness[k]) {
-      supports.push_back(k);
-      answer(k, true);
-    }
+    if (point.support_stiffness[k]) supports.push_back(k);
+  MatrixXd loads = MatrixXd::Zero(n, static_cast<Eigen::Index>(supports.size()));
+  for (Eigen::Index k = 0; k < loads.cols(); ++k)
+    loads(ee + supports[static_cast<std::size_t>(k)], k) = 1;
+  const MatrixXd answers = factor.solve_locked(loads);
+  columns.push_back({0, factor.drive_answer()});
+  for (Eigen::Index k = 0; k < answers.cols(); ++k) columns.push_back({0, answers.col(k)});
   const ModeColumns free_columns = mode_columns(lists.free, columns),
                     locked_columns = mode_columns(lists.locked, columns);
 
