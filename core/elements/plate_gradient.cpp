@@ -243,7 +243,7 @@ template <class S>
 auto PlateGradient<S>::line_rates(int line, const Matrix& Y) const -> Matrix {
   const int n = mesh_->functions_per_line(), columns = static_cast<int>(Y.cols()),
             first = plate_->block_offset(line), e = edge_at(line);
-  if (e < 0) return Y.middleRows(first, 3 * n).reshaped(n, 3 * columns);
+  if (e < 0) return Matrix(Y.middleRows(first, 3 * n)).reshaped(n, 3 * columns);
   const auto& slopes = mesh_->edge_slopes();
   const int body = rows_.body(e), per_node = static_cast<int>(slopes.size());
   Matrix N(n, 3 * columns);

@@ -1,5 +1,7 @@
 #include "core/elements/plate_series.hpp"
 
+#include "core/math/small_product.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -165,8 +167,8 @@ void PlateSeries::expand_elements() {
       Series<Stress> e, &n_ = point.stress;
       for (int o = 0; o < 3; ++o) {
         const Gradient U = gather(nodal_[o][i], nodal_[o][i + 1], n, j, side);
-        point.gradient[o].noalias() = element.gradient * U;
-        F[o].noalias() = element.bending * U;
+        assign_small_product(point.gradient[o], element.gradient, U);
+        assign_small_product(F[o], element.bending, U);
         e[o].setZero();
       }
       add_product(e, point.gradient, point.gradient, strain_product);
@@ -180,7 +182,9 @@ void PlateSeries::expand_elements() {
       }
       add_product(stress, n_, point.gradient, stress_times);
       for (int o = 0; o < 3; ++o) {
-        F[o].noalias() += element.gradient.transpose() * stress[o];
+        Gradient membrane;
+        assign_small_product(membrane, element.gradient.transpose(), stress[o]);
+        F[o] += membrane;
         scatter(F[o], n, j, side, force_[o][i], force_[o][i + 1]);
       }
     }
@@ -264,8 +268,8 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
           F[o].setZero();
           if (o >= moving) continue;
           const Gradient U = gather(dr[o][i].col(k), dr[o][i + 1].col(k), n, j, side);
-          da[o].noalias() = element.gradient * U;
-          F[o].noalias() = element.bending * U;
+          assign_small_product(da[o], element.gradient, U);
+          assign_small_product(F[o], element.bending, U);
         }
         for (int a = 0; a < moving; ++a)
           for (int b = 0; a + b < orders; ++b)
@@ -277,7 +281,9 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
         for (int a = 0; a < moving; ++a)
           for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(point.stress[b], da[a]);
         for (int o = 0; o < orders; ++o) {
-          F[o].noalias() += element.gradient.transpose() * ds[o];
+          Gradient membrane;
+          assign_small_product(membrane, element.gradient.transpose(), ds[o]);
+          F[o] += membrane;
           scatter(F[o], n, j, side, df[o][i].col(k), df[o][i + 1].col(k));
         }
       }
@@ -313,12 +319,10 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
   return result;
 }
 
-Series<MatrixXd> PlateSeries::tangent_times(const MatrixXd& Y) const {
-  return tangent_products<3>(Y);
-}
-
-MatrixXd PlateSeries::tangent_times_at_start(const MatrixXd& Y) const {
-  return tangent_products<1>(Y)[0];
+Series<MatrixXd> PlateSeries::tangent_times(const MatrixXd& Y, int orders) const {
+  return orders == 1   ? tangent_products<1>(Y)
+         : orders == 2 ? tangent_products<2>(Y)
+                       : tangent_products<3>(Y);
 }
 
 MatrixXd PlateSeries::mass_lines(int line, const Lines& R) const {
@@ -333,17 +337,17 @@ MatrixXd PlateSeries::mass_lines(int line, const Lines& R) const {
   return F.reshaped(3 * n, columns / 3);
 }
 
-Series<MatrixXd> PlateSeries::mass_times(const MatrixXd& Y) const {
+Series<MatrixXd> PlateSeries::mass_times(const MatrixXd& Y, int orders) const {
   Series<MatrixXd> result;
   Series<Lines> R;
-  for (int o = 0; o < 3; ++o) {
+  for (int o = 0; o < orders; ++o) {
     result[o] = MatrixXd::Zero(size(), Y.cols());
     for (int i = 0; i < mesh_->lines(); ++i) R[o].push_back(rates(i, o, Y));
   }
-  for (int b = 0; b < 3; ++b)
+  for (int b = 0; b < orders; ++b)
     for (int i = 0; i < mesh_->lines(); ++i) {
       const MatrixXd F = mass_lines(i, R[b]);
-      for (int a = 0; a + b < 3; ++a) add_to_rows(i, a, F, result[a + b]);
+      for (int a = 0; a + b < orders; ++a) add_to_rows(i, a, F, result[a + b]);
     }
   return result;
 }

@@ -43,10 +43,10 @@ class PlateSeries {
 
   /// Residual of every row at the expanded path.
   Series<VectorXd> force() const;
-  /// K(s) Y and M(s) Y of constant columns Y; rotations varied as exp(hat δ) R(s).
-  Series<MatrixXd> tangent_times(const MatrixXd& Y) const;
-  Series<MatrixXd> mass_times(const MatrixXd& Y) const;
-  MatrixXd tangent_times_at_start(const MatrixXd& Y) const;  ///< K(0) Y
+  /// K(s) Y and M(s) Y of constant columns Y, the lowest `orders` of them (others are empty);
+  /// rotations varied as exp(hat δ) R(s).
+  Series<MatrixXd> tangent_times(const MatrixXd& Y, int orders = 3) const;
+  Series<MatrixXd> mass_times(const MatrixXd& Y, int orders = 3) const;
 
  private:
   /// K(s) Y up to s^(orders − 1).

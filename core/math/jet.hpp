@@ -6,6 +6,7 @@
 
 #include "core/math/rotation.hpp"
 #include "core/math/series.hpp"
+#include "core/math/small_product.hpp"
 #include "core/math/types.hpp"
 
 namespace flexopt {
@@ -114,14 +115,17 @@ Eigen::Matrix<Jet, Dense::RowsAtCompileTime, Dense::ColsAtCompileTime> jets(
   return A;
 }
 
-/// C = A B of a matrix A of numbers; by the orders where B has them, for these products are fast.
+/// C = A B of a small matrix A of numbers, by the orders where B has them.
 template <class C, class A, class B>
 void assign_product(C& c, const A& a, const B& b) {
   if constexpr (std::same_as<typename B::Scalar, double>) {
-    c.noalias() = a * b;
+    assign_small_product(c, a, b);
   } else {
     c.resize(a.rows(), b.cols());
-    for (int o = 0; o < 3; ++o) coefficients(c, o).noalias() = a * coefficients(b, o);
+    for (int o = 0; o < 3; ++o) {
+      auto of_order = coefficients(c, o);
+      assign_small_product(of_order, a, coefficients(b, o));
+    }
   }
 }
 

@@ -39,6 +39,16 @@ void set_residual(const Krylov& krylov, int count, RitzPairs& pairs) {
     pairs.residual = std::max(pairs.residual, size[k] / std::abs(pairs.values[k]));
 }
 
+// The residuals of a list, decomposition by decomposition.
+struct Convergence {
+  double previous = 1;
+  bool reached(double residual, bool held_up) {
+    held_up = held_up || residual > 0.3 * previous;
+    previous = residual;
+    return residual <= tolerance || (held_up && residual <= tolerance_of_rounding);
+  }
+};
+
 template <class Krylov>
 RitzPairs locked_pairs(const Krylov& krylov, int count) {
   LargestPairs largest = largest_pairs(krylov.T(), count + guards);
@@ -112,6 +122,7 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
   }
   const VectorXd all = rest.cwiseProduct(M_rest).colwise().sum();
   const MatrixXd carried = factor.condensed(M_rest);
+  const MatrixXd motion = factor.motion(phi);
   const std::vector<int> group = rigid_groups(mechanism);
   std::vector<Mode> modes;
   for (int k = 0; k < count; ++k) {
@@ -123,7 +134,7 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
     }
     modes.push_back(mode_of_shares(lambda[k], of_drive[k], end_effector, intermediate,
                                    std::max(0.0, all[k] - bodies)));
-    modes.back().motion = factor.motion(phi.col(k));
+    modes.back().motion = motion.col(k);
   }
   return modes;
 }
@@ -146,19 +157,23 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
   const VectorXd inertial = start.col(width);
   BlockKrylov krylov(start, most, solve, mass);
   RitzPairs of_free, of_locked;
-  double residual = 1;
+  Convergence free_convergence, locked_convergence;
   for (int step = 1;; ++step) {
     const bool more = krylov.extend();
-    // a decomposition costs about a solve: not at every step
-    if (more && (krylov.columns() < 2 * (std::max(free, locked) + guards) || step % 2 != 0))
+    // a decomposition costs about a solve: not at every step, nor of both lists before one is found
+    if (more && (krylov.columns() < 3 * (std::max(free, locked) + guards) || step % 2 != 0))
       continue;
-    if (free > 0) of_free = free_pairs(krylov, drive, inertial, free);
-    if (locked > 0) of_locked = locked_pairs(krylov, locked);
-    const double previous = residual;
-    residual = std::max(of_free.residual, of_locked.residual);
-    const bool held_up = residual > 0.3 * previous || !more;
-    if (residual <= tolerance || krylov.invariant()) break;
-    if (held_up && residual <= tolerance_of_rounding) break;
+    bool found_all = true;
+    if (locked > 0) {
+      of_locked = locked_pairs(krylov, locked);
+      found_all = locked_convergence.reached(of_locked.residual, !more);
+    }
+    if (free > 0 && (found_all || !more)) {
+      of_free = free_pairs(krylov, drive, inertial, free);
+      const bool held_up = !more || of_locked.residual > tolerance;  // rounding is that of both
+      found_all = free_convergence.reached(of_free.residual, held_up) && found_all;
+    }
+    if (found_all || krylov.invariant()) break;
     if (!more) return std::nullopt;
   }
 

@@ -128,7 +128,7 @@ std::optional<MatrixXd> solve_shifted(const MechanismFactor& factor, const Modes
 // B_i − (K − λ_i M) y_i, with K multiplied out: solving costs it 8 digits.
 MatrixXd shifted_residual(const MechanismFactor& factor, const MechanismSeries& series,
                           const VectorXd& lambda, const MatrixXd& B, const MatrixXd& y) {
-  return B - series.tangent(y) + factor.mass(y) * lambda.head(y.cols()).asDiagonal();
+  return B - series.tangent_times(y, 1)[0] + factor.mass(y) * lambda.head(y.cols()).asDiagonal();
 }
 
 // The same to rounding, in two rounds that gain 7 digits each.
@@ -261,8 +261,8 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
                                                                       const ExactDerivatives& exact,
                                                                       int listed) {
   const int p = path.kept();
-  const Series<MatrixXd> K_rate = series.tangent_times(path.rate),
-                         M_rate = series.mass_times(path.rate);
+  const Series<MatrixXd> K_rate = series.tangent_times(path.rate, 2),
+                         M_rate = series.mass_times(path.rate, 2);
   const auto second = second_rates(factor, series, path, K_rate, M_rate);
   if (!second) return std::nullopt;
   const auto phi = path.modes.phi.leftCols(p);

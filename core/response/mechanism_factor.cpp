@@ -195,18 +195,18 @@ MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
   return Y;
 }
 
-VectorXd MechanismFactor::motion(const VectorXd& y) const {
-  std::vector<VectorXd> parts{body_motion_map(*system_) * y.head(bodies_)};
-  Eigen::Index rows = parts[0].size();
+MatrixXd MechanismFactor::motion(const MatrixXd& Y) const {
+  std::vector<MatrixXd> parts{body_motion_map(*system_) * Y.topRows(bodies_)};
+  Eigen::Index rows = parts[0].rows();
   for (const Leaf& leaf : leaves_) {
-    parts.push_back(leaf.linear->station_motion(leaf.rows.edge_rows(leaf_rows(leaf, y))));
-    rows += parts.back().size();
+    parts.push_back(leaf.linear->station_motion(leaf.rows.edge_rows(leaf_rows(leaf, Y))));
+    rows += parts.back().rows();
   }
-  VectorXd all(rows);
+  MatrixXd all(rows, Y.cols());
   Eigen::Index o = 0;
-  for (const VectorXd& p : parts) {
-    all.segment(o, p.size()) = p;
-    o += p.size();
+  for (const MatrixXd& p : parts) {
+    all.middleRows(o, p.rows()) = p;
+    o += p.rows();
   }
   return all;
 }

@@ -55,7 +55,7 @@ class MechanismFactor {
   /// shapes.
   MatrixXd condensed(const MatrixXd& B) const;
   /// What natural_frequencies() calls Mode::motion.
-  VectorXd motion(const VectorXd& y) const;
+  MatrixXd motion(const MatrixXd& Y) const;
   /// K⁻¹ e of the drive.
   const VectorXd& drive_answer() const { return drive_answer_; }
   int drive() const { return drive_; }  ///< its row

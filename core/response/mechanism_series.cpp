@@ -168,33 +168,22 @@ Series<MatrixXd> MechanismSeries::leaf_products(const MatrixXd& Y, int orders,
   return result;
 }
 
-Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y) const {
-  Series<MatrixXd> result = leaf_products(Y, 3, [](const Leaf& leaf, const MatrixXd& rows) {
-    return std::pair(leaf.linear->full->scale().energy, leaf.series->tangent_times(rows));
+Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = leaf_products(Y, orders, [&](const Leaf& leaf, const MatrixXd& rows) {
+    return std::pair(leaf.linear->full->scale().energy, leaf.series->tangent_times(rows, orders));
   });
-  for (int o = 0; o < 3; ++o) {
+  for (int o = 0; o < orders; ++o) {
     add_joints(Y, o, result[o]);
     factor_->clear_held(result[o]);
   }
   return result;
 }
 
-MatrixXd MechanismSeries::tangent(const MatrixXd& Y) const {
-  MatrixXd result = leaf_products(Y, 1, [](const Leaf& leaf, const MatrixXd& rows) {
-    Series<MatrixXd> K;
-    K[0] = leaf.series->tangent_times_at_start(rows);
-    return std::pair(leaf.linear->full->scale().energy, std::move(K));
-  })[0];
-  add_joints(Y, 0, result);
-  factor_->clear_held(result);
-  return result;
-}
-
-Series<MatrixXd> MechanismSeries::mass_times(const MatrixXd& Y) const {
-  Series<MatrixXd> result = leaf_products(Y, 3, [](const Leaf& leaf, const MatrixXd& rows) {
-    return std::pair(leaf.linear->full->scale().mass, leaf.series->mass_times(rows));
+Series<MatrixXd> MechanismSeries::mass_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = leaf_products(Y, orders, [&](const Leaf& leaf, const MatrixXd& rows) {
+    return std::pair(leaf.linear->full->scale().mass, leaf.series->mass_times(rows, orders));
   });
-  for (int o = 0; o < 3; ++o) {
+  for (int o = 0; o < orders; ++o) {
     for (int b = 0; b < bodies_ / 6; ++b)
       result[o].middleRows(6 * b, 6) += body_mass_[b][o] * Y.middleRows(6 * b, 6);
     factor_->clear_held(result[o]);
@@ -264,10 +253,10 @@ MechanismState<Jet> MechanismSeries::path() const {
   return path;
 }
 
-Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y) const {
-  Series<MatrixXd> result = tangent_times(Y);
+Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = tangent_times(Y, orders);
   const Series<VectorXd> force = residual();
-  for (int o = 0; o < 3; ++o) {
+  for (int o = 0; o < orders; ++o) {
     for (int b = 3; b < bodies_; b += 6)
       result[o].middleRows(b, 3) -= 0.5 * hat(force[o].segment<3>(b)) * Y.middleRows(b, 3);
     factor_->clear_held(result[o]);
@@ -299,7 +288,7 @@ Eigen::MatrixX<Jet> MechanismSeries::balance(const Eigen::MatrixX<Jet>& B) const
   for (int o = 0; o < 3; ++o) {
     Y[o] = factor_->balance(force[o], stroke[o]).topRows(factor_->size());
     if (o == 2) break;
-    const Series<MatrixXd> KY = tilted_tangent_times(Y[o]);
+    const Series<MatrixXd> KY = tilted_tangent_times(Y[o], 3 - o);
     for (int k = 1; o + k < 3; ++k) {
       force[o + k] -= KY[k];
       stroke[o + k] -= g[k].transpose() * Y[o].middleRows<3>(row);

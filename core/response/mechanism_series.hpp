@@ -25,10 +25,9 @@ class MechanismSeries {
   /// State rates that balance forces B(s) along the path at a constant stroke: (27). Along the
   /// stroke's path only.
   Eigen::MatrixX<Jet> balance(const Eigen::MatrixX<Jet>& B) const;
-  /// K(s) Y and M(s) Y of constant columns Y.
-  Series<MatrixXd> tangent_times(const MatrixXd& Y) const;
-  Series<MatrixXd> mass_times(const MatrixXd& Y) const;
-  MatrixXd tangent(const MatrixXd& Y) const;  ///< K(0) Y
+  /// K(s) Y and M(s) Y of constant columns Y, the lowest `orders` of them (others are empty).
+  Series<MatrixXd> tangent_times(const MatrixXd& Y, int orders = 3) const;
+  Series<MatrixXd> mass_times(const MatrixXd& Y, int orders = 3) const;
   /// Residual of all rows along the path so far expanded, the drive load left out.
   Series<VectorXd> residual() const;
 
@@ -42,7 +41,7 @@ class MechanismSeries {
   void expand();
   void set(int order, const VectorXd& y);
   /// K̃(s) Y of (27).
-  Series<MatrixXd> tilted_tangent_times(const MatrixXd& Y) const;
+  Series<MatrixXd> tilted_tangent_times(const MatrixXd& Y, int orders) const;
   /// Of the stroke, along the displacement or the spin of the end-effector.
   Series<Vector3d> stroke_gradient() const;
   template <class Apply>
