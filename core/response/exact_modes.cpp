@@ -161,7 +161,7 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
   for (int step = 1;; ++step) {
     const bool more = krylov.extend();
     // a decomposition costs about a solve: not at every step, nor of both lists before one is found
-    if (more && (krylov.columns() < 3 * (std::max(free, locked) + guards) || step % 2 != 0))
+    if (more && (krylov.columns() < 2 * (std::max(free, locked) + guards) || step % 2 != 0))
       continue;
     bool found_all = true;
     if (locked > 0) {

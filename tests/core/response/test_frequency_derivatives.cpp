@@ -7,6 +7,7 @@
 
 #include "core/response/frequency_derivatives.hpp"
 #include "core/response/response.hpp"
+#include "support/gradient_checks.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
@@ -313,5 +314,58 @@ TEST_CASE("a dead load moves the state that frequencies are derived about") {
     CHECK(d.omega2 == Approx(w2(1)).epsilon(1e-7));
     CHECK(d.d_omega2 == Approx(first).epsilon(1e-4).margin(1e-6 * d.omega2 / 0.1));
     CHECK(d.d2_omega2 == Approx(second).epsilon(1e-4));
+  }
+}
+
+// The path's own factor and modes at rest are taken where it has them.
+TEST_CASE("a path with a point at rest foretells as one without") {
+  const test::Family family{
+      [](const test::Values& p) { return lopsided(models::guide(p[0], p[1], p[2]), 0.1); },
+      {{"length", 0.1}, {"width", 0.03}, {"thickness", 5e-4}},
+      {0, 2},
+      10.0};
+  const Mechanism m = family.make(test::values_of(family.numbers));
+  std::vector<MechanismDirection> directions;
+  for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+  for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
+    StrokeRequest request;
+    request.frequencies = 4;
+    request.frequencies_free = 2;  // fewer than are foretold
+    request.load << 4, 0, -3, 0.02, 0.1, 0;
+    request.newton.tolerance = 1e-11;
+    const auto over = [&](std::vector<double> points) {
+      request.points = std::move(points);
+      StrokeSensitivity found =
+          evaluate_stroke_gradients(m, directions, {.accuracy = accuracy}, request);
+      REQUIRE(found.response.status == Status::ok);
+      REQUIRE(found.gradients);
+      REQUIRE(found.response.frequency_derivatives.size() == 4);
+      REQUIRE(found.gradients->frequency_derivatives.size() == 4);
+      return found;
+    };
+    const StrokeSensitivity with = over({0, 0.004}), without = over({0.004});
+    for (const PathPoint& p : with.response.path) {
+      CHECK(p.modes_free.size() == 2);
+      CHECK(p.modes_locked.size() == 4);
+    }
+    CHECK(with.gradients->path[0].frequencies_free.rows() == 2);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const FrequencyDerivatives &a = with.response.frequency_derivatives[k],
+                                 &b = without.response.frequency_derivatives[k];
+      CHECK(a.omega2 == Approx(b.omega2).epsilon(1e-9));
+      CHECK(a.d_omega2 == Approx(b.d_omega2).epsilon(1e-7).margin(1e-9 * b.omega2 / 0.1));
+      CHECK(a.d2_omega2 == Approx(b.d2_omega2).epsilon(1e-7));
+      CHECK(a.mode.frequency == Approx(b.mode.frequency).epsilon(1e-9));
+      const FrequencyDerivativeGradients &da = with.gradients->frequency_derivatives[k],
+                                         &db = without.gradients->frequency_derivatives[k];
+      REQUIRE(db.d2_omega2.norm() > 0);
+      CHECK((da.omega2 - db.omega2).norm() < 1e-8 * db.omega2.norm());
+      CHECK((da.d_omega2 - db.d_omega2).norm() < 1e-6 * db.d_omega2.norm());
+      CHECK((da.d2_omega2 - db.d2_omega2).norm() < 1e-6 * db.d2_omega2.norm());
+    }
+    const PathPoint &at = with.response.path[1], &alone = without.response.path[0];
+    REQUIRE(alone.parasitic_frequency_screening);
+    CHECK(*at.parasitic_frequency_screening ==
+          Approx(*alone.parasitic_frequency_screening).epsilon(1e-8));
   }
 }
