@@ -197,7 +197,8 @@ DesignValues DesignProblem::read(const Variables& variables, const StrokeRespons
   DesignValues values;
   const ParameterValues all = parameters(variables);
   const std::optional<MatrixXd> moved = parameter_derivatives(all);
-  bool differentiated = moved.has_value();
+  std::string& why = values.no_gradient;
+  if (!moved) why = "a formula among the parameters has no derivative";
   for (const Goal& goal : goals_) {
     GoalReading reading =
         goal.expression ? read_goal(goal, all) : read_goal(goal, response, request, gradients);
@@ -205,40 +206,55 @@ DesignValues DesignProblem::read(const Variables& variables, const StrokeRespons
       values.message = std::move(reading.message);
       values.goals.clear();
       values.gradient.resize(0, 0);
+      why.clear();
       return values;
     }
-    differentiated = differentiated &&
-                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
-    if (differentiated) {
-      const MatrixXd chained =
-          reading.gradient *
-          rows_of(*moved, all, goal.expression ? goal.expression->names() : gradients->parameters);
+    const std::string name = goal.label.find(goal.quantity) != std::string::npos
+                                 ? goal.label
+                                 : fmt::format("{} ({})", goal.label, goal.quantity);
+    if (why.empty() && reading.gradient.rows() != static_cast<Eigen::Index>(reading.values.size()))
+      why = fmt::format("{} has no exact derivatives", name);
+    if (why.empty()) {
+      const std::vector<std::string> along =
+          goal.expression ? goal.expression->names() : gradients->parameters;
+      const MatrixXd chained = reading.gradient * rows_of(*moved, all, along);
       const Eigen::Index before = values.gradient.rows();
       values.gradient.conservativeResize(before + chained.rows(), size());
       values.gradient.bottomRows(chained.rows()) = chained;
+      if (!chained.allFinite()) why = fmt::format("the derivative of {} is not finite", name);
+      for (std::size_t j = 0; j < along.size(); ++j)
+        if (!reading.gradient.col(static_cast<Eigen::Index>(j)).allFinite())
+          why = fmt::format("the derivative of {} along {} is not finite", name, along[j]);
     }
     values.goals.push_back(std::move(reading.values));
   }
-  if (!differentiated || !values.gradient.allFinite()) values.gradient.resize(0, 0);
+  if (!why.empty()) values.gradient.resize(0, 0);
   values.ok = true;
   return values;
 }
 
 DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
                                      std::optional<Accuracy> accuracy) const {
+  const auto of_values = [&](DesignValues values) {
+    values.no_gradient.clear();
+    values.gradient.resize(0, 0);
+    return values;
+  };
   try {
     if (!needs_mechanics_) {
       DesignValues values = read(variables, StrokeResponse{}, request_);
-      if (!gradient) values.gradient.resize(0, 0);
-      return values;
+      return gradient ? values : of_values(std::move(values));
     }
     ModelOptions model = job_.model;
     if (accuracy) model.accuracy = *accuracy;
     if (!gradient || !gradients_)
-      return read(variables, respond(variables, model, request_), request_);
+      return of_values(read(variables, respond(variables, model, request_), request_));
     const StrokeSensitivity found =
         gradients_(job_, parameters(variables), moving_, model, request_);
-    return read(variables, found.response, request_, found.gradients ? &*found.gradients : nullptr);
+    DesignValues values =
+        read(variables, found.response, request_, found.gradients ? &*found.gradients : nullptr);
+    if (values.ok && !found.gradients && !found.message.empty()) values.no_gradient = found.message;
+    return values;
   } catch (const SpecError& error) {
     DesignValues values;
     values.message = error.what();

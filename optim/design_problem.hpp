@@ -33,6 +33,7 @@ struct DesignValues {
   /// Exact derivatives: all goals' values one after the other × variables, SI per SI. Empty where
   /// they were not asked for, or where one of them cannot be had.
   MatrixXd gradient;
+  std::string no_gradient;  ///< why not, where they were asked for
 };
 
 /// What the goals are divided by to be of order one.

@@ -1,5 +1,7 @@
 #include "optim/evaluation_book.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 
@@ -87,7 +89,8 @@ std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables
     if (const auto it = known.find(v); it != known.end())
       if (!how.gradient || it->second.gradient_asked || !it->second.values.ok) continue;
     if (auto why = problem_.ruled_out(v, scales_)) {
-      known[v] = {{false, *why, {}, {}}, true};
+      known[v] = {{.ok = false, .message = *why, .goals = {}, .gradient = {}, .no_gradient = {}},
+                  true};
       continue;
     }
     fresh.push_back(v);
@@ -104,7 +107,10 @@ std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables
       values = problem_.evaluate(fresh[k], how.gradient, Accuracy::full);
     else
       values = problem_.evaluate(fresh[k], how.gradient);
-    if (!how.gradient) values.gradient.resize(0, 0);
+    if (!how.gradient) {
+      values.gradient.resize(0, 0);
+      values.no_gradient.clear();
+    }
     done[k] = record(fresh[k], std::move(values), how, first + i);
     if (!logged) log_.append(done[k]);
     board_.add(done[k].record, logged != nullptr);
@@ -177,6 +183,12 @@ std::optional<MatrixXd> EvaluationBook::derivatives(const VectorXd& x, int& cost
     MatrixXd scaled = values.gradient;
     for (Eigen::Index j = 0; j < scaled.cols(); ++j) scaled.col(j) *= problem_.range(j);
     return scaled;
+  }
+  if (why_differences_.empty() && !values.no_gradient.empty()) {
+    std::vector<std::string> design;
+    for (const auto& [name, value] : problem_.named(center))
+      design.push_back(fmt::format("{} = {:.6g}", name, value));
+    why_differences_ = fmt::format("{}, first at {}", values.no_gradient, fmt::join(design, ", "));
   }
   const auto n = static_cast<std::size_t>(x.size());
   Differences known{MatrixXd::Zero(flattened(values).size(), x.size()), std::vector<bool>(n)};

@@ -71,6 +71,8 @@ class EvaluationBook {
   const std::vector<LoggedEvaluation>& evaluations() const { return evaluations_; }
   int failures() const { return failures_; }
   bool used_differences() const { return used_differences_; }
+  /// Why exact derivatives were missing at the first design where they were, if there is one.
+  const std::string& why_differences() const { return why_differences_; }
 
  private:
   struct Known {
@@ -104,6 +106,7 @@ class EvaluationBook {
   std::vector<LoggedEvaluation> evaluations_;
   int failures_ = 0;
   bool used_differences_ = false;
+  std::string why_differences_;
 };
 
 /// All goals' values one after the other.

@@ -39,7 +39,8 @@ std::string line_of(const LoggedEvaluation& e) {
                    {"violation", r.violation},
                    {"difference", r.difference},
                    {"values", e.values.goals},
-                   {"gradient", gradient_json(e)}});
+                   {"gradient", gradient_json(e)},
+                   {"no_gradient", e.values.no_gradient}});
 }
 
 LoggedEvaluation parse_line(const std::string& line) {
@@ -59,6 +60,7 @@ LoggedEvaluation parse_line(const std::string& line) {
   j.at("values").get_to(e.values.goals);
   e.values.ok = e.record.ok;
   e.values.message = e.record.message;
+  j.at("no_gradient").get_to(e.values.no_gradient);
   const json& gradient = j.at("gradient");
   e.gradient_asked = !gradient.is_null();
   if (e.gradient_asked && !gradient.empty()) {

@@ -256,6 +256,7 @@ Optimum optimise(const Job& job, const OptimiseOptions& options) {
   Start& chosen = starts[static_cast<std::size_t>(optimum.best_start)];
   chosen.book->set_threads(options.threads);
   std::vector<LoggedEvaluation> later;  // of the stages behind the starts
+  std::string why_differences_at_end;
   if (best < 0) {
     optimum.status = OptimumStatus::failed;
     optimum.stop_reason = optimum.starts.front().stop_reason;
@@ -331,12 +332,18 @@ Optimum optimise(const Job& job, const OptimiseOptions& options) {
     int cost = 0;
     const DesignValues own = optimum.at_full_accuracy ? knows.at(variables, cost) : own_values;
     if (moved) add(later, last.evaluations());
+    why_differences_at_end = last.why_differences();
     add_paths(problem, variables, own, options.threads, optimum);
     optimum.verified->loop = std::move(loop);
   }
   const bool gradients = needs_gradients(optimiser_options(spec));
   bool differences = false;
-  for (const Start& start : starts) differences = differences || start.book->used_differences();
+  for (const Start& start : starts) {
+    differences = differences || start.book->used_differences();
+    if (optimum.gradients_message.empty())
+      optimum.gradients_message = start.book->why_differences();
+  }
+  if (optimum.gradients_message.empty()) optimum.gradients_message = why_differences_at_end;
   optimum.gradients = !gradients ? "none" : !differences ? "exact" : "central differences";
 
   std::vector<LoggedEvaluation> all;

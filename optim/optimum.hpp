@@ -124,6 +124,8 @@ struct Optimum {
   OptimumStatus status = OptimumStatus::failed;
   std::string stop_reason;
   std::string gradients;  ///< "none", "central differences", "exact"
+  /// Why there were no exact ones: of which goal, and at which design first. Empty where all were.
+  std::string gradients_message;
   /// All of the family's, and what varies of material and end-effector or stands in formulas.
   ParameterValues parameters;
   /// Objective and constraints are those of full accuracy: the verification was asked to correct.

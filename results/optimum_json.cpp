@@ -238,6 +238,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
             {"name", spec.algorithm.name},
             {"local", spec.algorithm.local.empty() ? Json() : Json(spec.algorithm.local)}}},
           {"gradients", optimum.gradients},
+          {"gradients_message", optimum.gradients_message},
           {"evaluations", optimum.evaluations},
           {"failed_evaluations", optimum.failed_evaluations},
           {"best_start", optimum.best_start},

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "guide.hpp"
 #include "optim/posing.hpp"
@@ -170,6 +171,7 @@ TEST_CASE("exact gradients take a fraction of the evaluations to the same optimu
   const Optimum differences = run(document, calls_of_differences, false);
   INFO(exact.stop_reason << "\n" << differences.stop_reason);
   CHECK(exact.gradients == "exact");
+  CHECK(exact.gradients_message.empty());
   CHECK(differences.gradients == "central differences");
   CHECK(exact.status == OptimumStatus::optimal);
   CHECK(exact.objective == Approx(differences.objective).epsilon(1e-4));
@@ -188,10 +190,69 @@ TEST_CASE("a model without derivatives is differentiated by differences", "[opti
   Calls calls;
   const Optimum o = run(document, calls, true, {}, 1e99, false);
   CHECK(o.gradients == "central differences");
+  CHECK_THAT(o.gradients_message, Catch::StartsWith("none, first at length = "));
   CHECK(o.status == OptimumStatus::optimal);
   int differences = 0;
   for (const EvaluationRecord& r : o.history) differences += r.difference ? 1 : 0;
   CHECK(differences > 10);
+}
+
+TEST_CASE("a derivative that is not finite is named, and replaced by differences", "[optim]") {
+  const fs::path folder = fs::temp_directory_path() / "flexopt_no_gradient";
+  fs::create_directories(folder);
+  const fs::path file = folder / "log.jsonl";
+  fs::remove(file);
+  nlohmann::json document = stiff_guide();
+  set_algorithm(document, "LD_SLSQP");
+  Calls calls;
+  OptimiseOptions options;
+  options.log = file;
+  options.evaluator = evaluator(calls);
+  options.gradients = [exact = gradient_evaluator(calls)](
+                          const Job& job, const ParameterValues& parameters,
+                          const std::vector<std::string>& names, const ModelOptions& model,
+                          const StrokeRequest& request) {
+    StrokeSensitivity s = exact(job, parameters, names, model, request);
+    if (s.gradients && parameters.at("thickness") > 0.4e-3) {
+      REQUIRE(names[1] == "thickness");
+      s.gradients->path.back().drive_load[1] = std::numeric_limits<double>::quiet_NaN();
+    }
+    return s;
+  };
+  const Job job = parse_job(document);
+  const Optimum o = optimise(job, options);
+  CHECK(o.gradients == "central differences");
+  CHECK_THAT(
+      o.gradients_message,
+      Catch::StartsWith("the derivative of drive_load max_abs over stroke along thickness") &&
+          Catch::Contains(" is not finite, first at length = ") &&
+          Catch::Contains(", thickness = 0.0004"));
+  CHECK(o.status == OptimumStatus::optimal);
+  CHECK(o.objective == Approx(run(document, calls, true).objective).epsilon(1e-4));
+  // the log knows it too
+  const int before = calls.gradients;
+  CHECK(optimise(job, options).gradients_message == o.gradients_message);
+  CHECK(calls.gradients == before);
+  fs::remove_all(folder);
+}
+
+TEST_CASE("a goal without exact derivatives is named", "[optim]") {
+  Setting s(parse_job(stiff_guide()), true);
+  const Variables design = s.problem.variables(VectorXd::Constant(2, 0.4));
+  const DesignValues whole = s.problem.evaluate(design, true);
+  CHECK(whole.gradient.rows() > 0);
+  CHECK(whole.no_gradient.empty());
+  CHECK(s.problem.evaluate(design).no_gradient.empty());
+  DesignProblem partly(parse_job(stiff_guide()), evaluator(s.calls),
+                       [exact = gradient_evaluator(s.calls)](const auto&... all) {
+                         StrokeSensitivity found = exact(all...);
+                         found.gradients->path.front().support_stiffness[0].reset();
+                         return found;
+                       });
+  const DesignValues values = partly.evaluate(design, true);
+  REQUIRE(values.ok);
+  CHECK(values.gradient.size() == 0);
+  CHECK(values.no_gradient == "objective (support_stiffness.ux) has no exact derivatives");
 }
 
 TEST_CASE("a method without gradients asks for them at its end alone", "[optim]") {

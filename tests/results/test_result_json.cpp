@@ -191,6 +191,7 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   o.starts[0].agrees = true;
   o.starts[0].kkt = 3e-7;
   o.agreeing_starts = 1;
+  o.gradients_message = "drive_load has no exact derivatives";
   o.at_full_accuracy = true;
   StockDesign good{
       {{"thickness", 3.5e-4}}, o.parameters, true, true, 168.0, 0, "converged", "", 12};
@@ -213,6 +214,7 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   const auto optimum = OrderedJson::parse(json_text(make_result(record)))["optimum"];
   CHECK(optimum["accuracy"] == "full");
   CHECK(optimum["agreeing_starts"] == 1);
+  CHECK(optimum["gradients_message"] == "drive_load has no exact derivatives");
   CHECK(optimum["starts"][0]["agrees"] == true);
   CHECK(optimum["starts"][0]["kkt_residual"] == 3e-7);
   CHECK(optimum["starts"][1]["kkt_residual"].is_null());
