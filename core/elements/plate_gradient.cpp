@@ -3,78 +3,12 @@
 #include <cassert>
 #include <utility>
 
+#include "core/elements/plate_products.hpp"
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
-namespace {
 
-constexpr int points = PlateMesh::points;
-using PointArray = Eigen::Array<double, points, 1>;
-template <class S>
-using Gradient = Eigen::Matrix<S, 16, 3>;
-template <class S>
-using Stress = Eigen::Array<S, points, 3>;
-
-// a b of gradients at the points: (a1·b1, a2·b2, a1·b2 + a2·b1).
-template <class A, class B>
-Stress<typename A::Scalar> strain_product(const A& a, const B& b) {
-  Stress<typename A::Scalar> e = Stress<typename A::Scalar>::Zero();
-  for (int c = 0; c < 3; ++c) {
-    const auto a1 = a.col(c).template head<points>().array(),
-               a2 = a.col(c).template tail<points>().array();
-    const auto b1 = b.col(c).template head<points>().array(),
-               b2 = b.col(c).template tail<points>().array();
-    e.col(0) += a1 * b1;
-    e.col(1) += a2 * b2;
-    e.col(2) += a1 * b2 + a2 * b1;
-  }
-  return e;
-}
-
-template <class S>
-Stress<S> stress_of(const PlateMesh::Membrane& A, const Stress<S>& e) {
-  Stress<S> n;
-  n.col(0) = A.A11 * e.col(0) + A.A12 * e.col(1);
-  n.col(1) = A.A12 * e.col(0) + A.A11 * e.col(1);
-  n.col(2) = A.A33 * e.col(2);
-  return n;
-}
-
-template <class S>
-Stress<S> weighted(const Stress<S>& n, const PointArray& w) {
-  Stress<S> result;
-  for (int c = 0; c < 3; ++c) result.col(c) = n.col(c) * w;
-  return result;
-}
-
-// Σ n_ab r,b: what stands against r,a.
-template <class S, class A>
-Gradient<S> stress_times(const Stress<S>& n, const A& a) {
-  Gradient<S> s;
-  for (int c = 0; c < 3; ++c) {
-    const auto a1 = a.col(c).template head<points>().array(),
-               a2 = a.col(c).template tail<points>().array();
-    s.col(c).template head<points>() = n.col(0) * a1 + n.col(2) * a2;
-    s.col(c).template tail<points>() = n.col(2) * a1 + n.col(1) * a2;
-  }
-  return s;
-}
-
-template <class S>
-S sum(const Stress<S>& a, const Stress<S>& b) {
-  return (a * b).sum();
-}
-
-// Nodal values of an element: functions × columns.
-template <int Side, class Matrix>
-Eigen::Matrix<typename Matrix::Scalar, 2 * Side, Eigen::Dynamic> gather(const Matrix& low,
-                                                                        const Matrix& high, int j) {
-  Eigen::Matrix<typename Matrix::Scalar, 2 * Side, Eigen::Dynamic> U(2 * Side, low.cols());
-  U << low.template middleRows<Side>(4 * j), high.template middleRows<Side>(4 * j);
-  return U;
-}
-
-}  // namespace
+using namespace plate;
 
 PlateGradientState<double> present_state(const PlateLeaf& plate) {
   const PlateLeaf::State& at = plate.state();
@@ -352,14 +286,15 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
   return rows;
 }
 
-// Covectors n0 of N0 (all lines) and n1 of N1 (edges), values and shape derivatives, of
+// Covectors n0 of N0 (all lines) and n1 of N1 (lines that are asked for), N2 on lines that have it;
+// values and shape derivatives, of
 //   q = Σ w [ e1·A e1 + A e0·q2 ] + N1ᵀB N1 + N0ᵀB N2 − μ N1ᵀM N1.
 template <class S>
 template <int Side>
 void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
-                                          const std::array<Matrix, 2>& N2, const Vector& mu,
+                                          const std::vector<Matrix>& N2, const Vector& mu,
                                           LeafQuadratic<S>& q, std::vector<Matrix>& n0,
-                                          std::array<Matrix, 2>& n1) const {
+                                          std::vector<Matrix>& n1) const {
   constexpr int functions = 2 * Side;
   using Block = Eigen::Matrix<S, functions, Eigen::Dynamic>;
   using ElementBlock = Eigen::Matrix<S, functions, 3>;
@@ -376,8 +311,8 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
   Gradient<S> da0;
   ElementBlock BU0;
   for (int i = 0; i < nx; ++i) {
-    const int low = edge_at(i), high = edge_at(i + 1);
-    const bool at_edge = low >= 0 || high >= 0;
+    const bool curved = N2[i].size() > 0 || N2[i + 1].size() > 0,
+               moved = n1[i].size() > 0 || n1[i + 1].size() > 0;
     for (int j = 0; j < ny; ++j) {
       const int element_index = i * ny + j;
       const PlateMesh::Element& element = mesh_->element(i, j);
@@ -389,21 +324,21 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
       const ElementBlock U0 = gather<Side>(state_.nodal[i], state_.nodal[i + 1], j);
       U1 = gather<Side>(N1[i], N1[i + 1], j);
       assign_product(a1, G, U1);
-      if (at_edge) {
-        U2 = gather<Side>(low >= 0 ? N2[low] : zero, high >= 0 ? N2[high] : zero, j);
+      if (curved) {
+        U2 = gather<Side>(N2[i].size() > 0 ? N2[i] : zero, N2[i + 1].size() > 0 ? N2[i + 1] : zero, j);
         assign_product(a2, G, U2);
       }
       const PlateMeshRate::Shape& by_w = rate_->shape[PlateMeshRate::width];
       const auto dG = by_w.gradient[element_index].template leftCols<functions>();
       assign_product(da0, dG, U0);
       assign_product(da1, dG, U1);
-      if (at_edge) assign_product(da2, dG, U2);
+      if (curved) assign_product(da2, dG, U2);
 
       for (int k = 0; k < columns; ++k) {
         const auto a1k = a1.template middleCols<3>(3 * k);
         const Stress<S> e1 = strain_product(a0, a1k);
         Stress<S> e2 = strain_product(a1k, a1k);
-        if (at_edge) e2 += strain_product(a0, a2.template middleCols<3>(3 * k));
+        if (curved) e2 += strain_product(a0, a2.template middleCols<3>(3 * k));
         const Stress<S> bare1 = stress_of(mesh_->membrane(), e1),
                         bare2 = stress_of(mesh_->membrane(), e2),
                         bare0 = stress_of(mesh_->membrane(), e0);
@@ -411,14 +346,14 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
                         nu2 = weighted(bare2, element.weight);
         q.stiffness[k] += sum(nu1, e1) + sum(n_0, e2);
         Gradient<S> c0 = 2.0 * stress_times(nu1, a1k) + stress_times(nu2, a0);
-        if (at_edge) c0 += stress_times(n_0, a2.template middleCols<3>(3 * k));
+        if (curved) c0 += stress_times(n_0, a2.template middleCols<3>(3 * k));
         const Gradient<S> c1 = 2.0 * (stress_times(nu1, a0) + stress_times(n_0, a1k));
         s0.template middleCols<3>(3 * k) = c0;
         s1.template middleCols<3>(3 * k) = c1;
         // shape: the operators alone
         q.shape(0, k) +=
             c0.cwiseProduct(da0).sum() + c1.cwiseProduct(da1.template middleCols<3>(3 * k)).sum();
-        if (at_edge)
+        if (curved)
           q.shape(0, k) +=
               stress_times(n_0, a0).cwiseProduct(da2.template middleCols<3>(3 * k)).sum();
         for (int p = 0; p < 3; ++p) {
@@ -436,9 +371,11 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
       assign_product(BU, B, U1);
       column_dots(U1, BU, [&](int k, const S& d) { q.stiffness[k] += d; });
       assign_product(F0, G.transpose(), s0);
-      if (at_edge) {
+      if (moved) {
         assign_product(F1, G.transpose(), s1);
         F1 += 2.0 * BU;
+      }
+      if (curved) {
         assign_product(BU2, B, U2);
         F0 += BU2;
         for (int k = 0; k < columns; ++k)
@@ -450,7 +387,7 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
         if (!dB.isZero(0)) {
           assign_product(BU, dB, U1);
           column_dots(U1, BU, [&](int k, const S& d) { q.shape(p, k) += d; });
-          if (at_edge) {
+          if (curved) {
             assign_product(BU0, dB, U0);
             for (int k = 0; k < columns; ++k)
               q.shape(p, k) += BU0.cwiseProduct(U2.template middleCols<3>(3 * k)).sum();
@@ -464,11 +401,13 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
       }
       assign_product(BU, M, U1);
       column_dots(U1, BU, [&](int k, const S& d) { q.mass[k] += d; });
-      if (at_edge) {
+      if (moved) {
         for (int k = 0; k < columns; ++k)
           F1.template middleCols<3>(3 * k) -= S(2.0 * mu[k]) * BU.template middleCols<3>(3 * k);
-        if (low >= 0) n1[low].template middleRows<Side>(4 * j) += F1.template topRows<Side>();
-        if (high >= 0) n1[high].template middleRows<Side>(4 * j) += F1.template bottomRows<Side>();
+        if (n1[i].size() > 0)
+          n1[i].template middleRows<Side>(4 * j) += F1.template topRows<Side>();
+        if (n1[i + 1].size() > 0)
+          n1[i + 1].template middleRows<Side>(4 * j) += F1.template bottomRows<Side>();
       }
       n0[i].template middleRows<Side>(4 * j) += F0.template topRows<Side>();
       n0[i + 1].template middleRows<Side>(4 * j) += F0.template bottomRows<Side>();
@@ -485,10 +424,11 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
   const int per_node = static_cast<int>(slopes.size());
   std::vector<Matrix> N1(lines), n0(lines, Matrix::Zero(n, 3 * columns));
   for (int i = 0; i < lines; ++i) N1[i] = line_rates(i, Y);
-  std::array<Matrix, 2> N2, n1;
+  std::vector<Matrix> N2(lines), n1(lines);  // of the edges alone
   for (int e = 0; e < 2; ++e) {
-    N2[e] = n1[e] = Matrix::Zero(n, 3 * columns);
     if (!rigid_[e]) continue;
+    Matrix& second = N2[edges_[e].line] = Matrix::Zero(n, 3 * columns);
+    n1[edges_[e].line] = second;
     for (int k = 0; k < columns; ++k) {
       const Vector3<S> w = Y.template block<3, 1>(rows_.body(e) + 3, k);
       for (int s = 0; s < n; ++s) {
@@ -497,7 +437,7 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
           if (slopes[d].function == s % 4)
             r += S(2.0 * Y(plate_->block_offset(edges_[e].line) + per_node * (s / 4) + d, k)) *
                  w.cross(edges_[e].axes.col(slopes[d].axis));
-        N2[e].template block<1, 3>(s, 3 * k) = r.transpose();
+        second.template block<1, 3>(s, 3 * k) = r.transpose();
       }
     }
   }
@@ -520,7 +460,7 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
       const Vector3<S> w = Y.template block<3, 1>(body + 3, k);
       for (int s = 0; s < n; ++s) {
         const Vector3<S> f0 = n0[line].template block<1, 3>(s, 3 * k).transpose(),
-                         f1 = n1[e].template block<1, 3>(s, 3 * k).transpose(),
+                         f1 = n1[line].template block<1, 3>(s, 3 * k).transpose(),
                          f2 = nodal_force_[line].row(s).transpose();
         const Vector3<S>&v = edges_[e].arm[s], f2w = f2.cross(w);
         const Vector3<S> c = f0 + f1.cross(w) + f2w.cross(w);
@@ -549,6 +489,21 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
     }
   }
   return q;
+}
+
+template <class S>
+auto PlateGradient<S>::nodal_quadratic(const std::vector<Matrix>& N1,
+                                       const std::vector<Matrix>& N2) const -> NodalQuadratic {
+  const int n = mesh_->functions_per_line(), lines = mesh_->lines(),
+            columns = static_cast<int>(N1[0].cols() / 3);
+  const std::vector<Matrix> none(static_cast<std::size_t>(lines), Matrix::Zero(n, 3 * columns));
+  NodalQuadratic result{LeafQuadratic<S>(0, columns), none, none};
+  const Vector mu = Vector::Zero(columns);
+  if (mesh_->functions_per_side() == 8)
+    this->template quadratic_elements<8>(N1, N2, mu, result.value, result.n0, result.n1);
+  else
+    this->template quadratic_elements<4>(N1, N2, mu, result.value, result.n0, result.n1);
+  return result;
 }
 
 template class PlateGradient<double>;

@@ -43,6 +43,19 @@ class PlateGradient final : public LeafGradient<S> {
 
   LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const override;
 
+  /// (28) of the stiffness for nodes that move as N0 + ε N1 + ½ ε² N2 on every line: per line
+  /// functions × (3 components of each column), N2 empty where zero. Values and derivatives in the
+  /// shape, and n0, n1 of (29); that of N2 is nodal_force().
+  struct NodalQuadratic {
+    LeafQuadratic<S> value;
+    std::vector<Matrix> n0, n1;
+  };
+  NodalQuadratic nodal_quadratic(const std::vector<Matrix>& N1,
+                                 const std::vector<Matrix>& N2) const;
+  const std::vector<Matrix>& nodal_force() const { return nodal_force_; }  ///< per line, n × 3
+  /// Derivatives of it in w/L, t/L, ν at constant nodes.
+  const std::vector<Matrix>& shape_force(int p) const { return shape_force_[p]; }
+
  private:
   using LeafGradient<S>::rows_;
   using LeafGradient<S>::force_;
@@ -55,17 +68,17 @@ class PlateGradient final : public LeafGradient<S> {
   template <int Side>
   void prepare();
   template <int Side>
-  void quadratic_elements(const std::vector<Matrix>& N1, const std::array<Matrix, 2>& N2,
+  void quadratic_elements(const std::vector<Matrix>& N1, const std::vector<Matrix>& N2,
                           const Vector& mu, LeafQuadratic<S>& q, std::vector<Matrix>& n0,
-                          std::array<Matrix, 2>& n1) const;
+                          std::vector<Matrix>& n1) const;
   /// N′ of a line for states moving by the columns of Y: functions × (3 components of each).
   Matrix line_rates(int line, const Matrix& Y) const;
   void add_point_force();
   void add_point_rates(const std::array<Matrix, 2>& edge_rates,
                        const std::vector<LeafVariation<S>>& variations, Matrix& rows) const;
   void add_point_quadratic(const Matrix& Y, const std::vector<Matrix>& N1,
-                           const std::array<Matrix, 2>& N2, LeafQuadratic<S>& q,
-                           std::array<Matrix, 2>& n1) const;
+                           const std::vector<Matrix>& N2, LeafQuadratic<S>& q,
+                           std::vector<Matrix>& n1) const;
   void add_to_rows(int line, const Matrix& nodal, Matrix& rows) const;
   std::array<Matrix, 2> edge_nodal_rates(const std::vector<LeafVariation<S>>& variations) const;
 

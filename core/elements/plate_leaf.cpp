@@ -349,7 +349,7 @@ MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
   return H;
 }
 
-MatrixXd PlateLeaf::line_shapes() const {
+BlockTridiagonal PlateLeaf::line_factor() const {
   const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
   assert(!support_.free_tip);
   BlockTridiagonal K;
@@ -359,10 +359,15 @@ MatrixXd PlateLeaf::line_shapes() const {
     if (i + 1 < inner) K.below[i] = K_.below[i + 1];
   }
   K.factorise();
+  return K;
+}
+
+MatrixXd PlateLeaf::line_shapes() const {
+  const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
   MatrixXd X = MatrixXd::Zero(inner * n3, 2 * n3);
   X.topLeftCorner(n3, n3) = -edge_below_[0];
   X.bottomRightCorner(n3, n3) = -edge_below_[1].transpose();
-  K.solve(X);
+  line_factor().solve(X);
   return X;
 }
 

@@ -59,6 +59,8 @@ class PlateLeaf {
   /// Static shapes of the interior lines: their unknowns per unit nodal value of the base line,
   /// then of the tip line (both rigid); after linearise(), before eliminate().
   MatrixXd line_shapes() const;
+  /// The factor of the interior lines' tangent that they come from.
+  BlockTridiagonal line_factor() const;
   /// Nodal values (functions_per_line × 3) of an edge with these slopes.
   static MatrixXd edge_nodal(const PlateMesh& mesh, const EdgePose& pose, const double* slopes);
 

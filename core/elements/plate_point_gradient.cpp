@@ -44,8 +44,8 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
 // q += 2 y_f·y_u − 2 y_f·Σ w N1 − f·Σ w N2
 template <class S>
 void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Matrix>& N1,
-                                           const std::array<Matrix, 2>& N2, LeafQuadratic<S>& q,
-                                           std::array<Matrix, 2>& n1) const {
+                                           const std::vector<Matrix>& N2, LeafQuadratic<S>& q,
+                                           std::vector<Matrix>& n1) const {
   if (rows_.point == 0) return;
   const Vector3<S>& f = state_.point_force;
   for (int k = 0; k < static_cast<int>(Y.cols()); ++k) {
@@ -54,7 +54,7 @@ void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Ma
     const auto product = [&](const NodalWeight& w) {
       const int e = edge_at(w.line);
       S sum = 2.0 * y_f.dot(N1[w.line].template block<1, 3>(w.function, 3 * k).transpose());
-      if (e >= 0) sum += f.dot(N2[e].template block<1, 3>(w.function, 3 * k).transpose());
+      if (e >= 0) sum += f.dot(N2[w.line].template block<1, 3>(w.function, 3 * k).transpose());
       return sum;
     };
     for (const NodalWeight& w : plate_->support().point) {
@@ -63,9 +63,9 @@ void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Ma
       q.shape(PlateMeshRate::width, k) -= width_slope(*mesh_, w) * share;
       const int e = edge_at(w.line);
       if (e < 0) continue;
-      n1[e].template block<1, 3>(w.function, 3 * k) -= (2.0 * w.weight) * y_f.transpose();
+      n1[w.line].template block<1, 3>(w.function, 3 * k) -= (2.0 * w.weight) * y_f.transpose();
       q.state.template block<3, 1>(rows_.unknowns, k) -=
-          w.weight * N2[e].template block<1, 3>(w.function, 3 * k).transpose();
+          w.weight * N2[w.line].template block<1, 3>(w.function, 3 * k).transpose();
     }
     for (int a = 0; a < 2; ++a)
       for (const NodalWeight& w : plate_->support().point_slopes[a])
@@ -78,8 +78,8 @@ void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Ma
   template void PlateGradient<S>::add_point_rates(                                                \
       const std::array<Matrix, 2>&, const std::vector<LeafVariation<S>>&, Matrix&) const;         \
   template void PlateGradient<S>::add_point_quadratic(                                            \
-      const Matrix&, const std::vector<Matrix>&, const std::array<Matrix, 2>&, LeafQuadratic<S>&, \
-      std::array<Matrix, 2>&) const;
+      const Matrix&, const std::vector<Matrix>&, const std::vector<Matrix>&, LeafQuadratic<S>&,   \
+      std::vector<Matrix>&) const;
 INSTANTIATE(double)
 INSTANTIATE(Jet)
 #undef INSTANTIATE

@@ -1,6 +1,7 @@
 #include "core/reduction/modal_leaf.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cassert>
@@ -73,6 +74,7 @@ ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
                        ModalDerivativeSet set)
     : mesh_(std::move(mesh)),
       slaved_(method == Reduction::quadratic_manifold),
+      set_(set),
       slopes_(mesh_->edge_unknowns()) {
   PlateLeaf plate(mesh_);
   const int n = plate.unknowns(), u = slopes_, inner = n - 2 * u,
@@ -124,12 +126,16 @@ ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
     plate.solve_lower(c);
     return c;
   };
-  MatrixXd basis = extended(MatrixXd(n, 0), coordinates(theta_));
+  MatrixXd candidates = coordinates(theta_);
+  MatrixXd basis = extended(MatrixXd(n, 0), candidates);
   if (mesh_->shape().is_beam()) {  // the few slopes of a beam's ends stay free
     MatrixXd slopes = MatrixXd::Zero(n, 2 * u);
     slopes.topLeftCorner(u, u).setIdentity();
     slopes.bottomRightCorner(u, u).setIdentity();
-    basis = extended(basis, coordinates(slopes));
+    slopes = coordinates(slopes);
+    basis = extended(basis, slopes);
+    candidates.conservativeResize(n, 21 + 2 * u);
+    candidates.rightCols(2 * u) = slopes;
   }
   if (set == ModalDerivativeSet::third_order) {
     const FieldExpansion expansion =
@@ -143,6 +149,13 @@ ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
     for (int k = 0; k < 3; ++k) third -= modes_.col(stiff[k]) * c.row(k);
     third.middleRows(u, inner) -= follow_ * expansion.edge_nodal.rightCols(count);
     basis = extended(basis, coordinates(third));
+  } else {
+    VectorXd unit = candidates.colwise().norm();
+    for (double& s : unit) s = s > 0 ? 1 / s : 1;
+    Eigen::CompleteOrthogonalDecomposition<MatrixXd> span;
+    span.setThreshold(0.1 * negligible);
+    const MatrixXd T = span.compute(candidates * unit.asDiagonal()).solve(basis);
+    combination_ = unit.head(21).asDiagonal() * T.topRows(21);
   }
   fields_ = basis;
   plate.solve_upper(fields_);
@@ -322,8 +335,7 @@ void ModalLeaf::restore(const LeafState& state) {
   placed_ = evaluated_ = moved_ = false;
 }
 
-LeafDynamics ModalLeaf::dynamics(int count) {
-  if (!evaluated_) evaluate();
+MatrixXd ModalLeaf::rates() const {
   const int m = model_->amplitudes(), n = plate_.unknowns();
   const Matrix3d Et = frame_.axes.transpose();
   // rates of the unknowns, seen from axes that stand still: the frame's motion, X de + Ψ da
@@ -341,6 +353,20 @@ LeafDynamics ModalLeaf::dynamics(int count) {
       for (int c = 0; c < 3; ++c)
         T.row(plate_.block_offset(i) + c * functions + s).head<12>() += rigid.row(c);
     }
+  return T;
+}
+
+MatrixXd ModalLeaf::station_motion(const MatrixXd& T) const {
+  MatrixXd stations = leaf_station_motion(plate_, scale_, T);
+  for (Eigen::Index k = 0; k < stations.rows(); k += 3)
+    stations.middleRows<3>(k) = (frame_.axes * stations.middleRows<3>(k)).eval();
+  return stations;
+}
+
+LeafDynamics ModalLeaf::dynamics(int count) {
+  if (!evaluated_) evaluate();
+  const int m = model_->amplitudes();
+  MatrixXd T = rates();
   T.leftCols<12>() += T.rightCols(m) * (static_ * frame_.B);
 
   // what the amplitudes do beside the edges: eigenvectors of their own stiffness and mass
@@ -361,9 +387,7 @@ LeafDynamics ModalLeaf::dynamics(int count) {
 
   LeafDynamics dynamics;
   dynamics.mass = scale_.mass * (units * (S.transpose() * M * S) * units.transpose());
-  dynamics.stations = leaf_station_motion(plate_, scale_, T * (S * units.transpose()));
-  for (Eigen::Index k = 0; k < dynamics.stations.rows(); k += 3)
-    dynamics.stations.middleRows<3>(k) = (frame_.axes * dynamics.stations.middleRows<3>(k)).eval();
+  dynamics.stations = station_motion(T * (S * units.transpose()));
   dynamics.stiffness = MatrixXd::Zero(12 + kept, 12 + kept);
   dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
   dynamics.mode_frequencies.resize(kept);

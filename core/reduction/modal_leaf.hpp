@@ -30,24 +30,32 @@ class ModalModel {
   MatrixXd chart_rates(const Vector6d& e) const;
   /// θ of the chart: Σ_ij ei ej θij / 2 is what `unknowns` adds; unknowns × 21 (pair_index).
   const MatrixXd& derivatives() const { return theta_; }
+  MatrixXd derivatives_times(const Vector6d& e) const;     ///< Σ_j ej θij, a column i
   const MatrixXd& line_shapes() const { return follow_; }  ///< X_b
   int slopes() const { return slopes_; }                   ///< of one edge
+
+  const MatrixXd& boundary() const { return modes_; }  ///< X
+  const MatrixXd& fields() const { return fields_; }   ///< Ψ, Ψ′
+  /// T of Ψ = θ T + slopes of beams: 21 × amplitudes. Empty with third-order fields.
+  const MatrixXd& combination() const { return combination_; }
+  ModalDerivativeSet set() const { return set_; }
 
   /// The derivatives as fields of the unknowns with both edges held, unknowns × 21.
   const MatrixXd& modal_derivatives() const { return modal_derivatives_; }
 
  private:
-  MatrixXd derivatives_times(const Vector6d& e) const;
   VectorXd edge_nodal(const EdgePoses& edges, const VectorXd& x) const;
 
   std::shared_ptr<const PlateMesh> mesh_;
   bool slaved_;
+  ModalDerivativeSet set_;
   int slopes_;
   VectorXd rest_, edges_at_rest_;
   MatrixXd follow_;  ///< X_b
   MatrixXd modes_;   ///< X; zero in the interior
   MatrixXd theta_, modal_derivatives_;
   MatrixXd fields_;  ///< Ψ, Ψ′; whole fields orthonormal in energy at rest
+  MatrixXd combination_;
 };
 
 class ModalLeaf final : public LeafElement {
@@ -67,7 +75,23 @@ class ModalLeaf final : public LeafElement {
   LeafReport report() const override;
 
   const ModalModel& model() const { return *model_; }
+  const std::shared_ptr<const ModalModel>& shared_model() const { return model_; }
   const VectorXd& amplitudes() const { return a_; }
+
+  // The leaf linearised, after evaluate(): what exact derivatives are made of. Leaf axes, over L.
+  const LeafScale& scale() const { return scale_; }
+  const PlateLeaf& plate() const { return plate_; }  ///< in the chord frame
+  const ChordFrame& frame() const { return frame_; }
+  const EdgePoses& edges() const { return edges_; }
+  const VectorXd& generalised_force() const { return g_; }    ///< of e and a
+  const MatrixXd& generalised_tangent() const { return H_; }  ///< of e and a
+  const MatrixXd& inverse() const { return inverse_; }        ///< of its block of a
+  const MatrixXd& static_shapes() const { return static_; }   ///< da/de
+  /// Rates of the plate's unknowns and edges by (edges, a), seen in the axes of the chord frame
+  /// from axes that stand still: unknowns + 12 rows.
+  MatrixXd rates() const;
+  /// Motion of the stations for such rates: LeafDynamics::stations.
+  MatrixXd station_motion(const MatrixXd& T) const;
 
  private:
   /// Puts the plate into the state of the present edges and amplitudes.

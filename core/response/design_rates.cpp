@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/reduction/modal_leaf_gradient.hpp"
 #include "core/reduction/superelement_leaf_gradient.hpp"
 #include "core/response/joint_gradients.hpp"
 
@@ -42,15 +43,24 @@ MechanismState<double> present_state(const MechanismFactor& factor) {
   return state;
 }
 
+std::shared_ptr<const PlateMeshRate> MeshRates::of(const std::shared_ptr<const PlateMesh>& mesh) {
+  auto& rate = made_[mesh];
+  if (!rate) rate = std::make_shared<PlateMeshRate>(*mesh);
+  return rate;
+}
+
+std::shared_ptr<const ModalModelRate> MeshRates::of(const ModalLeaf& leaf) {
+  auto& rate = modal_[leaf.shared_model()];
+  if (!rate) rate = std::make_shared<ModalModelRate>(leaf.model(), of(leaf.model().mesh()));
+  return rate;
+}
+
 std::vector<std::shared_ptr<const PlateMeshRate>> MeshRates::of(const System& system) {
   std::vector<std::shared_ptr<const PlateMeshRate>> rates;
   for (int i = 0; i < system.leaves(); ++i) {
     const auto* full = dynamic_cast<const FullLeaf*>(&system.leaf(i));
     rates.emplace_back();
-    if (!full) continue;
-    auto& rate = made_[full->plate().shared_mesh()];
-    if (!rate) rate = std::make_shared<PlateMeshRate>(full->plate().mesh());
-    rates.back() = rate;
+    if (full) rates.back() = of(full->plate().shared_mesh());
   }
   return rates;
 }
@@ -63,14 +73,19 @@ DesignRates<S>::DesignRates(const MechanismFactor& factor, MeshRates& meshes,
   const std::vector<std::shared_ptr<const PlateMeshRate>> rates = meshes.of(factor.system());
   for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
-    if (leaf.full)
+    if (leaf.full) {
       leaves_.push_back(std::make_unique<PlateGradient<S>>(leaf.full->plate(), rates[i], leaf.rows,
                                                            std::move(state_.leaves[i])));
-    else if constexpr (std::is_same_v<S, double>)
-      leaves_.push_back(std::make_unique<SuperelementLeafGradient>(
-          dynamic_cast<const ScaledSuperelements&>(*leaf.linear), leaf.rows));
-    else
+    } else if constexpr (std::is_same_v<S, double>) {
+      if (const auto* modal = dynamic_cast<const ModalLeafLinear*>(leaf.linear.get()))
+        leaves_.push_back(std::make_unique<ModalLeafGradient>(
+            modal->leaf(), meshes.of(modal->leaf()), leaf.rows));
+      else
+        leaves_.push_back(std::make_unique<SuperelementLeafGradient>(
+            dynamic_cast<const ScaledSuperelements&>(*leaf.linear), leaf.rows));
+    } else {
       assert(false && "series are those of full leaves");
+    }
     variations_.emplace_back();
     for (const Mechanism& direction : directions)
       variations_.back().push_back(variation(static_cast<int>(i), direction, model));

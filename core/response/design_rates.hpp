@@ -8,6 +8,7 @@
 
 #include "core/elements/plate_gradient.hpp"
 #include "core/mechanism/model_options.hpp"
+#include "core/reduction/modal_model_rate.hpp"
 #include "core/response/mechanism_state.hpp"
 
 namespace flexopt {
@@ -17,9 +18,14 @@ class MeshRates {
  public:
   /// Of the system's leaves; none for those that are not FullLeaf.
   std::vector<std::shared_ptr<const PlateMeshRate>> of(const System& system);
+  /// Of the fields of a leaf's modal derivatives, once for each model.
+  std::shared_ptr<const ModalModelRate> of(const ModalLeaf& leaf);
 
  private:
+  std::shared_ptr<const PlateMeshRate> of(const std::shared_ptr<const PlateMesh>& mesh);
+
   std::map<std::shared_ptr<const PlateMesh>, std::shared_ptr<const PlateMeshRate>> made_;
+  std::map<std::shared_ptr<const ModalModel>, std::shared_ptr<const ModalModelRate>> modal_;
 };
 
 template <class S>

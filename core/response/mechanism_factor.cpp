@@ -3,6 +3,7 @@
 #include <cassert>
 
 #include "core/equilibrium/stroke_path.hpp"
+#include "core/reduction/modal_leaf_gradient.hpp"
 #include "core/reduction/superelement_leaf_gradient.hpp"
 #include "core/response/frequencies.hpp"
 
@@ -26,6 +27,8 @@ void MechanismFactor::add_leaf(System& system, int i) {
   leaf.full = full;
   if (full)
     leaf.linear = std::make_shared<FullLeafLinear>(*full);
+  else if (const auto* modal = dynamic_cast<const ModalLeaf*>(&system.leaf(i)))
+    leaf.linear = std::make_shared<ModalLeafLinear>(*modal);
   else
     leaf.linear =
         std::make_shared<ScaledSuperelements>(dynamic_cast<SuperelementLeaf&>(system.leaf(i)));

@@ -19,8 +19,8 @@ namespace flexopt {
 /// a force or multiplier is its condition.
 class MechanismFactor {
  public:
-  /// The system must be assembled at an equilibrium, its leaves be FullLeaf or
-  /// SuperelementLeaf; its state is kept.
+  /// The system must be assembled at an equilibrium, its leaves be FullLeaf,
+  /// SuperelementLeaf or ModalLeaf; its state is kept.
   explicit MechanismFactor(System& system);
 
   int size() const { return size_; }
@@ -38,7 +38,7 @@ class MechanismFactor {
 
   struct Leaf {
     std::shared_ptr<const LeafLinear> linear;
-    const FullLeaf* full;  ///< none where the leaf is made of superelements
+    const FullLeaf* full;  ///< none where the leaf is reduced
     LeafRows rows;
     int offset;  ///< of its internal rows in a vector
     struct Side {

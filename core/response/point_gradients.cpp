@@ -8,6 +8,7 @@
 
 #include "core/elements/plate_stress.hpp"
 #include "core/math/rotation.hpp"
+#include "core/reduction/modal_leaf_gradient.hpp"
 #include "core/reduction/superelement_leaf_gradient.hpp"
 
 namespace flexopt {
@@ -85,6 +86,14 @@ VectorXd stress_rates(const MechanismFactor& factor, const StressPeak& peak,
   VectorXd stress(static_cast<Eigen::Index>(directions.size()));
   for (int p = 0; p < stress.size(); ++p) {
     StressRate along{{}, variations[p].shape, directions[p].leaves[i].material.youngs_modulus};
+    if (const auto* modal = dynamic_cast<const ModalLeafGradient*>(&design.leaf(i))) {
+      along.nodal = modal->nodal_rates(rows.col(p), variations[p]);
+      const PlateLeaf& plate = modal->leaf().plate();  // strains are the same in the chord frame
+      stress[p] =
+          plate_stress_rate(plate.mesh(), plate.nodal(), peak,
+                            factor.system().mechanism().leaves[i].material.youngs_modulus, along);
+      continue;
+    }
     if (!full) {
       const auto& own = dynamic_cast<const SuperelementLeafGradient&>(design.leaf(i));
       stress[p] = own.leaf().stress_rate(peak, own.field_rates(rows.col(p), variations[p]), along);
@@ -173,10 +182,15 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
 }  // namespace
 
 std::optional<std::string> without_gradients(const ModelOptions& model) {
-  if (model.accuracy == Accuracy::reduced && model.method != Reduction::mixed_potential &&
-      model.method != Reduction::linear_craig_bampton)
-    return "exact derivatives are those of full leaves, of the default reduction finished on them, "
-           "or of linear superelements";
+  if (model.accuracy == Accuracy::reduced &&
+      (model.method == Reduction::modal_derivatives ||
+       model.method == Reduction::quadratic_manifold)) {
+    if (model.superelements[0] != 1)
+      return "exact derivatives of modal derivatives are those of whole leaves: superelements = 1";
+    if (model.method == Reduction::modal_derivatives &&
+        model.modal_derivatives == ModalDerivativeSet::third_order)
+      return "there are no exact derivatives of third-order fields";
+  }
   if (model.mass == LeafMass::constant || model.leaf_modes == 0)
     return "exact derivatives are those of the consistent mass with all internal motions";
   return std::nullopt;
