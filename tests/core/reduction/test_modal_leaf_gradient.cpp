@@ -159,9 +159,9 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set) {
     const Vector3d middle = e == 0 ? leaf.origin : leaf.tip_middle();
     design.reference[e] = middle + random.vector<3>(0.3 * L);
     design.displacement[e] =
-        random.vector<3>(0.001 * L) + leaf.axes * Vector3d(-0.003 * e, 0, 0.03 * e) * L;
+        random.vector<3>(0.0003 * L) + leaf.axes * Vector3d(-0.0005 * e, 0, 0.015 * e) * L;
     design.rotation[e] =
-        rotation_exp(random.vector<3>(0.02) + leaf.axes * Vector3d(0.05, -0.1, 0.0));
+        rotation_exp(random.vector<3>(0.01) + leaf.axes * Vector3d(0.02, -0.05, 0.0));
   }
   const LeafScale scale(leaf, flexure);
   MatrixXd Y(12, 3);
@@ -234,7 +234,7 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set) {
   d.turn = random.vector<3>(1.0);
   add("axes", d);
   d = still();
-  for (Vector3d& r : d.reference) r = random.vector<3>(L);
+  for (Vector3d& r : d.reference) r = random.vector<3>(0.1 * L);
   add("references", d);
   for (const auto& [name, direction] : directions) {
     const LeafVariation<double> v = variation(design, model, direction);

@@ -49,6 +49,7 @@ struct Case {
   double stroke;
   std::vector<std::size_t> along;  ///< parameters
   std::optional<std::array<int, 2>> superelements = std::nullopt;
+  Reduction method = Reduction::mixed_potential;
 };
 
 void check(const Case& c) {
@@ -56,6 +57,7 @@ void check(const Case& c) {
   model.accuracy = c.accuracy;
   model.flexure = c.flexure;
   model.mesh = c.flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
+  model.method = c.method;
   if (c.superelements) {
     model.method = Reduction::linear_craig_bampton;
     model.superelements = *c.superelements;
@@ -122,6 +124,18 @@ TEST_CASE("where nothing is stressed the stress has no slope") {
     REQUIRE(s.response.path[0].max_stress->value < 1);
     CHECK(s.gradients->path[0].max_stress->allFinite());
   }
+}
+
+TEST_CASE("derivatives of a guide of modal derivatives") {
+  Case c{false, Flexure::plate, Accuracy::reduced, 0.01, {0, 1, 2, 4, 7, 10}};
+  c.method = Reduction::modal_derivatives;
+  check(c);
+}
+
+TEST_CASE("derivatives of a beam hinge on the quadratic manifold") {
+  Case c{true, Flexure::beam, Accuracy::reduced, 0.05, {0, 1, 2, 8, 9, 10}};
+  c.method = Reduction::quadratic_manifold;
+  check(c);
 }
 
 TEST_CASE("equal leaves: derivatives of double frequencies are those of their cluster") {
