@@ -325,7 +325,8 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
       U1 = gather<Side>(N1[i], N1[i + 1], j);
       assign_product(a1, G, U1);
       if (curved) {
-        U2 = gather<Side>(N2[i].size() > 0 ? N2[i] : zero, N2[i + 1].size() > 0 ? N2[i + 1] : zero, j);
+        U2 = gather<Side>(N2[i].size() > 0 ? N2[i] : zero, N2[i + 1].size() > 0 ? N2[i + 1] : zero,
+                          j);
         assign_product(a2, G, U2);
       }
       const PlateMeshRate::Shape& by_w = rate_->shape[PlateMeshRate::width];
@@ -404,8 +405,7 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
       if (moved) {
         for (int k = 0; k < columns; ++k)
           F1.template middleCols<3>(3 * k) -= S(2.0 * mu[k]) * BU.template middleCols<3>(3 * k);
-        if (n1[i].size() > 0)
-          n1[i].template middleRows<Side>(4 * j) += F1.template topRows<Side>();
+        if (n1[i].size() > 0) n1[i].template middleRows<Side>(4 * j) += F1.template topRows<Side>();
         if (n1[i + 1].size() > 0)
           n1[i + 1].template middleRows<Side>(4 * j) += F1.template bottomRows<Side>();
       }

@@ -127,8 +127,7 @@ FramePath<S> frame_path(const std::array<Turn<S>, 2>& turn, const S& chord,
   p.first = frame_rate(turn, chord, spin, apart);
   const Vector3<S>& w = p.first.spin;
   std::array<Vector3<S>, 2> spin2;
-  for (int a = 0; a < 2; ++a)
-    spin2[a] = spin[a].cross(w) - turn[a].spin_rate(p.first.theta[a]);
+  for (int a = 0; a < 2; ++a) spin2[a] = spin[a].cross(w) - turn[a].spin_rate(p.first.theta[a]);
   Vector3<S> apart2 = apart.cross(w);
   apart2[1] -= p.first.stretch * w[2];
   apart2[2] += p.first.stretch * w[1];
@@ -326,8 +325,7 @@ void ModalLeafGradient::set_shape_force() {
     }
   };
   const auto slope_force = [&](const MatrixXd& c, VectorXd& v) {
-    for (int a = 0; a < 2; ++a)
-      add_to_slopes(a, c.col(a).reshaped(functions_, 3) * axes_[a], v);
+    for (int a = 0; a < 2; ++a) add_to_slopes(a, c.col(a).reshaped(functions_, 3) * axes_[a], v);
   };
   const auto stretch = [&](const MatrixXd& c) {
     double sum = 0;
@@ -415,14 +413,14 @@ Vector12d ModalLeafGradient::edge_moves(const LeafVariation<double>& v,
     const Matrix3d spin = edge.rotation * R.transpose();
     lever[a] = edge.rotation * (R.transpose() * rows_.lever[a]) + R * edge.arm;
     moved.segment<3>(6 * a) = edge.position + lever[a];
-    moved.segment<3>(6 * a + 3) = 0.5 * Vector3d(spin(2, 1) - spin(1, 2), spin(0, 2) - spin(2, 0),
-                                                 spin(1, 0) - spin(0, 1));
+    moved.segment<3>(6 * a + 3) =
+        0.5 * Vector3d(spin(2, 1) - spin(1, 2), spin(0, 2) - spin(2, 0), spin(1, 0) - spin(0, 1));
   }
   return moved;
 }
 
-std::vector<MatrixXd> ModalLeafGradient::nodal_rates(
-    const VectorXd& y, const LeafVariation<double>& variation) const {
+std::vector<MatrixXd> ModalLeafGradient::nodal_rates(const VectorXd& y,
+                                                     const LeafVariation<double>& variation) const {
   const VectorXd T = rows_.edge_rows(y);
   std::array<Vector3d, 2> lever;
   const Vector6d de = leaf_->frame().B * (T.tail<12>() + edge_moves(variation, lever));
@@ -549,9 +547,9 @@ LeafQuadratic<double> ModalLeafGradient::quadratic(const MatrixXd& Y, const Vect
   const auto nodal = plate_.nodal_quadratic(N1, N2);
   LeafQuadratic<double> q(size(), columns);
   const Vector12d force = edge_force();
-  const Matrix12d by_pose = edge_stiffness(force).transpose() +
-                            frame.B.transpose() * leaf_->generalised_tangent().topLeftCorner<6, 6>() *
-                                frame.B;
+  const Matrix12d by_pose =
+      edge_stiffness(force).transpose() +
+      frame.B.transpose() * leaf_->generalised_tangent().topLeftCorner<6, 6>() * frame.B;
   q.stiffness = nodal.value.stiffness;
   q.shape = nodal.value.shape;
 
@@ -677,8 +675,8 @@ LeafQuadratic<double> ModalLeafGradient::quadratic(const MatrixXd& Y, const Vect
 
     // to the edges and their increments, then to the bodies
     const Vector3d h1 = h.segment<3>(6), h2 = h.segment<3>(9), ha = h.segment<3>(12);
-    const Vector3d rolled = -(p.spin[0].cross(h1) + p.spin[1].cross(h2) + p.apart.cross(ha) +
-                              p.base.cross(by_base));
+    const Vector3d rolled =
+        -(p.spin[0].cross(h1) + p.spin[1].cross(h2) + p.apart.cross(ha) + p.base.cross(by_base));
     Vector12d pose = frame.B.transpose() * h.head<6>() + frame.spin_local.transpose() * rolled;
     // the lever arms turn: F·(w × (w × lever))
     Vector12d turning = Vector12d::Zero();

@@ -1,6 +1,6 @@
 #pragma once
 // A ModalLeaf as exact derivatives need it: its internal unknowns are the amplitudes, and the
-// plate follows them and the chord frame through (23) or (25). Equations (31)–(34) of
+// plate follows them and the chord frame through (23) or (25). Equations (30), (31) of
 // modal_derivatives.md.
 #include <memory>
 #include <vector>

@@ -193,8 +193,7 @@ std::array<Pair, 2> Undeflected::forces_of(const Pair& N1, const Pair* N2) const
       };
       const auto stress_rate = [&](const Stress<double>& e, const Stress<double>& de) {
         Stress<double> dn = stress(de) + weighted(stress_of(by_->membrane, e), element.weight);
-        if (!by_->weight.empty())
-          dn += weighted(stress_of(mesh_->membrane(), e), by_->weight[k]);
+        if (!by_->weight.empty()) dn += weighted(stress_of(mesh_->membrane(), e), by_->weight[k]);
         return dn;
       };
       const Block U1 = gather(N1.value), dU1 = gather(N1.rate);
@@ -302,18 +301,18 @@ ModalModelRate::ModalModelRate(const ModalModel& model, std::shared_ptr<const Pl
 
     MatrixXd shape_rates = MatrixXd::Zero(n + 12, 6);
     for (int k = 0; k < 6; ++k)
-      shape_rates.col(k).head(n) =
-          -leaf.rows(leaf.tangent_rate(leaf.nodes(shapes.col(k))) +
-                     leaf.tangent_times(leaf.edge_rates(shapes.col(k))));
+      shape_rates.col(k).head(n) = -leaf.rows(leaf.tangent_rate(leaf.nodes(shapes.col(k))) +
+                                              leaf.tangent_times(leaf.edge_rates(shapes.col(k))));
     MatrixXd X = shape_rates.topRows(n);
     plate.solve(X);
     shape_rates.topRows(n) = X;
     r.boundary = X;
     r.boundary.middleRows(u, inner).setZero();
 
-    r.theta = -polarised(shapes, shape_rates, [&](const VectorXd& shape, const VectorXd& shape_rate) {
-      return leaf.second_order_rate(shape, shape_rate);
-    });
+    r.theta =
+        -polarised(shapes, shape_rates, [&](const VectorXd& shape, const VectorXd& shape_rate) {
+          return leaf.second_order_rate(shape, shape_rate);
+        });
     for (int k = 0; k < 21; ++k)
       r.theta.col(k) -= leaf.rows(leaf.tangent_rate(leaf.nodes(held_shape(held.col(k)))));
     plate.solve(r.theta);
@@ -323,14 +322,16 @@ ModalModelRate::ModalModelRate(const ModalModel& model, std::shared_ptr<const Pl
       b << J0 * field.topRows(u), J1 * field.bottomRows(u);
       return b;
     };
-    const MatrixXd b2 = slopes(held) + polarised(shapes, shape_rates, [&](const VectorXd& shape,
-                                                       const VectorXd& shape_rate) {
-                          return of_edges(leaf.second_nodes(shape, shape_rate).value);
-                        });
-    const MatrixXd b2_rate = slopes(r.theta) + polarised(shapes, shape_rates, [&](const VectorXd& shape,
-                                                       const VectorXd& shape_rate) {
-                          return of_edges(leaf.second_nodes(shape, shape_rate).rate);
-                        });
+    const MatrixXd b2 =
+        slopes(held) +
+        polarised(shapes, shape_rates, [&](const VectorXd& shape, const VectorXd& shape_rate) {
+          return of_edges(leaf.second_nodes(shape, shape_rate).value);
+        });
+    const MatrixXd b2_rate =
+        slopes(r.theta) +
+        polarised(shapes, shape_rates, [&](const VectorXd& shape, const VectorXd& shape_rate) {
+          return of_edges(leaf.second_nodes(shape, shape_rate).rate);
+        });
     r.theta.middleRows(u, inner) -= r.follow * b2 + follow * b2_rate;
     for (int k = 0; k < 21; ++k)
       if (model.derivatives().col(k).isZero(0)) r.theta.col(k).setZero();

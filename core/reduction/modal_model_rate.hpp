@@ -1,6 +1,6 @@
 #pragma once
 // Derivatives of a ModalModel in w/L, t/L, ν: its fields follow from the undeflected leaf by linear
-// solves, whose derivatives are solves by the same factor. Equations (28)–(30) of
+// solves, whose derivatives are solves by the same factor. Equations (28), (29) of
 // modal_derivatives.md.
 #include <array>
 #include <memory>

@@ -78,8 +78,8 @@ DesignRates<S>::DesignRates(const MechanismFactor& factor, MeshRates& meshes,
                                                            std::move(state_.leaves[i])));
     } else if constexpr (std::is_same_v<S, double>) {
       if (const auto* modal = dynamic_cast<const ModalLeafLinear*>(leaf.linear.get()))
-        leaves_.push_back(std::make_unique<ModalLeafGradient>(
-            modal->leaf(), meshes.of(modal->leaf()), leaf.rows));
+        leaves_.push_back(std::make_unique<ModalLeafGradient>(modal->leaf(),
+                                                              meshes.of(modal->leaf()), leaf.rows));
       else
         leaves_.push_back(std::make_unique<SuperelementLeafGradient>(
             dynamic_cast<const ScaledSuperelements&>(*leaf.linear), leaf.rows));

@@ -182,9 +182,8 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
 }  // namespace
 
 std::optional<std::string> without_gradients(const ModelOptions& model) {
-  if (model.accuracy == Accuracy::reduced &&
-      (model.method == Reduction::modal_derivatives ||
-       model.method == Reduction::quadratic_manifold)) {
+  if (model.accuracy == Accuracy::reduced && (model.method == Reduction::modal_derivatives ||
+                                              model.method == Reduction::quadratic_manifold)) {
     if (model.superelements[0] != 1)
       return "exact derivatives of modal derivatives are those of whole leaves: superelements = 1";
     if (model.method == Reduction::modal_derivatives &&

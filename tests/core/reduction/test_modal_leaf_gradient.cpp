@@ -166,8 +166,7 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set) {
   const LeafScale scale(leaf, flexure);
   MatrixXd Y(12, 3);
   for (int k = 0; k < 3; ++k)
-    for (int i = 0; i < 12; i += 3)
-      Y.block<3, 1>(i, k) = random.vector<3>(i % 6 == 0 ? L : 1.0);
+    for (int i = 0; i < 12; i += 3) Y.block<3, 1>(i, k) = random.vector<3>(i % 6 == 0 ? L : 1.0);
   const VectorXd lambda = Eigen::Vector3d(0, 40, 500) * scale.energy / scale.mass,
                  mu = lambda * scale.mass / scale.energy;
 
@@ -196,10 +195,9 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set) {
     V.topLeftCorner(m, m).setIdentity();
     V.bottomRightCorner(12, 1) = rows.edge_rows(y.col(k)).bottomRows(12);
     const MatrixXd M = linear.mass_times(V).topRows(m), &H = at->generalised_tangent();
-    const VectorXd b = H.bottomLeftCorner(m, 6) * (at->frame().B * V.bottomRightCorner(12, 1)) -
-                       mu[k] * M.col(m);
-    y.col(k).head(m) =
-        -(H.bottomRightCorner(m, m) - mu[k] * M.leftCols(m)).partialPivLu().solve(b);
+    const VectorXd b =
+        H.bottomLeftCorner(m, 6) * (at->frame().B * V.bottomRightCorner(12, 1)) - mu[k] * M.col(m);
+    y.col(k).head(m) = -(H.bottomRightCorner(m, m) - mu[k] * M.leftCols(m)).partialPivLu().solve(b);
   }
   const LeafQuadratic<double> q = gradient.quadratic(y, mu);
   const std::vector<double> values = answer(design, model, Y, lambda);
@@ -250,30 +248,29 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set) {
     if (m > 0)
       follow.tail(12) = at->frame().B.transpose() *
                         (at->generalised_tangent().topRightCorner(6, m) * state_rate.head(m));
-    const VectorXd f = gradient.force(),
-                   df = force_rate + v.energy * f + rows.body_rows(follow);
+    const VectorXd f = gradient.force(), df = force_rate + v.energy * f + rows.body_rows(follow);
     const Matrix3d &A = leaf.axes, dA = hat(direction.turn) * A;
     std::vector<double> exact;
     for (int i = 0; i < 12; i += 3) {
-      const Vector3d fi = f.segment<3>(rows.internal() + i), dfi = df.segment<3>(rows.internal() + i);
+      const Vector3d fi = f.segment<3>(rows.internal() + i),
+                     dfi = df.segment<3>(rows.internal() + i);
       const double unit = i % 6 == 0 ? scale.energy / L : scale.energy;
-      const Vector3d g =
-          unit * (A * dfi + dA * fi - (i % 6 == 0 ? v.length : 0.0) * (A * fi));
+      const Vector3d g = unit * (A * dfi + dA * fi - (i % 6 == 0 ? v.length : 0.0) * (A * fi));
       exact.insert(exact.end(), g.begin(), g.end());
     }
     for (int k = 0; k < 3; ++k)
       exact.push_back(scale.energy * (v.energy * q.stiffness[k] + gradient.rate(q, y, k, v) +
                                       q.state.col(k).dot(state_rate)) -
                       scale.mass * v.mass * lambda[k] * q.mass[k]);
-    const Derivatives r = ridders(
-        [&](double t) { return answer(moved(design, direction, t), model, Y, lambda); }, 0, 0.01,
-        5);
+    const Derivatives r =
+        ridders([&](double t) { return answer(moved(design, direction, t), model, Y, lambda); }, 0,
+                0.01, 5);
     for (std::size_t i = 0; i < exact.size(); ++i) {
       const double size = i < 12 ? VectorXd::Map(exact.data(), 12).cwiseAbs().maxCoeff() +
                                        VectorXd::Map(values.data(), 12).cwiseAbs().maxCoeff()
                                  : std::abs(values[i]) + std::abs(exact[i]);
-      INFO(name << " " << i << ": " << exact[i] << " against " << r.value[i] << " ± "
-                << r.error[i] << ", size " << size);
+      INFO(name << " " << i << ": " << exact[i] << " against " << r.value[i] << " ± " << r.error[i]
+                << ", size " << size);
       CHECK(std::abs(exact[i] - r.value[i]) <= 1e-8 * size + 10 * r.error[i]);
       CHECK(r.error[i] < 1e-6 * size);
     }
