@@ -281,7 +281,7 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set) {
 
 TEST_CASE("derivatives of a quadratic manifold", "[reduction]") {
   check(Flexure::plate, Reduction::quadratic_manifold, ModalDerivativeSet::all);
-  check(Flexure::beam, Reduction::quadratic_manifold, ModalDerivativeSet::bending);
+  check(Flexure::beam, Reduction::quadratic_manifold, ModalDerivativeSet::all);
 }
 
 TEST_CASE("derivatives of a leaf of modal derivatives", "[reduction]") {
