@@ -215,6 +215,8 @@ void ModalLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
     dx_ = V_ * step;
     dq_ = edge_map_ * de;
     a_ += da;
+    // all of a slaved step may be stretch: a small one then moves the stress by much
+    step_size_ = model_->slaved() ? std::sqrt(std::abs(de.dot(H_ * de))) : 0;
   }
   edges_ = {scale_.scaled(edges[0]), scale_.scaled(edges[1])};
   placed_ = evaluated_ = false;
@@ -289,7 +291,7 @@ const LeafEvaluation& ModalLeaf::evaluate() {
 
   Vector6d g = g_.head<6>();
   Matrix6d K = H_.topLeftCorner<6, 6>();
-  evaluation_.correction = 0;
+  evaluation_.correction = step_size_;
   evaluation_.negative_pivots = 0;
   inverse_.resize(m, m);
   static_.resize(m, 6);
@@ -333,6 +335,7 @@ void ModalLeaf::restore(const LeafState& state) {
   edges_ = copy.edges;
   a_ = copy.amplitudes;
   placed_ = evaluated_ = moved_ = false;
+  step_size_ = 0;
 }
 
 MatrixXd ModalLeaf::rates() const {

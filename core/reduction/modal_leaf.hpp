@@ -112,6 +112,7 @@ class ModalLeaf final : public LeafElement {
   bool moved_ = false;      ///< the last move left a linearised step
   VectorXd dx_;
   Vector12d dq_;
+  double step_size_ = 0;  ///< of the last step of a slaved leaf, in energy
 
   MatrixXd V_;         ///< d(unknowns)/d(e, a)
   VectorXd g_;         ///< of e and a

@@ -182,12 +182,10 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
 }  // namespace
 
 std::optional<std::string> without_gradients(const ModelOptions& model) {
-  if (model.accuracy == Accuracy::reduced && model.method == Reduction::quadratic_manifold)
-    return "there are no exact derivatives on the quadratic manifold";
-  if (model.accuracy == Accuracy::reduced && model.method == Reduction::modal_derivatives) {
+  if (model.accuracy == Accuracy::reduced && (model.method == Reduction::modal_derivatives || model.method == Reduction::quadratic_manifold)) {
     if (model.superelements[0] != 1)
       return "exact derivatives of modal derivatives are those of whole leaves: superelements = 1";
-    if (model.modal_derivatives == ModalDerivativeSet::third_order)
+    if (model.method == Reduction::modal_derivatives && model.modal_derivatives == ModalDerivativeSet::third_order)
       return "there are no exact derivatives of third-order fields";
   }
   if (model.mass == LeafMass::constant || model.leaf_modes == 0)

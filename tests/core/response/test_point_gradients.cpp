@@ -132,6 +132,12 @@ TEST_CASE("derivatives of a guide of modal derivatives") {
   check(c);
 }
 
+TEST_CASE("derivatives of a beam hinge on the quadratic manifold") {
+  Case c{true, Flexure::beam, Accuracy::reduced, 0.05, {0, 1, 2, 8, 9, 10}};
+  c.method = Reduction::quadratic_manifold;
+  check(c);
+}
+
 TEST_CASE("equal leaves: derivatives of double frequencies are those of their cluster") {
   // a light end-effector between four equal leaves: leaf modes come in groups
   Mechanism m = models::guide(0.1, 0.03, 0.5e-3, 0.06, 2.0, 1e-2);
