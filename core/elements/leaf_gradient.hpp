@@ -5,8 +5,10 @@
 // masses over ρ t L⁴; vectors are those of LeafRows. S: double at one state, Jet along a path of
 // states.
 #include <array>
+#include <memory>
 #include <vector>
 
+#include "core/elements/leaf_fields.hpp"
 #include "core/elements/leaf_rows.hpp"
 #include "core/math/jet.hpp"
 
@@ -28,6 +30,13 @@ struct LeafVariation {
   };
   std::array<Edge, 2> edge;  ///< zero where the edge is grounded
 };
+
+template <class S>
+std::vector<Vector3d> shapes_of(const std::vector<LeafVariation<S>>& variations) {
+  std::vector<Vector3d> shapes;
+  for (const LeafVariation<S>& v : variations) shapes.push_back(v.shape);
+  return shapes;
+}
 
 /// q = yᵀ(K − μ M) y for each column y of Y, and its derivatives at constant y and μ. Rotations are
 /// varied as exp(hat δ) R of the varied R.
@@ -65,11 +74,15 @@ class LeafGradient {
   virtual ~LeafGradient() = default;
 
   int size() const { return rows_.size(); }
+  double width() const { return width_; }  ///< w/L
   /// Residual of every row.
   const Vector& force() const { return force_; }
   /// Its derivatives along the variations, scales apart: size × variations.
   virtual Matrix force_rates(const std::vector<LeafVariation<S>>& variations) const = 0;
   virtual LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const = 0;
+  /// Along every variation, the state moving by a column of `rows` each. None of series.
+  virtual std::unique_ptr<LeafFields> fields(
+      const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const = 0;
   /// Derivative of q of a column along a variation, scales apart.
   S rate(const LeafQuadratic<S>& q, const Matrix& Y, int column, const LeafVariation<S>& v) const;
 

@@ -1,6 +1,7 @@
 #include "core/elements/plate_gradient.hpp"
 
 #include <cassert>
+#include <type_traits>
 #include <utility>
 
 #include "core/elements/plate_products.hpp"
@@ -196,16 +197,20 @@ auto PlateGradient<S>::line_rates(int line, const Matrix& Y) const -> Matrix {
 }
 
 template <class S>
-auto PlateGradient<S>::nodal_rates(const Matrix& Y,
-                                   const std::vector<LeafVariation<S>>& variations) const
-    -> std::vector<Matrix> {
-  const std::array<Matrix, 2> edges = edge_nodal_rates(variations);
-  std::vector<Matrix> N;
-  for (int i = 0; i < mesh_->lines(); ++i) {
-    N.push_back(line_rates(i, Y));
-    if (const int e = edge_at(i); e >= 0) N.back() += edges[e];
+std::unique_ptr<LeafFields> PlateGradient<S>::fields(
+    const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const {
+  if constexpr (std::is_same_v<S, double>) {
+    const std::array<Matrix, 2> edges = edge_nodal_rates(variations);
+    std::vector<Matrix> rates;
+    for (int i = 0; i < mesh_->lines(); ++i) {
+      rates.push_back(line_rates(i, rows));
+      if (const int e = edge_at(i); e >= 0) rates.back() += edges[e];
+    }
+    return std::make_unique<PlateFields>(*mesh_, state_.nodal, std::move(rates),
+                                         shapes_of(variations));
+  } else {
+    return nullptr;
   }
-  return N;
 }
 
 template <class S>

@@ -36,12 +36,9 @@ class PlateGradient final : public LeafGradient<S> {
 
   Matrix force_rates(const std::vector<LeafVariation<S>>& variations) const override;
 
-  /// Rates of the nodal dofs, per line functions × (3 components of each column), of states moving
-  /// by the columns of Y along the variations.
-  std::vector<Matrix> nodal_rates(const Matrix& Y,
-                                  const std::vector<LeafVariation<S>>& variations) const;
-
   LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const override;
+  std::unique_ptr<LeafFields> fields(
+      const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const override;
 
   /// (28) of the stiffness for nodes that move as N0 + ε N1 + ½ ε² N2 on every line: per line
   /// functions × (3 components of each column), N2 empty where zero. Values and derivatives in the

@@ -204,14 +204,21 @@ LeafDynamics LeafChain::dynamics(int count) {
 }
 
 StressPeak LeafChain::max_stress() {
-  StressPeak peak;
+  peak_ = {};
   for (int i = 0; i < segments(); ++i) {
-    StressPeak own = segments_[i]->max_stress();
-    if (i > 0 && own.value <= peak.value * (1 + 1e-9)) continue;
-    peak = own;
-    peak.along = (i + own.along) / segments();
+    const StressPeak own = segments_[i]->max_stress();
+    if (i == 0 || own.value > peak_.stress.value * (1 + 1e-9)) peak_ = {i, own};
   }
+  StressPeak peak = peak_.stress;
+  peak.along = (peak_.segment + peak.along) / segments();
   return peak;
+}
+
+MatrixXd LeafChain::static_shapes() const {
+  MatrixXd X = Y_;
+  K_.apply_signs(X);
+  K_.solve_upper(X);
+  return -X;
 }
 
 LeafShape LeafChain::shape() {

@@ -31,7 +31,19 @@ class LeafChain final : public LeafElement {
   LeafReport report() const override { return segments_.front()->report(); }
 
   const LeafElement& segment(int i) const { return *segments_[i]; }
+  LeafElement& segment(int i) { return *segments_[i]; }
   int segments() const { return static_cast<int>(segments_.size()); }
+
+  /// K_ff⁻¹ b of the lines between, (force, moment) each, edges held; after evaluate().
+  void solve(Eigen::Ref<MatrixXd> b) const { K_.solve(b); }
+  /// d(lines between)/d(edges), (displacement, spin) each.
+  MatrixXd static_shapes() const;
+  /// What max_stress() has found last, its place that on the segment.
+  struct Peak {
+    int segment = 0;
+    StressPeak stress;
+  };
+  const Peak& peak() const { return peak_; }
 
  private:
   int unknowns() const { return K_.size(); }
@@ -47,6 +59,7 @@ class LeafChain final : public LeafElement {
   MatrixXd coupling_, Y_;        ///< K_fb and L⁻¹ K_fb
   bool condensed_ = false;       ///< they are those of the present state
   LeafEvaluation evaluation_;
+  Peak peak_;
 };
 
 }  // namespace flexopt

@@ -404,8 +404,8 @@ LeafDynamics ModalLeaf::dynamics(int count) {
   return dynamics;
 }
 
-std::vector<MatrixXd> ModalLeaf::nodal() {
-  place();
+std::vector<MatrixXd> ModalLeaf::nodal() const {
+  assert(placed_);
   std::vector<MatrixXd> nodal = plate_.nodal();
   for (MatrixXd& line : nodal) {
     line = (line * frame_.axes.transpose()).eval();
@@ -415,14 +415,17 @@ std::vector<MatrixXd> ModalLeaf::nodal() {
 }
 
 StressPeak ModalLeaf::max_stress() {
+  place();
   return plate_max_stress(*model_->mesh(), nodal(), leaf_, scale_, index_);
 }
 
 LeafShape ModalLeaf::shape() {
+  place();
   return plate_deformed_shape(*model_->mesh(), nodal(), leaf_, scale_);
 }
 
 Vector3d ModalLeaf::material_point(double along, double across) {
+  place();
   return plate_material_point(*model_->mesh(), nodal(), scale_, along, across);
 }
 

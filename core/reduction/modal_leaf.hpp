@@ -90,14 +90,14 @@ class ModalLeaf final : public LeafElement {
   /// Rates of the plate's unknowns and edges by (edges, a), seen in the axes of the chord frame
   /// from axes that stand still: unknowns + 12 rows.
   MatrixXd rates() const;
+  /// Nodal values in the leaf's axes, from the base's undeflected place.
+  std::vector<MatrixXd> nodal() const;
   /// Motion of the stations for such rates: LeafDynamics::stations.
   MatrixXd station_motion(const MatrixXd& T) const;
 
  private:
   /// Puts the plate into the state of the present edges and amplitudes.
   bool place();
-  /// Nodal values in the leaf's axes, from the base's undeflected place.
-  std::vector<MatrixXd> nodal();
 
   LeafSpring leaf_;
   int index_;

@@ -419,24 +419,43 @@ Vector12d ModalLeafGradient::edge_moves(const LeafVariation<double>& v,
   return moved;
 }
 
-std::vector<MatrixXd> ModalLeafGradient::nodal_rates(const VectorXd& y,
-                                                     const LeafVariation<double>& variation) const {
+auto ModalLeafGradient::nodal_rates(const VectorXd& y, const LeafVariation<double>& variation) const
+    -> Lines {
+  const ChordFrame& frame = leaf_->frame();
   const VectorXd T = rows_.edge_rows(y);
   std::array<Vector3d, 2> lever;
-  const Vector6d de = leaf_->frame().B * (T.tail<12>() + edge_moves(variation, lever));
+  const Vector12d moved = T.tail<12>() + edge_moves(variation, lever);
+  const Vector6d de = frame.B * moved;
   const VectorXd x = chart(model_->boundary(), model_->derivatives(), model_->fields(), de,
                            Vector6d::Zero(), T.head(m_))[0];
   std::array<MatrixXd, 2> edges;
   for (int a = 0; a < 2; ++a) {
     const Eigen::Matrix<double, 3, 6> turn = edge_turn(a);
-    const Vector3d spin = rotation_left_tangent(turn * leaf_->frame().e) * (turn * de);
+    const Vector3d spin = rotation_left_tangent(turn * frame.e) * (turn * de);
     edges[a] = local_[a] * (hat(spin) * axes_[a]).transpose() + slopes(a, x) * axes_[a].transpose();
   }
   for (int s = 0; s < functions_; s += 4) edges[1](s, 0) += de[elongation];
   Lines N = lines(edges, x, model_->line_shapes());
-  for (std::size_t i = 0; i < N.size(); ++i)
+  const Matrix3d turning = hat(Vector3d(frame.spin_local * moved));
+  for (std::size_t i = 0; i < N.size(); ++i) {
     for (int p = 0; p < 3; ++p) N[i] += variation.shape[p] * node_rates_[p][i];
+    N[i] += leaf_->plate().nodal()[i] * turning.transpose();
+    N[i] = (N[i] * frame.axes.transpose()).eval();
+    for (int s = 0; s < functions_; s += 4) N[i].row(s) += moved.head<3>().transpose();
+  }
   return N;
+}
+
+std::unique_ptr<LeafFields> ModalLeafGradient::fields(
+    const MatrixXd& rows, const std::vector<LeafVariation<double>>& variations) const {
+  std::vector<MatrixXd> rates(static_cast<std::size_t>(mesh_->lines()),
+                              MatrixXd(functions_, 3 * rows.cols()));
+  for (int k = 0; k < rows.cols(); ++k) {
+    const Lines N = nodal_rates(rows.col(k), variations[static_cast<std::size_t>(k)]);
+    for (std::size_t i = 0; i < N.size(); ++i) rates[i].middleCols<3>(3 * k) = N[i];
+  }
+  return std::make_unique<PlateFields>(*mesh_, leaf_->nodal(), std::move(rates),
+                                       shapes_of(variations));
 }
 
 MatrixXd ModalLeafGradient::force_rates(

@@ -40,14 +40,13 @@ class ModalLeafGradient final : public LeafGradient<double> {
   MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const override;
   LeafQuadratic<double> quadratic(const MatrixXd& Y, const VectorXd& mu) const override;
 
-  const ModalLeaf& leaf() const { return *leaf_; }
-  /// Rates of the nodal dofs in the chord frame, per line functions × 3, of a state that moves by y
-  /// along the variation.
-  std::vector<MatrixXd> nodal_rates(const VectorXd& y,
-                                    const LeafVariation<double>& variation) const;
+  std::unique_ptr<LeafFields> fields(
+      const MatrixXd& rows, const std::vector<LeafVariation<double>>& variations) const override;
 
  private:
   using Lines = std::vector<MatrixXd>;  ///< nodal values: per line functions × 3
+  /// Rates of the nodes in leaf axes, of a state that moves by y along the variation.
+  Lines nodal_rates(const VectorXd& y, const LeafVariation<double>& variation) const;
   Vector12d edge_force() const;
   Matrix12d edge_stiffness(const Vector12d& force) const;
   /// (displacement, spin) of the edges as a variation alone moves them; the arms' rates.

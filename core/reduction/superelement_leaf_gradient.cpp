@@ -394,4 +394,41 @@ Vector3d SuperelementLeafGradient::place_rate(double along, double across, const
          (frame.head<3>() + length * (frame.tail<3>().cross(place) + moves));
 }
 
+namespace {
+
+class SuperelementFields final : public LeafFields {
+ public:
+  SuperelementFields(const SuperelementLeafGradient& gradient, MatrixXd rows,
+                     std::vector<LeafVariation<double>> variations)
+      : gradient_(&gradient), rows_(std::move(rows)), variations_(std::move(variations)) {}
+
+  MatrixXd place_rates(double along, double across) const override {
+    MatrixXd rates(3, rows_.cols());
+    for (int p = 0; p < rates.cols(); ++p)
+      rates.col(p) = gradient_->place_rate(along, across, rows_.col(p), variations_[p]);
+    return rates;
+  }
+  VectorXd stress_rates(const StressPeak& peak, double /*modulus*/,
+                        const VectorXd& modulus_rates) const override {
+    VectorXd stress(rows_.cols());
+    for (int p = 0; p < stress.size(); ++p)
+      stress[p] =
+          gradient_->leaf().stress_rate(peak, gradient_->field_rates(rows_.col(p), variations_[p]),
+                                        {{}, variations_[p].shape, modulus_rates[p]});
+    return stress;
+  }
+
+ private:
+  const SuperelementLeafGradient* gradient_;
+  MatrixXd rows_;
+  std::vector<LeafVariation<double>> variations_;
+};
+
+}  // namespace
+
+std::unique_ptr<LeafFields> SuperelementLeafGradient::fields(
+    const MatrixXd& rows, const std::vector<LeafVariation<double>>& variations) const {
+  return std::make_unique<SuperelementFields>(*this, rows, variations);
+}
+
 }  // namespace flexopt

@@ -60,6 +60,9 @@ class SuperelementLeafGradient final : public LeafGradient<double> {
   MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const override;
   LeafQuadratic<double> quadratic(const MatrixXd& Y, const VectorXd& mu) const override;
 
+  std::unique_ptr<LeafFields> fields(
+      const MatrixXd& rows, const std::vector<LeafVariation<double>>& variations) const override;
+
   const SuperelementLeaf& leaf() const { return leaf_->leaf(); }
   /// Rates of the fields (recovery · q) of every superelement, of a state that moves by y along the
   /// variation: for SuperelementLeaf::stress_rate.

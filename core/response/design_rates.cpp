@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/reduction/leaf_chain_gradient.hpp"
 #include "core/reduction/modal_leaf_gradient.hpp"
 #include "core/reduction/superelement_leaf_gradient.hpp"
 #include "core/response/joint_gradients.hpp"
@@ -28,6 +29,21 @@ void add_force(const MechanismFactor& factor, const MechanismFactor::Leaf& leaf,
     factor.add_leaf_force(leaf, scale, r, F);
     return F;
   });
+}
+
+std::unique_ptr<LeafGradient<double>> reduced_gradient(const LeafLinear& leaf, MeshRates& meshes,
+                                                       const LeafRows& rows) {
+  if (const auto* modal = dynamic_cast<const ModalLeafLinear*>(&leaf))
+    return std::make_unique<ModalLeafGradient>(modal->leaf(), meshes.of(modal->leaf()), rows);
+  if (const auto* chain = dynamic_cast<const LeafChainLinear*>(&leaf)) {
+    LeafChainGradient::Segments segments;
+    for (int i = 0; i < chain->segments(); ++i)
+      segments.push_back(reduced_gradient(chain->segment(i), meshes,
+                                          LeafChainGradient::segment_rows(*chain, i, rows)));
+    return std::make_unique<LeafChainGradient>(*chain, std::move(segments), rows);
+  }
+  return std::make_unique<SuperelementLeafGradient>(dynamic_cast<const ScaledSuperelements&>(leaf),
+                                                    rows);
 }
 
 }  // namespace
@@ -77,12 +93,7 @@ DesignRates<S>::DesignRates(const MechanismFactor& factor, MeshRates& meshes,
       leaves_.push_back(std::make_unique<PlateGradient<S>>(leaf.full->plate(), rates[i], leaf.rows,
                                                            std::move(state_.leaves[i])));
     } else if constexpr (std::is_same_v<S, double>) {
-      if (const auto* modal = dynamic_cast<const ModalLeafLinear*>(leaf.linear.get()))
-        leaves_.push_back(std::make_unique<ModalLeafGradient>(modal->leaf(),
-                                                              meshes.of(modal->leaf()), leaf.rows));
-      else
-        leaves_.push_back(std::make_unique<SuperelementLeafGradient>(
-            dynamic_cast<const ScaledSuperelements&>(*leaf.linear), leaf.rows));
+      leaves_.push_back(reduced_gradient(*leaf.linear, meshes, leaf.rows));
     } else {
       assert(false && "series are those of full leaves");
     }

@@ -1,13 +1,31 @@
 #include "core/response/mechanism_factor.hpp"
 
 #include <cassert>
+#include <utility>
 
 #include "core/equilibrium/stroke_path.hpp"
+#include "core/reduction/leaf_chain_gradient.hpp"
 #include "core/reduction/modal_leaf_gradient.hpp"
 #include "core/reduction/superelement_leaf_gradient.hpp"
 #include "core/response/frequencies.hpp"
 
 namespace flexopt {
+
+namespace {
+
+std::unique_ptr<LeafLinear> linearised(LeafElement& leaf) {
+  if (auto* full = dynamic_cast<FullLeaf*>(&leaf)) return std::make_unique<FullLeafLinear>(*full);
+  if (const auto* modal = dynamic_cast<const ModalLeaf*>(&leaf))
+    return std::make_unique<ModalLeafLinear>(*modal);
+  if (auto* chain = dynamic_cast<LeafChain*>(&leaf)) {
+    std::vector<std::unique_ptr<LeafLinear>> segments;
+    for (int i = 0; i < chain->segments(); ++i) segments.push_back(linearised(chain->segment(i)));
+    return std::make_unique<LeafChainLinear>(*chain, std::move(segments));
+  }
+  return std::make_unique<ScaledSuperelements>(dynamic_cast<const SuperelementLeaf&>(leaf));
+}
+
+}  // namespace
 
 MechanismFactor::MechanismFactor(System& system)
     : system_(&system), bodies_(system.size()), size_(system.size()) {
@@ -25,13 +43,7 @@ void MechanismFactor::add_leaf(System& system, int i) {
   const LeafSpring& spring = system.mechanism().leaves[i];
   Leaf leaf;
   leaf.full = full;
-  if (full)
-    leaf.linear = std::make_shared<FullLeafLinear>(*full);
-  else if (const auto* modal = dynamic_cast<const ModalLeaf*>(&system.leaf(i)))
-    leaf.linear = std::make_shared<ModalLeafLinear>(*modal);
-  else
-    leaf.linear =
-        std::make_shared<ScaledSuperelements>(dynamic_cast<SuperelementLeaf&>(system.leaf(i)));
+  leaf.linear = linearised(system.leaf(i));
   const LeafScale& scale = leaf.linear->scale();
   leaf.offset = size_;
   leaf.rows.unknowns = leaf.linear->unknowns();

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numbers>
 
-#include "core/elements/plate_stress.hpp"
 #include "core/math/rotation.hpp"
-#include "core/reduction/modal_leaf_gradient.hpp"
-#include "core/reduction/superelement_leaf_gradient.hpp"
 
 namespace flexopt {
 namespace {
@@ -19,40 +17,36 @@ using std::numbers::pi;
 // Squares of frequencies nearer than this are one cluster: single derivatives mean nothing there.
 constexpr double cluster_gap = 1e-6;
 
-// Rates of the place over L of a point of a leaf, its axes and length held: 3 × parameters.
-MatrixXd place_rates(const MechanismFactor::Leaf& leaf, const LeafGradient<double>& gradient,
-                     const std::vector<LeafVariation<double>>& variations, const MatrixXd& rows,
-                     double along, double across) {
-  MatrixXd rates = MatrixXd::Zero(3, rows.cols());
-  const auto* full = dynamic_cast<const PlateGradient<double>*>(&gradient);
-  if (!full) {
-    const auto& own = dynamic_cast<const SuperelementLeafGradient&>(gradient);
-    for (int p = 0; p < rates.cols(); ++p)
-      rates.col(p) = own.place_rate(along, across, rows.col(p), variations[p]);
-    return rates;
+// Fields of the leaves that were asked for.
+class MovingFields {
+ public:
+  MovingFields(const MechanismFactor& factor, const DesignRates<double>& design,
+               const MatrixXd& state_rates)
+      : factor_(&factor), design_(&design), state_rates_(&state_rates) {}
+
+  const LeafFields& of(int i) {
+    auto& fields = made_[i];
+    if (!fields)
+      fields = design_->leaf(i).fields(
+          factor_->leaf_rows(factor_->leaves()[static_cast<std::size_t>(i)], *state_rates_),
+          design_->variations(i));
+    return *fields;
   }
-  const PlateLeaf& plate = leaf.full->plate();
-  const std::vector<MatrixXd> nodal = full->nodal_rates(rows, variations);
-  for (int p = 0; p < rates.cols(); ++p)
-    for (const NodalWeight& w : point_weights(plate.mesh(), along, across))
-      rates.col(p) += w.weight * nodal[w.line].block<1, 3>(w.function, 3 * p).transpose() +
-                      width_slope(plate.mesh(), w) * variations[p].shape[0] *
-                          plate.nodal()[w.line].row(w.function).transpose();
-  return rates;
-}
+
+ private:
+  const MechanismFactor* factor_;
+  const DesignRates<double>* design_;
+  const MatrixXd* state_rates_;
+  std::map<int, std::unique_ptr<LeafFields>> made_;
+};
 
 // Of O in the middle of a tip edge whose mean the end-effector follows: the displacement that the
 // point of the path lists.
-MatrixXd tip_displacement_rates(const MechanismFactor& factor, int i, const PathPoint& point,
-                                const DesignRates<double>& design,
+MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoint& point,
                                 const std::vector<Mechanism>& directions,
-                                const MatrixXd& state_rates) {
-  const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
-  const Mechanism& mechanism = factor.system().mechanism();
+                                const LeafFields& fields) {
   const LeafSpring& spring = mechanism.leaves[i];
-  const MatrixXd local =
-      place_rates(leaf, design.leaf(i), design.variations(i), factor.leaf_rows(leaf, state_rates),
-                  spring.point->along, spring.point->across);
+  const MatrixXd local = fields.place_rates(spring.point->along, spring.point->across);
   // seen from the leaf's axes, over L
   const Vector3d place =
       spring.axes.transpose() *
@@ -67,45 +61,6 @@ MatrixXd tip_displacement_rates(const MechanismFactor& factor, int i, const Path
                    direction.bodies[mechanism.end_effector].reference;
   }
   return rates;
-}
-
-// Nodal rates of the full leaves that were asked for: several peaks may be on one leaf.
-using NodalRates = std::map<int, std::vector<MatrixXd>>;
-
-// Of a stress peak along every parameter.
-VectorXd stress_rates(const MechanismFactor& factor, const StressPeak& peak,
-                      const DesignRates<double>& design, const std::vector<Mechanism>& directions,
-                      const MatrixXd& state_rates, NodalRates& known) {
-  const int i = peak.leaf;
-  const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
-  const std::vector<LeafVariation<double>>& variations = design.variations(i);
-  const MatrixXd rows = factor.leaf_rows(leaf, state_rates);
-  const auto* full = dynamic_cast<const PlateGradient<double>*>(&design.leaf(i));
-  std::vector<MatrixXd>& nodal = known[i];
-  if (full && nodal.empty()) nodal = full->nodal_rates(rows, variations);
-  VectorXd stress(static_cast<Eigen::Index>(directions.size()));
-  for (int p = 0; p < stress.size(); ++p) {
-    StressRate along{{}, variations[p].shape, directions[p].leaves[i].material.youngs_modulus};
-    if (const auto* modal = dynamic_cast<const ModalLeafGradient*>(&design.leaf(i))) {
-      along.nodal = modal->nodal_rates(rows.col(p), variations[p]);
-      const PlateLeaf& plate = modal->leaf().plate();  // strains are the same in the chord frame
-      stress[p] =
-          plate_stress_rate(plate.mesh(), plate.nodal(), peak,
-                            factor.system().mechanism().leaves[i].material.youngs_modulus, along);
-      continue;
-    }
-    if (!full) {
-      const auto& own = dynamic_cast<const SuperelementLeafGradient&>(design.leaf(i));
-      stress[p] = own.leaf().stress_rate(peak, own.field_rates(rows.col(p), variations[p]), along);
-      continue;
-    }
-    const PlateLeaf& plate = leaf.full->plate();
-    for (const MatrixXd& line : nodal) along.nodal.push_back(line.middleCols<3>(3 * p));
-    stress[p] =
-        plate_stress_rate(plate.mesh(), plate.nodal(), peak,
-                          factor.system().mechanism().leaves[i].material.youngs_modulus, along);
-  }
-  return stress;
 }
 
 struct Column {
@@ -182,12 +137,9 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
 }  // namespace
 
 std::optional<std::string> without_gradients(const ModelOptions& model) {
-  if (model.accuracy == Accuracy::reduced && (model.method == Reduction::modal_derivatives || model.method == Reduction::quadratic_manifold)) {
-    if (model.superelements[0] != 1)
-      return "exact derivatives of modal derivatives are those of whole leaves: superelements = 1";
-    if (model.method == Reduction::modal_derivatives && model.modal_derivatives == ModalDerivativeSet::third_order)
-      return "there are no exact derivatives of third-order fields";
-  }
+  if (model.accuracy == Accuracy::reduced && model.method == Reduction::modal_derivatives &&
+      model.modal_derivatives == ModalDerivativeSet::third_order)
+    return "there are no exact derivatives of third-order fields";
   if (model.mass == LeafMass::constant || model.leaf_modes == 0)
     return "exact derivatives are those of the consistent mass with all internal motions";
   return std::nullopt;
@@ -208,6 +160,7 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
     same_stroke = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
   const MatrixXd moved = factor.balance(-design.residual(), same_stroke),
                  state_rates = moved.topRows(n);
+  MovingFields fields(factor, design, state_rates);
   PointGradients gradients;
   gradients.drive_load = moved.row(n).transpose();
   gradients.displacement = moved.middleRows(ee, 3);
@@ -215,14 +168,18 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
     if (const auto& follows = mechanism.leaves[i].point;
         follows && follows->body == mechanism.end_effector && follows->spread_over_tip)
       gradients.displacement =
-          tip_displacement_rates(factor, i, point, design, directions, state_rates);
+          tip_displacement_rates(mechanism, i, point, directions, fields.of(i));
   gradients.rotation =
       rotation_left_tangent_inverse(rotation_log(system.pose(mechanism.end_effector).rotation)) *
       moved.middleRows(ee + 3, 3);
 
-  NodalRates nodal_rates;
   const auto stress_rate = [&](const StressPeak& peak) {
-    return stress_rates(factor, peak, design, directions, state_rates, nodal_rates);
+    VectorXd modulus_rates(static_cast<Eigen::Index>(directions.size()));
+    for (std::size_t p = 0; p < directions.size(); ++p)
+      modulus_rates[static_cast<Eigen::Index>(p)] =
+          directions[p].leaves[peak.leaf].material.youngs_modulus;
+    return fields.of(peak.leaf).stress_rates(
+        peak, mechanism.leaves[peak.leaf].material.youngs_modulus, modulus_rates);
   };
   if (point.max_stress) gradients.max_stress = stress_rate(*point.max_stress);
   gradients.stress_peaks.resize(static_cast<Eigen::Index>(point.stress_peaks.size()),
