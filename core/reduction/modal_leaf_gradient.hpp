@@ -1,12 +1,11 @@
 #pragma once
-// A ModalLeaf as exact derivatives need it: its internal unknowns are the amplitudes, and the
+// The share of a ModalLeaf in exact gradients: its internal unknowns are the amplitudes, and the
 // plate follows them and the chord frame through (23) or (25). Equations (30), (31) of
 // modal_derivatives.md.
 #include <memory>
 #include <vector>
 
 #include "core/elements/leaf_gradient.hpp"
-#include "core/elements/leaf_linear.hpp"
 #include "core/elements/plate_gradient.hpp"
 #include "core/reduction/modal_leaf.hpp"
 #include "core/reduction/modal_model_rate.hpp"
@@ -14,24 +13,6 @@
 namespace flexopt {
 
 /// Of an evaluated leaf, which must outlive it.
-class ModalLeafLinear final : public LeafLinear {
- public:
-  explicit ModalLeafLinear(const ModalLeaf& leaf)
-      : leaf_(&leaf), rates_(leaf.rates()), mass_(leaf.plate().mass(rates_)) {}
-
-  const ModalLeaf& leaf() const { return *leaf_; }
-  const LeafScale& scale() const override { return leaf_->scale(); }
-  int unknowns() const override { return leaf_->model().amplitudes(); }
-  void solve(Eigen::Ref<MatrixXd> b) const override { b = (leaf_->inverse() * b).eval(); }
-  MatrixXd static_shapes(const std::vector<int>& columns) const override;
-  MatrixXd mass_times(const MatrixXd& V) const override;
-  MatrixXd station_motion(const MatrixXd& V) const override;
-
- private:
-  const ModalLeaf* leaf_;
-  MatrixXd rates_, mass_;  ///< by (edges, amplitudes)
-};
-
 class ModalLeafGradient final : public LeafGradient<double> {
  public:
   ModalLeafGradient(const ModalLeaf& leaf, std::shared_ptr<const ModalModelRate> rate,
@@ -66,6 +47,15 @@ class ModalLeafGradient final : public LeafGradient<double> {
   /// Derivatives in the shape: of the nodes at constant e and a, and of the generalised force.
   void set_shape_rates();
   void set_shape_force();
+  struct Path;
+  struct Covectors;
+  /// Derivatives along e and what the chord frame sees of the edges, in its axes: their spins and
+  /// the difference of their displacements.
+  using Seen = Eigen::Matrix<double, 15, 1>;
+  Path path_along(const VectorXd& y) const;  ///< of (amplitudes, edges)
+  Covectors pulled_back(const std::array<Lines, 3>& c, const Path& p, Eigen::Ref<Vector3d> shape,
+                        VectorXd& amplitudes) const;
+  Seen seen_by_frame(const Covectors& c, const Path& p) const;
   void add_mass(const Lines& N, double mu, double& mass, Eigen::Ref<Vector3d> shape,
                 Lines& n) const;
 

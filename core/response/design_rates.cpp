@@ -6,6 +6,7 @@
 
 #include "core/reduction/leaf_chain_gradient.hpp"
 #include "core/reduction/modal_leaf_gradient.hpp"
+#include "core/reduction/modal_leaf_linear.hpp"
 #include "core/reduction/superelement_leaf_gradient.hpp"
 #include "core/response/joint_gradients.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/reduction/leaf_chain_gradient.hpp"
-#include "core/reduction/modal_leaf_gradient.hpp"
+#include "core/reduction/modal_leaf_linear.hpp"
 #include "core/reduction/superelement_leaf_gradient.hpp"
 #include "core/response/frequencies.hpp"
 

@@ -5,6 +5,7 @@
 
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
+#include "core/reduction/modal_leaf_linear.hpp"
 #include "support/models.hpp"
 #include "synthetic_leaf.hpp"
 
