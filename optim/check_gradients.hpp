@@ -30,9 +30,10 @@ struct GradientReport {
 /// of the steepest along the path or a tenth of value/parameter where that is more (values below
 /// 1e-2 of the quantity's largest, or a tenth of the stroke, count as that). A derivative agrees
 /// where its error is at most `tolerance` or five times what the difference is known to: by its
-/// extrapolation, and by the rounding of the numbers, which is measured; one that does not is
-/// differenced once more, with steps a hundredth as large (a kink or a pole may lie near). Members
-/// of a cluster of equal frequencies are compared by their sum.
+/// extrapolation, and by the rounding of the numbers, which is measured; one that does not,
+/// or is known to less than 1e-4, is differenced again, with steps a hundredth and a ten-thousandth
+/// as large (a kink, a pole or a nearly equal frequency may lie near). Members of a cluster of
+/// equal frequencies are compared by their sum.
 GradientReport check_gradients(const Job& job, double tolerance, int threads);
 
 }  // namespace flexopt
