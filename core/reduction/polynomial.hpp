@@ -138,14 +138,14 @@ struct Polynomial {
     for (int i = 0; i < size; ++i) c[i] -= b.c[i];
     return *this;
   }
-  Polynomial& operator*=(double s) {
+  Polynomial& operator*=(const T& s) {
     for (int i = 0; i < size; ++i) c[i] *= s;
     return *this;
   }
   friend Polynomial operator+(Polynomial a, const Polynomial& b) { return a += b; }
   friend Polynomial operator-(Polynomial a, const Polynomial& b) { return a -= b; }
-  friend Polynomial operator*(Polynomial a, double s) { return a *= s; }
-  friend Polynomial operator*(double s, Polynomial a) { return a *= s; }
+  friend Polynomial operator*(Polynomial a, const T& s) { return a *= s; }
+  friend Polynomial operator*(const T& s, Polynomial a) { return a *= s; }
   friend Polynomial operator*(const Polynomial& a, const Polynomial& b) {
     Polynomial r = constant(T(a.c[0] * 0.0));
     add_product(table(), r.c.data(), a.c.data(), b.c.data(), ORDER, ORDER);
