@@ -1,8 +1,6 @@
 #include "core/reduction/modal_leaf.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -13,35 +11,40 @@
 #include "core/math/rotation.hpp"
 #include "core/reduction/modal_derivatives.hpp"
 #include "core/reduction/polynomial.hpp"
-#include "core/reduction/tube_expansion.hpp"
 
 namespace flexopt {
 namespace {
 
 constexpr double negligible = 1e-6;  // of a field, once what the others have of it is taken away
 
-// Adds to the orthonormal columns of Q what is new in the columns of C, each taken to unit length.
-MatrixXd extended(const MatrixXd& Q, const MatrixXd& C) {
-  const VectorXd size = C.colwise().norm();
-  const double largest = size.size() > 0 ? size.maxCoeff() : 0;
-  std::vector<int> kept;
-  for (int k = 0; k < C.cols(); ++k)
-    if (size[k] > 1e-10 * largest) kept.push_back(k);
-  MatrixXd rest = C(Eigen::all, kept);
-  rest = rest * size(kept).cwiseInverse().asDiagonal();
-  for (int twice = 0; twice < 2; ++twice) rest -= Q * (Q.transpose() * rest);
-  const Eigen::BDCSVD<MatrixXd> svd(rest, Eigen::ComputeThinU);
-  const VectorXd& s = svd.singularValues();
-  int rank = 0;
-  while (rank < s.size() && s[rank] > negligible * std::max(1.0, s[0])) ++rank;
-  MatrixXd all(C.rows(), Q.cols() + rank);
-  all << Q, svd.matrixU().leftCols(rank);
-  return all;
-}
+// Orthonormal columns Q = C T of the columns C that were added. One after the other and not by
+// their principal parts: what is left out is left out whole, so that T is constant where C varies.
+struct Basis {
+  MatrixXd Q, T;
 
-}  // namespace
-
-namespace {
+  void add(const MatrixXd& C) {
+    const Eigen::Index first = T.rows();
+    Q.conservativeResize(C.rows(), Eigen::NoChange);
+    T.conservativeResizeLike(MatrixXd::Zero(first + C.cols(), Q.cols()));
+    const VectorXd size = C.colwise().norm();
+    const double largest = size.maxCoeff();
+    for (Eigen::Index k = 0; k < C.cols(); ++k) {
+      if (size[k] <= 1e-10 * largest) continue;
+      VectorXd q = C.col(k) / size[k], t = VectorXd::Unit(T.rows(), first + k) / size[k];
+      for (int twice = 0; twice < 2; ++twice) {
+        const VectorXd known = Q.transpose() * q;
+        q -= Q * known;
+        t -= T * known;
+      }
+      const double rest = q.norm();
+      if (rest <= negligible) continue;
+      Q.conservativeResize(Eigen::NoChange, Q.cols() + 1);
+      T.conservativeResize(Eigen::NoChange, Q.cols());
+      Q.rightCols<1>() = q / rest;
+      T.rightCols<1>() = t / rest;
+    }
+  }
+};
 
 // ∂²/∂ei∂ej of the nodal values of an edge whose rotation vector is e ↦ T e and whose slopes are
 // e ↦ S e, at e = 0: r = p + exp(hat T e)(w0 + w1 S e).
@@ -69,6 +72,19 @@ VectorXd edge_second_derivative(const PlateMesh& mesh, const Eigen::Matrix<doubl
 }
 
 }  // namespace
+
+FieldExpansion third_order(const FieldExpansion& expansion) {
+  constexpr int terms = monomial_count(6, 3) - monomial_count(6, 2);
+  return {expansion.fields.rightCols(terms), expansion.edge_nodal.rightCols(terms)};
+}
+
+MatrixXd edge_share(const FieldExpansion& third, const MatrixXd& X, const MatrixXd& follow) {
+  constexpr std::array<int, 3> stiff{elongation, theta1z, theta2z};
+  MatrixXd share = X(Eigen::all, stiff) * third.fields.bottomRows(3);
+  const Eigen::Index inner = follow.rows();
+  share.middleRows((X.rows() - inner) / 2, inner) += follow * third.edge_nodal;
+  return share;
+}
 
 ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
                        ModalDerivativeSet set)
@@ -126,38 +142,22 @@ ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
     plate.solve_lower(c);
     return c;
   };
-  MatrixXd candidates = coordinates(theta_);
-  MatrixXd basis = extended(MatrixXd(n, 0), candidates);
-  if (mesh_->shape().is_beam()) {  // the few slopes of a beam's ends stay free
+  Basis basis;
+  basis.add(coordinates(theta_));
+  const bool beam = mesh_->shape().is_beam();
+  if (beam) {  // the few slopes of a beam's ends stay free
     MatrixXd slopes = MatrixXd::Zero(n, 2 * u);
     slopes.topLeftCorner(u, u).setIdentity();
     slopes.bottomRightCorner(u, u).setIdentity();
-    slopes = coordinates(slopes);
-    basis = extended(basis, slopes);
-    candidates.conservativeResize(n, 21 + 2 * u);
-    candidates.rightCols(2 * u) = slopes;
+    basis.add(coordinates(slopes));
   }
   if (set == ModalDerivativeSet::third_order) {
     const FieldExpansion expansion =
-        expand_fields(ChordLeaf(mesh_), Eigen::Matrix2d::Identity(), 3);
-    const int first = monomials<6, 3>().count(2);
-    const int count = static_cast<int>(expansion.fields.cols()) - first;
-    MatrixXd third = expansion.fields.topRows(n).rightCols(count);
-    const auto c = expansion.fields.bottomRows(3).rightCols(count);
-    // interface deformations are the boundary modes' alone
-    constexpr int stiff[3] = {elongation, theta1z, theta2z};
-    for (int k = 0; k < 3; ++k) third -= modes_.col(stiff[k]) * c.row(k);
-    third.middleRows(u, inner) -= follow_ * expansion.edge_nodal.rightCols(count);
-    basis = extended(basis, coordinates(third));
-  } else {
-    VectorXd unit = candidates.colwise().norm();
-    for (double& s : unit) s = s > 0 ? 1 / s : 1;
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> span;
-    span.setThreshold(0.1 * negligible);
-    const MatrixXd T = span.compute(candidates * unit.asDiagonal()).solve(basis);
-    combination_ = unit.head(21).asDiagonal() * T.topRows(21);
+        third_order(expand_fields(ChordLeaf(mesh_), Eigen::Matrix2d::Identity(), 3));
+    basis.add(coordinates(expansion.fields.topRows(n) - edge_share(expansion, modes_, follow_)));
   }
-  fields_ = basis;
+  combination_ = basis.T;
+  fields_ = basis.Q;
   plate.solve_upper(fields_);
   fields_.middleRows(u, inner) -= follow_ * follow_slopes(fields_);
 }

@@ -7,6 +7,7 @@
 #include "core/mechanism/model_options.hpp"
 #include "core/reduction/chord_edges.hpp"
 #include "core/reduction/chord_frame.hpp"
+#include "core/reduction/tube_expansion.hpp"
 
 namespace flexopt {
 
@@ -36,7 +37,8 @@ class ModalModel {
 
   const MatrixXd& boundary() const { return modes_; }  ///< X
   const MatrixXd& fields() const { return fields_; }   ///< Ψ, Ψ′
-  /// T of Ψ = θ T + slopes of beams: 21 × amplitudes. Empty with third-order fields.
+  /// T of Ψ = C T, the columns of C being θ, then a beam's slopes at both ends, then the
+  /// third-order fields. Only those of T count: where C varies, T need not.
   const MatrixXd& combination() const { return combination_; }
   ModalDerivativeSet set() const { return set_; }
 
@@ -57,6 +59,12 @@ class ModalModel {
   MatrixXd fields_;  ///< Ψ, Ψ′; whole fields orthonormal in energy at rest
   MatrixXd combination_;
 };
+
+/// The terms of degree 3.
+FieldExpansion third_order(const FieldExpansion& expansion);
+/// What interface deformations and the lines that follow the edges have of them: X c + X_b b. The
+/// fields of the span are what is left.
+MatrixXd edge_share(const FieldExpansion& third, const MatrixXd& X, const MatrixXd& follow);
 
 class ModalLeaf final : public LeafElement {
  public:

@@ -1,6 +1,5 @@
 #include "core/reduction/modal_model_rate.hpp"
 
-#include <cassert>
 #include <utility>
 
 #include "core/elements/plate_products.hpp"
@@ -247,20 +246,29 @@ MatrixXd polarised(const MatrixXd& shapes, const MatrixXd& shape_rates, const Fo
 
 ModalModelRate::ModalModelRate(const ModalModel& model, std::shared_ptr<const PlateMeshRate> rate)
     : mesh(std::move(rate)) {
-  assert(model.slaved() || model.set() != ModalDerivativeSet::third_order);
   const PlateMesh& of = *model.mesh();
   PlateLeaf plate(model.mesh());
   plate.linearise();
   const BlockTridiagonal lines = plate.line_factor();
-  plate.eliminate();
   const int n = plate.unknowns(), u = model.slopes(), inner = n - 2 * u,
             functions = of.functions_per_line(), n3 = 3 * functions, count = of.lines();
+  const MatrixXd& follow = model.line_shapes();
+  const MatrixXd J0 = plate.edge_jacobian(0).leftCols(u), J1 = plate.edge_jacobian(1).leftCols(u);
+  const auto slopes = [&](const MatrixXd& field) {
+    MatrixXd b(2 * n3, field.cols());
+    b << J0 * field.topRows(u), J1 * field.bottomRows(u);
+    return b;
+  };
+  const auto whole = [&](MatrixXd field) {
+    field.middleRows(u, inner) += follow * slopes(field);
+    return field;
+  };
+  const MatrixXd field_forces = plate.tangent_times(whole(model.fields()));
+  plate.eliminate();
   const Rows12x6 G = chord_edge_map(Vector6d::Zero());
   const MatrixXd shapes = boundary_modes(plate) * G;
   const MatrixXd forces = second_order_forces(plate, shapes);
   const MatrixXd held = derivatives_edges_held(plate, forces);
-  const MatrixXd& follow = model.line_shapes();
-  const MatrixXd J0 = plate.edge_jacobian(0).leftCols(u), J1 = plate.edge_jacobian(1).leftCols(u);
   const auto held_shape = [&](const VectorXd& x) {
     VectorXd shape = VectorXd::Zero(n + 12);
     shape.head(n) = x;
@@ -272,6 +280,10 @@ ModalModelRate::ModalModelRate(const ModalModel& model, std::shared_ptr<const Pl
     b << N.topRows(functions).reshaped(), N.bottomRows(functions).reshaped();
     return b;
   };
+  const ChordLeaf chord(model.mesh());
+  const Eigen::Matrix2d ray = Eigen::Matrix2d::Identity();
+  const bool has_third = !model.slaved() && model.set() == ModalDerivativeSet::third_order;
+  const FieldExpansion expansion = has_third ? expand_fields(chord, ray, 3) : FieldExpansion{};
   for (int p = 0; p < 3; ++p) {
     const Undeflected leaf(plate, mesh->shape[p], p == PlateMeshRate::width);
     Shape& r = shape[p];
@@ -317,11 +329,6 @@ ModalModelRate::ModalModelRate(const ModalModel& model, std::shared_ptr<const Pl
       r.theta.col(k) -= leaf.rows(leaf.tangent_rate(leaf.nodes(held_shape(held.col(k)))));
     plate.solve(r.theta);
     // less what the lines between follow of the edges
-    const auto slopes = [&](const MatrixXd& field) {
-      MatrixXd b(2 * n3, field.cols());
-      b << J0 * field.topRows(u), J1 * field.bottomRows(u);
-      return b;
-    };
     const MatrixXd b2 =
         slopes(held) +
         polarised(shapes, shape_rates, [&](const VectorXd& shape, const VectorXd& shape_rate) {
@@ -335,8 +342,23 @@ ModalModelRate::ModalModelRate(const ModalModel& model, std::shared_ptr<const Pl
     r.theta.middleRows(u, inner) -= r.follow * b2 + follow * b2_rate;
     for (int k = 0; k < 21; ++k)
       if (model.derivatives().col(k).isZero(0)) r.theta.col(k).setZero();
-    r.fields = r.theta * model.combination();
-    if (model.slaved()) r.fields.resize(n, 0);
+
+    r.fields.resize(n, 0);
+    if (model.slaved()) continue;
+    MatrixXd candidates = MatrixXd::Zero(n, model.combination().rows());
+    candidates.leftCols(21) = r.theta;
+    if (has_third) {
+      VectorXd state_rate = VectorXd::Zero(n + 3);
+      state_rate.head(n) = r.rest;
+      const FieldExpansion third_rate = third_order(expand_fields_rate(
+          chord, ray, expansion.fields, mesh->shape[p], leaf.widening(), state_rate));
+      candidates.rightCols(third_rate.fields.cols()) =
+          third_rate.fields.topRows(n) - edge_share(third_rate, model.boundary(), follow) -
+          edge_share(third_order(expansion), r.boundary, r.follow);
+    }
+    r.fields = candidates * model.combination();
+    // less what stays in the span, which is large where candidates are nearly dependent
+    r.fields -= model.fields() * (field_forces.transpose() * whole(r.fields));
   }
 }
 

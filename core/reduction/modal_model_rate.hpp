@@ -19,7 +19,6 @@ struct ModalModelRate {
   std::shared_ptr<const PlateMeshRate> mesh;
   std::array<Shape, 3> shape;
 
-  /// Not of models with third-order fields.
   ModalModelRate(const ModalModel& model, std::shared_ptr<const PlateMeshRate> rate);
 };
 

@@ -137,9 +137,6 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
 }  // namespace
 
 std::optional<std::string> without_gradients(const ModelOptions& model) {
-  if (model.accuracy == Accuracy::reduced && model.method == Reduction::modal_derivatives &&
-      model.modal_derivatives == ModalDerivativeSet::third_order)
-    return "there are no exact derivatives of third-order fields";
   if (model.mass == LeafMass::constant || model.leaf_modes == 0)
     return "exact derivatives are those of the consistent mass with all internal motions";
   return std::nullopt;

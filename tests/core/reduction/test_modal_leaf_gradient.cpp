@@ -146,14 +146,14 @@ LeafVariation<double> variation(const Design& design, const ModelOptions& model,
   return v;
 }
 
-void check(Flexure flexure, Reduction method, ModalDerivativeSet set) {
+void check(Flexure flexure, Reduction method, ModalDerivativeSet set, double thickness = 2e-3) {
   Random random(7);
   ModelOptions model;
   model.flexure = flexure;
   model.method = method;
   model.modal_derivatives = set;
   model.mesh = flexure == Flexure::plate ? std::array{5, 2} : std::array{6, 1};
-  Design design{models::leaf({0.3, -0.2, 0.1}, {2, 1, 0}, 0.1, 0.05, 2e-3), {}, {}, {}};
+  Design design{models::leaf({0.3, -0.2, 0.1}, {2, 1, 0}, 0.1, 0.05, thickness), {}, {}, {}};
   const LeafSpring& leaf = design.leaf;
   const double L = leaf.length;
   for (int e = 0; e < 2; ++e) {
@@ -289,4 +289,13 @@ TEST_CASE("derivatives of a leaf of modal derivatives", "[reduction]") {
   check(Flexure::plate, Reduction::modal_derivatives, ModalDerivativeSet::all);
   check(Flexure::plate, Reduction::modal_derivatives, ModalDerivativeSet::bending);
   check(Flexure::beam, Reduction::modal_derivatives, ModalDerivativeSet::all);
+}
+
+TEST_CASE("derivatives of a plate with third-order fields", "[reduction]") {
+  check(Flexure::plate, Reduction::modal_derivatives, ModalDerivativeSet::third_order);
+}
+
+TEST_CASE("derivatives of a beam with third-order fields", "[reduction]") {
+  // at 2 mm a field stands at the threshold of being kept
+  check(Flexure::beam, Reduction::modal_derivatives, ModalDerivativeSet::third_order, 2.3e-3);
 }

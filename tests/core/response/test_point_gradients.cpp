@@ -50,6 +50,7 @@ struct Case {
   std::vector<std::size_t> along;  ///< parameters
   Reduction method = Reduction::mixed_potential;
   std::array<int, 2> superelements = {1, 0};
+  ModalDerivativeSet set = ModalDerivativeSet::all;
 };
 
 constexpr Reduction linear = Reduction::linear_craig_bampton, modal = Reduction::modal_derivatives,
@@ -62,6 +63,7 @@ void check(const Case& c) {
   model.mesh = c.flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
   model.method = c.method;
   model.superelements = c.superelements;
+  model.modal_derivatives = c.set;
   StrokeRequest request;
   request.points = {0, c.stroke};
   request.frequencies = 4;
@@ -136,6 +138,17 @@ TEST_CASE("derivatives of a beam hinge of modal derivatives in segments") {
 
 TEST_CASE("derivatives of a guide of modal derivatives in segments") {
   check({false, Flexure::plate, Accuracy::reduced, -0.02, {0, 1, 2, 5, 9, 10}, modal, {3, 0}});
+}
+
+TEST_CASE("derivatives of a beam guide with third-order fields") {
+  check({false,
+         Flexure::beam,
+         Accuracy::reduced,
+         0.02,
+         {0, 1, 2, 4, 7, 10},
+         modal,
+         {1, 0},
+         ModalDerivativeSet::third_order});
 }
 
 TEST_CASE("derivatives of a beam hinge on the quadratic manifold") {
