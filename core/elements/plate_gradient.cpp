@@ -11,6 +11,12 @@ namespace flexopt {
 
 using namespace plate;
 
+namespace {
+bool changes(const PlateMesh::Membrane& rate) {
+  return rate.A11 != 0 || rate.A12 != 0 || rate.A33 != 0;
+}
+}  // namespace
+
 PlateGradientState<double> present_state(const PlateLeaf& plate) {
   const PlateLeaf::State& at = plate.state();
   return {{at.edges[0].axes, at.edges[1].axes}, at.x, at.point, at.point_force, plate.nodal()};
@@ -315,6 +321,13 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
   Block U1, U2, BU, BU2, F0, F1;
   Gradient<S> da0;
   ElementBlock BU0;
+  const auto stress_rate = [&](const PlateMeshRate::Shape& by, int element, const Stress<S>& e) {
+    Stress<S> n = Stress<S>::Zero();
+    if (changes(by.membrane))
+      n = weighted(stress_of(by.membrane, e), mesh_->element(element / ny, element % ny).weight);
+    if (!by.weight.empty()) n += weighted(stress_of(mesh_->membrane(), e), by.weight[element]);
+    return n;
+  };
   for (int i = 0; i < nx; ++i) {
     const bool curved = N2[i].size() > 0 || N2[i + 1].size() > 0,
                moved = n1[i].size() > 0 || n1[i + 1].size() > 0;
@@ -339,17 +352,21 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
       assign_product(da0, dG, U0);
       assign_product(da1, dG, U1);
       if (curved) assign_product(da2, dG, U2);
+      std::array<Stress<S>, 3> dn_0;  // of the stresses by the shape, the strains being constant
+      std::array<bool, 3> by_shape{};
+      for (int p = 0; p < 3; ++p) {
+        const PlateMeshRate::Shape& by = rate_->shape[p];
+        by_shape[p] = changes(by.membrane) || !by.weight.empty();
+        if (by_shape[p]) dn_0[p] = stress_rate(by, element_index, e0);
+      }
 
       for (int k = 0; k < columns; ++k) {
         const auto a1k = a1.template middleCols<3>(3 * k);
         const Stress<S> e1 = strain_product(a0, a1k);
         Stress<S> e2 = strain_product(a1k, a1k);
         if (curved) e2 += strain_product(a0, a2.template middleCols<3>(3 * k));
-        const Stress<S> bare1 = stress_of(mesh_->membrane(), e1),
-                        bare2 = stress_of(mesh_->membrane(), e2),
-                        bare0 = stress_of(mesh_->membrane(), e0);
-        const Stress<S> nu1 = weighted(bare1, element.weight),
-                        nu2 = weighted(bare2, element.weight);
+        const Stress<S> nu1 = weighted(stress_of(mesh_->membrane(), e1), element.weight),
+                        nu2 = weighted(stress_of(mesh_->membrane(), e2), element.weight);
         q.stiffness[k] += sum(nu1, e1) + sum(n_0, e2);
         Gradient<S> c0 = 2.0 * stress_times(nu1, a1k) + stress_times(nu2, a0);
         if (curved) c0 += stress_times(n_0, a2.template middleCols<3>(3 * k));
@@ -362,17 +379,10 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
         if (curved)
           q.shape(0, k) +=
               stress_times(n_0, a0).cwiseProduct(da2.template middleCols<3>(3 * k)).sum();
-        for (int p = 0; p < 3; ++p) {
-          const PlateMeshRate::Shape& by = rate_->shape[p];
-          if (!by.weight.empty()) {
-            const PointArray& dw = by.weight[element_index];
-            q.shape(p, k) += sum(weighted(bare1, dw), e1) + sum(weighted(bare0, dw), e2);
-          }
-          const PlateMesh::Membrane& dA = by.membrane;
-          if (dA.A11 != 0 || dA.A12 != 0 || dA.A33 != 0)
-            q.shape(p, k) += sum(weighted(stress_of(dA, e1), element.weight), e1) +
-                             sum(weighted(stress_of(dA, e0), element.weight), e2);
-        }
+        for (int p = 0; p < 3; ++p)
+          if (by_shape[p])
+            q.shape(p, k) +=
+                sum(stress_rate(rate_->shape[p], element_index, e1), e1) + sum(dn_0[p], e2);
       }
       assign_product(BU, B, U1);
       column_dots(U1, BU, [&](int k, const S& d) { q.stiffness[k] += d; });
