@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "core/response/point_gradients.hpp"
 #include "optim/job_numbers.hpp"
 
 namespace flexopt {
@@ -25,10 +24,6 @@ std::vector<MechanismDirection> all_directions(const Job& job, const ParameterVa
 }
 
 }  // namespace
-
-std::optional<std::string> without_exact_gradients(const Job& job) {
-  return without_gradients(job.model);
-}
 
 std::vector<std::string> differentiable_parameters(const Job& job) {
   const Mechanism mechanism = make_mechanism(job, job.design.parameters);

@@ -1,6 +1,5 @@
 #pragma once
 // A job's stroke with exact derivatives with respect to the parameters of its design.
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,9 +7,6 @@
 #include "optim/job.hpp"
 
 namespace flexopt {
-
-/// Why a job's model has no exact derivatives, if so.
-std::optional<std::string> without_exact_gradients(const Job& job);
 
 /// Every name that the design of a job can be differentiated by: the parameters of the family
 /// (formulas apart), `material.…` and, where there is one, `end_effector.…`.

@@ -9,7 +9,6 @@
 #include "designs/describe.hpp"
 #include "optim/check_gradients.hpp"
 #include "optim/samples.hpp"
-#include "optim/stroke_sensitivity.hpp"
 #include "results/folder.hpp"
 #include "results/progress.hpp"
 #include "results/report.hpp"
@@ -94,10 +93,6 @@ int print_schema() {
 
 int check_gradients(const CommandLine& line) {
   const Job job = checked_job(line);
-  if (const auto reason = without_exact_gradients(job)) {
-    fmt::print(stderr, "flexopt: {}\n", *reason);
-    return exit_wrong_input;
-  }
   const GradientReport report = check_gradients(job, line.tolerance, line.threads);
   fmt::print("{:<28} {:<28} {:>5} {:>14} {:>14} {:>9} {:>9}\n", "quantity", "parameter", "point",
              "exact", "difference", "relative", "known to");

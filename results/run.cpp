@@ -84,8 +84,7 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
   options.log = folder / "evaluations.jsonl";
   options.version = version() + " " + commit();
   options.threads = threads;
-  const std::optional<std::string> inexact = without_exact_gradients(job);
-  if (!inexact) options.gradients = stroke_sensitivity;
+  options.gradients = stroke_sensitivity;
   options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
   write_job(folder, job);  // from here on the folder is this job's
 
@@ -104,7 +103,6 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
   std::signal(SIGINT, previous);
 
   Optimum& optimum = *record.optimum;
-  if (inexact && optimum.gradients == "central differences") optimum.gradients_message = *inexact;
   const bool evaluated = optimum.status != OptimumStatus::failed;
   record.mechanism = make_mechanism(job, evaluated ? optimum.parameters : job.design.parameters);
   if (evaluated) optimum.response = drawn_response(job, record.mechanism);

@@ -115,44 +115,61 @@ void add_stress_peaks(System& system, const StrokeRequest& request, PathPoint& p
       point.stress_peaks.push_back(p);
 }
 
-// Frequencies of the whole mechanism; derivatives of everything, if asked for.
-void evaluate_exactly(System& system, const ModelOptions& model, const StrokeRequest& request,
-                      Exact& exact, PathPoint& point, PointGradients* gradients) {
-  const MechanismFactor factor(system);
+// Frequencies of the whole mechanism to rounding. False where they are not found.
+bool add_exact_modes(const MechanismFactor& factor, const ModelOptions& model,
+                     const StrokeRequest& request, Exact& exact, ExactModeLists& lists,
+                     PathPoint& point) {
   const auto wanted = [&](std::optional<int> count) {
     return std::min(request.frequencies, count.value_or(request.frequencies));
   };
-  const int free = wanted(request.frequencies_free);
-  const bool at_rest =
-      request.frequency_derivatives && !request.load_path && point.stroke == 0 &&
-      std::all_of(factor.leaves().begin(), factor.leaves().end(),
-                  [](const MechanismFactor::Leaf& leaf) { return leaf.full != nullptr; });
-  const int needed = at_rest ? std::min(modes_needed(request.frequencies), factor.size()) : 0;
-  auto modes = exact_modes(factor, std::max(free, needed), wanted(request.frequencies_locked));
-  if (!modes) {
-    point.status = PointStatus::no_equilibrium;
-    point.message =
-        fmt::format("the lowest frequencies of {} unknowns were not found", factor.size());
-    return;
+  const int free = wanted(request.frequencies_free), locked = wanted(request.frequencies_locked);
+  if (model.leaf_modes == 0) {
+    lists = static_modes(factor, free, locked);
+  } else {
+    const bool at_rest =
+        request.frequency_derivatives && !request.load_path && point.stroke == 0 &&
+        std::all_of(factor.leaves().begin(), factor.leaves().end(),
+                    [](const MechanismFactor::Leaf& leaf) { return leaf.full != nullptr; });
+    const int needed = at_rest ? std::min(modes_needed(request.frequencies), factor.size()) : 0;
+    auto modes = exact_modes(factor, std::max(free, needed), locked);
+    if (!modes) {
+      point.status = PointStatus::no_equilibrium;
+      point.message =
+          fmt::format("the lowest frequencies of {} unknowns were not found", factor.size());
+      return false;
+    }
+    lists = std::move(*modes);
+    if (at_rest) {
+      const auto start = Clock::now();
+      const ExactDerivatives derivatives = exact_derivatives(exact, model);
+      exact.along_stroke =
+          frequency_derivatives(factor, request.frequencies, &derivatives, &lists.free);
+      exact.seconds_along_stroke = seconds_since(start);
+      lists.free.modes.resize(
+          std::min(lists.free.modes.size(), static_cast<std::size_t>(free)));  // those listed
+    }
   }
-  if (at_rest) {
-    const auto start = Clock::now();
-    const ExactDerivatives derivatives = exact_derivatives(exact, model);
-    exact.along_stroke =
-        frequency_derivatives(factor, request.frequencies, &derivatives, &modes->free);
-    exact.seconds_along_stroke = seconds_since(start);
-    modes->free.modes.resize(
-        std::min(modes->free.modes.size(), static_cast<std::size_t>(free)));  // those listed
-  }
-  point.modes_free = modes->free.modes;
-  point.modes_locked = modes->locked.modes;
+  point.modes_free = lists.free.modes;
+  point.modes_locked = lists.locked.modes;
   for (const Mode& m : point.modes_free) point.frequencies_free.push_back(m.frequency);
   for (const Mode& m : point.modes_locked) point.frequencies_locked.push_back(m.frequency);
   point.parasitic_frequency = parasitic_frequency(point, request);
+  return true;
+}
+
+// What exact points have beside others; derivatives of everything, if asked for. Frequencies by a
+// constant mass have none.
+void evaluate_exactly(System& system, const ModelOptions& model, const StrokeRequest& request,
+                      Exact& exact, PathPoint& point, PointGradients* gradients) {
+  const MechanismFactor factor(system);
+  ExactModeLists modes;
+  if (model.mass == LeafMass::consistent &&
+      !add_exact_modes(factor, model, request, exact, modes, point))
+    return;
   if (point.max_stress && request.stress_peaks > 0) add_stress_peaks(system, request, point);
   if (gradients)
     *gradients =
-        point_gradients(factor, exact.meshes, exact.directions, model, request, point, *modes);
+        point_gradients(factor, exact.meshes, exact.directions, model, request, point, modes);
 }
 
 void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelOptions& model,
@@ -193,7 +210,7 @@ void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelO
   point.stable = point.negative_pivots == 0;
 
   for (int i = 0; i < system.leaves(); ++i) point.leaves.push_back(system.leaf(i).report());
-  if (request.frequencies > 0 && !exact) {
+  if (request.frequencies > 0 && (!exact || model.mass == LeafMass::constant)) {
     const Frequencies f = natural_frequencies(system,
                                               {.count = request.frequencies,
                                                .leaf_modes = model.leaf_modes,
@@ -438,7 +455,7 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
                                const StrokeRequest& request) {
   Exact exact;
   return evaluate(mechanism, model, request,
-                  request.exact && !without_gradients(model) ? &exact : nullptr);
+                  request.exact ? &exact : nullptr);
 }
 
 StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
@@ -446,9 +463,7 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
                                             const ModelOptions& model,
                                             const StrokeRequest& request) {
   StrokeSensitivity result;
-  auto reason = without_gradients(model);
-  if (!reason) reason = leaves_a_node(mechanism, directions, model);
-  if (reason) {
+  if (auto reason = leaves_a_node(mechanism, directions, model)) {
     result.response = evaluate_stroke(mechanism, model, request);
     result.message = std::move(*reason);
     return result;

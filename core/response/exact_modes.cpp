@@ -97,7 +97,7 @@ ExactModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int c
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return lambda[a] < lambda[b]; });
   const MatrixXd S = Z(Eigen::all, order);
-  ExactModes found{count, lambda(order), Y * S, {}};
+  ExactModes found{count, lambda(order), Y * S, {}, false};
   found.modes = classified_modes(factor, drive_locked, found.lambda.head(count),
                                  found.phi.leftCols(count), MY * S.leftCols(count));
   return found;
@@ -198,6 +198,44 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
   if (locked > 0)
     found.locked =
         rayleigh_ritz(factor, true, locked, Y.rightCols(l), MY.rightCols(l), KY.rightCols(l));
+  return found;
+}
+
+// With M̂ = R Rᵀ the mass carried by the bodies, Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.
+ExactModeLists static_modes(const MechanismFactor& factor, int free, int locked) {
+  constexpr double nothing = 1e-14;  // of the largest: motions that have no mass, or are held
+  const int bodies = factor.bodies();
+  const MatrixXd follow = factor.static_motion(MatrixXd::Identity(bodies, bodies));
+  MatrixXd M = factor.condensed(factor.mass(follow)).topRows(bodies);
+  const VectorXd unit =
+      M.diagonal().cwiseMax(nothing * M.diagonal().maxCoeff()).cwiseSqrt().cwiseInverse();
+  M = (unit.asDiagonal() * (0.5 * (M + M.transpose())) * unit.asDiagonal()).eval();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> mass(M);
+  MatrixXd R = MatrixXd::Zero(factor.size(), bodies);
+  R.topRows(bodies) = unit.cwiseInverse().asDiagonal() * mass.eigenvectors() *
+                      mass.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const auto list = [&](bool drive_locked, int count) {
+    const MatrixXd X = drive_locked ? factor.solve_locked(R) : factor.solve(R);
+    const MatrixXd C = R.transpose() * X;
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (C + C.transpose()));
+    const VectorXd& values = eigen.eigenvalues();
+    std::vector<int> order;
+    for (int k = 0; k < bodies; ++k)
+      if (std::abs(values[k]) > nothing * values.cwiseAbs().maxCoeff()) order.push_back(k);
+    std::sort(order.begin(), order.end(),
+              [&](int a, int b) { return 1 / values[a] < 1 / values[b]; });
+    const VectorXd lambda = values(order).cwiseInverse();
+    const MatrixXd q = (X * eigen.eigenvectors()(Eigen::all, order)).topRows(bodies);
+    ExactModes found{std::min(count, static_cast<int>(order.size())), lambda, {}, {}, true};
+    found.phi = factor.static_motion(q * lambda.cwiseAbs().asDiagonal());
+    const auto phi = found.phi.leftCols(found.exact);
+    found.modes =
+        classified_modes(factor, drive_locked, lambda.head(found.exact), phi, factor.mass(phi));
+    return found;
+  };
+  ExactModeLists found;
+  if (free > 0) found.free = list(false, free);
+  if (locked > 0) found.locked = list(true, locked);
   return found;
 }
 

@@ -13,6 +13,8 @@ struct ExactModes {
   VectorXd lambda;          ///< squares of the frequencies, ascending
   MatrixXd phi;             ///< M-orthonormal
   std::vector<Mode> modes;  ///< those listed: all that were asked for, or fewer
+  /// The leaves have no motions of their own: they follow the bodies by their static shapes.
+  bool static_shapes = false;
 };
 
 struct ExactModeLists {
@@ -22,6 +24,9 @@ struct ExactModeLists {
 /// The lowest `free` modes with the drive free and `locked` ones with the drive held, from one
 /// Krylov space. Nothing where the iteration fails.
 std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int free, int locked);
+
+/// The same without internal motions of the leaves (`leaf_modes: 0`): as many as the bodies have.
+ExactModeLists static_modes(const MechanismFactor& factor, int free, int locked);
 
 /// Modes by their squared frequencies, motions (columns) and M times these: shares of the kinetic
 /// energy as in natural_frequencies(), Craig–Bampton coordinates, mixed terms half each.

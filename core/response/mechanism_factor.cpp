@@ -198,6 +198,16 @@ MatrixXd MechanismFactor::solve_locked(const MatrixXd& B) const {
                   scale_.asDiagonal() * locked_tangent_.solve(MatrixXd(scale_.asDiagonal() * b)));
 }
 
+MatrixXd MechanismFactor::solve_held(const MatrixXd& B) const {
+  return expanded(B, MatrixXd::Zero(bodies_ + joints(), B.cols()));
+}
+
+MatrixXd MechanismFactor::static_motion(const MatrixXd& q) const {
+  MatrixXd all = MatrixXd::Zero(bodies_ + joints(), q.cols());
+  all.topRows(bodies_) = q;
+  return expanded(MatrixXd::Zero(size_, q.cols()), all);
+}
+
 MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
   MatrixXd Y = MatrixXd::Zero(size_, B.cols());
   Y.topRows(bodies_).noalias() = body_mass_ * B.topRows(bodies_);

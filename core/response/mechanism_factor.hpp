@@ -30,7 +30,10 @@ class MechanismFactor {
 
   MatrixXd solve(const MatrixXd& B) const;         ///< drive free
   MatrixXd solve_locked(const MatrixXd& B) const;  ///< drive held
+  MatrixXd solve_held(const MatrixXd& B) const;    ///< all bodies held
   MatrixXd mass(const MatrixXd& B) const;
+  /// Motions that bodies moving by the columns of q leave the leaves in, without force on them.
+  MatrixXd static_motion(const MatrixXd& q) const;
 
   /// State and drive load (last row) that balance forces B while the stroke grows by `stroke`
   /// (column by column), or where nothing is driven.

@@ -66,6 +66,7 @@ MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoi
 struct Column {
   double lambda = 0;  ///< q = yᵀ(K − λ M) y
   VectorXd y;
+  VectorXd lag = {};  ///< K⁻¹ M y of the leaves, bodies held, where they have static shapes only
 };
 
 // One list of frequencies: the modes, whole clusters, and where their columns stand.
@@ -78,7 +79,8 @@ struct ModeColumns {
   std::vector<Run> runs;
 };
 
-ModeColumns mode_columns(const ExactModes& exact, std::vector<Column>& columns) {
+ModeColumns mode_columns(const MechanismFactor& factor, const ExactModes& exact,
+                         std::vector<Column>& columns) {
   ModeColumns modes;
   modes.wanted = static_cast<int>(exact.modes.size());
   modes.lambda = exact.lambda;
@@ -90,13 +92,53 @@ ModeColumns mode_columns(const ExactModes& exact, std::vector<Column>& columns) 
       ++end;
     const double mean = modes.lambda.segment(k, end - k).mean();
     modes.runs.push_back({k, end - k, static_cast<int>(columns.size())});
-    for (int a = k; a < end; ++a) columns.push_back({mean, exact.phi.col(a)});
+    const auto add = [&](VectorXd y) {
+      VectorXd lag;
+      if (exact.static_shapes) lag = factor.solve_held(factor.mass(y));
+      if (lag.isZero(0)) lag.resize(0);  // leaves without mass
+      columns.push_back({mean, std::move(y), std::move(lag)});
+    };
+    for (int a = k; a < end; ++a) add(exact.phi.col(a));
     for (int a = k; a < end; ++a)  // off the diagonal by the sums of two
-      for (int b = a + 1; b < end; ++b)
-        columns.push_back({mean, exact.phi.col(a) + exact.phi.col(b)});
+      for (int b = a + 1; b < end; ++b) add(exact.phi.col(a) + exact.phi.col(b));
     k = end;
   }
   return modes;
+}
+
+// Of every column along the parameters. A static shape x = −K⁻¹ K_b q of a leaf changes by
+// −K⁻¹ K′y: that adds 2λ wᵀK′y with the lag w, from the forms of y ± w. Equation (36).
+MatrixXd column_rates(const DesignRates<double>& design, const std::vector<Column>& columns,
+                      const MatrixXd& state_rates) {
+  const auto own = static_cast<Eigen::Index>(columns.size());
+  const auto enlarged = [](const Column& c) {  // w is small beside y
+    return c.y.norm() / c.lag.norm();
+  };
+  std::vector<VectorXd> all;
+  std::vector<double> lambdas;
+  for (const Column& c : columns) {
+    all.push_back(c.y);
+    lambdas.push_back(c.lambda);
+  }
+  for (const Column& c : columns)
+    if (c.lag.size() > 0)
+      for (const double side : {1.0, -1.0}) {
+        all.push_back(c.y + side * enlarged(c) * c.lag);
+        lambdas.push_back(0);
+      }
+  MatrixXd Y(columns.front().y.size(), static_cast<Eigen::Index>(all.size()));
+  for (Eigen::Index k = 0; k < Y.cols(); ++k) Y.col(k) = all[static_cast<std::size_t>(k)];
+  const VectorXd lambda = VectorXd::Map(lambdas.data(), Y.cols());
+  const MatrixXd rates = design.quadratic(Y, lambda, state_rates);
+  MatrixXd of_columns = rates.topRows(own);
+  Eigen::Index sides = own;
+  for (Eigen::Index k = 0; k < own; ++k)
+    if (columns[static_cast<std::size_t>(k)].lag.size() > 0) {
+      const double by = 0.5 * lambda[k] / enlarged(columns[static_cast<std::size_t>(k)]);
+      of_columns.row(k) += by * (rates.row(sides) - rates.row(sides + 1));
+      sides += 2;
+    }
+  return of_columns;
 }
 
 // Frequencies and clusters from the rates of the columns.
@@ -135,12 +177,6 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
 }
 
 }  // namespace
-
-std::optional<std::string> without_gradients(const ModelOptions& model) {
-  if (model.mass == LeafMass::constant || model.leaf_modes == 0)
-    return "exact derivatives are those of the consistent mass with all internal motions";
-  return std::nullopt;
-}
 
 PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
@@ -197,16 +233,9 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
   const MatrixXd answers = factor.solve_locked(loads);
   columns.push_back({0, factor.drive_answer()});
   for (Eigen::Index k = 0; k < answers.cols(); ++k) columns.push_back({0, answers.col(k)});
-  const ModeColumns free_columns = mode_columns(lists.free, columns),
-                    locked_columns = mode_columns(lists.locked, columns);
-
-  MatrixXd Y(n, static_cast<Eigen::Index>(columns.size()));
-  VectorXd lambda(Y.cols());
-  for (Eigen::Index k = 0; k < Y.cols(); ++k) {
-    Y.col(k) = columns[static_cast<std::size_t>(k)].y;
-    lambda[k] = columns[static_cast<std::size_t>(k)].lambda;
-  }
-  const MatrixXd rates = design.quadratic(Y, lambda, state_rates);
+  const ModeColumns free_columns = mode_columns(factor, lists.free, columns),
+                    locked_columns = mode_columns(factor, lists.locked, columns);
+  const MatrixXd rates = column_rates(design, columns, state_rates);
   const auto stiffness = [&](int column, int direction) {
     const double c = columns[column].y[ee + direction];
     return VectorXd(rates.row(column).transpose() / (c * c));

@@ -1,8 +1,6 @@
 #pragma once
 // Exact derivatives of everything a point of the path answers with respect to design parameters.
 // Equations (26)–(30) of README.md.
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "core/response/design_rates.hpp"
@@ -11,9 +9,6 @@
 #include "core/response/stroke_gradients.hpp"
 
 namespace flexopt {
-
-/// Why a model has no exact derivatives, if so.
-std::optional<std::string> without_gradients(const ModelOptions& model);
 
 /// `directions`: derivative of every number of the mechanism along each parameter. Modes: those
 /// that the point lists.

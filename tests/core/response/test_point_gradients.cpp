@@ -51,6 +51,7 @@ struct Case {
   Reduction method = Reduction::mixed_potential;
   std::array<int, 2> superelements = {1, 0};
   ModalDerivativeSet set = ModalDerivativeSet::all;
+  int leaf_modes = 2;
 };
 
 constexpr Reduction linear = Reduction::linear_craig_bampton, modal = Reduction::modal_derivatives,
@@ -64,6 +65,7 @@ void check(const Case& c) {
   model.method = c.method;
   model.superelements = c.superelements;
   model.modal_derivatives = c.set;
+  model.leaf_modes = c.leaf_modes;
   StrokeRequest request;
   request.points = {0, c.stroke};
   request.frequencies = 4;
@@ -153,6 +155,40 @@ TEST_CASE("derivatives of a beam guide with third-order fields") {
 
 TEST_CASE("derivatives of a beam hinge on the quadratic manifold") {
   check({true, Flexure::beam, Accuracy::reduced, 0.05, {0, 1, 2, 8, 9, 10}, manifold});
+}
+
+TEST_CASE("derivatives where leaves follow by their static shapes alone") {
+  check({false, Flexure::plate, Accuracy::full, 0.02, {0, 2, 5, 6, 9}, {}, {1, 0}, 0});
+  check({true, Flexure::beam, Accuracy::reduced, 0.3, {0, 1, 5, 8, 10}, linear, {2, 0}, 0});
+}
+
+TEST_CASE("a constant mass leaves the derivatives of all but the frequencies") {
+  const test::Family guide{[](const Values& p) { return skew(false, p); }, parameters, {}, 0};
+  ModelOptions model;
+  model.mesh = {6, 2};
+  StrokeRequest request;
+  request.points = {0, 0.01};
+  request.frequencies = 4;
+  request.frequency_derivatives = false;
+  const std::vector<MechanismDirection> along{direction(guide, 0), direction(guide, 2)};
+  const Mechanism m = guide.make(values_of(parameters));
+  const StrokeSensitivity consistent = evaluate_stroke_gradients(m, along, model, request);
+  model.mass = LeafMass::constant;
+  const StrokeSensitivity constant = evaluate_stroke_gradients(m, along, model, request);
+  REQUIRE(constant.gradients);
+  const PointGradients &a = consistent.gradients->path[1], &b = constant.gradients->path[1];
+  CHECK(a.drive_stiffness == b.drive_stiffness);
+  CHECK(*a.support_stiffness[0] == *b.support_stiffness[0]);
+  CHECK(*a.max_stress == *b.max_stress);
+  CHECK(a.parasitic_frequency);
+  CHECK_FALSE(b.parasitic_frequency);
+  CHECK(b.frequencies_locked.rows() == 0);
+  const PathPoint& point = constant.response.path[1];
+  REQUIRE(point.frequencies_locked.size() == 4);
+  CHECK(point.frequencies_locked[3] != consistent.response.path[1].frequencies_locked[3]);
+  request.exact = false;
+  CHECK(point.frequencies_locked[3] ==
+        Approx(evaluate_stroke(m, model, request).path[1].frequencies_locked[3]).epsilon(1e-4));
 }
 
 TEST_CASE("equal leaves: derivatives of double frequencies are those of their cluster") {
