@@ -202,9 +202,8 @@ StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& n
 }
 
 std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                                          const LeafSpring& leaf, int index) {
-  const auto all =
-      section_peaks(mesh, nodal, leaf.material.youngs_modulus, index, BeamStrain::finite);
+                                          const LeafSpring& leaf, int index, BeamStrain strain) {
+  const auto all = section_peaks(mesh, nodal, leaf.material.youngs_modulus, index, strain);
   std::vector<StressPeak> peaks;
   for (std::size_t k = 0; k < all.size(); ++k)
     if (all[k].value > 0 && (k == 0 || all[k].value >= all[k - 1].value) &&

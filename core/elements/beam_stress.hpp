@@ -29,7 +29,8 @@ struct StressRate;
 /// The places along a beam where the largest stress of the section is larger than at the stations
 /// beside them, as plate_stress_peaks.
 std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                                          const LeafSpring& leaf, int index);
+                                          const LeafSpring& leaf, int index,
+                                          BeamStrain strain = BeamStrain::finite);
 
 /// Derivative of the stress at a peak found by beam_max_stress, at the same place.
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

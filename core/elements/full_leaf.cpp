@@ -271,6 +271,10 @@ StressPeak FullLeaf::max_stress() {
   return plate_max_stress(plate_.mesh(), plate_.nodal(), leaf_, scale_, index_);
 }
 
+std::vector<StressPeak> FullLeaf::stress_peaks() {
+  return plate_stress_peaks(plate_.mesh(), plate_.nodal(), leaf_, index_);
+}
+
 LeafShape FullLeaf::shape() {
   return plate_deformed_shape(plate_.mesh(), plate_.nodal(), leaf_, scale_);
 }

@@ -57,6 +57,7 @@ class FullLeaf final : public LeafElement {
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return {.model = "full", .reason = reason_, .check = 0}; }

@@ -13,6 +13,7 @@ struct StressPeak {
   double along = 0, across = 0;          ///< place on the leaf, each in [0, 1]
   Vector3d position = Vector3d::Zero();  ///< deflected place [m]
   bool on_positive_normal = true;        ///< which surface
+  int segment = 0;                       ///< of a leaf that consists of segments
 };
 
 /// Which model a leaf was evaluated with at a point, and why.

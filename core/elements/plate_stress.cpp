@@ -167,15 +167,19 @@ std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
                                            const std::vector<MatrixXd>& nodal,
                                            const LeafSpring& leaf, int index) {
   if (mesh.shape().is_beam()) return beam_stress_peaks(mesh, nodal, leaf, index);
-  const StrainField field = recovered_strains(mesh, nodal);
-  const Stations at(mesh.shape());
+  return stress_peaks(recovered_strains(mesh, nodal), mesh.shape(), leaf.material.youngs_modulus,
+                      index);
+}
+
+std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape& shape,
+                                     double youngs_modulus, int index) {
+  const Stations at(shape);
   const auto nx = static_cast<int>(at.x.size()), ny = static_cast<int>(at.y.size());
   MatrixXd positive = MatrixXd::Constant(nx, ny, -1), negative = positive;  // −1: not to be read
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < ny; ++j) {
       if (at.in_corner(at.x[i], at.y[j])) continue;
-      const SurfaceStress s =
-          surface_stress(mesh.shape(), field.at(at.x[i], at.y[j]), leaf.material.youngs_modulus);
+      const SurfaceStress s = surface_stress(shape, field.at(at.x[i], at.y[j]), youngs_modulus);
       positive(i, j) = s.positive;
       negative(i, j) = s.negative;
     }

@@ -40,6 +40,11 @@ SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double y
 StressPeak largest_stress(const StrainField& field, const PlateShape& shape, double youngs_modulus,
                           int index);
 
+/// The places where the stress of a surface is larger than at all stations around, their positions
+/// left open.
+std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape& shape,
+                                     double youngs_modulus, int index);
+
 /// Largest von Mises stress on both surfaces,
 ///
 ///     σ = E/(1 − ν²) [(1 − ν) ε_ab + ν ε_cc δ_ab],   ε = e ± t/2 κ,   κ_ab = −r,ab · n,
@@ -51,8 +56,7 @@ StressPeak largest_stress(const StrainField& field, const PlateShape& shape, dou
 StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const LeafSpring& leaf, const LeafScale& scale, int index);
 
-/// The places of a leaf where the stress of a surface is larger than at all stations around, their
-/// positions left open. The largest of them is that of plate_max_stress.
+/// stress_peaks() of a leaf. The largest of them is that of plate_max_stress.
 std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
                                            const std::vector<MatrixXd>& nodal,
                                            const LeafSpring& leaf, int index);

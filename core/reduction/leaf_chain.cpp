@@ -203,15 +203,29 @@ LeafDynamics LeafChain::dynamics(int count) {
   return dynamics;
 }
 
+namespace {
+StressPeak of_chain(StressPeak peak, int segment, int segments) {
+  peak.segment = segment;
+  peak.along = (segment + peak.along) / segments;
+  return peak;
+}
+}  // namespace
+
 StressPeak LeafChain::max_stress() {
-  peak_ = {};
+  StressPeak largest;
   for (int i = 0; i < segments(); ++i) {
     const StressPeak own = segments_[i]->max_stress();
-    if (i == 0 || own.value > peak_.stress.value * (1 + 1e-9)) peak_ = {i, own};
+    if (i == 0 || own.value > largest.value * (1 + 1e-9)) largest = of_chain(own, i, segments());
   }
-  StressPeak peak = peak_.stress;
-  peak.along = (peak_.segment + peak.along) / segments();
-  return peak;
+  return largest;
+}
+
+std::vector<StressPeak> LeafChain::stress_peaks() {
+  std::vector<StressPeak> peaks;
+  for (int i = 0; i < segments(); ++i)
+    for (const StressPeak& own : segments_[i]->stress_peaks())
+      peaks.push_back(of_chain(own, i, segments()));
+  return peaks;
 }
 
 MatrixXd LeafChain::static_shapes() const {

@@ -26,6 +26,7 @@ class LeafChain final : public LeafElement {
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return segments_.front()->report(); }
@@ -38,12 +39,6 @@ class LeafChain final : public LeafElement {
   void solve(Eigen::Ref<MatrixXd> b) const { K_.solve(b); }
   /// d(lines between)/d(edges), (displacement, spin) each.
   MatrixXd static_shapes() const;
-  /// What max_stress() has found last, its place that on the segment.
-  struct Peak {
-    int segment = 0;
-    StressPeak stress;
-  };
-  const Peak& peak() const { return peak_; }
 
  private:
   int unknowns() const { return K_.size(); }
@@ -59,7 +54,6 @@ class LeafChain final : public LeafElement {
   MatrixXd coupling_, Y_;        ///< K_fb and L⁻¹ K_fb
   bool condensed_ = false;       ///< they are those of the present state
   LeafEvaluation evaluation_;
-  Peak peak_;
 };
 
 }  // namespace flexopt

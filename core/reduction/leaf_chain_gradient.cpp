@@ -241,24 +241,23 @@ namespace {
 
 class LeafChainFields final : public LeafFields {
  public:
-  LeafChainFields(const LeafChain& chain, std::vector<std::unique_ptr<LeafFields>> segments)
-      : chain_(&chain), segments_(std::move(segments)) {}
+  explicit LeafChainFields(std::vector<std::unique_ptr<LeafFields>> segments)
+      : segments_(std::move(segments)) {}
 
   MatrixXd place_rates(double along, double across) const override {
     const auto n = static_cast<double>(segments_.size());
     const auto i = static_cast<std::size_t>(std::clamp(std::floor(along * n), 0.0, n - 1));
     return segments_[i]->place_rates(along * n - static_cast<double>(i), across) / n;
   }
-  VectorXd stress_rates([[maybe_unused]] const StressPeak& peak, double modulus,
+  VectorXd stress_rates(const StressPeak& peak, double modulus,
                         const VectorXd& modulus_rates) const override {
-    const LeafChain::Peak& own = chain_->peak();
-    assert(own.stress.value == peak.value);
-    return segments_[static_cast<std::size_t>(own.segment)]->stress_rates(own.stress, modulus,
-                                                                          modulus_rates);
+    StressPeak own = peak;
+    own.along = peak.along * static_cast<double>(segments_.size()) - peak.segment;
+    return segments_[static_cast<std::size_t>(peak.segment)]->stress_rates(own, modulus,
+                                                                           modulus_rates);
   }
 
  private:
-  const LeafChain* chain_;
   std::vector<std::unique_ptr<LeafFields>> segments_;
 };
 
@@ -270,7 +269,7 @@ std::unique_ptr<LeafFields> LeafChainGradient::fields(
   for (int i = 0; i < linear_->segments(); ++i)
     segments.push_back(segments_[static_cast<std::size_t>(i)]->fields(
         own_rows(i, rows), own_variations(i, variations)));
-  return std::make_unique<LeafChainFields>(linear_->chain(), std::move(segments));
+  return std::make_unique<LeafChainFields>(std::move(segments));
 }
 
 }  // namespace flexopt

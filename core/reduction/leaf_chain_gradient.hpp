@@ -17,7 +17,6 @@ class LeafChainLinear final : public LeafLinear {
   /// The segments of the chain, linearised, in order.
   LeafChainLinear(const LeafChain& chain, std::vector<std::unique_ptr<LeafLinear>> segments);
 
-  const LeafChain& chain() const { return *chain_; }
   int segments() const { return static_cast<int>(segments_.size()); }
   const LeafLinear& segment(int i) const { return *segments_[static_cast<std::size_t>(i)]; }
   const LeafScale& scale() const override { return scale_; }

@@ -419,6 +419,11 @@ StressPeak ModalLeaf::max_stress() {
   return plate_max_stress(*model_->mesh(), nodal(), leaf_, scale_, index_);
 }
 
+std::vector<StressPeak> ModalLeaf::stress_peaks() {
+  place();
+  return plate_stress_peaks(*model_->mesh(), nodal(), leaf_, index_);
+}
+
 LeafShape ModalLeaf::shape() {
   place();
   return plate_deformed_shape(*model_->mesh(), nodal(), leaf_, scale_);

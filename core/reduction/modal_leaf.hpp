@@ -78,6 +78,7 @@ class ModalLeaf final : public LeafElement {
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override;

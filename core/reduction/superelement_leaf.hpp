@@ -26,10 +26,11 @@ class SuperelementLeaf final : public LeafElement {
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override;
-  /// Derivative of the stress at the peak of max_stress, as plate_stress_rate. `fields`: rates of
+  /// Derivative of the stress at one of the peaks, as plate_stress_rate. `fields`: rates of
   /// recovery · q of every superelement.
   double stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,
                      const StressRate& rate) const;
@@ -76,8 +77,6 @@ class SuperelementLeaf final : public LeafElement {
   MatrixXd node_rates(int element, const MatrixXd& T) const;
   SuperelementGrid::State grid_state() const;
   LeafSpring segment() const;  ///< of a beam
-  /// Largest stress of a segment of a beam, its place on the segment.
-  StressPeak segment_stress_peak(const SuperelementGrid::State& state, int element) const;
   StressPeak beam_stress_peak(const SuperelementGrid::State& state) const;
   LeafShape beam_shape(const SuperelementGrid::State& state) const;
 

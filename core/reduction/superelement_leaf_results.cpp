@@ -1,6 +1,5 @@
 // What a leaf of superelements tells of itself: stresses, places, shape.
 #include <algorithm>
-#include <cassert>
 
 #include "core/elements/beam_stress.hpp"
 #include "core/reduction/superelement_leaf.hpp"
@@ -35,43 +34,54 @@ LeafSpring SuperelementLeaf::segment() const {
   return segment;
 }
 
-StressPeak SuperelementLeaf::segment_stress_peak(const SuperelementGrid::State& state,
-                                                 int e) const {
-  const CondensedPlate& p = grid_->plate(e);
-  return beam_max_stress(*p.mesh, grid_->beam_displacements(state, e), segment(), p.scale, index_,
-                         BeamStrain::linear);
+namespace {
+StressPeak of_leaf(StressPeak peak, int segment, int segments) {
+  peak.segment = segment;
+  peak.along = (segment + peak.along) / segments;
+  return peak;
 }
+}  // namespace
 
 StressPeak SuperelementLeaf::beam_stress_peak(const SuperelementGrid::State& state) const {
   StressPeak peak;
   for (int e = 0; e < grid_->elements(); ++e) {
-    const StressPeak own = segment_stress_peak(state, e);
-    if (e > 0 && own.value <= peak.value * (1 + 1e-9)) continue;
-    peak = own;
-    peak.along = (e + own.along) / grid_->along();
+    const CondensedPlate& p = grid_->plate(e);
+    const StressPeak own = beam_max_stress(*p.mesh, grid_->beam_displacements(state, e), segment(),
+                                           p.scale, index_, BeamStrain::linear);
+    if (e == 0 || own.value > peak.value * (1 + 1e-9)) peak = of_leaf(own, e, grid_->along());
   }
   peak.position = grid_->place(state, peak.along, peak.across);
   return peak;
+}
+
+std::vector<StressPeak> SuperelementLeaf::stress_peaks() {
+  const SuperelementGrid::State state = grid_state();
+  if (!grid_->shape().is_beam())
+    return flexopt::stress_peaks(grid_->strains(state), grid_->shape(),
+                                 leaf_.material.youngs_modulus, index_);
+  std::vector<StressPeak> peaks;
+  for (int e = 0; e < grid_->elements(); ++e)
+    for (const StressPeak& own :
+         beam_stress_peaks(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), segment(),
+                           index_, BeamStrain::linear))
+      peaks.push_back(of_leaf(own, e, grid_->along()));
+  return peaks;
 }
 
 double SuperelementLeaf::stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,
                                      const StressRate& rate) const {
   const SuperelementGrid::State state = grid_state();
   if (!grid_->shape().is_beam()) return grid_->stress_rate(state, fields, peak, rate);
-  const int n = grid_->along();
-  for (int e = 0; e < n; ++e) {
-    const StressPeak own = segment_stress_peak(state, e);
-    if (own.value != peak.value || (e + own.along) / n != peak.along) continue;
-    const PlateMesh& mesh = *grid_->plate(e).mesh;
-    StressRate of_segment{
-        {}, {n * rate.shape[0], n * rate.shape[1], rate.shape[2]}, rate.youngs_modulus};
-    for (int i = 0; i < mesh.lines(); ++i)
-      of_segment.nodal.push_back(fields[e].segment<12>(12 * i).reshaped(4, 3));
-    return beam_stress_rate(mesh, grid_->beam_displacements(state, e), own,
-                            leaf_.material.youngs_modulus, of_segment, BeamStrain::linear);
-  }
-  assert(false && "the peak is one of this state");
-  return 0;
+  const int n = grid_->along(), e = peak.segment;
+  const PlateMesh& mesh = *grid_->plate(e).mesh;
+  StressPeak own = peak;
+  own.along = peak.along * n - e;
+  StressRate of_segment{
+      {}, {n * rate.shape[0], n * rate.shape[1], rate.shape[2]}, rate.youngs_modulus};
+  for (int i = 0; i < mesh.lines(); ++i)
+    of_segment.nodal.push_back(fields[e].segment<12>(12 * i).reshaped(4, 3));
+  return beam_stress_rate(mesh, grid_->beam_displacements(state, e), own,
+                          leaf_.material.youngs_modulus, of_segment, BeamStrain::linear);
 }
 
 LeafShape SuperelementLeaf::beam_shape(const SuperelementGrid::State& state) const {

@@ -262,6 +262,10 @@ StressPeak TubeLeaf::max_stress() {
   return plate_max_stress(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_);
 }
 
+std::vector<StressPeak> TubeLeaf::stress_peaks() {
+  return plate_stress_peaks(*model_->mesh(), rebuilt_nodal(), leaf_, index_);
+}
+
 LeafShape TubeLeaf::shape() {
   return plate_deformed_shape(*model_->mesh(), rebuilt_nodal(), leaf_, scale_);
 }

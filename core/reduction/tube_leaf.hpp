@@ -68,6 +68,7 @@ class TubeLeaf final : public LeafElement {
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return {"tube", {}, check_}; }

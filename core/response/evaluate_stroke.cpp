@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/elements/full_leaf.hpp"
-#include "core/elements/plate_stress.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
@@ -94,19 +93,13 @@ void add_stress_peaks(System& system, const StrokeRequest& request, PathPoint& p
   constexpr double share = 0.8;  // smaller ones are far from any bound
   const StressPeak& largest = *point.max_stress;
   std::vector<StressPeak> others;
-  for (int i = 0; i < system.leaves(); ++i) {
-    const auto* full = dynamic_cast<const FullLeaf*>(&system.leaf(i));
-    const std::vector<StressPeak> peaks =
-        full ? plate_stress_peaks(full->plate().mesh(), full->plate().nodal(),
-                                  system.mechanism().leaves[i], i)
-             : std::vector{system.leaf(i).max_stress()};  // superelements name one only
-    for (const StressPeak& p : peaks) {
+  for (int i = 0; i < system.leaves(); ++i)
+    for (const StressPeak& p : system.leaf(i).stress_peaks()) {
       const bool same = p.leaf == largest.leaf && p.along == largest.along &&
                         p.across == largest.across &&
                         p.on_positive_normal == largest.on_positive_normal;
       if (!same && p.value >= share * largest.value) others.push_back(p);
     }
-  }
   std::stable_sort(others.begin(), others.end(),
                    [](const StressPeak& a, const StressPeak& b) { return a.value > b.value; });
   point.stress_peaks.push_back(largest);
