@@ -447,8 +447,7 @@ std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request) {
   Exact exact;
-  return evaluate(mechanism, model, request,
-                  request.exact ? &exact : nullptr);
+  return evaluate(mechanism, model, request, request.exact ? &exact : nullptr);
 }
 
 StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
