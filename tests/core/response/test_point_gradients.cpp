@@ -158,8 +158,11 @@ TEST_CASE("derivatives of a beam hinge on the quadratic manifold") {
 }
 
 TEST_CASE("derivatives where leaves follow by their static shapes alone") {
-  check({false, Flexure::plate, Accuracy::full, 0.02, {0, 2, 5, 6, 9}, {}, {1, 0}, 0});
-  check({true, Flexure::beam, Accuracy::reduced, 0.3, {0, 1, 5, 8, 10}, linear, {2, 0}, 0});
+  Case full{false, Flexure::plate, Accuracy::full, 0.02, {0, 2, 5, 6, 9}};
+  Case reduced{true, Flexure::beam, Accuracy::reduced, 0.3, {0, 1, 5, 8, 10}, linear, {2, 0}};
+  full.leaf_modes = reduced.leaf_modes = 0;
+  check(full);
+  check(reduced);
 }
 
 TEST_CASE("a constant mass leaves the derivatives of all but the frequencies") {
@@ -189,6 +192,65 @@ TEST_CASE("a constant mass leaves the derivatives of all but the frequencies") {
   request.exact = false;
   CHECK(point.frequencies_locked[3] ==
         Approx(evaluate_stroke(m, model, request).path[1].frequencies_locked[3]).epsilon(1e-4));
+}
+
+TEST_CASE("every place of large stress has its derivative, whichever model the leaf is") {
+  struct Kind {
+    Flexure flexure;
+    Reduction method;
+    std::array<int, 2> superelements;
+  };
+  for (const Kind& kind :
+       {Kind{Flexure::plate, Reduction::mixed_potential, {1, 0}},
+        Kind{Flexure::plate, linear, {4, 2}}, Kind{Flexure::beam, linear, {3, 0}},
+        Kind{Flexure::plate, modal, {1, 0}}, Kind{Flexure::beam, modal, {2, 0}},
+        Kind{Flexure::plate, modal, {2, 0}}}) {
+    ModelOptions model;
+    model.flexure = kind.flexure;
+    model.mesh = kind.flexure == Flexure::plate ? std::array{8, 2} : std::array{8, 1};
+    model.method = kind.method;
+    model.superelements = kind.superelements;
+    StrokeRequest request;
+    request.points = {0.015};
+    request.frequencies = 0;
+    request.stress_peaks = 5;
+    request.exact = true;
+    request.newton.tolerance = 1e-11;
+    const test::Family guide{[](const Values& p) { return skew(false, p); }, parameters, {2}, 0};
+    const Values p = values_of(parameters);
+    const StrokeSensitivity here =
+        evaluate_stroke_gradients(guide.make(p), {direction(guide, 2)}, model, request);
+    REQUIRE(here.gradients);
+    const std::vector<StressPeak>& peaks = here.response.path[0].stress_peaks;
+    const MatrixXd& slopes = here.gradients->path[0].stress_peaks;
+    REQUIRE(peaks.size() >= 3);
+    REQUIRE(slopes.rows() == static_cast<Eigen::Index>(peaks.size()));
+    CHECK(peaks[0].value == here.response.path[0].max_stress->value);
+    const Derivatives d = ridders(
+        [&](double thickness) {
+          Values moved = p;
+          moved[2] = thickness;
+          StrokeRequest all = request;
+          all.stress_peaks = 30;
+          const StrokeResponse there = evaluate_stroke(guide.make(moved), model, all);
+          Values values;
+          for (const StressPeak& peak : peaks)
+            for (const StressPeak& q : there.path[0].stress_peaks)
+              if (q.leaf == peak.leaf && q.on_positive_normal == peak.on_positive_normal &&
+                  std::abs(q.along - peak.along) + std::abs(q.across - peak.across) < 1e-9) {
+                values.push_back(q.value);
+                break;
+              }
+          REQUIRE(values.size() == peaks.size());
+          return values;
+        },
+        p[2], 1e-3 * p[2]);
+    for (std::size_t k = 0; k < peaks.size(); ++k) {
+      INFO(peaks[k].leaf << ", " << peaks[k].along << ", " << peaks[k].across);
+      CHECK(peaks[k].value <= peaks[0].value * (1 + 1e-9));
+      CHECK(slopes(static_cast<Eigen::Index>(k), 0) == Approx(d.value[k]).epsilon(1e-6));
+    }
+  }
 }
 
 TEST_CASE("equal leaves: derivatives of double frequencies are those of their cluster") {
