@@ -73,12 +73,12 @@ void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Ma
   }
 }
 
-#define INSTANTIATE(S)                                                                            \
-  template void PlateGradient<S>::add_point_force();                                              \
-  template void PlateGradient<S>::add_point_rates(                                                \
-      const std::array<Matrix, 2>&, const std::vector<LeafVariation<S>>&, Matrix&) const;         \
-  template void PlateGradient<S>::add_point_quadratic(                                            \
-      const Matrix&, const std::vector<Matrix>&, const std::vector<Matrix>&, LeafQuadratic<S>&,   \
+#define INSTANTIATE(S)                                                                          \
+  template void PlateGradient<S>::add_point_force();                                            \
+  template void PlateGradient<S>::add_point_rates(                                              \
+      const std::array<Matrix, 2>&, const std::vector<LeafVariation<S>>&, Matrix&) const;       \
+  template void PlateGradient<S>::add_point_quadratic(                                          \
+      const Matrix&, const std::vector<Matrix>&, const std::vector<Matrix>&, LeafQuadratic<S>&, \
       std::vector<Matrix>&) const;
 INSTANTIATE(double)
 INSTANTIATE(Jet)

@@ -45,6 +45,13 @@ StressPeak largest_stress(const StrainField& field, const PlateShape& shape, dou
 std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape& shape,
                                      double youngs_modulus, int index);
 
+/// A peak of segment i of n equal ones, as one of the whole leaf.
+inline StressPeak peak_of_leaf(StressPeak of_segment, int i, int n) {
+  of_segment.segment = i;
+  of_segment.along = (i + of_segment.along) / n;
+  return of_segment;
+}
+
 /// Largest von Mises stress on both surfaces,
 ///
 ///     σ = E/(1 − ν²) [(1 − ν) ε_ab + ν ε_cc δ_ab],   ε = e ± t/2 κ,   κ_ab = −r,ab · n,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/elements/full_leaf.hpp"
+#include "core/elements/plate_stress.hpp"
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
@@ -203,19 +204,12 @@ LeafDynamics LeafChain::dynamics(int count) {
   return dynamics;
 }
 
-namespace {
-StressPeak of_chain(StressPeak peak, int segment, int segments) {
-  peak.segment = segment;
-  peak.along = (segment + peak.along) / segments;
-  return peak;
-}
-}  // namespace
-
 StressPeak LeafChain::max_stress() {
   StressPeak largest;
   for (int i = 0; i < segments(); ++i) {
     const StressPeak own = segments_[i]->max_stress();
-    if (i == 0 || own.value > largest.value * (1 + 1e-9)) largest = of_chain(own, i, segments());
+    if (i == 0 || own.value > largest.value * (1 + 1e-9))
+      largest = peak_of_leaf(own, i, segments());
   }
   return largest;
 }
@@ -224,7 +218,7 @@ std::vector<StressPeak> LeafChain::stress_peaks() {
   std::vector<StressPeak> peaks;
   for (int i = 0; i < segments(); ++i)
     for (const StressPeak& own : segments_[i]->stress_peaks())
-      peaks.push_back(of_chain(own, i, segments()));
+      peaks.push_back(peak_of_leaf(own, i, segments()));
   return peaks;
 }
 

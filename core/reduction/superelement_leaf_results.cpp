@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/elements/beam_stress.hpp"
+#include "core/elements/plate_stress.hpp"
 #include "core/reduction/superelement_leaf.hpp"
 
 namespace flexopt {
@@ -34,21 +35,13 @@ LeafSpring SuperelementLeaf::segment() const {
   return segment;
 }
 
-namespace {
-StressPeak of_leaf(StressPeak peak, int segment, int segments) {
-  peak.segment = segment;
-  peak.along = (segment + peak.along) / segments;
-  return peak;
-}
-}  // namespace
-
 StressPeak SuperelementLeaf::beam_stress_peak(const SuperelementGrid::State& state) const {
   StressPeak peak;
   for (int e = 0; e < grid_->elements(); ++e) {
     const CondensedPlate& p = grid_->plate(e);
     const StressPeak own = beam_max_stress(*p.mesh, grid_->beam_displacements(state, e), segment(),
                                            p.scale, index_, BeamStrain::linear);
-    if (e == 0 || own.value > peak.value * (1 + 1e-9)) peak = of_leaf(own, e, grid_->along());
+    if (e == 0 || own.value > peak.value * (1 + 1e-9)) peak = peak_of_leaf(own, e, grid_->along());
   }
   peak.position = grid_->place(state, peak.along, peak.across);
   return peak;
@@ -64,7 +57,7 @@ std::vector<StressPeak> SuperelementLeaf::stress_peaks() {
     for (const StressPeak& own :
          beam_stress_peaks(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), segment(),
                            index_, BeamStrain::linear))
-      peaks.push_back(of_leaf(own, e, grid_->along()));
+      peaks.push_back(peak_of_leaf(own, e, grid_->along()));
   return peaks;
 }
 
