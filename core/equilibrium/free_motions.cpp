@@ -2,6 +2,8 @@
 
 #include <Eigen/Dense>
 
+#include "core/math/decompositions.hpp"
+
 namespace flexopt {
 
 FreeMotions::FreeMotions(const System& system, bool drive_held) : system_(&system) {
@@ -17,11 +19,7 @@ FreeMotions::FreeMotions(const System& system, bool drive_held) : system_(&syste
   int row = c.count();
   for (const int k : system.held()) rows(row++, k) = 1;
   if (drive_held) rows(row, 6 * m.end_effector + index(m.drive)) = 1;
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(n, rows.rows());
-  qr.setThreshold(1e-9);
-  qr.compute(rows.transpose());
-  const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(n, n);
-  basis_ = scale_.asDiagonal() * Q.rightCols(n - qr.rank());
+  basis_ = scale_.asDiagonal() * null_space_of_transpose(rows.transpose(), 1e-9);
 }
 
 bool FreeMotions::is_still(int coordinate) const {
@@ -40,15 +38,14 @@ MatrixXd FreeMotions::answer(const MatrixXd& forces) const {
   VectorXd s;
   const MatrixXd K = scaled(basis_.transpose() * system_->tangent_stiffness() * basis_, s);
   const MatrixXd F = s.asDiagonal() * (basis_.transpose() * forces);
-  return basis_ * (s.asDiagonal() * K.partialPivLu().solve(F));
+  return basis_ * (s.asDiagonal() * Lu(K).solve(F));
 }
 
 int FreeMotions::negative_pivots() const {
   if (count() == 0) return 0;
   VectorXd s;
   const MatrixXd K = scaled(basis_.transpose() * system_->tangent_stiffness() * basis_, s);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(K, Eigen::EigenvaluesOnly);
-  return static_cast<int>((eigen.eigenvalues().array() < 0).count());
+  return static_cast<int>((symmetric_eigenvalues(K).array() < 0).count());
 }
 
 }  // namespace flexopt

@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "core/equilibrium/free_motions.hpp"
+#include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
@@ -46,8 +45,8 @@ int negative_pivots(const System& system, bool drive_held) {
     H.col(d).setZero();
     H(d, d) = 1;
   }
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H, Eigen::EigenvaluesOnly);
-  return system.negative_pivots() + static_cast<int>((eigen.eigenvalues().array() < 0).count());
+  return system.negative_pivots() +
+         static_cast<int>((symmetric_eigenvalues(H).array() < 0).count());
 }
 
 namespace {
@@ -123,7 +122,7 @@ Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, cons
           c.units().cwiseInverse().asDiagonal() * c.gradient() * scale.asDiagonal();
       b.tail(m_joints) = -c.value().cwiseQuotient(c.units());
     }
-    const VectorXd x = A.partialPivLu().solve(b);
+    const VectorXd x = Lu(A).solve(b);
     lambda = x[n] * unit * scale[d];
     result.step = x.head(n).cwiseAbs().maxCoeff();
     // steps within the tolerance, conditions far within it: they must not drift

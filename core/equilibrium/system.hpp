@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/elements/leaf_element.hpp"
+#include "core/elements/leaf/leaf_element.hpp"
 #include "core/equilibrium/constraints.hpp"
 #include "core/mechanism/mechanism.hpp"
 

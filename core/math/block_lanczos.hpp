@@ -1,13 +1,13 @@
 #pragma once
 // Lowest eigenpairs of K x = λ M x by inverse block Lanczos with full reorthogonalisation. Blocks
 // find repeated eigenvalues, up to their width, which a single vector cannot.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/math/types.hpp"
 
@@ -136,7 +136,7 @@ struct LargestPairs {
   MatrixXd vectors;
 };
 inline LargestPairs largest_pairs(const MatrixXd& A, int count) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
+  const SymmetricEigen eigen(A);
   const VectorXd& theta = eigen.eigenvalues();
   std::vector<int> order(theta.size());
   std::iota(order.begin(), order.end(), 0);
@@ -168,8 +168,7 @@ LowestPairs lowest_pairs_of_blocks(int n, int count, int width, const Solve& sol
     // Rayleigh–Ritz on Y = K⁻¹ M X:  (Yᵀ M X) z = λ⁻¹… with Yᵀ K Y = Yᵀ M X
     const MatrixXd MX = krylov.MV() * ritz.vectors, Y = solve(MX), MY = mass(Y);
     const MatrixXd KY = Y.transpose() * MX, G = Y.transpose() * MY;
-    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> last(0.5 * (KY + KY.transpose()),
-                                                                  0.5 * (G + G.transpose()));
+    const SymmetricEigen last(0.5 * (KY + KY.transpose()), 0.5 * (G + G.transpose()));
     pairs.values = last.eigenvalues();
     pairs.vectors = Y * last.eigenvectors();
     return pairs;

@@ -2,12 +2,12 @@
 // Lowest eigenpairs of K x = λ M x by inverse Lanczos with full reorthogonalisation. Written here
 // because every step needs one K⁻¹ and one M only when M V is kept beside V; general packages ask
 // for several products with M a step, which is what a leaf's frequencies cost.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <vector>
 
+#include "core/math/decompositions.hpp"
 #include "core/math/types.hpp"
 
 namespace flexopt {
@@ -58,8 +58,7 @@ LowestPairs lowest_pairs(int n, int count, const Solve& solve, const Mass& mass,
 
     const int k = j + 1;
     if (k >= count && (k % 4 == 0 || k == most)) {
-      Eigen::SelfAdjointEigenSolver<MatrixXd> ritz;
-      ritz.computeFromTridiagonal(alpha.head(k), beta.head(k - 1));
+      const auto ritz = SymmetricEigen::of_tridiagonal(alpha.head(k), beta.head(k - 1));
       std::vector<int> order(k);
       std::iota(order.begin(), order.end(), 0);
       const VectorXd& theta = ritz.eigenvalues();

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "core/math/dense_products.hpp"
+
 namespace flexopt {
 
 template <class Scalar>

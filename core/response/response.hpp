@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/elements/leaf_results.hpp"
+#include "core/elements/leaf/leaf_results.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
 

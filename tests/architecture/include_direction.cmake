@@ -1,44 +1,57 @@
-# Fails if an include points the wrong way, or a wrapped library leaks.
+cmake_minimum_required(VERSION 3.25)
+# Fails if an include is not in the table of docs/architecture.md, or a wrapped library leaks.
 #   cmake -D SOURCE=<repository> -P include_direction.cmake
-# A folder includes only itself and the folders before it:
-set(folders core designs optim results)
-set(core_folders math spec mechanism elements reduction equilibrium response)
 # What a library's header looks like, and the only files that may name it:
 set(wrapped
-  "nlopt\\.h" "optim/nlopt_[a-z_]*\\.cpp"
-  "(coin/)?Ip[A-Z][A-Za-z]*\\.hpp" "optim/ipopt_[a-z_]*\\.cpp"
-  "muParser[A-Za-z]*\\.h" "optim/expression[a-z_]*\\.[ch]pp"
+  "nlopt\\.h" "optim/solvers/nlopt_[a-z_]*\\.cpp"
+  "(coin/)?Ip[A-Z][A-Za-z]*\\.hpp" "optim/solvers/ipopt_[a-z_]*\\.cpp"
+  "muParser[A-Za-z]*\\.h" "optim/job/expression[a-z_]*\\.[ch]pp"
   "udunits2?\\.h" "core/spec/quantity\\.cpp"
-  "CLI/.*" "results/.*"
+  "CLI/.*" "results/cli/.*"
 )
 
+# The table: one line a room, from the bottom up.
+set(page docs/architecture.md)
+set(rooms "")
 set(wrong "")
+file(STRINGS ${SOURCE}/${page} lines ENCODING UTF-8 REGEX "^\\| `")
+foreach(line IN LISTS lines)
+  string(REGEX MATCH "^\\| `([a-z_/]+)` \\|[^|]*\\|([^|]*)\\|$" whole "${line}")
+  if(NOT whole)
+    list(APPEND wrong "${page}: not a line of the table: ${line}")
+    continue()
+  endif()
+  set(room ${CMAKE_MATCH_1})
+  string(REGEX MATCHALL "[a-z_]+(/[a-z_]+)*" may "${CMAKE_MATCH_2}")
+  foreach(other IN LISTS may)
+    if(NOT other IN_LIST rooms)
+      list(APPEND wrong "${page}: ${room} may include ${other}, which does not stand above it")
+    endif()
+  endforeach()
+  list(APPEND rooms ${room})
+  set(may_${room} ${may})
+  set(unused_${room} ${may})
+endforeach()
+
 set(files 0)
-foreach(folder IN LISTS folders)
+foreach(folder core designs optim results)
   file(GLOB_RECURSE sources RELATIVE ${SOURCE} ${SOURCE}/${folder}/*.hpp ${SOURCE}/${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX node_modules)
   foreach(source IN LISTS sources)
     math(EXPR files "${files} + 1")
+    get_filename_component(room ${source} DIRECTORY)
+    if(NOT room IN_LIST rooms)
+      list(APPEND wrong "${source}: its folder is not in ${page}")
+    endif()
     file(STRINGS ${SOURCE}/${source} lines REGEX "^[ \t]*#[ \t]*include")
     foreach(line IN LISTS lines)
       string(REGEX REPLACE ".*include[ \t]*[<\"]([^>\"]*)[>\"].*" "\\1" header "${line}")
 
-      string(REGEX MATCH "^(core|designs|optim|results|tests)/" top "${header}")
-      if(top)
-        set(top ${CMAKE_MATCH_1})
-        list(FIND folders ${folder} here)
-        list(FIND folders ${top} there)
-        if(there EQUAL -1 OR there GREATER here)
-          list(APPEND wrong "${source}: ${header}")
-        endif()
-        if(folder STREQUAL core AND top STREQUAL core)
-          string(REGEX REPLACE "^core/([^/]*)/.*" "\\1" from ${source})
-          string(REGEX REPLACE "^core/([^/]*)/.*" "\\1" to ${header})
-          list(FIND core_folders ${from} here)
-          list(FIND core_folders ${to} there)
-          if(here EQUAL -1 OR there EQUAL -1 OR there GREATER here)
-            list(APPEND wrong "${source}: ${header}")
-          endif()
+      if(header MATCHES "^(core|designs|optim|results|tests)/")
+        get_filename_component(other ${header} DIRECTORY)
+        list(REMOVE_ITEM unused_${room} ${other})
+        if(NOT other STREQUAL room AND NOT other IN_LIST may_${room})
+          list(APPEND wrong "${source}: ${header} (${room} may include: ${may_${room}})")
         endif()
       elseif(line MATCHES "\"" AND NOT header MATCHES "^flexopt_")
         list(APPEND wrong "${source}: ${header} (write the path from the repository's root)")
@@ -52,6 +65,11 @@ foreach(folder IN LISTS folders)
         endif()
       endwhile()
     endforeach()
+  endforeach()
+endforeach()
+foreach(room IN LISTS rooms)
+  foreach(other IN LISTS unused_${room})
+    list(APPEND wrong "${page}: ${room} does not include ${other}; take it out of its line")
   endforeach()
 endforeach()
 

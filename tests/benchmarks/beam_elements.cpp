@@ -1,8 +1,8 @@
 // Error of full beam leaves against elements per leaf, 40 elements the reference: parallel guide to
 // 0.2 L and cross hinge to 30°, the undeflected state included. Largest over the stroke in %:
 // drive load / support stiffness in z / worst support stiffness (direction). Prints the tables of
-// core/elements/beams.md; the second one is of superelements per leaf, with linear local strains
-// and with second-order ones (modal derivatives), ends and cuts free to warp.
+// core/elements/plate/beams.md; the second one is of superelements per leaf, with linear local
+// strains and with second-order ones (modal derivatives), ends and cuts free to warp.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,12 +1,12 @@
 // Where beams stop being good enough: beams against plates (both 16 elements along, plates 8
 // across) on the parallel guide to 0.15 L and the cross hinge to 30°, beside the estimates that
-// every result carries (leaf_validity). Prints the table of core/elements/beams.md.
+// every result carries (leaf_validity). Prints the table of core/elements/plate/beams.md.
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "core/elements/leaf_validity.hpp"
+#include "core/elements/plate/leaf_validity.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 

@@ -8,7 +8,7 @@
 #include <functional>
 #include <vector>
 
-#include "core/elements/block_tridiagonal.hpp"
+#include "core/math/block_tridiagonal.hpp"
 
 using namespace flexopt;
 

@@ -1,5 +1,5 @@
 // Frequencies of every method against full order over the stroke: the tables of
-// core/response/frequencies.md. Full order: the full leaf with 40 of its own modes.
+// core/response/modes/README.md. Full order: the full leaf with 40 of its own modes.
 //
 //   bench_frequencies            all tables
 #include <fmt/format.h>

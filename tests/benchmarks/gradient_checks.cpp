@@ -10,7 +10,7 @@
 #include <random>
 
 #include "core/math/memory.hpp"
-#include "optim/check_gradients.hpp"
+#include "optim/problem/check_gradients.hpp"
 
 using namespace flexopt;
 using Json = nlohmann::json;

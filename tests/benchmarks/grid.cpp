@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "optim/design_problem.hpp"
+#include "optim/problem/design_problem.hpp"
 
 using namespace flexopt;
 

@@ -10,7 +10,7 @@
 #include <optional>
 #include <string>
 
-#include "core/reduction/modal_derivatives.hpp"
+#include "core/reduction/modal/modal_derivatives.hpp"
 
 using namespace flexopt;
 

@@ -1,6 +1,6 @@
 // Errors of the reductions against full leaves on the same mesh: parallel guide to 0.3 L and cross
 // hinge to 30° and 45°, beam leaves of 100 × 30 × 0.5 mm. Prints the tables of
-// core/reduction/modal_derivatives.md. `bench_reductions fine` takes 32 elements a leaf, as the
+// core/reduction/modal/README.md. `bench_reductions fine` takes 32 elements a leaf, as the
 // planar prototype did, else 10, as the paper did.
 #include <fmt/format.h>
 
@@ -13,12 +13,12 @@
 #include <numbers>
 #include <optional>
 
-#include "core/elements/full_leaf.hpp"
+#include "core/elements/leaf/leaf_chain.hpp"
+#include "core/elements/plate/full_leaf.hpp"
 #include "core/equilibrium/stroke_path.hpp"
-#include "core/reduction/leaf_chain.hpp"
-#include "core/response/frequencies.hpp"
-#include "core/response/leaf_models.hpp"
-#include "core/response/stiffness.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/modes/frequencies.hpp"
+#include "core/response/path/stiffness.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <vector>
 
-#include "core/elements/full_leaf.hpp"
-#include "core/reduction/tube_leaf.hpp"
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 

@@ -5,8 +5,8 @@
 #include <cstdio>
 
 #include "core/math/rotation.hpp"
-#include "core/reduction/mixed_condensation.hpp"
-#include "tests/core/reduction/synthetic_leaf.hpp"
+#include "core/reduction/tube/mixed_condensation.hpp"
+#include "tests/core/reduction/tube/synthetic_leaf.hpp"
 
 using namespace flexopt;
 

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/elements/beam_section.hpp"
+#include "core/elements/plate/beam_section.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 

@@ -14,7 +14,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "optim/optimise.hpp"
+#include "optim/search/optimise.hpp"
 
 namespace flexopt::guide {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "results/run_record.hpp"
+#include "results/files/run_record.hpp"
 
 namespace flexopt::test {
 

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/job.hpp"
+#include "optim/job/job.hpp"
 
 int main(int argc, char** argv) try {
   if (argc != 2) return 2;

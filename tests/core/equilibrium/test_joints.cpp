@@ -6,7 +6,7 @@
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
-#include "core/response/leaf_models.hpp"
+#include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "core/equilibrium/stroke_path.hpp"
-#include "core/response/leaf_models.hpp"
+#include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 

@@ -1,0 +1,255 @@
+#include "core/elements/leaf/leaf_chain.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/elements/leaf/leaf_scale.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+
+LeafSpring leaf_segment(const LeafSpring& leaf, int i, int n) {
+  LeafSpring segment = leaf;
+  segment.length = leaf.length / n;
+  segment.origin = leaf.origin + leaf.axes.col(0) * (leaf.length * i / n);
+  segment.base = segment.tip = 0;  // held by bodies that move
+  segment.point.reset();
+  return segment;
+}
+
+LeafChain::LeafChain(const LeafSpring& leaf, std::vector<std::unique_ptr<LeafElement>> segments)
+    : leaf_(leaf), segments_(std::move(segments)), unit_energy_(LeafScale(leaf).energy) {
+  const int n = this->segments();
+  assert(n >= 2 && !leaf.point);
+  for (int i = 0; i <= n; ++i)
+    lines_.push_back({leaf.origin + leaf.axes.col(0) * (leaf.length * i / n), leaf.axes});
+  K_.resize(std::vector<int>(n - 1, 6));
+  g_.resize(unknowns());
+  coupling_ = MatrixXd::Zero(unknowns(), 12);
+}
+
+MatrixXd LeafChain::edge_rows(int i, const MatrixXd& T) const {
+  const int u = unknowns(), n = segments();
+  MatrixXd rows(12, T.cols());
+  for (int e = 0; e < 2; ++e) {
+    const int line = i + e;
+    rows.middleRows<6>(6 * e) = T.middleRows<6>(line == 0 ? u : line == n ? u + 6 : 6 * (line - 1));
+  }
+  return rows;
+}
+
+void LeafChain::move(const EdgePoses& edges, const Vector12d& dq) {
+  VectorXd T(unknowns() + 12);
+  if (condensed_) {
+    VectorXd step = -(y_ + Y_ * dq);
+    K_.apply_signs(step);
+    K_.solve_upper(step);
+    T << step, dq;
+  } else {
+    T << VectorXd::Zero(unknowns()), dq;
+  }
+  for (int i = 1; i < segments(); ++i) {
+    const auto step = T.segment<6>(6 * (i - 1));
+    lines_[i].position += step.head<3>();
+    lines_[i].axes = orthonormalised(rotation_exp(step.tail<3>()) * lines_[i].axes);
+  }
+  lines_.front() = edges[0];
+  lines_.back() = edges[1];
+  for (int i = 0; i < segments(); ++i)
+    segments_[i]->move({lines_[i], lines_[i + 1]}, edge_rows(i, T));
+  condensed_ = false;
+}
+
+const LeafEvaluation& LeafChain::evaluate() {
+  const int n = segments(), last = n - 1;
+  LeafEvaluation& sum = evaluation_;
+  sum = {};
+  for (MatrixXd& D : K_.diagonal) D.setZero();
+  g_.setZero();
+  coupling_.setZero();
+  for (int i = 0; i < n; ++i) {
+    const LeafEvaluation& own = segments_[i]->evaluate();
+    sum.energy += own.energy;
+    sum.correction = std::max(sum.correction, own.correction);
+    sum.strain = std::max(sum.strain, own.strain);
+    sum.negative_pivots += own.negative_pivots;
+    const auto block = [&](int a, int b) { return own.tangent.block<6, 6>(6 * a, 6 * b); };
+    if (i > 0) {
+      g_.segment<6>(6 * (i - 1)) += own.force.head<6>();
+      K_.diagonal[i - 1] += block(0, 0);
+    } else {
+      sum.force.head<6>() = own.force.head<6>();
+      sum.tangent.topLeftCorner<6, 6>() = block(0, 0);
+      coupling_.block<6, 6>(0, 0) = block(1, 0);
+    }
+    if (i < last) {
+      g_.segment<6>(6 * i) += own.force.tail<6>();
+      K_.diagonal[i] += block(1, 1);
+    } else {
+      sum.force.tail<6>() = own.force.tail<6>();
+      sum.tangent.bottomRightCorner<6, 6>() = block(1, 1);
+      coupling_.block<6, 6>(6 * (i - 1), 6) = block(0, 1);
+    }
+    if (i > 0 && i < last) K_.below[i - 1] = block(1, 0);
+  }
+  K_.factorise();
+  y_ = g_;
+  Y_ = coupling_;
+  K_.solve_lower(y_);
+  K_.solve_lower(Y_);
+  VectorXd sy = y_;
+  MatrixXd sY = Y_;
+  K_.apply_signs(sy);
+  K_.apply_signs(sY);
+  sum.negative_pivots += K_.negative_pivots();
+  sum.force -= Y_.transpose() * sy;
+  sum.tangent -= Y_.transpose() * sY;
+  sum.correction = std::max(sum.correction, std::sqrt(std::abs(y_.dot(sy)) / unit_energy_));
+  condensed_ = true;
+  return evaluation_;
+}
+
+namespace {
+struct LeafChainState final : LeafState {
+  std::vector<EdgePose> lines;
+  std::vector<std::unique_ptr<LeafState>> segments;
+};
+}  // namespace
+
+std::unique_ptr<LeafState> LeafChain::save() const {
+  auto copy = std::make_unique<LeafChainState>();
+  copy->lines = lines_;
+  for (const auto& segment : segments_) copy->segments.push_back(segment->save());
+  return copy;
+}
+
+void LeafChain::restore(const LeafState& state) {
+  const auto& kept = static_cast<const LeafChainState&>(state);
+  lines_ = kept.lines;
+  for (int i = 0; i < segments(); ++i) segments_[i]->restore(*kept.segments[i]);
+  condensed_ = false;
+}
+
+LeafDynamics LeafChain::dynamics(int count) {
+  if (!condensed_) evaluate();
+  const int n = segments(), u = unknowns();
+  std::vector<LeafDynamics> parts;
+  int own = 0, stations = 0;
+  for (auto& segment : segments_) {
+    parts.push_back(segment->dynamics(std::max(1, (count + n - 1) / n)));
+    own += static_cast<int>(parts.back().mode_frequencies.size());
+    stations += static_cast<int>(parts.back().stations.rows());
+  }
+  // over (inner lines, modes of the segments, edges)
+  const int inner = u + own;
+  MatrixXd T0 = MatrixXd::Identity(inner + 12, inner + 12),
+           M = MatrixXd::Zero(inner + 12, inner + 12), motion(stations, inner + 12);
+  MatrixXd lines(u + 12, inner + 12);  // rows of lines and edges
+  lines << T0.topRows(u), T0.bottomRows(12);
+  MatrixXd K = MatrixXd::Zero(inner + 12, inner + 12);
+  for (int i = 0, o = u, s = 0; i < n; ++i) {
+    const LeafDynamics& part = parts[i];
+    const int k = static_cast<int>(part.mode_frequencies.size());
+    MatrixXd T(12 + k, inner + 12);
+    T << edge_rows(i, lines), T0.middleRows(o, k);
+    M.noalias() += T.transpose() * part.mass * T;
+    K.noalias() += T.transpose() * part.stiffness * T;
+    motion.middleRows(s, part.stations.rows()).noalias() = part.stations * T;
+    s += static_cast<int>(part.stations.rows());
+    o += k;
+  }
+  // static shapes of the edges, and modes between held edges, through the inverted pencil where K
+  // is positive definite: the lowest come out with full accuracy
+  const Lu lu(K.topLeftCorner(inner, inner));
+  MatrixXd S = MatrixXd::Zero(inner + 12, 12);
+  S.topRows(inner) = -lu.solve(K.topRightCorner(inner, 12));
+  S.bottomRows(12).setIdentity();
+  const int kept = std::min(count, inner);
+  VectorXd omega2(kept);
+  MatrixXd shapes(inner, kept);
+  const MatrixXd Ki = K.topLeftCorner(inner, inner), Mi = M.topLeftCorner(inner, inner);
+  if (Cholesky(Ki).positive_definite()) {
+    const SymmetricEigen eigen(Mi, Ki);
+    for (int k = 0; k < kept; ++k) {
+      const double mu = std::max(eigen.eigenvalues()[inner - 1 - k], 1e-300);
+      omega2[k] = 1 / mu;
+      shapes.col(k) = eigen.eigenvectors().col(inner - 1 - k) / std::sqrt(mu);
+    }
+  } else {
+    const SymmetricEigen eigen(Ki, Mi);
+    omega2 = eigen.eigenvalues().head(kept);
+    shapes = eigen.eigenvectors().leftCols(kept);
+  }
+  MatrixXd R = MatrixXd::Zero(inner + 12, 12 + kept);
+  R.leftCols<12>() = S;
+  R.topRightCorner(inner, kept) = shapes;
+
+  LeafDynamics dynamics;
+  dynamics.mass = R.transpose() * M * R;
+  dynamics.stations = motion * R;
+  dynamics.stiffness = MatrixXd::Zero(12 + kept, 12 + kept);
+  dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
+  dynamics.mode_frequencies.resize(kept);
+  for (int k = 0; k < kept; ++k) {
+    dynamics.stiffness(12 + k, 12 + k) = omega2[k];
+    dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k])) / (2 * std::numbers::pi);
+  }
+  // half: no shapes of the boundary's own inertia, so more modes are needed
+  dynamics.highest_mode = kept > 0 ? 0.5 * dynamics.mode_frequencies.maxCoeff() : 0;
+  return dynamics;
+}
+
+StressPeak LeafChain::max_stress() {
+  StressPeak largest;
+  for (int i = 0; i < segments(); ++i) {
+    const StressPeak own = segments_[i]->max_stress();
+    if (i == 0 || own.value > largest.value * (1 + 1e-9))
+      largest = peak_of_leaf(own, i, segments());
+  }
+  return largest;
+}
+
+std::vector<StressPeak> LeafChain::stress_peaks() {
+  std::vector<StressPeak> peaks;
+  for (int i = 0; i < segments(); ++i)
+    for (const StressPeak& own : segments_[i]->stress_peaks())
+      peaks.push_back(peak_of_leaf(own, i, segments()));
+  return peaks;
+}
+
+MatrixXd LeafChain::static_shapes() const {
+  MatrixXd X = Y_;
+  K_.apply_signs(X);
+  K_.solve_upper(X);
+  return -X;
+}
+
+LeafShape LeafChain::shape() {
+  std::vector<LeafShape> own;
+  LeafShape shape;
+  for (auto& segment : segments_) {
+    own.push_back(segment->shape());
+    shape.points_along += own.back().points_along - (own.size() > 1 ? 1 : 0);
+  }
+  shape.points_across = own.front().points_across;
+  for (int j = 0; j < shape.points_across; ++j)
+    for (std::size_t i = 0; i < own.size(); ++i)
+      for (int k = i > 0 ? 1 : 0; k < own[i].points_along; ++k) {
+        const int at = j * own[i].points_along + k;
+        shape.undeflected.push_back(own[i].undeflected[at]);
+        shape.deflected.push_back(own[i].deflected[at]);
+        shape.von_mises.push_back(own[i].von_mises[at]);
+      }
+  return shape;
+}
+
+Vector3d LeafChain::material_point(double along, double across) {
+  const int i = std::clamp(static_cast<int>(along * segments()), 0, segments() - 1);
+  return segments_[i]->material_point(along * segments() - i, across);
+}
+
+}  // namespace flexopt

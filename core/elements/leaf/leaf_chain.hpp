@@ -1,0 +1,59 @@
+#pragma once
+// A leaf cut at rigid lines into segments, each of them a leaf element of its own: the lines
+// between are internal unknowns, eliminated, so that the mechanism sees the edges only. Any
+// elements do.
+#include <memory>
+#include <vector>
+
+#include "core/elements/leaf/leaf_element.hpp"
+#include "core/math/block_tridiagonal.hpp"
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+/// Segment i of n equal ones along a leaf: both its edges are held.
+LeafSpring leaf_segment(const LeafSpring& leaf, int i, int n);
+
+class LeafChain final : public LeafElement {
+ public:
+  /// Two segments at least, in order along the leaf, made for its `leaf_segment`s at rest.
+  LeafChain(const LeafSpring& leaf, std::vector<std::unique_ptr<LeafElement>> segments);
+
+  void move(const EdgePoses& edges, const Vector12d& dq) override;
+  const LeafEvaluation& evaluate() override;
+  const LeafEvaluation& evaluation() const override { return evaluation_; }
+  std::unique_ptr<LeafState> save() const override;
+  void restore(const LeafState& state) override;
+  LeafDynamics dynamics(int modes) override;
+  StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
+  LeafShape shape() override;
+  Vector3d material_point(double along, double across) override;
+  LeafReport report() const override { return segments_.front()->report(); }
+
+  const LeafElement& segment(int i) const { return *segments_[i]; }
+  LeafElement& segment(int i) { return *segments_[i]; }
+  int segments() const { return static_cast<int>(segments_.size()); }
+
+  /// K_ff⁻¹ b of the lines between, (force, moment) each, edges held; after evaluate().
+  void solve(Eigen::Ref<MatrixXd> b) const { K_.solve(b); }
+  /// d(lines between)/d(edges), (displacement, spin) each.
+  MatrixXd static_shapes() const;
+
+ private:
+  int unknowns() const { return K_.size(); }
+  /// Rows of segment i's two edges among those of T: inner lines, then the 12 of the edges.
+  MatrixXd edge_rows(int i, const MatrixXd& T) const;
+
+  LeafSpring leaf_;
+  std::vector<std::unique_ptr<LeafElement>> segments_;
+  std::vector<EdgePose> lines_;  ///< all of them, edges included
+  double unit_energy_;           ///< D, for the size of the correction
+  BlockTridiagonal K_;           ///< of the inner lines
+  VectorXd g_, y_;               ///< residual, and L⁻¹ residual
+  MatrixXd coupling_, Y_;        ///< K_fb and L⁻¹ K_fb
+  bool condensed_ = false;       ///< they are those of the present state
+  LeafEvaluation evaluation_;
+};
+
+}  // namespace flexopt

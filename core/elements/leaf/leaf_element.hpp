@@ -1,0 +1,100 @@
+#pragma once
+// What path following, stiffness and frequencies know of a leaf: a body between two end edges that
+// answers energy, internal force, tangent stiffness and mass. Full and reduced leaves alike.
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/elements/leaf/leaf_results.hpp"
+#include "core/math/types.hpp"
+#include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/model_options.hpp"
+
+namespace flexopt {
+
+/// Place of an end edge: its middle [m] and its axes (columns: along the leaf, width, normal).
+struct EdgePose {
+  Vector3d position;
+  Matrix3d axes;
+};
+using EdgePoses = std::array<EdgePose, 2>;  ///< base, tip
+
+/// The leaf seen from its edges; 12-vectors are (position, spin) of base then tip, global axes.
+struct LeafEvaluation {
+  double energy = 0;                      ///< [J]
+  Vector12d force = Vector12d::Zero();    ///< ∂energy/∂q [N, N m]
+  Matrix12d tangent = Matrix12d::Zero();  ///< ∂force/∂q, rotation varied as exp(hat δ) R
+  /// Of the displacement u of the leaf's material point, where it has one (LeafSpring::point).
+  struct Point {
+    Vector3d force = Vector3d::Zero();      ///< ∂energy/∂u [N]
+    Matrix3d tangent = Matrix3d::Zero();    ///< ∂force/∂u
+    Eigen::Matrix<double, 3, 12> coupling;  ///< ∂force/∂q
+  };
+  std::optional<Point> point;
+  double correction = 0;  ///< size of the step that the internal unknowns still want (lengths / L)
+  double strain = 0;      ///< largest stretch of the mid-surface
+  int negative_pivots = 0;  ///< of the internal stiffness, edges held
+};
+
+/// Kept copy of a leaf's internal unknowns.
+struct LeafState {
+  virtual ~LeafState() = default;
+};
+
+/// Stiffness and mass over (12 edge coordinates, 3 of the material point if there is one, internal
+/// modes): K = [tangent 0; 0 ω²].
+struct LeafDynamics {
+  MatrixXd stiffness, mass;
+  VectorXd mode_frequencies;  ///< [Hz] of the internal shapes, edges held
+  double highest_mode = 0;    ///< [Hz]; below it every mode between held edges is there
+  double check = 0;           ///< relative internal correction met on the way
+  /// Motion of stations of the leaf per unit coordinate, times the root of their mass: what tells
+  /// two motions of the leaf apart. Any number of rows, the same at every state.
+  MatrixXd stations;
+};
+
+class LeafElement {
+ public:
+  virtual ~LeafElement() = default;
+
+  /// Follows the edges to a new place. `dq` is the linearised increment that led there, through
+  /// the lever arms of the old place: the internal unknowns follow *it*.
+  virtual void move(const EdgePoses& edges, const Vector12d& dq) = 0;
+  /// Displacement of the material point, and its increment, for the move() to come. Only for leaves
+  /// that have one.
+  virtual void displace_point(const Vector3d& /*displacement*/, const Vector3d& /*du*/) {}
+
+  /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
+  virtual const LeafEvaluation& evaluate() = 0;
+  /// The last one.
+  virtual const LeafEvaluation& evaluation() const = 0;
+
+  /// What a model of limited range wants changed before this equilibrium is believed.
+  struct Refinement {
+    bool changed = false;                      ///< solve again
+    std::unique_ptr<LeafElement> replacement;  ///< another model of the leaf, at the same state
+  };
+  virtual Refinement refine() { return {}; }
+  /// The same leaf without limits of range, at the same state; nothing if it is that already.
+  virtual std::unique_ptr<LeafElement> full_model(const std::string& /*reason*/) { return nullptr; }
+
+  virtual std::unique_ptr<LeafState> save() const = 0;
+  virtual void restore(const LeafState& state) = 0;
+
+  /// Craig–Bampton dynamics of the present equilibrium: constraint modes of the edges, the lowest
+  /// `modes` fixed-interface modes and, where the leaf has them, further internal shapes. Without
+  /// modes no internal shapes at all.
+  virtual LeafDynamics dynamics(int modes) = 0;
+
+  virtual StressPeak max_stress() = 0;
+  /// The places where the stress of a surface is larger than at all stations around, their
+  /// positions left open. The largest of them is that of max_stress().
+  virtual std::vector<StressPeak> stress_peaks() = 0;
+  virtual LeafShape shape() = 0;
+  /// Present place of a point of the mid-surface, given by its place in [0, 1]².
+  virtual Vector3d material_point(double along, double across) = 0;
+  virtual LeafReport report() const = 0;
+};
+
+}  // namespace flexopt

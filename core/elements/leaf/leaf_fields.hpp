@@ -1,0 +1,24 @@
+#pragma once
+// What the places and the stresses of a leaf change by along design parameters.
+#include <vector>
+
+#include "core/elements/leaf/leaf_results.hpp"
+
+namespace flexopt {
+
+/// Of one leaf whose state moves along each of several parameters.
+class LeafFields {
+ public:
+  virtual ~LeafFields() = default;
+
+  /// Of the place over L of the point (along, across) of the mid-surface, seen from the leaf's
+  /// axes, these and L held: 3 × parameters.
+  virtual MatrixXd place_rates(double along, double across) const = 0;
+  /// Of the stress at a peak of this leaf [Pa], one for each parameter: the peak keeps its place
+  /// (along, across) unless it stands at the border of a corner zone.
+  /// `modulus`: Young's modulus; `modulus_rates`: its derivatives.
+  virtual VectorXd stress_rates(const StressPeak& peak, double modulus,
+                                const VectorXd& modulus_rates) const = 0;
+};
+
+}  // namespace flexopt

@@ -1,0 +1,101 @@
+#pragma once
+// What a leaf's force and quadratic forms yᵀK y, yᵀM y change by when its state, its shape or the
+// place of its edges changes: the leaf's share of every exact gradient, whichever model it is.
+// Equations (26)–(32) of core/response/README.md. Leaf axes, lengths over L, energies over D,
+// masses over ρ t L⁴; vectors are those of LeafRows. S: double at one state, Jet along a path of
+// states.
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/elements/leaf/leaf_fields.hpp"
+#include "core/elements/leaf/leaf_rows.hpp"
+#include "core/math/jet.hpp"
+
+namespace flexopt {
+
+/// How a leaf moves with a design parameter while the displacements and rotations of its bodies,
+/// its internal unknowns and all increments keep their numbers. In leaf axes over L.
+template <class S>
+struct LeafVariation {
+  double energy = 0, mass = 0;        ///< of LeafScale, relative
+  Vector3d shape = Vector3d::Zero();  ///< of w/L, t/L, ν
+  Matrix3d turn = Matrix3d::Zero();   ///< Ȧᵀ A of the leaf axes A: increments turn by it
+  double length = 0;                  ///< L̇/L
+  Eigen::Vector2d point{0, 0};        ///< of the place (along, across) of the material point
+  struct Edge {
+    Vector3<S> position = Vector3<S>::Zero();  ///< of the body's reference point
+    Matrix3<S> rotation = Matrix3<S>::Zero();  ///< of the body's rotation seen in leaf axes
+    Vector3d arm = Vector3d::Zero();           ///< from reference point to edge, undeflected
+  };
+  std::array<Edge, 2> edge;  ///< zero where the edge is grounded
+};
+
+template <class S>
+std::vector<Vector3d> shapes_of(const std::vector<LeafVariation<S>>& variations) {
+  std::vector<Vector3d> shapes;
+  for (const LeafVariation<S>& v : variations) shapes.push_back(v.shape);
+  return shapes;
+}
+
+/// q = yᵀ(K − μ M) y for each column y of Y, and its derivatives at constant y and μ. Rotations are
+/// varied as exp(hat δ) R of the varied R.
+template <class S>
+struct LeafQuadratic {
+  Eigen::VectorX<S> stiffness, mass;           ///< yᵀK y, yᵀM y
+  Eigen::MatrixX<S> state;                     ///< size × columns
+  Eigen::Matrix3X<S> shape;                    ///< of w/L, t/L, ν: operators only
+  Eigen::Matrix2X<S> point;                    ///< along the place of the material point
+  struct Edge {                                ///< zero where the edge is free
+    Matrix3<S> rotation = Matrix3<S>::Zero();  ///< ∂q/∂(rotation of the edge's axes)
+    /// ∂q/∂(place of the body), (arm, in edge axes)
+    Vector3<S> position = Vector3<S>::Zero(), arm = Vector3<S>::Zero();
+    /// ∂q/∂(increments of the body)
+    Vector3<S> displacement = Vector3<S>::Zero(), spin = Vector3<S>::Zero();
+    S across = 0;  ///< along the places of the nodes across, relative
+  };
+  std::vector<std::array<Edge, 2>> edge;  ///< per column
+
+  LeafQuadratic(int size, int columns)
+      : stiffness(Eigen::VectorX<S>::Zero(columns)),
+        mass(Eigen::VectorX<S>::Zero(columns)),
+        state(Eigen::MatrixX<S>::Zero(size, columns)),
+        shape(Eigen::Matrix3X<S>::Zero(3, columns)),
+        point(Eigen::Matrix2X<S>::Zero(2, columns)),
+        edge(static_cast<std::size_t>(columns)) {}
+};
+
+template <class S>
+class LeafGradient {
+ public:
+  using Vector = Eigen::VectorX<S>;
+  using Matrix = Eigen::MatrixX<S>;
+
+  virtual ~LeafGradient() = default;
+
+  int size() const { return rows_.size(); }
+  double width() const { return width_; }  ///< w/L
+  /// Residual of every row.
+  const Vector& force() const { return force_; }
+  /// Its derivatives along the variations, scales apart: size × variations.
+  virtual Matrix force_rates(const std::vector<LeafVariation<S>>& variations) const = 0;
+  virtual LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const = 0;
+  /// Along every variation, the state moving by a column of `rows` each. None of series.
+  virtual std::unique_ptr<LeafFields> fields(
+      const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const = 0;
+  /// Derivative of q of a column along a variation, scales apart.
+  S rate(const LeafQuadratic<S>& q, const Matrix& Y, int column, const LeafVariation<S>& v) const;
+
+ protected:
+  /// `width`: w/L.
+  LeafGradient(const LeafRows& rows, double width) : rows_(rows), width_(width) {}
+
+  LeafRows rows_;
+  double width_;
+  Vector force_;
+};
+
+extern template class LeafGradient<double>;
+extern template class LeafGradient<Jet>;
+
+}  // namespace flexopt

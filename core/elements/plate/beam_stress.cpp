@@ -1,0 +1,277 @@
+#include "core/elements/plate/beam_stress.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <unsupported/Eigen/AutoDiff>
+
+#include "core/elements/plate/beam_section.hpp"
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/elements/plate/plate_stress.hpp"
+
+namespace flexopt {
+namespace {
+
+// Extension ε0, curvature in the plane κ3, |d,x|², shear of the plane γ, curvature across κ2, its
+// rate across κ2′, twist θ′.
+enum Measure { stretch, in_plane, lateral, shear, across, warping, twist, measures };
+template <class S>
+using MeasuresT = Eigen::Matrix<S, measures, 1>;
+using Measures = MeasuresT<double>;
+
+constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
+
+template <class S>
+MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValues& X, bool circular,
+                         BeamStrain strain) {
+  auto sum = [&](const std::array<double, 4>& h, int k) -> Vector3<S> {
+    return (U.row(k) * h[0] + U.row(k + 1) * h[1] + U.row(k + 4) * h[2] + U.row(k + 5) * h[3])
+        .transpose();
+  };
+  using std::sqrt;
+  const Vector3<S> a = sum(X.slope, 0), r_xx = sum(X.curvature, 0), d = sum(X.value, 2),
+                   d_x = sum(X.slope, 2), d_xx = sum(X.curvature, 2);
+  if (strain == BeamStrain::linear) {  // a = e1, d = e2, n = e3 and small changes
+    MeasuresT<S> m;
+    m << a[0], circular ? S(-r_xx[1]) : d_x[0], S(0.0 * a[0]), S(a[1] + d[0]), S(-r_xx[2]),
+        S(-d_xx[2]), S(-d_x[2]);
+    return m;
+  }
+  const Vector3<S> c = a.cross(d);
+  const Vector3<S> n = c / sqrt(c.squaredNorm());
+  MeasuresT<S> m;
+  m[stretch] = 0.5 * (a.squaredNorm() - 1.0);
+  m[in_plane] = circular ? S(-r_xx.dot(d)) : S(a.dot(d_x));
+  m[lateral] = d_x.squaredNorm();
+  m[shear] = a.dot(d);
+  m[across] = -r_xx.dot(n);
+  m[warping] = -d_xx.dot(n);
+  m[twist] = -d_x.dot(n);
+  return m;
+}
+
+// The measures at the two Gauss stations of every element, where those of a cubic are
+// superconvergent, and linearly between and beyond them.
+class RecoveredMeasures {
+ public:
+  RecoveredMeasures(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal, BeamStrain strain) {
+    const bool circular = mesh.shape().section == Section::circular;
+    for (int i = 0; i < mesh.elements_along(); ++i) {
+      Eigen::Matrix<double, 8, 3> U;
+      U << nodal[i], nodal[i + 1];
+      const double h = mesh.x()[i + 1] - mesh.x()[i];
+      for (const double s : station) {
+        x_.push_back(mesh.x()[i] + s * h);
+        values_.push_back(measures_at<double>(U, hermite(s, h), circular, strain));
+      }
+    }
+  }
+
+  Measures at(double x) const {
+    std::size_t i = 0;
+    while (i + 2 < x_.size() && x > x_[i + 1]) ++i;
+    const double s = (x - x_[i]) / (x_[i + 1] - x_[i]);
+    Measures m = (1 - s) * values_[i] + s * values_[i + 1];
+    m[lateral] = std::max(0.0, m[lateral]);
+    return m;
+  }
+
+ private:
+  std::vector<double> x_;
+  std::vector<Measures> values_;
+};
+
+template <class S>
+S von_mises(const S& s, const S& t) {
+  using std::sqrt;
+  const S square = s * s + 3.0 * t * t;
+  return square > 0.0 ? S(sqrt(square)) : S(0.0 * square);  // no stress has no slope
+}
+
+// Von Mises stress over E: the largest of a circular section, and on one side of a rectangular one
+// at a fraction of w/2.
+template <class S>
+S circular_stress(const MeasuresT<S>& m, const S& t, const S& nu) {
+  using std::sqrt;
+  const S in = m[in_plane], out = m[across], square = in * in + out * out;
+  const S bend = square > 0.0 ? S(sqrt(square)) : S(0.0 * square);
+  const S pull = m[stretch] < 0.0 ? S(-m[stretch]) : m[stretch];
+  return von_mises<S>(pull + 0.5 * t * bend, shear_ratio(nu) * (0.5 * t) * m[twist]);
+}
+template <class S>
+S rectangular_stress(const MeasuresT<S>& m, const S& w, const S& t, const S& nu, const S& shear_k,
+                     double f, const S& torsion, bool positive) {
+  const S y = 0.5 * f * w, half = 0.5 * t, G = shear_ratio(nu);
+  const S plane = m[stretch] + y * m[in_plane] + 0.5 * y * y * m[lateral],
+          bend = half * (m[across] + y * m[warping]),
+          cut = 1.5 * (1 - f * f) * G * shear_k * m[shear],
+          turn = 2.0 * G * half * m[twist] * torsion;
+  return positive ? von_mises<S>(plane + bend, cut + turn) : von_mises<S>(plane - bend, cut - turn);
+}
+
+struct Place {
+  double value = 0;     // von Mises over E
+  double fraction = 0;  // of w/2 across, −1 … 1
+  bool positive = true;
+};
+
+constexpr int stations_across = 9;
+
+// Largest von Mises stress of a section, at the stations across or only at `fraction`.
+class SectionStress {
+ public:
+  explicit SectionStress(const PlateShape& shape)
+      : shape_(shape),
+        section_(beam_section(shape.section, shape.width, shape.thickness, shape.poissons_ratio)) {
+    for (int k = 0; k < stations_across; ++k) {
+      fraction_[k] = -1 + 2.0 * k / (stations_across - 1);
+      factor_[k] = torsion_stress_factor(shape.width, shape.thickness, fraction_[k]);
+    }
+  }
+
+  Place largest(const Measures& m) const {
+    if (shape_.section == Section::circular) return circular(m);
+    Place best;
+    for (int k = 0; k < stations_across; ++k) keep(best, rectangular(m, k));
+    return best;
+  }
+  Place at_edge(const Measures& m, bool positive) const {
+    return shape_.section == Section::circular ? circular(m)
+                                               : rectangular(m, positive ? stations_across - 1 : 0);
+  }
+
+ private:
+  // equal values but for rounding: the first one is kept
+  static void keep(Place& best, const Place& p) {
+    if (p.value > best.value * (1 + 1e-9)) best = p;
+  }
+  Place circular(const Measures& m) const {
+    const double bend = std::hypot(m[in_plane], m[across]);
+    const double sign = m[stretch] < 0 ? -1 : 1;
+    return {circular_stress<double>(m, shape_.thickness, shape_.poissons_ratio),
+            bend > 0 ? sign * m[in_plane] / bend : 0.0, sign * m[across] >= 0};
+  }
+  Place rectangular(const Measures& m, int k) const {
+    const auto side = [&](bool positive) {
+      return rectangular_stress<double>(m, shape_.width, shape_.thickness, shape_.poissons_ratio,
+                                        section_.shear, fraction_[k], factor_[k], positive);
+    };
+    const double up = side(true), down = side(false);
+    const bool positive = up >= down * (1 - 1e-9);
+    return {positive ? up : down, fraction_[k], positive};
+  }
+
+  PlateShape shape_;
+  BeamSection section_;
+  std::array<double, stations_across> fraction_, factor_;
+};
+
+}  // namespace
+
+namespace {
+
+constexpr int intervals = 32;
+
+/// The largest stress of the section at each station along.
+std::vector<StressPeak> section_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                                      double youngs_modulus, int index, BeamStrain strain) {
+  const RecoveredMeasures field(mesh, nodal, strain);
+  const SectionStress section(mesh.shape());
+  std::vector<StressPeak> peaks;
+  for (int k = 0; k <= intervals; ++k) {
+    const double x = static_cast<double>(k) / intervals;
+    const Place p = section.largest(field.at(x));
+    peaks.push_back(
+        {youngs_modulus * p.value, index, x, 0.5 * (1 + p.fraction), Vector3d::Zero(), p.positive});
+  }
+  return peaks;
+}
+
+}  // namespace
+
+StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                           const LeafSpring& leaf, const LeafScale& scale, int index,
+                           BeamStrain strain) {
+  StressPeak peak;
+  peak.leaf = index;
+  for (const StressPeak& p :
+       section_peaks(mesh, nodal, leaf.material.youngs_modulus, index, strain))
+    if (p.value > peak.value * (1 + 1e-9)) peak = p;
+  peak.position = plate_material_point(mesh, nodal, scale, peak.along, peak.across);
+  return peak;
+}
+
+std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                                          const LeafSpring& leaf, int index, BeamStrain strain) {
+  const auto all = section_peaks(mesh, nodal, leaf.material.youngs_modulus, index, strain);
+  std::vector<StressPeak> peaks;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (all[k].value > 0 && (k == 0 || all[k].value >= all[k - 1].value) &&
+        (k + 1 == all.size() || all[k].value >= all[k + 1].value))
+      peaks.push_back(all[k]);
+  return peaks;
+}
+
+double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                        const StressPeak& peak, double youngs_modulus, const StressRate& rate,
+                        BeamStrain strain) {
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+  const auto dual = [](double value, double derivative) {
+    return Dual(value, Eigen::Matrix<double, 1, 1>(derivative));
+  };
+  const PlateShape& shape = mesh.shape();
+  const bool circular = shape.section == Section::circular;
+  const Dual w = dual(shape.width, rate.shape[0]), t = dual(shape.thickness, rate.shape[1]),
+             nu = dual(shape.poissons_ratio, rate.shape[2]);
+  std::vector<double> x;
+  for (int i = 0; i < mesh.elements_along(); ++i)
+    for (const double s : station) x.push_back(mesh.x()[i] + s * (mesh.x()[i + 1] - mesh.x()[i]));
+  std::size_t k = 0;
+  while (k + 2 < x.size() && peak.along > x[k + 1]) ++k;
+  const auto at = [&](std::size_t station_index) {
+    const int i = static_cast<int>(station_index) / 2;
+    Eigen::Matrix<Dual, 8, 3> U;
+    for (int f = 0; f < 8; ++f)
+      for (int c = 0; c < 3; ++c)
+        U(f, c) = dual(nodal[i + f / 4](f % 4, c), rate.nodal[i + f / 4](f % 4, c));
+    return measures_at<Dual>(U, hermite(station[station_index % 2], mesh.x()[i + 1] - mesh.x()[i]),
+                             circular, strain);
+  };
+  const double s = (peak.along - x[k]) / (x[k + 1] - x[k]);
+  MeasuresT<Dual> m = at(k);
+  const MeasuresT<Dual> next = at(k + 1);
+  for (int i = 0; i < measures; ++i) m[i] = (1 - s) * m[i] + s * next[i];
+  if (m[lateral] < 0.0) m[lateral] = dual(0, 0);
+  Dual stress;
+  if (circular) {
+    stress = circular_stress<Dual>(m, t, nu);
+  } else {
+    const double f = 2 * peak.across - 1;
+    stress =
+        rectangular_stress<Dual>(m, w, t, nu, beam_section<Dual>(shape.section, w, t, nu).shear, f,
+                                 torsion_stress_factor_of<Dual>(w, t, f), peak.on_positive_normal);
+  }
+  return youngs_modulus * stress.derivatives()[0] + rate.youngs_modulus * stress.value();
+}
+
+LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                              const LeafSpring& leaf, const LeafScale& scale, BeamStrain strain) {
+  LeafShape shape;
+  const RecoveredMeasures field(mesh, nodal, strain);
+  const SectionStress section(mesh.shape());
+  shape.points_along = mesh.lines();
+  shape.points_across = 2;
+  for (const bool positive : {false, true})
+    for (int i = 0; i < mesh.lines(); ++i) {
+      const double y = 0.5 * mesh.shape().width * (positive ? 1 : -1);
+      const Vector3d r = (nodal[i].row(0) + y * nodal[i].row(2)).transpose();
+      shape.undeflected.push_back(scale.origin +
+                                  scale.axes * Vector3d(mesh.x()[i], y, 0) * scale.length);
+      shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
+      shape.von_mises.push_back(leaf.material.youngs_modulus *
+                                section.at_edge(field.at(mesh.x()[i]), positive).value);
+    }
+  return shape;
+}
+
+}  // namespace flexopt

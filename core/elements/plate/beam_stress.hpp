@@ -1,0 +1,45 @@
+#pragma once
+// Stresses and shape of a beam leaf from its nodal dofs, whichever model they came from.
+#include <vector>
+
+#include "core/elements/leaf/leaf_element.hpp"
+#include "core/elements/plate/plate_mesh.hpp"
+
+namespace flexopt {
+
+struct LeafScale;
+
+/// Linear strains are those of nodal displacements about the undeflected beam; the places that come
+/// with them mean nothing.
+enum class BeamStrain { finite, linear };
+
+/// Largest von Mises stress √(σ² + 3τ²) of the section formulas. Rectangle, at y across and on the
+/// surfaces z = ±t/2:
+///
+///     σ = E (ε0 + y κ3 + ½ y² |d,x|² + z (κ2 + y κ2′)),   τ = G (1.5 k γ (1 − (2y/w)²) + 2 z θ′ f)
+///
+/// with γ the shear of the plane, θ′ the twist, κ2′ the restrained warping and f the
+/// torsion_stress_factor. Circle: σ = E (|ε0| + ½ d |κ|), τ = ½ G d θ′. Both ends included: a beam
+/// has no singular corners.
+StressPeak beam_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                           const LeafSpring& leaf, const LeafScale& scale, int index,
+                           BeamStrain strain = BeamStrain::finite);
+
+struct StressRate;
+/// The places along a beam where the largest stress of the section is larger than at the stations
+/// beside them, as plate_stress_peaks.
+std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                                          const LeafSpring& leaf, int index,
+                                          BeamStrain strain = BeamStrain::finite);
+
+/// Derivative of the stress at a peak found by beam_max_stress, at the same place.
+double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                        const StressPeak& peak, double youngs_modulus, const StressRate& rate,
+                        BeamStrain strain = BeamStrain::finite);
+
+/// The deflected ribbon of width w, two points across.
+LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                              const LeafSpring& leaf, const LeafScale& scale,
+                              BeamStrain strain = BeamStrain::finite);
+
+}  // namespace flexopt

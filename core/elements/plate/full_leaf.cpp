@@ -1,0 +1,232 @@
+#include "core/elements/plate/full_leaf.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "core/elements/plate/plate_stress.hpp"
+#include "core/math/decompositions.hpp"
+
+namespace flexopt {
+
+PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
+                       bool free_edge_torsion) {
+  return {leaf.width / leaf.length, leaf.thickness / leaf.length, leaf.material.poissons_ratio,
+          mesh, free_edge_torsion};
+}
+
+PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh) {
+  PlateSupport support;
+  support.free_tip = leaf.tip == free_edge;
+  if (!leaf.point) return support;
+  const LeafPoint& p = *leaf.point;
+  support.point =
+      p.spread_over_tip ? tip_mean_weights(mesh) : point_weights(mesh, p.along, p.across);
+  if (!p.spread_over_tip)
+    support.point_slopes = {point_weights(mesh, p.along, p.across, {1, 0}),
+                            point_weights(mesh, p.along, p.across, {0, 1})};
+  return support;
+}
+
+PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model) {
+  PlateShape shape = plate_shape(leaf, model.mesh, model.free_edge_torsion);
+  if (model.flexure == Flexure::plate) return shape;
+  // what a beam does not depend on is left out, so that equal beams share one mesh
+  shape.flexure = Flexure::beam;
+  shape.mesh[1] = 1;
+  shape.free_edge_torsion = true;
+  shape.section = leaf.section;
+  if (leaf.section == Section::rectangular) shape.warping = model.warping;
+  return shape;
+}
+
+FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index,
+                   std::string reason)
+    : leaf_(leaf),
+      index_(index),
+      reason_(std::move(reason)),
+      scale_(leaf, mesh->shape().flexure),
+      plate_(mesh, plate_support(leaf, *mesh)) {}
+
+bool FullLeaf::start_as(FullLeaf& equal) {
+  const auto same_support = [](const LeafSpring& a, const LeafSpring& b) {
+    return !a.point && !b.point && (a.tip == free_edge) == (b.tip == free_edge);
+  };
+  if (plate_.shared_mesh() != equal.plate_.shared_mesh() || !same_support(leaf_, equal.leaf_))
+    return false;
+  if (!equal.assembled_) equal.plate_.assemble();
+  equal.assembled_ = true;
+  plate_ = equal.plate_;
+  assembled_ = true;
+  return true;
+}
+
+void FullLeaf::displace_point(const Vector3d& displacement, const Vector3d& du) {
+  point_ = scale_.axes.transpose() * displacement / scale_.length;
+  point_increment_ = scale_.axes.transpose() * du / scale_.length;
+}
+
+void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
+  assembled_ = false;
+  const Vector12d increment = scale_.scaled_increment(dq);
+  const EdgePoses scaled{scale_.scaled(edges[0]), scale_.scaled(edges[1])};
+  if (!plate_.has_point()) {
+    plate_.step(scaled, plate_.internal_step(increment), increment);
+    return;
+  }
+  Vector3d df;
+  const VectorXd dx = plate_.internal_step(increment, point_increment_, df);
+  plate_.step(scaled, dx, increment, point_, df);
+}
+
+const LeafEvaluation& FullLeaf::evaluate() {
+  if (!assembled_) plate_.assemble();
+  assembled_ = false;  // the plate may be changed from outside
+  evaluation_.energy = scale_.energy * plate_.energy();
+  evaluation_.force = scale_.global_force(plate_.force());
+  evaluation_.tangent = scale_.global_tangent(plate_.tangent());
+  if (plate_.has_point()) evaluation_.point = scale_.global_point(plate_.point());
+  evaluation_.correction = plate_.correction();
+  evaluation_.strain = plate_.strain();
+  evaluation_.negative_pivots = plate_.negative_pivots();
+  return evaluation_;
+}
+
+namespace {
+struct FullLeafState final : LeafState {
+  PlateLeaf::State state;
+};
+}  // namespace
+
+std::unique_ptr<LeafState> FullLeaf::save() const {
+  auto copy = std::make_unique<FullLeafState>();
+  copy->state = plate_.state();
+  return copy;
+}
+
+void FullLeaf::restore(const LeafState& state) {
+  assembled_ = false;
+  plate_.set_state(static_cast<const FullLeafState&>(state).state);
+}
+
+MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T) {
+  // leaf mass ρ t w L = mass · (w/L) / L², motion · L
+  const int stations = plate.mesh().lines() - 2;
+  return std::sqrt(scale.mass * plate.mesh().shape().width / stations) * plate.station_rates(T);
+}
+
+namespace {
+
+// M-orthonormal Ritz shapes of span(Y), Y M-orthogonal to the modes; KY = K Y. Directions that Y
+// hardly has are left out.
+struct RitzShapes {
+  VectorXd omega2;
+  MatrixXd shapes;
+};
+RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY) {
+  const VectorXd size = Y.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  Y *= size.asDiagonal();
+  KY *= size.asDiagonal();
+  const MatrixXd M = Y.transpose() * plate.mass_times(Y), K = Y.transpose() * KY;
+  const SymmetricEigen mass(0.5 * (M + M.transpose()));
+  const VectorXd& mu = mass.eigenvalues();
+  int first = 0;
+  while (first < mu.size() && mu[first] < 1e-9 * mu[mu.size() - 1]) ++first;
+  const int kept = static_cast<int>(mu.size()) - first;
+  const MatrixXd B =
+      mass.eigenvectors().rightCols(kept) * mu.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  const SymmetricEigen ritz(B.transpose() * (0.5 * (K + K.transpose())) * B);
+  return {ritz.eigenvalues(), Y * (B * ritz.eigenvectors())};
+}
+
+}  // namespace
+
+LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
+                            int mode_count) {
+  const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
+  auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
+  const std::vector<PlateLeaf::Mode> modes =
+      plate.modes(std::min(mode_count, plate.unknowns() / 4), 1e-5);
+  const int n = plate.unknowns(), m = static_cast<int>(modes.size());
+  const int b = plate.has_point() ? 15 : 12;  // boundary coordinates; the ground's do not move
+  std::vector<int> moving;
+  for (int k = 0; k < b; ++k)
+    if (k >= 12 || (k < 6 ? leaf.base : leaf.tip) >= 0) moving.push_back(k);
+  const int a = static_cast<int>(moving.size());
+
+  // x = X q + Ψ ξ + Y η: static shapes, modes, and the static answer to the static shapes' own
+  // inertia, Y = K⁻¹ M X, without which the modes left out cost (ω/ω_cut)²: (7) of README.md
+  MatrixXd X = MatrixXd::Zero(n + 12, a);
+  X.topRows(n) = plate.static_shapes(moving);
+  for (int k = 0; k < a; ++k)
+    if (moving[k] < 12) X(n + moving[k], k) = 1;
+  MatrixXd Psi(n, m);
+  VectorXd omega2(m);
+  for (int k = 0; k < m; ++k) {
+    Psi.col(k) = modes[k].shape;
+    omega2[k] = modes[k].omega2;
+  }
+  RitzShapes ritz;
+  if (mode_count > 0) {
+    MatrixXd KY = plate.mass_times(X).topRows(n), Y = KY;
+    plate.solve(Y);
+    const MatrixXd MPsi = plate.mass_times(Psi);
+    const MatrixXd share = MPsi.transpose() * Y;
+    Y -= Psi * share;
+    KY -= MPsi * (omega2.asDiagonal() * share);
+    ritz = ritz_shapes(plate, std::move(Y), std::move(KY));
+  }
+  const int r = static_cast<int>(ritz.omega2.size()), internal = m + r;
+
+  MatrixXd T = MatrixXd::Zero(n + 12, a + internal);
+  T.leftCols(a) = X;
+  T.block(0, a, n, m) = Psi;
+  if (r > 0) T.block(0, a + m, n, r) = ritz.shapes;
+  const double amplitude = 1 / std::sqrt(scale.mass);  // unit modal mass in SI
+  MatrixXd S = MatrixXd::Zero(b + internal, a + internal);
+  {
+    MatrixXd boundary = MatrixXd::Zero(b, b);
+    boundary.topLeftCorner<12, 12>() = scale.transformation();
+    if (plate.has_point()) boundary.block<3, 3>(12, 12) = scale.axes / scale.length;
+    for (int k = 0; k < a; ++k) S.col(k).head(b) = boundary.col(moving[k]);
+    for (int k = 0; k < internal; ++k) S(b + k, a + k) = amplitude;
+  }
+  LeafDynamics dynamics;
+  dynamics.mass = scale.mass * (S * plate.mass(T) * S.transpose());
+  dynamics.stations = leaf_station_motion(plate, scale, T * S.transpose());
+  dynamics.stiffness = MatrixXd::Zero(b + internal, b + internal);
+  dynamics.stiffness.topLeftCorner<12, 12>() = scale.global_tangent(plate.tangent());
+  if (plate.has_point()) {
+    const LeafEvaluation::Point point = scale.global_point(plate.point());
+    dynamics.stiffness.block<3, 3>(12, 12) = point.tangent;
+    dynamics.stiffness.block<3, 12>(12, 0) = point.coupling;
+    dynamics.stiffness.block<12, 3>(0, 12) = point.coupling.transpose();
+  }
+  dynamics.mode_frequencies.resize(internal);
+  for (int k = 0; k < internal; ++k) {
+    const double w = k < m ? omega2[k] : ritz.omega2[k - m];
+    dynamics.stiffness(b + k, b + k) = w * scale.energy / scale.mass;
+    dynamics.mode_frequencies[k] = frequency(w);
+  }
+  dynamics.highest_mode = m > 0 ? dynamics.mode_frequencies.head(m).maxCoeff() : 0;
+  return dynamics;
+}
+
+LeafDynamics FullLeaf::dynamics(int modes) { return plate_dynamics(plate_, leaf_, scale_, modes); }
+
+StressPeak FullLeaf::max_stress() {
+  return plate_max_stress(plate_.mesh(), plate_.nodal(), leaf_, scale_, index_);
+}
+
+std::vector<StressPeak> FullLeaf::stress_peaks() {
+  return plate_stress_peaks(plate_.mesh(), plate_.nodal(), leaf_, index_);
+}
+
+LeafShape FullLeaf::shape() {
+  return plate_deformed_shape(plate_.mesh(), plate_.nodal(), leaf_, scale_);
+}
+
+Vector3d FullLeaf::material_point(double along, double across) {
+  return plate_material_point(plate_.mesh(), plate_.nodal(), scale_, along, across);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,66 @@
+#pragma once
+// A leaf spring of a mechanism at full accuracy: PlateLeaf in SI units and global axes.
+#include <memory>
+
+#include "core/elements/leaf/leaf_element.hpp"
+#include "core/elements/leaf/leaf_scale.hpp"
+#include "core/elements/plate/plate_leaf.hpp"
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
+                       bool free_edge_torsion);
+/// What a leaf is modelled as.
+PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model);
+
+PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh);
+
+class FullLeaf final : public LeafElement {
+ public:
+  /// `mesh` must have the shape of the leaf. `index`: of the leaf in its mechanism.
+  /// `reason`: why the leaf is not what was asked for; empty if it is.
+  FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index,
+           std::string reason = {});
+
+  /// An undeflected leaf takes over the assembly and factors of an equal undeflected one, which are
+  /// made if need be: spares an evaluation. False if the two are not equal.
+  bool start_as(FullLeaf& equal);
+
+  void move(const EdgePoses& edges, const Vector12d& dq) override;
+  void displace_point(const Vector3d& displacement, const Vector3d& du) override;
+  const LeafEvaluation& evaluate() override;
+  const LeafEvaluation& evaluation() const override { return evaluation_; }
+  std::unique_ptr<LeafState> save() const override;
+  void restore(const LeafState& state) override;
+  LeafDynamics dynamics(int modes) override;
+  StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
+  LeafShape shape() override;
+  Vector3d material_point(double along, double across) override;
+  LeafReport report() const override { return {.model = "full", .reason = reason_, .check = 0}; }
+
+  PlateLeaf& plate() { return plate_; }
+  const PlateLeaf& plate() const { return plate_; }
+  const LeafScale& scale() const { return scale_; }
+
+ private:
+  LeafSpring leaf_;
+  int index_;
+  std::string reason_;
+  LeafScale scale_;
+  PlateLeaf plate_;
+  bool assembled_ = false;  ///< the plate is, at the present state
+  Vector3d point_ = Vector3d::Zero(), point_increment_ = Vector3d::Zero();  ///< scaled
+  LeafEvaluation evaluation_;
+};
+
+/// Motion of the leaf's stations for the columns of T (unknowns, then edge increments, all scaled),
+/// times the root of their mass: LeafDynamics::stations.
+MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T);
+
+/// Craig–Bampton dynamics of an assembled plate, SI and global axes.
+LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
+                            int mode_count);
+
+}  // namespace flexopt

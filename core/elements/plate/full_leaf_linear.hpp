@@ -1,0 +1,30 @@
+#pragma once
+// A full leaf linearised about its present state.
+#include <vector>
+
+#include "core/elements/leaf/leaf_linear.hpp"
+#include "core/elements/plate/full_leaf.hpp"
+
+namespace flexopt {
+
+/// Of an assembled full leaf, which must outlive it.
+class FullLeafLinear final : public LeafLinear {
+ public:
+  explicit FullLeafLinear(FullLeaf& leaf) : leaf_(&leaf) { leaf.plate().invert_pivots(); }
+
+  const LeafScale& scale() const override { return leaf_->scale(); }
+  int unknowns() const override { return leaf_->plate().unknowns(); }
+  void solve(Eigen::Ref<MatrixXd> b) const override { leaf_->plate().solve(b); }
+  MatrixXd static_shapes(const std::vector<int>& columns) const override {
+    return leaf_->plate().static_shapes(columns);
+  }
+  MatrixXd mass_times(const MatrixXd& V) const override { return leaf_->plate().mass_times(V); }
+  MatrixXd station_motion(const MatrixXd& V) const override {
+    return leaf_station_motion(leaf_->plate(), leaf_->scale(), V);
+  }
+
+ private:
+  const FullLeaf* leaf_;
+};
+
+}  // namespace flexopt

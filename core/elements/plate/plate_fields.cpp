@@ -1,0 +1,34 @@
+#include "core/elements/plate/plate_fields.hpp"
+
+#include <utility>
+
+#include "core/elements/plate/plate_stress.hpp"
+
+namespace flexopt {
+
+PlateFields::PlateFields(const PlateMesh& mesh, std::vector<MatrixXd> nodal,
+                         std::vector<MatrixXd> rates, std::vector<Vector3d> shape)
+    : mesh_(&mesh), nodal_(std::move(nodal)), rates_(std::move(rates)), shape_(std::move(shape)) {}
+
+MatrixXd PlateFields::place_rates(double along, double across) const {
+  MatrixXd rates = MatrixXd::Zero(3, static_cast<Eigen::Index>(shape_.size()));
+  for (int p = 0; p < rates.cols(); ++p)
+    for (const NodalWeight& w : point_weights(*mesh_, along, across))
+      rates.col(p) +=
+          w.weight * rates_[w.line].block<1, 3>(w.function, 3 * p).transpose() +
+          width_slope(*mesh_, w) * shape_[p][0] * nodal_[w.line].row(w.function).transpose();
+  return rates;
+}
+
+VectorXd PlateFields::stress_rates(const StressPeak& peak, double modulus,
+                                   const VectorXd& modulus_rates) const {
+  VectorXd stress(modulus_rates.size());
+  for (int p = 0; p < stress.size(); ++p) {
+    StressRate along{{}, shape_[p], modulus_rates[p]};
+    for (const MatrixXd& line : rates_) along.nodal.push_back(line.middleCols<3>(3 * p));
+    stress[p] = plate_stress_rate(*mesh_, nodal_, peak, modulus, along);
+  }
+  return stress;
+}
+
+}  // namespace flexopt

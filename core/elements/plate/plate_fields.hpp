@@ -1,0 +1,28 @@
+#pragma once
+// What the places and the stresses of a plate or beam leaf change by, from its nodes.
+#include <vector>
+
+#include "core/elements/leaf/leaf_fields.hpp"
+#include "core/elements/plate/plate_mesh.hpp"
+
+namespace flexopt {
+
+/// Of a full leaf's nodes, whichever model moves them.
+class PlateFields final : public LeafFields {
+ public:
+  /// `nodal`: functions × 3 of every line, leaf axes; `rates`: functions × (3 components of each
+  /// parameter); `shape`: of w/L, t/L, ν for each parameter. The mesh must outlive this.
+  PlateFields(const PlateMesh& mesh, std::vector<MatrixXd> nodal, std::vector<MatrixXd> rates,
+              std::vector<Vector3d> shape);
+
+  MatrixXd place_rates(double along, double across) const override;
+  VectorXd stress_rates(const StressPeak& peak, double modulus,
+                        const VectorXd& modulus_rates) const override;
+
+ private:
+  const PlateMesh* mesh_;
+  std::vector<MatrixXd> nodal_, rates_;
+  std::vector<Vector3d> shape_;
+};
+
+}  // namespace flexopt

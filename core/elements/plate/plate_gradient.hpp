@@ -1,0 +1,97 @@
+#pragma once
+// The share of a full leaf in exact gradients. Equations (26)–(29) and (32) of
+// core/response/README.md.
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/elements/leaf/leaf_gradient.hpp"
+#include "core/elements/plate/plate_leaf.hpp"
+#include "core/elements/plate/plate_mesh_rate.hpp"
+
+namespace flexopt {
+
+/// Where a leaf is, as PlateLeaf has it.
+template <class S>
+struct PlateGradientState {
+  std::array<Matrix3<S>, 2> axes;  ///< of the edges
+  Eigen::VectorX<S> x;
+  Vector3<S> point, point_force;
+  std::vector<Eigen::MatrixX<S>> nodal;  ///< of every line
+};
+PlateGradientState<double> present_state(const PlateLeaf& plate);
+
+/// A full leaf between two rigid edges (or with a free tip) at an assembled state. Vectors are
+/// those of LeafRows.
+template <class S>
+class PlateGradient final : public LeafGradient<S> {
+ public:
+  using typename LeafGradient<S>::Vector;
+  using typename LeafGradient<S>::Matrix;
+  using LeafGradient<S>::size;
+
+  /// The path, if any, starts at the present state of the plate.
+  PlateGradient(const PlateLeaf& plate, std::shared_ptr<const PlateMeshRate> rate,
+                const LeafRows& rows, PlateGradientState<S> state);
+
+  Matrix force_rates(const std::vector<LeafVariation<S>>& variations) const override;
+
+  LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const override;
+  std::unique_ptr<LeafFields> fields(
+      const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const override;
+
+  /// (28) of the stiffness for nodes that move as N0 + ε N1 + ½ ε² N2 on every line: per line
+  /// functions × (3 components of each column), N2 empty where zero. Values and derivatives in the
+  /// shape, and n0, n1 of (29); that of N2 is nodal_force().
+  struct NodalQuadratic {
+    LeafQuadratic<S> value;
+    std::vector<Matrix> n0, n1;
+  };
+  NodalQuadratic nodal_quadratic(const std::vector<Matrix>& N1,
+                                 const std::vector<Matrix>& N2) const;
+  const std::vector<Matrix>& nodal_force() const { return nodal_force_; }  ///< per line, n × 3
+  /// Derivatives of it in w/L, t/L, ν at constant nodes.
+  const std::vector<Matrix>& shape_force(int p) const { return shape_force_[p]; }
+
+ private:
+  using LeafGradient<S>::rows_;
+  using LeafGradient<S>::force_;
+  struct EdgeNodes {
+    int line = 0;
+    Matrix3<S> axes;
+    std::vector<Vector3<S>> local, arm;  ///< w and v = R w of every function
+  };
+  int edge_at(int line) const;
+  template <int Side>
+  void prepare();
+  template <int Side>
+  void quadratic_elements(const std::vector<Matrix>& N1, const std::vector<Matrix>& N2,
+                          const Vector& mu, LeafQuadratic<S>& q, std::vector<Matrix>& n0,
+                          std::vector<Matrix>& n1) const;
+  /// N′ of a line for states moving by the columns of Y: functions × (3 components of each).
+  Matrix line_rates(int line, const Matrix& Y) const;
+  void add_point_force();
+  void add_point_rates(const std::array<Matrix, 2>& edge_rates,
+                       const std::vector<LeafVariation<S>>& variations, Matrix& rows) const;
+  void add_point_quadratic(const Matrix& Y, const std::vector<Matrix>& N1,
+                           const std::vector<Matrix>& N2, LeafQuadratic<S>& q,
+                           std::vector<Matrix>& n1) const;
+  void add_to_rows(int line, const Matrix& nodal, Matrix& rows) const;
+  std::array<Matrix, 2> edge_nodal_rates(const std::vector<LeafVariation<S>>& variations) const;
+
+  const PlateLeaf* plate_;
+  const PlateMesh* mesh_;
+  std::shared_ptr<const PlateMeshRate> rate_;
+  PlateGradientState<S> state_;
+  std::array<bool, 2> rigid_{true, true};
+  std::array<EdgeNodes, 2> edges_;
+  std::vector<Eigen::Matrix<S, 16, 3>> a0_;                         ///< gradients at the points
+  std::vector<Eigen::Array<S, PlateMesh::points, 3>> strain_, n0_;  ///< and stresses × weight
+  std::vector<Matrix> nodal_force_;                                 ///< per line, n × 3
+  std::array<std::vector<Matrix>, 3> shape_force_;  ///< derivative of it in w/L, t/L, ν
+};
+
+extern template class PlateGradient<double>;
+extern template class PlateGradient<Jet>;
+
+}  // namespace flexopt

@@ -1,0 +1,563 @@
+#include "core/elements/plate/plate_leaf.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "core/math/decompositions.hpp"
+#include "core/math/lanczos.hpp"
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int points = PlateMesh::points;
+using Gradient = Eigen::Matrix<double, 16, 3>;
+using PointArray = Eigen::Array<double, points, 1>;
+
+// Nodal vectors (r − t, r,x, r,y, r,xy) of an edge node: function k of node j.
+std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, double y,
+                                     const std::vector<PlateMesh::EdgeSlope>& slopes,
+                                     const double* a) {
+  const Vector3d e1 = axes.col(0), e2 = axes.col(1);
+  std::array<Vector3d, 4> v{y * e2, e1, e2, Vector3d::Zero()};
+  for (const PlateMesh::EdgeSlope& s : slopes) v[s.function] += *a++ * axes.col(s.axis);
+  return v;
+}
+
+}  // namespace
+
+PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support)
+    : mesh_(std::move(mesh)), support_(std::move(support)) {
+  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
+  std::vector<int> sizes(lines, 3 * n);
+  const int m = mesh_->edge_unknowns();
+  for (const int line : {0, lines - 1})
+    if (is_rigid_edge(line)) sizes[line] = m;
+  K_.resize(sizes);
+  nodal_.assign(lines, MatrixXd::Zero(n, 3));
+  nodal_force_.assign(lines, VectorXd::Zero(3 * n));
+  points_.resize(mesh_->elements_along() * mesh_->elements_across());
+  nodal_step_.assign(lines, MatrixXd::Zero(n, 3));
+  for (int e = 0; e < 2; ++e) {
+    edge_diagonal_[e].resize(3 * n, 3 * n);
+    edge_below_[e].resize(3 * n, 3 * n);
+    edge_jacobian_[e] = MatrixXd::Zero(3 * n, m + 6);
+  }
+  g_.resize(unknowns());
+  coupling_ = MatrixXd::Zero(unknowns(), 12);
+  set_state(undeflected(*mesh_, support_.free_tip));
+  point_place_.setZero();
+  for (const NodalWeight& w : support_.point)
+    point_place_ += w.weight * nodal_[w.line].row(w.function).transpose();
+}
+
+PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh, bool free_tip) {
+  const int n = mesh.functions_per_line(), lines = mesh.lines(), m = mesh.edge_unknowns();
+  State state;
+  state.edges[0] = {Vector3d::Zero(), Matrix3d::Identity()};
+  state.edges[1] = {Vector3d::UnitX(), Matrix3d::Identity()};
+  const int last = free_tip ? lines - 1 : lines - 2;  // the last line with nodal unknowns
+  state.x = VectorXd::Zero(m + last * 3 * n + (free_tip ? 0 : m));
+  for (int i = 1; i <= last; ++i) {
+    const int o = m + (i - 1) * 3 * n;
+    for (int j = 0; j < mesh.nodes_per_line(); ++j) {
+      state.x[o + 4 * j] = mesh.x()[i];
+      state.x[o + 4 * j + 1] = 1;
+      state.x[o + n + 4 * j] = mesh.y()[j];
+      state.x[o + n + 4 * j + 2] = 1;
+    }
+  }
+  return state;
+}
+
+void PlateLeaf::set_state(const State& state) {
+  assert(state.x.size() == unknowns());
+  state_ = state;
+  stress_is_linearised_ = false;
+  update_nodal();
+}
+
+void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq) {
+  State state = state_;
+  state.edges = edges;
+  state.x += dx;
+  step_to(state, dx, dq);
+}
+
+void PlateLeaf::step_to(const State& state, const VectorXd& dx, const Vector12d& dq) {
+  assert(state.x.size() == unknowns());
+  if (mesh_->functions_per_side() == 8)
+    linearised_stress<8>(dx, dq);
+  else
+    linearised_stress<4>(dx, dq);
+  state_ = state;
+  update_nodal();
+}
+
+void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq,
+                     const Vector3d& point, const Vector3d& df) {
+  state_.point = point;
+  state_.point_force += df;
+  step(edges, dx, dq);
+}
+
+template <int Side>
+void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
+  const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
+            ny = mesh_->elements_across();
+  const auto [A11, A12, A33] = mesh_->membrane();
+  VectorXd T(unknowns() + 12);
+  T << dx, dq;
+  std::vector<MatrixXd>& rates = nodal_step_;
+  for (int i = 0; i <= nx; ++i) rates[i] = nodal_rates(i, T).reshaped(n, 3);
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j) {
+      const PlateMesh::Element& element = mesh_->element(i, j);
+      PointState& point = points_[i * ny + j];
+      Eigen::Matrix<double, 2 * Side, 3> dU;
+      dU << rates[i].middleRows<Side>(4 * j), rates[i + 1].middleRows<Side>(4 * j);
+      const Gradient da = element.gradient.leftCols<2 * Side>() * dU;
+      const auto& a = point.gradient;
+      const auto a1 = a.topRows<points>(), a2 = a.bottomRows<points>();
+      const auto d1 = da.topRows<points>(), d2 = da.bottomRows<points>();
+      const PointArray e11 = 0.5 * (a1.rowwise().squaredNorm().array() - 1) +
+                             a1.cwiseProduct(d1).rowwise().sum().array(),
+                       e22 = 0.5 * (a2.rowwise().squaredNorm().array() - 1) +
+                             a2.cwiseProduct(d2).rowwise().sum().array(),
+                       e12 = (a1.cwiseProduct(a2) + a1.cwiseProduct(d2) + a2.cwiseProduct(d1))
+                                 .rowwise()
+                                 .sum()
+                                 .array();
+      point.stress.col(0) = element.weight * (A11 * e11 + A12 * e22);
+      point.stress.col(1) = element.weight * (A12 * e11 + A11 * e22);
+      point.stress.col(2) = element.weight * (A33 * e12);
+    }
+  stress_is_linearised_ = true;
+}
+
+MatrixXd PlateLeaf::edge_nodal(const PlateMesh& mesh, const EdgePose& pose, const double* slopes) {
+  MatrixXd nodal(mesh.functions_per_line(), 3);
+  const int per_node = static_cast<int>(mesh.edge_slopes().size());
+  for (int j = 0; j < mesh.nodes_per_line(); ++j) {
+    const auto v = edge_vectors(pose.axes, mesh.y()[j], mesh.edge_slopes(), slopes + per_node * j);
+    for (int k = 0; k < 4; ++k) nodal.row(4 * j + k) = v[k].transpose();
+    nodal.row(4 * j) += pose.position.transpose();
+  }
+  return nodal;
+}
+
+void PlateLeaf::update_nodal() {
+  const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
+  for (int i = 1; i <= last; ++i)
+    if (!is_rigid_edge(i))
+      nodal_[i] = Eigen::Map<const MatrixXd>(state_.x.data() + K_.offset[i], n, 3);
+  for (int e = 0; e < 2; ++e) {
+    const int line = e == 0 ? 0 : last;
+    if (!is_rigid_edge(line)) continue;
+    nodal_[line] = edge_nodal(*mesh_, state_.edges[e], state_.x.data() + K_.offset[line]);
+  }
+}
+
+template <int Side>
+void PlateLeaf::assemble_elements() {
+  constexpr int functions = 2 * Side;
+  const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
+            ny = mesh_->elements_across();
+  const auto [A11, A12, A33] = mesh_->membrane();
+  auto diagonal = [&](int i) -> MatrixXd& {
+    return is_rigid_edge(i) ? edge_diagonal_[edge_of(i)] : K_.diagonal[i];
+  };
+  auto below = [&](int i) -> MatrixXd& {
+    return is_rigid_edge(i) ? edge_below_[0] : is_rigid_edge(i + 1) ? edge_below_[1] : K_.below[i];
+  };
+  for (int i = 0; i <= nx; ++i) diagonal(i).setZero();
+  for (int i = 0; i < nx; ++i) below(i).setZero();
+  for (VectorXd& f : nodal_force_) f.setZero();
+  energy_ = strain_ = 0;
+
+  for (int i = 0; i < nx; ++i) {
+    MatrixXd &D0 = diagonal(i), &D1 = diagonal(i + 1), &O = below(i);
+    for (int j = 0; j < ny; ++j) {
+      const PlateMesh::Element& element = mesh_->element(i, j);
+      const auto G = element.gradient.leftCols<functions>();
+      const auto bending = element.bending.topLeftCorner<functions, functions>();
+      Eigen::Matrix<double, functions, 3> U;
+      U << nodal_[i].middleRows<Side>(4 * j), nodal_[i + 1].middleRows<Side>(4 * j);
+      const Gradient a = G * U;
+      const Eigen::Matrix<double, functions, 3> BU = bending * U;
+      std::array<PointArray, 3> a1, a2;
+      for (int c = 0; c < 3; ++c) {
+        a1[c] = a.col(c).head<points>();
+        a2[c] = a.col(c).tail<points>();
+      }
+      auto dot = [](const auto& p, const auto& q) -> PointArray {
+        return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+      };
+      // Green–Lagrange: e11, e22 and 2 e12
+      const PointArray e11 = 0.5 * (dot(a1, a1) - 1), e22 = 0.5 * (dot(a2, a2) - 1),
+                       e12 = dot(a1, a2);
+      strain_ = std::max({strain_, e11.abs().maxCoeff(), e22.abs().maxCoeff()});
+      const PointArray& w = element.weight;
+      const PointArray n11 = w * (A11 * e11 + A12 * e22), n22 = w * (A12 * e11 + A11 * e22),
+                       n12 = w * (A33 * e12);
+      energy_ += 0.5 * (n11 * e11 + n22 * e22 + n12 * e12).sum() + 0.5 * U.cwiseProduct(BU).sum();
+
+      Gradient stress;
+      for (int c = 0; c < 3; ++c) {
+        stress.col(c).head<points>() = n11 * a1[c] + n12 * a2[c];
+        stress.col(c).tail<points>() = n12 * a1[c] + n22 * a2[c];
+      }
+      const Eigen::Matrix<double, functions, 3> force = G.transpose() * stress + BU;
+      for (int c = 0; c < 3; ++c) {
+        nodal_force_[i].segment<Side>(c * n + 4 * j) += force.col(c).template head<Side>();
+        nodal_force_[i + 1].segment<Side>(c * n + 4 * j) += force.col(c).template tail<Side>();
+      }
+
+      // Mixed Newton: the geometric stiffness takes the stresses of the linearised last step,
+      // without the squares of its rotations. Identical at equilibrium, far larger steps.
+      PointState& point = points_[i * ny + j];
+      point.gradient = a;
+      if (!stress_is_linearised_) {
+        point.stress.col(0) = n11;
+        point.stress.col(1) = n22;
+        point.stress.col(2) = n12;
+      }
+      const auto m11 = point.stress.col(0), m22 = point.stress.col(1), m12 = point.stress.col(2);
+
+      const auto Gx = element.gradient.topLeftCorner<points, functions>();
+      const auto Gy = element.gradient.bottomLeftCorner<points, functions>();
+      for (int c = 0; c < 3; ++c)
+        for (int d = 0; d <= c; ++d) {
+          PointArray xx = w * (A11 * a1[c] * a1[d] + A33 * a2[c] * a2[d]),
+                     xy = w * (A12 * a1[c] * a2[d] + A33 * a2[c] * a1[d]),
+                     yx = w * (A12 * a2[c] * a1[d] + A33 * a1[c] * a2[d]),
+                     yy = w * (A11 * a2[c] * a2[d] + A33 * a1[c] * a1[d]);
+          if (c == d) {
+            xx += m11;
+            xy += m12;
+            yx += m12;
+            yy += m22;
+          }
+          Eigen::Matrix<double, 16, functions> CG;
+          CG.template topRows<points>().noalias() = xx.matrix().asDiagonal() * Gx;
+          CG.template topRows<points>().noalias() += xy.matrix().asDiagonal() * Gy;
+          CG.template bottomRows<points>().noalias() = yx.matrix().asDiagonal() * Gx;
+          CG.template bottomRows<points>().noalias() += yy.matrix().asDiagonal() * Gy;
+          Eigen::Matrix<double, functions, functions> K;
+          K.noalias() = G.transpose() * CG;
+          if (c == d) K += bending;
+          const int r = c * n + 4 * j, s = d * n + 4 * j;
+          D0.block<Side, Side>(r, s) += K.template topLeftCorner<Side, Side>();
+          D1.block<Side, Side>(r, s) += K.template bottomRightCorner<Side, Side>();
+          O.block<Side, Side>(r, s) += K.template bottomLeftCorner<Side, Side>();
+          if (c != d)
+            O.block<Side, Side>(s, r) += K.template topRightCorner<Side, Side>().transpose();
+        }
+    }
+  }
+  stress_is_linearised_ = false;
+}
+
+void PlateLeaf::assemble() {
+  linearise();
+  eliminate();
+}
+
+MatrixXd PlateLeaf::tangent_times(const MatrixXd& V) const { return K_.times(V); }
+
+void PlateLeaf::linearise() {
+  if (mesh_->functions_per_side() == 8)
+    assemble_elements<8>();
+  else
+    assemble_elements<4>();
+  const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
+  const auto& slopes = mesh_->edge_slopes();
+  const int m = mesh_->edge_unknowns(), per_node = static_cast<int>(slopes.size());
+  for (const NodalWeight& w : support_.point)
+    for (int c = 0; c < 3; ++c)
+      nodal_force_[w.line][c * n + w.function] -= w.weight * state_.point_force[c];
+  for (int i = 1; i <= last; ++i)
+    if (!is_rigid_edge(i)) g_.segment(K_.offset[i], 3 * n) = nodal_force_[i];
+  coupling_.setZero();
+  edge_tangent_.setZero();
+  edge_force_.setZero();
+
+  for (int e = 0; e < 2; ++e) {
+    const int line = e == 0 ? 0 : last, inner = e == 0 ? 1 : last - 1;
+    if (!is_rigid_edge(line)) continue;
+    const EdgePose& pose = state_.edges[e];
+    const VectorXd& f = nodal_force_[line];
+    MatrixXd& J = edge_jacobian_[e];
+    J.setZero();
+    for (int j = 0; j < mesh_->nodes_per_line(); ++j)
+      for (int k = 0; k < 4; ++k) {
+        const int s = 4 * j + k;
+        Vector3d v = nodal_[line].row(s).transpose();
+        if (k == 0) v -= pose.position;
+        for (int c = 0; c < 3; ++c) {
+          const Vector3d row = v.cross(Vector3d::Unit(c));  // δr = ω × v
+          J.block<1, 3>(c * n + s, m + 3) = row.transpose();
+          if (k == 0) J(c * n + s, m + c) = 1;
+        }
+        for (int d = 0; d < per_node; ++d)
+          if (slopes[d].function == k)
+            for (int c = 0; c < 3; ++c)
+              J(c * n + s, per_node * j + d) = pose.axes(c, slopes[d].axis);
+      }
+    MatrixXd H = edge_curvature(e, f);
+    MatrixXd& D = edge_diagonal_[e];
+    D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
+    H.noalias() += J.transpose() * (D * J);
+    const VectorXd gJ = J.transpose() * f;
+    K_.diagonal[line] = H.topLeftCorner(m, m);
+    g_.segment(K_.offset[line], m) = gJ.head(m);
+    edge_force_.segment<6>(6 * e) = gJ.tail<6>();
+    edge_tangent_.block<6, 6>(6 * e, 6 * e) = H.bottomRightCorner<6, 6>();
+    // mixed terms stand below the diagonal only
+    coupling_.block(K_.offset[line], 6 * e, m, 6) = H.bottomLeftCorner(6, m).transpose();
+    const MatrixXd& O = edge_below_[e];
+    if (e == 0) {
+      K_.below[0].noalias() = O * J.leftCols(m);
+      coupling_.block(K_.offset[inner], 0, 3 * n, 6).noalias() = O * J.rightCols<6>();
+    } else {
+      K_.below[last - 1].noalias() = J.leftCols(m).transpose() * O;
+      coupling_.block(K_.offset[inner], 6, 3 * n, 6).noalias() = O.transpose() * J.rightCols<6>();
+    }
+  }
+}
+
+MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
+  const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
+  const auto& slopes = mesh_->edge_slopes();
+  const int per_node = static_cast<int>(slopes.size());
+  const EdgePose& pose = state_.edges[e];
+  const MatrixXd& nodal = nodal_[e == 0 ? 0 : mesh_->lines() - 1];
+  MatrixXd H = MatrixXd::Zero(m + 6, m + 6);
+  for (int s = 0; s < n; ++s) {
+    const Vector3d fs(f[s], f[n + s], f[2 * n + s]);
+    Vector3d v = nodal.row(s).transpose();
+    if (s % 4 == 0) v -= pose.position;
+    H.bottomRightCorner<3, 3>() +=
+        0.5 * (fs * v.transpose() + v * fs.transpose()) - fs.dot(v) * Matrix3d::Identity();
+    for (int d = 0; d < per_node; ++d)
+      if (slopes[d].function == s % 4)
+        H.block<3, 1>(m + 3, per_node * (s / 4) + d) += pose.axes.col(slopes[d].axis).cross(fs);
+  }
+  return H;
+}
+
+BlockTridiagonal PlateLeaf::line_factor() const {
+  const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
+  assert(!support_.free_tip);
+  BlockTridiagonal K;
+  K.resize(std::vector<int>(inner, n3));
+  for (int i = 0; i < inner; ++i) {
+    K.diagonal[i] = K_.diagonal[i + 1];
+    if (i + 1 < inner) K.below[i] = K_.below[i + 1];
+  }
+  K.factorise();
+  return K;
+}
+
+MatrixXd PlateLeaf::line_shapes() const {
+  const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
+  MatrixXd X = MatrixXd::Zero(inner * n3, 2 * n3);
+  X.topLeftCorner(n3, n3) = -edge_below_[0];
+  X.bottomRightCorner(n3, n3) = -edge_below_[1].transpose();
+  line_factor().solve(X);
+  return X;
+}
+
+void PlateLeaf::eliminate() {
+  const int last = mesh_->lines() - 1;
+  K_.factorise();
+  y_ = g_;
+  K_.solve_lower(y_);
+  Y_ = coupling_;
+  K_.solve_lower(Y_.leftCols<6>());
+  K_.solve_lower(Y_.rightCols<6>(), last - 1);
+  VectorXd sy = y_;
+  K_.apply_signs(sy);
+  correction_ = std::sqrt(std::abs(y_.dot(sy)));
+  force_ = edge_force_ - Y_.transpose() * sy;
+  if (K_.negative_pivots() == 0) {
+    tangent_ = edge_tangent_ - Y_.transpose() * Y_;
+  } else {
+    MatrixXd sY = Y_;
+    K_.apply_signs(sY);
+    tangent_ = edge_tangent_ - Y_.transpose() * sY;
+  }
+  negative_ = K_.negative_pivots();
+  if (has_point()) condense_point();
+}
+
+void PlateLeaf::condense_point() {
+  const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
+  MatrixXd C = MatrixXd::Zero(unknowns(), 3);  // (∂c/∂x)ᵀ
+  Eigen::Matrix<double, 3, 12> Cq = Eigen::Matrix<double, 3, 12>::Zero();
+  Vector3d place = -point_place_;
+  for (const NodalWeight& w : support_.point) {
+    place += w.weight * nodal_[w.line].row(w.function).transpose();
+    const int o = K_.offset[w.line];
+    for (int c = 0; c < 3; ++c) {
+      if (!is_rigid_edge(w.line)) {
+        C(o + c * n + w.function, c) += w.weight;
+        continue;
+      }
+      const int e = edge_of(w.line);
+      const auto J = edge_jacobian_[e].row(c * n + w.function);
+      C.block(o, c, m, 1) += w.weight * J.head(m).transpose();
+      Cq.block<1, 6>(c, 6 * e) += w.weight * J.tail<6>();
+    }
+  }
+  Yc_ = std::move(C);
+  K_.solve_lower(Yc_);
+  MatrixXd sYc = Yc_;
+  K_.apply_signs(sYc);
+  const Matrix3d S = Yc_.transpose() * sYc;
+  negative_ -= static_cast<int>((symmetric_eigenvalues(S).array() < 0).count());
+  S_inverse_ = S.inverse();
+  G_ = sYc.transpose() * Y_ - Cq;
+  h_ = state_.point - place + sYc.transpose() * y_;
+
+  const Vector3d dl = S_inverse_ * h_;
+  point_.force = state_.point_force + dl;
+  point_.tangent = S_inverse_;
+  point_.coupling = S_inverse_ * G_;
+  force_ += G_.transpose() * dl;
+  tangent_ += G_.transpose() * point_.coupling;
+  VectorXd rest = y_ - Yc_ * dl;
+  VectorXd signed_rest = rest;
+  K_.apply_signs(signed_rest);
+  correction_ = std::sqrt(std::abs(rest.dot(signed_rest)));
+}
+
+VectorXd PlateLeaf::internal_step(const Vector12d& dq) const {
+  VectorXd step = -(y_ + Y_ * dq);
+  K_.apply_signs(step);
+  K_.solve_upper(step);
+  return step;
+}
+
+VectorXd PlateLeaf::internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const {
+  df = S_inverse_ * (h_ + G_ * dq + du);
+  VectorXd step = Yc_ * df - y_ - Y_ * dq;
+  K_.apply_signs(step);
+  K_.solve_upper(step);
+  return step;
+}
+
+void PlateLeaf::solve(Eigen::Ref<MatrixXd> b) const {
+  K_.solve_lower(b);
+  if (has_point()) {
+    MatrixXd sb = b;
+    K_.apply_signs(sb);
+    b -= Yc_ * (S_inverse_ * (Yc_.transpose() * sb));
+  }
+  K_.apply_signs(b);
+  K_.solve_upper(b);
+}
+
+MatrixXd PlateLeaf::static_shapes(const std::vector<int>& columns) const {
+  MatrixXd X(unknowns(), columns.size());
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const int c = columns[k];
+    if (c >= 12)
+      X.col(k) = Yc_ * S_inverse_.col(c - 12);
+    else if (has_point())
+      X.col(k) = Yc_ * (S_inverse_ * G_.col(c)) - Y_.col(c);
+    else
+      X.col(k) = -Y_.col(c);
+  }
+  K_.apply_signs(X);
+  K_.solve_upper(X);
+  return X;
+}
+
+MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {
+  const int n = mesh_->functions_per_line();
+  if (!is_rigid_edge(line)) return T.middleRows(K_.offset[line], 3 * n);
+  const int e = edge_of(line);
+  const int m = mesh_->edge_unknowns();
+  MatrixXd rates = edge_jacobian_[e].leftCols(m) * T.middleRows(K_.offset[line], m);
+  if (T.rows() == unknowns() + 12)
+    rates.noalias() += edge_jacobian_[e].rightCols<6>() * T.middleRows(unknowns() + 6 * e, 6);
+  return rates;
+}
+
+MatrixXd PlateLeaf::mass(const MatrixXd& T) const {
+  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
+  MatrixXd M = MatrixXd::Zero(T.cols(), T.cols());
+  MatrixXd previous;
+  for (int i = 0; i < lines; ++i) {
+    MatrixXd rates = nodal_rates(i, T);
+    for (int c = 0; c < 3; ++c) {
+      const auto R = rates.middleRows(c * n, n);
+      M.noalias() += R.transpose() * (mesh_->mass_diagonal(i) * R);
+      if (i == 0) continue;
+      const MatrixXd X = R.transpose() * (mesh_->mass_below(i - 1) * previous.middleRows(c * n, n));
+      M += X + X.transpose();
+    }
+    previous = std::move(rates);
+  }
+  return M;
+}
+
+MatrixXd PlateLeaf::station_rates(const MatrixXd& T) const {
+  const int n = mesh_->functions_per_line(), inner = mesh_->lines() - 2;
+  const int middle = 4 * (mesh_->nodes_per_line() / 2);
+  MatrixXd rates(6 * inner, T.cols());
+  for (int i = 0; i < inner; ++i)
+    for (int c = 0; c < 3; ++c) {
+      const int row = K_.offset[i + 1] + c * n + middle;
+      rates.row(6 * i + c) = T.row(row);
+      rates.row(6 * i + 3 + c) = 0.5 * mesh_->shape().width * T.row(row + 2);
+    }
+  return rates;
+}
+
+MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
+  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
+  const int m = static_cast<int>(V.cols());
+  std::vector<MatrixXd> R(lines);  // functions × (3 components of each column)
+  for (int i = 0; i < lines; ++i) R[i] = nodal_rates(i, V).reshaped(n, 3 * m);
+  const bool edges = V.rows() == unknowns() + 12;
+  MatrixXd result(V.rows(), m), F;
+  if (edges) result.bottomRows(12).setZero();
+  for (int i = 0; i < lines; ++i) {
+    F.noalias() = mesh_->mass_diagonal(i) * R[i];
+    if (i > 0) F.noalias() += mesh_->mass_below(i - 1) * R[i - 1];
+    if (i + 1 < lines) F.noalias() += mesh_->mass_below(i).transpose() * R[i + 1];
+    const auto rows = F.reshaped(3 * n, m);
+    if (is_rigid_edge(i)) {
+      const int u = mesh_->edge_unknowns();
+      const MatrixXd& J = edge_jacobian_[edge_of(i)];
+      result.middleRows(K_.offset[i], u).noalias() = J.leftCols(u).transpose() * rows;
+      if (edges)
+        result.middleRows(unknowns() + 6 * edge_of(i), 6).noalias() =
+            J.rightCols<6>().transpose() * rows;
+    } else {
+      result.middleRows(K_.offset[i], 3 * n) = rows;
+    }
+  }
+  return result;
+}
+
+std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const {
+  std::vector<Mode> result;
+  if (count == 0) return result;
+  const LowestPairs pairs = lowest_pairs(
+      unknowns(), count,
+      [this](VectorXd x) {
+        solve(x);
+        return x;
+      },
+      [this](const VectorXd& x) -> VectorXd { return mass_times(x); }, tolerance);
+  if (!pairs.converged) return result;
+  for (int k = 0; k < count; ++k) result.push_back({pairs.values[k], pairs.vectors.col(k)});
+  return result;
+}
+
+}  // namespace flexopt

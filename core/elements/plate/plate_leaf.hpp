@@ -1,0 +1,182 @@
+#pragma once
+// The full plate leaf: geometrically exact thin plate between two rigid edges, in the scaled units
+// of plate_mesh.hpp (length L, energy D). Equations (1)–(4) of README.md.
+#include <memory>
+#include <vector>
+
+#include "core/elements/leaf/leaf_element.hpp"
+#include "core/elements/plate/plate_mesh.hpp"
+#include "core/math/block_tridiagonal.hpp"
+
+namespace flexopt {
+
+/// How a plate is held beyond its base edge.
+struct PlateSupport {
+  bool free_tip = false;           ///< else the tip edge is rigid, at its pose
+  std::vector<NodalWeight> point;  ///< of a material point with a prescribed displacement; or empty
+  /// Derivatives of them along and across; empty where they cannot move.
+  std::array<std::vector<NodalWeight>, 2> point_slopes;
+};
+
+/// State of a plate leaf and the linear algebra about it. The unknowns, in the order of the blocks:
+/// base line (the free slopes α, γ, α′, γ′ of each node), the interior lines (r, r,x, r,y, r,xy;
+/// component by component), tip line; the two edge poses are arguments.
+class PlateLeaf {
+ public:
+  explicit PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support = {});
+
+  const PlateMesh& mesh() const { return *mesh_; }
+  const std::shared_ptr<const PlateMesh>& shared_mesh() const { return mesh_; }
+  const PlateSupport& support() const { return support_; }
+  int unknowns() const { return K_.size(); }
+  int block_offset(int line) const { return K_.offset[line]; }
+
+  /// Edge poses in leaf axes over L, undeflected: (0, 1) and (e1, 1).
+  struct State {
+    EdgePoses edges;
+    VectorXd x;                               ///< all unknowns
+    Vector3d point = Vector3d::Zero();        ///< displacement of the material point
+    Vector3d point_force = Vector3d::Zero();  ///< that holds it there
+  };
+  const State& state() const { return state_; }
+  void set_state(const State& state);
+  static State undeflected(const PlateMesh& mesh, bool free_tip = false);
+
+  /// Assembles and factorises at the present state. After it the results below hold.
+  void assemble();
+  /// The first half of it: energy, residual(), edge_force() and the tangent's parts hold then
+  /// (tangent_times(), coupling(), edge_tangent()), but nothing condensed.
+  void linearise();
+  /// The second half.
+  void eliminate();
+  /// K_ff V; after linearise(), before eliminate().
+  MatrixXd tangent_times(const MatrixXd& V) const;
+  /// How the nodal values of a rigid edge depend on (its slopes, its displacement and spin); after
+  /// linearise().
+  const MatrixXd& edge_jacobian(int edge) const { return edge_jacobian_[edge]; }
+  /// Second derivatives of that map times the nodal forces f: only the lower triangle is filled.
+  MatrixXd edge_curvature(int edge, const VectorXd& f) const;
+  /// Static shapes of the interior lines: their unknowns per unit nodal value of the base line,
+  /// then of the tip line (both rigid); after linearise(), before eliminate().
+  MatrixXd line_shapes() const;
+  /// The factor of the interior lines' tangent that they come from.
+  BlockTridiagonal line_factor() const;
+  /// Nodal values (functions_per_line × 3) of an edge with these slopes.
+  static MatrixXd edge_nodal(const PlateMesh& mesh, const EdgePose& pose, const double* slopes);
+
+  double energy() const { return energy_; }
+  double correction() const { return correction_; }
+  int negative_pivots() const { return negative_; }
+  /// Largest membrane strain |e11|, |e22| met at the last assembly.
+  double strain() const { return strain_; }
+
+  /// Condensed force and tangent at the edges (12), to first order in the internal residual.
+  const Vector12d& force() const { return force_; }
+  const Matrix12d& tangent() const { return tangent_; }
+  /// Force at the edges with the internal unknowns as they are.
+  const Vector12d& edge_force() const { return edge_force_; }
+
+  /// Internal step for an edge increment: −K_ff⁻¹ (g_f + K_fb dq).
+  VectorXd internal_step(const Vector12d& dq) const;
+  /// The same beside an increment du of the material point; the change of its force goes to `df`.
+  VectorXd internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const;
+  /// Moves edges and unknowns: edges to `edges`, x += dx. dq: the linearised increment of the edges
+  /// that dx was made for.
+  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq);
+  /// Moves the material point too; its force changes by df.
+  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq, const Vector3d& point,
+            const Vector3d& df);
+  /// Moves to `state`, wherever it is; the increments are linearised ones that led there.
+  void step_to(const State& state, const VectorXd& dx, const Vector12d& dq);
+  bool has_point() const { return !support_.point.empty(); }
+  /// Of the undeflected leaf.
+  const Vector3d& point_place() const { return point_place_; }
+  /// Force at the material point and its derivatives, condensed.
+  const LeafEvaluation::Point& point() const { return point_; }
+
+  /// Makes the solves below faster, from some twenty columns on. Until the next assemble().
+  void invert_pivots() { K_.invert_pivots(); }
+  /// K_ff⁻¹ b, the material point held.
+  void solve(Eigen::Ref<MatrixXd> b) const;
+  /// L⁻¹ b of K_ff = L Lᵀ (no negative pivots): scalar products of the columns are energies.
+  void solve_lower(Eigen::Ref<MatrixXd> b) const { K_.solve_lower(b); }
+  /// L⁻ᵀ b.
+  void solve_upper(Eigen::Ref<MatrixXd> b) const { K_.solve_upper(b); }
+  /// Static shapes dx/d(edges, point), all other coordinates held: columns of unknowns × 12 or 15.
+  MatrixXd static_shapes(const std::vector<int>& columns) const;
+  /// K_fb: unknowns × 12.
+  const MatrixXd& coupling() const { return coupling_; }
+  const Matrix12d& edge_tangent() const { return edge_tangent_; }
+  const VectorXd& residual() const { return g_; }
+
+  /// Nodal dofs (functions_per_line × 3) of each line, total values r/L.
+  const std::vector<MatrixXd>& nodal() const { return nodal_; }
+
+  bool is_rigid_edge(int line) const {
+    return line == 0 || (line == mesh_->lines() - 1 && !support_.free_tip);
+  }
+  /// Rates of the nodal dofs of a line for the columns of T (unknowns alone, or + 12 rows).
+  MatrixXd nodal_rates(int line, const MatrixXd& T) const;
+
+  /// Mass matrix Tᵀ M T of rates T (unknowns + 12 rows), in units ρ t L⁴.
+  MatrixXd mass(const MatrixXd& T) const;
+  /// M V for rates V of the unknowns alone or with 12 rows of the edges; rows as those of V.
+  MatrixXd mass_times(const MatrixXd& V) const;
+
+  /// For the columns of T (unknowns, then edge increments): displacement of the middle of every
+  /// interior line and half the width times that of r,y; 6 rows a line. Tells motions apart.
+  MatrixXd station_rates(const MatrixXd& T) const;
+
+  struct Mode {
+    double omega2;   ///< in D / (ρ t L⁴)
+    VectorXd shape;  ///< M_ff-orthonormal
+  };
+  /// Lowest fixed-interface modes about the present state; needs assemble(). Residuals to
+  /// `tolerance`, values to its square.
+  std::vector<Mode> modes(int count, double tolerance = 1e-7) const;
+
+ private:
+  int edge_of(int line) const { return line == 0 ? 0 : 1; }
+  void update_nodal();
+  /// Side: functions of an element on a line, 8 (plate) or 4 (beam).
+  template <int Side>
+  void assemble_elements();
+  void condense_point();
+  template <int Side>
+  void linearised_stress(const VectorXd& dx, const Vector12d& dq);
+
+  std::shared_ptr<const PlateMesh> mesh_;
+  PlateSupport support_;
+  State state_;
+  std::vector<MatrixXd> nodal_;
+  std::vector<VectorXd> nodal_force_;  ///< per line, 3 functions_per_line
+  /// At the membrane points of an element: r,x and r,y of the last assembly, and the stresses
+  /// (n11, n22, n12, times the weights) that the geometric stiffness takes.
+  struct PointState {
+    Eigen::Matrix<double, 16, 3> gradient;
+    Eigen::Array<double, PlateMesh::points, 3> stress;
+  };
+  std::vector<PointState> points_;
+  bool stress_is_linearised_ = false;
+  std::vector<MatrixXd> nodal_step_;
+
+  BlockTridiagonal K_;
+  MatrixXd edge_diagonal_[2], edge_below_[2];
+  MatrixXd edge_jacobian_[2];
+  VectorXd g_, y_;         ///< residual, and L⁻¹ residual
+  MatrixXd coupling_, Y_;  ///< K_fb and L⁻¹ K_fb
+  Matrix12d edge_tangent_, tangent_;
+  Vector12d edge_force_, force_;
+  double energy_ = 0, correction_ = 0, strain_ = 0;
+  int negative_ = 0;
+
+  // The material point c(x, q) = u with its force λ: equations (5) and (6) of README.md.
+  Vector3d point_place_;            ///< Σ weight · nodal of the undeflected leaf
+  MatrixXd Yc_;                     ///< L⁻¹ (∂c/∂x)ᵀ
+  Eigen::Matrix<double, 3, 12> G_;  ///< ∂c/∂x K⁻¹ K_fb − ∂c/∂q
+  Matrix3d S_inverse_;              ///< (∂c/∂x K⁻¹ ∂c/∂xᵀ)⁻¹
+  Vector3d h_;                      ///< u − c + ∂c/∂x K⁻¹ g
+  LeafEvaluation::Point point_;
+};
+
+}  // namespace flexopt

@@ -1,0 +1,87 @@
+// The share of the material point in PlateGradient: equation (32) of core/response/README.md.
+#include "core/elements/plate/plate_gradient.hpp"
+
+namespace flexopt {
+
+// The energy f·(u − Σ w N) of the material point, with its force f.
+template <class S>
+void PlateGradient<S>::add_point_force() {
+  const Eigen::RowVector3<S> f = state_.point_force.transpose();
+  for (const NodalWeight& w : plate_->support().point) {
+    nodal_force_[w.line].row(w.function) -= w.weight * f;
+    shape_force_[PlateMeshRate::width][w.line].row(w.function) -= width_slope(*mesh_, w) * f;
+  }
+}
+
+// The row of the condition u − Σ w N + c0, c0 the undeflected place, and what moving weights do.
+template <class S>
+void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
+                                       const std::vector<LeafVariation<S>>& variations,
+                                       Matrix& rows) const {
+  if (rows_.point == 0) return;
+  const double width = mesh_->shape().width;
+  const auto nodal = [&](const NodalWeight& w) -> Vector3<S> {
+    return state_.nodal[w.line].row(w.function).transpose();
+  };
+  for (int k = 0; k < static_cast<int>(variations.size()); ++k) {
+    const LeafVariation<S>& v = variations[k];
+    const Vector3<S>& u = state_.point;
+    Vector3<S> rate = v.turn * u - v.length * u;
+    rate[0] += v.point[0];
+    rate[1] += v.point[1] * width + plate_->point_place()[1] * v.shape[0] / width;
+    for (const NodalWeight& w : plate_->support().point) {
+      rate -= width_slope(*mesh_, w) * v.shape[0] * nodal(w);
+      if (const int e = edge_at(w.line); e >= 0)
+        rate -= w.weight * edge_rates[e].template block<1, 3>(w.function, 3 * k).transpose();
+    }
+    for (int a = 0; a < 2; ++a)
+      for (const NodalWeight& w : plate_->support().point_slopes[a])
+        rate -= v.point[a] * w.weight * nodal(w);
+    rows.template block<3, 1>(rows_.unknowns, k) += rate;
+  }
+}
+
+// q += 2 y_f·y_u − 2 y_f·Σ w N1 − f·Σ w N2
+template <class S>
+void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Matrix>& N1,
+                                           const std::vector<Matrix>& N2, LeafQuadratic<S>& q,
+                                           std::vector<Matrix>& n1) const {
+  if (rows_.point == 0) return;
+  const Vector3<S>& f = state_.point_force;
+  for (int k = 0; k < static_cast<int>(Y.cols()); ++k) {
+    const Vector3<S> y_f = Y.template block<3, 1>(rows_.unknowns, k);
+    q.stiffness[k] += 2.0 * y_f.dot(Y.template block<3, 1>(rows_.point_body(), k));
+    const auto product = [&](const NodalWeight& w) {
+      const int e = edge_at(w.line);
+      S sum = 2.0 * y_f.dot(N1[w.line].template block<1, 3>(w.function, 3 * k).transpose());
+      if (e >= 0) sum += f.dot(N2[w.line].template block<1, 3>(w.function, 3 * k).transpose());
+      return sum;
+    };
+    for (const NodalWeight& w : plate_->support().point) {
+      const S share = product(w);
+      q.stiffness[k] -= w.weight * share;
+      q.shape(PlateMeshRate::width, k) -= width_slope(*mesh_, w) * share;
+      const int e = edge_at(w.line);
+      if (e < 0) continue;
+      n1[w.line].template block<1, 3>(w.function, 3 * k) -= (2.0 * w.weight) * y_f.transpose();
+      q.state.template block<3, 1>(rows_.unknowns, k) -=
+          w.weight * N2[w.line].template block<1, 3>(w.function, 3 * k).transpose();
+    }
+    for (int a = 0; a < 2; ++a)
+      for (const NodalWeight& w : plate_->support().point_slopes[a])
+        q.point(a, k) -= w.weight * product(w);
+  }
+}
+
+#define INSTANTIATE(S)                                                                          \
+  template void PlateGradient<S>::add_point_force();                                            \
+  template void PlateGradient<S>::add_point_rates(                                              \
+      const std::array<Matrix, 2>&, const std::vector<LeafVariation<S>>&, Matrix&) const;       \
+  template void PlateGradient<S>::add_point_quadratic(                                          \
+      const Matrix&, const std::vector<Matrix>&, const std::vector<Matrix>&, LeafQuadratic<S>&, \
+      std::vector<Matrix>&) const;
+INSTANTIATE(double)
+INSTANTIATE(Jet)
+#undef INSTANTIATE
+
+}  // namespace flexopt

@@ -1,0 +1,355 @@
+#include "core/elements/plate/plate_series.hpp"
+
+#include "core/math/small_product.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int points = PlateMesh::points;
+using Gradient = Eigen::Matrix<double, 16, 3>;
+using PointArray = Eigen::Array<double, points, 1>;
+using Stress = Eigen::Array<double, points, 3>;
+
+// Rows of both lines of element j, `side` functions each, among the nodal values of a component. A
+// beam fills the leading 8 of 16 (the others are zero, as are their operators).
+Gradient gather(const VectorXd& low, const VectorXd& high, int n, int j, int side) {
+  Gradient U = Gradient::Zero();
+  for (int c = 0; c < 3; ++c) {
+    U.col(c).head(side) = low.segment(c * n + 4 * j, side);
+    U.col(c).segment(side, side) = high.segment(c * n + 4 * j, side);
+  }
+  return U;
+}
+
+template <class Low, class High>
+void scatter(const Gradient& F, int n, int j, int side, Low&& low, High&& high) {
+  for (int c = 0; c < 3; ++c) {
+    low.segment(c * n + 4 * j, side) += F.col(c).head(side);
+    high.segment(c * n + 4 * j, side) += F.col(c).segment(side, side);
+  }
+}
+
+// a b of gradients at the points: (a1 b1, a2 b2, a1 b2 + a2 b1).
+Stress strain_product(const Gradient& a, const Gradient& b) {
+  const auto a1 = a.topRows<points>(), a2 = a.bottomRows<points>();
+  const auto b1 = b.topRows<points>(), b2 = b.bottomRows<points>();
+  Stress e;
+  e.col(0) = a1.cwiseProduct(b1).rowwise().sum().array();
+  e.col(1) = a2.cwiseProduct(b2).rowwise().sum().array();
+  e.col(2) = (a1.cwiseProduct(b2) + a2.cwiseProduct(b1)).rowwise().sum().array();
+  return e;
+}
+
+// Stresses times weight of the strains (e11, e22, 2 e12).
+Stress membrane_stress(const PlateMesh::Membrane& A, const Stress& e, const PointArray& w) {
+  Stress n;
+  n.col(0) = w * (A.A11 * e.col(0) + A.A12 * e.col(1));
+  n.col(1) = w * (A.A12 * e.col(0) + A.A11 * e.col(1));
+  n.col(2) = w * A.A33 * e.col(2);
+  return n;
+}
+
+// Σ n_ab r,b: what stands against r,a.
+Gradient stress_times(const Stress& n, const Gradient& a) {
+  const auto a1 = a.topRows<points>().array(), a2 = a.bottomRows<points>().array();
+  Gradient s;
+  for (int c = 0; c < 3; ++c) {
+    s.col(c).head<points>() = n.col(0) * a1.col(c) + n.col(2) * a2.col(c);
+    s.col(c).tail<points>() = n.col(2) * a1.col(c) + n.col(1) * a2.col(c);
+  }
+  return s;
+}
+
+}  // namespace
+
+PlateSeries::PlateSeries(const PlateLeaf& plate)
+    : mesh_(plate.shared_mesh()), support_(plate.support()), point_place_(plate.point_place()) {
+  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
+  for (int line = 0; line <= lines; ++line) offset_.push_back(plate.block_offset(line));
+  rows_.unknowns = offset_.back();
+  rows_.point = support_.point.empty() ? 0 : 3;
+  for (int o = 0; o < 3; ++o) nodal_[o].assign(lines, VectorXd::Zero(3 * n));
+  points_.resize(mesh_->elements_along() * mesh_->elements_across());
+}
+
+void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Series<VectorXd>& x,
+                         const PointSeries& point) {
+  const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
+  const int slopes = static_cast<int>(mesh_->edge_slopes().size());
+  point_ = point;
+  for (int i = 0; i <= last; ++i)
+    if (is_rigid_edge(i))
+      expand_edge(edge_of(i), edges[edge_of(i)], x);
+    else
+      for (int o = 0; o < 3; ++o) nodal_[o][i] = x[o].segment(offset_[i], 3 * n);
+  expand_elements();
+  for (const NodalWeight& w : support_.point)
+    for (int o = 0; o < 3; ++o)
+      for (int c = 0; c < 3; ++c)
+        force_[o][w.line][c * n + w.function] -= w.weight * point.force[o][c];
+
+  // H of (22): second derivatives of the edges' map times the nodal force
+  for (int e = 0; e < 2; ++e) {
+    const int line = e == 0 ? 0 : last;
+    if (!is_rigid_edge(line)) continue;
+    const int m = offset_[line + 1] - offset_[line];
+    for (int o = 0; o < 3; ++o) H_[e][o] = MatrixXd::Zero(m + 6, m + 6);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; i + j < 3; ++j) {
+        MatrixXd& H = H_[e][i + j];
+        for (int s = 0; s < n; ++s) {
+          const VectorXd& F = force_[i][line];
+          const Vector3d f(F[s], F[n + s], F[2 * n + s]), &v = arm_[e][j][s];
+          H.bottomRightCorner<3, 3>() +=
+              0.5 * (f * v.transpose() + v * f.transpose()) - f.dot(v) * Matrix3d::Identity();
+          for (int d = 0; d < slopes; ++d) {
+            if (mesh_->edge_slopes()[d].function != s % 4) continue;
+            const int local = slopes * (s / 4) + d;
+            const Vector3d row = axes_[e][j].col(mesh_->edge_slopes()[d].axis).cross(f);
+            H.block<3, 1>(m + 3, local) += row;
+            H.block<1, 3>(local, m + 3) += row.transpose();
+          }
+        }
+      }
+  }
+}
+
+void PlateSeries::expand_edge(int e, const EdgeBodySeries& body, const Series<VectorXd>& x) {
+  const int n = mesh_->functions_per_line(), line = e == 0 ? 0 : mesh_->lines() - 1;
+  const int m = offset_[line + 1] - offset_[line];
+  const int slopes = static_cast<int>(mesh_->edge_slopes().size());
+  const Series<Matrix3d>& R = axes_[e] = body.rotation;
+  for (int o = 0; o < 3; ++o) {
+    arm_[e][o].assign(n, Vector3d::Zero());
+    J_[e][o] = MatrixXd::Zero(3 * n, m + 6);
+  }
+  for (int s = 0; s < n; ++s) {
+    // the nodal vector in the axes of the edge: constants, and the free slopes
+    const int k = s % 4;
+    Series<Vector3d> w;
+    for (Vector3d& c : w) c.setZero();
+    const double y = mesh_->y()[s / 4];
+    if (k == 0) w[0] = body.arm + y * Vector3d::UnitY();
+    if (k == 1) w[0] = Vector3d::UnitX();
+    if (k == 2) w[0] = Vector3d::UnitY();
+    for (int d = 0; d < slopes; ++d) {
+      const PlateMesh::EdgeSlope& slope = mesh_->edge_slopes()[d];
+      if (slope.function != k) continue;
+      const int local = slopes * (s / 4) + d;
+      for (int o = 0; o < 3; ++o) {
+        w[o][slope.axis] += x[o][offset_[line] + local];
+        for (int c = 0; c < 3; ++c) J_[e][o](c * n + s, local) = R[o](c, slope.axis);
+      }
+    }
+    Series<Vector3d> v;
+    for (Vector3d& c : v) c.setZero();
+    add_product(v, R, w, [](const Matrix3d& a, const Vector3d& b) { return Vector3d(a * b); });
+    for (int o = 0; o < 3; ++o) {
+      arm_[e][o][s] = v[o];
+      for (int c = 0; c < 3; ++c) {
+        J_[e][o].block<1, 3>(c * n + s, m + 3) = v[o].cross(Vector3d::Unit(c)).transpose();
+        if (k == 0 && o == 0) J_[e][0](c * n + s, m + c) = 1;
+        nodal_[o][line][c * n + s] = v[o][c] + (k == 0 ? body.position[o][c] : 0.0);
+      }
+    }
+  }
+}
+
+void PlateSeries::expand_elements() {
+  const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
+            ny = mesh_->elements_across(), side = mesh_->functions_per_side();
+  for (int o = 0; o < 3; ++o) force_[o].assign(mesh_->lines(), VectorXd::Zero(3 * n));
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j) {
+      const PlateMesh::Element& element = mesh_->element(i, j);
+      Point& point = points_[i * ny + j];
+      Series<Gradient> F;
+      Series<Stress> e, &n_ = point.stress;
+      for (int o = 0; o < 3; ++o) {
+        const Gradient U = gather(nodal_[o][i], nodal_[o][i + 1], n, j, side);
+        assign_small_product(point.gradient[o], element.gradient, U);
+        assign_small_product(F[o], element.bending, U);
+        e[o].setZero();
+      }
+      add_product(e, point.gradient, point.gradient, strain_product);
+      e[0].leftCols<2>() -= 1;
+      Series<Gradient> stress;
+      for (int o = 0; o < 3; ++o) {
+        e[o].leftCols<2>() *= 0.5;
+        e[o].col(2) *= 0.5;  // strain_product counts r,x · r,y twice
+        n_[o] = membrane_stress(mesh_->membrane(), e[o], element.weight);
+        stress[o].setZero();
+      }
+      add_product(stress, n_, point.gradient, stress_times);
+      for (int o = 0; o < 3; ++o) {
+        Gradient membrane;
+        assign_small_product(membrane, element.gradient.transpose(), stress[o]);
+        F[o] += membrane;
+        scatter(F[o], n, j, side, force_[o][i], force_[o][i + 1]);
+      }
+    }
+}
+
+PlateGradientState<Jet> PlateSeries::path(const Series<VectorXd>& x) const {
+  const int n = mesh_->functions_per_line();
+  PlateGradientState<Jet> path{
+      {jets(axes_[0]), jets(axes_[1])}, jets(x), jets(point_.displacement), jets(point_.force), {}};
+  for (int i = 0; i < mesh_->lines(); ++i) {
+    Series<MatrixXd> line;
+    for (int o = 0; o < 3; ++o) line[o] = nodal_[o][i].reshaped(n, 3);
+    path.nodal.push_back(jets(line));
+  }
+  return path;
+}
+
+MatrixXd PlateSeries::rates(int line, int order, const MatrixXd& Y) const {
+  const int n = mesh_->functions_per_line(), m = offset_[line + 1] - offset_[line];
+  if (!is_rigid_edge(line))
+    return order == 0 ? MatrixXd(Y.middleRows(offset_[line], 3 * n))
+                      : MatrixXd(MatrixXd::Zero(3 * n, Y.cols()));
+  const int e = edge_of(line);
+  MatrixXd R = J_[e][order].leftCols(m) * Y.middleRows(offset_[line], m);
+  R.noalias() += J_[e][order].rightCols<6>() * Y.middleRows(rows_.body(e), 6);
+  return R;
+}
+
+void PlateSeries::add_to_rows(int line, int order, const MatrixXd& F, MatrixXd& Y) const {
+  const int n = mesh_->functions_per_line(), m = offset_[line + 1] - offset_[line];
+  if (!is_rigid_edge(line)) {
+    if (order == 0) Y.middleRows(offset_[line], 3 * n) += F;
+    return;
+  }
+  const int e = edge_of(line);
+  Y.middleRows(offset_[line], m).noalias() += J_[e][order].leftCols(m).transpose() * F;
+  Y.middleRows(rows_.body(e), 6).noalias() += J_[e][order].rightCols<6>().transpose() * F;
+}
+
+Series<VectorXd> PlateSeries::force() const {
+  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
+  Series<VectorXd> result;
+  for (int i = 0; i < 3; ++i) {
+    MatrixXd rows = MatrixXd::Zero(size(), 1);
+    for (int a = 0; a <= i; ++a)
+      for (int line = 0; line < lines; ++line) add_to_rows(line, a, force_[i - a][line], rows);
+    result[i] = rows;
+    if (rows_.point == 0) continue;
+    Vector3d apart = point_.displacement[i];
+    if (i == 0) apart += point_place_;
+    for (const NodalWeight& w : support_.point)
+      for (int c = 0; c < 3; ++c) apart[c] -= w.weight * nodal_[i][w.line][c * n + w.function];
+    result[i].segment<3>(rows_.unknowns) = apart;
+    result[i].segment<3>(rows_.point_body()) = point_.force[i];
+  }
+  return result;
+}
+
+template <int orders>
+Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
+  const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
+            ny = mesh_->elements_across(), side = mesh_->functions_per_side(),
+            columns = static_cast<int>(Y.cols());
+  Series<Lines> dr, df;
+  for (int o = 0; o < orders; ++o)
+    for (int i = 0; i <= nx; ++i) {
+      dr[o].push_back(rates(i, o, Y));
+      df[o].push_back(MatrixXd::Zero(3 * n, columns));
+    }
+  for (int i = 0; i < nx; ++i) {
+    const int moving = is_rigid_edge(i) || is_rigid_edge(i + 1) ? orders : 1;  // orders of dr
+    for (int j = 0; j < ny; ++j) {
+      const PlateMesh::Element& element = mesh_->element(i, j);
+      const Point& point = points_[i * ny + j];
+      for (int k = 0; k < columns; ++k) {
+        Series<Gradient> da, F, ds;
+        Series<Stress> dn;
+        for (int o = 0; o < orders; ++o) {
+          dn[o].setZero();
+          ds[o].setZero();
+          F[o].setZero();
+          if (o >= moving) continue;
+          const Gradient U = gather(dr[o][i].col(k), dr[o][i + 1].col(k), n, j, side);
+          assign_small_product(da[o], element.gradient, U);
+          assign_small_product(F[o], element.bending, U);
+        }
+        for (int a = 0; a < moving; ++a)
+          for (int b = 0; a + b < orders; ++b)
+            dn[a + b] += strain_product(da[a], point.gradient[b]);
+        for (int o = 0; o < orders; ++o)
+          dn[o] = membrane_stress(mesh_->membrane(), dn[o], element.weight);
+        for (int a = 0; a < orders; ++a)
+          for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(dn[a], point.gradient[b]);
+        for (int a = 0; a < moving; ++a)
+          for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(point.stress[b], da[a]);
+        for (int o = 0; o < orders; ++o) {
+          Gradient membrane;
+          assign_small_product(membrane, element.gradient.transpose(), ds[o]);
+          F[o] += membrane;
+          scatter(F[o], n, j, side, df[o][i].col(k), df[o][i + 1].col(k));
+        }
+      }
+    }
+  }
+  Series<MatrixXd> result;
+  for (int o = 0; o < orders; ++o) result[o] = MatrixXd::Zero(size(), columns);
+  for (const NodalWeight& w : support_.point)
+    for (int c = 0; c < 3; ++c) {
+      df[0][w.line].row(c * n + w.function) -= w.weight * Y.row(rows_.unknowns + c);
+      for (int o = 0; o < orders; ++o)
+        result[o].row(rows_.unknowns + c) -= w.weight * dr[o][w.line].row(c * n + w.function);
+    }
+  if (rows_.point > 0) {
+    result[0].middleRows(rows_.unknowns, 3) += Y.middleRows(rows_.point_body(), 3);
+    result[0].middleRows(rows_.point_body(), 3) += Y.middleRows(rows_.unknowns, 3);
+  }
+  for (int line = 0; line <= nx; ++line)
+    for (int a = 0; a < orders; ++a)
+      for (int b = 0; a + b < orders; ++b) add_to_rows(line, a, df[b][line], result[a + b]);
+  for (int e = 0; e < 2; ++e) {
+    const int line = e == 0 ? 0 : nx;
+    if (!is_rigid_edge(line)) continue;
+    const int m = offset_[line + 1] - offset_[line];
+    MatrixXd Ye(m + 6, columns);
+    Ye << Y.middleRows(offset_[line], m), Y.middleRows(rows_.body(e), 6);
+    for (int o = 0; o < orders; ++o) {
+      const MatrixXd G = H_[e][o] * Ye;
+      result[o].middleRows(offset_[line], m) += G.topRows(m);
+      result[o].middleRows(rows_.body(e), 6) += G.bottomRows<6>();
+    }
+  }
+  return result;
+}
+
+Series<MatrixXd> PlateSeries::tangent_times(const MatrixXd& Y, int orders) const {
+  return orders == 1   ? tangent_products<1>(Y)
+         : orders == 2 ? tangent_products<2>(Y)
+                       : tangent_products<3>(Y);
+}
+
+MatrixXd PlateSeries::mass_lines(int line, const Lines& R) const {
+  const int n = mesh_->functions_per_line(), columns = 3 * static_cast<int>(R[line].cols());
+  const auto flat = [&](int i) {
+    return R[i].reshaped(n, columns);
+  };  // columns (column, component)
+  MatrixXd F = mesh_->mass_diagonal(line) * flat(line);
+  if (line > 0) F.noalias() += mesh_->mass_below(line - 1) * flat(line - 1);
+  if (line + 1 < mesh_->lines())
+    F.noalias() += mesh_->mass_below(line).transpose() * flat(line + 1);
+  return F.reshaped(3 * n, columns / 3);
+}
+
+Series<MatrixXd> PlateSeries::mass_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result;
+  Series<Lines> R;
+  for (int o = 0; o < orders; ++o) {
+    result[o] = MatrixXd::Zero(size(), Y.cols());
+    for (int i = 0; i < mesh_->lines(); ++i) R[o].push_back(rates(i, o, Y));
+  }
+  for (int b = 0; b < orders; ++b)
+    for (int i = 0; i < mesh_->lines(); ++i) {
+      const MatrixXd F = mass_lines(i, R[b]);
+      for (int a = 0; a + b < orders; ++a) add_to_rows(i, a, F, result[a + b]);
+    }
+  return result;
+}
+
+}  // namespace flexopt

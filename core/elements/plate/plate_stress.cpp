@@ -1,0 +1,310 @@
+#include "core/elements/plate/plate_stress.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <unsupported/Eigen/AutoDiff>
+#include <utility>
+
+#include "core/elements/plate/beam_stress.hpp"
+#include "core/elements/plate/full_leaf.hpp"
+
+namespace flexopt {
+namespace {
+
+using Gradient = Eigen::Matrix<double, 16, 3>;
+
+Gradient dofs(const std::vector<MatrixXd>& nodal, int i, int j) {
+  Gradient U;
+  U << nodal[i].middleRows<8>(4 * j), nodal[i + 1].middleRows<8>(4 * j);
+  return U;
+}
+
+template <class S>
+using Products = Eigen::Matrix<S, 16, 1>;
+
+template <class S>
+StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
+                    const HermiteValuesT<S>& Y) {
+  const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
+    Vector3<S> r = Vector3<S>::Zero();
+    for (int f = 0; f < 16; ++f) {
+      const S N = y[2 * (f / 4 % 2) + f % 4 / 2] * x[2 * (f / 8) + f % 2];
+      for (int c = 0; c < 3; ++c) r[c] += N * U(f, c);
+    }
+    return r;
+  };
+  const Vector3<S> a1 = at(X.slope, Y.value), a2 = at(X.value, Y.slope);
+  const Vector3<S> m = a1.cross(a2);
+  using std::sqrt;
+  const Vector3<S> n = m / sqrt(m.squaredNorm());
+  const Vector3<S> r11 = at(X.curvature, Y.value), r22 = at(X.value, Y.curvature),
+                   r12 = at(X.slope, Y.slope);
+  StrainsT<S> e;
+  // a fibre on the side of the normal is stretched by −r,ab · n
+  e << 0.5 * (a1.squaredNorm() - 1.0), 0.5 * (a2.squaredNorm() - 1.0), a1.dot(a2), -r11.dot(n),
+      -r22.dot(n), -2.0 * r12.dot(n);
+  return e;
+}
+
+template <class S>
+S von_mises(const Vector3<S>& strain, const S& nu, const S& modulus) {
+  using std::sqrt;
+  const S k = modulus / (1.0 - nu * nu);
+  const S s11 = k * (strain[0] + nu * strain[1]), s22 = k * (strain[1] + nu * strain[0]),
+          s12 = k * 0.5 * (1.0 - nu) * strain[2];
+  const S square = s11 * s11 - s11 * s22 + s22 * s22 + 3.0 * s12 * s12;
+  return square > 0.0 ? S(sqrt(square)) : S(0.0 * square);  // no stress has no slope
+}
+
+constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
+
+std::vector<double> gauss_stations(const std::vector<double>& points) {
+  std::vector<double> s;
+  for (std::size_t i = 0; i + 1 < points.size(); ++i)
+    for (const double a : station) s.push_back(points[i] + a * (points[i + 1] - points[i]));
+  return s;
+}
+
+// Strains at the 2 × 2 Gauss stations of every element, where those of a cubic are superconvergent.
+// (Second derivatives jump from element to element; read anywhere else they are a saw-tooth.)
+StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal) {
+  std::vector<Strains> values;
+  for (int i = 0; i < mesh.elements_along(); ++i)
+    for (const double a : station) {
+      const HermiteValues X = hermite(a, mesh.x()[i + 1] - mesh.x()[i]);
+      for (int j = 0; j < mesh.elements_across(); ++j) {
+        const Gradient U = dofs(nodal, i, j);
+        for (const double b : station)
+          values.push_back(strains<double>(U, X, hermite(b, mesh.y()[j + 1] - mesh.y()[j])));
+      }
+    }
+  return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values)};
+}
+
+// Interval of the stations (the first or last one beyond them) and the place in it.
+std::pair<int, double> bracket(const std::vector<double>& points, double s) {
+  const int last = static_cast<int>(points.size()) - 2;
+  int i = 0;
+  while (i < last && s > points[i + 1]) ++i;
+  return {i, (s - points[i]) / (points[i + 1] - points[i])};
+}
+
+// Stations from a to b with the ends, and those at the border of the corner zones.
+std::vector<double> stations(double a, double b, int intervals, double zone) {
+  std::vector<double> s = graded_points(a, b, intervals, 0.5);
+  s.push_back(a + zone);
+  s.push_back(b - zone);
+  std::sort(s.begin(), s.end());
+  return s;
+}
+
+}  // namespace
+
+StrainField::StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values)
+    : x_(std::move(x)), y_(std::move(y)), values_(std::move(values)) {
+  assert(values_.size() == x_.size() * y_.size());
+}
+
+Strains StrainField::at(double x, double y) const {
+  const auto [i, s] = bracket(x_, x);
+  const auto [j, t] = bracket(y_, y);
+  const Strains *low = &values_[i * y_.size() + j], *high = low + y_.size();
+  return (1 - s) * ((1 - t) * low[0] + t * low[1]) + s * ((1 - t) * high[0] + t * high[1]);
+}
+
+SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus) {
+  const double nu = shape.poissons_ratio, half = 0.5 * shape.thickness;
+  return {von_mises<double>(e.head<3>() + half * e.tail<3>(), nu, youngs_modulus),
+          von_mises<double>(e.head<3>() - half * e.tail<3>(), nu, youngs_modulus)};
+}
+
+namespace {
+
+/// Stations of a plate's stress, and what is not to be read there.
+struct Stations {
+  std::vector<double> x, y;  // over L
+  double width, margin;      // of the squares at the corners
+
+  explicit Stations(const PlateShape& shape) : width(shape.width) {
+    const double zone = 0.1 * std::min(1.0, width);
+    margin = zone * (1 - 1e-9);
+    x = stations(0, 1, 16, zone);
+    y = stations(-width / 2, width / 2, 8, zone);
+  }
+  bool in_corner(double sx, double sy) const {
+    const bool at_clamp = std::min(sx, 1 - sx) < margin;
+    const bool at_free_edge = std::min(sy + width / 2, width / 2 - sy) < margin;
+    return at_clamp && at_free_edge;
+  }
+};
+
+}  // namespace
+
+StressPeak largest_stress(const StrainField& field, const PlateShape& shape, double youngs_modulus,
+                          int index) {
+  const Stations at(shape);
+  StressPeak peak;
+  peak.leaf = index;
+  for (const double sx : at.x)
+    for (const double sy : at.y) {
+      if (at.in_corner(sx, sy)) continue;
+      const SurfaceStress s = surface_stress(shape, field.at(sx, sy), youngs_modulus);
+      // both surfaces of a symmetric state are equal but for rounding: prefer the positive one
+      const bool positive = s.positive >= s.negative * (1 - 1e-9);
+      const double value = positive ? s.positive : s.negative;
+      if (value <= peak.value * (1 + 1e-9)) continue;
+      peak.value = value;
+      peak.on_positive_normal = positive;
+      peak.along = sx;
+      peak.across = (sy + at.width / 2) / at.width;
+    }
+  return peak;
+}
+
+std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
+                                           const std::vector<MatrixXd>& nodal,
+                                           const LeafSpring& leaf, int index) {
+  if (mesh.shape().is_beam()) return beam_stress_peaks(mesh, nodal, leaf, index);
+  return stress_peaks(recovered_strains(mesh, nodal), mesh.shape(), leaf.material.youngs_modulus,
+                      index);
+}
+
+std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape& shape,
+                                     double youngs_modulus, int index) {
+  const Stations at(shape);
+  const auto nx = static_cast<int>(at.x.size()), ny = static_cast<int>(at.y.size());
+  MatrixXd positive = MatrixXd::Constant(nx, ny, -1), negative = positive;  // −1: not to be read
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j) {
+      if (at.in_corner(at.x[i], at.y[j])) continue;
+      const SurfaceStress s = surface_stress(shape, field.at(at.x[i], at.y[j]), youngs_modulus);
+      positive(i, j) = s.positive;
+      negative(i, j) = s.negative;
+    }
+  std::vector<StressPeak> peaks;
+  for (const MatrixXd* of : {&positive, &negative})
+    for (int i = 0; i < nx; ++i)
+      for (int j = 0; j < ny; ++j) {
+        const double here = (*of)(i, j);
+        const int i0 = std::max(i - 1, 0), j0 = std::max(j - 1, 0);
+        const auto around = of->block(i0, j0, std::min(i + 2, nx) - i0, std::min(j + 2, ny) - j0);
+        if (here <= 0 || here < around.maxCoeff()) continue;
+        peaks.push_back({here, index, at.x[i], (at.y[j] + at.width / 2) / at.width,
+                         Vector3d::Zero(), of == &positive});
+      }
+  return peaks;
+}
+
+StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                            const LeafSpring& leaf, const LeafScale& scale, int index) {
+  if (mesh.shape().is_beam()) return beam_max_stress(mesh, nodal, leaf, scale, index);
+  StressPeak peak = largest_stress(recovered_strains(mesh, nodal), mesh.shape(),
+                                   leaf.material.youngs_modulus, index);
+  peak.position = plate_material_point(mesh, nodal, scale, peak.along, peak.across);
+  return peak;
+}
+
+namespace {
+using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+Dual dual(double value, double derivative) {
+  return {value, Eigen::Matrix<double, 1, 1>(derivative)};
+}
+}  // namespace
+
+// By dual numbers, only at the four stations around the place.
+double stress_rate(const PlateShape& shape, const std::vector<double>& xs,
+                   const std::vector<double>& ys,
+                   const std::function<StrainRate(int, int)>& strains_at, const StressPeak& peak,
+                   double youngs_modulus, const StressRate& rate) {
+  const Dual width = dual(shape.width, rate.shape[0]),
+             thickness = dual(shape.thickness, rate.shape[1]),
+             nu = dual(shape.poissons_ratio, rate.shape[2]),
+             modulus = dual(youngs_modulus, rate.youngs_modulus);
+  // places over L; the border of the corner zones moves with the width of narrow leaves
+  const double zone = 0.1 * std::min(1.0, shape.width), across = (peak.across - 0.5) * shape.width;
+  const auto at_border = [&](double distance) { return std::abs(distance - zone) < 1e-9 * zone; };
+  Dual x = dual(peak.along, 0), y = (peak.across - 0.5) * width;
+  const Dual moving = shape.width < 1 ? 0.1 * width : dual(0.1, 0);
+  if (at_border(peak.along)) x = moving;
+  if (at_border(1 - peak.along)) x = 1.0 - moving;
+  if (at_border(across + shape.width / 2)) y = moving - 0.5 * width;
+  if (at_border(shape.width / 2 - across)) y = 0.5 * width - moving;
+
+  const auto [i, s0] = bracket(xs, peak.along);
+  const auto [j, t0] = bracket(ys, across);
+  const Dual per_width = width / shape.width;
+  const Dual s = (x - xs[i]) / (xs[i + 1] - xs[i]),
+             t = (y - ys[j] * per_width) / ((ys[j + 1] - ys[j]) * per_width);
+  const Dual one = dual(1, 0);
+  StrainsT<Dual> e;
+  const StrainRate e00 = strains_at(i, j), e01 = strains_at(i, j + 1), e10 = strains_at(i + 1, j),
+                   e11 = strains_at(i + 1, j + 1);
+  for (int k = 0; k < 6; ++k) {
+    const auto at = [k](const StrainRate& strain) { return dual(strain.value[k], strain.rate[k]); };
+    e[k] =
+        (one - s) * ((one - t) * at(e00) + t * at(e01)) + s * ((one - t) * at(e10) + t * at(e11));
+  }
+  const Dual half = thickness * (peak.on_positive_normal ? 0.5 : -0.5);
+  Vector3<Dual> strain;
+  for (int k = 0; k < 3; ++k) strain[k] = e[k] + half * e[k + 3];
+  return von_mises<Dual>(strain, nu, modulus).derivatives()[0];
+}
+
+double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                         const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
+  const PlateShape& shape = mesh.shape();
+  if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
+  const Dual per_width = dual(shape.width, rate.shape[0]) / shape.width;
+  const auto strains_at = [&](int a, int b) {
+    const int ei = a / 2, ej = b / 2;
+    Eigen::Matrix<Dual, 16, 3> U;
+    for (int f = 0; f < 16; ++f)
+      for (int c = 0; c < 3; ++c)
+        U(f, c) =
+            dual(nodal[ei + f / 8](4 * ej + f % 8, c), rate.nodal[ei + f / 8](4 * ej + f % 8, c));
+    const StrainsT<Dual> e = strains<Dual>(
+        U, hermite(station[a % 2], mesh.x()[ei + 1] - mesh.x()[ei]),
+        hermite<Dual>(station[b % 2], Dual((mesh.y()[ej + 1] - mesh.y()[ej]) * per_width)));
+    StrainRate result;
+    for (int k = 0; k < 6; ++k) {
+      result.value[k] = e[k].value();
+      result.rate[k] = e[k].derivatives()[0];
+    }
+    return result;
+  };
+  return stress_rate(shape, gauss_stations(mesh.x()), gauss_stations(mesh.y()), strains_at, peak,
+                     youngs_modulus, rate);
+}
+
+LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                               const LeafSpring& leaf, const LeafScale& scale) {
+  if (mesh.shape().is_beam()) return beam_deformed_shape(mesh, nodal, leaf, scale);
+  LeafShape shape;
+  const StrainField field = recovered_strains(mesh, nodal);
+  const int nx = mesh.elements_along(), ny = mesh.elements_across();
+  shape.points_along = nx + 1;
+  shape.points_across = ny + 1;
+  for (int j = 0; j <= ny; ++j)
+    for (int i = 0; i <= nx; ++i) {
+      const Vector3d r = nodal[i].row(4 * j).transpose();
+      shape.undeflected.push_back(
+          scale.origin + scale.axes * Vector3d(mesh.x()[i], mesh.y()[j], 0) * scale.length);
+      shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
+      const SurfaceStress s = surface_stress(mesh.shape(), field.at(mesh.x()[i], mesh.y()[j]),
+                                             leaf.material.youngs_modulus);
+      shape.von_mises.push_back(std::max(s.positive, s.negative));
+    }
+  return shape;
+}
+
+Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                              const LeafScale& scale, double along, double across) {
+  Vector3d r = Vector3d::Zero();
+  for (const NodalWeight& w : point_weights(mesh, along, across))
+    r += w.weight * nodal[w.line].row(w.function).transpose();
+  return scale.origin + scale.axes * r * scale.length;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,92 @@
+#pragma once
+// Stresses and shape of a plate leaf from its nodal dofs, whichever model they came from.
+#include <functional>
+#include <vector>
+
+#include "core/elements/leaf/leaf_element.hpp"
+#include "core/elements/plate/plate_mesh.hpp"
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+struct LeafScale;
+
+/// e11, e22, 2 e12 and κ11, κ22, 2 κ12 of the mid-surface, lengths over L.
+template <class S>
+using StrainsT = Eigen::Matrix<S, 6, 1>;
+using Strains = StrainsT<double>;
+
+/// Strains known at a tensor grid of stations over the leaf, and between them by bilinear
+/// interpolation. Places over L: x from 0, y from −w/2.
+class StrainField {
+ public:
+  /// `values`: stations across run fastest.
+  StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values);
+  Strains at(double x, double y) const;
+
+ private:
+  std::vector<double> x_, y_;
+  std::vector<Strains> values_;
+};
+
+/// Von Mises stress [Pa] on the side of the normal, and opposite.
+struct SurfaceStress {
+  double positive = 0, negative = 0;
+};
+SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus);
+
+/// Largest von Mises stress of a strain field, its position left open; stations and corners as
+/// below.
+StressPeak largest_stress(const StrainField& field, const PlateShape& shape, double youngs_modulus,
+                          int index);
+
+/// The places where the stress of a surface is larger than at all stations around, their positions
+/// left open.
+std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape& shape,
+                                     double youngs_modulus, int index);
+
+/// Largest von Mises stress on both surfaces,
+///
+///     σ = E/(1 − ν²) [(1 − ν) ε_ab + ν ε_cc δ_ab],   ε = e ± t/2 κ,   κ_ab = −r,ab · n,
+///
+/// with strains recovered from the elements' superconvergent points, at stations that do not depend
+/// on the mesh, outside squares of a tenth of the shorter side at the four corners: where a clamped
+/// edge meets a free one plate theory is singular, and the value there would only tell the size of
+/// the element.
+StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                            const LeafSpring& leaf, const LeafScale& scale, int index);
+
+/// stress_peaks() of a leaf. The largest of them is that of plate_max_stress.
+std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
+                                           const std::vector<MatrixXd>& nodal,
+                                           const LeafSpring& leaf, int index);
+
+/// How a leaf changes along a design parameter, for the stress in it.
+struct StressRate {
+  std::vector<MatrixXd> nodal;  ///< of the nodal dofs, per line
+  Vector3d shape;               ///< of w/L, t/L, ν
+  double youngs_modulus = 0;
+};
+/// Derivative of the stress at a peak found by plate_max_stress: at the same station, which keeps
+/// its place in [0, 1]² unless it stands at the border of a corner zone.
+double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                         const StressPeak& peak, double youngs_modulus, const StressRate& rate);
+
+/// The same in any strain field: its stations and, at a pair of them, the strains and their rates.
+/// The stations across move with the width.
+struct StrainRate {
+  Strains value, rate;
+};
+double stress_rate(const PlateShape& shape, const std::vector<double>& x,
+                   const std::vector<double>& y, const std::function<StrainRate(int, int)>& strains,
+                   const StressPeak& peak, double youngs_modulus, const StressRate& rate);
+
+/// Deflected mid-surface at the mesh nodes with the larger von Mises stress of both surfaces.
+LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                               const LeafSpring& leaf, const LeafScale& scale);
+
+/// Deflected place of the point (along, across) in [0, 1]² of the mid-surface.
+Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                              const LeafScale& scale, double along, double across);
+
+}  // namespace flexopt

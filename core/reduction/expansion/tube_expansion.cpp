@@ -1,0 +1,250 @@
+#include "core/reduction/expansion/tube_expansion.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <complex>
+
+#include "core/math/rotation.hpp"
+#include "core/reduction/expansion/tube_series.hpp"
+
+namespace flexopt {
+
+Vector3d tube_force_scale(const PlateShape& shape) {
+  const double w = shape.width;
+  return {w, w * w, w * w};
+}
+
+// ---------------------------------------------------------------------------- leaf in its frame
+
+ChordLeaf::ChordLeaf(std::shared_ptr<const PlateMesh> mesh) : plate_(std::move(mesh)) {
+  plate_.assemble();
+}
+
+EdgePoses ChordLeaf::edges(const Vector3d& s, const Vector3d& c) {
+  return {EdgePose{Vector3d::Zero(), rotation_exp({-0.5 * s[2], s[0], c[1]})},
+          EdgePose{{1 + c[0], 0, 0}, rotation_exp({0.5 * s[2], s[1], c[2]})}};
+}
+
+Eigen::Matrix<double, 12, 3> ChordLeaf::stiff_map() const {
+  Eigen::Matrix<double, 12, 3> G = Eigen::Matrix<double, 12, 3>::Zero();
+  G(6, 0) = 1;
+  G.block<3, 1>(3, 1) = rotation_left_tangent({-0.5 * s_[2], s_[0], c_[1]}).col(2);
+  G.block<3, 1>(9, 2) = rotation_left_tangent({0.5 * s_[2], s_[1], c_[2]}).col(2);
+  return G;
+}
+
+Eigen::Matrix<double, 12, 3> ChordLeaf::soft_map() const {
+  Eigen::Matrix<double, 12, 3> G = Eigen::Matrix<double, 12, 3>::Zero();
+  const Matrix3d J1 = rotation_left_tangent({-0.5 * s_[2], s_[0], c_[1]}),
+                 J2 = rotation_left_tangent({0.5 * s_[2], s_[1], c_[2]});
+  G.block<3, 1>(3, 0) = J1.col(1);
+  G.block<3, 1>(9, 1) = J2.col(1);
+  G.block<3, 1>(3, 2) = -0.5 * J1.col(0);
+  G.block<3, 1>(9, 2) = 0.5 * J2.col(0);
+  return G;
+}
+
+Matrix3d ChordLeaf::stiff_tangent() const {
+  const auto G = stiff_map();
+  Matrix3d S = G.transpose() * plate_.tangent() * G;
+  const Vector12d& g = plate_.force();
+  S(1, 1) += g.segment<3>(3).dot(spin_rate({-0.5 * s_[2], s_[0], c_[1]}, Vector3d::UnitZ()));
+  S(2, 2) += g.segment<3>(9).dot(spin_rate({0.5 * s_[2], s_[1], c_[2]}, Vector3d::UnitZ()));
+  return S;
+}
+
+ChordLeaf::Solution ChordLeaf::solve(const Vector3d& s, const Vector3d& f, int max_iterations) {
+  Solution solution;
+  f_ = f;
+  for (int it = 1; it <= max_iterations; ++it) {
+    const auto G = stiff_map();
+    const Matrix3d S = stiff_tangent();
+    const Vector3d ds = s - s_;
+    const Vector12d dq_soft = soft_map() * ds;
+    const Vector3d r = G.transpose() * (plate_.force() + plate_.tangent() * dq_soft) - f;
+    const Vector3d dc = -S.partialPivLu().solve(r);
+    const double size =
+        std::max({dc.cwiseAbs().maxCoeff(), plate_.correction(), ds.cwiseAbs().maxCoeff()});
+    solution.iterations = it;
+    if (!std::isfinite(size) || size > 1e3) break;
+    const Vector12d dq = dq_soft + G * dc;
+    const VectorXd dx = plate_.internal_step(dq);
+    s_ = s;
+    c_ += dc;
+    // Newton squares a step this small; what follows wants the exact tangent, not the mixed one
+    const bool last = size < 1e-5;
+    if (last) {
+      PlateLeaf::State state{edges(s_, c_), plate_.state().x + dx};
+      plate_.set_state(state);
+    } else {
+      plate_.step(edges(s_, c_), dx, dq);
+    }
+    plate_.assemble();
+    solution.correction = plate_.correction();
+    if (last && solution.correction < 1e-7) {
+      solution.converged = true;
+      return solution;
+    }
+  }
+  plate_.set_state(plate_.state());
+  plate_.assemble();
+  return solution;
+}
+
+VectorXd ChordLeaf::unknowns() const {
+  VectorXd y(plate_.unknowns() + 3);
+  y << plate_.state().x, c_;
+  return y;
+}
+
+double ChordLeaf::potential() const { return plate_.energy() - f_.dot(c_); }
+
+// ---------------------------------------------------------------------------- fields
+
+namespace {
+
+// Solves for the unknowns y of the plate and the stiff deformations c at once.
+class FieldSolver {
+ public:
+  explicit FieldSolver(const ChordLeaf& leaf) : plate_(leaf.plate()), S_(leaf.stiff_tangent()) {
+    X_ = plate_.coupling() * leaf.stiff_map();  // K_fb G, then K_ff⁻¹ of it
+    KcT_ = X_.transpose();
+    plate_.solve(X_);
+  }
+
+  /// −K⁻¹ R.
+  MatrixXd operator()(const MatrixXd& R) const {
+    const int n = plate_.unknowns();
+    MatrixXd Y(n + 3, R.cols());
+    MatrixXd top = -R.topRows(n);
+    plate_.solve(top);
+    Y.bottomRows(3) = S_.solve(MatrixXd(-R.bottomRows(3) - KcT_ * top));
+    Y.topRows(n) = top - X_ * Y.bottomRows(3);
+    return Y;
+  }
+
+ private:
+  const PlateLeaf& plate_;
+  Eigen::PartialPivLU<Matrix3d> S_;
+  MatrixXd X_, KcT_;
+};
+
+// Field coefficients degree by degree: K y_d = −(degree-d part of the residual without y_d).
+template <int ORDER>
+MatrixXd perturbation_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) {
+  const MonomialTable& table = monomials<6, ORDER>();
+  const FieldSolver solve(leaf);
+  MatrixXd Y = MatrixXd::Zero(leaf.plate().unknowns() + 3, table.size());
+  Y.col(0) = leaf.unknowns();
+  auto series = std::make_unique<TubeSeries<ORDER>>(leaf, leaf.plate().mesh(), ray, ORDER);
+  for (int d = 1; d <= ORDER; ++d) {
+    series->set_fields(Y);
+    const MatrixXd R = series->residual(d);
+    Y.middleCols(table.count(d - 1), R.cols()) = solve(R);
+  }
+  return Y;
+}
+
+template <int ORDER>
+FieldExpansion expand_fields_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) {
+  FieldExpansion result{perturbation_fields<ORDER>(leaf, ray), {}};
+  auto series = std::make_unique<TubeSeries<ORDER>>(leaf, leaf.plate().mesh(), ray, ORDER);
+  series->set_fields(result.fields);
+  result.edge_nodal = series->edge_nodal();
+  return result;
+}
+
+// Numbers a + i h a˙: h² is nothing in double precision, so every operation takes derivatives along
+// to rounding.
+constexpr double h = 1e-200;
+using Complex = std::complex<double>;
+
+// The operators of a mesh with their derivatives in one number of its shape.
+class VaryingMesh {
+ public:
+  struct Element {
+    Eigen::Matrix<Complex, 16, 16> gradient, bending;
+    Eigen::Array<Complex, PlateMesh::points, 1> weight;
+  };
+
+  VaryingMesh(const PlateMesh& mesh, const PlateMeshRate::Shape& by, double widening)
+      : across_(mesh.elements_across()) {
+    for (int i = 0; i < mesh.elements_along(); ++i)
+      for (int j = 0; j < across_; ++j) {
+        const PlateMesh::Element& from = mesh.element(i, j);
+        Element& element =
+            elements_.emplace_back(from.gradient.cast<Complex>(), from.bending.cast<Complex>(),
+                                   from.weight.cast<Complex>());
+        const auto add = [k = elements_.size() - 1](const auto& rates, auto& to) {
+          if (!rates.empty()) to.imag() = h * rates[k];
+        };
+        add(by.gradient, element.gradient);
+        add(by.bending, element.bending);
+        add(by.weight, element.weight);
+      }
+    for (const double y : mesh.y()) y_.emplace_back(y, h * widening * y);
+    const PlateMesh::Membrane &A = mesh.membrane(), &dA = by.membrane;
+    membrane_ = {{A.A11, h * dA.A11}, {A.A12, h * dA.A12}, {A.A33, h * dA.A33}};
+  }
+
+  struct Membrane {
+    Complex A11, A12, A33;
+  };
+  const Membrane& membrane() const { return membrane_; }
+  const std::vector<Complex>& y() const { return y_; }
+  const Element& element(int i, int j) const { return elements_[i * across_ + j]; }
+
+ private:
+  int across_;
+  std::vector<Element> elements_;
+  std::vector<Complex> y_;
+  Membrane membrane_;
+};
+
+}  // namespace
+
+FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order) {
+  assert(order == 2 || order == 3);
+  return order == 2 ? expand_fields_to<2>(leaf, ray) : expand_fields_to<3>(leaf, ray);
+}
+
+FieldExpansion expand_fields_rate(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
+                                  const MatrixXd& fields, const PlateMeshRate::Shape& by,
+                                  double widening, const VectorXd& state_rate) {
+  constexpr int order = 3;
+  const MonomialTable& table = monomials<6, order>();
+  assert(fields.cols() == table.size());
+  const FieldSolver solve(leaf);
+  const VaryingMesh mesh(leaf.plate().mesh(), by, widening);
+  auto series = std::make_unique<TubeSeries<order, VaryingMesh>>(leaf, mesh, ray, order);
+  Eigen::MatrixXcd Y = fields.cast<Complex>();
+  Y.col(0).imag() = h * state_rate;
+  for (int d = 1; d <= order; ++d) {
+    series->set_fields(Y);
+    const MatrixXd R = series->residual(d).imag();
+    Y.imag().middleCols(table.count(d - 1), R.cols()) = solve(R);  // h y_d˙ by h R˙
+  }
+  series->set_fields(Y);
+  return {Y.imag() / h, series->edge_nodal().imag() / h};
+}
+
+TubeExpansion expand(ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray, int order) {
+  assert(order == 2 || order == 3);
+  TubeExpansion expansion;
+  expansion.sigma = sigma;
+  if (order == 2) {
+    expansion.fields = perturbation_fields<2>(leaf, ray);
+    auto series = std::make_unique<TubeSeries<5>>(leaf, leaf.plate().mesh(), ray, 2);
+    series->set_fields(expansion.fields);
+    expansion.W = series->potential();
+  } else {
+    expansion.fields = perturbation_fields<3>(leaf, ray);
+    auto series = std::make_unique<TubeSeries<7>>(leaf, leaf.plate().mesh(), ray, 3);
+    series->set_fields(expansion.fields);
+    expansion.W = series->potential();
+  }
+  return expansion;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,80 @@
+#pragma once
+// Expansion of a leaf's mixed potential W*(s, f) about a bent state by static perturbation of the
+// full plate leaf: the coefficients of the tube and the fields to rebuild the leaf from.
+// Scaled units of plate_mesh.hpp. Equations (5)–(8) of README.md.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/elements/plate/plate_leaf.hpp"
+#include "core/elements/plate/plate_mesh_rate.hpp"
+
+namespace flexopt {
+
+/// Units of (N, M1, M2) in the potential: w/L and (w/L)², in D/L and D.
+Vector3d tube_force_scale(const PlateShape& shape);
+
+/// The plate leaf in its own chord frame: soft deformations s = (θ1y, θ2y, φx) prescribed, stiff
+/// ones c = (u, θ1z, θ2z) free under the forces f = (N, M1, M2).
+class ChordLeaf {
+ public:
+  explicit ChordLeaf(std::shared_ptr<const PlateMesh> mesh);
+
+  struct Solution {
+    bool converged = false;
+    int iterations = 0;
+    double correction = 0;
+  };
+  /// Newton from the present state to (s, f).
+  Solution solve(const Vector3d& s, const Vector3d& f, int max_iterations = 25);
+
+  PlateLeaf& plate() { return plate_; }
+  const PlateLeaf& plate() const { return plate_; }
+  const Vector3d& soft() const { return s_; }
+  const Vector3d& stiff() const { return c_; }
+  const Vector3d& forces() const { return f_; }
+  /// All unknowns: those of the plate, then (u, θ1z, θ2z).
+  VectorXd unknowns() const;
+  /// W* = U − f·c at the present state.
+  double potential() const;
+
+  /// Edge poses for s and c.
+  static EdgePoses edges(const Vector3d& s, const Vector3d& c);
+  /// d(edges)/dc (12 × 3).
+  Eigen::Matrix<double, 12, 3> stiff_map() const;
+  /// d(edges)/ds (12 × 3).
+  Eigen::Matrix<double, 12, 3> soft_map() const;
+  /// Stiffness of c with the plate condensed, curvature of the exponential coordinates included.
+  Matrix3d stiff_tangent() const;
+
+ private:
+  PlateLeaf plate_;
+  Vector3d s_ = Vector3d::Zero(), c_ = Vector3d::Zero(), f_ = Vector3d::Zero();
+};
+
+/// One expansion.
+struct TubeExpansion {
+  double sigma = 0;
+  std::vector<double> W;  ///< Taylor coefficients to degree 2 order + 1
+  MatrixXd fields;        ///< unknowns + 3 rows; Taylor coefficients to degree `order`
+};
+
+/// TubeExpansion::fields alone, and the Taylor coefficients of the nodal values of both edges'
+/// lines: rows (base, tip) of 3 functions_per_line each.
+struct FieldExpansion {
+  MatrixXd fields, edge_nodal;
+};
+FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order);
+
+/// Derivative of it (order 3) in one number of the shape of the leaf, the soft deformations and
+/// forces of the state and the units of x held: K y_d˙ = −(degree-d part of R˙ without y_d˙).
+/// `widening`: y˙/y of nodes across; `state_rate`: of ChordLeaf::unknowns.
+FieldExpansion expand_fields_rate(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
+                                  const MatrixXd& fields, const PlateMeshRate::Shape& by,
+                                  double widening, const VectorXd& state_rate);
+
+/// Fields to `order` (2 or 3), potential to degree 2·order + 1, about the present state of `leaf`
+/// (converged), in x = (σ, τ, φ, N, M1, M2) with (θ1y, θ2y) = present + ray (σ, τ).
+TubeExpansion expand(ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray, int order);
+
+}  // namespace flexopt

@@ -1,0 +1,426 @@
+#pragma once
+// The residual and the potential of a plate leaf as polynomials in x = (σ, τ, φ, N, M1, M2), from
+// its fields as such: what its expansion is made of. README.md (6)–(8).
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/math/polynomial.hpp"
+#include "core/reduction/expansion/tube_expansion.hpp"
+
+namespace flexopt {
+
+/// A number at the eight membrane points of an element.
+template <class S>
+struct PointLanes {
+  using type = Eigen::Array<S, PlateMesh::points, 1>;
+};
+template <>
+struct PointLanes<double> {
+  using type = double __attribute__((vector_size(64)));
+};
+
+/// Everything about one leaf as polynomials in x, truncated at ORDER. Nodal dofs of a line:
+/// functions_per_line × (3 · m), column c · m + k for component c, monomial k; m = size at the
+/// edges, the monomials of the fields inside.
+///
+/// Operators: where the numbers of the mesh come from, the PlateMesh itself or one whose numbers
+/// are of another type S; so are then the fields and the residual.
+template <int ORDER, class Operators = PlateMesh>
+class TubeSeries {
+ public:
+  using S = std::decay_t<decltype(std::declval<const Operators&>().membrane().A11)>;
+  using P = Polynomial<6, ORDER, S>;
+  using Matrix = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
+  static constexpr int size = P::size;
+
+  TubeSeries(const ChordLeaf& leaf, const Operators& operators, const Eigen::Matrix2d& ray,
+             int field_order)
+      : leaf_(leaf),
+        mesh_(leaf.plate().mesh()),
+        operators_(operators),
+        table_(monomials<6, ORDER>()),
+        field_order_(field_order) {
+    const Vector3d& s = leaf.soft();
+    const Vector3d scale = tube_force_scale(mesh_.shape());
+    for (int k = 0; k < 2; ++k) {
+      soft_[k] = P::constant(s[k]);
+      soft_[k][1] = ray(k, 0);
+      soft_[k][2] = ray(k, 1);
+    }
+    soft_[2] = P::variable(2, s[2], 1);
+    for (int k = 0; k < 3; ++k) force_[k] = P::variable(3 + k, leaf.forces()[k], scale[k]);
+    nodal_.assign(mesh_.lines(), Matrix());
+    nodal_.front() = nodal_.back() = Matrix::Zero(mesh_.functions_per_line(), 3 * size);
+  }
+
+  /// Nodal dofs of the unknowns Y (rows as ChordLeaf::unknowns, columns monomials ≤ field order).
+  void set_fields(const Matrix& Y) {
+    const int n = mesh_.functions_per_line(), last = mesh_.lines() - 1;
+    const int m = static_cast<int>(Y.cols());
+    for (int i = 1; i < last; ++i) {
+      nodal_[i].resize(n, 3 * m);
+      for (int c = 0; c < 3; ++c)
+        nodal_[i].middleCols(c * m, m) = Y.middleRows(leaf_.plate().block_offset(i) + c * n, n);
+    }
+    const int u = leaf_.plate().unknowns();
+    for (int k = 0; k < 3; ++k) stiff_[k] = row(Y, u + k);
+    for (int e = 0; e < 2; ++e) {
+      set_axes(e);
+      const int line = e == 0 ? 0 : last;
+      nodal_[line].setZero();
+      for (int j = 0; j < mesh_.nodes_per_line(); ++j) {
+        const auto& slopes = mesh_.edge_slopes();
+        const int o = leaf_.plate().block_offset(line) + static_cast<int>(slopes.size()) * j;
+        for (int c = 0; c < 3; ++c) {
+          const P &e1 = axis_[e][0][c], &e2 = axis_[e][1][c];
+          std::array<P, 4> v{e2 * operators_.y()[j], e1, e2, P::constant(0)};
+          if (e == 1 && c == 0) {
+            v[0] += stiff_[0];
+            v[0][0] += 1;
+          }
+          for (std::size_t d = 0; d < slopes.size(); ++d)
+            v[slopes[d].function] +=
+                times_low(axis_[e][slopes[d].axis][c], row(Y, o + static_cast<int>(d)));
+          for (int k = 0; k < 4; ++k) put(line, 4 * j + k, c, v[k]);
+        }
+      }
+    }
+  }
+
+  /// Nodal values of the edges' lines, a column a monomial: FieldExpansion::edge_nodal.
+  Matrix edge_nodal() const {
+    const int n = mesh_.functions_per_line();
+    Matrix values(6 * n, size);
+    for (int e = 0; e < 2; ++e)
+      for (int c = 0; c < 3; ++c)
+        values.middleRows((3 * e + c) * n, n) =
+            (e == 0 ? nodal_.front() : nodal_.back()).middleCols(c * size, size);
+    return values;
+  }
+
+  /// Degree-d part of the residual ∂Π/∂y: rows as the unknowns, one column a monomial of degree d.
+  Matrix residual(int d) {
+    const int n = mesh_.functions_per_line(), last = mesh_.lines() - 1;
+    const int k0 = table_.count(d - 1), k1 = table_.count(d);
+    std::vector<Matrix> force(mesh_.lines(), Matrix::Zero(n, 3 * size));
+    // the turning edges mix all degrees of the nodal forces there
+    for (int i = 0; i < mesh_.elements_along(); ++i)
+      for (int j = 0; j < mesh_.elements_across(); ++j)
+        add_force(i, j, i == 0 || i == mesh_.elements_along() - 1 ? 0 : d, d, force);
+
+    Matrix R(leaf_.plate().unknowns() + 3, k1 - k0);
+    for (int i = 1; i < last; ++i)
+      for (int c = 0; c < 3; ++c)
+        R.middleRows(leaf_.plate().block_offset(i) + c * n, n) =
+            force[i].middleCols(c * size + k0, k1 - k0);
+    for (int e = 0; e < 2; ++e) {
+      const int line = e == 0 ? 0 : last;
+      std::array<P, 3> moment{P::constant(0), P::constant(0), P::constant(0)};
+      P pull = P::constant(0);
+      for (int j = 0; j < mesh_.nodes_per_line(); ++j) {
+        const auto& slopes = mesh_.edge_slopes();
+        const int o = leaf_.plate().block_offset(line) + static_cast<int>(slopes.size()) * j;
+        for (int k = 0; k < 4; ++k) {
+          const int s = 4 * j + k;
+          std::array<P, 3> g, r;
+          for (int c = 0; c < 3; ++c) {
+            g[c] = get(force[line], s, c);
+            r[c] = get(nodal_[line], s, c);
+          }
+          // lever arms count from the middle of the edge
+          if (k == 0 && e == 1) {
+            r[0] -= stiff_[0];
+            r[0][0] -= 1;
+          }
+          for (int c = 0; c < 3; ++c) {
+            const int a = (c + 1) % 3, b = (c + 2) % 3;
+            moment[c] += r[a] * g[b] - r[b] * g[a];
+          }
+          if (k == 0) pull += g[0];
+          for (std::size_t d = 0; d < slopes.size(); ++d)
+            if (slopes[d].function == k) {
+              P sum = P::constant(0);
+              for (int c = 0; c < 3; ++c) sum += axis_[e][slopes[d].axis][c] * g[c];
+              copy_degree(sum, k0, k1, R, o + static_cast<int>(d));
+            }
+        }
+      }
+      const int u = leaf_.plate().unknowns();
+      if (e == 1) copy_degree(pull - force_[0], k0, k1, R, u);
+      P sum = P::constant(0);
+      for (int c = 0; c < 3; ++c) sum += tangent_z_[e][c] * moment[c];
+      copy_degree(sum - force_[1 + e], k0, k1, R, u + 1 + e);
+    }
+    return R;
+  }
+
+  /// Π = U − f·c. Odd powers of (φ, M1, M2) are not filled where the mesh is mirror symmetric.
+  std::vector<double> potential() {
+    std::vector<Lanes> sum(size, lanes(0));
+    const int ny = mesh_.elements_across();
+    for (int j = 0; j < (ny + 1) / 2; ++j) {
+      const double weight = 2 * j + 1 == ny ? 1 : 2;  // the other half is the mirror image
+      for (int i = 0; i < mesh_.elements_along(); ++i) add_energy(i, j, weight, sum);
+    }
+    P total = P::constant(0);
+    for (int k = 0; k < size; ++k)
+      for (int g = 0; g < points; ++g) total[k] += sum[k][g];
+    for (int k = 0; k < 3; ++k) total -= force_[k] * stiff_[k];
+    return {total.c.begin(), total.c.end()};
+  }
+
+ private:
+  using Lanes = typename PointLanes<S>::type;
+  static constexpr int points = PlateMesh::points;
+  static Lanes lanes(double value) {
+    if constexpr (std::is_same_v<S, double>)
+      return Lanes{} + value;
+    else
+      return Lanes::Constant(value);
+  }
+
+  P row(const Matrix& Y, int r) const {
+    P p = P::constant(0);
+    for (int k = 0; k < Y.cols(); ++k) p[k] = Y(r, k);
+    return p;
+  }
+  // b has no degree above the order of the fields
+  P times_low(const P& a, const P& b) const {
+    P r = P::constant(0);
+    add_product(table_, r.c.data(), b.c.data(), a.c.data(), field_order_, ORDER);
+    return r;
+  }
+  void put(int line, int s, int c, const P& p) {
+    for (int k = 0; k < size; ++k) nodal_[line](s, c * size + k) = p[k];
+  }
+  P get(const Matrix& m, int s, int c) const {
+    P p;
+    for (int k = 0; k < size; ++k) p[k] = m(s, c * size + k);
+    return p;
+  }
+  static void copy_degree(const P& p, int k0, int k1, Matrix& R, int r) {
+    for (int k = k0; k < k1; ++k) R(r, k - k0) = p[k];
+  }
+
+  // exp(hat v) and the third column of its left tangent.
+  void set_axes(int e) {
+    const std::array<P, 3> v{soft_[2] * (e == 0 ? -0.5 : 0.5), soft_[e], stiff_[1 + e]};
+    const P q = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    // Taylor coefficients at q0 of Σ (−q)^k/(2k + m)!, m = 1, 2, 3
+    auto function = [&](int m) {
+      std::array<S, ORDER + 1> taylor{};
+      const S q0 = q[0];
+      for (int t = 0; t <= ORDER; ++t) {
+        double binomial = 1;
+        S term = 0, power = 1;
+        for (int k = t; k < t + 16; ++k) {
+          const double inverse_factorial = 1 / std::tgamma(2 * k + m + 1);
+          term += (k % 2 == 0 ? 1 : -1) * binomial * power * inverse_factorial;
+          binomial *= static_cast<double>(k + 1) / (k + 1 - t);
+          power *= q0;
+        }
+        taylor[t] = term;
+      }
+      return compose<6, ORDER, S>(std::span<const S>(taylor), q);
+    };
+    const P a = function(1), b = function(2), c = function(3);
+    std::array<std::array<P, 3>, 3> K, K2;
+    for (auto& r : K) r.fill(P::constant(0));
+    K[0][1] = v[2] * -1.0;
+    K[0][2] = v[1];
+    K[1][0] = v[2];
+    K[1][2] = v[0] * -1.0;
+    K[2][0] = v[1] * -1.0;
+    K[2][1] = v[0];
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        K2[i][j] = v[i] * v[j];
+        if (i == j) K2[i][j] -= q;
+      }
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        axis_[e][j][i] = a * K[i][j] + b * K2[i][j];
+        if (i == j) axis_[e][j][i][0] += 1;
+      }
+      tangent_z_[e][i] = b * K[i][2] + c * K2[i][2];
+      if (i == 2) tangent_z_[e][i][0] += 1;
+    }
+  }
+
+  // Degree of an element's fields: the edges turn by the exponential, the rest is of field order.
+  int field_degree(int i) const {
+    return i == 0 || i == mesh_.elements_along() - 1 ? ORDER : std::min(ORDER, field_order_);
+  }
+
+  // Columns of the monomials ≤ degree, component by component.
+  void gather(int i, int j, int m) {
+    const int side = mesh_.functions_per_side();
+    Matrix& U = U_;
+    U.setZero(2 * side, 3 * m);
+    for (int p = 0; p < 2; ++p) {
+      const Matrix& line = nodal_[i + p];
+      const int stored = static_cast<int>(line.cols()) / 3, used = std::min(m, stored);
+      for (int c = 0; c < 3; ++c)
+        U.block(side * p, c * m, side, used) = line.block(4 * j, c * stored, side, used);
+    }
+  }
+
+  struct Points {
+    std::array<std::vector<Lanes>, 3> a1, a2;
+    std::array<std::vector<Lanes>, 3> strain;  ///< e11, e22, 2 e12, all monomials
+  };
+
+  // Gradients and Green–Lagrange strains of the gathered element; strains to `strain_degree`.
+  void point_series(int i, int j, int m, int degree, int strain_degree) {
+    Matrix& A = A_;
+    A.noalias() = operators_.element(i, j).gradient.leftCols(U_.rows()) * U_;
+    Points& p = points_;
+    for (int c = 0; c < 3; ++c) {
+      p.a1[c].resize(m);
+      p.a2[c].resize(m);
+      for (int k = 0; k < m; ++k)
+        for (int g = 0; g < points; ++g) {
+          p.a1[c][k][g] = A(g, c * m + k);
+          p.a2[c][k][g] = A(points + g, c * m + k);
+        }
+      p.strain[c].assign(table_.count(strain_degree), lanes(0));
+    }
+    if (strain_degree == std::min(ORDER, 2 * degree)) {  // nothing to leave out
+      const Lanes one = lanes(1);
+      for (int c = 0; c < 3; ++c) {
+        add_square(table_, p.strain[0].data(), p.a1[c].data(), one, degree);
+        add_square(table_, p.strain[1].data(), p.a2[c].data(), one, degree);
+        add_product(table_, p.strain[2].data(), p.a1[c].data(), p.a2[c].data(), degree, degree);
+      }
+    } else {
+      add_strains(p, strain_degree, degree);
+    }
+    for (int q = 0; q < 2; ++q) {
+      p.strain[q][0] -= 1.0;
+      for (Lanes& e : p.strain[q]) e *= 0.5;
+    }
+  }
+
+  void add_strains(Points& p, int strain_degree, int degree) const {
+    for (int d = 0; d <= strain_degree; ++d)
+      for (int c = 0; c < 3; ++c) {
+        add_product_of_degree(table_, p.strain[0].data(), p.a1[c].data(), p.a1[c].data(), d, degree,
+                              degree);
+        add_product_of_degree(table_, p.strain[1].data(), p.a2[c].data(), p.a2[c].data(), d, degree,
+                              degree);
+        add_product_of_degree(table_, p.strain[2].data(), p.a1[c].data(), p.a2[c].data(), d, degree,
+                              degree);
+      }
+  }
+
+  Lanes weights(int i, int j) const {
+    Lanes w;
+    for (int g = 0; g < points; ++g) w[g] = operators_.element(i, j).weight[g];
+    return w;
+  }
+
+  // Nodal forces of degrees d0 to d.
+  void add_force(int i, int j, int d0, int d, std::vector<Matrix>& force) {
+    const int m = table_.count(d);
+    gather(i, j, m);
+    point_series(i, j, m, d, d);
+    const Matrix& U = U_;
+    const Points& p = points_;
+    const Lanes w = weights(i, j);
+    const auto [A11, A12, A33] = operators_.membrane();
+    std::array<std::vector<Lanes>, 3> stress;
+    for (auto& s : stress) s.resize(m);
+    for (int k = 0; k < m; ++k) {
+      stress[0][k] = w * (A11 * p.strain[0][k] + A12 * p.strain[1][k]);
+      stress[1][k] = w * (A12 * p.strain[0][k] + A11 * p.strain[1][k]);
+      stress[2][k] = w * (A33 * p.strain[2][k]);
+    }
+    const int k0 = table_.count(d0 - 1), nd = m - k0;
+    Matrix stresses(16, 3 * nd);
+    for (int c = 0; c < 3; ++c) {
+      std::vector<Lanes> f1(m, lanes(0)), f2(m, lanes(0));
+      for (int t = d0; t <= d; ++t) {
+        add_product_of_degree(table_, f1.data(), stress[0].data(), p.a1[c].data(), t, d, d);
+        add_product_of_degree(table_, f1.data(), stress[2].data(), p.a2[c].data(), t, d, d);
+        add_product_of_degree(table_, f2.data(), stress[2].data(), p.a1[c].data(), t, d, d);
+        add_product_of_degree(table_, f2.data(), stress[1].data(), p.a2[c].data(), t, d, d);
+      }
+      for (int k = 0; k < nd; ++k)
+        for (int g = 0; g < points; ++g) {
+          stresses(g, c * nd + k) = f1[k0 + k][g];
+          stresses(points + g, c * nd + k) = f2[k0 + k][g];
+        }
+    }
+    const auto& element = operators_.element(i, j);
+    const int side = mesh_.functions_per_side(), n = 2 * side;
+    Matrix F = element.gradient.leftCols(n).transpose() * stresses;
+    for (int c = 0; c < 3; ++c) {
+      F.middleCols(c * nd, nd).noalias() +=
+          element.bending.topLeftCorner(n, n) * U.middleCols(c * m + k0, nd);
+      force[i].block(4 * j, c * size + k0, side, nd) += F.block(0, c * nd, side, nd);
+      force[i + 1].block(4 * j, c * size + k0, side, nd) += F.block(side, c * nd, side, nd);
+    }
+  }
+
+  void add_energy(int i, int j, double weight, std::vector<Lanes>& sum) {
+    const int degree = field_degree(i), m = table_.count(degree);
+    const int strain_degree = std::min(ORDER, 2 * degree);
+    gather(i, j, m);
+    point_series(i, j, m, degree, strain_degree);
+    const Matrix& U = U_;
+    const Points& p = points_;
+    // ½ [A11 (e11² + e22²) + 2 A12 e11 e22 + A33 (2 e12)²] as three squares
+    const Lanes w = weights(i, j) * (0.5 * weight);
+    const auto [A11, A12, A33] = operators_.membrane();
+    const int ms = table_.count(strain_degree);
+    std::vector<Lanes>&mean = work_[0], &difference = work_[1];
+    mean.resize(ms);
+    difference.resize(ms);
+    for (int k = 0; k < ms; ++k) {
+      mean[k] = p.strain[0][k] + p.strain[1][k];
+      difference[k] = p.strain[0][k] - p.strain[1][k];
+    }
+    add_square(table_, sum.data(), mean.data(), w * (0.5 * (A11 + A12)), strain_degree);
+    add_square(table_, sum.data(), difference.data(), w * (0.5 * (A11 - A12)), strain_degree);
+    add_square(table_, sum.data(), p.strain[2].data(), w * A33, strain_degree);
+    // ½ U · K_B U, eight functions at a time
+    Matrix& B = A_;
+    const int n = static_cast<int>(U.rows());
+    B.noalias() = operators_.element(i, j).bending.topLeftCorner(n, n) * U;
+    B *= 0.5 * weight;
+    std::vector<Lanes>&a = work_[0], &b = work_[1];
+    a.resize(m);
+    b.resize(m);
+    for (int c = 0; c < 3; ++c)
+      for (int half = 0; half < n / 8; ++half) {
+        for (int k = 0; k < m; ++k)
+          for (int g = 0; g < 8; ++g) {
+            a[k][g] = U(8 * half + g, c * m + k);
+            b[k][g] = B(8 * half + g, c * m + k);
+          }
+        add_product(table_, sum.data(), a.data(), b.data(), degree, degree);
+      }
+  }
+
+  const ChordLeaf& leaf_;
+  const PlateMesh& mesh_;
+  const Operators& operators_;
+  const MonomialTable& table_;
+  int field_order_;
+  std::array<P, 3> soft_, stiff_, force_;
+  std::array<std::array<std::array<P, 3>, 3>, 2> axis_;  ///< [edge][column][component]
+  std::array<std::array<P, 3>, 2> tangent_z_;            ///< [edge][component] of J e_z
+  std::vector<Matrix> nodal_;
+
+  // of the element at hand
+  Matrix U_, A_;
+  Points points_;
+  std::array<std::vector<Lanes>, 2> work_;
+};
+
+}  // namespace flexopt

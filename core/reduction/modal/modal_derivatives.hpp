@@ -1,0 +1,47 @@
+#pragma once
+// Modal derivatives: how the boundary modes and the vibration modes of a leaf change when it is
+// deformed. Exact, from the polynomial energy of the leaf. Scaled units of plate_mesh.hpp;
+// equations (18)–(22) of modal_derivatives.md.
+#include <utility>
+#include <vector>
+
+#include "core/elements/plate/plate_leaf.hpp"
+
+namespace flexopt {
+
+/// Place of the pair (i, j) = (j, i) in lists of pairs: (0,0), (0,1), (1,1), (0,2), …
+inline int pair_index(int i, int j) {
+  if (i > j) std::swap(i, j);
+  return j * (j + 1) / 2 + i;
+}
+
+/// K2[φi, φj] = (∂K/∂φj) φi of every pair of shapes, about the present state of the leaf, by
+/// polarisation of the residual along paths x0 + s φ. Shapes and result have rows (unknowns of
+/// PlateLeaf, displacement and rotation vector of base and tip edge); rotation vectors are added to
+/// those of the state by exp(hat θ) R, so that K2[φi, φj]·φk is symmetric in all three.
+MatrixXd second_order_forces(const PlateLeaf& leaf, const MatrixXd& shapes);
+
+/// Craig–Bampton boundary modes Φ_CB: rows as above, a column for each of the 12 edge coordinates.
+/// The leaf must be assembled.
+MatrixXd boundary_modes(const PlateLeaf& leaf);
+
+/// θij = −K⁻¹ K2[φi, φj] with both edges held: rows of the unknowns, a column a pair. `forces`:
+/// K2. The leaf must be assembled.
+MatrixXd derivatives_edges_held(const PlateLeaf& leaf, const MatrixXd& forces);
+
+/// θij of eq. 8 of the paper: the edge that owns φi is free, the other one held. `shapes` must be
+/// the boundary_modes; columns 12 i + j, rows as theirs. θij ≠ θji where i, j belong to two edges.
+MatrixXd derivatives_own_edge_free(const PlateLeaf& leaf, const MatrixXd& forces);
+
+/// Whether the modal derivatives of vibration modes keep their inertia: eq. 3 of the paper instead
+/// of eq. 4, which leaves out ω²M and its derivative.
+enum class ModalInertia { left_out, kept };
+
+/// θij of vibration modes with the edges held (free tip: as the leaf's support says), a column an
+/// ordered pair, count · i + j. The leaf must be assembled, the modes be its lowest. With inertia
+/// kept, φiᵀ M θij = 0, and an empty result means that the iteration did not converge.
+MatrixXd vibration_mode_derivatives(const PlateLeaf& leaf,
+                                    const std::vector<PlateLeaf::Mode>& modes,
+                                    ModalInertia inertia = ModalInertia::left_out);
+
+}  // namespace flexopt

@@ -1,0 +1,38 @@
+#include "core/reduction/superelement/plate_body.hpp"
+
+#include "core/reduction/superelement/condensation.hpp"
+#include "core/reduction/superelement/linear_plate.hpp"
+
+namespace flexopt {
+
+std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body) {
+  return std::make_shared<PlateMesh>(plate_shape(body.plate, body.mesh, false));
+}
+
+PlateMatrices plate_matrices(const PlateBody& body, const PlateMesh& mesh) {
+  const auto matrices = linear_plate::assemble(body, mesh, linear_plate::operators(mesh));
+  const int n = linear_plate::Dofs(mesh).count();
+  const auto full = [n](const linear_plate::Triplets<double>& triplets) {
+    MatrixXd A = MatrixXd::Zero(n, n);
+    for (const auto& t : triplets) A(t.row(), t.col()) += t.value();
+    return A;
+  };
+  return {full(matrices.stiffness), full(matrices.mass)};
+}
+
+CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation) {
+  return condense(body, condensation, plate_body_mesh(body));
+}
+
+CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation,
+                        std::shared_ptr<const PlateMesh> mesh) {
+  LeafSpring flat = body.plate;
+  flat.origin.setZero();
+  flat.axes.setIdentity();
+  const LeafScale scale(flat, mesh->shape().flexure);
+  const auto condensed = std::make_shared<const Condensation>(body, condensation, mesh);
+  return {mesh, scale, 0.5 * flat.length * Vector3d::UnitX(),
+          in_units(condensed->model(), scale.length, scale.energy, scale.mass), condensed};
+}
+
+}  // namespace flexopt

@@ -1,0 +1,71 @@
+#pragma once
+// Linear finite element models of flat plates (the quadratic part of the plate leaf's energy about
+// its undeformed state) and their Craig–Bampton condensation to interface nodes.
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/elements/plate/plate_mesh.hpp"
+#include "core/mechanism/mechanism.hpp"
+#include "core/reduction/superelement/superelement.hpp"
+
+namespace flexopt {
+
+/// A flat plate on a tensor mesh of Bogner–Fox–Schmit elements, x along, y across from −w/2.
+struct PlateBody {
+  LeafSpring plate;  ///< length, width, thickness [m] and material are used
+  std::array<int, 2> mesh{4, 4};
+  /// Thickness of each cell over that of the plate; 0: the cell is left out. Empty: uniform.
+  MatrixXd cells;
+  /// Sides y = ∓w/2 with the torsion layer of a free edge, (2) of core/elements.
+  std::array<bool, 2> free_edges{false, false};
+};
+
+/// How interface nodes hold a body.
+enum class Interface {
+  /// Two nodes: the middles of the edges x = 0 and x = L, each edge rigid as in a leaf (3).
+  rigid_edges,
+  /// Four nodes: the corners (0, −), (0, +), (L, −), (L, +). The sides between them are
+  /// interpolated, so that constant strains, curvatures and twist pass exactly (16), (17).
+  corners,
+  /// Nodes of the mesh, their displacement and mean rotation; all else is free.
+  mesh_nodes
+};
+
+struct PlateCondensation {
+  Interface interface = Interface::corners;
+  std::vector<std::array<int, 2>> mesh_nodes;  ///< (along, across), for Interface::mesh_nodes
+  int vibration_modes = 0;                     ///< fixed-interface modes kept
+};
+
+class Condensation;
+
+/// A condensed body: the superelement and the fields it stands for.
+struct CondensedPlate {
+  std::shared_ptr<const PlateMesh> mesh;
+  LeafScale scale;       ///< of the plate: length L, energy D
+  Vector3d frame_point;  ///< of the frame: the middle of the plate, in its axes [m]
+  /// Nodes, K_CB, M_CB, Φ_CB. `recovery`: nodal dofs over L for the boundary modes, in the order
+  /// (line, component, node, function) of PlateLeaf::nodal.
+  SuperelementModel superelement;
+  std::shared_ptr<const Condensation> condensation;  ///< what it was made by, for derivatives
+};
+
+/// Full stiffness and mass (over D and ρ t L⁴) of a body, unconstrained, in the order of
+/// `recovery`.
+struct PlateMatrices {
+  MatrixXd stiffness, mass;
+};
+PlateMatrices plate_matrices(const PlateBody& body, const PlateMesh& mesh);
+/// The mesh of a body: without free-edge term, which depends on the sides.
+std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body);
+
+/// Static condensation to the interface nodes, and the lowest fixed-interface modes. The middle of
+/// the plate, where the frame sits, must not lie in a cell that was left out.
+CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation);
+/// On a mesh of one's own, of a beam too.
+CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation,
+                        std::shared_ptr<const PlateMesh> mesh);
+
+}  // namespace flexopt

@@ -1,0 +1,251 @@
+#include "core/reduction/superelement/superelement.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr double frame_tolerance = 1e-14;  // lengths / size of the body, radians
+constexpr double rounding_floor = 1e-9;    // a step below it that no longer shrinks is rounding
+constexpr int max_frame_steps = 30;        // 2 to 5 happen
+
+/// Rigid motions of the nodes about the origin: rows (1, −hat y; 0, 1).
+template <class Places>
+Eigen::Matrix<double, Eigen::Dynamic, 6> rigid_motions(const Places& places) {
+  const int m = static_cast<int>(places.size());
+  Eigen::Matrix<double, Eigen::Dynamic, 6> Phi(6 * m, 6);
+  for (int a = 0; a < m; ++a) {
+    Phi.block<6, 6>(6 * a, 0).setIdentity();
+    Phi.block<3, 3>(6 * a, 3) = -hat(places[a]);
+  }
+  return Phi;
+}
+
+}  // namespace
+
+double SuperelementModel::size() const {
+  double largest = 0;
+  for (const Vector3d& a : nodes)
+    for (const Vector3d& b : nodes) largest = std::max(largest, (a - b).norm());
+  return largest;
+}
+
+std::optional<std::string> broken_rule(const SuperelementModel& model) {
+  const int n = model.coordinates();
+  if (model.nodes.size() < 2) return "a superelement has at least two interface nodes";
+  const double size = model.size();
+  if (!(size > 0)) return "the interface nodes coincide";
+  const MatrixXd &K = model.stiffness, &M = model.mass, &Phi = model.frame_modes;
+  if (K.rows() != K.cols() || K.rows() < n)
+    return fmt::format("K_CB must be at least {0} × {0}", n);
+  if (M.rows() != K.rows() || M.cols() != K.cols()) return "M_CB must have the size of K_CB";
+  if (Phi.rows() != 6 || Phi.cols() != n) return fmt::format("Phi_CB must be 6 × {}", n);
+  if (!K.allFinite() || !M.allFinite() || !Phi.allFinite()) return "its matrices are not finite";
+  // lengths in units of the size, so that entries compare
+  VectorXd unit = VectorXd::Ones(K.rows());
+  for (int a = 0; a < n; a += 6) unit.segment<3>(a).setConstant(size);
+  const MatrixXd Ks = unit.asDiagonal() * K * unit.asDiagonal();
+  const MatrixXd Ms = unit.asDiagonal() * M * unit.asDiagonal();
+  const auto asymmetry = [](const MatrixXd& A) {
+    return (A - A.transpose()).cwiseAbs().maxCoeff() / A.cwiseAbs().maxCoeff();
+  };
+  const double most = 1e-9;
+  if (const double e = asymmetry(Ks); !(e < most))
+    return fmt::format("K_CB is not symmetric: {:.1e} of its largest entry", e);
+  if (const double e = asymmetry(Ms); !(e < most))
+    return fmt::format("M_CB is not symmetric: {:.1e} of its largest entry", e);
+  const int k = static_cast<int>(K.rows()) - n;
+  if (k > 0 && !(Ks.topRightCorner(n, k).cwiseAbs().maxCoeff() < most * Ks.cwiseAbs().maxCoeff()))
+    return "K_CB couples boundary and vibration modes";
+  MatrixXd rigid = rigid_motions(model.nodes);
+  Vector6d unit6;
+  unit6 << size, size, size, 1, 1, 1;
+  const MatrixXd rigid_scaled =
+      unit.head(n).cwiseInverse().asDiagonal() * rigid * unit6.asDiagonal();
+  const double energy = (Ks.topLeftCorner(n, n) * rigid_scaled).cwiseAbs().maxCoeff() /
+                        Ks.topLeftCorner(n, n).cwiseAbs().maxCoeff();
+  if (!(energy < 1e-7))
+    return fmt::format("K_CB resists rigid motions: forces {:.1e} of its largest entry", energy);
+  const Matrix6d carried = unit6.cwiseInverse().asDiagonal() * (Phi * rigid) * unit6.asDiagonal();
+  const double off = (carried - Matrix6d::Identity()).cwiseAbs().maxCoeff();
+  if (!(off < 1e-7))
+    return fmt::format("Phi_CB does not follow rigid motions: it misses them by {:.1e}", off);
+  return std::nullopt;
+}
+
+VectorXd local_coordinates(const SuperelementModel& model, std::span<const NodePose> nodes,
+                           const FloatingFrame& frame) {
+  VectorXd q(model.coordinates());
+  for (int a = 0; a < static_cast<int>(nodes.size()); ++a) {
+    q.segment<3>(6 * a) =
+        frame.axes.transpose() * (nodes[a].position - frame.position) - model.nodes[a];
+    q.segment<3>(6 * a + 3) = rotation_log(frame.axes.transpose() * nodes[a].axes);
+  }
+  return q;
+}
+
+Superelement::Superelement(const SuperelementModel& model) : model_(&model), size_(model.size()) {
+  const int m = static_cast<int>(model.nodes.size()), n = 6 * m;
+  place_.resize(m);
+  to_rate_.resize(m);
+  PhiD_.resize(6, n);
+  Z_.resize(6, n);
+  Phi_rig_.resize(n, 6);
+  for (VectorXd* v : {&q_, &s_, &r_, &f_, &force_}) v->resize(n);
+  for (MatrixXd* A : {&DT_, &B_, &tangent_, &work_}) A->resize(n, n);
+}
+
+// q, D and Φ_rig in the present frame.
+void Superelement::place(std::span<const NodePose> nodes) {
+  const Matrix3d Ft = frame_.axes.transpose();
+  for (int a = 0; a < static_cast<int>(nodes.size()); ++a) {
+    const int i = 6 * a;
+    place_[a] = Ft * (nodes[a].position - frame_.position);
+    q_.segment<3>(i) = place_[a] - model_->nodes[a];
+    const Vector3d theta = rotation_log(Ft * nodes[a].axes);
+    q_.segment<3>(i + 3) = theta;
+    const Matrix3d K = hat(theta);
+    to_rate_[a] =
+        Matrix3d::Identity() - 0.5 * K + hat_square_factor(theta.squaredNorm()).value * K * K;
+    Phi_rig_.block<6, 6>(i, 0).setIdentity();
+    Phi_rig_.block<3, 3>(i, 3) = -hat(place_[a]);
+    PhiD_.middleCols<3>(i) = model_->frame_modes.middleCols<3>(i);
+    PhiD_.middleCols<3>(i + 3).noalias() =
+        model_->frame_modes.middleCols<3>(i + 3).lazyProduct(to_rate_[a]);
+  }
+  A_.noalias() = PhiD_ * Phi_rig_;
+}
+
+bool Superelement::find_frame(std::span<const NodePose> nodes) {
+  const int m = static_cast<int>(nodes.size());
+  assert(m == static_cast<int>(model_->nodes.size()));
+  // From the nearest rotation to the nodes' mean and their mean place. (The last frame of a path is
+  // no safe start: far from the nodes Φ_CB q = 0 has other solutions, turned by half a turn.)
+  Matrix3d mean = Matrix3d::Zero();
+  Vector3d p = Vector3d::Zero(), X = Vector3d::Zero();
+  for (int a = 0; a < m; ++a) {
+    mean += nodes[a].axes;
+    p += nodes[a].position / m;
+    X += model_->nodes[a] / m;
+  }
+  const Eigen::JacobiSVD<Matrix3d> svd(mean, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d U = svd.matrixU();
+  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
+  frame_.axes = U * svd.matrixV().transpose();
+  frame_.position = p - frame_.axes * X;
+  frame_.converged = false;
+  double previous = 1e300;
+  for (frame_.iterations = 0;; ++frame_.iterations) {
+    place(nodes);
+    const Vector6d c = model_->frame_modes * q_;
+    const Eigen::PartialPivLU<Matrix6d> lu(A_);
+    const Vector6d d = lu.solve(c);
+    frame_.residual =
+        std::max(d.head<3>().cwiseAbs().maxCoeff() / size_, d.tail<3>().cwiseAbs().maxCoeff());
+    const bool rounding = frame_.residual < rounding_floor && frame_.residual >= 0.3 * previous;
+    if (frame_.residual < frame_tolerance || rounding) {
+      Z_ = lu.solve(PhiD_);
+      return frame_.converged = true;
+    }
+    // also when not a number
+    if (!(frame_.residual < 1e3) || frame_.iterations == max_frame_steps) return false;
+    previous = frame_.residual;
+    frame_.position += frame_.axes * d.head<3>();
+    frame_.axes = orthonormalised(frame_.axes * rotation_exp(d.tail<3>()));
+  }
+}
+
+// A ← R̂ A with R̂ = diag(F, F, …).
+void Superelement::rotate_rows(MatrixXd& A) const {
+  for (int i = 0; i < A.rows(); i += 3)
+    for (int j = 0; j < A.cols(); ++j)
+      A.block<3, 1>(i, j) = (frame_.axes * A.block<3, 1>(i, j)).eval();
+}
+
+bool Superelement::evaluate(std::span<const NodePose> nodes, const VectorXd* stress_coordinates) {
+  if (!find_frame(nodes)) return false;
+  const int m = static_cast<int>(nodes.size()), n = 6 * m;
+  const auto K = model_->stiffness.topLeftCorner(n, n);
+
+  // dq = D T b for increments b in frame axes, T = 1 − Φ_rig Z                                (11)
+  DT_.noalias() = -Phi_rig_ * Z_;
+  DT_.diagonal().array() += 1;
+  for (int a = 0; a < m; ++a)
+    DT_.middleRows<3>(6 * a + 3) = (to_rate_[a] * DT_.middleRows<3>(6 * a + 3)).eval();
+
+  // Forces in frame axes f = Dᵀ(K q − Φ_CBᵀ λ) with λ such that Φ_rigᵀ f = 0                   (12)
+  const Eigen::PartialPivLU<Matrix6d> lu(A_.transpose());
+  const auto forces = [&](const VectorXd& q) {
+    s_.noalias() = K * q;
+    f_ = s_;
+    for (int a = 0; a < m; ++a)
+      f_.segment<3>(6 * a + 3) = to_rate_[a].transpose() * s_.segment<3>(6 * a + 3);
+    const Vector6d lambda = lu.solve(Vector6d(Phi_rig_.transpose() * f_));
+    r_ = s_;
+    r_.noalias() -= model_->frame_modes.transpose() * lambda;
+    f_.noalias() -= PhiD_.transpose() * lambda;
+  };
+  forces(q_);
+  energy_ = 0.5 * q_.dot(s_);
+  for (int i = 0; i < n; i += 3) force_.segment<3>(i) = frame_.axes * f_.segment<3>(i);
+  if (stress_coordinates) forces(*stress_coordinates);
+
+  // K_T = R̂ [ Tᵀ(Dᵀ K + G) D T − Zᵀ S D T − hat(f) Z_ψ ] R̂ᵀ, symmetrised                      (13)
+  work_.noalias() = K * DT_;
+  tangent_.noalias() = DT_.transpose() * work_;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> turning = Eigen::MatrixXd::Zero(3, n);
+  work_.setZero();
+  for (int a = 0; a < m; ++a) {
+    const int i = 6 * a;
+    const Vector3d theta = q_.segment<3>(i + 3);
+    const TurnedMoment moment =
+        turned_moment(theta, r_.segment<3>(i + 3), hat_square_factor(theta.squaredNorm()));
+    work_.middleRows<3>(i + 3).noalias() = moment.slope * DT_.middleRows<3>(i + 3);
+    const Matrix3d hat_f = hat(Vector3d(f_.segment<3>(i)));
+    turning.noalias() -= hat_f * DT_.middleRows<3>(i);  // Σ du × f
+    tangent_.middleRows<3>(i).noalias() -= hat_f * Z_.bottomRows<3>();
+    tangent_.middleRows<3>(i + 3).noalias() -=
+        hat(Vector3d(f_.segment<3>(i + 3))) * Z_.bottomRows<3>();
+  }
+  // Tᵀ G D T = G D T − Zᵀ Φ_rigᵀ G D T; only moments enter Φ_rigᵀ G
+  for (int a = 0; a < m; ++a) turning += work_.middleRows<3>(6 * a + 3);
+  tangent_ += work_;
+  tangent_.noalias() -= Z_.bottomRows<3>().transpose() * turning;
+
+  // into global axes, both sides
+  rotate_rows(tangent_);
+  work_ = tangent_.transpose();
+  rotate_rows(work_);
+  tangent_ = 0.5 * (work_ + work_.transpose());
+  work_ = DT_.transpose();
+  rotate_rows(work_);
+  B_ = work_.transpose();
+  return true;
+}
+
+double Superelement::strain() const {
+  double largest = 0;
+  for (std::size_t a = 0; a < place_.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b) {
+      const double length = (model_->nodes[a] - model_->nodes[b]).norm();
+      if (length > 0)
+        largest = std::max(largest, std::abs((place_[a] - place_[b]).norm() / length - 1));
+    }
+  return largest;
+}
+
+MatrixXd Superelement::mass() const {
+  const int n = model_->coordinates(), all = static_cast<int>(model_->mass.rows());
+  MatrixXd R = MatrixXd::Identity(all, all);
+  for (int i = 0; i < n; i += 3) R.block<3, 3>(i, i) = frame_.axes;
+  return R * model_->mass * R.transpose();
+}
+
+}  // namespace flexopt

@@ -1,0 +1,242 @@
+#include "core/reduction/superelement/superelement_gradient.hpp"
+
+#include <array>
+#include <cassert>
+
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+namespace {
+
+/// d²γ/dq² of hat_square_factor, by its differential equation q γ′ = 1/8 − 3/2 γ + ½ q γ².
+double hat_square_curvature(double q, const HatSquareFactor& g) {
+  if (q < 1e-3) return 2 / 30240.0;  // it stands before q² only
+  return (-2.5 * g.slope + 0.5 * g.value * g.value + q * g.value * g.slope) / q;
+}
+
+// θ2, the second derivative of θ = log(exp(ε hat x + ½ ε² hat Ω2) exp(hat θ)), less J⁻¹ Ω2, and the
+// gradient of r·θ2 in θ at constant x.
+struct SecondTurn {
+  Vector3d value, gradient;
+};
+SecondTurn second_turn(const Vector3d& theta, const Matrix3d& to_rate, const Vector3d& x,
+                       const Vector3d& r, const Matrix3d& slope) {
+  const double q = theta.squaredNorm();
+  const HatSquareFactor g = hat_square_factor(q);
+  const Vector3d t = to_rate * x, p = theta.cross(x), tx = t.cross(x);
+  const double along = theta.dot(t);
+  const Vector3d twice = theta.cross(p), mixed = t.cross(p) + theta.cross(tx);
+  SecondTurn s;
+  s.value = -0.5 * tx + 2 * g.slope * along * twice + g.value * mixed;
+  const Vector3d k = slope.transpose() * x, r_theta = r.cross(theta);
+  s.gradient =
+      turned_moment(theta, k, g).slope.transpose() * x +
+      (4 * hat_square_curvature(q, g) * along * r.dot(twice) + 2 * g.slope * r.dot(mixed)) * theta +
+      2 * g.slope * (r.dot(twice) * t + along * (p.cross(r) + x.cross(r_theta))) +
+      g.value * (x.cross(r.cross(t)) + tx.cross(r));
+  return s;
+}
+
+}  // namespace
+
+SuperelementGradient::SuperelementGradient(const Superelement& element,
+                                           std::span<const SuperelementModel> rates)
+    : element_(&element),
+      model_(&element.model()),
+      rates_(rates),
+      n_(model_->coordinates()),
+      nodes_(n_ / 6),
+      A_(element.A_),
+      A_t_(element.A_.transpose()) {
+  assert(nodes_ <= most_nodes && element.frame().converged);
+  const Superelement& e = element;
+  const auto K = model_->stiffness.topLeftCorner(n_, n_);
+  // forces and places in frame axes from here on
+  const auto turned_back = [&](const NodeVector& v) {  // Φ_rigᵀ Dᵀ v
+    Vector6d sum = Vector6d::Zero();
+    for (int a = 0; a < nodes_; ++a) {
+      const Vector3d f = v.segment<3>(6 * a);
+      sum.head<3>() += f;
+      sum.tail<3>() += e.place_[a].cross(f) + e.to_rate_[a].transpose() * v.segment<3>(6 * a + 3);
+    }
+    return sum;
+  };
+  const NodeVector Kq = K * e.q_;
+  lambda_ = A_t_.solve(turned_back(Kq));
+  for (int a = 0; a < nodes_; ++a) {
+    const Vector3d theta = e.q_.segment<3>(6 * a + 3);
+    moment_slope_.push_back(
+        turned_moment(theta, e.r_.segment<3>(6 * a + 3), hat_square_factor(theta.squaredNorm()))
+            .slope);
+  }
+  const int count = static_cast<int>(rates.size());
+  work_rates_.resize(n_, count);
+  force_rates_.resize(n_, count);
+  local_rates_.resize(n_, count);
+  for (int p = 0; p < count; ++p) {
+    const SuperelementModel& rate = rates[p];
+    NodeVector dq = NodeVector::Zero(n_);
+    for (int a = 0; a < nodes_; ++a) dq.segment<3>(6 * a) = -rate.nodes[a];
+    const Vector6d frame = A_.solve(Vector6d(rate.frame_modes * e.q_ + model_->frame_modes * dq));
+    frame_rates_.push_back(frame);
+    const Vector3d xi = frame.head<3>(), psi = frame.tail<3>();
+    Vector6d missing = Vector6d::Zero();
+    for (int a = 0; a < nodes_; ++a) {
+      const Vector3d dy = -xi - psi.cross(e.place_[a]), dtheta = -e.to_rate_[a] * psi;
+      dq.segment<3>(6 * a) += dy;
+      dq.segment<3>(6 * a + 3) = dtheta;
+      missing.tail<3>() += moment_slope_[a] * dtheta + dy.cross(Vector3d(e.f_.segment<3>(6 * a)));
+    }
+    local_rates_.col(p) = dq;
+    work_rates_.col(p) =
+        rate.stiffness.topLeftCorner(n_, n_) * e.q_ - rate.frame_modes.transpose() * lambda_;
+    NodeVector dr = work_rates_.col(p) + K * dq;
+    dr -= model_->frame_modes.transpose() * A_t_.solve(Vector6d(missing + turned_back(dr)));
+    for (int a = 0; a < nodes_; ++a) {
+      const Vector3d f = e.f_.segment<3>(6 * a), m = e.f_.segment<3>(6 * a + 3);
+      force_rates_.block<3, 1>(6 * a, p) = e.frame_.axes * (dr.segment<3>(6 * a) + psi.cross(f));
+      force_rates_.block<3, 1>(6 * a + 3, p) =
+          e.frame_.axes * (e.to_rate_[a].transpose() * dr.segment<3>(6 * a + 3) +
+                           moment_slope_[a] * dq.segment<3>(6 * a + 3) + psi.cross(m));
+    }
+  }
+}
+
+MatrixXd SuperelementGradient::frame_rates(const MatrixXd& Z) const {
+  MatrixXd b = Z;
+  for (int i = 0; i < n_; i += 3)
+    b.middleRows<3>(i) = element_->frame_.axes.transpose() * Z.middleRows<3>(i);
+  return element_->Z_ * b;
+}
+
+MatrixXd SuperelementGradient::force_rates(const MatrixXd& Z) const {
+  MatrixXd rates = element_->tangent() * Z;
+  for (int i = 3; i < n_; i += 6)  // spins do not commute
+    rates.middleRows<3>(i) -=
+        0.5 * hat(Vector3d(element_->force().segment<3>(i))) * Z.middleRows<3>(i);
+  return rates;
+}
+
+void SuperelementGradient::quadratic(const VectorXd& y, double mu, Quadratic& form) const {
+  const Superelement& e = *element_;
+  const Matrix3d& F = e.frame_.axes;
+  const int n = n_, own = amplitudes();
+  assert(y.size() == n + own);
+  const auto K = model_->stiffness.topLeftCorner(n, n);
+  const MatrixXd& Phi = model_->frame_modes;
+  form.increment.resize(n + own);
+  form.state.resize(n);
+  form.model.resize(static_cast<Eigen::Index>(rates_.size()));
+
+  // increments b in frame axes, and mass
+  form.increment = y;
+  for (int i = 0; i < n; i += 3) form.increment.segment<3>(i) = F.transpose() * y.segment<3>(i);
+  const NodeVector b = form.increment.head(n);
+  const auto modal = y.tail(own);
+  form.stiffness = form.mass = 0;
+  for (std::size_t p = 0; p < rates_.size(); ++p) {
+    const auto dM = rates_[p].mass.topLeftCorner(n, n);
+    form.model[p] = -mu * b.dot(dM * b);
+    if (own > 0)
+      form.model[p] -= mu * (2 * b.dot(rates_[p].mass.topRightCorner(n, own) * modal) +
+                             modal.dot(rates_[p].mass.bottomRightCorner(own, own) * modal)) -
+                       modal.dot(rates_[p].stiffness.bottomRightCorner(own, own) * modal);
+  }
+  NodeVector Mb = model_->mass.topLeftCorner(n, n) * b;
+  if (own > 0) {
+    Mb.noalias() += model_->mass.topRightCorner(n, own) * modal;
+    auto c = form.increment.tail(own);
+    c.noalias() = model_->mass.bottomLeftCorner(own, n) * b;
+    c.noalias() += model_->mass.bottomRightCorner(own, own) * modal;
+    form.mass += modal.dot(c);
+    c *= -2 * mu;
+    for (int k = 0; k < own; ++k) {
+      const double Ka = model_->stiffness(n + k, n + k) * modal[k];
+      form.stiffness += modal[k] * Ka;
+      c[k] += 2 * Ka;
+    }
+  }
+  form.mass += b.dot(Mb);
+
+  // (17c)
+  const Vector6d frame = e.Z_ * b;
+  const Vector3d xi = frame.head<3>(), psi = frame.tail<3>();
+  NodeVector q1(n), q2(n);
+  std::array<Vector3d, most_nodes> turn, along_turn, turn_gradient;
+  Vector6d by_frame = Vector6d::Zero();  // ½ ∂(r·q2)/∂(ξ, ψ)
+  for (int a = 0; a < nodes_; ++a) {
+    const int i = 6 * a;
+    const Vector3d &place = e.place_[a], r = e.r_.segment<3>(i), rt = e.r_.segment<3>(i + 3),
+                   m = e.f_.segment<3>(i + 3), u = b.segment<3>(i) - xi, w = b.segment<3>(i + 3);
+    const Matrix3d &to_rate = e.to_rate_[a], &slope = moment_slope_[a];
+    const Vector3d x = turn[a] = w - psi, turned = psi.cross(place);
+    q1.segment<3>(i) = u - turned;
+    q1.segment<3>(i + 3) = to_rate * x;
+    q2.segment<3>(i) = psi.cross(turned - 2 * u);
+    const SecondTurn second = second_turn(e.q_.segment<3>(i + 3), to_rate, x, rt, slope);
+    turn_gradient[a] = second.gradient;
+    q2.segment<3>(i + 3) = second.value - to_rate * psi.cross(w);
+    along_turn[a] = slope * q1.segment<3>(i + 3) + to_rate.transpose() * (slope.transpose() * x);
+    by_frame.head<3>() += r.cross(psi);
+    by_frame.tail<3>() +=
+        0.5 * (turned.cross(r) + place.cross(r.cross(psi)) - along_turn[a] - w.cross(m)) -
+        u.cross(r);
+  }
+  const NodeVector Kq1 = K * q1;
+  form.stiffness += q1.dot(Kq1) + e.r_.dot(q2);
+  Vector6d work = Vector6d::Zero();  // Φ_rigᵀ Dᵀ K q1
+  for (int a = 0; a < nodes_; ++a) {
+    const Vector3d f = Kq1.segment<3>(6 * a);
+    work.head<3>() += f;
+    work.tail<3>() += e.place_[a].cross(f) + e.to_rate_[a].transpose() * Kq1.segment<3>(6 * a + 3);
+  }
+  const Vector6d lambda1 = A_t_.solve(Vector6d(work - by_frame));
+  NodeVector r1 = Kq1;
+  r1.noalias() -= Phi.transpose() * lambda1;
+
+  // (17d): λ̇ answers by l, so that K e stands against q̇, e = q2 + D Φ_rig l
+  const Vector6d l = A_.solve(Vector6d(-(Phi * q2)));
+  const Vector3d l_turn = l.tail<3>();
+  NodeVector rest = q2;
+  for (int a = 0; a < nodes_; ++a) {
+    rest.segment<3>(6 * a) += l.head<3>() + l_turn.cross(e.place_[a]);
+    rest.segment<3>(6 * a + 3) += e.to_rate_[a] * l_turn;
+  }
+  const NodeVector Ke = K * rest;
+  NodeVector c(n);                        // ∂q/∂(y, spin of the node) in the frame
+  Vector6d by_motion = Vector6d::Zero();  // ∂q/∂(frame)
+  for (int a = 0; a < nodes_; ++a) {
+    const int i = 6 * a;
+    const Vector3d &place = e.place_[a], r = e.r_.segment<3>(i), m = e.f_.segment<3>(i + 3),
+                   u = b.segment<3>(i), w = b.segment<3>(i + 3), r1u = r1.segment<3>(i),
+                   r1t = r1.segment<3>(i + 3), &x = turn[a], theta = e.q_.segment<3>(i + 3);
+    const Vector3d r_psi = r.cross(psi);
+    const TurnedMoment moment1 = turned_moment(theta, r1t, hat_square_factor(theta.squaredNorm()));
+    const Vector3d cy = -2 * r1u.cross(psi) + r_psi.cross(psi) + Ke.segment<3>(i) + r.cross(l_turn);
+    const Vector3d ct = 2 * moment1.slope.transpose() * x + turn_gradient[a] +
+                        moment_slope_[a].transpose() * (l_turn - psi.cross(w)) +
+                        Ke.segment<3>(i + 3);
+    const Vector3d cu = 2 * r1u - 2 * r_psi - 2 * mu * Mb.segment<3>(i);
+    const Vector3d cw =
+        2 * moment1.value + along_turn[a] - m.cross(psi) - 2 * mu * Mb.segment<3>(i + 3);
+    const Vector3d cs = e.to_rate_[a].transpose() * ct;
+    c.segment<3>(i) = cy;
+    c.segment<3>(i + 3) = cs;
+    form.increment.segment<3>(i) = F * cu;
+    form.increment.segment<3>(i + 3) = F * cw;
+    by_motion.head<3>() -= cy;
+    by_motion.tail<3>() -= place.cross(cy) + cs + u.cross(cu) + w.cross(cw);
+  }
+  c.noalias() += e.Z_.transpose() * by_motion;
+  for (int i = 0; i < n; i += 3) form.state.segment<3>(i) = F * c.segment<3>(i);
+
+  for (std::size_t p = 0; p < rates_.size(); ++p) {
+    const SuperelementModel& rate = rates_[p];
+    form.model[p] += q1.dot(rate.stiffness.topLeftCorner(n, n) * q1) +
+                     work_rates_.col(p).dot(rest) - 2 * lambda1.dot(rate.frame_modes * q1) +
+                     by_motion.dot(frame_rates_[p]);
+    for (int a = 0; a < nodes_; ++a) form.model[p] -= Ke.segment<3>(6 * a).dot(rate.nodes[a]);
+  }
+}
+
+}  // namespace flexopt

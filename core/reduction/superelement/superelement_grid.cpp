@@ -1,0 +1,299 @@
+#include "core/reduction/superelement/superelement_grid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unsupported/Eigen/AutoDiff>
+#include <utility>
+
+#include "core/reduction/superelement/beam_body.hpp"
+#include "core/reduction/superelement/superelement_model_rate.hpp"
+
+namespace flexopt {
+
+int own_elements(int of_leaf, int superelements) {
+  return std::max(4, (of_leaf + superelements - 1) / superelements);
+}
+
+namespace {
+
+struct Local {
+  int index;     ///< of the interval
+  double place;  ///< in it, [0, 1]
+};
+Local locate(double s, int intervals) {
+  const int i = std::clamp(static_cast<int>(s * intervals), 0, intervals - 1);
+  return {i, s * intervals - i};
+}
+Local locate(double s, const std::vector<double>& points) {
+  int i = 0;
+  while (i + 2 < static_cast<int>(points.size()) && s > points[i + 1]) ++i;
+  return {i, (s - points[i]) / (points[i + 1] - points[i])};
+}
+
+using Gradient = Eigen::Matrix<double, 16, 3>;
+
+// Nodal displacements of an element over the superelement's length.
+Gradient element_dofs(const PlateMesh& mesh, const VectorXd& dofs, int i, int j) {
+  Gradient U;
+  const int n = mesh.functions_per_line();
+  for (int p = 0; p < 2; ++p)
+    for (int c = 0; c < 3; ++c)
+      U.block<8, 1>(8 * p, c) = dofs.segment<8>(3 * n * (i + p) + n * c + 4 * j);
+  return U;
+}
+
+}  // namespace
+
+SuperelementGrid::SuperelementGrid(const LeafSpring& leaf, const ModelOptions& model)
+    : along_(model.superelements[0]),
+      across_(model.superelements[1]),
+      length_(leaf.length),
+      width_(leaf.width),
+      shape_(leaf_shape(leaf, model)),
+      youngs_modulus_(leaf.material.youngs_modulus),
+      density_(leaf.material.density),
+      modes_((model.leaf_modes + elements() - 1) / elements()) {
+  PlateBody body;
+  body.plate = leaf;
+  body.plate.length = length_ / along_;
+  if (shape_.is_beam()) {
+    const int elements = own_elements(model.mesh[0], along_);
+    kinds_ = {std::make_shared<CondensedPlate>(condense_beam(
+        body.plate, elements + elements % 2, along_ == 1 ? model.warping : Warping::free, modes_))};
+    return;
+  }
+  body.plate.width = width_ / rows();
+  body.mesh = {own_elements(model.mesh[0], along_), own_elements(model.mesh[1], rows())};
+  const bool edge = model.free_edge_torsion;
+  const PlateCondensation condensation{
+      .interface = across_ == 0 ? Interface::rigid_edges : Interface::corners,
+      .mesh_nodes = {},
+      .vibration_modes = modes_};
+  std::vector<std::array<bool, 2>> kinds{{edge, edge}};
+  if (rows() > 1) kinds = {{edge, false}, {false, false}, {false, edge}};
+  for (const auto& free_edges : kinds) {
+    body.free_edges = free_edges;
+    kinds_.push_back(std::make_shared<CondensedPlate>(condense(body, condensation)));
+  }
+}
+
+const SuperelementModelRate& SuperelementGrid::model_rate() const {
+  std::call_once(model_rate_made_,
+                 [&] { model_rate_ = std::make_shared<SuperelementModelRate>(*this); });
+  return *model_rate_;
+}
+
+int SuperelementGrid::kind(int row) const {
+  if (rows() == 1) return 0;
+  return row == 0 ? 0 : row == rows() - 1 ? 2 : 1;
+}
+
+bool SuperelementGrid::fits(const LeafSpring& leaf, const ModelOptions& model) const {
+  return model.superelements == std::array{along_, across_} && length_ == leaf.length &&
+         shape_ == leaf_shape(leaf, model) && youngs_modulus_ == leaf.material.youngs_modulus &&
+         density_ == leaf.material.density &&
+         modes_ == (model.leaf_modes + elements() - 1) / elements();
+}
+
+SuperelementGrid::Node SuperelementGrid::node(int element, int k) const {
+  const int i = element / rows(), j = element % rows();
+  if (across_ == 0) return {i + k, 0};
+  return {i + k / 2, j + k % 2};  // (0, −), (0, +), (L, −), (L, +)
+}
+
+std::vector<MatrixXd> SuperelementGrid::beam_displacements(const State& state, int e) const {
+  const VectorXd dofs = model(e).recovery * *state.q[e];
+  std::vector<MatrixXd> nodal;
+  for (int i = 0; i < kinds_[0]->mesh->lines(); ++i)
+    nodal.push_back(dofs.segment<12>(12 * i).reshaped(4, 3));
+  return nodal;
+}
+
+namespace {
+
+constexpr double strain_station[2] = {0.21132486540518713, 0.7886751345948129};
+
+// Linear strains of a superelement of length `a` over L, its dofs over that length.
+template <class S>
+StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
+                           const HermiteValuesT<S>& Y, double a) {
+  const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
+    return Vector3<S>(U.transpose() * hermite_products<S>(x, y));
+  };
+  const Vector3<S> d1 = at(X.slope, Y.value), d2 = at(X.value, Y.slope),
+                   d11 = at(X.curvature, Y.value), d22 = at(X.value, Y.curvature),
+                   d12 = at(X.slope, Y.slope);
+  StrainsT<S> e;
+  e << d1[0], d2[1], d1[1] + d2[0], -d11[2] / a, -d22[2] / a, -2.0 * d12[2] / a;
+  return e;
+}
+
+}  // namespace
+
+std::vector<double> SuperelementGrid::strain_stations_along() const {
+  const PlateMesh& mesh = *kinds_[0]->mesh;
+  const double a = 1.0 / along_;
+  std::vector<double> x;
+  for (int i = 0; i < along_; ++i)
+    for (int p = 0; p < mesh.elements_along(); ++p)
+      for (const double s : strain_station)
+        x.push_back(a * (i + mesh.x()[p] + s * (mesh.x()[p + 1] - mesh.x()[p])));
+  return x;
+}
+
+std::vector<double> SuperelementGrid::strain_stations_across() const {
+  const PlateMesh& mesh = *kinds_[0]->mesh;
+  const double a = 1.0 / along_, b = shape_.width / rows();
+  std::vector<double> y;
+  for (int j = 0; j < rows(); ++j)
+    for (int q = 0; q < mesh.elements_across(); ++q)
+      for (const double s : strain_station)
+        y.push_back(-0.5 * shape_.width + b * (j + 0.5) +
+                    a * (mesh.y()[q] + s * (mesh.y()[q + 1] - mesh.y()[q])));
+  return y;
+}
+
+StrainField SuperelementGrid::strains(const State& state) const {
+  const PlateMesh& mesh = *kinds_[0]->mesh;
+  const int nx = mesh.elements_along(), ny = mesh.elements_across();
+  std::vector<double> x = strain_stations_along(), y = strain_stations_across();
+  std::vector<Strains> values(x.size() * y.size());
+  for (int e = 0; e < elements(); ++e) {
+    const int i = e / rows(), j = e % rows();
+    const VectorXd dofs = model(e).recovery * *state.q[e];
+    for (int p = 0; p < nx; ++p)
+      for (int q = 0; q < ny; ++q) {
+        const Gradient U = element_dofs(mesh, dofs, p, q);
+        const double hx = mesh.x()[p + 1] - mesh.x()[p], hy = mesh.y()[q + 1] - mesh.y()[q];
+        for (int r = 0; r < 2; ++r)
+          for (int s = 0; s < 2; ++s)
+            values[(2 * (i * nx + p) + r) * y.size() + 2 * (j * ny + q) + s] =
+                linear_strains<double>(U, hermite(strain_station[r], hx),
+                                       hermite(strain_station[s], hy), 1.0 / along_);
+      }
+  }
+  return {std::move(x), std::move(y), std::move(values)};
+}
+
+double SuperelementGrid::stress_rate(const State& state, const std::vector<VectorXd>& fields,
+                                     const StressPeak& peak, const StressRate& rate) const {
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+  const auto dual = [](double value, double derivative) {
+    return Dual(value, Eigen::Matrix<double, 1, 1>(derivative));
+  };
+  const PlateMesh& mesh = *kinds_[0]->mesh;
+  const int nx = mesh.elements_along(), ny = mesh.elements_across();
+  const Dual per_width = dual(shape_.width, rate.shape[0]) / shape_.width;
+  const auto strains_at = [&](int x, int y) {
+    const int p = x / 2 % nx, q = y / 2 % ny, e = x / (2 * nx) * rows() + y / (2 * ny);
+    const Gradient value = element_dofs(mesh, model(e).recovery * *state.q[e], p, q),
+                   moving = element_dofs(mesh, fields[e], p, q);
+    Eigen::Matrix<Dual, 16, 3> U;
+    for (int k = 0; k < 48; ++k) U.data()[k] = dual(value.data()[k], moving.data()[k]);
+    const StrainsT<Dual> strains = linear_strains<Dual>(
+        U, hermite(strain_station[x % 2], mesh.x()[p + 1] - mesh.x()[p]),
+        hermite<Dual>(strain_station[y % 2], Dual((mesh.y()[q + 1] - mesh.y()[q]) * per_width)),
+        1.0 / along_);
+    StrainRate result;
+    for (int k = 0; k < 6; ++k) {
+      result.value[k] = strains[k].value();
+      result.rate[k] = strains[k].derivatives()[0];
+    }
+    return result;
+  };
+  return flexopt::stress_rate(shape_, strain_stations_along(), strain_stations_across(), strains_at,
+                              peak, youngs_modulus_, rate);
+}
+
+SuperelementGrid::Point SuperelementGrid::locate(double along, double across) const {
+  const Local i = flexopt::locate(along, along_), j = flexopt::locate(across, rows());
+  return {i.index * rows() + j.index, i.place, j.place};
+}
+
+Vector3d SuperelementGrid::place(const State& state, double along, double across) const {
+  const Point at = locate(along, across);
+  const int e = at.element;
+  const CondensedPlate& p = plate(e);
+  const PlateMesh& mesh = *p.mesh;
+  const FloatingFrame& frame = *state.frames[e];
+  if (shape_.is_beam()) {
+    const std::vector<MatrixXd> nodal = beam_displacements(state, e);
+    Vector3d r(at.along, (at.across - 0.5) * mesh.shape().width, 0);
+    for (const NodalWeight& w : point_weights(mesh, at.along, at.across))
+      r += w.weight * nodal[w.line].row(w.function).transpose();
+    return frame.position + frame.axes * (p.scale.length * r - p.frame_point);
+  }
+  const double x = at.along, y = (at.across - 0.5) * mesh.shape().width;
+  const Local cx = flexopt::locate(x, mesh.x()), cy = flexopt::locate(y, mesh.y());
+  const VectorXd dofs = model(e).recovery * *state.q[e];
+  const double hx = mesh.x()[cx.index + 1] - mesh.x()[cx.index],
+               hy = mesh.y()[cy.index + 1] - mesh.y()[cy.index];
+  const Vector3d u = element_dofs(mesh, dofs, cx.index, cy.index).transpose() *
+                     hermite_products(hermite(cx.place, hx).value, hermite(cy.place, hy).value);
+  return frame.position + frame.axes * (p.scale.length * (Vector3d(x, y, 0) + u) - p.frame_point);
+}
+
+namespace {
+std::vector<double> repeated(const std::vector<double>& points, int times) {
+  const double first = points.front(), size = points.back() - first;
+  std::vector<double> result{0};
+  for (int k = 0; k < times; ++k)
+    for (std::size_t i = 1; i < points.size(); ++i)
+      result.push_back((k + (points[i] - first) / size) / times);
+  return result;
+}
+}  // namespace
+
+std::vector<double> SuperelementGrid::stations_along() const {
+  return repeated(kinds_[0]->mesh->x(), along_);
+}
+std::vector<double> SuperelementGrid::stations_across() const {
+  return repeated(kinds_[0]->mesh->y(), rows());
+}
+
+namespace {
+/// The interface node at a place, if one is there: place × intervals is whole.
+std::optional<int> node_at(double place, int intervals) {
+  const double node = place * intervals;
+  if (std::abs(node - std::round(node)) > 1e-6) return std::nullopt;
+  return static_cast<int>(std::round(node));
+}
+}  // namespace
+
+std::vector<NodeShare> point_shares(const LeafSpring& leaf, const SuperelementGrid& grid) {
+  if (!leaf.point) return {};
+  const int k = grid.nodes_per_line();
+  std::vector<NodeShare> shares;
+  if (leaf.point->spread_over_tip) {
+    for (int j = 0; j < k; ++j) {
+      const double share = k == 1 ? 1.0 : (j == 0 || j == k - 1 ? 0.5 : 1.0) / (k - 1);
+      shares.push_back({{grid.lines() - 1, j}, share});
+    }
+  } else {
+    const int line = node_at(leaf.point->along, grid.along()).value();
+    const int node = k == 1 ? 0 : node_at(leaf.point->across, k - 1).value();
+    shares.push_back({{line, node}, 1.0});
+  }
+  return shares;
+}
+
+std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOptions& model) {
+  if (model.flexure == Flexure::beam && model.superelements[1] != 0)
+    return "a beam is cut along only: expected the number of superelements along";
+  if (!leaf.point || leaf.point->spread_over_tip) return std::nullopt;
+  const auto [along, across] = model.superelements;
+  const bool on_line = node_at(leaf.point->along, along).has_value();
+  const bool on_node = across == 0 ? std::abs(leaf.point->across - 0.5) < 1e-6
+                                   : node_at(leaf.point->across, across).has_value();
+  if (on_line && on_node) return std::nullopt;
+  return fmt::format(
+      "the material point at ({:g}, {:g}) of the leaf's length and width is no node of {} "
+      "superelements: a multiple of 1/{} along and {} across",
+      leaf.point->along, leaf.point->across,
+      across == 0 ? fmt::format("{}", along) : fmt::format("[{}, {}]", along, across), along,
+      across == 0 ? std::string("the middle") : fmt::format("of 1/{}", across));
+}
+
+}  // namespace flexopt

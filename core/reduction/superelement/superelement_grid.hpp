@@ -1,0 +1,110 @@
+#pragma once
+// A leaf cut into linear superelements: which they are, where their nodes lie, and the fields they
+// stand for.
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/elements/leaf/leaf_results.hpp"
+#include "core/elements/plate/plate_stress.hpp"
+#include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/model_options.hpp"
+#include "core/reduction/superelement/plate_body.hpp"
+#include "core/reduction/superelement/superelement.hpp"
+
+namespace flexopt {
+
+class SuperelementModelRate;
+
+/// Elements of a superelement's own mesh: its share of the leaf's, four at least. The field between
+/// so few nodes is smooth; the corners of a patch want the four.
+int own_elements(int of_leaf, int superelements);
+
+/// `across` = 0: segments of two nodes between rigid lines; else patches of four nodes. A beam is
+/// cut into segments, free to warp where there are several.
+class SuperelementGrid {
+ public:
+  SuperelementGrid(const LeafSpring& leaf, const ModelOptions& model);
+
+  int along() const { return along_; }
+  int rows() const { return std::max(across_, 1); }  ///< superelements across
+  int lines() const { return along_ + 1; }
+  int nodes_per_line() const { return across_ + 1; }
+  int elements() const { return along_ * rows(); }
+  /// Line and node of the superelement's k-th node.
+  struct Node {
+    int line, node;
+  };
+  Node node(int element, int k) const;
+  int nodes_per_element() const { return across_ == 0 ? 2 : 4; }
+  /// Place of a node across [m].
+  double y(int node) const { return across_ == 0 ? 0 : width_ * (node / double(across_) - 0.5); }
+  /// Place of a line along [m].
+  double x(int line) const { return length_ * line / along_; }
+
+  const PlateShape& shape() const { return shape_; }  ///< of the whole leaf
+  const CondensedPlate& plate(int element) const { return *kinds_[kind(element % rows())]; }
+  const SuperelementModel& model(int element) const { return plate(element).superelement; }
+  /// The models in units of the leaf and their derivatives in its shape, made when first asked for.
+  const SuperelementModelRate& model_rate() const;
+  /// Whether the grid was made for such a leaf.
+  bool fits(const LeafSpring& leaf, const ModelOptions& model) const;
+
+  /// Local coordinates and frames of all superelements, in their order.
+  struct State {
+    std::vector<const VectorXd*> q;
+    std::vector<const FloatingFrame*> frames;
+  };
+  /// Nodal displacements over its length of a segment of a beam, in its frame.
+  std::vector<MatrixXd> beam_displacements(const State& state, int element) const;
+  /// Linear strains of the local displacements of a plate; lengths over L, as in plate_stress.
+  StrainField strains(const State& state) const;
+  /// Derivative of the stress of strains() at a peak of largest_stress, as plate_stress_rate;
+  /// `fields`: rates of recovery · q of every superelement.
+  double stress_rate(const State& state, const std::vector<VectorXd>& fields,
+                     const StressPeak& peak, const StressRate& rate) const;
+  /// Where a point of the leaf lies: all coordinates in [0, 1].
+  struct Point {
+    int element;
+    double along, across;  ///< in it
+  };
+  Point locate(double along, double across) const;
+  /// Deflected place of a point of the mid-surface, each coordinate in [0, 1].
+  Vector3d place(const State& state, double along, double across) const;
+  /// Stations of the meshes of all superelements, in [0, 1].
+  std::vector<double> stations_along() const;
+  std::vector<double> stations_across() const;
+
+ private:
+  int kind(int row) const;
+  /// Of the strains, over L.
+  std::vector<double> strain_stations_along() const;
+  std::vector<double> strain_stations_across() const;
+  int along_, across_;
+  double length_, width_;
+  PlateShape shape_;  ///< of the whole leaf
+  double youngs_modulus_, density_;
+  int modes_;  ///< vibration modes of a superelement: together as many as a leaf is to have
+  std::vector<std::shared_ptr<const CondensedPlate>> kinds_;  ///< by free edges
+  mutable std::once_flag model_rate_made_;
+  mutable std::shared_ptr<const SuperelementModelRate> model_rate_;
+};
+
+/// A node's share in the displacement of a leaf's material point.
+struct NodeShare {
+  SuperelementGrid::Node node;
+  double weight;
+};
+/// Shares of the nodes in the material point of a leaf, empty where it has none. A force spread
+/// over a free tip goes to its nodes by their share of the width.
+std::vector<NodeShare> point_shares(const LeafSpring& leaf, const SuperelementGrid& grid);
+
+/// Why a leaf cannot be made of these superelements, or nothing: its material point must be one of
+/// their nodes.
+std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOptions& model);
+
+}  // namespace flexopt

@@ -1,0 +1,126 @@
+// What a leaf of superelements tells of itself: stresses, places, shape.
+#include <algorithm>
+
+#include "core/elements/plate/beam_stress.hpp"
+#include "core/elements/plate/plate_stress.hpp"
+#include "core/reduction/superelement/superelement_leaf.hpp"
+
+namespace flexopt {
+
+Vector3d SuperelementLeaf::material_point(double along, double across) {
+  return grid_->place(grid_state(), along, across);
+}
+
+SuperelementGrid::State SuperelementLeaf::grid_state() const {
+  SuperelementGrid::State state;
+  for (const Superelement& element : elements_) {
+    state.q.push_back(&element.local());
+    state.frames.push_back(&element.frame());
+  }
+  return state;
+}
+
+StressPeak SuperelementLeaf::max_stress() {
+  const SuperelementGrid::State state = grid_state();
+  if (grid_->shape().is_beam()) return beam_stress_peak(state);
+  StressPeak peak =
+      largest_stress(grid_->strains(state), grid_->shape(), leaf_.material.youngs_modulus, index_);
+  peak.position = grid_->place(state, peak.along, peak.across);
+  return peak;
+}
+
+LeafSpring SuperelementLeaf::segment() const {
+  LeafSpring segment = leaf_;
+  segment.length /= grid_->along();
+  return segment;
+}
+
+StressPeak SuperelementLeaf::beam_stress_peak(const SuperelementGrid::State& state) const {
+  StressPeak peak;
+  for (int e = 0; e < grid_->elements(); ++e) {
+    const CondensedPlate& p = grid_->plate(e);
+    const StressPeak own = beam_max_stress(*p.mesh, grid_->beam_displacements(state, e), segment(),
+                                           p.scale, index_, BeamStrain::linear);
+    if (e == 0 || own.value > peak.value * (1 + 1e-9)) peak = peak_of_leaf(own, e, grid_->along());
+  }
+  peak.position = grid_->place(state, peak.along, peak.across);
+  return peak;
+}
+
+std::vector<StressPeak> SuperelementLeaf::stress_peaks() {
+  const SuperelementGrid::State state = grid_state();
+  if (!grid_->shape().is_beam())
+    return flexopt::stress_peaks(grid_->strains(state), grid_->shape(),
+                                 leaf_.material.youngs_modulus, index_);
+  std::vector<StressPeak> peaks;
+  for (int e = 0; e < grid_->elements(); ++e)
+    for (const StressPeak& own :
+         beam_stress_peaks(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), segment(),
+                           index_, BeamStrain::linear))
+      peaks.push_back(peak_of_leaf(own, e, grid_->along()));
+  return peaks;
+}
+
+double SuperelementLeaf::stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,
+                                     const StressRate& rate) const {
+  const SuperelementGrid::State state = grid_state();
+  if (!grid_->shape().is_beam()) return grid_->stress_rate(state, fields, peak, rate);
+  const int n = grid_->along(), e = peak.segment;
+  const PlateMesh& mesh = *grid_->plate(e).mesh;
+  StressPeak own = peak;
+  own.along = peak.along * n - e;
+  StressRate of_segment{
+      {}, {n * rate.shape[0], n * rate.shape[1], rate.shape[2]}, rate.youngs_modulus};
+  for (int i = 0; i < mesh.lines(); ++i)
+    of_segment.nodal.push_back(fields[e].segment<12>(12 * i).reshaped(4, 3));
+  return beam_stress_rate(mesh, grid_->beam_displacements(state, e), own,
+                          leaf_.material.youngs_modulus, of_segment, BeamStrain::linear);
+}
+
+LeafShape SuperelementLeaf::beam_shape(const SuperelementGrid::State& state) const {
+  LeafShape shape;
+  const int lines = grid_->plate(0).mesh->lines();
+  shape.points_along = grid_->elements() * (lines - 1) + 1;
+  shape.points_across = 2;
+  for (int side = 0; side < 2; ++side)
+    for (int e = 0; e < grid_->elements(); ++e) {
+      const CondensedPlate& p = grid_->plate(e);
+      const LeafShape own = beam_deformed_shape(*p.mesh, grid_->beam_displacements(state, e),
+                                                segment(), p.scale, BeamStrain::linear);
+      for (int i = e == 0 ? 0 : 1; i < lines; ++i) {
+        const double x = (e + p.mesh->x()[i]) / grid_->along();
+        shape.undeflected.push_back(
+            leaf_.origin + leaf_.axes * Vector3d(x * leaf_.length, (side - 0.5) * leaf_.width, 0));
+        shape.deflected.push_back(grid_->place(state, x, side));
+        shape.von_mises.push_back(own.von_mises[side * lines + i]);
+      }
+    }
+  return shape;
+}
+
+LeafShape SuperelementLeaf::shape() {
+  const SuperelementGrid::State state = grid_state();
+  if (grid_->shape().is_beam()) return beam_shape(state);
+  const StrainField field = grid_->strains(state);
+  const std::vector<double> along = grid_->stations_along(), across = grid_->stations_across();
+  const double width = grid_->shape().width;
+  LeafShape shape;
+  shape.points_along = static_cast<int>(along.size());
+  shape.points_across = static_cast<int>(across.size());
+  for (const double y : across)
+    for (const double x : along) {
+      shape.undeflected.push_back(
+          leaf_.origin + leaf_.axes * Vector3d(x * leaf_.length, (y - 0.5) * leaf_.width, 0));
+      shape.deflected.push_back(grid_->place(state, x, y));
+      const SurfaceStress s = surface_stress(grid_->shape(), field.at(x, (y - 0.5) * width),
+                                             leaf_.material.youngs_modulus);
+      shape.von_mises.push_back(std::max(s.positive, s.negative));
+    }
+  return shape;
+}
+
+LeafReport SuperelementLeaf::report() const {
+  return {.model = "linear_craig_bampton", .reason = {}, .check = 0};
+}
+
+}  // namespace flexopt

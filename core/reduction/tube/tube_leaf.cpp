@@ -1,0 +1,277 @@
+#include "core/reduction/tube/tube_leaf.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/elements/plate/plate_stress.hpp"
+#include "core/math/polynomial.hpp"
+
+namespace flexopt {
+
+TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range)
+    : mesh_(std::move(mesh)), range_(range), leaf_(mesh_) {
+  directions_.col(0) = range.ray;
+  // across the ray; for the S (1, 1) and C (1, −1) rays the other one of the two
+  directions_.col(1) = Eigen::Vector2d(range.ray[1], -range.ray[0]);
+  if (range.ray[0] * range.ray[1] < 0) directions_.col(1) *= -1;
+
+  const PlateShape& shape = mesh_->shape();
+  const double slenderness = shape.width * shape.width / shape.thickness;  // w²/(L t)
+  std::vector<double> sigma{0};
+  // the transition to a stiffened, wide leaf lies at small curvature
+  if (slenderness > 20 && range.sigma_max > 0.05) sigma.push_back(0.03);
+  if (slenderness > 5 && range.sigma_max > 0.16) sigma.push_back(0.1);
+  if (range.sigma_max > 0.32) sigma.push_back(0.22);
+  sigma.push_back(std::max(range.sigma_max, 0.01));
+  for (double s : sigma)
+    if (!add(s)) return;
+  std::vector<TubeNode> nodes;
+  for (const TubeExpansion& e : expansions_) nodes.push_back({e.sigma, e.W});
+  for (const int less : {0, 1})
+    (less ? lower_ : potential_) = std::make_unique<TubePotential>(
+        directions_, tube_force_scale(shape), 2 * range.order + 1 - less, nodes,
+        Vector3d(range.force_centre, 0, 0));
+}
+
+bool TubeModel::add(double sigma) {
+  const Vector3d s(range_.ray[0] * sigma, range_.ray[1] * sigma, 0);
+  const Vector3d f(range_.force_centre * tube_force_scale(mesh_->shape())[0], 0, 0);
+  if (!leaf_.solve(s, f).converged || leaf_.plate().negative_pivots() > 0) return false;
+  expansions_.push_back(expand(leaf_, sigma, directions_, range_.order));
+  return true;
+}
+
+bool TubeModel::extend(double sigma) {
+  if (!add(sigma)) return false;
+  potential_->add_node({sigma, expansions_.back().W});
+  lower_->add_node({sigma, expansions_.back().W});
+  return true;
+}
+
+namespace {
+
+// Weights of the Taylor coefficients (times h^j) at both ends of the two-point Hermite polynomial
+// that takes q of them from each.
+struct HermiteWeights {
+  std::array<double, 3> a{}, b{};
+};
+HermiteWeights two_point_hermite(int q, double t) {
+  const double r = 1 - t;
+  // weight of coefficient j at the end t = 0; the other end mirrors it with (−1)^j
+  auto weight = [q](int j, double t, double r) {
+    double sum = 0, binomial = 1, power = 1;
+    for (int k = 0; k + j < q; ++k) {
+      sum += binomial * power;
+      binomial *= static_cast<double>(q + k) / (k + 1);
+      power *= t;
+    }
+    return std::pow(t, j) * std::pow(r, q) * sum;
+  };
+  HermiteWeights w;
+  for (int j = 0; j < q; ++j) {
+    w.a[j] = weight(j, t, r);
+    w.b[j] = (j % 2 == 0 ? 1 : -1) * weight(j, r, t);
+  }
+  return w;
+}
+
+}  // namespace
+
+VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) const {
+  const TubeLocation location = potential_->locate(s);
+  const double side = location.sigma < 0 ? -1 : 1;
+  const double sigma = side * location.sigma;
+  const TubeExpansion &a = expansions_[location.interval], &b = expansions_[location.interval + 1];
+  const double h = b.sigma - a.sigma, t = (sigma - a.sigma) / h;
+  const double z[5] = {side * location.tau, side * s[2], f[0] - range_.force_centre, f[1], f[2]};
+
+  const MonomialTable& table = monomials<6, 2>();
+  VectorXd wa(table.size()), wb(table.size());
+  for (int k = 0; k < table.size(); ++k) {
+    const auto e = table.exponents(k);
+    const int j = e[0];
+    const HermiteWeights w = two_point_hermite(3 - (table.degree(k) - j), t);
+    double factor = std::pow(h, j);
+    for (int v = 0; v < 5; ++v)
+      for (int p = 0; p < e[1 + v]; ++p) factor *= z[v];
+    wa[k] = factor * w.a[j];
+    wb[k] = factor * w.b[j];
+  }
+  VectorXd y = a.fields.leftCols(table.size()) * wa + b.fields.leftCols(table.size()) * wb;
+  if (side < 0) {  // mirror in the thickness: the normal components of the interior change sign
+    const int n = mesh_->functions_per_line();
+    for (int i = 1; i + 1 < mesh_->lines(); ++i)
+      y.segment(leaf_.plate().block_offset(i) + 2 * n, n) *= -1;
+    // … and so do the slopes of the edges along it
+    const auto& slopes = mesh_->edge_slopes();
+    const int per_node = static_cast<int>(slopes.size());
+    for (const int line : {0, mesh_->lines() - 1})
+      for (int k = 0; k < mesh_->edge_unknowns(); ++k)
+        if (slopes[k % per_node].axis == 2) y[leaf_.plate().block_offset(line) + k] *= -1;
+  }
+  return y;
+}
+
+// ---------------------------------------------------------------------------- element
+
+TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index)
+    : leaf_(leaf),
+      index_(index),
+      scale_(leaf, model->mesh()->shape().flexure),
+      model_(std::move(model)),
+      edges_(PlateLeaf::undeflected(*model_->mesh()).edges) {
+  state_.mixed.f[0] = model_->range().force_centre;
+}
+
+void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
+  follow(state_, scale_.scaled_increment(dq));
+  edges_ = {scale_.scaled(edges[0]), scale_.scaled(edges[1])};
+  plate_is_current_ = false;
+}
+
+const LeafEvaluation& TubeLeaf::evaluate() {
+  const bool framed = evaluate_reduced_leaf(model_->potential(), 1.0, edges_, state_, response_);
+  if (!framed) {  // edges on top of each other: no step leads on from here
+    evaluation_.correction = 1e6;
+    return evaluation_;
+  }
+  evaluation_.energy = scale_.energy * response_.mixed.energy;
+  evaluation_.force = scale_.global_force(response_.force);
+  evaluation_.tangent = scale_.global_tangent(response_.tangent);
+  evaluation_.strain = std::abs(response_.frame.e[elongation]);
+  // the energy that the forces still want to give, as in the full leaf
+  const MixedState& m = state_.mixed;
+  evaluation_.correction = std::sqrt(std::abs(m.R.dot(m.F_inverse * m.R)));
+  return evaluation_;
+}
+
+std::optional<double> TubeLeaf::degree_change() const {
+  MixedState state = state_.mixed;
+  const Matrix6d& K = response_.mixed.hessian;
+  const Matrix6d change = condense(model_->lower(), response_.frame.e, state).hessian - K;
+  const Eigen::LLT<Matrix6d> llt(K);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  Matrix6d X = llt.matrixL().solve(change);
+  X = llt.matrixL().solve(X.transpose()).eval();
+  return X.norm();
+}
+
+LeafElement::Refinement TubeLeaf::refine() {
+  const TubeLocation& at = response_.location;
+  const double sigma = std::abs(at.sigma);
+  if (at.beyond > 1e-9 * sigma) {
+    if (sigma < 1.0 && model_->extend(1.1 * sigma)) return {.changed = true, .replacement = {}};
+    return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
+  }
+  const std::optional<double> change = degree_change();
+  if (change && *change <= largest_degree_change) return {};
+  return {true,
+          full_model(change ? fmt::format("its potential has not converged: the highest degree "
+                                          "changes the stiffness by {:.2g} > {:.2g}",
+                                          *change, largest_degree_change)
+                            : std::string("it has no stable equilibrium with held edges"))};
+}
+
+std::unique_ptr<LeafElement> TubeLeaf::full_model(const std::string& reason) {
+  auto full = std::make_unique<FullLeaf>(leaf_, model_->mesh(), index_, reason);
+  full->plate().set_state(rebuilt());
+  return full;
+}
+
+namespace {
+struct TubeLeafState final : LeafState {
+  EdgePoses edges;
+  ReducedState state;
+};
+}  // namespace
+
+std::unique_ptr<LeafState> TubeLeaf::save() const {
+  auto copy = std::make_unique<TubeLeafState>();
+  copy->edges = edges_;
+  copy->state = state_;
+  return copy;
+}
+
+void TubeLeaf::restore(const LeafState& state) {
+  const auto& copy = static_cast<const TubeLeafState&>(state);
+  edges_ = copy.edges;
+  state_ = copy.state;
+  plate_is_current_ = false;
+}
+
+PlateLeaf::State TubeLeaf::rebuilt() const {
+  const PlateMesh& mesh = *model_->mesh();
+  const int n = mesh.functions_per_line();
+  const Vector6d& e = response_.frame.e;
+  const VectorXd y = model_->fields({e[theta1y], e[theta2y], e[twist]}, state_.mixed.f);
+  PlateLeaf::State state{edges_, y.head(y.size() - 3)};
+  // from the chord frame to the leaf's axes: values move with the base edge, slopes turn only
+  const Matrix3d& E = response_.frame.axes;
+  for (int i = 1; i + 1 < mesh.lines(); ++i) {
+    Eigen::Map<MatrixXd> r(state.x.data() + mesh.edge_unknowns() + (i - 1) * 3 * n, n, 3);
+    r = (r * E.transpose()).eval();
+    for (int j = 0; j < mesh.nodes_per_line(); ++j) r.row(4 * j) += edges_[0].position.transpose();
+  }
+  return state;
+}
+
+PlateLeaf& TubeLeaf::condensed() {
+  if (!plate_) plate_ = std::make_unique<PlateLeaf>(model_->mesh());
+  if (!plate_is_current_) {
+    plate_->set_state(rebuilt());
+    plate_->assemble();
+    const VectorXd dx = plate_->internal_step(Vector12d::Zero());
+    check_ = dx.cwiseAbs().maxCoeff();
+    PlateLeaf::State state = plate_->state();
+    state.x += dx;
+    // The rebuilt state's error in the membrane force, over the buckling load: small, and its
+    // stiffness will do for the internal shapes (0.1 % in their frequencies).
+    const PlateShape& shape = model_->mesh()->shape();
+    const double force = plate_->correction() / shape.thickness * std::sqrt(12 / shape.width) /
+                         (4 * std::numbers::pi * std::numbers::pi);
+    plate_->set_state(state);
+    plate_is_exact_ = force > 0.02;
+    if (plate_is_exact_) plate_->assemble();
+    plate_is_current_ = true;
+  }
+  return *plate_;
+}
+
+LeafDynamics TubeLeaf::dynamics(int modes) {
+  PlateLeaf& plate = condensed();
+  LeafDynamics dynamics = plate_dynamics(plate, leaf_, scale_, modes);
+  // the tube knows the stiffness better than the rebuilt state, not better than the one after it
+  if (!plate_is_exact_) dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
+  dynamics.check = check_;
+  return dynamics;
+}
+
+std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {
+  if (plate_is_current_) return plate_->nodal();
+  if (!plate_) plate_ = std::make_unique<PlateLeaf>(model_->mesh());
+  plate_->set_state(rebuilt());
+  return plate_->nodal();
+}
+
+StressPeak TubeLeaf::max_stress() {
+  return plate_max_stress(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_);
+}
+
+std::vector<StressPeak> TubeLeaf::stress_peaks() {
+  return plate_stress_peaks(*model_->mesh(), rebuilt_nodal(), leaf_, index_);
+}
+
+LeafShape TubeLeaf::shape() {
+  return plate_deformed_shape(*model_->mesh(), rebuilt_nodal(), leaf_, scale_);
+}
+
+Vector3d TubeLeaf::material_point(double along, double across) {
+  return plate_material_point(*model_->mesh(), rebuilt_nodal(), scale_, along, across);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,101 @@
+#pragma once
+// The reduced leaf: a tube potential with the fields to rebuild the full leaf from.
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/reduction/expansion/tube_expansion.hpp"
+#include "core/reduction/tube/mixed_condensation.hpp"
+
+namespace flexopt {
+
+/// What a tube is built for.
+struct TubeRange {
+  Eigen::Vector2d ray{1, 1};  ///< (θ1y, θ2y) of the drive, the larger one 1
+  double sigma_max = 0.3;     ///< along the ray [rad]
+  double force_centre = 0;    ///< N about which to expand, over the force scale
+  int order = 2;              ///< of the fields: potential of degree 2 order + 1
+};
+
+/// Largest relative change of the leaf's stiffness by the highest degree of its potential: beyond
+/// it the support stiffness may be off by more than about 0.5 % (degree 5, measured on some 5000
+/// states of guides and hinges with w²/(Lt) from 1 to 1200, loaded and off their rays).
+inline constexpr double largest_degree_change = 0.06;
+
+/// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
+class TubeModel {
+ public:
+  /// Solves and expands the bent states; `built()` tells whether all were found.
+  TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range);
+
+  bool built() const { return potential_ != nullptr; }
+  const TubePotential& potential() const { return *potential_; }
+  /// The same without the highest degree: what that changes tells what the next would.
+  const TubePotential& lower() const { return *lower_; }
+  const TubeRange& range() const { return range_; }
+  const std::shared_ptr<const PlateMesh>& mesh() const { return mesh_; }
+
+  /// Adds a bent state at sigma, beyond the last. False if none was found.
+  bool extend(double sigma);
+
+  /// Unknowns of the leaf in its chord frame (ChordLeaf::unknowns) at s, f (over their scale):
+  /// second-order fields, every coefficient joined by two-point Hermite interpolation.
+  VectorXd fields(const Vector3d& s, const Vector3d& f) const;
+
+ private:
+  bool add(double sigma);
+
+  std::shared_ptr<const PlateMesh> mesh_;
+  TubeRange range_;
+  Eigen::Matrix2d directions_;
+  ChordLeaf leaf_;
+  std::vector<TubeExpansion> expansions_;
+  std::unique_ptr<TubePotential> potential_, lower_;
+};
+
+class TubeLeaf final : public LeafElement {
+ public:
+  TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index);
+
+  void move(const EdgePoses& edges, const Vector12d& dq) override;
+  const LeafEvaluation& evaluate() override;
+  const LeafEvaluation& evaluation() const override { return evaluation_; }
+  Refinement refine() override;
+  std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
+  std::unique_ptr<LeafState> save() const override;
+  void restore(const LeafState& state) override;
+  LeafDynamics dynamics(int modes) override;
+  StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
+  LeafShape shape() override;
+  Vector3d material_point(double along, double across) override;
+  LeafReport report() const override { return {"tube", {}, check_}; }
+
+ private:
+  /// State of the full leaf rebuilt from the fields, edges at their present poses.
+  PlateLeaf::State rebuilt() const;
+  /// The full leaf at that state, moved on by one Newton step with the edges held; assembled there
+  /// where the step is large.
+  PlateLeaf& condensed();
+  std::vector<MatrixXd> rebuilt_nodal();
+  /// Relative change of the leaf's stiffness when the highest degree is left out; nothing where the
+  /// leaf is not stable on its own.
+  std::optional<double> degree_change() const;
+
+  LeafSpring leaf_;
+  int index_;
+  LeafScale scale_;
+  std::shared_ptr<TubeModel> model_;
+  EdgePoses edges_;  ///< scaled
+  ReducedState state_;
+  ReducedResponse response_;
+  LeafEvaluation evaluation_;
+  double check_ = 0;
+  std::unique_ptr<PlateLeaf> plate_;
+  bool plate_is_current_ = false;
+  bool plate_is_exact_ = false;  ///< assembled after the Newton step, not before it
+};
+
+}  // namespace flexopt

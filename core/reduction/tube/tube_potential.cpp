@@ -1,0 +1,462 @@
+#include "core/reduction/tube/tube_potential.hpp"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "core/math/polynomial.hpp"
+
+// How a value with all derivatives stays cheap. Sort the terms by their degree k in
+// y = (φ, M1, M2), k = 0, 2, 4, …. A homogeneous polynomial p of degree k ≥ 2 is
+//
+//     p = yᵀ S y,   ∂p/∂y = k S y,   ∂²p/∂y² = k (k − 1) S,   S(y) = ∂²p/∂y² / (k (k − 1)),
+//
+// so the six entries of S, of degree k − 2 in y, give everything; they fill one vector of lanes
+// with polynomials in (σ, x). For k = 0 the lanes hold the monomials in x instead. The dependence
+// on σ is in Bernstein form on each interval: two-point Hermite data turn into its coefficients
+// by positive sums, and no digits are lost between the nodes.
+
+namespace flexopt {
+namespace {
+
+using Lanes = TubePotential::Lanes;
+constexpr int lanes = 8;
+
+/// Calls f(integral_constant<int, i>) for i = 0 … N − 1, unrolled.
+template <int N, class F>
+inline void unrolled(F&& f) {
+  [&]<int... i>(std::integer_sequence<int, i...>) { (f(std::integral_constant<int, i>()), ...); }
+  (std::make_integer_sequence<int, N>());
+}
+
+struct Power2 {
+  int tau, N;
+};
+/// Monomials in x = (τ, N) up to a degree, graded.
+template <int Degree>
+constexpr auto x_monomials() {
+  std::array<Power2, (Degree + 1) * (Degree + 2) / 2> m{};
+  int i = 0;
+  for (int g = 0; g <= Degree; ++g)
+    for (int b = 0; b <= g; ++b) m[i++] = {g - b, b};
+  return m;
+}
+
+struct Power3 {
+  int e[3];
+};
+/// Monomials in y = (φ, M1, M2) of exactly this degree.
+template <int Degree>
+constexpr auto y_monomials() {
+  std::array<Power3, (Degree + 1) * (Degree + 2) / 2> m{};
+  int i = 0;
+  for (int a = Degree; a >= 0; --a)
+    for (int b = Degree - a; b >= 0; --b) m[i++] = {{a, b, Degree - a - b}};
+  return m;
+}
+
+/// Entries of a symmetric 3×3 matrix in the first six lanes.
+constexpr int pair_i[6] = {0, 0, 0, 1, 1, 2}, pair_j[6] = {0, 1, 2, 1, 2, 2};
+
+constexpr double binomial(int n, int k) {
+  double r = 1;
+  for (int i = 1; i <= k; ++i) r = r * (n - k + i) / i;
+  return r;
+}
+
+/// Even degrees k ≥ 2 of y.
+constexpr int y_blocks(int degree) { return (degree - 1) / 2; }
+
+// ---- Coefficients of an interval -----------------------------------------------------------
+
+/// Taylor coefficient of σ^j τ^a N^b y^e at a node; what the mirror forbids at σ = 0 is left out.
+double taylor(const MonomialTable& table, const TubeNode& node, int j, Power2 x,
+              const int (&y)[3]) {
+  if (node.sigma == 0 && (j + x.tau + y[0]) % 2 != 0) return 0;
+  const std::array<int, 6> e{j, x.tau, y[0], x.N, y[1], y[2]};
+  return node.W[table.index(e)];
+}
+
+/// Bernstein coefficients, degree 2q − 1, of the Hermite polynomial of q Taylor coefficients at
+/// each end: tʲ = Σ_r C(r,j)/C(n,j) B_r, and the coefficients r < q see the left end only.
+VectorXd hermite_bernstein(const VectorXd& left, const VectorXd& right, double h) {
+  const int q = static_cast<int>(left.size()), n = 2 * q - 1;
+  VectorXd beta = VectorXd::Zero(n + 1);
+  double scale = 1;
+  for (int j = 0; j < q; ++j, scale *= h)
+    for (int r = j; r < q; ++r) {
+      const double c = binomial(r, j) / binomial(n, j) * scale;
+      beta[r] += c * left[j];
+      beta[n - r] += (j % 2 ? -c : c) * right[j];
+    }
+  return beta;
+}
+
+VectorXd elevate(VectorXd beta, int degree) {
+  for (int n = static_cast<int>(beta.size()) - 1; n < degree; ++n) {
+    VectorXd up(n + 2);
+    for (int r = 0; r <= n + 1; ++r) {
+      const double s = static_cast<double>(r) / (n + 1);
+      up[r] = (r > 0 ? s * beta[r - 1] : 0) + (r <= n ? (1 - s) * beta[r] : 0);
+    }
+    beta = std::move(up);
+  }
+  return beta;
+}
+
+// ---- Bernstein polynomials with two derivatives --------------------------------------------
+
+/// Values and derivatives in σ of the Bernstein polynomials of degree 2q − 1 for q = 2 … Q.
+template <int Q>
+struct BernsteinBasis {
+  static constexpr int top = 2 * Q - 1;
+  double value[Q + 1][16], first[Q + 1][16], second[Q + 1][16];
+
+  BernsteinBasis(double t, double width) {
+    // b[m][r + 2] = C(m,r) tʳ (1−t)^(m−r), with zeros beside it
+    constexpr auto C = [] {
+      std::array<std::array<double, top + 1>, top + 1> c{};
+      for (int m = 0; m <= top; ++m)
+        for (int r = 0; r <= m; ++r) c[m][r] = binomial(m, r);
+      return c;
+    }();
+    double tp[top + 1], sp[top + 1];  // tʳ and (1−t)^(top−r)
+    tp[0] = sp[top] = 1;
+    for (int r = 0; r < top; ++r) {
+      tp[r + 1] = tp[r] * t;
+      sp[top - r - 1] = sp[top - r] * (1 - t);
+    }
+    double b[top + 1][top + 5];
+    unrolled<top + 1>([&](auto m_) {
+      constexpr int m = m_;
+      b[m][0] = b[m][1] = b[m][m + 3] = b[m][m + 4] = 0;
+      for (int r = 0; r <= m; ++r) b[m][r + 2] = C[m][r] * tp[r] * sp[top - m + r];
+    });
+    const double ih = 1 / width, ih2 = ih * ih;
+    unrolled<Q - 1>([&](auto i) {
+      constexpr int q = i + 2, n = 2 * q - 1;
+      for (int r = 0; r <= n; ++r) {
+        value[q][r] = b[n][r + 2];
+        first[q][r] = n * ih * (b[n - 1][r + 1] - b[n - 1][r + 2]);
+        second[q][r] = n * (n - 1) * ih2 * (b[n - 2][r] - 2 * b[n - 2][r + 1] + b[n - 2][r + 2]);
+      }
+    });
+  }
+};
+
+/// Derivatives of a function of (σ, τ, N) to second order: where each one stands.
+enum Jet { v_, s_, t_, n_, ss_, st_, sn_, tt_, tn_, nn_, jets };
+
+/// τᵃ Nᵇ and its derivatives.
+struct Weight {
+  double v, t, n, tt, tn, nn;
+};
+
+/// Adds c · w and its derivatives; c, c1, c2: value and σ-derivatives, G: degree of w.
+template <int G>
+inline void add_jet(Lanes (&J)[jets], const Lanes& c, const Lanes& c1, const Lanes& c2,
+                    const Weight& w) {
+  J[v_] += c * w.v;
+  J[s_] += c1 * w.v;
+  J[ss_] += c2 * w.v;
+  if constexpr (G >= 1) {
+    J[t_] += c * w.t;
+    J[n_] += c * w.n;
+    J[st_] += c1 * w.t;
+    J[sn_] += c1 * w.n;
+  }
+  if constexpr (G >= 2) {
+    J[tt_] += c * w.tt;
+    J[tn_] += c * w.tn;
+    J[nn_] += c * w.nn;
+  }
+}
+
+inline double sum(const Lanes& a) {
+  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+}
+
+/// S y for S given by its lanes.
+inline Vector3d times(const Lanes& S, const double* y) {
+  return {S[0] * y[0] + S[1] * y[1] + S[2] * y[2], S[1] * y[0] + S[3] * y[1] + S[4] * y[2],
+          S[2] * y[0] + S[4] * y[1] + S[5] * y[2]};
+}
+
+template <int Degree>
+constexpr int x_vectors() {
+  return (static_cast<int>(x_monomials<Degree - 1>().size()) + lanes - 1) / lanes;
+}
+
+}  // namespace
+
+template <int Degree>
+TubePotential::Interval TubePotential::make_interval(const TubeNode& a, const TubeNode& b) {
+  const MonomialTable& table = monomials<6, Degree>();
+  Interval interval{a.sigma, b.sigma - a.sigma, {}};
+  const auto bernstein = [&](Power2 x, const int(&y)[3]) {
+    const int q = Degree + 1 - x.tau - x.N - y[0] - y[1] - y[2];
+    VectorXd left(q), right(q);
+    for (int j = 0; j < q; ++j) {
+      left[j] = taylor(table, a, j, x, y);
+      right[j] = taylor(table, b, j, x, y);
+    }
+    return hermite_bernstein(left, right, interval.width);
+  };
+
+  constexpr auto X = x_monomials<Degree - 1>();
+  constexpr int top = 2 * Degree + 1;
+  for (int v = 0; v < x_vectors<Degree>(); ++v) {
+    std::array<Lanes, top + 1> c{};
+    for (int l = 0; l < lanes && v * lanes + l < static_cast<int>(X.size()); ++l) {
+      const VectorXd beta = elevate(bernstein(X[v * lanes + l], {0, 0, 0}), top);
+      for (int r = 0; r <= top; ++r) c[r][l] = beta[r];
+    }
+    interval.coefficients.insert(interval.coefficients.end(), c.begin(), c.end());
+  }
+  unrolled<y_blocks(Degree)>([&](auto block) {
+    constexpr int k = 2 * block + 2;
+    for (const Power2 x : x_monomials<Degree - 1 - k>())
+      for (const Power3& y : y_monomials<k - 2>()) {
+        const int terms = 2 * (Degree + 1 - x.tau - x.N - k);
+        std::vector<Lanes> c(terms, Lanes{});
+        for (int p = 0; p < 6; ++p) {
+          const int i = pair_i[p], j = pair_j[p];
+          int e[3] = {y.e[0], y.e[1], y.e[2]};
+          ++e[i];
+          ++e[j];
+          const double factor = e[i] * (e[j] - (i == j)) / static_cast<double>(k * (k - 1));
+          const VectorXd beta = bernstein(x, e);
+          for (int r = 0; r < terms; ++r) c[r][p] = factor * beta[r];
+        }
+        interval.coefficients.insert(interval.coefficients.end(), c.begin(), c.end());
+      }
+  });
+  return interval;
+}
+
+template <int Degree>
+PotentialValue TubePotential::evaluate_interval(const Interval& interval, double sigma,
+                                                const double (&z)[5]) {
+  const double tau = z[0], N = z[2], y[3] = {z[1], z[3], z[4]};
+  const BernsteinBasis<Degree + 1> basis((sigma - interval.start) / interval.width, interval.width);
+  const Lanes* C = interval.coefficients.data();
+
+  double tp[Degree], np[Degree];
+  tp[0] = np[0] = 1;
+  for (int i = 1; i < Degree; ++i) {
+    tp[i] = tp[i - 1] * tau;
+    np[i] = np[i - 1] * N;
+  }
+  constexpr auto X = x_monomials<Degree - 1>();
+  constexpr int nx = static_cast<int>(X.size()), vectors = x_vectors<Degree>();
+  alignas(64) double w[6][vectors * lanes] = {};
+  unrolled<nx>([&](auto i) {
+    constexpr int a = X[i].tau, b = X[i].N;
+    w[0][i] = tp[a] * np[b];
+    if constexpr (a >= 1) w[1][i] = a * tp[a - 1] * np[b];
+    if constexpr (b >= 1) w[2][i] = b * tp[a] * np[b - 1];
+    if constexpr (a >= 2) w[3][i] = a * (a - 1) * tp[a - 2] * np[b];
+    if constexpr (a >= 1 && b >= 1) w[4][i] = a * b * tp[a - 1] * np[b - 1];
+    if constexpr (b >= 2) w[5][i] = b * (b - 1) * tp[a] * np[b - 2];
+  });
+
+  // k = 0: lanes are the monomials of x
+  Lanes J[jets] = {};
+  for (int v = 0; v < vectors; ++v) {
+    constexpr int q = Degree + 1;
+    Lanes c = {}, c1 = {}, c2 = {};
+    for (int r = 0; r < 2 * q; ++r) {
+      const Lanes Cr = *C++;
+      c += basis.value[q][r] * Cr;
+      c1 += basis.first[q][r] * Cr;
+      c2 += basis.second[q][r] * Cr;
+    }
+    const auto at = [&](int d) -> const Lanes& {
+      return *reinterpret_cast<const Lanes*>(&w[d][v * lanes]);
+    };
+    J[v_] += c * at(0);
+    J[t_] += c * at(1);
+    J[n_] += c * at(2);
+    J[tt_] += c * at(3);
+    J[tn_] += c * at(4);
+    J[nn_] += c * at(5);
+    J[s_] += c1 * at(0);
+    J[st_] += c1 * at(1);
+    J[sn_] += c1 * at(2);
+    J[ss_] += c2 * at(0);
+  }
+
+  // k ≥ 2: lanes are the entries of S
+  Lanes S[jets] = {}, kS[4] = {}, kkS = {};  // Σ S; Σ k S of v, s, t, n; Σ k (k − 1) S of v
+  double yp[3][Degree];
+  for (int i = 0; i < 3; ++i) {
+    yp[i][0] = 1;
+    for (int e = 1; e < Degree; ++e) yp[i][e] = yp[i][e - 1] * y[i];
+  }
+  unrolled<y_blocks(Degree)>([&](auto block) {
+    constexpr int k = 2 * block + 2;
+    constexpr auto Y = y_monomials<k - 2>();
+    Lanes Sk[jets] = {};
+    unrolled<Degree - k>([&](auto g) {
+      constexpr int q = Degree + 1 - k - g;
+      for (int i = g * (g + 1) / 2; i < (g + 1) * (g + 2) / 2; ++i) {
+        Lanes c = {}, c1 = {}, c2 = {};
+        for (const Power3& m : Y) {
+          Lanes b = {}, b1 = {}, b2 = {};
+          for (int r = 0; r < 2 * q; ++r) {
+            const Lanes Cr = *C++;
+            b += basis.value[q][r] * Cr;
+            b1 += basis.first[q][r] * Cr;
+            b2 += basis.second[q][r] * Cr;
+          }
+          if constexpr (k == 2) {
+            c = b;
+            c1 = b1;
+            c2 = b2;
+          } else {
+            const double ym = yp[0][m.e[0]] * yp[1][m.e[1]] * yp[2][m.e[2]];
+            c += ym * b;
+            c1 += ym * b1;
+            c2 += ym * b2;
+          }
+        }
+        add_jet<g>(Sk, c, c1, c2, {w[0][i], w[1][i], w[2][i], w[3][i], w[4][i], w[5][i]});
+      }
+    });
+    for (int d = 0; d < jets; ++d) S[d] += Sk[d];
+    for (int d = 0; d < 4; ++d) kS[d] += static_cast<double>(k) * Sk[d];
+    kkS += static_cast<double>(k * (k - 1)) * Sk[v_];
+  });
+
+  const Lanes yy = {y[0] * y[0],
+                    2 * y[0] * y[1],
+                    2 * y[0] * y[2],
+                    y[1] * y[1],
+                    2 * y[1] * y[2],
+                    y[2] * y[2],
+                    0,
+                    0};
+  double j[jets];
+  for (int d = 0; d < jets; ++d) j[d] = sum(J[d] + S[d] * yy);
+  const Vector3d gy = times(kS[v_], y), sy = times(kS[s_], y), ty = times(kS[t_], y),
+                 ny = times(kS[n_], y);
+
+  // order (σ, τ, φ, N, M1, M2)
+  PotentialValue p;
+  p.value = j[v_];
+  p.gradient << j[s_], j[t_], gy[0], j[n_], gy[1], gy[2];
+  p.hessian << j[ss_], j[st_], sy[0], j[sn_], sy[1], sy[2],  //
+      j[st_], j[tt_], ty[0], j[tn_], ty[1], ty[2],           //
+      sy[0], ty[0], kkS[0], ny[0], kkS[1], kkS[2],           //
+      j[sn_], j[tn_], ny[0], j[nn_], ny[1], ny[2],           //
+      sy[1], ty[1], kkS[1], ny[1], kkS[3], kkS[4],           //
+      sy[2], ty[2], kkS[2], ny[2], kkS[4], kkS[5];
+  return p;
+}
+
+TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_scale, int degree,
+                             std::vector<TubeNode> nodes, const Vector3d& force_centre)
+    : ray_(ray),
+      ray_inverse_(ray.inverse()),
+      force_scale_(force_scale),
+      force_centre_(force_centre),
+      degree_(degree),
+      nodes_(std::move(nodes)) {
+  assert(degree >= 3 && degree <= 7);
+  assert(std::abs(ray.determinant()) > 0 && (force_scale.array() > 0).all());
+  assert(force_centre[1] == 0 && force_centre[2] == 0);
+  assert(nodes_.size() >= 2 && nodes_.front().sigma == 0);
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    assert(static_cast<int>(nodes_[i].W.size()) >= monomial_count(6, degree));
+    assert(i == 0 || nodes_[i - 1].sigma < nodes_[i].sigma);
+  }
+  for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)
+    intervals_.push_back(make_interval(static_cast<int>(i)));
+}
+
+TubePotential::Interval TubePotential::make_interval(int i) const {
+  const TubeNode &a = nodes_[i], &b = nodes_[i + 1];
+  switch (degree_) {
+    case 3:
+      return make_interval<3>(a, b);
+    case 4:
+      return make_interval<4>(a, b);
+    case 5:
+      return make_interval<5>(a, b);
+    case 6:
+      return make_interval<6>(a, b);
+    default:
+      return make_interval<7>(a, b);
+  }
+}
+
+void TubePotential::add_node(TubeNode node) {
+  assert(static_cast<int>(node.W.size()) >= monomial_count(6, degree_));
+  const auto place =
+      std::lower_bound(nodes_.begin(), nodes_.end(), node.sigma,
+                       [](const TubeNode& n, double sigma) { return n.sigma < sigma; });
+  assert(place != nodes_.begin() && (place == nodes_.end() || place->sigma != node.sigma));
+  const int i = static_cast<int>(place - nodes_.begin());
+  nodes_.insert(place, std::move(node));
+  intervals_.insert(intervals_.begin() + (i - 1), make_interval(i - 1));
+  if (i + 1 < static_cast<int>(nodes_.size())) intervals_[i] = make_interval(i);
+}
+
+int TubePotential::terms() const {
+  int n = 0;  // (monomials of x to degree − 1 − k) × (monomials of y of degree k), k even
+  for (int k = 0; k < degree_; k += 2)
+    n += monomial_count(2, degree_ - 1 - k) * (k + 1) * (k + 2) / 2;
+  return n;
+}
+
+TubeLocation TubePotential::locate(const Vector3d& s) const {
+  const Eigen::Vector2d on_ray = ray_inverse_ * s.head<2>();
+  TubeLocation where{on_ray[0], on_ray[1], std::abs(on_ray[0]) - nodes_.back().sigma, 0};
+  const int last = static_cast<int>(intervals_.size()) - 1;
+  while (where.interval < last && std::abs(where.sigma) > nodes_[where.interval + 1].sigma)
+    ++where.interval;
+  return where;
+}
+
+PotentialValue TubePotential::evaluate(const Vector3d& s, const Vector3d& f) const {
+  const TubeLocation where = locate(s);
+  const double mirror = where.sigma < 0 ? -1 : 1;
+  const Vector3d df = f - force_centre_;
+  const double z[5] = {mirror * where.tau, mirror * s[2], df[0], df[1], df[2]};
+  const double sigma = mirror * where.sigma;
+  const Interval& interval = intervals_[where.interval];
+  PotentialValue p = [&] {
+    switch (degree_) {
+      case 3:
+        return evaluate_interval<3>(interval, sigma, z);
+      case 4:
+        return evaluate_interval<4>(interval, sigma, z);
+      case 5:
+        return evaluate_interval<5>(interval, sigma, z);
+      case 6:
+        return evaluate_interval<6>(interval, sigma, z);
+      default:
+        return evaluate_interval<7>(interval, sigma, z);
+    }
+  }();
+
+  // (σ, τ, φ) = A (θ1y, θ2y, φx) up to the mirror
+  const Eigen::Matrix2d A = mirror * ray_inverse_;
+  p.gradient.head<2>() = A.transpose() * p.gradient.head<2>().eval();
+  p.gradient[2] *= mirror;
+  auto& H = p.hessian;
+  H.topLeftCorner<2, 2>() = A.transpose() * H.topLeftCorner<2, 2>().eval() * A;
+  H(1, 0) = H(0, 1);
+  H.topRightCorner<2, 4>() = A.transpose() * H.topRightCorner<2, 4>().eval();
+  H.block<2, 1>(0, 2) *= mirror;
+  H.block<1, 3>(2, 3) *= mirror;
+  H.bottomLeftCorner<4, 2>() = H.topRightCorner<2, 4>().transpose();
+  H.block<3, 1>(3, 2) = H.block<1, 3>(2, 3).transpose();
+  return p;
+}
+
+}  // namespace flexopt

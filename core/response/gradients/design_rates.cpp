@@ -1,0 +1,235 @@
+#include "core/response/gradients/design_rates.hpp"
+
+#include <cassert>
+#include <type_traits>
+#include <utility>
+
+#include "core/elements/leaf/leaf_chain_gradient.hpp"
+#include "core/reduction/modal/modal_leaf_gradient.hpp"
+#include "core/reduction/modal/modal_leaf_linear.hpp"
+#include "core/reduction/superelement/superelement_leaf_gradient.hpp"
+#include "core/response/gradients/joint_gradients.hpp"
+
+namespace flexopt {
+namespace {
+
+double relative(double value, double derivative) { return derivative / value; }
+
+template <class S>
+Eigen::MatrixX<S> rows_of(const MechanismFactor& factor, const MechanismFactor::Leaf& leaf,
+                          const Eigen::MatrixX<S>& Y) {
+  return by_orders(Y, [&](const MatrixXd& y) { return factor.leaf_rows(leaf, y); });
+}
+
+// R += factor · rows of a leaf, as forces.
+template <class S>
+void add_force(const MechanismFactor& factor, const MechanismFactor::Leaf& leaf, double scale,
+               const Eigen::MatrixX<S>& rows, Eigen::MatrixX<S>& R) {
+  R += by_orders(rows, [&](const MatrixXd& r) {
+    MatrixXd F = MatrixXd::Zero(factor.size(), r.cols());
+    factor.add_leaf_force(leaf, scale, r, F);
+    return F;
+  });
+}
+
+std::unique_ptr<LeafGradient<double>> reduced_gradient(const LeafLinear& leaf, MeshRates& meshes,
+                                                       const LeafRows& rows) {
+  if (const auto* modal = dynamic_cast<const ModalLeafLinear*>(&leaf))
+    return std::make_unique<ModalLeafGradient>(modal->leaf(), meshes.of(modal->leaf()), rows);
+  if (const auto* chain = dynamic_cast<const LeafChainLinear*>(&leaf)) {
+    LeafChainGradient::Segments segments;
+    for (int i = 0; i < chain->segments(); ++i)
+      segments.push_back(reduced_gradient(chain->segment(i), meshes,
+                                          LeafChainGradient::segment_rows(*chain, i, rows)));
+    return std::make_unique<LeafChainGradient>(*chain, std::move(segments), rows);
+  }
+  return std::make_unique<SuperelementLeafGradient>(dynamic_cast<const ScaledSuperelements&>(leaf),
+                                                    rows);
+}
+
+}  // namespace
+
+MechanismState<double> present_state(const MechanismFactor& factor) {
+  const System& system = factor.system();
+  MechanismState<double> state{{}, system.multipliers(), {}};
+  for (int b = 0; b < factor.bodies() / 6; ++b)
+    state.bodies.push_back({system.pose(b).position, system.pose(b).rotation});
+  for (const MechanismFactor::Leaf& leaf : factor.leaves())
+    state.leaves.push_back(leaf.full ? present_state(leaf.full->plate())
+                                     : PlateGradientState<double>());
+  return state;
+}
+
+std::shared_ptr<const PlateMeshRate> MeshRates::of(const std::shared_ptr<const PlateMesh>& mesh) {
+  auto& rate = made_[mesh];
+  if (!rate) rate = std::make_shared<PlateMeshRate>(*mesh);
+  return rate;
+}
+
+std::shared_ptr<const ModalModelRate> MeshRates::of(const ModalLeaf& leaf) {
+  auto& rate = modal_[leaf.shared_model()];
+  if (!rate) rate = std::make_shared<ModalModelRate>(leaf.model(), of(leaf.model().mesh()));
+  return rate;
+}
+
+std::vector<std::shared_ptr<const PlateMeshRate>> MeshRates::of(const System& system) {
+  std::vector<std::shared_ptr<const PlateMeshRate>> rates;
+  for (int i = 0; i < system.leaves(); ++i) {
+    const auto* full = dynamic_cast<const FullLeaf*>(&system.leaf(i));
+    rates.emplace_back();
+    if (full) rates.back() = of(full->plate().shared_mesh());
+  }
+  return rates;
+}
+
+template <class S>
+DesignRates<S>::DesignRates(const MechanismFactor& factor, MeshRates& meshes,
+                            MechanismState<S> state, const std::vector<Mechanism>& directions,
+                            const ModelOptions& model)
+    : factor_(&factor), directions_(&directions), state_(std::move(state)) {
+  const std::vector<std::shared_ptr<const PlateMeshRate>> rates = meshes.of(factor.system());
+  for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
+    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
+    if (leaf.full) {
+      leaves_.push_back(std::make_unique<PlateGradient<S>>(leaf.full->plate(), rates[i], leaf.rows,
+                                                           std::move(state_.leaves[i])));
+    } else if constexpr (std::is_same_v<S, double>) {
+      leaves_.push_back(reduced_gradient(*leaf.linear, meshes, leaf.rows));
+    } else {
+      assert(false && "series are those of full leaves");
+    }
+    variations_.emplace_back();
+    for (const Mechanism& direction : directions)
+      variations_.back().push_back(variation(static_cast<int>(i), direction, model));
+  }
+}
+
+// The leaf seen from its own axes and scales, along one parameter.
+template <class S>
+LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
+                                           const ModelOptions& model) const {
+  const Mechanism& mechanism = factor_->system().mechanism();
+  const LeafSpring &leaf = mechanism.leaves[i], &d = direction.leaves[i];
+  const double L = leaf.length, nu = leaf.material.poissons_ratio;
+  LeafVariation<S> v;
+  v.length = relative(L, d.length);
+  const double t = relative(leaf.thickness, d.thickness);
+  v.energy = relative(leaf.material.youngs_modulus, d.material.youngs_modulus) + 3 * t;
+  if (model.flexure == Flexure::plate)
+    v.energy += 2 * nu * d.material.poissons_ratio / (1 - nu * nu);
+  v.mass = (leaf.material.density > 0 ? relative(leaf.material.density, d.material.density) : 0) +
+           t + 4 * v.length;
+  v.shape = {(d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
+             d.material.poissons_ratio};
+  v.turn = d.axes.transpose() * leaf.axes;
+  if (leaf.point && !leaf.point->spread_over_tip) v.point = {d.point->along, d.point->across};
+  const std::array<int, 2> body{leaf.base, leaf.tip};
+  const Matrix3d to_leaf = leaf.axes.transpose(), turning = d.axes.transpose();
+  for (int e = 0; e < 2; ++e) {
+    const int b = body[e];
+    if (b < 0) continue;
+    const typename MechanismState<S>::Body& at = state_.bodies[static_cast<std::size_t>(b)];
+    const RigidBody &of = mechanism.bodies[b], &db = direction.bodies[b];
+    const Vector3d moves = to_leaf * (db.reference - d.origin),
+                   undeflected = of.reference - leaf.origin;
+    const Vector3<S> place = at.position - leaf.origin.template cast<S>();
+    const Matrix3d along = (turning - v.length * to_leaf) / L;
+    v.edge[e].position = along * place + (moves / L).template cast<S>();
+    v.edge[e].arm = -(along * undeflected + moves / L);
+    v.edge[e].rotation = turning * at.rotation * leaf.axes + to_leaf * at.rotation * d.axes;
+  }
+  return v;
+}
+
+template <class S>
+auto DesignRates<S>::residual() const -> Matrix {
+  const MechanismFactor& factor = *factor_;
+  const int count = static_cast<int>(directions_->size());
+  Matrix R = Matrix::Zero(factor.size(), count);
+  for (std::size_t i = 0; i < leaves_.size(); ++i) {
+    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
+    const LeafScale& scale = leaf.linear->scale();
+    const Vector& f = leaves_[i]->force();
+    add_force<S>(factor, leaf, scale.energy, leaves_[i]->force_rates(variations_[i]), R);
+    for (int k = 0; k < count; ++k) {
+      const LeafVariation<S>& v = variations_[i][k];
+      R.col(k).segment(leaf.offset, leaf.rows.internal()) +=
+          (scale.energy * v.energy) * f.head(leaf.rows.internal());
+      const Matrix3d& turned = (*directions_)[k].leaves[i].axes;
+      for (const MechanismFactor::Leaf::Side& side : leaf.sides) {
+        const int r = leaf.row(side), b = 6 * side.body;
+        const Vector3<S> force = f.template segment<3>(r);
+        const Matrix3d by_force =
+            scale.energy / scale.length * (turned + (v.energy - v.length) * scale.axes);
+        R.col(k).template segment<3>(b) += by_force * force;
+        if (side.size == 3) continue;
+        const Vector3<S> moment = f.template segment<3>(r + 3);
+        const Matrix3d by_moment = scale.energy * (turned + v.energy * scale.axes);
+        R.col(k).template segment<3>(b + 3) += by_moment * moment;
+      }
+    }
+  }
+  add_joint_residual_rates(factor, state_, *directions_, R);
+  for (const int k : factor.system().held()) R.row(k).setZero();
+  return R;
+}
+
+// Of the rigid bodies' yᵀM y, at constant state and along it.
+template <class S>
+S DesignRates<S>::body_mass_rate(const Mechanism& direction, const Vector& y,
+                                 const Vector& state_rate) const {
+  const Mechanism& mechanism = factor_->system().mechanism();
+  S sum = 0;
+  for (std::size_t k = 0; k < state_.bodies.size(); ++k) {
+    const RigidBody &body = mechanism.bodies[k], &d = direction.bodies[k];
+    const auto b = 6 * static_cast<Eigen::Index>(k);
+    const Matrix3<S>& R = state_.bodies[k].rotation;
+    const Vector3<S> u = y.template segment<3>(b), w = y.template segment<3>(b + 3),
+                     turn = state_rate.template segment<3>(b + 3);
+    const Vector3<S> c = R * Vector3d(body.center_of_mass - body.reference),
+                     dc = R * Vector3d(d.center_of_mass - d.reference) + turn.cross(c);
+    const Vector3<S> p = u + w.cross(c);
+    const Matrix3<S> J = R * body.inertia * R.transpose(), dJ = R * d.inertia * R.transpose();
+    sum += d.mass * p.dot(p) + 2.0 * body.mass * p.dot(w.cross(dc)) + w.dot(dJ * w) +
+           2.0 * w.dot(turn.cross(J * w));
+  }
+  return sum;
+}
+
+template <class S>
+auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda,
+                               const Matrix& state_rates) const -> Matrix {
+  const MechanismFactor& factor = *factor_;
+  const auto count = static_cast<Eigen::Index>(directions_->size()), n = Y.cols();
+  Matrix rates = Matrix::Zero(n, count);
+  if (n == 0) return rates;
+  Matrix V = Matrix::Zero(factor.size(), n);
+  for (std::size_t i = 0; i < leaves_.size(); ++i) {
+    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
+    const LeafScale& scale = leaf.linear->scale();
+    const Matrix rows = rows_of<S>(factor, leaf, Y);
+    const LeafQuadratic<S> q = leaves_[i]->quadratic(rows, lambda * (scale.mass / scale.energy));
+    add_force<S>(factor, leaf, scale.energy, q.state, V);
+    for (int k = 0; k < n; ++k)
+      for (Eigen::Index p = 0; p < count; ++p) {
+        const LeafVariation<S>& v = variations_[i][static_cast<std::size_t>(p)];
+        rates(k, p) +=
+            scale.energy * (v.energy * q.stiffness[k] + leaves_[i]->rate(q, rows, k, v)) -
+            scale.mass * v.mass * lambda[k] * q.mass[k];
+      }
+  }
+  rates.noalias() += V.transpose() * state_rates;
+  add_joint_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
+  for (Eigen::Index k = 0; k < n; ++k)
+    if (lambda[k] != S(0))
+      for (Eigen::Index p = 0; p < count; ++p)
+        rates(k, p) -= lambda[k] * body_mass_rate((*directions_)[static_cast<std::size_t>(p)],
+                                                  Y.col(k).head(factor.bodies()),
+                                                  state_rates.col(p).head(factor.bodies()));
+  return rates;
+}
+
+template class DesignRates<double>;
+template class DesignRates<Jet>;
+
+}  // namespace flexopt

@@ -1,0 +1,68 @@
+#pragma once
+// What the residual and the quadratic forms yᵀ(K − λM)y of a mechanism change by
+// when a design parameter moves: at one equilibrium (S = double) or along the stroke from it (S =
+// Jet). Equations (26), (28)–(32) of README.md.
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "core/elements/plate/plate_gradient.hpp"
+#include "core/mechanism/model_options.hpp"
+#include "core/reduction/modal/modal_model_rate.hpp"
+#include "core/response/gradients/mechanism_state.hpp"
+
+namespace flexopt {
+
+/// Derivatives of the leaves' operators, made once for each mesh.
+class MeshRates {
+ public:
+  /// Of the system's leaves; none for those that are not FullLeaf.
+  std::vector<std::shared_ptr<const PlateMeshRate>> of(const System& system);
+  /// Of the fields of a leaf's modal derivatives, once for each model.
+  std::shared_ptr<const ModalModelRate> of(const ModalLeaf& leaf);
+
+ private:
+  std::shared_ptr<const PlateMeshRate> of(const std::shared_ptr<const PlateMesh>& mesh);
+
+  std::map<std::shared_ptr<const PlateMesh>, std::shared_ptr<const PlateMeshRate>> made_;
+  std::map<std::shared_ptr<const ModalModel>, std::shared_ptr<const ModalModelRate>> modal_;
+};
+
+template <class S>
+class DesignRates {
+ public:
+  using Vector = Eigen::VectorX<S>;
+  using Matrix = Eigen::MatrixX<S>;
+
+  /// `directions`: derivative of every number of the mechanism along each parameter. Both they and
+  /// the factor must outlive this.
+  DesignRates(const MechanismFactor& factor, MeshRates& meshes, MechanismState<S> state,
+              const std::vector<Mechanism>& directions, const ModelOptions& model);
+
+  /// (26): of the residual of every row at a constant state, rows × parameters.
+  Matrix residual() const;
+  /// (28)–(30): of q = yᵀ(K − λM)y of every column y of Y, columns × parameters, while the state
+  /// moves by `state_rates` (rows × parameters).
+  Matrix quadratic(const Matrix& Y, const Vector& lambda, const Matrix& state_rates) const;
+
+  const LeafGradient<S>& leaf(int i) const { return *leaves_[static_cast<std::size_t>(i)]; }
+  /// Of a leaf along every parameter.
+  const std::vector<LeafVariation<S>>& variations(int i) const {
+    return variations_[static_cast<std::size_t>(i)];
+  }
+
+ private:
+  LeafVariation<S> variation(int leaf, const Mechanism& direction, const ModelOptions& model) const;
+  S body_mass_rate(const Mechanism& direction, const Vector& y, const Vector& state_rate) const;
+
+  const MechanismFactor* factor_;
+  const std::vector<Mechanism>* directions_;
+  MechanismState<S> state_;
+  std::vector<std::unique_ptr<LeafGradient<S>>> leaves_;
+  std::vector<std::vector<LeafVariation<S>>> variations_;  ///< leaf by leaf
+};
+
+extern template class DesignRates<double>;
+extern template class DesignRates<Jet>;
+
+}  // namespace flexopt

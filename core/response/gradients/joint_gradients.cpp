@@ -1,0 +1,113 @@
+#include "core/response/gradients/joint_gradients.hpp"
+
+#include "core/mechanism/joint.hpp"
+
+namespace flexopt {
+namespace {
+
+// Joint after joint: `visit(k, row, count)`, its conditions being rows row … row + count − 1 of Ψ.
+template <class Visit>
+void for_each_joint(const Mechanism& mechanism, const Visit& visit) {
+  int row = 0;
+  for (std::size_t k = 0; k < mechanism.joints.size(); ++k) {
+    const int count = size_of(mechanism.joints[k].type).conditions;
+    visit(k, row, count);
+    row += count;
+  }
+}
+
+std::array<int, 2> sides_of(const Joint& joint) { return {joint.body, joint.other}; }
+
+template <class S>
+JointState<S> present(const Mechanism& mechanism, const MechanismState<S>& state,
+                      const Joint& joint, int row, int count) {
+  const auto body = [&](int b) -> JointBodyOf<S> {
+    if (b < 0) return {};
+    const typename MechanismState<S>::Body& at = state.bodies[static_cast<std::size_t>(b)];
+    return {at.position, at.rotation, mechanism.bodies[b].reference};
+  };
+  return {joint, body(joint.body), body(joint.other), state.multipliers.segment(row, count)};
+}
+
+// At constant displacements, rotations and multipliers.
+template <class S>
+JointState<S> moving(const Mechanism& mechanism, const Mechanism& direction, std::size_t k,
+                     int count) {
+  const Joint& joint = mechanism.joints[k];
+  const auto body = [&](int b) -> JointBodyOf<S> {
+    const Vector3d moves = b < 0 ? Vector3d::Zero() : direction.bodies[b].reference;
+    return {moves.cast<S>(), Matrix3<S>::Zero(), moves};
+  };
+  return {direction.joints[k], body(joint.body), body(joint.other), Eigen::VectorX<S>::Zero(count)};
+}
+
+}  // namespace
+
+template <class S>
+void add_joint_residual_rates(const MechanismFactor& factor, const MechanismState<S>& state,
+                              const std::vector<Mechanism>& directions, Eigen::MatrixX<S>& R) {
+  const Mechanism& mechanism = factor.system().mechanism();
+  const int first = factor.size() - factor.joints();
+  for_each_joint(mechanism, [&](std::size_t k, int row, int count) {
+    const Joint& joint = mechanism.joints[k];
+    const JointState<S> at = present(mechanism, state, joint, row, count);
+    for (std::size_t p = 0; p < directions.size(); ++p) {
+      const JointConditionsOf<S> c =
+          joint_rates(at, moving<S>(mechanism, directions[p], k, count)).conditions;
+      auto column = R.col(static_cast<Eigen::Index>(p));
+      column.segment(first + row, count) += c.value;
+      for (int e = 0; e < 2; ++e)
+        if (const int b = sides_of(joint)[e]; b >= 0)
+          column.template segment<6>(6 * b) +=
+              c.gradient.template middleCols<6>(6 * e).transpose().lazyProduct(at.multipliers);
+    }
+  });
+}
+
+template <class S>
+void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismState<S>& state,
+                               const std::vector<Mechanism>& directions,
+                               const Eigen::MatrixX<S>& state_rates, const Eigen::MatrixX<S>& Y,
+                               Eigen::MatrixX<S>& rates) {
+  const Mechanism& mechanism = factor.system().mechanism();
+  const int first = factor.size() - factor.joints();
+  for_each_joint(mechanism, [&](std::size_t k, int row, int count) {
+    const Joint& joint = mechanism.joints[k];
+    const JointState<S> at = present(mechanism, state, joint, row, count);
+    Eigen::MatrixX<S> y = Eigen::MatrixX<S>::Zero(12, Y.cols());
+    for (int e = 0; e < 2; ++e)
+      if (const int b = sides_of(joint)[e]; b >= 0) y.middleRows(6 * e, 6) = Y.middleRows(6 * b, 6);
+    const Eigen::MatrixX<S> y_mu = Y.middleRows(first + row, count);
+    for (std::size_t p = 0; p < directions.size(); ++p) {
+      const auto q = state_rates.col(static_cast<Eigen::Index>(p));
+      JointState<S> rate = moving<S>(mechanism, directions[p], k, count);
+      rate.multipliers = q.segment(first + row, count);
+      JointBodyOf<S>* bodies[] = {&rate.body, &rate.other};
+      for (int e = 0; e < 2; ++e)
+        if (const int b = sides_of(joint)[e]; b >= 0) {
+          const Vector3<S> spin = q.template segment<3>(6 * b + 3);
+          bodies[e]->position += q.template segment<3>(6 * b);
+          bodies[e]->rotation = hat(spin) * state.bodies[static_cast<std::size_t>(b)].rotation;
+        }
+      const JointRates<S> r = joint_rates(at, rate);
+      rates.col(static_cast<Eigen::Index>(p)) +=
+          (y.cwiseProduct(r.curvature.lazyProduct(y)) +
+           S(2) * y.cwiseProduct(r.conditions.gradient.transpose().lazyProduct(y_mu)))
+              .colwise()
+              .sum()
+              .transpose();
+    }
+  });
+}
+
+#define INSTANTIATE(S)                                                                             \
+  template void add_joint_residual_rates(const MechanismFactor&, const MechanismState<S>&,         \
+                                         const std::vector<Mechanism>&, Eigen::MatrixX<S>&);       \
+  template void add_joint_quadratic_rates(const MechanismFactor&, const MechanismState<S>&,        \
+                                          const std::vector<Mechanism>&, const Eigen::MatrixX<S>&, \
+                                          const Eigen::MatrixX<S>&, Eigen::MatrixX<S>&);
+INSTANTIATE(double)
+INSTANTIATE(Jet)
+#undef INSTANTIATE
+
+}  // namespace flexopt

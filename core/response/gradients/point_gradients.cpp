@@ -1,0 +1,259 @@
+#include "core/response/gradients/point_gradients.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+
+#include "core/math/decompositions.hpp"
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+namespace {
+
+using std::numbers::pi;
+
+// Squares of frequencies nearer than this are one cluster: single derivatives mean nothing there.
+constexpr double cluster_gap = 1e-6;
+
+// Fields of the leaves that were asked for.
+class MovingFields {
+ public:
+  MovingFields(const MechanismFactor& factor, const DesignRates<double>& design,
+               const MatrixXd& state_rates)
+      : factor_(&factor), design_(&design), state_rates_(&state_rates) {}
+
+  const LeafFields& of(int i) {
+    auto& fields = made_[i];
+    if (!fields)
+      fields = design_->leaf(i).fields(
+          factor_->leaf_rows(factor_->leaves()[static_cast<std::size_t>(i)], *state_rates_),
+          design_->variations(i));
+    return *fields;
+  }
+
+ private:
+  const MechanismFactor* factor_;
+  const DesignRates<double>* design_;
+  const MatrixXd* state_rates_;
+  std::map<int, std::unique_ptr<LeafFields>> made_;
+};
+
+// Of O in the middle of a tip edge whose mean the end-effector follows: the displacement that the
+// point of the path lists.
+MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoint& point,
+                                const std::vector<Mechanism>& directions,
+                                const LeafFields& fields) {
+  const LeafSpring& spring = mechanism.leaves[i];
+  const MatrixXd local = fields.place_rates(spring.point->along, spring.point->across);
+  // seen from the leaf's axes, over L
+  const Vector3d place =
+      spring.axes.transpose() *
+      (mechanism.bodies[mechanism.end_effector].reference + point.displacement - spring.origin) /
+      spring.length;
+  MatrixXd rates(3, local.cols());
+  for (int p = 0; p < rates.cols(); ++p) {
+    const Mechanism& direction = directions[static_cast<std::size_t>(p)];
+    const LeafSpring& d = direction.leaves[i];
+    rates.col(p) = d.origin + d.axes * place * spring.length +
+                   spring.axes * (local.col(p) * spring.length + place * d.length) -
+                   direction.bodies[mechanism.end_effector].reference;
+  }
+  return rates;
+}
+
+struct Column {
+  double lambda = 0;  ///< q = yᵀ(K − λ M) y
+  VectorXd y;
+  VectorXd lag = {};  ///< K⁻¹ M y of the leaves, bodies held, where they have static shapes only
+};
+
+// One list of frequencies: the modes, whole clusters, and where their columns stand.
+struct ModeColumns {
+  int wanted = 0;
+  VectorXd lambda;
+  struct Run {
+    int first, size, column;
+  };
+  std::vector<Run> runs;
+};
+
+ModeColumns mode_columns(const MechanismFactor& factor, const ExactModes& exact,
+                         std::vector<Column>& columns) {
+  ModeColumns modes;
+  modes.wanted = static_cast<int>(exact.modes.size());
+  modes.lambda = exact.lambda;
+  const int found = static_cast<int>(modes.lambda.size());
+  for (int k = 0; k < modes.wanted;) {
+    int end = k + 1;
+    while (end < found &&
+           modes.lambda[end] - modes.lambda[end - 1] <= cluster_gap * std::abs(modes.lambda[end]))
+      ++end;
+    const double mean = modes.lambda.segment(k, end - k).mean();
+    modes.runs.push_back({k, end - k, static_cast<int>(columns.size())});
+    const auto add = [&](VectorXd y) {
+      VectorXd lag;
+      if (exact.static_shapes) lag = factor.solve_held(factor.mass(y));
+      if (lag.isZero(0)) lag.resize(0);  // leaves without mass
+      columns.push_back({mean, std::move(y), std::move(lag)});
+    };
+    for (int a = k; a < end; ++a) add(exact.phi.col(a));
+    for (int a = k; a < end; ++a)  // off the diagonal by the sums of two
+      for (int b = a + 1; b < end; ++b) add(exact.phi.col(a) + exact.phi.col(b));
+    k = end;
+  }
+  return modes;
+}
+
+// Of every column along the parameters. A static shape x = −K⁻¹ K_b q of a leaf changes by
+// −K⁻¹ K′y: that adds 2λ wᵀK′y with the lag w, from the forms of y ± w. Equation (36).
+MatrixXd column_rates(const DesignRates<double>& design, const std::vector<Column>& columns,
+                      const MatrixXd& state_rates) {
+  const auto own = static_cast<Eigen::Index>(columns.size());
+  const auto enlarged = [](const Column& c) {  // w is small beside y
+    return c.y.norm() / c.lag.norm();
+  };
+  std::vector<VectorXd> all;
+  std::vector<double> lambdas;
+  for (const Column& c : columns) {
+    all.push_back(c.y);
+    lambdas.push_back(c.lambda);
+  }
+  for (const Column& c : columns)
+    if (c.lag.size() > 0)
+      for (const double side : {1.0, -1.0}) {
+        all.push_back(c.y + side * enlarged(c) * c.lag);
+        lambdas.push_back(0);
+      }
+  MatrixXd Y(columns.front().y.size(), static_cast<Eigen::Index>(all.size()));
+  for (Eigen::Index k = 0; k < Y.cols(); ++k) Y.col(k) = all[static_cast<std::size_t>(k)];
+  const VectorXd lambda = VectorXd::Map(lambdas.data(), Y.cols());
+  const MatrixXd rates = design.quadratic(Y, lambda, state_rates);
+  MatrixXd of_columns = rates.topRows(own);
+  Eigen::Index sides = own;
+  for (Eigen::Index k = 0; k < own; ++k)
+    if (columns[static_cast<std::size_t>(k)].lag.size() > 0) {
+      const double by = 0.5 * lambda[k] / enlarged(columns[static_cast<std::size_t>(k)]);
+      of_columns.row(k) += by * (rates.row(sides) - rates.row(sides + 1));
+      sides += 2;
+    }
+  return of_columns;
+}
+
+// Frequencies and clusters from the rates of the columns.
+void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& gradients,
+                     std::vector<FrequencyCluster>& clusters) {
+  const int count = static_cast<int>(rates.cols());
+  gradients = MatrixXd::Zero(modes.wanted, count);
+  for (const ModeColumns::Run& run : modes.runs) {
+    MatrixXd lambda_rates(run.size, count);
+    if (run.size == 1) {
+      lambda_rates.row(0) = rates.row(run.column);
+    } else {
+      FrequencyCluster cluster{run.first, run.size, {}};
+      MatrixXd mixed = MatrixXd::Zero(run.size, run.size);
+      for (int p = 0; p < count; ++p) {
+        MatrixXd block(run.size, run.size);
+        int column = run.column + run.size;
+        for (int a = 0; a < run.size; ++a) block(a, a) = rates(run.column + a, p);
+        for (int a = 0; a < run.size; ++a)
+          for (int b = a + 1; b < run.size; ++b, ++column)
+            block(a, b) = block(b, a) = 0.5 * (rates(column, p) - block(a, a) - block(b, b));
+        const double size = block.norm();
+        if (size > 0) mixed += (1 + 0.37 * p) / size * block;  // a common basis, if there is one
+        cluster.block.push_back(std::move(block));
+      }
+      const MatrixXd U = SymmetricEigen(mixed).eigenvectors();
+      for (int p = 0; p < count; ++p)
+        lambda_rates.col(p) = (U.transpose() * cluster.block[p] * U).diagonal();
+      clusters.push_back(std::move(cluster));
+    }
+    for (int a = 0; a < run.size && run.first + a < modes.wanted; ++a) {
+      const double omega = std::sqrt(std::abs(modes.lambda[run.first + a]));
+      if (omega > 0) gradients.row(run.first + a) = lambda_rates.row(a) / (4 * pi * omega);
+    }
+  }
+}
+
+}  // namespace
+
+PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
+                               const std::vector<Mechanism>& directions, const ModelOptions& model,
+                               const StrokeRequest& request, const PathPoint& point,
+                               const ExactModeLists& lists) {
+  const System& system = factor.system();
+  const Mechanism& mechanism = system.mechanism();
+  const int n = factor.size(), ee = 6 * mechanism.end_effector, d = index(mechanism.drive);
+  const DesignRates<double> design(factor, meshes, present_state(factor), directions, model);
+
+  // (27)
+  std::optional<Eigen::RowVectorXd> same_stroke;
+  if (!request.load_path)
+    same_stroke = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+  const MatrixXd moved = factor.balance(-design.residual(), same_stroke),
+                 state_rates = moved.topRows(n);
+  MovingFields fields(factor, design, state_rates);
+  PointGradients gradients;
+  gradients.drive_load = moved.row(n).transpose();
+  gradients.displacement = moved.middleRows(ee, 3);
+  for (int i = 0; i < system.leaves(); ++i)
+    if (const auto& follows = mechanism.leaves[i].point;
+        follows && follows->body == mechanism.end_effector && follows->spread_over_tip)
+      gradients.displacement =
+          tip_displacement_rates(mechanism, i, point, directions, fields.of(i));
+  gradients.rotation =
+      rotation_left_tangent_inverse(rotation_log(system.pose(mechanism.end_effector).rotation)) *
+      moved.middleRows(ee + 3, 3);
+
+  const auto stress_rate = [&](const StressPeak& peak) {
+    VectorXd modulus_rates(static_cast<Eigen::Index>(directions.size()));
+    for (std::size_t p = 0; p < directions.size(); ++p)
+      modulus_rates[static_cast<Eigen::Index>(p)] =
+          directions[p].leaves[peak.leaf].material.youngs_modulus;
+    return fields.of(peak.leaf).stress_rates(
+        peak, mechanism.leaves[peak.leaf].material.youngs_modulus, modulus_rates);
+  };
+  if (point.max_stress) gradients.max_stress = stress_rate(*point.max_stress);
+  gradients.stress_peaks.resize(static_cast<Eigen::Index>(point.stress_peaks.size()),
+                                static_cast<Eigen::Index>(directions.size()));
+  for (Eigen::Index k = 0; k < gradients.stress_peaks.rows(); ++k)
+    gradients.stress_peaks.row(k) =
+        k == 0 ? gradients.max_stress->transpose()
+               : stress_rate(point.stress_peaks[static_cast<std::size_t>(k)]).transpose();
+
+  // compliances: −yᵀK′y of y = K⁻¹ e
+  std::vector<Column> columns;
+  std::vector<int> supports;
+  for (int k = 0; k < 6; ++k)
+    if (point.support_stiffness[k]) supports.push_back(k);
+  MatrixXd loads = MatrixXd::Zero(n, static_cast<Eigen::Index>(supports.size()));
+  for (Eigen::Index k = 0; k < loads.cols(); ++k)
+    loads(ee + supports[static_cast<std::size_t>(k)], k) = 1;
+  const MatrixXd answers = factor.solve_locked(loads);
+  columns.push_back({0, factor.drive_answer()});
+  for (Eigen::Index k = 0; k < answers.cols(); ++k) columns.push_back({0, answers.col(k)});
+  const ModeColumns free_columns = mode_columns(factor, lists.free, columns),
+                    locked_columns = mode_columns(factor, lists.locked, columns);
+  const MatrixXd rates = column_rates(design, columns, state_rates);
+  const auto stiffness = [&](int column, int direction) {
+    const double c = columns[column].y[ee + direction];
+    return VectorXd(rates.row(column).transpose() / (c * c));
+  };
+  gradients.drive_stiffness = stiffness(0, d);
+  for (std::size_t s = 0; s < supports.size(); ++s)
+    gradients.support_stiffness[supports[s]] = stiffness(static_cast<int>(s) + 1, supports[s]);
+
+  set_frequencies(free_columns, rates, gradients.frequencies_free, gradients.clusters_free);
+  set_frequencies(locked_columns, rates, gradients.frequencies_locked, gradients.clusters_locked);
+  const bool of_locked = request.parasitic_with_drive_locked;
+  const MatrixXd& rows = of_locked ? gradients.frequencies_locked : gradients.frequencies_free;
+  const std::vector<Mode>& modes = of_locked ? point.modes_locked : point.modes_free;
+  for (Eigen::Index k = 0; point.parasitic_frequency && k < rows.rows(); ++k)
+    if (modes[static_cast<std::size_t>(k)].frequency == *point.parasitic_frequency &&
+        !gradients.parasitic_frequency)
+      gradients.parasitic_frequency = VectorXd(rows.row(k));
+  return gradients;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,20 @@
+#pragma once
+// Exact derivatives of everything a point of the path answers with respect to design parameters.
+// Equations (26)–(30) of README.md.
+#include <vector>
+
+#include "core/response/gradients/design_rates.hpp"
+#include "core/response/modes/exact_modes.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
+#include "core/response/stroke_gradients.hpp"
+
+namespace flexopt {
+
+/// `directions`: derivative of every number of the mechanism along each parameter. Modes: those
+/// that the point lists.
+PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
+                               const std::vector<Mechanism>& directions, const ModelOptions& model,
+                               const StrokeRequest& request, const PathPoint& point,
+                               const ExactModeLists& lists);
+
+}  // namespace flexopt

@@ -1,0 +1,222 @@
+#include "core/response/models/leaf_models.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "core/elements/leaf/leaf_chain.hpp"
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/equilibrium/free_motions.hpp"
+#include "core/equilibrium/system.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/mechanism/joint.hpp"
+#include "core/reduction/modal/modal_leaf.hpp"
+#include "core/reduction/superelement/superelement_leaf.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+
+namespace flexopt {
+
+namespace {
+
+using Meshes = std::map<PlateShape, std::shared_ptr<const PlateMesh>>;  // shared by equal leaves
+
+std::shared_ptr<const PlateMesh> mesh_of(const LeafSpring& leaf, const ModelOptions& model,
+                                         Meshes& meshes) {
+  const PlateShape shape = leaf_shape(leaf, model);
+  auto& mesh = meshes[shape];
+  if (!mesh) mesh = std::make_shared<PlateMesh>(shape);
+  return mesh;
+}
+
+// The leaves as their elements see them: edges on bodies that rigid joints tie to the ground are
+// grounded.
+std::vector<LeafSpring> leaves_of(const Mechanism& mechanism) {
+  std::vector<LeafSpring> leaves = mechanism.leaves;
+  if (mechanism.joints.empty()) return leaves;
+  const std::vector<int> group = rigid_groups(mechanism);
+  for (LeafSpring& leaf : leaves)
+    for (int* body : {&leaf.base, &leaf.tip})
+      if (*body >= 0 && group[*body] == ground) *body = ground;
+  return leaves;
+}
+
+std::vector<std::unique_ptr<LeafElement>> full_leaves(const std::vector<LeafSpring>& springs,
+                                                      const ModelOptions& model, Meshes& meshes) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  std::vector<FullLeaf*> first;  // of each kind
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
+    auto leaf = std::make_unique<FullLeaf>(springs[i], mesh_of(springs[i], model, meshes), i);
+    if (std::none_of(first.begin(), first.end(), [&](FullLeaf* f) { return leaf->start_as(*f); }))
+      first.push_back(leaf.get());
+    leaves.push_back(std::move(leaf));
+  }
+  return leaves;
+}
+
+struct LinearMotion {
+  Eigen::Vector2d bending = Eigen::Vector2d::Zero();  ///< (θ1y, θ2y) for a unit stroke
+  double axial = 0;  ///< N under the dead load, drive held; over D/L
+};
+
+// Linear statics of the undeflected mechanism, leaf by leaf, for a unit stroke beside the load or,
+// where nothing is driven, for the load.
+std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelOptions& model,
+                                        bool driven, const Vector6d& load, Meshes& meshes) {
+  System system(mechanism, full_leaves(leaves_of(mechanism), model, meshes));
+  system.assemble();
+  const int ee = 6 * mechanism.end_effector, d = ee + index(mechanism.drive);
+  const bool joints = system.constraints().count() > 0;
+  VectorXd s = system.tangent_stiffness().diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
+  MatrixXd K = s.asDiagonal() * system.tangent_stiffness() * s.asDiagonal();
+  VectorXd P = VectorXd::Zero(K.rows());
+  P.segment<6>(ee) = load;
+  for (const int k : system.held()) P[k] = 0;
+  VectorXd drive = driven ? VectorXd::Unit(K.rows(), d) : P;
+  drive = joints ? VectorXd(FreeMotions(system, false).answer(drive))
+                 : VectorXd(s.asDiagonal() * Lu(K).solve(s.asDiagonal() * drive));
+  if (driven) drive /= drive[d];
+  P[d] = 0;
+  K.row(d).setZero();
+  K.col(d).setZero();
+  K(d, d) = 1;
+  const VectorXd loaded = joints ? VectorXd(FreeMotions(system, true).answer(P))
+                                 : VectorXd(s.asDiagonal() * Lu(K).solve(s.asDiagonal() * P));
+
+  std::vector<LinearMotion> motion(system.leaves());
+  for (int i = 0; i < system.leaves(); ++i) {
+    const LeafSpring& l = mechanism.leaves[i];
+    const LeafScale scale(l, model.flexure);
+    auto edge_increment = [&](const VectorXd& q) {
+      Vector12d dq = Vector12d::Zero();
+      if (l.base >= 0) dq.head<6>() = system.edge_map(i, 0) * q.segment<6>(6 * l.base);
+      if (l.tip >= 0) dq.tail<6>() = system.edge_map(i, 1) * q.segment<6>(6 * l.tip);
+      return dq;
+    };
+    const ChordFrame frame = chord_frame(
+        {scale.scaled(system.edge_pose(i, 0)), scale.scaled(system.edge_pose(i, 1))}, 1.0);
+    const Vector6d e = frame.B * scale.scaled_increment(edge_increment(drive));
+    motion[i].bending = {e[theta1y], e[theta2y]};
+    const Vector12d force = system.leaf(i).evaluation().tangent * edge_increment(loaded);
+    motion[i].axial = l.axes.col(0).dot(force.segment<3>(6)) * scale.length / scale.energy;
+  }
+  return motion;
+}
+
+std::vector<std::unique_ptr<LeafElement>> linear_leaves(const std::vector<LeafSpring>& springs,
+                                                        const ModelOptions& model, Meshes& meshes) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  std::vector<std::shared_ptr<const SuperelementGrid>> grids;  // shared by equal leaves
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
+    const LeafSpring& leaf = springs[i];
+    if (const auto rule = broken_rule(leaf, model)) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i, *rule));
+      continue;
+    }
+    std::shared_ptr<const SuperelementGrid> grid;
+    for (const auto& g : grids)
+      if (g->fits(leaf, model)) grid = g;
+    if (!grid) grids.push_back(grid = std::make_shared<SuperelementGrid>(leaf, model));
+    leaves.push_back(std::make_unique<SuperelementLeaf>(leaf, grid, i));
+  }
+  return leaves;
+}
+
+std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpring>& springs,
+                                                       const ModelOptions& model, Meshes& meshes) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  std::map<PlateShape, std::shared_ptr<const ModalModel>> models;  // shared by equal segments
+  const int n = model.superelements[0];
+  const ModelOptions own = segment_options(model);
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
+    const LeafSpring& leaf = springs[i];
+    if (leaf.point || leaf.tip == free_edge) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i,
+                                                  "it has no two rigid edges"));
+      continue;
+    }
+    const auto mesh = mesh_of(n == 1 ? leaf : leaf_segment(leaf, 0, n), own, meshes);
+    auto& modal = models[mesh->shape()];
+    if (!modal) modal = std::make_shared<ModalModel>(mesh, model.method, model.modal_derivatives);
+    if (n == 1) {
+      leaves.push_back(std::make_unique<ModalLeaf>(leaf, modal, i));
+      continue;
+    }
+    std::vector<std::unique_ptr<LeafElement>> segments;
+    for (int k = 0; k < n; ++k)
+      segments.push_back(std::make_unique<ModalLeaf>(leaf_segment(leaf, k, n), modal, i));
+    leaves.push_back(std::make_unique<LeafChain>(leaf, std::move(segments)));
+  }
+  return leaves;
+}
+
+}  // namespace
+
+ModelOptions segment_options(const ModelOptions& model) {
+  ModelOptions own = model;
+  const int n = model.superelements[0];
+  if (n == 1) return own;
+  own.mesh[0] = own_elements(model.mesh[0], n);
+  own.warping = Warping::free;
+  return own;
+}
+
+std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
+                                                           const ModelOptions& model) {
+  Meshes meshes;
+  return full_leaves(leaves_of(mechanism), model, meshes);
+}
+
+std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
+                                                              const ModelOptions& model,
+                                                              std::optional<double> largest_stroke,
+                                                              const Vector6d& load) {
+  Meshes meshes;
+  const std::vector<LeafSpring> springs = leaves_of(mechanism);
+  if (model.method == Reduction::linear_craig_bampton) return linear_leaves(springs, model, meshes);
+  if (model.method == Reduction::modal_derivatives || model.method == Reduction::quadratic_manifold)
+    return modal_leaves(springs, model, meshes);
+  const std::vector<LinearMotion> motion =
+      linear_motion(mechanism, model, largest_stroke.has_value(), load, meshes);
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  std::vector<std::shared_ptr<TubeModel>> models;
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
+    const LeafSpring& leaf = springs[i];
+    const auto mesh = mesh_of(leaf, model, meshes);
+    if (leaf.point) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "it has no two rigid edges"));
+      continue;
+    }
+    TubeRange range;
+    range.order = model.degree == 7 ? 3 : 2;
+    Eigen::Vector2d b = motion[i].bending;
+    const double size = b.cwiseAbs().maxCoeff();
+    if (size > 1e-9) {
+      if (b[0] < 0) b = -b;  // the tube is mirrored
+      range.ray = b / size;
+      for (int k = 0; k < 2; ++k)  // rounding must not tell equal leaves apart
+        range.ray[k] = std::round(range.ray[k] * 1e9) * 1e-9;
+    }
+    // linear kinematics overrates a large load; the tube grows where it does not
+    range.sigma_max = largest_stroke ? 1.12 * size * *largest_stroke : std::min(0.5, 1.12 * size);
+    const double scale = tube_force_scale(mesh->shape())[0];
+    const double buckling = 4 * std::numbers::pi * std::numbers::pi * mesh->bending_stiffness();
+    if (largest_stroke && std::abs(motion[i].axial) > 0.01 * buckling)
+      range.force_centre = motion[i].axial / scale;
+
+    std::shared_ptr<TubeModel> tube;
+    for (const auto& m : models)
+      if (m->mesh() == mesh && (m->range().ray - range.ray).norm() < 1e-6 &&
+          std::abs(m->range().sigma_max - range.sigma_max) < 1e-6 &&
+          std::abs(m->range().force_centre - range.force_centre) < 1e-6)
+        tube = m;
+    if (!tube) models.push_back(tube = std::make_shared<TubeModel>(mesh, range));
+    if (tube->built())
+      leaves.push_back(std::make_unique<TubeLeaf>(leaf, tube, i));
+    else
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "no bent states were found"));
+  }
+  return leaves;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,31 @@
+#pragma once
+// The leaf elements of a mechanism for the accuracy asked for.
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/elements/leaf/leaf_element.hpp"
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
+                                                           const ModelOptions& model);
+
+/// What a segment of a leaf is modelled as that is cut into `model.superelements` of them: its
+/// share of the elements, and warping free at the cuts of a beam, since a rigid line has no
+/// coordinate for it.
+ModelOptions segment_options(const ModelOptions& model);
+
+/// By `model.method`. Linear superelements need nothing but the leaf; one with a material point
+/// that is none of their nodes is full, and says so. Mixed potential: one tube per distinct leaf,
+/// its ray and range from the linear kinematics of the drive at the undeflected state, centred on
+/// the leaf's share of the dead load at O. Without a stroke nothing is driven and the load, which
+/// grows from zero, gives the kinematics. A leaf with a free tip or a material point, or whose bent
+/// states are not found, is full, and says so.
+std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
+                                                              const ModelOptions& model,
+                                                              std::optional<double> largest_stroke,
+                                                              const Vector6d& load);
+
+}  // namespace flexopt

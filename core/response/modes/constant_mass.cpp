@@ -1,0 +1,49 @@
+#include "core/response/modes/constant_mass.hpp"
+
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/reduction/frame/chord_frame.hpp"
+#include "core/response/models/leaf_models.hpp"
+
+namespace flexopt {
+
+ConstantMass::ConstantMass(const Mechanism& mechanism, const ModelOptions& model)
+    : undeflected_(make_full_leaves(mechanism, model)) {
+  for (const auto& leaf : undeflected_) leaf->evaluate();
+}
+
+namespace {
+
+// Turn of the leaf since the undeflected state, global axes.
+Matrix3d turn_of(const System& system, int i) {
+  const LeafSpring& leaf = system.mechanism().leaves[i];
+  const EdgePose base = system.edge_pose(i, 0);
+  if (leaf.tip == free_edge) return base.axes * leaf.axes.transpose();
+  const LeafScale scale(leaf);
+  const ChordFrame frame =
+      chord_frame({scale.scaled(base), scale.scaled(system.edge_pose(i, 1))}, 1.0);
+  return leaf.axes * frame.axes * leaf.axes.transpose();
+}
+
+}  // namespace
+
+LeafDynamics ConstantMass::dynamics(System& system, int i, int modes) {
+  const auto key = std::pair(i, modes);
+  if (!known_.contains(key)) known_[key] = undeflected_[i]->dynamics(modes);
+  LeafDynamics d = known_.at(key);
+  const Matrix3d R = turn_of(system, i);
+  const Eigen::Index n = d.mass.rows(), internal = d.mode_frequencies.size();
+  MatrixXd T = MatrixXd::Identity(n, n);
+  for (Eigen::Index k = 0; k + 3 <= n - internal; k += 3) T.block<3, 3>(k, k) = R;
+  d.mass = (T * d.mass * T.transpose()).eval();
+  if (d.stations.rows() > 0) d.stations = (d.stations * T.transpose()).eval();
+  const LeafEvaluation& now = system.leaf(i).evaluation();
+  d.stiffness.topLeftCorner<12, 12>() = now.tangent;
+  if (now.point) {
+    d.stiffness.block<3, 3>(12, 12) = now.point->tangent;
+    d.stiffness.block<3, 12>(12, 0) = now.point->coupling;
+    d.stiffness.block<12, 3>(0, 12) = now.point->coupling.transpose();
+  }
+  return d;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,242 @@
+#include "core/response/modes/exact_modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/math/block_lanczos.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/mechanism/joint.hpp"
+#include "core/response/modes/frequencies.hpp"
+
+namespace flexopt {
+namespace {
+
+// Modes beyond those asked for: whole clusters of equal ones, and separation from what is left out.
+constexpr int guards = 4;
+// Residual of the Ritz pairs, relative, and where rounding holds it up.
+constexpr double tolerance = 1e-9, tolerance_of_rounding = 1e-6;
+
+// The drive's static shape c of unit stroke: K⁻¹ = K_l⁻¹ + c cᵀ/k, l with the drive held.
+struct DriveShape {
+  VectorXd shape, mass;  ///< c, M c
+  double stiffness = 0;  ///< k
+};
+
+// Ritz pairs X = V of_V + c of_c of one list in the Krylov space, values θ = 1/λ.
+struct RitzPairs {
+  VectorXd values;
+  MatrixXd of_V;
+  Eigen::RowVectorXd of_c;  ///< empty where the drive is held
+  double residual = 0;      ///< largest of those asked for, relative
+};
+
+template <class Krylov>
+void set_residual(const Krylov& krylov, int count, RitzPairs& pairs) {
+  const MatrixXd& B = krylov.rest();
+  const VectorXd size = (B * pairs.of_V.bottomRows(B.cols())).colwise().norm();
+  for (int k = 0; k < std::min<int>(count, size.size()); ++k)
+    pairs.residual = std::max(pairs.residual, size[k] / std::abs(pairs.values[k]));
+}
+
+// The residuals of a list, decomposition by decomposition.
+struct Convergence {
+  double previous = 1;
+  bool reached(double residual, bool held_up) {
+    held_up = held_up || residual > 0.3 * previous;
+    previous = residual;
+    return residual <= tolerance || (held_up && residual <= tolerance_of_rounding);
+  }
+};
+
+template <class Krylov>
+RitzPairs locked_pairs(const Krylov& krylov, int count) {
+  LargestPairs largest = largest_pairs(krylov.T(), count + guards);
+  RitzPairs pairs{std::move(largest.values), std::move(largest.vectors), {}};
+  set_residual(krylov, count, pairs);
+  return pairs;
+}
+
+// In the basis [V, ĉ], ĉ = (c − V w)/n, w = VᵀM c; K_l⁻¹M c, given, is in V.
+template <class Krylov>
+RitzPairs free_pairs(const Krylov& krylov, const DriveShape& drive, const VectorXd& inertial,
+                     int count) {
+  const int k = krylov.columns();
+  const MatrixXd T = krylov.T();
+  const VectorXd w = krylov.V().transpose() * drive.mass, g = krylov.MV().transpose() * inertial,
+                 Tw = T * w;
+  const double n = std::sqrt(drive.shape.dot(drive.mass) - w.squaredNorm());
+  MatrixXd F(k + 1, k + 1);
+  F.topLeftCorner(k, k) = T + w * w.transpose() / drive.stiffness;
+  F.topRightCorner(k, 1) = (g - Tw) / n + w * (n / drive.stiffness);
+  F.bottomLeftCorner(1, k) = F.topRightCorner(k, 1).transpose();
+  F(k, k) =
+      (drive.mass.dot(inertial) - 2 * w.dot(g) + w.dot(Tw)) / (n * n) + n * n / drive.stiffness;
+  LargestPairs largest = largest_pairs(F, count + guards);
+  RitzPairs pairs{std::move(largest.values), {}, largest.vectors.bottomRows(1) / n};
+  pairs.of_V = largest.vectors.topRows(k) - w * pairs.of_c;
+  set_residual(krylov, count, pairs);
+  return pairs;
+}
+
+// On the columns of Y, λ of which ascend: the lower triangle of YᵀK Y then is the accurate one.
+ExactModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
+                         const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
+                         const Eigen::Ref<const MatrixXd>& KY) {
+  const MatrixXd G = Y.transpose() * MY, A = Y.transpose() * KY;
+  const SymmetricEigen ritz(A, G);
+  const MatrixXd& Z = ritz.eigenvectors();
+  count = std::min(count, static_cast<int>(Y.cols()));  // a coarse mesh has no more
+  // the solver knows the values to the rounding of the largest; quotients know each to its own
+  const VectorXd lambda = Z.cwiseProduct(A.selfadjointView<Eigen::Lower>() * Z)
+                              .colwise()
+                              .sum()
+                              .cwiseQuotient(Z.cwiseProduct(G * Z).colwise().sum())
+                              .transpose();
+  std::vector<int> order(static_cast<std::size_t>(lambda.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return lambda[a] < lambda[b]; });
+  const MatrixXd S = Z(Eigen::all, order);
+  ExactModes found{count, lambda(order), Y * S, {}, false};
+  found.modes = classified_modes(factor, drive_locked, found.lambda.head(count),
+                                 found.phi.leftCols(count), MY * S.leftCols(count));
+  return found;
+}
+
+}  // namespace
+
+std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
+                                   const VectorXd& lambda, const MatrixXd& phi,
+                                   const MatrixXd& M_phi) {
+  const int count = static_cast<int>(lambda.size());
+  const Mechanism& mechanism = factor.system().mechanism();
+  MatrixXd rest = phi, M_rest = M_phi;
+  VectorXd of_drive = VectorXd::Zero(count);
+  if (!drive_locked) {
+    const VectorXd &drive = factor.drive_answer(), M_drive = factor.mass(drive);
+    const double b = drive.dot(M_drive);
+    const Eigen::RowVectorXd a = drive.transpose() * M_phi;
+    of_drive = (a.cwiseAbs2() / b).cwiseMin(1.0).transpose();
+    rest -= drive * (a / b);
+    M_rest -= M_drive * (a / b);
+  }
+  const VectorXd all = rest.cwiseProduct(M_rest).colwise().sum();
+  const MatrixXd carried = factor.condensed(M_rest);
+  const MatrixXd motion = factor.motion(phi);
+  const std::vector<int> group = rigid_groups(mechanism);
+  std::vector<Mode> modes;
+  for (int k = 0; k < count; ++k) {
+    double end_effector = 0, intermediate = 0, bodies = 0;
+    for (int b = 0; b < factor.bodies() / 6; ++b) {
+      const double e = rest.col(k).segment<6>(6 * b).dot(carried.col(k).segment<6>(6 * b));
+      bodies += e;
+      (group[b] == mechanism.end_effector ? end_effector : intermediate) += std::max(0.0, e);
+    }
+    modes.push_back(mode_of_shares(lambda[k], of_drive[k], end_effector, intermediate,
+                                   std::max(0.0, all[k] - bodies)));
+    modes.back().motion = motion.col(k);
+  }
+  return modes;
+}
+
+std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int free, int locked) {
+  ExactModeLists found;
+  if (free == 0 && locked == 0) return found;
+  const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
+  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
+  DriveShape drive;
+  drive.stiffness = 1 / factor.drive_answer()[factor.drive()];
+  drive.shape = factor.drive_answer() * drive.stiffness;
+  drive.mass = factor.mass(drive.shape);
+
+  const int width = std::max(4, static_cast<int>(factor.leaves().size())),
+            most = std::min(factor.size(), 6 * (std::max(free, locked) + guards) + 20 * width + 40);
+  MatrixXd start(factor.size(), width + 1);
+  start << mass(start_columns(factor.size(), width)), drive.mass;
+  start = solve(start);
+  const VectorXd inertial = start.col(width);
+  BlockKrylov krylov(start, most, solve, mass);
+  RitzPairs of_free, of_locked;
+  Convergence free_convergence, locked_convergence;
+  for (int step = 1;; ++step) {
+    const bool more = krylov.extend();
+    // a decomposition costs about a solve: not at every step, nor of both lists before one is found
+    if (more && (krylov.columns() < 2 * (std::max(free, locked) + guards) || step % 2 != 0))
+      continue;
+    bool found_all = true;
+    if (locked > 0) {
+      of_locked = locked_pairs(krylov, locked);
+      found_all = locked_convergence.reached(of_locked.residual, !more);
+    }
+    if (free > 0 && (found_all || !more)) {
+      of_free = free_pairs(krylov, drive, inertial, free);
+      const bool held_up = !more || of_locked.residual > tolerance;  // rounding is that of both
+      found_all = free_convergence.reached(of_free.residual, held_up) && found_all;
+    }
+    if (found_all || krylov.invariant()) break;
+    if (!more) return std::nullopt;
+  }
+
+  // inverse iteration with columns of equal size, for small modes are rounded beside large ones
+  const int f = static_cast<int>(of_free.values.size()),
+            l = static_cast<int>(of_locked.values.size());
+  MatrixXd KY(factor.size(), f + l);
+  const auto times_lambda = [](const MatrixXd& coefficients, const RitzPairs& pairs) {
+    return MatrixXd(coefficients * pairs.values.cwiseInverse().asDiagonal());
+  };
+  if (f > 0) {
+    KY.leftCols(f).noalias() = krylov.MV() * times_lambda(of_free.of_V, of_free);
+    KY.leftCols(f).noalias() += drive.mass * times_lambda(of_free.of_c, of_free);
+  }
+  if (l > 0) KY.rightCols(l).noalias() = krylov.MV() * times_lambda(of_locked.of_V, of_locked);
+  MatrixXd Y = solve(KY);
+  const Eigen::RowVectorXd along = drive.shape.transpose() * KY.leftCols(f) / drive.stiffness;
+  Y.leftCols(f).noalias() += drive.shape * along;
+  const MatrixXd MY = mass(Y);
+  if (free > 0)
+    found.free = rayleigh_ritz(factor, false, free, Y.leftCols(f), MY.leftCols(f), KY.leftCols(f));
+  if (locked > 0)
+    found.locked =
+        rayleigh_ritz(factor, true, locked, Y.rightCols(l), MY.rightCols(l), KY.rightCols(l));
+  return found;
+}
+
+// With M̂ = R Rᵀ the mass carried by the bodies, Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.
+ExactModeLists static_modes(const MechanismFactor& factor, int free, int locked) {
+  constexpr double nothing = 1e-14;  // of the largest: motions that have no mass, or are held
+  const int bodies = factor.bodies();
+  const MatrixXd follow = factor.static_motion(MatrixXd::Identity(bodies, bodies));
+  MatrixXd M = factor.condensed(factor.mass(follow)).topRows(bodies);
+  const VectorXd unit =
+      M.diagonal().cwiseMax(nothing * M.diagonal().maxCoeff()).cwiseSqrt().cwiseInverse();
+  M = (unit.asDiagonal() * (0.5 * (M + M.transpose())) * unit.asDiagonal()).eval();
+  const SymmetricEigen mass(M);
+  MatrixXd R = MatrixXd::Zero(factor.size(), bodies);
+  R.topRows(bodies) = unit.cwiseInverse().asDiagonal() * mass.eigenvectors() *
+                      mass.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const auto list = [&](bool drive_locked, int count) {
+    const MatrixXd X = drive_locked ? factor.solve_locked(R) : factor.solve(R);
+    const MatrixXd C = R.transpose() * X;
+    const SymmetricEigen eigen(0.5 * (C + C.transpose()));
+    const VectorXd& values = eigen.eigenvalues();
+    std::vector<int> order;
+    for (int k = 0; k < bodies; ++k)
+      if (std::abs(values[k]) > nothing * values.cwiseAbs().maxCoeff()) order.push_back(k);
+    std::sort(order.begin(), order.end(),
+              [&](int a, int b) { return 1 / values[a] < 1 / values[b]; });
+    const VectorXd lambda = values(order).cwiseInverse();
+    const MatrixXd q = (X * eigen.eigenvectors()(Eigen::all, order)).topRows(bodies);
+    ExactModes found{std::min(count, static_cast<int>(order.size())), lambda, {}, {}, true};
+    found.phi = factor.static_motion(q * lambda.cwiseAbs().asDiagonal());
+    const auto phi = found.phi.leftCols(found.exact);
+    found.modes =
+        classified_modes(factor, drive_locked, lambda.head(found.exact), phi, factor.mass(phi));
+    return found;
+  };
+  ExactModeLists found;
+  if (free > 0) found.free = list(false, free);
+  if (locked > 0) found.locked = list(true, locked);
+  return found;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,37 @@
+#pragma once
+// Eigenpairs of the whole mechanism, leaf interiors included, to rounding.
+#include <optional>
+#include <vector>
+
+#include "core/response/modes/mechanism_factor.hpp"
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+struct ExactModes {
+  int exact = 0;            ///< the lowest of them, those asked for: the others are guards
+  VectorXd lambda;          ///< squares of the frequencies, ascending
+  MatrixXd phi;             ///< M-orthonormal
+  std::vector<Mode> modes;  ///< those listed: all that were asked for, or fewer
+  /// The leaves have no motions of their own: they follow the bodies by their static shapes.
+  bool static_shapes = false;
+};
+
+struct ExactModeLists {
+  ExactModes free, locked;
+};
+
+/// The lowest `free` modes with the drive free and `locked` ones with the drive held, from one
+/// Krylov space. Nothing where the iteration fails.
+std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int free, int locked);
+
+/// The same without internal motions of the leaves (`leaf_modes: 0`): as many as the bodies have.
+ExactModeLists static_modes(const MechanismFactor& factor, int free, int locked);
+
+/// Modes by their squared frequencies, motions (columns) and M times these: shares of the kinetic
+/// energy as in natural_frequencies(), Craig–Bampton coordinates, mixed terms half each.
+std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
+                                   const VectorXd& lambda, const MatrixXd& phi,
+                                   const MatrixXd& M_phi);
+
+}  // namespace flexopt

@@ -1,0 +1,38 @@
+#pragma once
+// Natural frequencies about an equilibrium, drive free and drive locked, with the modes sorted into
+// drive, end-effector, intermediate body and leaf.
+#include <vector>
+
+#include "core/equilibrium/system.hpp"
+#include "core/response/modes/constant_mass.hpp"
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+struct FrequencyOptions {
+  int count = 8;
+  int leaf_modes = 2;         ///< fixed-interface modes per leaf, at least, unless all frequencies
+                              ///< wanted are below a fifth of the leaf's own: then one; 0: none
+  double cutoff_ratio = 1.2;  ///< leaf modes up to this multiple of the highest frequency wanted
+  ConstantMass* constant_mass = nullptr;  ///< instead of the leaves' own mass
+};
+
+struct Frequencies {
+  std::vector<Mode> free, locked;  ///< ascending; a negative frequency marks a growing motion
+  double check = 0;                ///< largest internal correction of the condensed leaves
+};
+
+/// Root of the bodies' mass times their motion in their own axes: first part of Mode::motion.
+MatrixXd body_motion_map(const System& system);
+
+/// A mode from its shares of the kinetic energy; those beside the drive's need not be normalised.
+Mode mode_of_shares(double omega2, double drive, double end_effector, double intermediate_body,
+                    double leaf);
+
+/// Solves (K − ω² M) φ = 0 over the bodies and the leaves' fixed-interface modes. The system must
+/// be assembled at an equilibrium. `leaf_modes`: how many modes each leaf needed so far; grows, and
+/// spares the search at the next equilibrium of a path. Empty at first.
+Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
+                                std::vector<int>& leaf_modes);
+
+}  // namespace flexopt

@@ -1,0 +1,275 @@
+#include "core/response/modes/mechanism_factor.hpp"
+
+#include <cassert>
+#include <utility>
+
+#include "core/elements/leaf/leaf_chain_gradient.hpp"
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/reduction/modal/modal_leaf_linear.hpp"
+#include "core/reduction/superelement/superelement_leaf_gradient.hpp"
+#include "core/response/modes/frequencies.hpp"
+
+namespace flexopt {
+
+namespace {
+
+std::unique_ptr<LeafLinear> linearised(LeafElement& leaf) {
+  if (auto* full = dynamic_cast<FullLeaf*>(&leaf)) return std::make_unique<FullLeafLinear>(*full);
+  if (const auto* modal = dynamic_cast<const ModalLeaf*>(&leaf))
+    return std::make_unique<ModalLeafLinear>(*modal);
+  if (auto* chain = dynamic_cast<LeafChain*>(&leaf)) {
+    std::vector<std::unique_ptr<LeafLinear>> segments;
+    for (int i = 0; i < chain->segments(); ++i) segments.push_back(linearised(chain->segment(i)));
+    return std::make_unique<LeafChainLinear>(*chain, std::move(segments));
+  }
+  return std::make_unique<ScaledSuperelements>(dynamic_cast<const SuperelementLeaf&>(leaf));
+}
+
+}  // namespace
+
+MechanismFactor::MechanismFactor(System& system)
+    : system_(&system), bodies_(system.size()), size_(system.size()) {
+  const Mechanism& m = system.mechanism();
+  drive_ = 6 * m.end_effector + index(m.drive);
+  for (int i = 0; i < system.leaves(); ++i) add_leaf(system, i);
+  size_ += joints();
+  factorise();
+  body_mass_ = system.body_mass();
+  drive_answer_ = solve(VectorXd::Unit(size_, drive_));
+}
+
+void MechanismFactor::add_leaf(System& system, int i) {
+  auto* full = dynamic_cast<FullLeaf*>(&system.leaf(i));
+  const LeafSpring& spring = system.mechanism().leaves[i];
+  Leaf leaf;
+  leaf.full = full;
+  leaf.linear = linearised(system.leaf(i));
+  const LeafScale& scale = leaf.linear->scale();
+  leaf.offset = size_;
+  leaf.rows.unknowns = leaf.linear->unknowns();
+  leaf.rows.point = spring.point ? 3 : 0;
+  size_ += leaf.rows.internal();
+  Matrix12d edges = Matrix12d::Zero();
+  const std::array<int, 2> body{spring.base, spring.tip};
+  for (int e = 0; e < 2; ++e) {
+    if (body[e] < 0) continue;
+    edges.block<6, 6>(6 * e, 6 * e) = system.edge_map(i, e);
+    leaf.rows.lever[e] = scale.axes.transpose() *
+                         (system.edge_pose(i, e).position - system.pose(body[e]).position) /
+                         scale.length;
+    leaf.sides.push_back({body[e], 6 * e, 6});
+  }
+  if (spring.point) leaf.sides.push_back({spring.point->body, 12, 3});
+
+  std::vector<int> moving;
+  for (const Leaf::Side& side : leaf.sides)
+    for (int k = 0; k < side.size; ++k) moving.push_back(side.column + k);
+  leaf.shapes = MatrixXd::Zero(leaf.rows.unknowns, 12 + leaf.rows.point);
+  leaf.shapes(Eigen::all, moving) = leaf.linear->static_shapes(moving);
+  leaf.shapes.leftCols<12>() =
+      (leaf.shapes.leftCols<12>() * scale.transformation().transpose() * edges).eval();
+  if (spring.point) {
+    leaf.shapes.rightCols<3>() =
+        (leaf.shapes.rightCols<3>() * scale.axes.transpose() / scale.length).eval();
+    const LeafEvaluation::Point& point = *system.leaf(i).evaluation().point;
+    leaf.point_stiffness.resize(3, 15);
+    leaf.point_stiffness << point.coupling * edges, point.tangent;
+  }
+  leaves_.push_back(std::move(leaf));
+}
+
+void MechanismFactor::factorise() {
+  const MatrixXd& K = system_->tangent_stiffness();
+  const int n = bodies_, m = joints();
+  if (m == 0) {
+    scale_ = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    set_tangent(K);
+    return;
+  }
+  // bodies that hang on joints alone have no stiffness of their own: one energy for all
+  const Constraints& c = system_->constraints();
+  VectorXd unit = VectorXd::Ones(n);
+  for (int b = 0; b < n; b += 6) unit.segment<3>(b).setConstant(system_->length());
+  const double energy = K.diagonal().cwiseProduct(unit.cwiseAbs2()).cwiseAbs().maxCoeff();
+  scale_.resize(n + m);
+  scale_ << unit / std::sqrt(energy), std::sqrt(energy) * c.units().cwiseInverse();
+  MatrixXd A = MatrixXd::Zero(n + m, n + m);
+  A.topLeftCorner(n, n) = K;
+  A.bottomLeftCorner(m, n) = c.gradient();
+  A.topRightCorner(n, m) = c.gradient().transpose();
+  set_tangent(std::move(A));
+}
+
+void MechanismFactor::set_tangent(MatrixXd A) {
+  A = scale_.asDiagonal() * A * scale_.asDiagonal();
+  tangent_.compute(A);
+  A.row(drive_).setZero();
+  A.col(drive_).setZero();
+  A(drive_, drive_) = 1;
+  locked_tangent_.compute(A);
+}
+
+void MechanismFactor::clear_held(MatrixXd& Y) const {
+  for (const int k : system_->held()) Y.row(k).setZero();
+}
+
+MatrixXd MechanismFactor::leaf_rows(const Leaf& leaf, const MatrixXd& Y) const {
+  const LeafScale& scale = leaf.linear->scale();
+  MatrixXd rows = MatrixXd::Zero(leaf.rows.size(), Y.cols());
+  rows.topRows(leaf.rows.internal()) = Y.middleRows(leaf.offset, leaf.rows.internal());
+  for (const Leaf::Side& side : leaf.sides) {
+    const int r = leaf.row(side), b = 6 * side.body;
+    rows.middleRows(r, 3) = scale.axes.transpose() * Y.middleRows(b, 3) / scale.length;
+    if (side.size == 6) rows.middleRows(r + 3, 3) = scale.axes.transpose() * Y.middleRows(b + 3, 3);
+  }
+  return rows;
+}
+
+void MechanismFactor::add_leaf_force(const Leaf& leaf, double factor, const MatrixXd& rows,
+                                     MatrixXd& Y) const {
+  const LeafScale& scale = leaf.linear->scale();
+  Y.middleRows(leaf.offset, leaf.rows.internal()) += factor * rows.topRows(leaf.rows.internal());
+  for (const Leaf::Side& side : leaf.sides) {
+    const int r = leaf.row(side), b = 6 * side.body;
+    Y.middleRows(b, 3) += (factor / scale.length) * (scale.axes * rows.middleRows(r, 3));
+    if (side.size == 6) Y.middleRows(b + 3, 3) += factor * (scale.axes * rows.middleRows(r + 3, 3));
+  }
+}
+
+namespace {
+// The displacement of the material point that a force on the row of its condition stands for.
+MatrixXd point_shift(const MechanismFactor::Leaf& leaf, const MatrixXd& B) {
+  const LeafScale& scale = leaf.linear->scale();
+  return scale.length / scale.energy * scale.axes *
+         B.middleRows(leaf.offset + leaf.rows.unknowns, 3);
+}
+}  // namespace
+
+// K̂ [q; u − h] − Xᵀ b_x = b_q with X the static shapes and h the shift of the point.
+MatrixXd MechanismFactor::condensed(const MatrixXd& B) const {
+  MatrixXd b(bodies_ + joints(), B.cols());
+  b << B.topRows(bodies_), B.bottomRows(joints());
+  for (const Leaf& leaf : leaves_) {
+    MatrixXd f = leaf.shapes.transpose() * B.middleRows(leaf.offset, leaf.rows.unknowns);
+    if (leaf.rows.point > 0) f += leaf.point_stiffness.transpose() * point_shift(leaf, B);
+    for (const Leaf::Side& s : leaf.sides)
+      b.middleRows(6 * s.body, s.size) += f.middleRows(s.column, s.size);
+  }
+  clear_held(b);
+  return b;
+}
+
+MatrixXd MechanismFactor::expanded(const MatrixXd& B, const MatrixXd& q) const {
+  MatrixXd Y(size_, B.cols());
+  Y.topRows(bodies_) = q.topRows(bodies_);
+  Y.bottomRows(joints()) = q.bottomRows(joints());
+  for (const Leaf& leaf : leaves_) {
+    const LeafScale& scale = leaf.linear->scale();
+    const auto bx = B.middleRows(leaf.offset, leaf.rows.unknowns);
+    MatrixXd x = bx / scale.energy;
+    leaf.linear->solve(x);
+    for (const Leaf::Side& s : leaf.sides)
+      x.noalias() += leaf.shapes.middleCols(s.column, s.size) * q.middleRows(6 * s.body, s.size);
+    if (leaf.rows.point > 0) {
+      const MatrixXd h = point_shift(leaf, B);
+      x -= leaf.shapes.rightCols<3>() * h;
+      MatrixXd force =
+          -leaf.point_stiffness.rightCols<3>() * h - leaf.shapes.rightCols<3>().transpose() * bx;
+      for (const Leaf::Side& s : leaf.sides)
+        force +=
+            leaf.point_stiffness.middleCols(s.column, s.size) * q.middleRows(6 * s.body, s.size);
+      Y.middleRows(leaf.offset + leaf.rows.unknowns, 3) =
+          scale.length / scale.energy * scale.axes.transpose() * force;
+    }
+    Y.middleRows(leaf.offset, leaf.rows.unknowns) = x;
+  }
+  return Y;
+}
+
+MatrixXd MechanismFactor::solve(const MatrixXd& B) const {
+  return expanded(
+      B, scale_.asDiagonal() * tangent_.solve(MatrixXd(scale_.asDiagonal() * condensed(B))));
+}
+
+MatrixXd MechanismFactor::solve_locked(const MatrixXd& B) const {
+  MatrixXd b = condensed(B);
+  b.row(drive_).setZero();
+  return expanded(B,
+                  scale_.asDiagonal() * locked_tangent_.solve(MatrixXd(scale_.asDiagonal() * b)));
+}
+
+MatrixXd MechanismFactor::solve_held(const MatrixXd& B) const {
+  return expanded(B, MatrixXd::Zero(bodies_ + joints(), B.cols()));
+}
+
+MatrixXd MechanismFactor::static_motion(const MatrixXd& q) const {
+  MatrixXd all = MatrixXd::Zero(bodies_ + joints(), q.cols());
+  all.topRows(bodies_) = q;
+  return expanded(MatrixXd::Zero(size_, q.cols()), all);
+}
+
+MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
+  MatrixXd Y = MatrixXd::Zero(size_, B.cols());
+  Y.topRows(bodies_).noalias() = body_mass_ * B.topRows(bodies_);
+  for (const Leaf& leaf : leaves_) {
+    const MatrixXd edges = leaf.rows.edge_rows(leaf_rows(leaf, B));
+    add_leaf_force(leaf, leaf.linear->scale().mass,
+                   leaf.rows.body_rows(leaf.linear->mass_times(edges)), Y);
+  }
+  clear_held(Y);
+  return Y;
+}
+
+MatrixXd MechanismFactor::motion(const MatrixXd& Y) const {
+  std::vector<MatrixXd> parts{body_motion_map(*system_) * Y.topRows(bodies_)};
+  Eigen::Index rows = parts[0].rows();
+  for (const Leaf& leaf : leaves_) {
+    parts.push_back(leaf.linear->station_motion(leaf.rows.edge_rows(leaf_rows(leaf, Y))));
+    rows += parts.back().rows();
+  }
+  MatrixXd all(rows, Y.cols());
+  Eigen::Index o = 0;
+  for (const MatrixXd& p : parts) {
+    all.middleRows(o, p.rows()) = p;
+    o += p.rows();
+  }
+  return all;
+}
+
+// K̂ − ½ hat(m), for spins do not commute, bordered by the joints, the drive load and the stroke.
+MatrixXd MechanismFactor::balance(const MatrixXd& B,
+                                  const std::optional<Eigen::RowVectorXd>& stroke) const {
+  const Mechanism& m = system_->mechanism();
+  const int bodies = bodies_, n = bodies_ + joints();
+  MatrixXd A = MatrixXd::Zero(n + 1, n + 1);
+  A.topLeftCorner(bodies, bodies) = system_->tangent_stiffness();
+  A.block(bodies, 0, joints(), bodies) = system_->constraints().gradient();
+  A.block(0, bodies, bodies, joints()) = system_->constraints().gradient().transpose();
+  for (int b = 0; b < bodies; b += 6)
+    A.block<3, 3>(b + 3, b + 3) -= 0.5 * hat(system_->internal_force().segment<3>(b + 3));
+  for (const int k : system_->held()) {
+    A.row(k).setZero();
+    A(k, k) = 1;
+  }
+  VectorXd scale(n + 1);
+  scale << scale_, 1 / scale_[drive_];  // the drive load in units of the drive's stiffness
+  if (stroke) {
+    A(drive_, n) = -1;
+    A.block(n, 6 * m.end_effector, 1, 6) = stroke_gradient(*system_).transpose();
+  } else {
+    A(n, n) = 1 / (scale[n] * scale[n]);
+  }
+  MatrixXd rhs(n + 1, B.cols());
+  rhs.topRows(n) = condensed(B);
+  rhs.row(n).setZero();
+  if (stroke) rhs.row(n) = *stroke;
+  const MatrixXd x =
+      scale.asDiagonal() *
+      Lu(scale.asDiagonal() * A * scale.asDiagonal()).solve(MatrixXd(scale.asDiagonal() * rhs));
+  MatrixXd Y(size_ + 1, B.cols());
+  Y.topRows(size_) = expanded(B, x.topRows(n));
+  Y.row(size_) = x.row(n);
+  return Y;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,89 @@
+#pragma once
+// A mechanism linearised about an equilibrium, with the interiors of the leaves, the
+// forces at their material points and the multipliers of the joints as unknowns: K⁻¹ B and M B of
+// all of them on the leaves' own factors.
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/elements/leaf/leaf_rows.hpp"
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/elements/plate/full_leaf_linear.hpp"
+#include "core/equilibrium/system.hpp"
+#include "core/math/decompositions.hpp"
+
+namespace flexopt {
+
+/// Vectors are (displacement, spin) of every body, then of every leaf its internal unknowns and the
+/// force at its material point, if it has one, then the multipliers of the joints. The row of such
+/// a force or multiplier is its condition.
+class MechanismFactor {
+ public:
+  /// The system must be assembled at an equilibrium, its leaves be FullLeaf,
+  /// SuperelementLeaf or ModalLeaf; its state is kept.
+  explicit MechanismFactor(System& system);
+
+  int size() const { return size_; }
+  int bodies() const { return bodies_; }  ///< coordinates of the bodies
+  int joints() const { return system_->constraints().count(); }
+  const System& system() const { return *system_; }
+
+  MatrixXd solve(const MatrixXd& B) const;         ///< drive free
+  MatrixXd solve_locked(const MatrixXd& B) const;  ///< drive held
+  MatrixXd solve_held(const MatrixXd& B) const;    ///< all bodies held
+  MatrixXd mass(const MatrixXd& B) const;
+  /// Motions that bodies moving by the columns of q leave the leaves in, without force on them.
+  MatrixXd static_motion(const MatrixXd& q) const;
+
+  /// State and drive load (last row) that balance forces B while the stroke grows by `stroke`
+  /// (column by column), or where nothing is driven.
+  MatrixXd balance(const MatrixXd& B, const std::optional<Eigen::RowVectorXd>& stroke) const;
+
+  struct Leaf {
+    std::shared_ptr<const LeafLinear> linear;
+    const FullLeaf* full;  ///< none where the leaf is reduced
+    LeafRows rows;
+    int offset;  ///< of its internal rows in a vector
+    struct Side {
+      int body, column, size;  ///< where (base body, tip body, point) have its coordinates
+    };
+    std::vector<Side> sides;   ///< those that move
+    MatrixXd shapes;           ///< unknowns per increment of (base body, tip body, point), global
+    MatrixXd point_stiffness;  ///< condensed: 3 × 15
+
+    int row(const Side& side) const { return rows.internal() + side.column; }
+  };
+  const std::vector<Leaf>& leaves() const { return leaves_; }
+  /// Forces B on the bodies and the joints, those on the leaves carried there by their static
+  /// shapes.
+  MatrixXd condensed(const MatrixXd& B) const;
+  /// What natural_frequencies() calls Mode::motion.
+  MatrixXd motion(const MatrixXd& Y) const;
+  /// K⁻¹ e of the drive.
+  const VectorXd& drive_answer() const { return drive_answer_; }
+  int drive() const { return drive_; }  ///< its row
+
+  /// Rows of a leaf.
+  MatrixXd leaf_rows(const Leaf& leaf, const MatrixXd& Y) const;
+  /// Y += factor · rows of a leaf, as forces.
+  void add_leaf_force(const Leaf& leaf, double factor, const MatrixXd& rows, MatrixXd& Y) const;
+  void clear_held(MatrixXd& Y) const;
+
+ private:
+  void add_leaf(System& system, int i);
+  void factorise();
+  void set_tangent(MatrixXd A);
+  /// Of the bodies and the joints, once they moved by q.
+  MatrixXd expanded(const MatrixXd& B, const MatrixXd& q) const;
+
+  const System* system_;
+  int bodies_ = 0, size_ = 0, drive_ = 0;
+  std::vector<Leaf> leaves_;
+  VectorXd scale_;
+  /// Of the bodies and the joints, scaled.
+  Lu tangent_, locked_tangent_;
+  VectorXd drive_answer_;  ///< K⁻¹ e of the drive
+  MatrixXd body_mass_;
+};
+
+}  // namespace flexopt

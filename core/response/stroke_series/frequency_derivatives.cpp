@@ -1,0 +1,360 @@
+#include "core/response/stroke_series/frequency_derivatives.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/block_lanczos.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/modes/exact_modes.hpp"
+#include "core/response/stroke_series/mechanism_series.hpp"
+
+namespace flexopt {
+namespace {
+
+// Frequencies nearer than this (relative, squared) are one repeated frequency.
+constexpr double repeated = 1e-7;
+// First derivatives nearer than this share of ω², over a stroke of a leaf length or 1 rad, are
+// equal; below it they are zero by symmetry: what is left of them is the error of the modes.
+constexpr double rounding = 1e-6;
+
+using Range = std::pair<int, int>;  // [first, last)
+
+// Runs of neighbours in `values` [first, last) no further apart than `gap`.
+std::vector<Range> clusters(const VectorXd& values, int first, int last, double gap) {
+  std::vector<Range> runs;
+  for (int i = first; i < last; ++i)
+    if (i > first && std::abs(values[i] - values[i - 1]) <= gap)
+      runs.back().second = i + 1;
+    else
+      runs.push_back({i, i + 1});
+  return runs;
+}
+
+struct Modes {
+  VectorXd lambda;
+  MatrixXd phi, M_phi;
+  int kept = 0;  ///< the lowest of them; the others are guards
+};
+
+// Enough modes to solve for those asked for: a few above, and whole clusters.
+std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool exact,
+                                  const ExactModes* known) {
+  const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
+  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
+  const int width = std::max(3, static_cast<int>(factor.leaves().size()));
+  for (int guard = modes_needed(count) - count; guard <= 64; guard *= 2) {
+    const int wanted = std::min(count + guard, factor.size());
+    Modes modes;
+    if (exact) {
+      std::optional<ExactModeLists> own;
+      if (!known || known->exact < wanted) {
+        own = exact_modes(factor, wanted, 0);
+        if (!own) return std::nullopt;
+      }
+      const ExactModes& lowest = own ? own->free : *known;
+      modes = {lowest.lambda.head(lowest.exact), lowest.phi.leftCols(lowest.exact), {}, count};
+    } else {
+      LowestPairs pairs = lowest_pairs_of_blocks(factor.size(), wanted, width, solve, mass, 1e-6);
+      if (!pairs.converged) return std::nullopt;
+      modes = {std::move(pairs.values), std::move(pairs.vectors), {}, count};
+    }
+    const VectorXd& l = modes.lambda;
+    int& kept = modes.kept;
+    while (kept < l.size() && l[kept] - l[kept - 1] <= 10 * repeated * std::abs(l[kept])) ++kept;
+    if (kept + 2 <= l.size() && l[l.size() - 1] > 1.05 * l[kept - 1]) {
+      modes.M_phi = mass(modes.phi);
+      return modes;
+    }
+  }
+  return std::nullopt;
+}
+
+// y_i of (K − λ_i M) y_i = b_i without the modes of i's cluster: the known modes by their
+// amplitudes, the rest by conjugate gradients preconditioned with K⁻¹ (all columns in step), until
+// b·y + r·y, r being the residual left, is known to `tolerance` or to the share `relative` of the
+// energy.
+std::optional<MatrixXd> solve_shifted(const MechanismFactor& factor, const Modes& modes,
+                                      const std::vector<Range>& cluster_of, const MatrixXd& B,
+                                      const VectorXd& tolerance, double relative) {
+  const int p = static_cast<int>(B.cols());
+  const auto complement = [&](MatrixXd& Y) {
+    Y.noalias() -= modes.phi * (modes.M_phi.transpose() * Y).eval();
+  };
+  const MatrixXd b = modes.phi.transpose() * B;
+  MatrixXd amplitude = b;
+  for (int i = 0; i < p; ++i)
+    for (int j = 0; j < b.rows(); ++j)
+      amplitude(j, i) = j >= cluster_of[i].first && j < cluster_of[i].second
+                            ? 0
+                            : b(j, i) / (modes.lambda[j] - modes.lambda[i]);
+  const MatrixXd R0 = B - modes.M_phi * b;
+  MatrixXd Y = factor.solve(R0);
+  complement(Y);
+  const auto shift = modes.lambda.head(p).asDiagonal();
+  const VectorXd size = R0.cwiseProduct(Y).colwise().sum().cwiseAbs();
+  const VectorXd enough = tolerance.cwiseMax(relative * size);
+  MatrixXd R = factor.mass(Y) * shift;  // K Y = R0
+  MatrixXd Z = factor.solve(R), P, KP;
+  complement(Z);
+  VectorXd rz = R.cwiseProduct(Z).colwise().sum();
+  P = Z;
+  KP = R;
+  for (int it = 0; it < 200; ++it) {
+    if ((rz.array().abs() <= enough.array()).all()) return Y + modes.phi * amplitude;
+    const MatrixXd AP = KP - factor.mass(P) * shift;
+    VectorXd alpha = VectorXd::Zero(p), beta = VectorXd::Zero(p);
+    for (int i = 0; i < p; ++i)
+      if (std::abs(rz[i]) > enough[i]) alpha[i] = rz[i] / P.col(i).dot(AP.col(i));
+    Y += P * alpha.asDiagonal();
+    R -= AP * alpha.asDiagonal();
+    Z = factor.solve(R);
+    complement(Z);
+    const VectorXd next = R.cwiseProduct(Z).colwise().sum();
+    for (int i = 0; i < p; ++i)
+      if (alpha[i] != 0) beta[i] = next[i] / rz[i];
+    for (int i = 0; i < p; ++i)
+      if (alpha[i] != 0) rz[i] = next[i];
+    P = Z + P * beta.asDiagonal();
+    KP = R + KP * beta.asDiagonal();
+  }
+  return std::nullopt;
+}
+
+// B_i − (K − λ_i M) y_i, with K multiplied out: solving costs it 8 digits.
+MatrixXd shifted_residual(const MechanismFactor& factor, const MechanismSeries& series,
+                          const VectorXd& lambda, const MatrixXd& B, const MatrixXd& y) {
+  return B - series.tangent_times(y, 1)[0] + factor.mass(y) * lambda.head(y.cols()).asDiagonal();
+}
+
+// The same to rounding, in two rounds that gain 7 digits each.
+std::optional<MatrixXd> solve_shifted_exactly(const MechanismFactor& factor,
+                                              const MechanismSeries& series, const Modes& modes,
+                                              const std::vector<Range>& cluster_of,
+                                              const MatrixXd& B) {
+  MatrixXd y = MatrixXd::Zero(B.rows(), B.cols());
+  for (int round = 0; round < 2; ++round) {
+    const auto more = solve_shifted(factor, modes, cluster_of,
+                                    shifted_residual(factor, series, modes.lambda, B, y),
+                                    VectorXd::Zero(B.cols()), 1e-14);
+    if (!more) return std::nullopt;
+    y += *more;
+  }
+  return y;
+}
+
+// The lowest modes along the stroke: coefficients of λ(s) and φ(s), M-orthonormal at the start.
+struct ModeSeries {
+  Modes modes;
+  std::vector<Range> cluster_of;  ///< equal frequencies, mode by mode
+  VectorXd first, second;         ///< λ1, λ2
+  MatrixXd rate;                  ///< φ1, without the modes of the cluster
+  Series<MatrixXd> K_phi, M_phi;  ///< K(s) φ0, M(s) φ0
+
+  int kept() const { return modes.kept; }
+};
+
+// (23), (24)
+std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const MechanismSeries& series,
+                                      Modes found, bool exact, std::string& message) {
+  const System& system = factor.system();
+  ModeSeries result{std::move(found), {}, {}, {}, {}, {}, {}};
+  Modes& modes = result.modes;
+  const int p = modes.kept;
+  // (23), cluster by cluster
+  Series<MatrixXd>&K = result.K_phi, &M = result.M_phi;
+  K = series.tangent_times(modes.phi.leftCols(p));
+  M = series.mass_times(modes.phi.leftCols(p));
+  // a stroke of 1 rad or a leaf length must change ω² by more than rounding
+  const double unit = is_rotation(system.mechanism().drive) ? 1.0 : system.length();
+  const auto noise = [&](int i) { return rounding * std::abs(modes.lambda[i]) / unit; };
+  VectorXd &first = result.first, &second = result.second;
+  first = second = VectorXd::Zero(p);
+  result.cluster_of.resize(p);
+  const auto rotate = [&](int a, int size, const MatrixXd& U) {
+    const auto turn = [&](MatrixXd& m) {
+      if (m.cols() > a) m.middleCols(a, size) = (m.middleCols(a, size) * U).eval();
+    };
+    turn(modes.phi);
+    turn(modes.M_phi);
+    turn(result.rate);
+    for (int o = 0; o < 3; ++o) {
+      turn(K[o]);
+      turn(M[o]);
+    }
+  };
+  const auto B1 = [&](int a, int size) {
+    return MatrixXd(K[1].middleCols(a, size) -
+                    M[1].middleCols(a, size) * modes.lambda.segment(a, size).asDiagonal());
+  };
+  std::vector<Range> families;  // equal frequency and equal first derivative
+  for (const Range& c : clusters(modes.lambda, 0, p, repeated * modes.lambda.cwiseAbs()[p - 1])) {
+    const int a = c.first, size = c.second - a;
+    MatrixXd A = modes.phi.middleCols(a, size).transpose() * B1(a, size);
+    A = (0.5 * (A + A.transpose())).eval();
+    if (size > 1) {
+      const SymmetricEigen eigen(A);
+      rotate(a, size, eigen.eigenvectors());
+      first.segment(a, size) = eigen.eigenvalues();
+    } else {
+      first[a] = A(0, 0);
+    }
+    for (int i = a; i < c.second; ++i) {
+      if (!exact && std::abs(first[i]) < noise(i)) first[i] = 0;
+      result.cluster_of[i] = c;
+    }
+    for (const Range& f : clusters(first, a, c.second, noise(a))) families.push_back(f);
+  }
+
+  const auto lambda = modes.lambda.head(p).asDiagonal();
+  const MatrixXd B = modes.M_phi.leftCols(p) * first.asDiagonal() - B1(0, p);
+  std::optional<MatrixXd> modal =
+      exact ? solve_shifted_exactly(factor, series, modes, result.cluster_of, B)
+            : solve_shifted(factor, modes, result.cluster_of, B,
+                            1e-6 / (unit * unit) * modes.lambda.head(p).cwiseAbs(), 1e-20);
+  if (!modal) {
+    message = "the modal derivatives of the modes were not found in 200 iterations";
+    return std::nullopt;
+  }
+  result.rate = std::move(*modal);
+  // (24) is a small difference of large terms
+  const MatrixXd residual = shifted_residual(factor, series, modes.lambda, B, result.rate);
+  // (24), family by family
+  const MatrixXd B2 = K[2] - M[2] * lambda - M[1] * first.asDiagonal(),
+                 beside = B1(0, p) - residual, phi = modes.phi.leftCols(p), rate = result.rate;
+  for (const Range& f : families) {
+    const int a = f.first, size = f.second - a;
+    MatrixXd A = phi.middleCols(a, size).transpose() * B2.middleCols(a, size) +
+                 beside.middleCols(a, size).transpose() * rate.middleCols(a, size);
+    A = (0.5 * (A + A.transpose())).eval();
+    if (size > 1) {
+      const SymmetricEigen eigen(A);
+      rotate(a, size, eigen.eigenvectors());
+      second.segment(a, size) = eigen.eigenvalues();
+    } else {
+      second[a] = A(0, 0);
+    }
+  }
+  return result;
+}
+
+// φ2: (K − λ0 M) φ2 = −(K1 − λ0 M1 − λ1 M) φ1 − (K2 − λ0 M2 − λ1 M1 − λ2 M) φ0
+std::optional<MatrixXd> second_rates(const MechanismFactor& factor, const MechanismSeries& series,
+                                     const ModeSeries& path, const Series<MatrixXd>& K_rate,
+                                     const Series<MatrixXd>& M_rate) {
+  const int p = path.kept();
+  const auto l0 = path.modes.lambda.head(p).asDiagonal();
+  const auto l1 = path.first.asDiagonal(), l2 = path.second.asDiagonal();
+  const MatrixXd B = -(K_rate[1] - M_rate[1] * l0 - M_rate[0] * l1) -
+                     (path.K_phi[2] - path.M_phi[2] * l0 - path.M_phi[1] * l1 - path.M_phi[0] * l2);
+  return solve_shifted_exactly(factor, series, path.modes, path.cluster_of, B);
+}
+
+// Along the design: (28)–(30) of the modes φ(s), over φᵀMφ(s), in powers of s.
+std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const MechanismFactor& factor,
+                                                                      const MechanismSeries& series,
+                                                                      const ModeSeries& path,
+                                                                      const ExactDerivatives& exact,
+                                                                      int listed) {
+  const int p = path.kept();
+  const Series<MatrixXd> K_rate = series.tangent_times(path.rate, 2),
+                         M_rate = series.mass_times(path.rate, 2);
+  const auto second = second_rates(factor, series, path, K_rate, M_rate);
+  if (!second) return std::nullopt;
+  const auto phi = path.modes.phi.leftCols(p);
+  const Eigen::MatrixX<Jet> Y = jets(Series<MatrixXd>{phi, path.rate, *second}).leftCols(listed);
+  Eigen::VectorX<Jet> lambda(listed), size(listed);
+  for (int i = 0; i < listed; ++i) {
+    const VectorXd f0 = phi.col(i), f1 = path.rate.col(i), f2 = second->col(i);
+    lambda[i] = {path.modes.lambda[i], path.first[i], path.second[i]};
+    size[i] = {f0.dot(path.M_phi[0].col(i)),
+               f0.dot(path.M_phi[1].col(i)) + 2 * f1.dot(path.M_phi[0].col(i)),
+               f0.dot(path.M_phi[2].col(i)) + 2 * f1.dot(path.M_phi[1].col(i)) +
+                   f1.dot(M_rate[0].col(i)) + 2 * f2.dot(path.M_phi[0].col(i))};
+  }
+  const DesignRates<Jet> design(factor, *exact.meshes, series.path(), *exact.directions,
+                                exact.model);
+  const Eigen::MatrixX<Jet> state_rates = series.balance(-design.residual()),
+                            rates = design.quadratic(Y, lambda, state_rates);
+  std::vector<FrequencyDerivativeGradients> gradients;
+  for (int i = 0; i < listed; ++i) {
+    FrequencyDerivativeGradients g;
+    g.omega2 = g.d_omega2 = g.d2_omega2 = VectorXd::Zero(rates.cols());
+    for (Eigen::Index k = 0; k < rates.cols(); ++k) {
+      const Jet rate = rates(i, k) / size[i];
+      g.omega2[k] = rate.c[0];
+      g.d_omega2[k] = rate.c[1];
+      g.d2_omega2[k] = 2 * rate.c[2];
+    }
+    gradients.push_back(std::move(g));
+  }
+  return gradients;
+}
+
+}  // namespace
+
+FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
+                                                 const ExactDerivatives* exact,
+                                                 const ExactModes* known) {
+  FrequencyDerivativesResult result;
+  std::optional<Modes> found = lowest_modes(factor, count, exact != nullptr, known);
+  if (!found) {
+    result.message =
+        fmt::format("the lowest {} modes of {} unknowns were not found", count, factor.size());
+    return result;
+  }
+  MechanismSeries series(factor);
+  series.expand_along_stroke();
+  const auto path =
+      mode_series(factor, series, std::move(*found), exact != nullptr, result.message);
+  if (!path) return result;
+
+  const int listed = std::min(count, path->kept());
+  std::vector<Mode> classified =
+      classified_modes(factor, false, path->modes.lambda.head(listed),
+                       path->modes.phi.leftCols(listed), path->modes.M_phi.leftCols(listed));
+  for (int i = 0; i < listed; ++i) {
+    FrequencyDerivatives d;
+    d.index = i;
+    d.omega2 = path->modes.lambda[i];
+    d.d_omega2 = path->first[i];
+    d.d2_omega2 = 2 * path->second[i];
+    d.compliance = 1 / d.omega2;
+    d.d_compliance = -d.d_omega2 / (d.omega2 * d.omega2);
+    d.d2_compliance =
+        (2 * d.d_omega2 * d.d_omega2 / d.omega2 - d.d2_omega2) / (d.omega2 * d.omega2);
+    d.mode = std::move(classified[i]);
+    result.modes.push_back(std::move(d));
+  }
+  if (exact && !exact->directions->empty()) {
+    auto gradients = gradients_of(factor, series, *path, *exact, listed);
+    if (!gradients) {
+      result.message = "the second derivatives of the modes were not found in 200 iterations";
+      return result;
+    }
+    result.gradients = std::move(*gradients);
+  }
+  result.ok = true;
+  return result;
+}
+
+FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
+                                                 const ModelOptions& model, const Vector6d& load,
+                                                 const NewtonOptions& newton, int count,
+                                                 const ExactDerivatives* exact) {
+  System system(mechanism, make_full_leaves(mechanism, model));
+  system.assemble();
+  if (!load.isZero()) {
+    const Equilibrium loaded = step_load(system, load, newton);
+    if (!loaded.converged)
+      return {.ok = false, .message = loaded.message, .modes = {}, .gradients = {}};
+  }
+  return frequency_derivatives(MechanismFactor(system), count, exact);
+}
+
+}  // namespace flexopt

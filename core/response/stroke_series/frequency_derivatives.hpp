@@ -1,0 +1,68 @@
+#pragma once
+// First and second derivatives of the natural frequencies along the stroke, from one state: closed
+// formulas, no differences. Equations (21) to (25) of README.md.
+#include <string>
+#include <vector>
+
+#include "core/equilibrium/system.hpp"
+#include "core/mechanism/model_options.hpp"
+#include "core/response/gradients/design_rates.hpp"
+#include "core/response/modes/exact_modes.hpp"
+#include "core/response/response.hpp"
+#include "core/response/stroke_gradients.hpp"
+
+namespace flexopt {
+
+/// Modes to rounding (vectors to 1e-11), and derivatives along the design.
+struct ExactDerivatives {
+  MeshRates* meshes;
+  const std::vector<Mechanism>* directions;  ///< as in DesignRates; may be empty
+  ModelOptions model;
+};
+
+struct FrequencyDerivativesResult {
+  bool ok = false;
+  std::string message;                                  ///< why not, with the figures
+  std::vector<FrequencyDerivatives> modes;              ///< ascending; valid_to not set
+  std::vector<FrequencyDerivativeGradients> gradients;  ///< mode by mode, if asked for
+};
+
+/// Modes that the derivatives of the lowest `count` ones take, at least.
+constexpr int modes_needed(int count) { return count + 3; }
+
+/// Of the lowest `count` modes, drive free, at the equilibrium that the factor stands at. Leaves
+/// must be FullLeaf. `known`: modes of the factor with the drive free, if there are some.
+FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
+                                                 const ExactDerivatives* exact = nullptr,
+                                                 const ExactModes* known = nullptr);
+
+/// At stroke zero with the dead load applied, on full leaves whatever the accuracy of the model.
+FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
+                                                 const ModelOptions& model, const Vector6d& load,
+                                                 const NewtonOptions& newton, int count,
+                                                 const ExactDerivatives* exact = nullptr);
+
+/// Error of a parabola that `valid_to` allows.
+inline constexpr double parabola_tolerance = 0.02;
+
+/// Sets omega2_valid_to and compliance_valid_to from the path. Each mode is followed outward from
+/// point to point by its motion; the error between the last good point and the first bad one is
+/// taken to grow with the third power of the stroke, or the fourth where the first derivative is
+/// zero. The shorter of both sides counts. A mode that leaves the path's list ends there.
+void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<PathPoint>& path);
+
+/// What the parabola of a mode's compliance foretells at a stroke.
+struct ScreeningFrequency {
+  std::size_t mode;  ///< in the list
+  double value;      ///< [Hz]
+};
+/// (25) of one mode; nothing where its parabola is not positive.
+std::optional<double> screening_frequency(const FrequencyDerivatives& mode, double stroke);
+/// Of every mode that counts as parasitic, ascending.
+std::vector<ScreeningFrequency> screening_frequencies(
+    const std::vector<FrequencyDerivatives>& modes, const StrokeRequest& request, double stroke);
+/// Derivative of (25) along the design.
+VectorXd screening_gradient(const FrequencyDerivatives& mode,
+                            const FrequencyDerivativeGradients& gradients, double stroke);
+
+}  // namespace flexopt

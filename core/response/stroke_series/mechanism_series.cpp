@@ -1,0 +1,300 @@
+#include "core/response/stroke_series/mechanism_series.hpp"
+
+#include "core/math/rotation.hpp"
+#include "core/mechanism/joint.hpp"
+
+namespace flexopt {
+
+MechanismSeries::MechanismSeries(const MechanismFactor& factor)
+    : factor_(&factor), bodies_(factor.bodies()) {
+  const System& system = factor.system();
+  const Vector3d zero = Vector3d::Zero();
+  for (const MechanismFactor::Leaf& linear : factor.leaves()) {
+    const PlateLeaf& plate = linear.full->plate();
+    const VectorXd none = VectorXd::Zero(plate.unknowns());
+    leaves_.push_back({&linear,
+                       std::make_unique<PlateSeries>(plate),
+                       {plate.state().x, none, none},
+                       {plate.state().point_force, zero, zero}});
+  }
+  const VectorXd none = VectorXd::Zero(factor.joints());
+  multipliers_ = {system.multipliers(), none, none};
+  for (int b = 0; b < bodies_ / 6; ++b) {
+    place_.push_back({system.pose(b).position, zero, zero});
+    turn_.push_back({rotation_log(system.pose(b).rotation), zero, zero});
+  }
+  rate_ = VectorXd::Zero(factor.size());
+  expand();
+}
+
+// Leaves and bodies about the present coefficients of the path.
+void MechanismSeries::expand() {
+  const Mechanism& m = factor_->system().mechanism();
+  rotation_.clear();
+  body_mass_.clear();
+  const auto times = [](const Matrix3d& a, const Matrix3d& b) { return Matrix3d(a * b); };
+  for (int b = 0; b < bodies_ / 6; ++b) {
+    rotation_.push_back(series(jet_rotation_exp(jets(turn_[b]))));
+    const RigidBody& body = m.bodies[b];
+    const Series<Matrix3d>& R = rotation_.back();
+    Series<Matrix3d> c, RI, J, RT;
+    for (int o = 0; o < 3; ++o) {
+      c[o] = hat(R[o] * (body.center_of_mass - body.reference));
+      RI[o] = R[o] * body.inertia;
+      RT[o] = R[o].transpose();
+      J[o].setZero();
+    }
+    add_product(J, RI, RT, times);
+    add_product(J, c, c,
+                [&](const Matrix3d& x, const Matrix3d& y) { return Matrix3d(-body.mass * x * y); });
+    Series<Matrix6d> M;
+    for (int o = 0; o < 3; ++o) {
+      M[o].setZero();
+      if (o == 0) M[o].topLeftCorner<3, 3>() = body.mass * Matrix3d::Identity();
+      M[o].topRightCorner<3, 3>() = -body.mass * c[o];
+      M[o].bottomLeftCorner<3, 3>() = body.mass * c[o];
+      M[o].bottomRightCorner<3, 3>() = J[o];
+    }
+    body_mass_.push_back(M);
+  }
+  if (factor_->joints() > 0) expand_joints();
+  for (Leaf& leaf : leaves_) {
+    const LeafScale& scale = leaf.linear->full->scale();
+    std::array<EdgeBodySeries, 2> edges;
+    for (int e = 0; e < 2; ++e) {
+      for (int o = 0; o < 3; ++o) {
+        edges[e].position[o].setZero();
+        edges[e].rotation[o].setZero();
+      }
+      edges[e].rotation[0].setIdentity();
+      edges[e].arm = Vector3d(e, 0, 0);
+    }
+    PlateSeries::PointSeries point;
+    point.force = leaf.point_force;
+    for (const MechanismFactor::Leaf::Side& side : leaf.linear->sides) {
+      const int b = side.body;
+      const auto scaled = [&](int order, const Vector3d& from) {
+        return Vector3d(scale.axes.transpose() *
+                        (place_[b][order] - (order == 0 ? from : Vector3d::Zero())) / scale.length);
+      };
+      if (side.size == 3) {
+        for (int o = 0; o < 3; ++o) point.displacement[o] = scaled(o, m.bodies[b].reference);
+        continue;
+      }
+      EdgeBodySeries& edge = edges[side.column / 6];
+      for (int o = 0; o < 3; ++o) {
+        edge.position[o] = scaled(o, scale.origin);
+        edge.rotation[o] = scale.axes.transpose() * rotation_[b][o] * scale.axes;
+      }
+      edge.arm -= scale.axes.transpose() * (m.bodies[b].reference - scale.origin) / scale.length;
+    }
+    leaf.series->expand(edges, leaf.x, point);
+  }
+}
+
+// Ψ, Ψ_q and λ·Ψ_qq are polynomials of second degree in the places and rotation matrices X of the
+// bodies, for which differences are exact: f(X0 + X1 s + X2 s²) from f at X0, X0 ± X1, X0 ± X2.
+void MechanismSeries::expand_joints() {
+  const Mechanism& m = factor_->system().mechanism();
+  for (int o = 0; o < 3; ++o) {
+    joints_.value[o] = VectorXd::Zero(factor_->joints());
+    joints_.gradient[o] = MatrixXd::Zero(factor_->joints(), bodies_);
+    joints_.curvature[o] = MatrixXd::Zero(bodies_, bodies_);
+  }
+  const auto body = [&](int b, int order, double sign) {
+    JointBody at;
+    if (b < 0) return at;
+    at = {place_[b][0], rotation_[b][0], m.bodies[b].reference};
+    if (order > 0) {
+      at.position += sign * place_[b][order];
+      at.rotation += sign * rotation_[b][order];
+    }
+    return at;
+  };
+  int row = 0;
+  for (const Joint& joint : m.joints) {
+    const auto series = [&](const auto& f) {
+      const auto at = [&](int order, double sign) {
+        return MatrixXd(f(body(joint.body, order, sign), body(joint.other, order, sign)));
+      };
+      const MatrixXd here = at(0, 0), up = at(1, 1), down = at(1, -1);
+      return Series<MatrixXd>{here, 0.5 * (up - down),
+                              0.5 * (at(2, 1) - at(2, -1)) + 0.5 * (up + down) - here};
+    };
+    const int k = size_of(joint.type).conditions, sides[2] = {joint.body, joint.other};
+    const Series<MatrixXd> value = series(
+        [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).value; });
+    const Series<MatrixXd> gradient = series(
+        [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).gradient; });
+    for (int o = 0; o < 3; ++o) {
+      joints_.value[o].segment(row, k) = value[o];
+      for (int e = 0; e < 2; ++e)
+        if (sides[e] >= 0)
+          joints_.gradient[o].block(row, 6 * sides[e], k, 6) = gradient[o].middleCols(6 * e, 6);
+      const VectorXd weights = multipliers_[o].segment(row, k);
+      const Series<MatrixXd> H = series(
+          [&](const JointBody& a, const JointBody& b) { return curvature(joint, a, b, weights); });
+      for (int p = 0; o + p < 3; ++p)
+        for (int e = 0; e < 2; ++e)
+          for (int f = 0; f < 2; ++f)
+            if (sides[e] >= 0 && sides[f] >= 0)
+              joints_.curvature[o + p].block<6, 6>(6 * sides[e], 6 * sides[f]) +=
+                  H[p].block<6, 6>(6 * e, 6 * f);
+    }
+    row += k;
+  }
+  for (const int k : factor_->system().held())
+    for (MatrixXd& G : joints_.gradient) G.col(k).setZero();
+}
+
+void MechanismSeries::add_joints(const MatrixXd& Y, int order, MatrixXd& result) const {
+  const int m = factor_->joints();
+  if (m == 0) return;
+  result.topRows(bodies_) += joints_.curvature[order] * Y.topRows(bodies_) +
+                             joints_.gradient[order].transpose() * Y.bottomRows(m);
+  result.bottomRows(m) = joints_.gradient[order] * Y.topRows(bodies_);
+}
+
+template <class Apply>
+Series<MatrixXd> MechanismSeries::leaf_products(const MatrixXd& Y, int orders,
+                                                const Apply& apply) const {
+  Series<MatrixXd> result;
+  for (int o = 0; o < orders; ++o) result[o] = MatrixXd::Zero(factor_->size(), Y.cols());
+  for (const Leaf& leaf : leaves_) {
+    const auto [scale, rows] = apply(leaf, factor_->leaf_rows(*leaf.linear, Y));
+    for (int o = 0; o < orders; ++o)
+      factor_->add_leaf_force(*leaf.linear, scale, rows[o], result[o]);
+  }
+  return result;
+}
+
+Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = leaf_products(Y, orders, [&](const Leaf& leaf, const MatrixXd& rows) {
+    return std::pair(leaf.linear->full->scale().energy, leaf.series->tangent_times(rows, orders));
+  });
+  for (int o = 0; o < orders; ++o) {
+    add_joints(Y, o, result[o]);
+    factor_->clear_held(result[o]);
+  }
+  return result;
+}
+
+Series<MatrixXd> MechanismSeries::mass_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = leaf_products(Y, orders, [&](const Leaf& leaf, const MatrixXd& rows) {
+    return std::pair(leaf.linear->full->scale().mass, leaf.series->mass_times(rows, orders));
+  });
+  for (int o = 0; o < orders; ++o) {
+    for (int b = 0; b < bodies_ / 6; ++b)
+      result[o].middleRows(6 * b, 6) += body_mass_[b][o] * Y.middleRows(6 * b, 6);
+    factor_->clear_held(result[o]);
+  }
+  return result;
+}
+
+Series<VectorXd> MechanismSeries::residual() const {
+  Series<MatrixXd> sum;
+  for (MatrixXd& s : sum) s = MatrixXd::Zero(factor_->size(), 1);
+  for (const Leaf& leaf : leaves_) {
+    const Series<VectorXd> rows = leaf.series->force();
+    for (int o = 0; o < 3; ++o)
+      factor_->add_leaf_force(*leaf.linear, leaf.linear->full->scale().energy, rows[o], sum[o]);
+  }
+  Series<VectorXd> result;
+  for (int o = 0; o < 3; ++o) {
+    factor_->clear_held(sum[o]);
+    result[o] = sum[o];
+    if (factor_->joints() == 0) continue;
+    result[o].tail(factor_->joints()) = joints_.value[o];
+    for (int p = 0; p <= o; ++p)
+      result[o].head(bodies_) += joints_.gradient[p].transpose() * multipliers_[o - p];
+  }
+  return result;
+}
+
+void MechanismSeries::set(int order, const VectorXd& y) {
+  multipliers_[order] = y.tail(factor_->joints());
+  for (int b = 0; b < bodies_ / 6; ++b) {
+    place_[b][order] = y.segment<3>(6 * b);
+    turn_[b][order] = rotation_left_tangent_inverse(turn_[b][0]) * y.segment<3>(6 * b + 3);
+  }
+  for (Leaf& leaf : leaves_) {
+    const auto [offset, rows] = std::pair(leaf.linear->offset, leaf.linear->rows);
+    leaf.x[order] = y.segment(offset, rows.unknowns);
+    if (rows.point > 0) leaf.point_force[order] = y.segment<3>(offset + rows.unknowns);
+  }
+}
+
+// (21), twice.
+void MechanismSeries::expand_along_stroke() {
+  const auto step = [&](const VectorXd& b, double stroke) {
+    return VectorXd(
+        factor_->balance(b, Eigen::RowVectorXd::Constant(1, stroke)).topRows(factor_->size()));
+  };
+  const VectorXd none = VectorXd::Zero(factor_->size());
+  rate_ = step(none, 1);
+  set(1, rate_);
+  set(2, none);
+  expand();
+  set(2, step(-residual()[2], 0));
+  expand();
+}
+
+void MechanismSeries::expand_along(const VectorXd& y) {
+  set(1, y);
+  set(2, VectorXd::Zero(factor_->size()));
+  expand();
+}
+
+MechanismState<Jet> MechanismSeries::path() const {
+  MechanismState<Jet> path{{}, jets(multipliers_), {}};
+  for (std::size_t b = 0; b < place_.size(); ++b)
+    path.bodies.push_back({jets(place_[b]), jets(rotation_[b])});
+  for (const Leaf& leaf : leaves_) path.leaves.push_back(leaf.series->path(leaf.x));
+  return path;
+}
+
+Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = tangent_times(Y, orders);
+  const Series<VectorXd> force = residual();
+  for (int o = 0; o < orders; ++o) {
+    for (int b = 3; b < bodies_; b += 6)
+      result[o].middleRows(b, 3) -= 0.5 * hat(force[o].segment<3>(b)) * Y.middleRows(b, 3);
+    factor_->clear_held(result[o]);
+  }
+  return result;
+}
+
+Series<Vector3d> MechanismSeries::stroke_gradient() const {
+  const Mechanism& m = factor_->system().mechanism();
+  const Vector3d zero = Vector3d::Zero();
+  if (!is_rotation(m.drive)) return {Vector3d::Unit(index(m.drive)), zero, zero};
+  // ω = T θ̇, so the row g of T⁻¹ has gᵀ T = e
+  const Series<Matrix3d> T = series(jet_rotation_left_tangent(jets(turn_[m.end_effector])));
+  const Matrix3d inverse = T[0].inverse().transpose();
+  Series<Vector3d> g;
+  g[0] = inverse.col(index(m.drive) - 3);
+  g[1] = -inverse * (T[1].transpose() * g[0]);
+  g[2] = -inverse * (T[1].transpose() * g[1] + T[2].transpose() * g[0]);
+  return g;
+}
+
+Eigen::MatrixX<Jet> MechanismSeries::balance(const Eigen::MatrixX<Jet>& B) const {
+  const Mechanism& m = factor_->system().mechanism();
+  const int row = 6 * m.end_effector + (is_rotation(m.drive) ? 3 : 0);
+  const Series<Vector3d> g = stroke_gradient();
+  Series<MatrixXd> Y, force = series(B);
+  Series<Eigen::RowVectorXd> stroke;
+  for (Eigen::RowVectorXd& s : stroke) s = Eigen::RowVectorXd::Zero(B.cols());
+  for (int o = 0; o < 3; ++o) {
+    Y[o] = factor_->balance(force[o], stroke[o]).topRows(factor_->size());
+    if (o == 2) break;
+    const Series<MatrixXd> KY = tilted_tangent_times(Y[o], 3 - o);
+    for (int k = 1; o + k < 3; ++k) {
+      force[o + k] -= KY[k];
+      stroke[o + k] -= g[k].transpose() * Y[o].middleRows<3>(row);
+    }
+  }
+  return jets(Y);
+}
+
+}  // namespace flexopt

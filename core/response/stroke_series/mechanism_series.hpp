@@ -1,0 +1,69 @@
+#pragma once
+// A mechanism of full leaves about an equilibrium and along its stroke: K(s) and M(s) of all
+// degrees of freedom as power series in the stroke, exact to s². Equations (21), (22) of README.md.
+#include <memory>
+#include <vector>
+
+#include "core/elements/plate/plate_series.hpp"
+#include "core/response/gradients/mechanism_state.hpp"
+
+namespace flexopt {
+
+/// Vectors are those of the factor, which must outlive it.
+class MechanismSeries {
+ public:
+  explicit MechanismSeries(const MechanismFactor& factor);
+
+  /// The path of equilibria q(s), x(s) to s²: expands every leaf about it.
+  void expand_along_stroke();
+  /// Instead: the states that leave the present one along a constant vector, rotation vectors of
+  /// the bodies by exp(hat θ) R. Coefficients of s hold.
+  void expand_along(const VectorXd& direction);
+  /// First derivative of the path.
+  const VectorXd& path_rate() const { return rate_; }
+  MechanismState<Jet> path() const;
+  /// State rates that balance forces B(s) along the path at a constant stroke: (27). Along the
+  /// stroke's path only.
+  Eigen::MatrixX<Jet> balance(const Eigen::MatrixX<Jet>& B) const;
+  /// K(s) Y and M(s) Y of constant columns Y, the lowest `orders` of them (others are empty).
+  Series<MatrixXd> tangent_times(const MatrixXd& Y, int orders = 3) const;
+  Series<MatrixXd> mass_times(const MatrixXd& Y, int orders = 3) const;
+  /// Residual of all rows along the path so far expanded, the drive load left out.
+  Series<VectorXd> residual() const;
+
+ private:
+  struct Leaf {
+    const MechanismFactor::Leaf* linear;
+    std::unique_ptr<PlateSeries> series;
+    Series<VectorXd> x;
+    Series<Vector3d> point_force;
+  };
+  void expand();
+  void set(int order, const VectorXd& y);
+  /// K̃(s) Y of (27).
+  Series<MatrixXd> tilted_tangent_times(const MatrixXd& Y, int orders) const;
+  /// Of the stroke, along the displacement or the spin of the end-effector.
+  Series<Vector3d> stroke_gradient() const;
+  template <class Apply>
+  Series<MatrixXd> leaf_products(const MatrixXd& Y, int orders, const Apply& apply) const;
+
+  /// Ψ, Ψ_q and λ·Ψ_qq of the joints along the path.
+  struct Joints {
+    Series<VectorXd> value;
+    Series<MatrixXd> gradient, curvature;
+  };
+  void expand_joints();
+  void add_joints(const MatrixXd& Y, int order, MatrixXd& result) const;
+
+  const MechanismFactor* factor_;
+  int bodies_ = 0;
+  std::vector<Leaf> leaves_;
+  Series<VectorXd> multipliers_;
+  Joints joints_;
+  std::vector<Series<Vector3d>> place_, turn_;  ///< of every body: reference point, rotation vector
+  std::vector<Series<Matrix3d>> rotation_;
+  std::vector<Series<Matrix6d>> body_mass_;
+  VectorXd rate_;
+};
+
+}  // namespace flexopt

@@ -1,0 +1,231 @@
+#include "optim/compare/compare.hpp"
+
+#include <cassert>
+#include <chrono>
+#include <memory>
+
+#include "core/spec/spec_error.hpp"
+#include "optim/numerics/parallel.hpp"
+#include "optim/problem/evaluation_log.hpp"
+#include "optim/problem/line_log.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using OrderedJson = nlohmann::ordered_json;
+
+namespace {
+
+OrderedJson optional_json(const std::optional<double>& value) {
+  return value ? OrderedJson(*value) : OrderedJson();
+}
+
+std::optional<double> read_optional(const json& value) {
+  return value.is_null() ? std::nullopt : std::optional(value.get<double>());
+}
+
+OrderedJson point_json(const ComparedPoint& p) {
+  if (!p.converged) return {{"stroke", p.stroke}};
+  OrderedJson stiffness = OrderedJson::array();
+  for (const auto& k : p.support_stiffness) stiffness.push_back(optional_json(k));
+  return {{"stroke", p.stroke},
+          {"drive_load", p.drive_load},
+          {"displacement", {p.displacement[0], p.displacement[1], p.displacement[2]}},
+          {"support_stiffness", std::move(stiffness)},
+          {"frequencies_free", p.frequencies_free},
+          {"frequencies_locked", p.frequencies_locked},
+          {"parasitic_frequency", optional_json(p.parasitic_frequency)},
+          {"max_stress", optional_json(p.max_stress)},
+          {"stable", p.stable},
+          {"fallback", p.fallback}};
+}
+
+ComparedPoint read_point(const json& j) {
+  ComparedPoint p;
+  j.at("stroke").get_to(p.stroke);
+  p.converged = j.contains("drive_load");
+  if (!p.converged) return p;
+  j.at("drive_load").get_to(p.drive_load);
+  for (int i = 0; i < 3; ++i) p.displacement[i] = j.at("displacement").at(i);
+  for (std::size_t d = 0; d < 6; ++d)
+    p.support_stiffness[d] = read_optional(j.at("support_stiffness").at(d));
+  j.at("frequencies_free").get_to(p.frequencies_free);
+  j.at("frequencies_locked").get_to(p.frequencies_locked);
+  p.parasitic_frequency = read_optional(j.at("parasitic_frequency"));
+  p.max_stress = read_optional(j.at("max_stress"));
+  j.at("stable").get_to(p.stable);
+  j.at("fallback").get_to(p.fallback);
+  return p;
+}
+
+std::string line_of(const ComparedPath& path) {
+  OrderedJson points = OrderedJson::array();
+  for (const ComparedPoint& p : path.points) points.push_back(point_json(p));
+  return log_line({{"design", path.design},
+                   {"model", path.model},
+                   {"message", path.message},
+                   {"fallback_reason", path.fallback_reason},
+                   {"points", std::move(points)}});
+}
+
+ComparedPath parse_line(const std::string& line) {
+  const json j = json::parse(line);
+  ComparedPath path;
+  j.at("design").get_to(path.design);
+  j.at("model").get_to(path.model);
+  j.at("message").get_to(path.message);
+  j.at("fallback_reason").get_to(path.fallback_reason);
+  for (const json& point : j.at("points")) path.points.push_back(read_point(point));
+  return path;
+}
+
+/// All design and model pairs of a job, known or not: design × (models + 1) + model.
+struct Book {
+  std::size_t width = 0;
+  std::vector<std::optional<ComparedPath>> paths;
+  std::vector<std::optional<EvaluationSeconds>> seconds;
+
+  Book(const Job& job, std::size_t designs)
+      : width(job.compare->models.size() + 1), paths(designs * width), seconds(designs * width) {}
+
+  std::size_t place(int design, int model) const {
+    const auto d = static_cast<std::size_t>(design), m = static_cast<std::size_t>(model);
+    if (design < 0 || model < 0 || m >= width || d * width + m >= paths.size())
+      throw std::out_of_range("no such design or model");
+    return d * width + m;
+  }
+  void read_path(const std::string& line) {
+    ComparedPath path = parse_line(line);
+    paths[place(path.design, path.model)] = std::move(path);
+  }
+  void read_seconds(const std::string& line) {
+    const json j = json::parse(line);
+    seconds[place(j.at("design"), j.at("model"))] =
+        EvaluationSeconds{j.at("path").get<double>(), j.at("total").get<double>()};
+  }
+};
+
+/// The log of values and that of seconds, read into the book.
+struct Logs {
+  LineLog values, seconds;
+
+  Logs() = default;
+  Logs(const Job& job, const std::filesystem::path& log, const std::string& version, bool overwrite,
+       Book& book)
+      : values(log, log_identity(job, version), overwrite,
+               [&](const std::string& line) { book.read_path(line); }),
+        seconds(seconds_log(log), log_identity(job, version), overwrite,
+                [&](const std::string& line) { book.read_seconds(line); }) {}
+};
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+ComparedPath evaluate(const Job& job, const Sample& sample, int design, int model,
+                      const StrokeEvaluator& evaluator, EvaluationSeconds& seconds) {
+  if (!sample.refused.empty()) return failed_path(design, model, sample.refused);
+  const CompareSpec& spec = *job.compare;
+  const ModelChoice& choice =
+      model == 0 ? spec.full : spec.models[static_cast<std::size_t>(model - 1)];
+  StrokeRequest request = job.request;
+  request.points = sample.stroke;
+  request.newton = choice.newton;
+  request.shapes = false;
+  request.frequency_derivatives = false;
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    const StrokeResponse response = evaluator(make_mechanism(job, sample), choice.model, request);
+    seconds = {response.seconds_path, seconds_since(begin)};
+    return compared_path(design, model, response);
+  } catch (const SpecError& error) {
+    return failed_path(design, model, error.what());
+  }
+}
+
+std::string seconds_line(int design, int model, const EvaluationSeconds& seconds) {
+  return log_line(
+      {{"design", design}, {"model", model}, {"path", seconds.path}, {"total", seconds.total}});
+}
+
+}  // namespace
+
+std::filesystem::path seconds_log(const std::filesystem::path& log) {
+  std::filesystem::path beside = log;
+  return beside.replace_extension(".seconds.jsonl");
+}
+
+void check_compare_log(const Job& job, const std::filesystem::path& log,
+                       const std::string& version) {
+  Book book(job, make_samples(job).size());
+  const Logs logs(job, log, version, false, book);
+}
+
+CompareRun compare(const Job& job, const CompareOptions& options) {
+  assert(job.compare);
+  const std::vector<Sample> samples = make_samples(job);
+  Book book(job, samples.size());
+  const auto logs = options.log.empty() ? std::make_unique<Logs>()
+                                        : std::make_unique<Logs>(job, options.log, options.version,
+                                                                 options.overwrite_log, book);
+  CompareProgress progress;
+  progress.total = static_cast<int>(book.paths.size());
+  std::vector<int> open;
+  for (std::size_t k = 0; k < book.paths.size(); ++k) {
+    if (!book.paths[k]) {
+      open.push_back(static_cast<int>(k));
+      continue;
+    }
+    ++progress.evaluations;
+    ++progress.replayed;
+    if (!book.paths[k]->whole()) ++progress.failed;
+  }
+  if (options.progress) options.progress(progress);
+
+  std::mutex mutex;
+  const int width = static_cast<int>(book.width);
+  parallel_for(static_cast<int>(open.size()), options.threads, [&](int i) {
+    const int k = open[static_cast<std::size_t>(i)], design = k / width, model = k % width;
+    EvaluationSeconds seconds;
+    ComparedPath path = evaluate(job, samples[static_cast<std::size_t>(design)], design, model,
+                                 options.evaluator, seconds);
+    logs->seconds.append(seconds_line(design, model, seconds));  // first: never without it
+    logs->values.append(line_of(path));
+    const std::lock_guard lock(mutex);
+    ++progress.evaluations;
+    if (!path.whole()) ++progress.failed;
+    book.seconds[static_cast<std::size_t>(k)] = seconds;
+    book.paths[static_cast<std::size_t>(k)] = std::move(path);
+    if (options.progress) options.progress(progress);
+  });
+
+  CompareRun run;
+  run.seconds.resize(book.width);
+  std::vector<std::string> values, seconds;
+  for (std::size_t k = 0; k < book.paths.size(); ++k) {
+    values.push_back(line_of(*book.paths[k]));
+    if (!book.seconds[k]) continue;
+    run.seconds[k % book.width].path += book.seconds[k]->path;
+    run.seconds[k % book.width].total += book.seconds[k]->total;
+    seconds.push_back(
+        seconds_line(static_cast<int>(k) / width, static_cast<int>(k) % width, *book.seconds[k]));
+  }
+  logs->seconds.finish(seconds);
+  logs->values.finish(values);
+  run.comparison = make_comparison(job, book.paths, book.seconds);
+  return run;
+}
+
+Comparison compare_logged(const Job& job, const std::filesystem::path& log) {
+  assert(job.compare);
+  Book book(job, make_samples(job).size());
+  try {
+    for (const std::string& line : read_log_lines(log)) book.read_path(line);
+    for (const std::string& line : read_log_lines(seconds_log(log))) book.read_seconds(line);
+  } catch (const std::exception& error) {
+    throw SpecError("", log.string(), std::string("expected evaluations: ") + error.what());
+  }
+  return make_comparison(job, book.paths, book.seconds);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,43 @@
+#pragma once
+// The numbers of a job beside its family's parameters: of the material and of the end-effector,
+// by the names that the directions of a mechanism have.
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+/// `material.youngs_modulus`, `.poissons_ratio` (each at constant other, so that the shear modulus
+/// follows), `.density`; `end_effector.mass`, `.center_of_mass.x` …, `.inertia.xx`, `.inertia.xy` …
+const std::vector<Parameter>& job_numbers();
+
+/// The number of that name, or null.
+const Parameter* find_job_number(const std::string& name);
+/// The family's parameter or the number of the job of that name, or null.
+const Parameter* find_parameter(const Family& family, const std::string& name);
+
+/// The family's parameters, then those numbers that differ from design to design.
+std::vector<Parameter> parameters_of(const Job& job);
+
+/// Why a design has no such number: nothing rigid hangs on it.
+std::optional<std::string> without_number(const Family& family, const FamilyChoices& choices,
+                                          const std::string& name);
+
+/// All numbers as they stand.
+ParameterValues numbers_of(const Material& material, const EndEffector& end_effector);
+
+void set_number(Material& material, EndEffector& end_effector, const std::string& name,
+                double value);
+
+/// Material and end-effector of the job with the numbers among `values` in their places. Throws
+/// SpecError for an inertia that no body has.
+std::pair<Material, EndEffector> numbers_set(const Job& job, const ParameterValues& values);
+
+/// A real body's inertia is symmetric, with principal values 0 ≤ I1 ≤ I2 ≤ I3 ≤ I1 + I2. Throws
+/// SpecError.
+void check_inertia(const Matrix3d& inertia);
+
+}  // namespace flexopt

@@ -1,0 +1,388 @@
+// The section "optimise" of a job: what the tables cannot say, because units and names depend on
+// the family and on each other.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <functional>
+
+#include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/job/expression.hpp"
+#include "optim/job/job_numbers.hpp"
+#include "optim/job/job_shape.hpp"
+#include "optim/solvers/problem.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using Pointer = json::json_pointer;
+
+namespace {
+
+/// What the section's parts need to know of the rest of the job.
+struct Context {
+  const Family& family;
+  const DesignSpec& design;
+  const StrokeRequest& request;
+  std::vector<Quantity> quantities;
+  ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
+  std::vector<std::string> names;  ///< of these, the family's first
+
+  const Quantity* find_quantity(const std::string& name) const {
+    const auto it = std::find_if(quantities.begin(), quantities.end(),
+                                 [&](const Quantity& q) { return q.name == name; });
+    return it == quantities.end() ? nullptr : &*it;
+  }
+
+  /// The quantity of that name, with what it asks of the rest of the job. Throws SpecError.
+  const Quantity& quantity(const std::string& name, const Pointer& at) const {
+    const Quantity* found = find_quantity(name);
+    if (!found) {
+      std::vector<std::string> names;
+      for (const Quantity& q : quantities) names.push_back(q.name);
+      throw SpecError(at.to_string(), '"' + name + '"',
+                      "unknown quantity; " + known_names(name, names));
+    }
+    if (name.find("frequenc") != std::string::npos && request.frequencies == 0)
+      throw SpecError("/frequencies", "0",
+                      fmt::format("\"{}\" at {} needs at least 1", name, at.to_string()));
+    return *found;
+  }
+};
+
+/// Powers of metre, kilogram and second in the units that parameters have.
+std::array<int, 3> powers_of(const std::string& unit) {
+  if (unit == "m") return {1, 0, 0};
+  if (unit == "kg") return {0, 1, 0};
+  if (unit == "kg m^2") return {2, 1, 0};
+  if (unit == "kg/m^3") return {-3, 1, 0};
+  if (unit == "Pa") return {-1, 1, -2};
+  assert(unit == "1" || unit == "rad");
+  return {0, 0, 0};
+}
+
+/// The powers of metre, kilogram and second in a formula's unit: how its value grows when the base
+/// unit shrinks. Nothing where it is a sum of different powers, as plain numbers in it make it.
+std::optional<std::array<int, 3>> powers_of(const Expression& formula, const Context& context) {
+  std::array<int, 3> powers{};
+  for (std::size_t base = 0; base < powers.size(); ++base) {
+    const auto at_scale = [&](double scale) {
+      ParameterValues values = context.values;
+      for (const std::string& name : formula.names()) {
+        const Parameter* of = find_parameter(context.family, name);
+        values[name] *= std::pow(scale, powers_of(of->unit)[base]);
+      }
+      return formula.value(values);
+    };
+    const std::optional<double> one = at_scale(1), two = at_scale(2), three = at_scale(3);
+    if (!one || !two || !three || *one == 0 || *two / *one <= 0) return std::nullopt;
+    const int n = static_cast<int>(std::lround(std::log2(*two / *one)));
+    constexpr double rounding = 1e-9;
+    if (std::abs(n) > 12 || std::abs(*two / *one / std::pow(2.0, n) - 1) > rounding ||
+        std::abs(*three / *one / std::pow(3.0, n) - 1) > rounding)
+      return std::nullopt;
+    powers[base] = n;
+  }
+  return powers;
+}
+
+std::string unit_of(const std::array<int, 3>& powers) {
+  std::string unit;
+  for (const auto& [power, base] : {std::pair{powers[1], "kg"}, {powers[0], "m"}, {powers[2], "s"}})
+    if (power != 0)
+      unit += (unit.empty() ? "" : " ") +
+              (power == 1 ? std::string(base) : fmt::format("{}^{}", base, power));
+  return unit;
+}
+
+/// Bound of a formula: a number in SI, or a text with a unit that the formula can have.
+double formula_bound(const Expression& formula, const json& value, const Pointer& at,
+                     const Context& context) {
+  if (value.is_number()) return value.get<double>();
+  const auto powers = powers_of(formula, context);
+  std::vector<std::string> units{"m", "rad", "1"};
+  if (powers) units = {unit_of(*powers)};
+  if (units.front().empty()) units = {"1", "rad"};
+  for (std::size_t i = 0; i + 1 < units.size(); ++i) {
+    try {
+      return read_quantity(shape::quantity(units[i]), value, at);
+    } catch (const SpecError&) {
+      continue;  // the last one's complaint is the one to show
+    }
+  }
+  return read_quantity(shape::quantity(units.back()), value, at);
+}
+
+/// The sizes that `stock` lists or `step` makes, ascending, each once, within the bounds.
+std::vector<double> read_stock(const json& read, const Variable& variable, const Shape& shape,
+                               const Pointer& at) {
+  constexpr double most = 10000;
+  const double rounding = 1e-9 * (variable.max - variable.min);
+  const auto inside = [&](double v) {
+    return v >= variable.min - rounding && v <= variable.max + rounding;
+  };
+  std::vector<double> sizes;
+  const std::string box = fmt::format("{:g} to {:g} {}", variable.min, variable.max, shape.unit);
+  if (read.contains("stock") && read.contains("step"))
+    throw SpecError((at / "step").to_string(), shown(read["step"]),
+                    "give stock or step, one of the two");
+  if (read.contains("stock")) {
+    for (std::size_t i = 0; i < read["stock"].size(); ++i) {
+      const double size = read_quantity(shape, read["stock"][i], at / "stock" / i);
+      if (inside(size)) sizes.push_back(std::clamp(size, variable.min, variable.max));
+    }
+    std::sort(sizes.begin(), sizes.end());
+    sizes.erase(std::unique(sizes.begin(), sizes.end(),
+                            [&](double a, double b) { return b - a <= rounding; }),
+                sizes.end());
+    if (sizes.empty())
+      throw SpecError((at / "stock").to_string(), shown(read["stock"]),
+                      "expected at least one size within the bounds " + box);
+  } else if (read.contains("step")) {
+    Shape positive = shape;
+    positive.min = 0;
+    positive.open_min = true;
+    const double step = read_quantity(positive, read["step"], at / "step");
+    if ((variable.max - variable.min) / step > most)
+      throw SpecError((at / "step").to_string(), shown(read["step"]),
+                      fmt::format("expected at most {:g} steps within the bounds {}", most, box));
+    const double first = std::ceil((variable.min - rounding) / step);
+    // 9 · 0.05 mm is 0.45 mm, without the last digit's noise
+    for (double k = first; inside(k * step); ++k)
+      sizes.push_back(
+          std::clamp(std::stod(fmt::format("{:.15g}", k * step)), variable.min, variable.max));
+    if (sizes.empty())
+      throw SpecError((at / "step").to_string(), shown(read["step"]),
+                      "no multiple of it lies within the bounds " + box);
+  }
+  return sizes;
+}
+
+Variable read_variable(json& read, const Context& context, const Pointer& at,
+                       std::vector<std::string>& notes) {
+  Variable variable;
+  variable.parameter = read["parameter"];
+  if (const auto it = context.design.expressions.find(variable.parameter);
+      it != context.design.expressions.end())
+    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"',
+                    fmt::format("it is given by the formula {}; a variable needs a number in "
+                                "/design/parameters",
+                                it->second));
+  if (const auto why = without_number(context.family, context.design.choices, variable.parameter))
+    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"', *why);
+  const Shape shape = parameter_shape(*find_parameter(context.family, variable.parameter));
+  variable.min = read_quantity(shape, read["min"], at / "min");
+  variable.max = read_quantity(shape, read["max"], at / "max");
+  if (!(variable.min < variable.max))
+    throw SpecError((at / "min").to_string(), shown(read["min"]),
+                    fmt::format("expected min < max = {}", shown(read["max"])));
+  const double own = context.values.at(variable.parameter);
+  if (read.contains("start")) {
+    Shape inside = shape;
+    inside.min = variable.min;
+    inside.max = variable.max;
+    inside.open_min = inside.open_max = false;
+    variable.start = read_quantity(inside, read["start"], at / "start");
+  } else {
+    variable.start = std::clamp(own, variable.min, variable.max);
+    if (*variable.start != own)
+      notes.push_back(
+          fmt::format("The job's {} = {:g} {} is outside the variable's range; the first "
+                      "start begins at {:g}.",
+                      variable.parameter, own, shape.unit, *variable.start));
+  }
+  variable.stock = read_stock(read, variable, shape, at);
+  const bool stocked = !variable.stock.empty();
+  read = {{"parameter", variable.parameter},
+          {"min", variable.min},
+          {"max", variable.max},
+          {"start", *variable.start}};
+  if (stocked) read["stock"] = variable.stock;
+  return variable;
+}
+
+std::string name_of(OverStroke over) { return over_stroke_names()[static_cast<std::size_t>(over)]; }
+
+void forbid_over_stroke(const json& read, const Pointer& at) {
+  if (read.contains("over_stroke"))
+    throw SpecError((at / "over_stroke").to_string(), shown(read["over_stroke"]),
+                    "a formula of the parameters does not vary over the stroke: leave it away");
+}
+
+Objective read_objective(json& read, const Context& context) {
+  const Pointer at("/optimise/objective");
+  Objective objective;
+  objective.maximise = read.contains("maximise");
+  if (objective.maximise == read.contains("minimise"))
+    throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
+  const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
+  const bool formula =
+      !context.find_quantity(goal) &&
+      (goal.find_first_of("+-*/^(") != std::string::npos || context.values.contains(goal));
+  if (formula) {
+    forbid_over_stroke(read, at);
+    objective.expression = Expression(goal, context.names, (at / key).to_string()).text();
+    return objective;
+  }
+  objective.quantity = context.quantity(goal, at / key).name;
+  objective.over_stroke = read.contains("over_stroke")
+                              ? over_stroke_of(read["over_stroke"])
+                              : (objective.maximise ? OverStroke::min : OverStroke::max);
+  read["over_stroke"] = name_of(objective.over_stroke);
+  return objective;
+}
+
+Constraint read_constraint(json& read, const Context& context, const Pointer& at) {
+  Constraint constraint;
+  if (read.contains("quantity") == read.contains("expression"))
+    throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
+  if (!read.contains("min") && !read.contains("max"))
+    throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
+  std::function<double(const char*)> bound;
+  if (read.contains("expression")) {
+    forbid_over_stroke(read, at);
+    const Expression formula(read["expression"], context.names, (at / "expression").to_string());
+    constraint.expression = constraint.label = formula.text();
+    bound = [&, formula](const char* key) {
+      return formula_bound(formula, read[key], at / key, context);
+    };
+  } else {
+    const Quantity& quantity = context.quantity(read["quantity"], at / "quantity");
+    constraint.quantity = quantity.name;
+    if (read.contains("over_stroke")) {
+      constraint.over_stroke = over_stroke_of(read["over_stroke"]);
+    } else if (read.contains("min") && read.contains("max")) {
+      throw SpecError((at / "over_stroke").to_string(), "nothing",
+                      "with min and max it must be said which value over the stroke is meant: "
+                      "min, max, max_abs, first, last");
+    } else {
+      constraint.over_stroke = read.contains("max") ? OverStroke::max : OverStroke::min;
+    }
+    read["over_stroke"] = name_of(constraint.over_stroke);
+    constraint.label =
+        fmt::format("{} {} over stroke", quantity.name, name_of(constraint.over_stroke));
+    bound = [&, unit = quantity.unit](const char* key) {
+      return read_quantity(shape::quantity(unit), read[key], at / key);
+    };
+  }
+  if (read.contains("min")) read["min"] = *(constraint.min = bound("min"));
+  if (read.contains("max")) read["max"] = *(constraint.max = bound("max"));
+  if (constraint.min && constraint.max && !(*constraint.min <= *constraint.max))
+    throw SpecError((at / "min").to_string(), fmt::format("{:g}", *constraint.min),
+                    fmt::format("expected min <= max = {:g}", *constraint.max));
+  return constraint;
+}
+
+Algorithm read_algorithm(json& read) {
+  const Pointer at("/optimise/algorithm");
+  Algorithm algorithm;
+  algorithm.library = read["library"];
+  if (algorithm.library == "ipopt") {
+    if (read.contains("name"))
+      throw SpecError((at / "name").to_string(), shown(read["name"]),
+                      "ipopt is one algorithm and takes no name");
+    if (read.contains("local"))
+      throw SpecError((at / "local").to_string(), shown(read["local"]),
+                      "ipopt runs no other algorithm inside");
+    algorithm.name.clear();
+    return algorithm;
+  }
+  algorithm.name = read.value("name", algorithm.name);
+  std::vector<std::string> names;
+  for (const std::string& offered : algorithms())
+    if (offered.starts_with("nlopt ")) names.push_back(offered.substr(6));
+  if (std::find(names.begin(), names.end(), algorithm.name) == names.end())
+    throw SpecError((at / "name").to_string(), '"' + algorithm.name + '"',
+                    "unknown algorithm; " + known_names(algorithm.name, names));
+  read["name"] = algorithm.name;
+  OptimiserOptions options;
+  options.library = algorithm.library;
+  options.name = algorithm.name;
+  const std::vector<std::string> locals = local_algorithms(options);
+  if (read.contains("local")) {
+    algorithm.local = read["local"];
+    if (locals.empty())
+      throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
+                      algorithm.name + " runs no other algorithm inside; AUGLAG and MLSL do");
+    if (std::find(locals.begin(), locals.end(), algorithm.local) == locals.end())
+      throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
+                      fmt::format("{} may run inside: {}", algorithm.name,
+                                  known_names(algorithm.local, locals)));
+  } else if (!locals.empty()) {
+    algorithm.local = locals.front();
+    read["local"] = algorithm.local;
+  }
+  return algorithm;
+}
+
+ParetoSpec read_pareto(json& read, const Objective& objective, const Context& context) {
+  const Pointer at("/optimise/pareto");
+  ParetoSpec front;
+  if (read.contains("quantity") == read.contains("expression"))
+    throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
+  front.maximise = read["sense"] == "maximise";
+  front.points = read["points"];
+  if (read.contains("expression")) {
+    forbid_over_stroke(read, at);
+    front.expression = front.label =
+        Expression(read["expression"], context.names, (at / "expression").to_string()).text();
+  } else {
+    front.quantity = context.quantity(read["quantity"], at / "quantity").name;
+    front.over_stroke = read.contains("over_stroke")
+                            ? over_stroke_of(read["over_stroke"])
+                            : (front.maximise ? OverStroke::min : OverStroke::max);
+    read["over_stroke"] = name_of(front.over_stroke);
+    front.label = fmt::format("{} {} over stroke", front.quantity, name_of(front.over_stroke));
+  }
+  if (front.quantity == objective.quantity && front.expression == objective.expression &&
+      (!front.expression.empty() || front.over_stroke == objective.over_stroke))
+    throw SpecError((at / (front.quantity.empty() ? "expression" : "quantity")).to_string(),
+                    '"' + (front.quantity.empty() ? front.expression : front.quantity) + '"',
+                    "it is the objective already: a front needs a second one");
+  return front;
+}
+
+}  // namespace
+
+OptimiseSpec read_optimise(json& read, const Family& family, Job& job) {
+  Context context{family, job.design, job.request, quantities(family.drive), {}, {}};
+  for (const Parameter& p : family.parameters) context.names.push_back(p.name);
+  context.values = job.design.parameters;
+  for (const auto& [name, value] : numbers_of(job.design.material, job.end_effector))
+    if (!without_number(family, job.design.choices, name)) {
+      context.names.push_back(name);
+      context.values[name] = value;
+    }
+  const Pointer at("/optimise");
+  OptimiseSpec spec;
+  for (std::size_t i = 0; i < read["variables"].size(); ++i) {
+    const Pointer here = at / "variables" / i;
+    Variable variable = read_variable(read["variables"][i], context, here, job.notes);
+    for (const Variable& other : spec.variables)
+      if (other.parameter == variable.parameter)
+        throw SpecError((here / "parameter").to_string(), '"' + variable.parameter + '"',
+                        "it is a variable already");
+    spec.variables.push_back(std::move(variable));
+  }
+  spec.objective = read_objective(read["objective"], context);
+  for (std::size_t i = 0; i < read["constraints"].size(); ++i)
+    spec.constraints.push_back(
+        read_constraint(read["constraints"][i], context, at / "constraints" / i));
+  spec.algorithm = read_algorithm(read["algorithm"]);
+  spec.starts = read["starts"];
+  spec.spread = read["spread"] == "latin_hypercube" ? Spread::latin_hypercube : Spread::sobol;
+  spec.seed = read["seed"];
+  if (read.contains("pareto")) spec.pareto = read_pareto(read["pareto"], spec.objective, context);
+  if (read.contains("verify"))
+    spec.verify = VerifySpec{read["verify"]["tolerance"], read["verify"]["max_full_evaluations"]};
+  spec.max_evaluations = read["max_evaluations"];
+  spec.tolerance = read["tolerance"];
+  spec.constraint_tolerance = read["constraint_tolerance"];
+  return spec;
+}
+
+}  // namespace flexopt

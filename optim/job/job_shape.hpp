@@ -1,0 +1,44 @@
+#pragma once
+// The tables that describe a job file: keys, units, ranges, defaults, meaning.
+#include <string>
+#include <vector>
+
+#include "core/spec/field_table.hpp"
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+/// The job of a family: its parameters, and the unit of its stroke. Without a family: what any job
+/// may hold, for the schema and for jobs whose family is not readable.
+Shape job_shape(const Family* family);
+
+/// The numbers of a family parameter: unit and range.
+Shape parameter_shape(const Parameter& parameter);
+
+/// The section "model", and an entry of "models": a name and any keys of the model.
+Shape model_shape();
+Shape model_entry_shape();
+
+/// What the section "model" says; `at` is its place. Throws SpecError.
+ModelOptions read_model(const nlohmann::json& read, const nlohmann::json::json_pointer& at);
+
+/// Refuses a model that the design's leaves do not allow: plates of wires, or of a material with a
+/// Poisson's ratio above a half. Throws SpecError.
+void check_leaf_model(const DesignSpec& design, const ModelOptions& model,
+                      const nlohmann::json::json_pointer& at);
+NewtonOptions read_newton(const nlohmann::json& read);
+
+/// Names of the enums as the job file writes them.
+const std::vector<std::string>& over_stroke_names();
+OverStroke over_stroke_of(const std::string& name);
+
+/// Fills in the section "optimise". `read` has passed its table; bounds get their units here, and
+/// `read` is completed with what was decided; `job` is read but for its sections, and takes notes.
+/// Throws SpecError.
+OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, Job& job);
+
+/// Fills in the sections "samples" and "models" of a job that has passed its table, and completes
+/// them in `read` with what was decided. Throws SpecError.
+CompareSpec read_compare(nlohmann::json& read, const Family& family, const Job& job);
+
+}  // namespace flexopt

@@ -1,0 +1,36 @@
+#include "optim/numerics/parallel.hpp"
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <exception>
+#include <vector>
+
+namespace flexopt {
+
+void parallel_for(int count, int threads, const std::function<void(int)>& work) {
+  std::vector<std::exception_ptr> errors(static_cast<std::size_t>(std::max(count, 0)));
+  const auto guarded = [&](int i) {
+    try {
+      work(i);
+    } catch (...) {
+      errors[static_cast<std::size_t>(i)] = std::current_exception();
+    }
+  };
+  const int together = std::min(threads, count);
+  if (together <= 1) {
+    for (int i = 0; i < count; ++i) guarded(i);
+  } else {
+    // As many threads as asked for, also beyond the processor's: that is for the caller to say.
+    static const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 1024);
+    // An arena of its own: a thread that waits here takes up no work of a loop around this one.
+    tbb::task_arena arena(together);
+    arena.execute([&] { tbb::parallel_for(0, count, guarded, tbb::simple_partitioner()); });
+  }
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,462 @@
+#include "optim/problem/check_gradients.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/math/ridders.hpp"
+#include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/job/expression.hpp"
+#include "optim/job/job_numbers.hpp"
+#include "optim/numerics/parallel.hpp"
+#include "optim/problem/goals.hpp"
+#include "optim/problem/stroke_sensitivity.hpp"
+
+namespace flexopt {
+namespace {
+
+// The job with one of its numbers changed, to where no real body may have it.
+Job moved(const Job& job, const std::string& name, double value) {
+  Job other = job;
+  if (find_job_number(name))
+    set_number(other.design.material, other.end_effector, name, value);
+  else
+    other.design.parameters[name] = value;
+  return other;
+}
+
+double present(const Job& job, const std::string& name) {
+  if (!find_job_number(name)) return job.design.parameters.at(name);
+  return numbers_of(job.design.material, job.end_effector).at(name);
+}
+
+// What a number that is zero is moved by.
+double unit(const Job& job, const std::string& name) {
+  double length = 0;
+  for (const LeafSpring& l : make_mechanism(job, job.design.parameters).leaves)
+    length = std::max(length, l.length);
+  if (name.starts_with("end_effector.center_of_mass")) return 0.1 * length;
+  if (name.starts_with("end_effector.inertia"))
+    return std::max(1e-2 * job.end_effector.mass * length * length,
+                    0.1 * job.end_effector.inertia.diagonal().cwiseAbs().maxCoeff());
+  if (name == "end_effector.mass") return 1e-2;
+  return 0.1 * length;
+}
+
+// What does not agree, or is known less well than this, is differenced again with steps that are
+// smaller by these.
+constexpr double known_well = 1e-4;
+constexpr std::array finer_steps{1e-2, 1e-4};
+
+using Numbers = std::vector<std::optional<double>>;
+
+// Runs of frequencies that may meet within a step of the differences: their ranks may change
+// places, the mean of their squares is smooth.
+using Group = std::vector<std::size_t>;  // of quantities, at one point
+
+std::vector<Group> groups_of(const std::vector<Quantity>& names, const Numbers& here,
+                             const Numbers& slopes, std::size_t first, double step) {
+  std::vector<Group> groups;
+  double reach = 0;
+  std::string list;
+  for (std::size_t q = 0; q < names.size(); ++q) {
+    if (!names[q].name.starts_with("frequencies.")) continue;
+    const std::string of = names[q].name.substr(0, names[q].name.rfind('.'));
+    if (!here[first + q] || !slopes[first + q]) continue;
+    const double f = *here[first + q], by = 2 * step * std::abs(*slopes[first + q]) + 1e-6 * f;
+    if (of != list || f - by > reach) groups.emplace_back();
+    reach = of != list ? f + by : std::max(reach, f + by);
+    list = of;
+    groups.back().push_back(first + q);
+  }
+  std::erase_if(groups, [](const Group& g) { return g.size() < 2; });
+  return groups;
+}
+
+void average_values(const std::vector<Group>& groups, std::vector<double>& values) {
+  for (const Group& g : groups) {
+    double squares = 0;
+    for (const std::size_t i : g) squares += values[i] * values[i];
+    for (const std::size_t i : g) values[i] = std::sqrt(squares / static_cast<double>(g.size()));
+  }
+}
+
+// Standard deviation of every number by rounding, from designs that differ by nothing else.
+template <class Evaluate>
+std::vector<double> rounding_of(const Evaluate& numbers) {
+  constexpr int samples = 6;
+  std::vector<double> sum, squares;
+  const std::vector<double> first = numbers(0);
+  sum.assign(first.size(), 0);
+  squares.assign(first.size(), 0);
+  for (int k = 1; k < samples; ++k) {
+    const std::vector<double> other = numbers(1e-14 * k);
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      sum[i] += other[i] - first[i];
+      squares[i] += (other[i] - first[i]) * (other[i] - first[i]);
+    }
+  }
+  for (std::size_t i = 0; i < first.size(); ++i)
+    squares[i] = std::sqrt(std::max(0.0, squares[i] - sum[i] * sum[i] / samples) / (samples - 1));
+  return squares;
+}
+
+constexpr const char* screening = "parasitic_frequency_screening";
+
+// At each point the mode that the screening frequency is of; nothing where an equal one is beside
+// it.
+std::vector<std::optional<std::size_t>> screening_modes(const StrokeResponse& response,
+                                                        const StrokeRequest& request) {
+  const std::vector<FrequencyDerivatives>& all = response.frequency_derivatives;
+  const auto equal = [&](std::size_t a, std::size_t b) {
+    return b < all.size() && std::abs(all[a].omega2 - all[b].omega2) < 1e-6 * all[a].omega2;
+  };
+  std::vector<std::optional<std::size_t>> modes;
+  for (const PathPoint& point : response.path) {
+    modes.emplace_back();
+    const auto found = screening_frequencies(all, request, point.stroke);
+    if (found.empty()) continue;
+    const std::size_t k = found.front().mode;
+    if (!equal(k, k + 1) && !equal(k, k - 1)) modes.back() = k;
+  }
+  return modes;
+}
+
+void average_slopes(const std::vector<Group>& groups, const Numbers& here, Numbers& slopes) {
+  for (const Group& g : groups) {
+    double squares = 0, change = 0;
+    for (const std::size_t i : g) {
+      squares += *here[i] * *here[i];
+      change += *here[i] * *slopes[i];
+    }
+    for (const std::size_t i : g)
+      slopes[i] = change / std::sqrt(squares * static_cast<double>(g.size()));
+  }
+}
+
+// The parameters that may move, then those that are formulas of them and what these change by.
+struct Columns {
+  std::vector<std::string> parameters, all;
+  std::vector<VectorXd> chain;  ///< of each parameter: derivatives of the formulas
+
+  /// Along parameter p, the formulas following, from the derivatives along all columns.
+  double total(const VectorXd& gradient, std::size_t p) const {
+    return gradient[static_cast<Eigen::Index>(p)] + chain[p].dot(gradient.tail(chain[p].size()));
+  }
+};
+
+Columns columns_of(const Job& job) {
+  Columns columns{differentiable_parameters(job), {}, {}};
+  columns.all = columns.parameters;
+  columns.chain.resize(columns.parameters.size());
+  for (const auto& [name, formula] : job.design.expressions) {
+    columns.all.push_back(name);
+    std::vector<std::string> given;
+    for (const auto& [other, value] : job.design.parameters)
+      if (!job.design.expressions.contains(other)) given.push_back(other);
+    const Expression expression(formula, given, "/design/parameters/" + name + "/expression");
+    const std::optional<VectorXd> slope = expression.gradient(job.design.parameters);
+    for (std::size_t p = 0; p < columns.parameters.size(); ++p) {
+      const auto at = std::ranges::find(expression.names(), columns.parameters[p]);
+      VectorXd& chain = columns.chain[p];
+      chain.conservativeResize(chain.size() + 1);
+      chain[chain.size() - 1] =
+          slope && at != expression.names().end() ? (*slope)[at - expression.names().begin()] : 0;
+    }
+  }
+  return columns;
+}
+
+// Rank in its list of frequencies, from the name of the quantity.
+int rank_of(const Quantity& frequency) {
+  return std::stoi(frequency.name.substr(frequency.name.rfind('.') + 1));
+}
+
+// A design with its exact derivatives and all that their differences are compared by.
+class Checker {
+ public:
+  Checker(const Job& job, double tolerance) : job_(job), tolerance_(tolerance) {
+    request_ = job.optimise ? request_of_goals(job, make_goals(job)) : job.request;
+    request_.exact = true;
+    request_.path = true;
+    request_.shapes = false;
+    request_.newton.tolerance = std::min(request_.newton.tolerance, 1e-12);
+    // the last of a list may change places with one that is not listed
+    listed_ = request_.frequencies;
+    if (listed_ > 0) request_.frequencies += 2;
+    columns_ = columns_of(job);
+    const Direction drive = find_family(job.design.family, "/design/family").drive;
+    names_ = quantities(drive);
+    turns_ = is_rotation(drive);
+  }
+
+  const std::vector<std::string>& parameters() const { return columns_.parameters; }
+
+  /// Why nothing can be compared, if so.
+  std::optional<std::string> prepare();
+  /// Quantities that have values but no exact derivatives.
+  std::vector<std::string> without_exact() const;
+  /// Along a parameter: the worst of each quantity over the points, no name where there is none.
+  std::vector<GradientCheck> check(std::size_t parameter) const;
+
+ private:
+  Numbers values(const StrokeResponse& response) const;
+  /// Throws SpecError where the moved design has no equilibrium.
+  std::vector<double> values_at(const std::string& parameter, double value) const;
+  Numbers slopes_along(std::size_t parameter) const;
+  std::vector<Group> groups_along(double step, Numbers& slopes) const;
+  double size_of(std::size_t i, double x, double difference, double steepest) const;
+  GradientCheck compare(std::size_t i, const std::string& parameter, double slope,
+                        const Derivatives& differences, double size) const;
+
+  const Job& job_;
+  double tolerance_;
+  StrokeRequest request_;
+  int listed_;
+  Columns columns_;
+  std::vector<Quantity> names_;
+  bool turns_;
+  StrokeSensitivity exact_;
+  // the lowest of the screening frequencies has kinks: that of the mode which is the lowest here
+  std::vector<std::optional<std::size_t>> screened_;
+  Numbers here_;                 ///< point by point, the quantities of each
+  std::vector<double> noise_;    ///< of the differences' numbers
+  std::vector<double> largest_;  ///< of each quantity along the path
+  double stroke_ = 0, leaf_length_ = 0;
+};
+
+std::optional<std::string> Checker::prepare() {
+  exact_ = stroke_sensitivity(job_, job_.design.parameters, columns_.all, job_.model, request_);
+  if (exact_.response.status != Status::ok || !exact_.gradients)
+    return exact_.gradients ? exact_.response.message : exact_.message;
+  screened_ = screening_modes(exact_.response, request_);
+  here_ = values(exact_.response);
+  const std::string& first = parameters().front();
+  try {
+    noise_ =
+        rounding_of([&](double by) { return values_at(first, present(job_, first) * (1 + by)); });
+  } catch (const SpecError& error) {
+    return fmt::format("no differences: {}", error.what());
+  }
+  for (const PathPoint& point : exact_.response.path)
+    stroke_ =
+        std::max(stroke_, request_.load_path ? (turns_ ? point.rotation : point.displacement).norm()
+                                             : std::abs(point.stroke));
+  for (const LeafSpring& l : make_mechanism(job_, job_.design.parameters).leaves)
+    leaf_length_ = std::max(leaf_length_, l.length);
+  largest_.assign(names_.size(), 0.0);
+  for (std::size_t i = 0; i < here_.size(); ++i) {
+    double& largest = largest_[i % names_.size()];
+    largest = std::max(largest, std::abs(here_[i].value_or(0)));
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> Checker::without_exact() const {
+  std::vector<std::string> names;
+  for (std::size_t q = 0; q < names_.size(); ++q) {
+    const bool frequency = names_[q].name.starts_with("frequencies.");
+    if (frequency && rank_of(names_[q]) >= listed_) continue;
+    for (std::size_t k = 0; k < exact_.gradients->path.size(); ++k)
+      if (here_[k * names_.size() + q] && !gradient_of(exact_.gradients->path[k], names_[q].name)) {
+        names.push_back(names_[q].name);
+        break;
+      }
+  }
+  return names;
+}
+
+Numbers Checker::values(const StrokeResponse& response) const {
+  Numbers all;
+  for (std::size_t k = 0; k < response.path.size(); ++k)
+    for (const Quantity& q : names_) {
+      if (q.name != screening)
+        all.push_back(value_of(response.path[k], q.name));
+      else if (screened_[k] && *screened_[k] < response.frequency_derivatives.size())
+        all.push_back(screening_frequency(response.frequency_derivatives[*screened_[k]],
+                                          response.path[k].stroke));
+      else
+        all.push_back(std::nullopt);
+    }
+  return all;
+}
+
+std::vector<double> Checker::values_at(const std::string& parameter, double value) const {
+  const Job other = moved(job_, parameter, value);
+  const StrokeResponse response =
+      evaluate_stroke(make_mechanism(other, other.design.parameters), job_.model, request_);
+  if (response.status != Status::ok)
+    throw SpecError("/design", fmt::format("{} = {:g}", parameter, value), response.message);
+  std::vector<double> numbers;
+  for (const auto& v : values(response)) numbers.push_back(v.value_or(0));
+  return numbers;
+}
+
+Numbers Checker::slopes_along(std::size_t parameter) const {
+  Numbers slopes;
+  for (const PointGradients& point : exact_.gradients->path)
+    for (const Quantity& q : names_) {
+      const auto g = gradient_of(point, q.name);
+      slopes.push_back(g ? std::optional(columns_.total(*g, parameter)) : std::nullopt);
+      // a stress that is nothing but rounding
+      const std::size_t i = slopes.size() - 1;
+      if (q.name == "max_stress" && here_[i].value_or(0) < 1e-6 * largest_[i % names_.size()])
+        slopes[i].reset();
+    }
+  return slopes;
+}
+
+// Their members get the slope of their mean; what has kinks or is beyond the list has none.
+std::vector<Group> Checker::groups_along(double step, Numbers& slopes) const {
+  std::vector<Group> groups;
+  for (std::size_t first = 0; first < here_.size(); first += names_.size())
+    for (Group& g : groups_of(names_, here_, slopes, first, step)) {
+      for (std::size_t q = 0; q < names_.size(); ++q)  // the lowest of a group has kinks
+        for (const std::size_t i : g)
+          if (names_[q].name == "parasitic_frequency" && here_[i] == here_[first + q])
+            slopes[first + q].reset();
+      groups.push_back(std::move(g));
+    }
+  average_slopes(groups, here_, slopes);
+  for (const Group& g : groups)
+    if (rank_of(names_[g.back() % names_.size()]) + 1 == request_.frequencies)
+      for (const std::size_t i : g) slopes[i].reset();
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    const Quantity& q = names_[i % names_.size()];
+    if (q.name.starts_with("frequencies.") && rank_of(q) >= listed_) slopes[i].reset();
+  }
+  return groups;
+}
+
+// What errors of number i are relative to.
+double Checker::size_of(std::size_t i, double x, double difference, double steepest) const {
+  const std::size_t q = i % names_.size();
+  const double motion = names_[q].unit == "m"     ? stroke_ * (turns_ ? leaf_length_ : 1.0)
+                        : names_[q].unit == "rad" ? stroke_ / (turns_ ? 1.0 : leaf_length_)
+                                                  : 0.0;
+  const double floor = std::max(1e-2 * largest_[q], 0.1 * motion);
+  return std::max({std::abs(difference), 1e-2 * steepest,
+                   0.1 * std::max(std::abs(*here_[i]), floor) / x, 1e-300});
+}
+
+GradientCheck Checker::compare(std::size_t i, const std::string& parameter, double slope,
+                               const Derivatives& differences, double size) const {
+  GradientCheck c{names_[i % names_.size()].name,
+                  parameter,
+                  static_cast<int>(i / names_.size()),
+                  slope,
+                  differences.value[i],
+                  std::abs(slope - differences.value[i]) / size,
+                  differences.error[i] / size,
+                  false};
+  c.agrees = c.error <= std::max(tolerance_, 5 * c.known_to);
+  const auto accept = [&](double d, double known) {
+    c.difference = d;
+    c.error = std::abs(c.exact - d) / size;
+    c.known_to = known / size;
+    c.agrees = true;
+  };
+  // where a stress peak jumps from leaf to leaf there is a derivative on each side
+  const auto one_sided = [&](double d, double known) {
+    if (c.agrees || std::abs(d - differences.value[i]) < 20 * known) return;
+    if (std::abs(c.exact - d) <= std::max(tolerance_ * size, 5 * known)) accept(d, known);
+  };
+  one_sided(differences.forward[i], differences.forward_error[i]);
+  one_sided(differences.backward[i], differences.backward_error[i]);
+  // a material point on a line of the mesh: the second derivative jumps
+  if (!c.agrees && std::abs(c.exact - differences.rough[i]) <= 5 * differences.rough_error[i])
+    accept(differences.rough[i], differences.rough_error[i]);
+  return c;
+}
+
+std::vector<GradientCheck> Checker::check(std::size_t parameter) const {
+  const std::string& name = parameters()[parameter];
+  const double x = present(job_, name), size_of_x = x != 0 ? std::abs(x) : unit(job_, name),
+               step = 0.02 * size_of_x;
+  Numbers slopes = slopes_along(parameter);
+  const std::vector<Group> groups = groups_along(step, slopes);
+  const bool at_edge = x == 0 && name == "end_effector.mass";  // none is negative
+  const auto differences_of = [&](double h) {
+    return ridders(
+        [&](double value) {
+          std::vector<double> numbers = values_at(name, value);
+          average_values(groups, numbers);
+          return numbers;
+        },
+        x, h, 5, noise_, at_edge);
+  };
+  const Derivatives differences = differences_of(step);
+  // where a kink, a pole or a nearly equal frequency lies within the first steps
+  std::array<std::optional<Derivatives>, finer_steps.size()> finer;
+  std::vector<GradientCheck> worst(names_.size());
+  for (std::size_t q = 0; q < names_.size(); ++q) {
+    double steepest = 0;
+    for (std::size_t i = q; i < here_.size(); i += names_.size())
+      steepest = std::max(steepest, std::abs(differences.value[i]));
+    for (std::size_t i = q; i < here_.size(); i += names_.size()) {
+      if (!slopes[i] || !here_[i]) continue;
+      GradientCheck c = compare(i, name, *slopes[i], differences,
+                                size_of(i, size_of_x, differences.value[i], steepest));
+      for (std::size_t f = 0; f < finer.size(); ++f) {
+        if (c.agrees && c.known_to <= known_well) break;
+        if (!finer[f]) finer[f] = differences_of(finer_steps[f] * step);
+        const double slope = finer[f]->value[i];
+        const GradientCheck again =
+            compare(i, name, *slopes[i], *finer[f], size_of(i, size_of_x, slope, std::abs(slope)));
+        const bool settled = again.agrees && again.known_to <= known_well;
+        if (settled || again.known_to < c.known_to) c = again;
+      }
+      GradientCheck& most = worst[q];
+      if (most.quantity.empty() || (most.agrees && !c.agrees) ||
+          (most.agrees == c.agrees && c.error > most.error))
+        most = c;
+    }
+  }
+  return worst;
+}
+
+}  // namespace
+
+GradientReport check_gradients(const Job& job, double tolerance, int threads) {
+  GradientReport report;
+  Checker checker(job, tolerance);
+  if (auto reason = checker.prepare()) {
+    report.message = std::move(*reason);
+    return report;
+  }
+  const std::size_t parameters = checker.parameters().size();
+  std::vector<std::vector<GradientCheck>> checks(parameters);
+  std::vector<std::string> failed(parameters);
+  parallel_for(static_cast<int>(parameters), threads, [&](int index) {
+    const auto p = static_cast<std::size_t>(index);
+    try {
+      checks[p] = checker.check(p);
+    } catch (const SpecError& error) {
+      failed[p] = fmt::format("{}: no differences: {}", checker.parameters()[p], error.what());
+    }
+  });
+  int wrong = 0;
+  double worst = 0;
+  for (const std::vector<GradientCheck>& of : checks)
+    for (const GradientCheck& c : of) {
+      if (c.quantity.empty()) continue;
+      report.checks.push_back(c);
+      wrong += !c.agrees;
+      worst = std::max(worst, c.error);
+    }
+  std::erase(failed, "");
+  report.ok = wrong == 0 && failed.empty() && !report.checks.empty();
+  report.message = fmt::format("{} of {} derivatives agree, largest difference {:.1e}",
+                               report.checks.size() - static_cast<std::size_t>(wrong),
+                               report.checks.size(), worst);
+  if (const auto names = checker.without_exact(); !names.empty())
+    report.message += fmt::format("; no exact derivatives: {}", fmt::join(names, ", "));
+  for (const std::string& f : failed) report.message += "; " + f;
+  return report;
+}
+
+}  // namespace flexopt

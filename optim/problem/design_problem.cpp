@@ -1,0 +1,367 @@
+#include "optim/problem/design_problem.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "core/spec/spec_error.hpp"
+#include "optim/job/job_numbers.hpp"
+#include "optim/problem/posing.hpp"
+
+namespace flexopt {
+
+double excess(double value, const std::optional<double>& min, const std::optional<double>& max,
+              double scale) {
+  double most = -std::numeric_limits<double>::infinity();
+  if (max) most = std::max(most, (value - *max) / scale);
+  if (min) most = std::max(most, (*min - value) / scale);
+  return most;
+}
+
+namespace {
+
+std::vector<std::string> given_parameters(const DesignSpec& design) {
+  std::vector<std::string> given;
+  for (const auto& [name, value] : design.parameters)
+    if (!design.expressions.contains(name)) given.push_back(name);
+  return given;
+}
+
+Expression formula_of(const DesignSpec& design, const std::string& parameter) {
+  return {design.expressions.at(parameter), given_parameters(design),
+          "/design/parameters/" + parameter + "/expression"};
+}
+
+/// The job with the second objective of a front among its constraints, and with the numbers of
+/// material and end-effector that are variables or stand in formulas among its parameters.
+Job prepared(Job job) {
+  OptimiseSpec& spec = *job.optimise;
+  if (const auto& front = spec.pareto)
+    spec.constraints.push_back(
+        {front->quantity, front->expression, front->over_stroke, {}, {}, front->label});
+  const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
+  std::vector<std::string> known, wanted;
+  for (const auto& [name, value] : job.design.parameters) known.push_back(name);
+  for (const auto& [name, value] : numbers) known.push_back(name);
+  for (const Variable& v : spec.variables) wanted.push_back(v.parameter);
+  const auto add = [&](const std::string& formula, const std::string& pointer) {
+    if (formula.empty()) return;
+    const std::vector<std::string> names = Expression(formula, known, pointer).names();
+    wanted.insert(wanted.end(), names.begin(), names.end());
+  };
+  add(spec.objective.expression, "/optimise/objective");
+  for (std::size_t i = 0; i < spec.constraints.size(); ++i)
+    add(spec.constraints[i].expression, fmt::format("/optimise/constraints/{}", i));
+  for (const std::string& name : wanted)
+    if (const auto number = numbers.find(name); number != numbers.end())
+      job.design.parameters.insert(*number);
+  return job;
+}
+
+/// 1 where a parameter (row) depends on a variable (column).
+MatrixXd parameter_pattern(const Job& job) {
+  const std::vector<Variable>& variables = job.optimise->variables;
+  MatrixXd pattern = MatrixXd::Zero(static_cast<Eigen::Index>(job.design.parameters.size()),
+                                    static_cast<Eigen::Index>(variables.size()));
+  Eigen::Index row = 0;
+  for (const auto& [name, value] : job.design.parameters) {
+    std::vector<std::string> depends{name};
+    if (job.design.expressions.contains(name)) depends = formula_of(job.design, name).names();
+    for (std::size_t j = 0; j < variables.size(); ++j)
+      if (std::find(depends.begin(), depends.end(), variables[j].parameter) != depends.end())
+        pattern(row, static_cast<Eigen::Index>(j)) = 1;
+    ++row;
+  }
+  return pattern;
+}
+
+}  // namespace
+
+DesignProblem::DesignProblem(const Job& job, StrokeEvaluator evaluator,
+                             StrokeGradientEvaluator gradients)
+    : job_(prepared(job)),
+      evaluator_(std::move(evaluator)),
+      gradients_(std::move(gradients)),
+      goals_(make_goals(job_)),
+      request_(request_of_goals(job_, goals_)) {
+  for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
+  // values with and without derivatives must be those of one function
+  request_.exact = gradients_ && needs_gradients(optimiser_options(*job_.optimise));
+  if (request_.exact && bears_repetition(optimiser_options(*job_.optimise)))
+    add_stress_branches(goals_, request_);
+  const MatrixXd pattern = parameter_pattern(job_);
+  Eigen::Index row = 0;
+  for (const auto& [name, value] : job_.design.parameters)
+    if (!pattern.row(row++).isZero(0)) moving_.push_back(name);
+}
+
+Variables DesignProblem::variables(const VectorXd& x) const {
+  assert(x.size() == size());
+  constexpr double rounding = 1e-14;
+  Variables v;
+  for (int j = 0; j < size(); ++j) {
+    const Variable& of = spec().variables[static_cast<std::size_t>(j)];
+    double value = x[j] <= 0   ? of.min
+                   : x[j] >= 1 ? of.max
+                               : std::clamp(of.min + x[j] * (of.max - of.min), of.min, of.max);
+    for (const double size : of.stock)  // a size is hit to the bit
+      if (std::abs(value - size) <= rounding * (of.max - of.min)) value = size;
+    v.push_back(value);
+  }
+  return v;
+}
+
+VectorXd DesignProblem::scaled(const Variables& variables) const {
+  VectorXd x(size());
+  const auto back = [&](int j) { return this->variables(x)[static_cast<std::size_t>(j)]; };
+  for (int j = 0; j < size(); ++j) {
+    const Variable& of = spec().variables[static_cast<std::size_t>(j)];
+    x[j] =
+        std::clamp((variables[static_cast<std::size_t>(j)] - of.min) / (of.max - of.min), 0.0, 1.0);
+  }
+  // To the same bits and back: rounding is off by a few units of x at most.
+  for (int j = 0; j < size(); ++j) {
+    const double wanted = variables[static_cast<std::size_t>(j)];
+    for (int i = 0; i < 8 && back(j) != wanted; ++i)
+      x[j] = std::nextafter(x[j], back(j) < wanted ? 1.0 : 0.0);
+  }
+  return x;
+}
+
+ParameterValues DesignProblem::named(const Variables& variables) const {
+  ParameterValues values;
+  for (std::size_t j = 0; j < variables.size(); ++j)
+    values[spec().variables[j].parameter] = variables[j];
+  return values;
+}
+
+ParameterValues DesignProblem::parameters(const Variables& variables) const {
+  ParameterValues values = job_.design.parameters;
+  for (const auto& [name, value] : named(variables)) values[name] = value;
+  return complete_parameters(job_.design, std::move(values));
+}
+
+Mechanism DesignProblem::mechanism(const Variables& variables) const {
+  return make_mechanism(job_, parameters(variables));
+}
+
+StrokeResponse DesignProblem::respond(const Variables& variables, const ModelOptions& model,
+                                      const StrokeRequest& request) const {
+  return evaluator_(mechanism(variables), model, request);
+}
+
+std::optional<MatrixXd> DesignProblem::parameter_derivatives(
+    const ParameterValues& parameters) const {
+  const std::vector<Variable>& variables = spec().variables;
+  MatrixXd derivatives = MatrixXd::Zero(static_cast<Eigen::Index>(parameters.size()), size());
+  Eigen::Index row = 0;
+  for (const auto& [name, value] : parameters) {
+    std::vector<std::string> depends{name};
+    VectorXd slopes = VectorXd::Ones(1);
+    if (job_.design.expressions.contains(name)) {
+      const Expression formula = formula_of(job_.design, name);
+      const std::optional<VectorXd> gradient = formula.gradient(parameters);
+      if (!gradient) return std::nullopt;
+      depends = formula.names();
+      slopes = *gradient;
+    }
+    for (std::size_t i = 0; i < depends.size(); ++i)
+      for (std::size_t j = 0; j < variables.size(); ++j)
+        if (depends[i] == variables[j].parameter)
+          derivatives(row, static_cast<Eigen::Index>(j)) = slopes[static_cast<Eigen::Index>(i)];
+    ++row;
+  }
+  return derivatives;
+}
+
+namespace {
+
+/// Rows of `all` (one for each of `parameters`) of the named ones.
+MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
+                 const std::vector<std::string>& names) {
+  MatrixXd rows(static_cast<Eigen::Index>(names.size()), all.cols());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    rows.row(static_cast<Eigen::Index>(i)) =
+        all.row(std::distance(parameters.begin(), parameters.find(names[i])));
+  return rows;
+}
+
+}  // namespace
+
+DesignValues DesignProblem::read(const Variables& variables, const StrokeResponse& response,
+                                 const StrokeRequest& request,
+                                 const StrokeGradients* gradients) const {
+  DesignValues values;
+  const ParameterValues all = parameters(variables);
+  const std::optional<MatrixXd> moved = parameter_derivatives(all);
+  std::string& why = values.no_gradient;
+  if (!moved) why = "a formula among the parameters has no derivative";
+  for (const Goal& goal : goals_) {
+    GoalReading reading =
+        goal.expression ? read_goal(goal, all) : read_goal(goal, response, request, gradients);
+    if (!reading.ok) {
+      values.message = std::move(reading.message);
+      values.goals.clear();
+      values.gradient.resize(0, 0);
+      why.clear();
+      return values;
+    }
+    const std::string name = goal.label.find(goal.quantity) != std::string::npos
+                                 ? goal.label
+                                 : fmt::format("{} ({})", goal.label, goal.quantity);
+    if (why.empty() && reading.gradient.rows() != static_cast<Eigen::Index>(reading.values.size()))
+      why = fmt::format("{} has no exact derivatives", name);
+    if (why.empty()) {
+      const std::vector<std::string> along =
+          goal.expression ? goal.expression->names() : gradients->parameters;
+      const MatrixXd chained = reading.gradient * rows_of(*moved, all, along);
+      const Eigen::Index before = values.gradient.rows();
+      values.gradient.conservativeResize(before + chained.rows(), size());
+      values.gradient.bottomRows(chained.rows()) = chained;
+      if (!chained.allFinite()) why = fmt::format("the derivative of {} is not finite", name);
+      for (std::size_t j = 0; j < along.size(); ++j)
+        if (!reading.gradient.col(static_cast<Eigen::Index>(j)).allFinite())
+          why = fmt::format("the derivative of {} along {} is not finite", name, along[j]);
+    }
+    values.goals.push_back(std::move(reading.values));
+  }
+  if (!why.empty()) values.gradient.resize(0, 0);
+  values.ok = true;
+  return values;
+}
+
+DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
+                                     std::optional<Accuracy> accuracy) const {
+  const auto of_values = [&](DesignValues values) {
+    values.no_gradient.clear();
+    values.gradient.resize(0, 0);
+    return values;
+  };
+  try {
+    if (!needs_mechanics_) {
+      DesignValues values = read(variables, StrokeResponse{}, request_);
+      return gradient ? values : of_values(std::move(values));
+    }
+    ModelOptions model = job_.model;
+    if (accuracy) model.accuracy = *accuracy;
+    if (!gradient || !gradients_)
+      return of_values(read(variables, respond(variables, model, request_), request_));
+    const StrokeSensitivity found =
+        gradients_(job_, parameters(variables), moving_, model, request_);
+    DesignValues values =
+        read(variables, found.response, request_, found.gradients ? &*found.gradients : nullptr);
+    if (values.ok && !found.gradients && !found.message.empty()) values.no_gradient = found.message;
+    return values;
+  } catch (const SpecError& error) {
+    DesignValues values;
+    values.message = error.what();
+    return values;
+  }
+}
+
+std::optional<VectorXd> DesignProblem::formula_gradient(std::size_t goal,
+                                                        const Variables& variables) const {
+  const Expression& formula = *goals_[goal].expression;
+  try {
+    const ParameterValues all = parameters(variables);
+    const std::optional<VectorXd> gradient = formula.gradient(all);
+    const std::optional<MatrixXd> moved = parameter_derivatives(all);
+    if (!gradient || !moved) return std::nullopt;
+    return VectorXd(rows_of(*moved, all, formula.names()).transpose() * *gradient);
+  } catch (const SpecError&) {
+    return std::nullopt;
+  }
+}
+
+std::optional<double> DesignProblem::formula(std::size_t goal, const Variables& variables) const {
+  assert(goals_[goal].expression);
+  try {
+    return goals_[goal].expression->value(parameters(variables));
+  } catch (const SpecError&) {
+    return std::nullopt;
+  }
+}
+
+std::optional<double> DesignProblem::formula_violation(const Variables& variables,
+                                                       const Scales& scales) const {
+  double most = 0;
+  for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
+    if (!goals_[i + 1].expression) continue;
+    const std::optional<double> value = formula(i + 1, variables);
+    if (!value) return std::nullopt;
+    const Constraint& c = spec().constraints[i];
+    most = std::max(most, excess(*value, c.min, c.max, scales.constraints[i]));
+  }
+  return most;
+}
+
+std::optional<std::string> DesignProblem::ruled_out(const Variables& variables,
+                                                    const Scales& scales) const {
+  constexpr double far = 0.5;  // nearer than that the mechanics still tell where to go
+  for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
+    if (!goals_[i + 1].expression) continue;
+    const Constraint& c = spec().constraints[i];
+    const std::optional<double> value = formula(i + 1, variables);
+    if (!value) return fmt::format("not evaluated: {} has no value", c.label);
+    const double by = excess(*value, c.min, c.max, scales.constraints[i]);
+    if (by > far)
+      return fmt::format("not evaluated: {} = {:.6g} misses its bound by {:.0f} %", c.label, *value,
+                         100 * by);
+  }
+  return std::nullopt;
+}
+
+Scales DesignProblem::scales(const DesignValues* reference) const {
+  Scales scales;
+  const auto largest = [&](std::size_t goal) {
+    double most = 0;
+    if (reference && reference->ok)
+      for (const double v : reference->goals[goal]) most = std::max(most, std::abs(v));
+    return most;
+  };
+  scales.objective = reference && reference->ok ? std::abs(objective(*reference)) : 0.0;
+  if (scales.objective == 0) scales.objective = largest(0);
+  if (scales.objective == 0) scales.objective = 1;
+  for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
+    const Constraint& c = spec().constraints[i];
+    double scale = std::max(std::abs(c.min.value_or(0)), std::abs(c.max.value_or(0)));
+    if (scale == 0 && goals_[i + 1].expression) {  // the middle of each side of the box
+      for (int j = 0; j < size(); ++j)
+        for (const double end : {0.0, 1.0}) {
+          VectorXd x = VectorXd::Constant(size(), 0.5);
+          x[j] = end;
+          scale = std::max(scale, std::abs(formula(i + 1, variables(x)).value_or(0)));
+        }
+    }
+    if (scale == 0) scale = largest(i + 1);
+    scales.constraints.push_back(scale == 0 ? 1.0 : scale);
+  }
+  return scales;
+}
+
+double DesignProblem::objective(const DesignValues& values) const {
+  assert(values.ok);
+  return aggregate(goals_[0], values.goals[0]);
+}
+
+std::vector<double> DesignProblem::constraints(const DesignValues& values) const {
+  assert(values.ok);
+  std::vector<double> numbers;
+  for (std::size_t i = 1; i < goals_.size(); ++i)
+    numbers.push_back(aggregate(goals_[i], values.goals[i]));
+  return numbers;
+}
+
+double DesignProblem::violation(const DesignValues& values, const Scales& scales) const {
+  const std::vector<double> numbers = constraints(values);
+  double most = 0;
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    most = std::max(most, excess(numbers[i], spec().constraints[i].min, spec().constraints[i].max,
+                                 scales.constraints[i]));
+  return most;
+}
+
+}  // namespace flexopt

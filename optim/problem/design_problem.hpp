@@ -1,0 +1,124 @@
+#pragma once
+// A job's designs as an optimiser varies them: scaled variables → parameters → goals.
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/math/types.hpp"
+#include "core/response/response.hpp"
+#include "optim/job/job.hpp"
+#include "optim/problem/goals.hpp"
+
+namespace flexopt {
+
+/// What evaluates a mechanism over its stroke: `evaluate_stroke`, or closed forms in a test.
+using StrokeEvaluator =
+    std::function<StrokeResponse(const Mechanism&, const ModelOptions&, const StrokeRequest&)>;
+
+/// The same with derivatives with respect to the named parameters of the design (`job.design` at
+/// `parameters`), where it has them.
+using StrokeGradientEvaluator = std::function<StrokeSensitivity(
+    const Job& job, const ParameterValues& parameters, const std::vector<std::string>& names,
+    const ModelOptions&, const StrokeRequest&)>;
+
+/// Values of the variables in the job's order, SI.
+using Variables = std::vector<double>;
+
+/// What one design yields.
+struct DesignValues {
+  bool ok = false;
+  std::string message;            ///< why not, with the figures
+  std::vector<GoalValues> goals;  ///< objective, then constraints; empty when not ok
+  /// Exact derivatives: all goals' values one after the other × variables, SI per SI. Empty where
+  /// they were not asked for, or where one of them cannot be had.
+  MatrixXd gradient;
+  std::string no_gradient;  ///< why not, where they were asked for
+};
+
+/// What the goals are divided by to be of order one.
+struct Scales {
+  double objective = 1;
+  std::vector<double> constraints;  ///< the larger bound; where it is 0, what the goal reaches
+};
+
+class DesignProblem {
+ public:
+  /// Throws SpecError for goals that are none.
+  DesignProblem(const Job& job, StrokeEvaluator evaluator, StrokeGradientEvaluator gradients = {});
+
+  /// The job; the second objective of a front stands among its constraints, without bounds, and
+  /// what varies of material and end-effector, or stands in formulas, among its parameters.
+  const Job& job() const { return job_; }
+  /// The constraints that are some.
+  std::size_t own_constraints() const {
+    return spec().constraints.size() - (spec().pareto ? 1 : 0);
+  }
+  const OptimiseSpec& spec() const { return *job_.optimise; }
+  const std::vector<Goal>& goals() const { return goals_; }
+  const StrokeRequest& request() const { return request_; }
+  int size() const { return static_cast<int>(spec().variables.size()); }
+
+  /// max − min of a variable: d variable / d x.
+  double range(Eigen::Index variable) const {
+    const Variable& of = spec().variables[static_cast<std::size_t>(variable)];
+    return of.max - of.min;
+  }
+  /// x in [0, 1]ⁿ ↔ variables, linear between min and max; the ends are hit exactly.
+  Variables variables(const VectorXd& x) const;
+  VectorXd scaled(const Variables& variables) const;
+  ParameterValues named(const Variables& variables) const;
+  /// All of the job's parameters, formulas computed. Throws SpecError when out of range.
+  ParameterValues parameters(const Variables& variables) const;
+  Mechanism mechanism(const Variables& variables) const;
+
+  /// Whether `evaluate` can give exact derivatives of all goals.
+  bool differentiable() const { return !needs_mechanics_ || gradients_ != nullptr; }
+  /// Evaluates the mechanics for the goals, with exact derivatives if asked for and offered. A
+  /// SpecError of the geometry is a failed evaluation with its message. Thread-safe if the
+  /// evaluators are. `accuracy` is the job's own where nothing is said.
+  DesignValues evaluate(const Variables& variables, bool gradient = false,
+                        std::optional<Accuracy> accuracy = {}) const;
+  /// Exact derivatives of one goal with a formula with respect to the variables, SI per SI.
+  std::optional<VectorXd> formula_gradient(std::size_t goal, const Variables& variables) const;
+  /// A path with the given model and request.
+  StrokeResponse respond(const Variables& variables, const ModelOptions& model,
+                         const StrokeRequest& request) const;
+  DesignValues read(const Variables& variables, const StrokeResponse& response,
+                    const StrokeRequest& request, const StrokeGradients* gradients = nullptr) const;
+
+  /// Values of one goal with a formula; nothing when it or the parameters make no sense there.
+  std::optional<double> formula(std::size_t goal, const Variables& variables) const;
+  /// Why the mechanics need not be asked: a formula's constraint is missed by more than half its
+  /// bound, or has no value.
+  std::optional<std::string> ruled_out(const Variables& variables, const Scales& scales) const;
+  /// Largest relative violation of the constraints that are formulas; nothing without value.
+  std::optional<double> formula_violation(const Variables& variables, const Scales& scales) const;
+
+  /// Scales from a design that could be evaluated, or from none.
+  Scales scales(const DesignValues* reference) const;
+
+  double objective(const DesignValues& values) const;
+  std::vector<double> constraints(const DesignValues& values) const;
+  /// Largest relative violation, 0 when feasible.
+  double violation(const DesignValues& values, const Scales& scales) const;
+
+ private:
+  Job job_;
+  /// Derivatives of all parameters (rows, in alphabetical order) with respect to the variables: the
+  /// variables themselves, and formulas over them. Nothing where a formula's is not finite.
+  std::optional<MatrixXd> parameter_derivatives(const ParameterValues& parameters) const;
+
+  StrokeEvaluator evaluator_;
+  StrokeGradientEvaluator gradients_;
+  std::vector<std::string> moving_;  ///< parameters that change when a variable does
+  std::vector<Goal> goals_;
+  StrokeRequest request_;
+  bool needs_mechanics_ = false;
+};
+
+/// By how much a value misses the bounds, relative to `scale`; negative inside them.
+double excess(double value, const std::optional<double>& min, const std::optional<double>& max,
+              double scale);
+
+}  // namespace flexopt

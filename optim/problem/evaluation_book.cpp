@@ -1,0 +1,206 @@
+#include "optim/problem/evaluation_book.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "optim/numerics/parallel.hpp"
+
+namespace flexopt {
+
+bool better(const EvaluationRecord& a, const EvaluationRecord& b, bool maximise,
+            double feasible_within) {
+  const bool a_feasible = a.violation <= feasible_within,
+             b_feasible = b.violation <= feasible_within;
+  if (a_feasible != b_feasible) return a_feasible;
+  if (!a_feasible) return a.violation < b.violation;
+  return maximise ? a.objective > b.objective : a.objective < b.objective;
+}
+
+ProgressBoard::ProgressBoard(ProgressCallback callback, int starts, bool maximise,
+                             double feasible_within)
+    : callback_(std::move(callback)), maximise_(maximise), feasible_within_(feasible_within) {
+  progress_.starts = starts;
+}
+
+void ProgressBoard::add(const EvaluationRecord& record, bool replayed) {
+  const std::lock_guard lock(mutex_);
+  progress_.start = record.start;
+  ++progress_.evaluations;
+  if (!record.ok) ++progress_.failed;
+  if (replayed) ++progress_.replayed;
+  if (record.ok && !record.full && record.violation <= feasible_within_ &&
+      (!progress_.best ||
+       (maximise_ ? record.objective > *progress_.best : record.objective < *progress_.best)))
+    progress_.best = record.objective;
+  if (callback_) callback_(record, progress_);
+}
+
+VectorXd flattened(const DesignValues& values) {
+  Eigen::Index size = 0;
+  for (const GoalValues& g : values.goals) size += static_cast<Eigen::Index>(g.size());
+  VectorXd flat(size);
+  Eigen::Index k = 0;
+  for (const GoalValues& g : values.goals)
+    for (const double v : g) flat[k++] = v;
+  return flat;
+}
+
+void EvaluationBook::adopt(const EvaluationBook& other) {
+  known_.insert(other.known_.begin(), other.known_.end());
+  known_full_.insert(other.known_full_.begin(), other.known_full_.end());
+  differences_.insert(other.differences_.begin(), other.differences_.end());
+}
+
+void EvaluationBook::set_scales(Scales scales) {
+  scales_ = std::move(scales);
+  for (LoggedEvaluation& e : evaluations_)
+    if (e.record.ok) e.record.violation = problem_.violation(e.values, scales_);
+}
+
+LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues values, Ask how,
+                                        int number) const {
+  LoggedEvaluation e;
+  e.record.stage = stage_;
+  e.record.start = start_;
+  e.record.number = number;
+  e.record.full = how.full;
+  e.record.variables = problem_.named(variables);
+  e.record.ok = values.ok;
+  e.record.message = values.message;
+  e.record.difference = how.difference;
+  if (values.ok) {
+    e.record.objective = problem_.objective(values);
+    e.record.constraints = problem_.constraints(values);
+    e.record.violation = problem_.violation(values, scales_);
+  }
+  e.gradient_asked = how.gradient;
+  e.values = std::move(values);
+  return e;
+}
+
+std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables>& many, Ask how,
+                                                     int& cost) {
+  std::map<Variables, Known>& known = how.full ? known_full_ : known_;
+  std::vector<Variables> fresh;
+  for (const Variables& v : many) {
+    if (std::find(fresh.begin(), fresh.end(), v) != fresh.end()) continue;
+    if (const auto it = known.find(v); it != known.end())
+      if (!how.gradient || it->second.gradient_asked || !it->second.values.ok) continue;
+    if (auto why = problem_.ruled_out(v, scales_)) {
+      known[v] = {{.ok = false, .message = *why, .goals = {}, .gradient = {}, .no_gradient = {}},
+                  true};
+      continue;
+    }
+    fresh.push_back(v);
+  }
+  const auto count = static_cast<int>(fresh.size()), first = static_cast<int>(evaluations_.size());
+  std::vector<LoggedEvaluation> done(fresh.size());
+  parallel_for(count, threads_, [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    const LoggedEvaluation* logged = log_.find(fresh[k], how.full, how.gradient);
+    DesignValues values;
+    if (logged)
+      values = logged->values;
+    else if (how.full)
+      values = problem_.evaluate(fresh[k], how.gradient, Accuracy::full);
+    else
+      values = problem_.evaluate(fresh[k], how.gradient);
+    if (!how.gradient) {
+      values.gradient.resize(0, 0);
+      values.no_gradient.clear();
+    }
+    done[k] = record(fresh[k], std::move(values), how, first + i);
+    if (!logged) log_.append(done[k]);
+    board_.add(done[k].record, logged != nullptr);
+  });
+  for (std::size_t k = 0; k < fresh.size(); ++k) {
+    if (!done[k].record.ok) ++failures_;
+    known[fresh[k]] = {done[k].values, how.gradient};
+    evaluations_.push_back(std::move(done[k]));
+  }
+  cost += count;
+  std::vector<const DesignValues*> answers;
+  for (const Variables& v : many) answers.push_back(&known.at(v).values);
+  return answers;
+}
+
+const DesignValues& EvaluationBook::at(const Variables& variables, int& cost) {
+  return *ask({variables}, {.gradient = eager_}, cost).front();
+}
+
+const DesignValues& EvaluationBook::full(const Variables& variables, int& cost) {
+  return *ask({variables}, {.gradient = problem_.differentiable(), .full = true}, cost).front();
+}
+
+bool EvaluationBook::add_differences(const VectorXd& x, const DesignValues& values,
+                                     const std::vector<Eigen::Index>& columns, Differences& known,
+                                     int& cost) {
+  DifferenceOptions options;
+  options.columns = columns;
+  int entry = 0;
+  for (std::size_t g = 0; g < values.goals.size(); ++g) {
+    const int branches = problem_.goals()[g].branches,
+              size = static_cast<int>(values.goals[g].size());
+    if (branches > 1)
+      for (int i = 0; i < size; i += branches) options.branches.emplace_back(entry + i, branches);
+    entry += size;
+  }
+  const auto evaluate = [&](const std::vector<VectorXd>& xs) {
+    std::vector<Variables> many;
+    for (const VectorXd& y : xs) many.push_back(problem_.variables(y));
+    std::vector<std::optional<VectorXd>> answers;
+    for (const DesignValues* v : ask(many, {.difference = true}, cost))
+      answers.push_back(v->ok ? std::optional(flattened(*v)) : std::nullopt);
+    return answers;
+  };
+  const auto found = central_differences(evaluate, x, flattened(values), options);
+  if (!found) return false;
+  used_differences_ = true;
+  for (const Eigen::Index j : columns) {
+    known.values.col(j) = found->col(j);
+    known.columns[static_cast<std::size_t>(j)] = true;
+  }
+  // what is a formula has exact ones
+  Eigen::Index row = 0;
+  for (std::size_t g = 0; g < values.goals.size(); ++g) {
+    if (problem_.goals()[g].expression)
+      if (const auto exact = problem_.formula_gradient(g, problem_.variables(x)))
+        for (const Eigen::Index j : columns) known.values(row, j) = (*exact)[j] * problem_.range(j);
+    row += static_cast<Eigen::Index>(values.goals[g].size());
+  }
+  return true;
+}
+
+std::optional<MatrixXd> EvaluationBook::derivatives(const VectorXd& x, int& cost,
+                                                    const std::vector<Eigen::Index>& wanted) {
+  const Variables center = problem_.variables(x);
+  const bool exact = problem_.differentiable();
+  const DesignValues values = *ask({center}, {.gradient = eager_ || exact}, cost).front();
+  if (!values.ok) return std::nullopt;
+  if (values.gradient.rows() > 0) {
+    MatrixXd scaled = values.gradient;
+    for (Eigen::Index j = 0; j < scaled.cols(); ++j) scaled.col(j) *= problem_.range(j);
+    return scaled;
+  }
+  if (why_differences_.empty() && !values.no_gradient.empty()) {
+    std::vector<std::string> design;
+    for (const auto& [name, value] : problem_.named(center))
+      design.push_back(fmt::format("{} = {:.6g}", name, value));
+    why_differences_ = fmt::format("{}, first at {}", values.no_gradient, fmt::join(design, ", "));
+  }
+  const auto n = static_cast<std::size_t>(x.size());
+  Differences known{MatrixXd::Zero(flattened(values).size(), x.size()), std::vector<bool>(n)};
+  if (const auto it = differences_.find(center); it != differences_.end()) known = it->second;
+  std::vector<Eigen::Index> missing;
+  for (Eigen::Index j = 0; j < x.size(); ++j)
+    if (!known.columns[static_cast<std::size_t>(j)] &&
+        (wanted.empty() || std::find(wanted.begin(), wanted.end(), j) != wanted.end()))
+      missing.push_back(j);
+  if (!missing.empty() && !add_differences(x, values, missing, known, cost)) return std::nullopt;
+  differences_[center] = known;
+  return known.values;
+}
+
+}  // namespace flexopt

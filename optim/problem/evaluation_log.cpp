@@ -1,0 +1,141 @@
+#include "optim/problem/evaluation_log.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <set>
+#include <stdexcept>
+
+namespace flexopt {
+
+using nlohmann::json;
+using OrderedJson = nlohmann::ordered_json;
+
+namespace {
+
+constexpr const char* stage_names[] = {"search", "stock", "pareto", "verification"};
+
+/// null: not asked for; []: asked for, but there is none.
+OrderedJson gradient_json(const LoggedEvaluation& e) {
+  if (!e.gradient_asked) return nullptr;
+  OrderedJson rows = OrderedJson::array();
+  for (Eigen::Index i = 0; i < e.values.gradient.rows(); ++i) {
+    const VectorXd row = e.values.gradient.row(i);
+    rows.push_back(std::vector<double>(row.data(), row.data() + row.size()));
+  }
+  return rows;
+}
+
+std::string line_of(const LoggedEvaluation& e) {
+  const EvaluationRecord& r = e.record;
+  return log_line({{"stage", name_of(r.stage)},
+                   {"start", r.start},
+                   {"number", r.number},
+                   {"full", r.full},
+                   {"variables", r.variables},
+                   {"ok", r.ok},
+                   {"message", r.message},
+                   {"objective", r.objective},
+                   {"constraints", r.constraints},
+                   {"violation", r.violation},
+                   {"difference", r.difference},
+                   {"values", e.values.goals},
+                   {"gradient", gradient_json(e)},
+                   {"no_gradient", e.values.no_gradient}});
+}
+
+LoggedEvaluation parse_line(const std::string& line) {
+  const json j = json::parse(line);
+  LoggedEvaluation e;
+  e.record.stage = stage_named(j.at("stage"));
+  j.at("start").get_to(e.record.start);
+  j.at("number").get_to(e.record.number);
+  j.at("full").get_to(e.record.full);
+  j.at("variables").get_to(e.record.variables);
+  j.at("ok").get_to(e.record.ok);
+  j.at("message").get_to(e.record.message);
+  j.at("objective").get_to(e.record.objective);
+  j.at("constraints").get_to(e.record.constraints);
+  j.at("violation").get_to(e.record.violation);
+  j.at("difference").get_to(e.record.difference);
+  j.at("values").get_to(e.values.goals);
+  e.values.ok = e.record.ok;
+  e.values.message = e.record.message;
+  j.at("no_gradient").get_to(e.values.no_gradient);
+  const json& gradient = j.at("gradient");
+  e.gradient_asked = !gradient.is_null();
+  if (e.gradient_asked && !gradient.empty()) {
+    e.values.gradient.resize(static_cast<Eigen::Index>(gradient.size()),
+                             static_cast<Eigen::Index>(gradient.front().size()));
+    for (std::size_t i = 0; i < gradient.size(); ++i)
+      for (std::size_t k = 0; k < gradient.front().size(); ++k)
+        e.values.gradient(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
+            gradient[i].at(k).get<double>();
+  }
+  return e;
+}
+
+}  // namespace
+
+std::string name_of(Stage stage) { return stage_names[static_cast<std::size_t>(stage)]; }
+
+Stage stage_named(const std::string& name) {
+  const auto found = std::find(std::begin(stage_names), std::end(stage_names), name);
+  if (found == std::end(stage_names)) throw std::runtime_error("unknown stage " + name);
+  return static_cast<Stage>(found - std::begin(stage_names));
+}
+
+json log_identity(const Job& job, const std::string& version) {
+  json identity = job.as_read;
+  assert(identity.is_object());
+  for (const char* key : {"name", "expect"}) identity.erase(key);
+  if (identity.contains("optimise"))
+    for (const char* key : {"starts", "max_evaluations"}) identity["optimise"].erase(key);
+  return {{"version", version}, {"job", std::move(identity)}};
+}
+
+EvaluationLog::EvaluationLog(const Job& job, const std::filesystem::path& path,
+                             const std::string& version, bool overwrite)
+    : job_(job),
+      lines_(path, log_identity(job, version), overwrite,
+             [this](const std::string& line) { read(line); }) {}
+
+EvaluationLog::Key EvaluationLog::key_of(const LoggedEvaluation& evaluation) const {
+  Key key{evaluation.record.full, evaluation.gradient_asked, {}};
+  for (const Variable& v : job_.optimise->variables)
+    key.variables.push_back(evaluation.record.variables.at(v.parameter));
+  return key;
+}
+
+void EvaluationLog::read(const std::string& line) {
+  LoggedEvaluation e = parse_line(line);
+  index_.emplace(key_of(e), loaded_.size());
+  loaded_.push_back(std::move(e));
+}
+
+const LoggedEvaluation* EvaluationLog::find(const Variables& variables, bool full,
+                                            bool gradient) const {
+  for (const bool asked : {true, false}) {
+    if (gradient && !asked) break;
+    if (const auto it = index_.find({full, asked, variables}); it != index_.end())
+      return &loaded_[it->second];
+  }
+  return nullptr;
+}
+
+void EvaluationLog::append(const LoggedEvaluation& evaluation) {
+  lines_.append(line_of(evaluation));
+}
+
+void EvaluationLog::finish(const std::vector<LoggedEvaluation>& evaluations) {
+  std::vector<std::string> lines;
+  std::set<Key> written;
+  for (const LoggedEvaluation& e : evaluations) {
+    lines.push_back(line_of(e));
+    written.insert(key_of(e));
+  }
+  for (const LoggedEvaluation& e : loaded_)
+    if (!written.contains(key_of(e))) lines.push_back(line_of(e));
+  lines_.finish(lines);
+}
+
+}  // namespace flexopt

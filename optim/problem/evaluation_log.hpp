@@ -1,0 +1,65 @@
+#pragma once
+// evaluations.jsonl: every evaluated design, one line each, from which an interrupted run resumes.
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "optim/problem/design_problem.hpp"
+#include "optim/problem/evaluation_record.hpp"
+#include "optim/problem/line_log.hpp"
+
+namespace flexopt {
+
+struct LoggedEvaluation {
+  EvaluationRecord record;
+  DesignValues values;
+  bool gradient_asked = false;  ///< although there may be none
+};
+
+/// As the log and history.csv write it. `stage_named` throws std::runtime_error for other names.
+std::string name_of(Stage stage);
+Stage stage_named(const std::string& name);
+
+/// What of a job decides the values of its designs and the path of its optimisation: all but name,
+/// expectations, and how many starts and evaluations there may be.
+nlohmann::json log_identity(const Job& job, const std::string& version);
+
+class EvaluationLog {
+ public:
+  /// Without a file nothing is kept on disk.
+  explicit EvaluationLog(const Job& job) : job_(job) {}
+
+  /// Opens or creates the file and reads what it holds; refuses others' as LineLog does.
+  EvaluationLog(const Job& job, const std::filesystem::path& path, const std::string& version,
+                bool overwrite);
+
+  /// The evaluation of these exact variables by an earlier run, or null. With `gradient`, one that
+  /// was asked for it; without, any.
+  const LoggedEvaluation* find(const Variables& variables, bool full, bool gradient) const;
+  int loaded() const { return static_cast<int>(loaded_.size()); }
+
+  /// Adds a line and flushes it. Thread-safe.
+  void append(const LoggedEvaluation& evaluation);
+
+  /// Brings the file into the order stage, start, number, whatever threads wrote it; lines of
+  /// earlier runs that were not asked for this time stay at the end.
+  void finish(const std::vector<LoggedEvaluation>& evaluations);
+
+ private:
+  struct Key {
+    bool full = false, gradient = false;
+    Variables variables;
+    auto operator<=>(const Key&) const = default;
+  };
+  Key key_of(const LoggedEvaluation& evaluation) const;
+  void read(const std::string& line);
+
+  const Job& job_;
+  std::vector<LoggedEvaluation> loaded_;
+  std::map<Key, std::size_t> index_;
+  LineLog lines_;
+};
+
+}  // namespace flexopt

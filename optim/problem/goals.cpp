@@ -1,0 +1,255 @@
+#include "optim/problem/goals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "core/response/stroke_series/frequency_derivatives.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int stress_branches = 6;  // two ends of a leaf and its surfaces, of two kinds of leaves
+constexpr int most_branches = 3;  // two modes cross at a point of the path; the third is a reserve
+
+bool is_frequency(const std::string& quantity) {
+  return quantity.find("frequenc") != std::string::npos;
+}
+
+// The quantities whose lowest over the stroke is that of several modes.
+bool is_lowest_of_modes(const std::string& quantity) {
+  return quantity == "parasitic_frequency" || quantity == "parasitic_frequency_screening";
+}
+
+Goal make_goal(const Job& job, const std::string& label, const std::string& quantity,
+               const std::string& expression, OverStroke over, const std::string& pointer) {
+  Goal goal{label, quantity, {}, over, 1};
+  if (!expression.empty()) {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : job.design.parameters) names.push_back(name);
+    goal.expression.emplace(expression, names, pointer);
+    goal.over_stroke = OverStroke::first;
+  } else if (is_lowest_of_modes(quantity) && over == OverStroke::min) {
+    goal.branches = std::clamp(job.request.frequencies, 1, most_branches);
+  }
+  return goal;
+}
+
+/// Ranks, in the list that the parasitic frequency is taken from, of that frequency and of the next
+/// modes that count; the last one repeated where the list is short. Empty where the list does not
+/// hold the parasitic frequency.
+std::vector<std::size_t> branch_ranks(const PathPoint& point, const StrokeRequest& request,
+                                      double lowest, int branches) {
+  const std::vector<Mode>& modes =
+      request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
+  std::vector<std::size_t> ranks;
+  for (std::size_t k = 0; k < modes.size() && static_cast<int>(ranks.size()) < branches; ++k) {
+    const Mode& mode = modes[k];
+    if (!is_parasitic(mode, request) || mode.frequency < lowest) continue;
+    if (ranks.empty() && mode.frequency != lowest) return {};
+    ranks.push_back(k);
+  }
+  while (!ranks.empty() && static_cast<int>(ranks.size()) < branches) ranks.push_back(ranks.back());
+  return ranks;
+}
+
+/// One more row of the derivatives; false where it is missing.
+bool add_row(const std::optional<VectorXd>& gradient, GoalReading& reading) {
+  if (!gradient) return false;
+  reading.gradient.conservativeResize(reading.gradient.rows() + 1, gradient->size());
+  reading.gradient.bottomRows(1) = gradient->transpose();
+  return true;
+}
+
+/// The largest stresses of a point, the last one repeated where there are too few.
+bool add_stresses(const Goal& goal, const PathPoint& point, double value,
+                  const PointGradients* gradients, GoalReading& reading) {
+  const auto count = static_cast<Eigen::Index>(point.stress_peaks.size());
+  bool whole = gradients != nullptr;
+  for (Eigen::Index k = 0; k < goal.branches; ++k) {
+    const Eigen::Index peak = std::min(k, count - 1);
+    reading.values.push_back(count > 0 ? point.stress_peaks[static_cast<std::size_t>(peak)].value
+                                       : value);
+    if (!whole) continue;
+    whole = count > 0 ? peak < gradients->stress_peaks.rows() &&
+                            add_row(VectorXd(gradients->stress_peaks.row(peak)), reading)
+                      : add_row(gradients->max_stress, reading);
+  }
+  return whole;
+}
+
+/// The lowest screening frequencies of a point, the last one repeated where there are too few.
+bool add_screening(const Goal& goal, const StrokeResponse& response, double stroke,
+                   const StrokeRequest& request, const StrokeGradients* gradients,
+                   GoalReading& reading) {
+  const std::vector<FrequencyDerivatives>& modes = response.frequency_derivatives;
+  const auto found = screening_frequencies(modes, request, stroke);
+  bool whole = gradients && gradients->frequency_derivatives.size() == modes.size();
+  for (std::size_t k = 0; k < static_cast<std::size_t>(goal.branches); ++k) {
+    const ScreeningFrequency& f = found[std::min(k, found.size() - 1)];
+    reading.values.push_back(f.value);
+    if (whole)
+      whole = add_row(
+          screening_gradient(modes[f.mode], gradients->frequency_derivatives[f.mode], stroke),
+          reading);
+  }
+  return whole;
+}
+
+/// Values of the goal at one point, and their derivatives into the rows of `reading.gradient` from
+/// `row` on. False where a derivative is missing.
+bool add_point(const Goal& goal, const StrokeResponse& response, std::size_t index, double value,
+               const StrokeRequest& request, const StrokeGradients* all, GoalReading& reading) {
+  const PathPoint& point = response.path[index];
+  const PointGradients* gradients = all ? &all->path[index] : nullptr;
+  if (goal.branches == 1) {
+    reading.values.push_back(value);
+    return gradients && add_row(gradient_of(*gradients, goal.quantity), reading);
+  }
+  if (goal.quantity == "max_stress") return add_stresses(goal, point, value, gradients, reading);
+  if (goal.quantity == "parasitic_frequency_screening")
+    return add_screening(goal, response, point.stroke, request, all, reading);
+  const auto ranks = branch_ranks(point, request, value, goal.branches);
+  if (ranks.empty()) {
+    reading.values.insert(reading.values.end(), static_cast<std::size_t>(goal.branches), value);
+    return false;
+  }
+  const std::vector<Mode>& modes =
+      request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
+  bool whole = gradients != nullptr;
+  for (const std::size_t k : ranks) {
+    reading.values.push_back(modes[k].frequency);
+    if (!whole) continue;
+    const MatrixXd& rows = request.parasitic_with_drive_locked ? gradients->frequencies_locked
+                                                               : gradients->frequencies_free;
+    whole = static_cast<Eigen::Index>(k) < rows.rows() &&
+            add_row(VectorXd(rows.row(static_cast<Eigen::Index>(k))), reading);
+  }
+  return whole;
+}
+
+}  // namespace
+
+std::vector<Goal> make_goals(const Job& job) {
+  assert(job.optimise);
+  const OptimiseSpec& spec = *job.optimise;
+  const Objective& o = spec.objective;
+  std::vector<Goal> goals{
+      make_goal(job, "objective", o.quantity, o.expression, o.over_stroke, "/optimise/objective")};
+  for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
+    const Constraint& c = spec.constraints[i];
+    goals.push_back(make_goal(job, c.label, c.quantity, c.expression, c.over_stroke,
+                              fmt::format("/optimise/constraints/{}", i)));
+  }
+  return goals;
+}
+
+void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request) {
+  for (Goal& goal : goals)
+    if (goal.quantity == "max_stress" && goal.over_stroke == OverStroke::max)
+      goal.branches = request.stress_peaks = stress_branches;
+}
+
+StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals) {
+  StrokeRequest request = job.request;
+  const auto any = [&](auto&& test) {
+    return std::any_of(goals.begin(), goals.end(), [&](const Goal& g) { return test(g.quantity); });
+  };
+  request.stress = any([](const std::string& q) { return q == "max_stress"; });
+  if (!any(is_frequency)) request.frequencies = 0;
+  // a job of nothing but screening needs no equilibria
+  const auto screens = [](const std::string& q) { return q == "parasitic_frequency_screening"; };
+  request.frequency_derivatives = any(screens);
+  request.path =
+      !any(screens) || any([&](const std::string& q) { return !q.empty() && !screens(q); });
+  request.shapes = false;
+  // of an exact evaluation, the lists that are read
+  const auto reads = [&](const std::string& prefix) {
+    return any([&](const std::string& q) { return q.starts_with(prefix); });
+  };
+  const bool parasitic = any([](const std::string& q) { return q == "parasitic_frequency"; });
+  if (!reads("frequencies.drive_free") && !(parasitic && !request.parasitic_with_drive_locked))
+    request.frequencies_free = 0;
+  if (!reads("frequencies.drive_locked") && !(parasitic && request.parasitic_with_drive_locked))
+    request.frequencies_locked = 0;
+  return request;
+}
+
+GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
+                      const StrokeRequest& request, const StrokeGradients* gradients) {
+  GoalReading reading;
+  bool differentiated = gradients && gradients->path.size() == response.path.size();
+  for (std::size_t i = 0; i < response.path.size(); ++i) {
+    const PathPoint& point = response.path[i];
+    if (request.path && point.status != PointStatus::converged) {
+      const std::string& why = point.message.empty() ? response.message : point.message;
+      reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
+                                    why.empty() ? "" : ": ", why);
+      return reading;
+    }
+    const std::optional<double> value = value_of(point, goal.quantity);
+    if (!value || !std::isfinite(*value)) {
+      reading.message =
+          fmt::format("{} has no value at stroke {:.6g}", goal.quantity, point.stroke);
+      return reading;
+    }
+    if (!add_point(goal, response, i, *value, request, differentiated ? gradients : nullptr,
+                   reading))
+      differentiated = false;
+  }
+  if (!differentiated) reading.gradient.resize(0, 0);
+  if (response.path.size() != request.points.size() || response.path.empty()) {
+    reading.message = fmt::format("{} of {} stroke points came back: {}", response.path.size(),
+                                  request.points.size(), response.message);
+    return reading;
+  }
+  reading.ok = true;
+  return reading;
+}
+
+GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
+  assert(goal.expression);
+  GoalReading reading;
+  const std::optional<double> value = goal.expression->value(parameters);
+  reading.ok = value.has_value();
+  if (value) {
+    reading.values = {*value};
+    if (const auto gradient = goal.expression->gradient(parameters))
+      reading.gradient = gradient->transpose();
+  } else {
+    reading.message = fmt::format("{} is not finite", goal.expression->text());
+  }
+  return reading;
+}
+
+Extreme extreme(const Goal& goal, const GoalValues& values) {
+  assert(!values.empty() && values.size() % static_cast<std::size_t>(goal.branches) == 0);
+  const auto stride = static_cast<std::size_t>(goal.branches);
+  Extreme best;
+  if (goal.over_stroke == OverStroke::last) best.entry = values.size() - stride;
+  const auto rank = [&](std::size_t i) {
+    switch (goal.over_stroke) {
+      case OverStroke::min:
+        return -values[i];
+      case OverStroke::max:
+        return values[i];
+      case OverStroke::max_abs:
+        return std::abs(values[i]);
+      default:
+        return 0.0;
+    }
+  };
+  for (std::size_t i = 0; i < values.size(); i += stride)
+    if (rank(i) > rank(best.entry)) best.entry = i;
+  if (goal.over_stroke == OverStroke::max_abs && values[best.entry] < 0) best.sign = -1;
+  return best;
+}
+
+double aggregate(const Goal& goal, const GoalValues& values) {
+  const Extreme e = extreme(goal, values);
+  return e.sign * values[e.entry];
+}
+
+}  // namespace flexopt

@@ -1,0 +1,64 @@
+#pragma once
+// From a stroke's response to the numbers that an optimisation weighs: one goal for the objective
+// and one for each constraint.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/response/stroke_gradients.hpp"
+#include "optim/job/expression.hpp"
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+/// One number of a design, and the finer numbers it is made of.
+struct Goal {
+  std::string label;
+  std::string quantity;                  ///< of a path point, or
+  std::optional<Expression> expression;  ///< of the parameters
+  OverStroke over_stroke = OverStroke::first;
+  /// Candidates at each point, ascending: the lowest few frequencies whose lowest is the parasitic
+  /// one, so that a gradient method sees the modes on both sides of a crossing; descending: the
+  /// places of largest stress, for the same reason. 1 for all others.
+  int branches = 1;
+};
+
+/// The objective first, then the constraints in the job's order, then the second objective of a
+/// front. Throws SpecError for a formula
+/// that is none.
+std::vector<Goal> make_goals(const Job& job);
+
+/// Largest stresses get several candidates a point: for exact evaluations, which know them.
+void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request);
+
+/// The job's request with only what the goals need.
+StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals);
+
+/// Values of one goal: points × branches, or one for a formula.
+using GoalValues = std::vector<double>;
+
+struct GoalReading {
+  bool ok = false;
+  std::string message;  ///< why not, with the figures
+  GoalValues values;
+  MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
+};
+
+/// Of a goal with a quantity; with derivatives where they are given.
+GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
+                      const StrokeRequest& request, const StrokeGradients* gradients = nullptr);
+/// Of a goal with a formula; its derivatives are had from the formula itself.
+GoalReading read_goal(const Goal& goal, const ParameterValues& parameters);
+
+/// Which of the goal's values is the one over the stroke, and with which sign it enters (−1 for a
+/// negative value under max_abs).
+struct Extreme {
+  std::size_t entry = 0;
+  double sign = 1;
+};
+Extreme extreme(const Goal& goal, const GoalValues& values);
+
+/// The goal's one number.
+double aggregate(const Goal& goal, const GoalValues& values);
+
+}  // namespace flexopt

@@ -1,0 +1,108 @@
+#include "optim/problem/line_log.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "core/spec/spec_error.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using OrderedJson = nlohmann::ordered_json;
+
+namespace {
+
+constexpr const char* heading = "flexopt_evaluations";
+
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return in ? std::string(std::istreambuf_iterator<char>(in), {}) : std::string();
+}
+
+std::string first_difference(const json& theirs, const json& ours) {
+  const json patch = json::diff(theirs, ours);
+  if (patch.empty()) return "nothing";
+  const std::string pointer = patch.front().at("path");
+  const json::json_pointer at(pointer);
+  const auto value = [&](const json& side) {
+    return side.contains(at) ? side.at(at).dump() : std::string("nothing");
+  };
+  return fmt::format("{} was {} and is {}", pointer, value(theirs), value(ours));
+}
+
+}  // namespace
+
+std::string log_line(const OrderedJson& value) {
+  return value.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+}
+
+LineLog::LineLog(const std::filesystem::path& path, const json& identity, bool overwrite,
+                 const std::function<void(const std::string&)>& read)
+    : path_(path), header_(log_line({{heading, OrderedJson(identity)}})) {
+  const auto refuse = [&](const std::string& found) {
+    return SpecError(
+        path_.string(), found,
+        "expected the evaluations of this very job; write to another folder, or remove "
+        "the file to start anew");
+  };
+  const std::string content = overwrite ? "" : content_of(path_);
+  std::size_t kept = 0;  // bytes of whole lines
+  for (std::size_t number = 1, end; (end = content.find('\n', kept)) != std::string::npos;
+       kept = end + 1, ++number) {
+    const std::string line = content.substr(kept, end - kept);
+    try {
+      if (number == 1) {
+        const json theirs = json::parse(line).at(heading);
+        const json ours = json::parse(header_).at(heading);
+        if (theirs != ours) throw refuse("a log of another job: " + first_difference(theirs, ours));
+        continue;
+      }
+      read(line);
+    } catch (const std::exception& error) {
+      if (dynamic_cast<const SpecError*>(&error)) throw;
+      throw refuse(fmt::format("line {}, which is no evaluation: {}", number, line.substr(0, 60)));
+    }
+  }
+  if (kept == 0 && !header_.starts_with(content)) throw refuse("a file that is no log");
+  if (kept < content.size()) std::filesystem::resize_file(path_, kept);
+  out_.open(path_,
+            overwrite ? std::ios::binary | std::ios::trunc : std::ios::binary | std::ios::app);
+  if (out_ && kept == 0) out_ << header_ << std::flush;
+  if (!out_) throw SpecError(path_.string(), "not writable", "expected a file that can be written");
+}
+
+void LineLog::append(const std::string& line) {
+  if (path_.empty()) return;
+  const std::lock_guard lock(mutex_);
+  out_ << line << std::flush;
+  if (!out_)
+    throw SpecError(path_.string(), "not writable", "expected room for one more evaluation");
+}
+
+void LineLog::finish(const std::vector<std::string>& lines) {
+  if (path_.empty()) return;
+  const std::lock_guard lock(mutex_);
+  out_.close();
+  const std::filesystem::path draft = path_.string() + ".new";
+  std::ofstream draft_out(draft, std::ios::binary | std::ios::trunc);
+  draft_out << header_;
+  for (const std::string& line : lines) draft_out << line;
+  draft_out << std::flush;
+  if (!draft_out)
+    throw SpecError(draft.string(), "not writable", "expected a file that can be written");
+  draft_out.close();
+  std::filesystem::rename(draft, path_);
+}
+
+std::vector<std::string> read_log_lines(const std::filesystem::path& path) {
+  const std::string content = content_of(path);
+  std::vector<std::string> lines;
+  for (std::size_t begin = content.find('\n'), end;
+       begin != std::string::npos && (end = content.find('\n', begin + 1)) != std::string::npos;
+       begin = end)
+    lines.push_back(content.substr(begin + 1, end - begin - 1));
+  return lines;
+}
+
+}  // namespace flexopt

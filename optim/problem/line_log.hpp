@@ -1,0 +1,48 @@
+#pragma once
+// An append-only file of JSON lines from which an interrupted run resumes.
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+/// One line of a log: doubles as the shortest text that reads back to the same bits.
+std::string log_line(const nlohmann::ordered_json& value);
+
+/// The first line, {"flexopt_evaluations": identity}, says whose lines they are; the others are the
+/// owner's.
+class LineLog {
+ public:
+  /// Nothing is kept on disk.
+  LineLog() = default;
+
+  /// Opens or creates the file and gives each whole line after the heading to `read`, which throws
+  /// where a line is none of its own; a last line that was cut off is removed. Throws SpecError
+  /// when it is the log of another job (the rule names the first difference) or no log, unless
+  /// `overwrite` starts it anew.
+  LineLog(const std::filesystem::path& path, const nlohmann::json& identity, bool overwrite,
+          const std::function<void(const std::string&)>& read);
+
+  /// Adds a line (with its line break) and flushes it. Thread-safe.
+  void append(const std::string& line);
+
+  /// Replaces all lines; the old file or the new one is there at any time, never half of it.
+  void finish(const std::vector<std::string>& lines);
+
+ private:
+  std::filesystem::path path_;
+  std::string header_;
+  std::ofstream out_;
+  std::mutex mutex_;
+};
+
+/// The whole lines after the heading of a log that somebody else may be writing.
+std::vector<std::string> read_log_lines(const std::filesystem::path& path);
+
+}  // namespace flexopt

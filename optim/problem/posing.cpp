@@ -1,0 +1,299 @@
+#include "optim/problem/posing.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "optim/solvers/trials.hpp"
+
+namespace flexopt {
+namespace {
+
+/// Of the box. Four steps cross it; a linearised stress or load tells little beyond.
+constexpr double move_limit = 0.2;
+
+}  // namespace
+
+OptimiserOptions optimiser_options(const OptimiseSpec& spec) {
+  OptimiserOptions o;
+  o.library = spec.algorithm.library;
+  o.name = spec.algorithm.name;
+  o.local = spec.algorithm.local;
+  o.max_evaluations = spec.max_evaluations;
+  o.tolerance = spec.tolerance;
+  o.move_limit = move_limit;
+  o.constraint_tolerance = spec.constraint_tolerance;
+  return o;
+}
+
+Pose job_pose(const DesignProblem& problem) {
+  Pose pose;
+  pose.maximise = problem.spec().objective.maximise;
+  for (const Constraint& c : problem.spec().constraints) pose.bounds.push_back({c.min, c.max});
+  pose.lower = VectorXd::Zero(problem.size());
+  pose.upper = VectorXd::Ones(problem.size());
+  return pose;
+}
+
+Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
+                const VectorXd& x, const DesignValues& values) {
+  assert(values.ok);
+  Candidate c{x, values, aggregate(problem.goals()[pose.goal], values.goals[pose.goal]), 0};
+  for (std::size_t g = 1; g < values.goals.size(); ++g)
+    c.violation = std::max(
+        c.violation, excess(aggregate(problem.goals()[g], values.goals[g]), pose.bounds[g - 1].min,
+                            pose.bounds[g - 1].max, scales.constraints[g - 1]));
+  return c;
+}
+
+Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
+               Aim aim, double violation)
+    : problem_(problem), book_(book), pose_(pose), aim_(aim), violation_(violation), split_(slack) {
+  assert(pose.bounds.size() + 1 == problem.goals().size());
+  for (Eigen::Index j = 0; j < pose.lower.size(); ++j)
+    if (pose.lower[j] < pose.upper[j]) free_.push_back(j);
+  sense_ = pose.maximise ? -1 : 1;
+  if (needs_gradients(optimiser_options(problem.spec()))) {
+    weight_ = violation_weight;
+    exact_ = problem.differentiable();
+  }
+  if (aim == Aim::feasibility) {
+    slack_ = slack;
+    sense_ = 1;
+  } else if (slack && pointwise(problem.goals()[pose.goal], !pose.maximise)) {
+    slack_ = true;
+    add_rows(pose.goal, !pose.maximise, 0, scale(pose.goal), pose.maximise ? 1 : -1, true);
+  }
+  for (std::size_t g = 1; g < problem.goals().size(); ++g) {
+    const Bounds& b = pose.bounds[g - 1];
+    const Goal& goal = problem.goals()[g];
+    const double t = aim == Aim::feasibility ? -1 : 0;
+    const double by = aim == Aim::feasibility ? scale(g) * violation : scale(g);
+    if (b.max) add_rows(g, true, *b.max, by, t, pointwise(goal, true));
+    if (b.min) add_rows(g, false, *b.min, by, t, pointwise(goal, false));
+  }
+}
+
+double Posing::scale(std::size_t goal) const {
+  return goal == 0 ? book_.scales().objective : book_.scales().constraints[goal - 1];
+}
+
+/// Whether bounding the goal's one number is the same as bounding every value.
+bool Posing::pointwise(const Goal& goal, bool upper) const {
+  if (!split_ || goal.expression) return false;
+  const auto values = problem_.request().points.size() * static_cast<std::size_t>(goal.branches);
+  if (goal.over_stroke == OverStroke::min) return !upper && values > 1;
+  if (goal.over_stroke == OverStroke::max) return upper && values > 1;
+  return goal.over_stroke == OverStroke::max_abs && upper;
+}
+
+void Posing::add_rows(std::size_t goal, bool upper, double bound, double scale, double slack,
+                      bool pointwise) {
+  const Goal& of = problem_.goals()[goal];
+  const double sign = upper ? 1 : -1;
+  if (!pointwise) {
+    rows_.push_back({goal, -1, sign, sign * bound / scale, scale, slack});
+    return;
+  }
+  const auto entries = static_cast<int>(problem_.request().points.size()) * of.branches;
+  for (int k = 0; k < entries; ++k) {
+    rows_.push_back({goal, k, sign, sign * bound / scale, scale, slack});
+    if (of.over_stroke == OverStroke::max_abs)
+      rows_.push_back({goal, k, -sign, sign * bound / scale, scale, slack});
+  }
+}
+
+Problem Posing::problem() {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  const auto n = static_cast<Eigen::Index>(free_.size());
+  Problem p;
+  p.lower.resize(n + (slack_ ? 1 : 0));
+  p.upper.resize(p.lower.size());
+  p.lower.head(n) = pose_.lower(free_);
+  p.upper.head(n) = pose_.upper(free_);
+  if (slack_) p.lower[n] = aim_ == Aim::feasibility ? 0 : -inf, p.upper[n] = inf;
+  if (aim_ == Aim::objective || slack_) p.constraints = static_cast<int>(rows_.size());
+  p.ends_at_balance = aim_ == Aim::objective;
+  p.evaluate = [this](const VectorXd& x, bool gradient) { return evaluate(x, gradient); };
+  return p;
+}
+
+VectorXd Posing::design(const VectorXd& x) const {
+  VectorXd all = pose_.lower;
+  all(free_) = x.head(static_cast<Eigen::Index>(free_.size()));
+  return all;
+}
+
+VectorXd Posing::start(const Candidate& from) const {
+  const VectorXd x = from.x(free_);
+  if (!slack_) return x;
+  VectorXd with_slack(x.size() + 1);
+  with_slack << x,
+      aim_ == Aim::feasibility ? from.violation / violation_ : from.objective / scale(pose_.goal);
+  return with_slack;
+}
+
+void Posing::correct(const VectorXd& x, DesignValues& values, MatrixXd* derivatives) const {
+  if (!pose_.correction) return;
+  VectorXd flat = flattened(values);
+  pose_.correction->apply(x, flat, derivatives);
+  Eigen::Index k = 0;
+  for (GoalValues& g : values.goals)
+    for (double& v : g) v = flat[k++];
+}
+
+std::optional<Candidate> Posing::assess(const VectorXd& design_x, int& cost) const {
+  DesignValues values = book_.at(problem_.variables(design_x), cost);
+  if (!values.ok) return std::nullopt;
+  correct(design_x, values, nullptr);
+  return weigh(problem_, book_.scales(), pose_, design_x, values);
+}
+
+double Posing::merit(const Candidate& candidate) const {
+  const double sign = pose_.maximise ? -1 : 1;
+  return sign * candidate.objective / scale(pose_.goal) + weight_ * candidate.violation;
+}
+
+bool Posing::better(const Candidate& a, const Candidate& b) const {
+  const double tolerated = 0.3 * problem_.spec().constraint_tolerance;
+  if ((a.violation <= tolerated) != (b.violation <= tolerated)) return a.violation <= tolerated;
+  if (a.violation > tolerated) return a.violation < b.violation;
+  return merit(a) < merit(b);
+}
+
+bool Posing::as_good(const Candidate& a, const Candidate& b) const {
+  const OptimiseSpec& spec = problem_.spec();
+  const double tolerated = 0.3 * spec.constraint_tolerance;
+  if ((a.violation <= tolerated) != (b.violation <= tolerated)) return a.violation <= tolerated;
+  if (a.violation > tolerated) return a.violation <= b.violation + spec.tolerance;
+  return merit(a) <= merit(b) + spec.tolerance;
+}
+
+void Posing::track(const MatrixXd& derivatives) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(derivatives.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  const bool first = last_derivatives_.rows() != derivatives.rows();
+  std::ptrdiff_t begin = 0;
+  for (const Goal& goal : problem_.goals()) {
+    const std::ptrdiff_t points =
+        goal.expression ? 1 : static_cast<std::ptrdiff_t>(problem_.request().points.size());
+    for (std::ptrdiff_t k = 0; k < points; ++k, begin += goal.branches) {
+      if (goal.branches == 1 || first) continue;
+      const auto jump = [&](const std::vector<Eigen::Index>& rows) {
+        double sum = 0;
+        for (Eigen::Index i = 0; i < goal.branches; ++i)
+          sum += (derivatives.row(rows[static_cast<std::size_t>(i)]) -
+                  last_derivatives_.row(begin + i))
+                     .squaredNorm();
+        return sum;
+      };
+      std::vector<Eigen::Index> rows(order.begin() + begin, order.begin() + begin + goal.branches),
+          nearest = rows;
+      double least = jump(rows);
+      while (std::next_permutation(rows.begin(), rows.end()))
+        if (const double here = jump(rows); here < least) least = here, nearest = rows;
+      std::copy(nearest.begin(), nearest.end(), order.begin() + begin);
+    }
+  }
+  assert(begin == derivatives.rows());
+  order_ = std::move(order);
+  last_derivatives_ = derivatives(order_, Eigen::all);
+}
+
+Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
+  Problem::Value out;
+  out.cost = 0;
+  const auto n = static_cast<Eigen::Index>(free_.size());
+  const VectorXd all = design(x);
+  DesignValues values = book_.at(problem_.variables(all), out.cost);
+  if (!values.ok) return out;
+  MatrixXd derivatives;
+  if (gradient || (exact_ && values.gradient.rows() > 0)) {  // exact ones came with the values
+    const auto found = book_.derivatives(all, out.cost, free_);
+    if (!found && gradient) return out;
+    if (found) derivatives = *found;
+  }
+  const bool differentiated = derivatives.rows() > 0;
+  correct(all, values, differentiated ? &derivatives : nullptr);
+  if (differentiated) derivatives = MatrixXd(derivatives(Eigen::all, free_));
+  if (exact_ && differentiated) track(derivatives);
+  const Candidate here = weigh(problem_, book_.scales(), pose_, all, values);
+  if (!best_ || better(here, *best_)) best_ = here;
+  out.ok = true;
+  // the least violation is no aim in itself: a third of what is tolerated will do
+  out.enough =
+      aim_ == Aim::feasibility && here.violation <= 0.3 * problem_.spec().constraint_tolerance;
+  std::vector<Eigen::Index> first;  // of each goal among all values
+  Eigen::Index total = 0;
+  for (const GoalValues& g : values.goals) {
+    first.push_back(total);
+    total += static_cast<Eigen::Index>(g.size());
+  }
+  const auto m = static_cast<Eigen::Index>(rows_.size());
+  out.c.resize(m);
+  if (gradient) {
+    out.df = VectorXd::Zero(x.size());
+    out.dc = MatrixXd::Zero(m, x.size());
+  }
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const Row& row = rows_[static_cast<std::size_t>(i)];
+    const GoalValues& of = values.goals[row.goal];
+    Extreme e;
+    if (row.entry < 0) {
+      e = extreme(problem_.goals()[row.goal], of);
+    } else {
+      const Eigen::Index entry = first[row.goal] + row.entry;
+      e.entry = static_cast<std::size_t>(
+          order_.empty() ? row.entry : order_[static_cast<std::size_t>(entry)] - first[row.goal]);
+    }
+    assert(e.entry < of.size());
+    const double factor = row.sign * e.sign / row.scale;
+    out.c[i] = factor * of[e.entry] - row.bound + (slack_ ? row.slack * x[n] : 0.0);
+    if (!gradient) continue;
+    out.dc.row(i).head(n) =
+        factor * derivatives.row(first[row.goal] + static_cast<Eigen::Index>(e.entry));
+    if (slack_) out.dc(i, n) = row.slack;
+  }
+  if (slack_) {
+    out.f = sense_ * x[n];
+    if (gradient) out.df[n] = sense_;
+    return out;
+  }
+  if (aim_ == Aim::feasibility) {
+    Eigen::Index worst = 0;
+    out.f = m > 0 ? std::max(0.0, out.c.maxCoeff(&worst)) : 0.0;
+    if (gradient && out.f > 0) out.df = out.dc.row(worst);
+    out.c.resize(0);
+    out.dc.resize(0, x.size());
+    return out;
+  }
+  const Extreme e = extreme(problem_.goals()[pose_.goal], values.goals[pose_.goal]);
+  const double factor = sense_ * e.sign / scale(pose_.goal);
+  out.f = factor * values.goals[pose_.goal][e.entry];
+  if (gradient)
+    out.df.head(n) =
+        factor * derivatives.row(first[pose_.goal] + static_cast<Eigen::Index>(e.entry));
+  return out;
+}
+
+std::vector<double> Posing::multipliers(const VectorXd& lambda) const {
+  assert(lambda.size() == static_cast<Eigen::Index>(rows_.size()));
+  std::vector<double> result(pose_.bounds.size(), 0.0);
+  const std::size_t objective_rows = slack_ && aim_ == Aim::objective ? pose_.goal : 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    if (row.goal == 0 || (row.slack != 0 && row.goal == objective_rows)) continue;
+    // f* falls by λ for each unit that c's bound is relaxed; F = sense · f · s. The rows of max_abs
+    // have the same bound and the sign of their branch.
+    const bool max_abs =
+        problem_.goals()[row.goal].over_stroke == OverStroke::max_abs && row.entry >= 0;
+    const double relaxes = max_abs ? 1.0 : row.sign;  // of c's bound per unit of the job's bound
+    result[row.goal - 1] +=
+        -sense_ * scale(pose_.goal) * lambda[static_cast<Eigen::Index>(i)] * relaxes / row.scale;
+  }
+  return result;
+}
+
+}  // namespace flexopt

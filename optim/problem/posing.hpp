@@ -1,0 +1,116 @@
+#pragma once
+// The nonlinear programme that a job's goals pose, in scaled variables.
+//
+// With a slack variable t (methods that model each constraint):
+//     maximise min over stroke:  min −t,  t − v_jk / s ≤ 0   at each point j, lowest modes k
+//     minimise max over stroke:  min  t,  v_j / s − t ≤ 0    (±v_j under max_abs)
+//     v ≤ b over the stroke:     (v_j − b) / s ≤ 0           at each point j
+// so that modes and points which change places do not make kinks. With exact derivatives each row
+// keeps its mode when modes cross between designs. Without it (methods that see one
+// merit value anyway), and where the best point counts ("the maximum must exceed b"), one value.
+#include <optional>
+#include <vector>
+
+#include "optim/numerics/correction.hpp"
+#include "optim/problem/evaluation_book.hpp"
+#include "optim/solvers/problem.hpp"
+
+namespace flexopt {
+
+/// The job's algorithm, as the optimisers take it.
+OptimiserOptions optimiser_options(const OptimiseSpec& spec);
+
+/// What is to be minimised: the objective, or the largest violation V of the bounds, as
+/// min t, c / V₀ − t ≤ 0 (V₀: that of the start), until a design keeps them all.
+enum class Aim { objective, feasibility };
+
+struct Bounds {
+  std::optional<double> min, max;  ///< SI
+};
+
+/// One search among the job's designs: what is asked of which goal, in which box.
+struct Pose {
+  std::size_t goal = 0;  ///< the objective
+  bool maximise = true;
+  std::vector<Bounds> bounds;  ///< of the goals 1, 2, …
+  VectorXd lower, upper;       ///< box of scaled x; a variable with equal bounds is held
+  std::optional<Correction> correction;
+};
+
+/// The job's own.
+Pose job_pose(const DesignProblem& problem);
+
+/// A design as a pose sees it.
+struct Candidate {
+  VectorXd x;  ///< scaled variables
+  DesignValues values;
+  double objective = 0, violation = 0;  ///< SI; relative
+};
+
+/// Objective and violation of a design with these values; the pose's correction is not applied.
+Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
+                const VectorXd& x, const DesignValues& values);
+
+class Posing {
+ public:
+  /// `violation` is V₀. Refers to all its arguments.
+  Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
+         Aim aim = Aim::objective, double violation = 1);
+
+  /// Refers to this object.
+  Problem problem();
+  /// Free variables of x, with the slack that makes its rows tight if there is a slack.
+  VectorXd start(const Candidate& from) const;
+  /// All scaled variables.
+  VectorXd design(const VectorXd& x) const;
+
+  /// Objective and violation; nothing where the design cannot be evaluated.
+  std::optional<Candidate> assess(const VectorXd& design_x, int& cost) const;
+  /// The best design that an optimiser tried so far: feasible (within 0.3 of the tolerance) before
+  /// infeasible, then by objective or violation.
+  const std::optional<Candidate>& best() const { return best_; }
+  bool better(const Candidate& a, const Candidate& b) const;
+  /// True if a is better, or worse by no more than the job's tolerance.
+  bool as_good(const Candidate& a, const Candidate& b) const;
+
+  /// dObjective/dBound of each of the goals 1, 2, …, from multipliers of the rows, SI.
+  std::vector<double> multipliers(const VectorXd& lambda) const;
+
+ private:
+  /// c = slack · t + sign · v / scale − bound, v one value or (entry < 0) the aggregate of a goal.
+  struct Row {
+    std::size_t goal = 0;
+    int entry = -1;
+    double sign = 1, bound = 0, scale = 1, slack = 0;
+  };
+  Problem::Value evaluate(const VectorXd& x, bool gradient);
+  /// Brings the candidates of each point into the order in which the last design had them, by the
+  /// nearest derivatives: modes that cross change ranks, and a row whose meaning jumps would look
+  /// like a curvature to a quasi-Newton method.
+  void track(const MatrixXd& derivatives);
+  void add_rows(std::size_t goal, bool upper, double bound, double scale, double slack,
+                bool pointwise);
+  bool pointwise(const Goal& goal, bool upper) const;
+  double scale(std::size_t goal) const;
+  double merit(const Candidate& candidate) const;
+  /// Values (and derivatives) at full size, corrected.
+  void correct(const VectorXd& x, DesignValues& values, MatrixXd* derivatives) const;
+
+  const DesignProblem& problem_;
+  EvaluationBook& book_;
+  const Pose& pose_;
+  Aim aim_;
+  double violation_;
+  bool slack_ = false;  ///< there is one
+  bool exact_ = false;  ///< derivatives are exact
+  bool split_ = false;  ///< constraints are posed at each point
+  double sense_ = 1;    ///< −1 to maximise
+  double weight_ = 0;   ///< of a tolerated violation, when designs are compared
+  std::vector<Row> rows_;
+  std::vector<Eigen::Index> free_;   ///< variables that are not held
+  std::vector<Eigen::Index> order_;  ///< the value (of all goals') that each entry stands for
+  MatrixXd last_derivatives_;        ///< of the entries at the last design
+  std::optional<Candidate> best_;
+};
+
+}  // namespace flexopt

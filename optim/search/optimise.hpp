@@ -1,0 +1,29 @@
+#pragma once
+// job → optimum: several starts, the best feasible end, checked at full accuracy.
+#include <filesystem>
+
+#include "optim/problem/evaluation_book.hpp"
+#include "optim/search/optimum.hpp"
+
+namespace flexopt {
+
+struct OptimiseOptions {
+  std::filesystem::path log;   ///< evaluations.jsonl; resumed from where it exists; empty: none
+  bool overwrite_log = false;  ///< start anew instead of resuming
+  std::string version;         ///< of the program; a log of another version is refused
+  int threads = 1;             ///< the result does not depend on it
+  ProgressCallback progress;   ///< after each evaluation, one at a time, from any thread
+  StrokeEvaluator evaluator = evaluate_stroke;
+  StrokeGradientEvaluator gradients;  ///< exact derivatives; none: central differences
+};
+
+/// Runs the job's optimisation: the starts; then, from the best one's end, the front of two
+/// objectives, the best design of stock sizes, and the correction towards full accuracy, where the
+/// job asks for them. Throws SpecError for wrong input; all else is the optimum's status:
+///     optimal     feasible, and the best start's algorithm met its own test
+///     feasible    feasible, but the evaluations were spent or the algorithm stalled
+///     infeasible  no feasible design: the least violated one, and what stops it in `stop_reason`
+///     failed      not one design could be evaluated
+Optimum optimise(const Job& job, const OptimiseOptions& options = {});
+
+}  // namespace flexopt

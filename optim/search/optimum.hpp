@@ -1,0 +1,131 @@
+#pragma once
+// What an optimisation returns. Plain data, named as in result.json.
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/response/response.hpp"
+#include "designs/family.hpp"
+#include "optim/problem/evaluation_record.hpp"
+
+namespace flexopt {
+
+struct ConstraintState {
+  std::string label;
+  double value = 0;
+  std::optional<double> min, max;    ///< bounds asked for
+  double margin = 0;                 ///< distance to the nearest bound, negative when violated
+  bool active = false;               ///< |margin| within the constraint tolerance
+  std::optional<double> multiplier;  ///< dObjective/dBound, where the algorithm yields one
+};
+
+struct StartSummary {
+  int index = 0;
+  ParameterValues from, to;
+  double objective = 0, violation = 0;
+  bool feasible = false;
+  bool agrees = false;  ///< feasible, and within 0.1 % of the best objective
+  std::string status, stop_reason;
+  std::optional<double> kkt;  ///< largest |∇f + Σ λ ∇c|, scaled, of gradient methods
+  int evaluations = 0, failed_evaluations = 0;
+};
+
+/// One design evaluated at full accuracy on the way to the optimum of full accuracy.
+struct VerificationStep {
+  ParameterValues variables;
+  double objective = 0, violation = 0;  ///< at full accuracy; violation relative
+  /// Largest relative difference of objective and constraints to the model that proposed the
+  /// design: the reduced one at first, then the corrected one.
+  double difference = 0;
+  double trust_region = 0;  ///< in which it was looked for, of each variable's range
+  bool ok = false, accepted = false;
+};
+
+/// How the optimum of full accuracy was looked for.
+struct VerificationLoop {
+  bool converged = false;
+  std::string message;
+  int iterations = 0;                   ///< corrected searches
+  double difference = 0;                ///< of the last model that proposed the optimum
+  std::vector<VerificationStep> steps;  ///< one for each evaluation at full accuracy
+};
+
+/// The optimum evaluated again at full accuracy. Where that found no equilibrium, `response` says
+/// so and there are no values. Differences: reduced / full − 1, reduced − full where full is 0.
+struct Verification {
+  StrokeResponse response;
+  std::optional<VerificationLoop> loop;  ///< where the job asks for it
+  double objective = 0;
+  std::vector<double> constraints;
+  double objective_difference = 0;             ///< reduced / full - 1
+  std::vector<double> constraint_differences;  ///< reduced / full - 1
+};
+
+/// A neighbouring design of stock sizes, its other variables optimised again.
+struct StockDesign {
+  ParameterValues sizes;       ///< of the stock variables
+  ParameterValues parameters;  ///< all of the family's
+  bool ok = false, feasible = false;
+  double objective = 0, violation = 0;
+  std::string status, stop_reason;
+  int evaluations = 0;
+};
+
+struct StockSearch {
+  ParameterValues continuous;  ///< parameters of the optimum of any size
+  double continuous_objective = 0;
+  int neighbours = 0;                ///< combinations of the next smaller and larger sizes
+  std::vector<StockDesign> designs;  ///< those tried, in the order in which they were
+  int chosen = -1;                   ///< of these; −1: none is feasible
+};
+
+/// A design on the front of two objectives.
+struct ParetoPoint {
+  std::optional<double> bound;  ///< on the second objective; none at the first one's own optimum
+  bool ok = false, feasible = false;
+  double objective = 0, second = 0, violation = 0;
+  std::optional<double> trade_off;  ///< d objective / d bound, where the algorithm yields one
+  ParameterValues parameters;
+  std::string status, stop_reason;
+  int evaluations = 0;
+};
+
+struct ParetoFront {
+  std::string message;              ///< why there is less than was asked for; empty otherwise
+  std::vector<ParetoPoint> points;  ///< from the first objective's optimum to the second one's
+};
+
+struct Sensitivity {
+  std::string of, parameter;  ///< d of / d parameter
+  double value = 0;           ///< SI
+};
+
+enum class OptimumStatus { optimal, feasible, infeasible, failed };
+
+struct Optimum {
+  OptimumStatus status = OptimumStatus::failed;
+  std::string stop_reason;
+  std::string gradients;  ///< "none", "central differences", "exact"
+  /// Why there were no exact ones: of which goal, and at which design first. Empty where all were.
+  std::string gradients_message;
+  /// All of the family's, and what varies of material and end-effector or stands in formulas.
+  ParameterValues parameters;
+  /// Objective and constraints are those of full accuracy: the verification was asked to correct.
+  bool at_full_accuracy = false;
+  double objective = 0;
+  std::vector<ConstraintState> constraints;
+  int evaluations = 0, failed_evaluations = 0;
+  int best_start = 0, agreeing_starts = 0;
+  std::vector<StartSummary> starts;
+  std::optional<StockSearch> stock;
+  std::optional<ParetoFront> pareto;
+  /// At the optimum, by the model that objective and constraints are of: the job's own, or that at
+  /// full accuracy.
+  StrokeResponse response;
+  std::optional<Verification> verified;
+  std::vector<Sensitivity> sensitivities;
+  std::vector<EvaluationRecord> history;  ///< in the order start, number
+};
+
+}  // namespace flexopt

@@ -1,0 +1,26 @@
+#pragma once
+// From the optimum of any size to the best design of sizes that there are.
+#include "optim/search/optimum.hpp"
+#include "optim/search/search.hpp"
+
+namespace flexopt {
+
+/// A stage's outcome: what is reported, and the design to go on with.
+struct StockOutcome {
+  StockSearch report;
+  Pose pose;            ///< of the chosen design: the stock variables held
+  SearchResult chosen;  ///< nothing in `best` where none is feasible
+  std::vector<LoggedEvaluation> evaluations;
+};
+
+/// True if a variable carries sizes.
+bool has_stock(const OptimiseSpec& spec);
+
+/// Every combination of the next smaller and the next larger size round the optimum (the nearest
+/// `most_considered` of them) is evaluated with the other variables as they are; in the order
+/// feasible first, then by objective or violation, the first `most_searched` have their other
+/// variables optimised again. The best feasible one is chosen.
+StockOutcome search_stock(const Campaign& campaign, const EvaluationBook& known, const Pose& pose,
+                          const Candidate& optimum);
+
+}  // namespace flexopt

@@ -1,0 +1,87 @@
+#include "results/cli/command_line.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <thread>
+
+#include "results/files/version.hpp"
+
+namespace flexopt {
+
+namespace {
+
+constexpr int wrong_input = 2;  // as exit_wrong_input of the commands
+
+/// guide.json → guide.out, in the current folder.
+std::string default_folder(const std::string& job) {
+  return std::filesystem::path(job).stem().string() + ".out";
+}
+
+}  // namespace
+
+ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
+  ParsedCommandLine parsed;
+  CommandLine& line = parsed.line;
+  line.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+
+  CLI::App app(
+      "Large-stroke flexure hinges and stages: evaluate a design over its stroke, or "
+      "optimise it.\nExit codes: 0 done and usable, 1 ran but not usable, 2 wrong input, "
+      "3 a bug of flexopt.",
+      "flexopt");
+  app.set_version_flag("--version", fmt::format("flexopt {} ({})", version(), commit()));
+  app.require_subcommand(1);
+  const auto command = [&](const char* name, const char* help, Command which) {
+    CLI::App* sub = app.add_subcommand(name, help);
+    sub->callback([&line, which] { line.command = which; });
+    return sub;
+  };
+
+  CLI::App* run = command("run", "Run a job and write its results", Command::run);
+  run->add_option("JOB", line.job, "the job file")->required()->type_name("FILE");
+  run->add_option("--out", line.folder, "folder for the results [job's file stem + .out]")
+      ->type_name("DIR");
+  run->add_option("--set", line.overrides, "change one value of the job; may be repeated")
+      ->type_name("/pointer=value")
+      ->allow_extra_args(false);
+  run->add_option("--threads", line.threads, "threads to use at most; does not change any result")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  run->add_flag("--quiet", line.quiet, "no progress on stderr");
+
+  CLI::App* validate = command("validate", "Check a job without running it", Command::validate);
+  validate->add_option("JOB", line.job, "the job file")->required()->type_name("FILE");
+  validate->add_option("--set", line.overrides, "change one value of the job; may be repeated")
+      ->type_name("/pointer=value")
+      ->allow_extra_args(false);
+
+  CLI::App* designs = command("designs", "List the families, or describe one", Command::designs);
+  designs->add_option("FAMILY", line.family, "the family to describe");
+
+  command("schema", "Print the JSON Schema of a job", Command::schema);
+
+  CLI::App* check = command("check-gradients", "Compare gradients with independent derivatives",
+                            Command::check_gradients);
+  check->add_option("JOB", line.job, "the job file")->required()->type_name("FILE");
+  check->add_option("--tolerance", line.tolerance, "largest relative difference");
+  check->add_option("--set", line.overrides, "change one value of the job; may be repeated")
+      ->type_name("/pointer=value")
+      ->allow_extra_args(false);
+
+  CLI::App* report = command("report", "Write the report of a run again", Command::report);
+  report->add_option("DIR", line.folder, "the output folder of the run")->required();
+
+  try {
+    app.parse(argc, argv);
+    if (run->parsed() && run->count("--out") == 0) line.folder = default_folder(line.job);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);  // prints help and version to stdout, errors to stderr
+    parsed.exit_code = code == 0 ? 0 : wrong_input;
+  }
+  return parsed;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,114 @@
+#include "results/cli/commands.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/spec/spec_error.hpp"
+#include "designs/describe.hpp"
+#include "optim/compare/samples.hpp"
+#include "optim/problem/check_gradients.hpp"
+#include "results/cli/summary.hpp"
+#include "results/files/folder.hpp"
+#include "results/files/result_json.hpp"
+#include "results/report/report.hpp"
+#include "results/run/progress.hpp"
+#include "results/run/run.hpp"
+#include "results/run/run_files.hpp"
+
+namespace flexopt {
+
+namespace {
+
+/// Reads, checks and builds a job's first mechanism: all that can be wrong before a run.
+Job checked_job(const CommandLine& line) {
+  Job job = read_job(line.job, line.overrides);
+  (void)make_mechanism(job, job.design.parameters);
+  return job;
+}
+
+/// Expected numbers are those of the job as written, unless --set gives others.
+bool overrides_expect(const CommandLine& line) {
+  return std::ranges::any_of(line.overrides,
+                             [](const std::string& text) { return text.starts_with("/expect"); });
+}
+
+}  // namespace
+
+int run_job(const CommandLine& line) {
+  const auto begin = std::chrono::steady_clock::now();
+  Job job = checked_job(line);
+  const bool changed = !job.expect.empty() && !line.overrides.empty() && !overrides_expect(line);
+  if (changed) job.expect.clear();
+  OutputFolder folder(line.folder);  // goes away again if something is still wrong with the input
+  ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
+  for (const std::string& note : job.notes) progress.say("note: " + note);
+  if (changed) progress.say("note: --set changed the job; its expected numbers are not checked");
+  RunRecord record = [&] {
+    switch (job.kind) {
+      case JobKind::optimise:
+        return run_optimisation(job, folder.path(), line.threads, progress);
+      case JobKind::compare:
+        return run_comparison(job, folder.path(), line.threads, progress);
+      case JobKind::evaluate:
+        break;
+    }
+    return run_evaluation(job, folder.path(), progress);
+  }();
+  record.timings["total"] =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+
+  const WrittenRun written = write_run(folder.path(), record);
+  folder.keep();
+  fmt::print("{}results: {}\n", summary_of(record), line.folder);
+  for (const std::string& failure : written.failed_expectations)
+    fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
+  return usable(written.result) ? exit_usable : exit_not_usable;
+}
+
+int validate_job(const CommandLine& line) {
+  const Job job = checked_job(line);
+  for (const std::string& note : job.notes) fmt::print("note: {}\n", note);
+  const std::string batch =
+      job.compare
+          ? fmt::format(", {} designs, {} model{}", make_samples(job).size(),
+                        job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s")
+          : "";
+  fmt::print("{}: a valid job ({} {}, {} stroke points{})\n", line.job, name_of(job.kind),
+             job.design.family, job.request.points.size(), batch);
+  return exit_usable;
+}
+
+int describe_designs(const CommandLine& line) {
+  fmt::print("{}", line.family ? describe_family(find_family(*line.family, "FAMILY"))
+                               : describe_families());
+  return exit_usable;
+}
+
+int print_schema() {
+  fmt::print("{}\n", job_schema().dump(2));
+  return exit_usable;
+}
+
+int check_gradients(const CommandLine& line) {
+  const Job job = checked_job(line);
+  const GradientReport report = check_gradients(job, line.tolerance, line.threads);
+  fmt::print("{:<28} {:<28} {:>5} {:>14} {:>14} {:>9} {:>9}\n", "quantity", "parameter", "point",
+             "exact", "difference", "relative", "known to");
+  for (const GradientCheck& c : report.checks)
+    fmt::print("{:<28} {:<28} {:>5} {:>14.6e} {:>14.6e} {:>9.1e} {:>9.1e}{}\n", c.quantity,
+               c.parameter, c.point, c.exact, c.difference, c.error, c.known_to,
+               c.agrees ? "" : "  WRONG");
+  fmt::print("{}\n", report.message);
+  return report.ok ? exit_usable : exit_not_usable;
+}
+
+int rewrite_report(const CommandLine& line) {
+  const OrderedJson result = read_result(line.folder);
+  write_report(line.folder, result);
+  fmt::print("{}\n", (std::filesystem::path(line.folder) / "report.html").string());
+  return exit_usable;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,19 @@
+#pragma once
+// What each command does. Each returns the exit code; wrong input is thrown as SpecError.
+#include "results/cli/command_line.hpp"
+
+namespace flexopt {
+
+inline constexpr int exit_usable = 0;      ///< done and usable
+inline constexpr int exit_not_usable = 1;  ///< ran, but no equilibrium, infeasible, not converged
+inline constexpr int exit_wrong_input = 2;
+inline constexpr int exit_bug = 3;  ///< ours
+
+int run_job(const CommandLine& line);
+int validate_job(const CommandLine& line);
+int describe_designs(const CommandLine& line);
+int print_schema();
+int check_gradients(const CommandLine& line);
+int rewrite_report(const CommandLine& line);
+
+}  // namespace flexopt

@@ -1,0 +1,191 @@
+#include "results/cli/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "results/files/units.hpp"
+
+namespace flexopt {
+
+namespace {
+
+/// SI unit, what a designer reads, and the factor.
+struct ShownUnit {
+  std::string_view si, shown;
+  double factor;
+};
+constexpr std::array shown_units{ShownUnit{"m", "mm", 1e3},
+                                 ShownUnit{"rad", "deg", 180 / std::numbers::pi},
+                                 ShownUnit{"Pa", "MPa", 1e-6}};
+
+std::string shown(const std::optional<double>& value, const std::string& unit) {
+  if (!value) return "-";
+  const auto found = std::ranges::find(shown_units, unit, &ShownUnit::si);
+  if (found != shown_units.end())
+    return fmt::format("{:.5g} {}", *value * found->factor, found->shown);
+  return fmt::format("{:.5g}{}{}", *value, unit.empty() || unit == "1" ? "" : " ",
+                     unit == "1" ? "" : unit);
+}
+
+/// Rounding noise beside the largest value of its kind is shown as zero.
+double without_noise(double value, double largest) {
+  return std::abs(value) < 1e-9 * largest ? 0 : value;
+}
+
+std::string line(const std::string& name, const std::vector<std::string>& cells) {
+  std::string text = fmt::format("  {:<28}", name);
+  for (const std::string& cell : cells) text += fmt::format(" {:>22}", cell);
+  return text + "\n";
+}
+
+/// The softest of three directions, "uz 1.2e+05 N/m".
+std::string weakest_support(const PathPoint& point, std::size_t first) {
+  std::optional<std::size_t> weakest;
+  for (std::size_t d = first; d < first + 3; ++d)
+    if (point.support_stiffness[d] &&
+        (!weakest || *point.support_stiffness[d] < *point.support_stiffness[*weakest]))
+      weakest = d;
+  if (!weakest) return "-";
+  return fmt::format(
+      "{} {}", direction_names[*weakest],
+      shown(point.support_stiffness[*weakest], stiffness_unit(static_cast<Direction>(*weakest))));
+}
+
+/// First, unmoved and last converged point, each once.
+std::vector<const PathPoint*> shown_points(const StrokeResponse& response) {
+  std::vector<const PathPoint*> points;
+  for (const PathPoint& point : response.path)
+    if (point.status == PointStatus::converged) points.push_back(&point);
+  if (points.size() <= 2) return points;
+  const auto rest = std::ranges::min_element(
+      points, {}, [](const PathPoint* point) { return std::abs(point->stroke); });
+  std::vector<const PathPoint*> chosen{points.front()};
+  if (*rest != points.front() && *rest != points.back()) chosen.push_back(*rest);
+  chosen.push_back(points.back());
+  return chosen;
+}
+
+std::string stroke_lines(const StrokeResponse& response, Direction drive,
+                         const StrokeRequest& request) {
+  const auto points = shown_points(response);
+  if (points.empty()) return "";
+  const auto cells = [&](auto cell) {
+    std::vector<std::string> texts;
+    for (const PathPoint* point : points) texts.push_back(cell(*point));
+    return texts;
+  };
+  const auto stress = [](const PathPoint& p) { return p.max_stress ? p.max_stress->value : 0.0; };
+  double largest_load = 0, largest_stress = 0;
+  for (const PathPoint& p : response.path) {
+    largest_load = std::max(largest_load, std::abs(p.drive_load));
+    largest_stress = std::max(largest_stress, stress(p));
+  }
+  std::string text = line(
+      request.load_path ? "load factor" : "stroke " + std::string(direction_names[index(drive)]),
+      cells([&](const PathPoint& p) { return shown(p.stroke, stroke_unit(drive, request)); }));
+  text += line("drive load", cells([&](const PathPoint& p) {
+                 return shown(without_noise(p.drive_load, largest_load), load_unit(drive));
+               }));
+  text += line("weakest support, translation",
+               cells([](const PathPoint& p) { return weakest_support(p, 0); }));
+  text += line("weakest support, rotation",
+               cells([](const PathPoint& p) { return weakest_support(p, 3); }));
+  text += line("parasitic frequency",
+               cells([](const PathPoint& p) { return shown(p.parasitic_frequency, "Hz"); }));
+  text += line("largest von Mises stress", cells([&](const PathPoint& p) {
+                 return p.max_stress ? shown(without_noise(stress(p), largest_stress), "Pa")
+                                     : std::string("-");
+               }));
+  return text;
+}
+
+std::string difference(double relative) { return fmt::format("{:+.3f} %", 100 * relative); }
+
+std::string bound_of(const ConstraintState& state, const std::string& unit) {
+  if (state.min && state.max)
+    return fmt::format("{} .. {}", shown(state.min, unit), shown(state.max, unit));
+  return state.max ? "<= " + shown(state.max, unit) : ">= " + shown(state.min, unit);
+}
+
+std::string optimum_lines(const Job& job, const Optimum& optimum, Direction drive) {
+  if (optimum.status == OptimumStatus::failed) return "";
+  const OptimiseSpec& spec = *job.optimise;
+  const Family& family = find_family(job.design.family, "/design/family");
+  std::string text;
+  for (const Variable& variable : spec.variables)
+    if (const auto found = optimum.parameters.find(variable.parameter);
+        found != optimum.parameters.end())
+      text += line(variable.parameter,
+                   {shown(found->second, parameter_unit(family, variable.parameter))});
+  const auto unit = [&](const std::string& quantity) {
+    return quantity.empty() ? std::string("(SI)") : quantity_unit(quantity, drive);
+  };
+  const bool verified = optimum.verified && optimum.verified->response.status == Status::ok;
+  std::vector<std::string> header{"value", "bound"};
+  if (verified) header.insert(header.end(), {"full accuracy", "reduced/full - 1"});
+  text += line("", header);
+  const Objective& goal = spec.objective;
+  std::vector<std::string> cells{shown(optimum.objective, unit(goal.quantity)),
+                                 goal.maximise ? "maximised" : "minimised"};
+  if (verified) {
+    cells.push_back(shown(optimum.verified->objective, unit(goal.quantity)));
+    cells.push_back(difference(optimum.verified->objective_difference));
+  }
+  text += line(goal.quantity.empty() ? goal.expression : goal.quantity, cells);
+  for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
+    const ConstraintState& state = optimum.constraints[i];
+    const std::string si = i < spec.constraints.size() ? unit(spec.constraints[i].quantity) : "";
+    cells = {shown(state.value, si) + (state.active ? " *" : ""), bound_of(state, si)};
+    if (verified && i < optimum.verified->constraints.size()) {
+      cells.push_back(shown(optimum.verified->constraints[i], si));
+      cells.push_back(difference(optimum.verified->constraint_differences[i]));
+    }
+    text += line(state.label, cells);
+  }
+  return text + "  (* active)\n";
+}
+
+std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
+
+std::string comparison_lines(const Comparison& comparison) {
+  std::string text;
+  for (const ModelComparison& model : comparison.models) {
+    text += line(model.name + ", errors:", {"99th percentile", "worst", "median"});
+    const auto add = [&](const std::string& name, const std::optional<ErrorFigures>& figures) {
+      if (figures)
+        text +=
+            line(name, {percent(figures->p99), percent(figures->worst), percent(figures->median)});
+    };
+    for (std::size_t q = 0; q < compared_names.size(); ++q)
+      add(compared_names[q], error_figures(model.errors, static_cast<Compared>(q)));
+    text += line("failures", {fmt::format("{}", model.failures)});
+    if (model.fallback_designs > 0)
+      text += line("full leaves instead", {fmt::format("{} points", model.fallback_points),
+                                           fmt::format("{} designs", model.fallback_designs)});
+    if (model.speed_up && model.speed_up_with_reduction)
+      text +=
+          line("speed-up, with reduction", {fmt::format("{:.3g}", *model.speed_up),
+                                            fmt::format("{:.3g}", *model.speed_up_with_reduction)});
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string summary_of(const RunRecord& record) {
+  std::string text = fmt::format("{}: {}. {}\n", record.job.name.empty() ? "run" : record.job.name,
+                                 record.status, record.message);
+  const Direction drive = record.mechanism.drive;
+  if (record.comparison) return text + comparison_lines(*record.comparison);
+  if (record.optimum) text += optimum_lines(record.job, *record.optimum, drive);
+  return text + stroke_lines(response_of(record), drive, record.job.request);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,321 @@
+#include "results/files/csv.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "optim/job/job_numbers.hpp"
+#include "optim/problem/evaluation_log.hpp"
+#include "results/files/folder.hpp"
+#include "results/files/units.hpp"
+
+namespace flexopt {
+
+namespace {
+
+/// RFC 4180: quoted where a comma, a quote or a line break would be misread.
+std::string text_cell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+/// Shortest text that reads back to the same double; empty where there is no finite number.
+std::string number_cell(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? fmt::format("{}", *value) : "";
+}
+
+std::string headed(const std::string& name, const std::string& unit) {
+  return text_cell(unit.empty() ? name : name + " [" + unit + "]");
+}
+
+std::string row(const std::vector<std::string>& cells) {
+  return fmt::format("{}\n", fmt::join(cells, ","));
+}
+
+struct Column {
+  std::string header;
+  std::function<std::string(const PathPoint&)> cell;
+};
+
+bool converged(const PathPoint& point) { return point.status == PointStatus::converged; }
+
+std::string compliance_unit(int i, int j) {
+  return fmt::format("{}/{}", i < 3 ? "m" : "rad", j < 3 ? "N" : "(N m)");
+}
+
+/// C_ij with i ≤ j; the matrices are symmetric.
+void add_compliance(std::vector<Column>& columns, const std::string& name,
+                    Matrix6d PathPoint::*matrix) {
+  for (int i = 0; i < 6; ++i)
+    for (int j = i; j < 6; ++j)
+      columns.push_back(
+          {headed(fmt::format("{}.{}_{}", name, direction_names[i], direction_names[j]),
+                  compliance_unit(i, j)),
+           [=](const PathPoint& point) {
+             if (!converged(point)) return std::string();
+             return number_cell((point.*matrix)(i, j));
+           }});
+}
+
+void add_frequencies(std::vector<Column>& columns, const StrokeResponse& response,
+                     const std::string& drive, std::vector<double> PathPoint::*frequencies,
+                     std::vector<Mode> PathPoint::*modes) {
+  std::size_t count = 0;
+  for (const PathPoint& point : response.path) count = std::max(count, (point.*frequencies).size());
+  for (std::size_t k = 0; k < count; ++k) {
+    columns.push_back({headed(fmt::format("frequencies.drive_{}.{}", drive, k), "Hz"),
+                       [=](const PathPoint& point) {
+                         const auto& list = point.*frequencies;
+                         return k < list.size() ? number_cell(list[k]) : std::string();
+                       }});
+    columns.push_back(
+        {headed(fmt::format("kind.drive_{}.{}", drive, k), ""), [=](const PathPoint& point) {
+           const auto& list = point.*modes;
+           return k < list.size() ? name_of(list[k].kind) : std::string();
+         }});
+  }
+}
+
+std::vector<Column> path_columns(const StrokeResponse& response, Direction drive,
+                                 const StrokeRequest& request) {
+  std::vector<Column> columns{
+      {headed("stroke", stroke_unit(drive, request)),
+       [](const PathPoint& point) { return number_cell(point.stroke); }},
+      {"status", [](const PathPoint& point) { return name_of(point.status); }},
+      {"newton_iterations",
+       [](const PathPoint& point) { return fmt::format("{}", point.newton_iterations); }},
+      {"sub_steps", [](const PathPoint& point) { return fmt::format("{}", point.sub_steps); }}};
+  for (const Quantity& quantity : quantities(drive)) {
+    // Frequencies follow below, as many as there are, each with its kind.
+    if (quantity.name == "stroke" || quantity.name.starts_with("frequencies.")) continue;
+    columns.push_back({headed(quantity.name, quantity.unit), [=](const PathPoint& point) {
+                         return converged(point) ? number_cell(value_of(point, quantity.name)) : "";
+                       }});
+  }
+  for (std::size_t k = 0; k < request.probes.size(); ++k)
+    for (int i = 0; i < 3; ++i)
+      columns.push_back({headed(fmt::format("probes.{}.{}", request.probes[k].name, "xyz"[i]), "m"),
+                         [=](const PathPoint& point) {
+                           return converged(point) ? number_cell(point.probes[k][i])
+                                                   : std::string();
+                         }});
+  columns.push_back({"stable", [](const PathPoint& point) {
+                       return !converged(point) ? "" : point.stable ? "true" : "false";
+                     }});
+  columns.push_back({"negative_pivots", [](const PathPoint& point) {
+                       return converged(point) ? fmt::format("{}", point.negative_pivots) : "";
+                     }});
+  add_frequencies(columns, response, "free", &PathPoint::frequencies_free, &PathPoint::modes_free);
+  add_frequencies(columns, response, "locked", &PathPoint::frequencies_locked,
+                  &PathPoint::modes_locked);
+  add_compliance(columns, "compliance.drive_free", &PathPoint::compliance_free);
+  add_compliance(columns, "compliance.drive_locked", &PathPoint::compliance_locked);
+  return columns;
+}
+
+std::vector<std::string> history_header(const Job& job, const Family& family, Direction drive) {
+  const OptimiseSpec& spec = *job.optimise;
+  const Objective& goal = spec.objective;
+  std::vector<std::string> cells{"start", "number", "ok", "difference"};
+  for (const Variable& variable : spec.variables)
+    cells.push_back(headed(variable.parameter, parameter_unit(family, variable.parameter)));
+  const std::string objective =
+      goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke) : goal.expression;
+  cells.push_back(headed("objective: " + objective,
+                         goal.expression.empty() ? quantity_unit(goal.quantity, drive) : "SI"));
+  for (const Constraint& constraint : spec.constraints)
+    cells.push_back(headed(constraint.label, constraint.expression.empty()
+                                                 ? quantity_unit(constraint.quantity, drive)
+                                                 : "SI"));
+  cells.insert(cells.end(), {"violation [1]", "best", "message", "stage", "accuracy"});
+  return cells;
+}
+
+/// Worst error of a quantity at one design; nothing where none was compared.
+std::optional<double> worst_at(const std::vector<PointError>& errors, int design, Compared quantity,
+                               int direction = -1) {
+  std::optional<double> worst;
+  for (const PointError& e : errors)
+    if (e.design == design && e.quantity == quantity &&
+        (direction < 0 || e.direction == direction) && (!worst || e.value > *worst))
+      worst = e.value;
+  return worst;
+}
+
+std::vector<std::string> comparison_header(const Job& job, Direction drive) {
+  std::vector<std::string> cells{"design", "model", "status"};
+  for (const Parameter& p : parameters_of(job)) cells.push_back(headed(p.name, p.unit));
+  for (const SampleRange& range : job.compare->samples.ranges)
+    if (range.symbol) cells.push_back(headed(range.name, "SI"));
+  cells.insert(cells.end(),
+               {headed("largest stroke", stroke_unit(drive, job.request)), "length/width [1]",
+                "thickness/length [1]", "width^2/(length thickness) [1]", "points",
+                "points at full accuracy", "fallback points"});
+  for (const char* name : compared_names)
+    cells.push_back(headed(std::string("error: ") + name, "1"));
+  for (int d = 0; d < 6; ++d)
+    if (d != index(drive))
+      cells.push_back(headed(
+          fmt::format("error: support_stiffness.{}", direction_names[static_cast<std::size_t>(d)]),
+          "1"));
+  cells.insert(cells.end(), {"fallback reason", "message"});
+  return cells;
+}
+
+}  // namespace
+
+std::string path_csv(const StrokeResponse& response, Direction drive,
+                     const StrokeRequest& request) {
+  const auto columns = path_columns(response, drive, request);
+  std::vector<std::string> cells;
+  for (const Column& column : columns) cells.push_back(column.header);
+  std::string text = row(cells);
+  for (const PathPoint& point : response.path) {
+    cells.clear();
+    for (const Column& column : columns) cells.push_back(column.cell(point));
+    text += row(cells);
+  }
+  return text;
+}
+
+std::string history_csv(const Job& job, const Optimum& optimum, Direction drive) {
+  assert(job.optimise);
+  const OptimiseSpec& spec = *job.optimise;
+  std::string text =
+      row(history_header(job, find_family(job.design.family, "/design/family"), drive));
+  std::optional<double> best;
+  for (const EvaluationRecord& record : optimum.history) {
+    const bool feasible = record.ok && !record.difference && !record.full &&
+                          record.stage == Stage::search &&
+                          record.violation <= spec.constraint_tolerance;
+    if (feasible &&
+        (!best || (spec.objective.maximise ? record.objective > *best : record.objective < *best)))
+      best = record.objective;
+    const auto when_ok = [&](double value) {
+      return record.ok ? number_cell(value) : std::string();
+    };
+    std::vector<std::string> cells{fmt::format("{}", record.start),
+                                   fmt::format("{}", record.number), record.ok ? "true" : "false",
+                                   record.difference ? "true" : "false"};
+    for (const Variable& variable : spec.variables) {
+      const auto found = record.variables.find(variable.parameter);
+      cells.push_back(found == record.variables.end() ? "" : number_cell(found->second));
+    }
+    cells.push_back(when_ok(record.objective));
+    for (std::size_t i = 0; i < spec.constraints.size(); ++i)
+      cells.push_back(i < record.constraints.size() ? when_ok(record.constraints[i]) : "");
+    cells.push_back(when_ok(record.violation));
+    cells.push_back(number_cell(best));
+    cells.push_back(text_cell(record.message));
+    cells.push_back(name_of(record.stage));
+    cells.push_back(record.full || job.model.accuracy == Accuracy::full ? "full" : "reduced");
+    text += row(cells);
+  }
+  return text;
+}
+
+std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive) {
+  assert(job.optimise && job.optimise->pareto);
+  const OptimiseSpec& spec = *job.optimise;
+  const auto unit = [&](const std::string& quantity) {
+    return quantity.empty() ? std::string("SI") : quantity_unit(quantity, drive);
+  };
+  const Objective& goal = spec.objective;
+  const std::string first =
+      goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke) : goal.expression;
+  std::vector<std::string> cells{
+      "point", headed("bound", unit(spec.pareto->quantity)),
+      headed("objective: " + first, unit(goal.quantity)),
+      headed("second: " + spec.pareto->label, unit(spec.pareto->quantity)),
+      headed("d objective / d bound", "SI")};
+  for (const Parameter& p : parameters_of(job)) cells.push_back(headed(p.name, p.unit));
+  cells.insert(cells.end(), {"violation [1]", "feasible", "status", "evaluations", "message"});
+  std::string text = row(cells);
+  for (std::size_t i = 0; i < front.points.size(); ++i) {
+    const ParetoPoint& p = front.points[i];
+    const auto when_ok = [&](double value) { return p.ok ? number_cell(value) : std::string(); };
+    cells = {fmt::format("{}", i), number_cell(p.bound), when_ok(p.objective), when_ok(p.second),
+             number_cell(p.trade_off)};
+    for (const Parameter& of : parameters_of(job)) {
+      const auto found = p.parameters.find(of.name);
+      cells.push_back(found == p.parameters.end() ? "" : number_cell(found->second));
+    }
+    cells.insert(cells.end(), {when_ok(p.violation), p.feasible ? "true" : "false", p.status,
+                               fmt::format("{}", p.evaluations), text_cell(p.stop_reason)});
+    text += row(cells);
+  }
+  return text;
+}
+
+std::string comparison_csv(const Job& job, const Comparison& comparison, Direction drive) {
+  assert(job.compare);
+  std::string text = row(comparison_header(job, drive));
+  for (std::size_t d = 0; d < comparison.designs.size(); ++d) {
+    const ComparedDesign& design = comparison.designs[d];
+    const Sample& sample = design.sample;
+    const auto own = [](const ParameterValues& values, const std::string& name) {
+      const auto found = values.find(name);
+      return found == values.end() ? std::string() : number_cell(found->second);
+    };
+    double largest_stroke = 0;
+    for (const double s : sample.stroke)
+      if (std::abs(s) > std::abs(largest_stroke)) largest_stroke = s;
+    for (const ModelComparison& model : comparison.models) {
+      const ModelDesign& result = model.designs[d];
+      std::vector<std::string> cells{fmt::format("{}", d), text_cell(model.name),
+                                     design.failed   ? "full accuracy failed"
+                                     : result.failed ? "failed"
+                                                     : "ok"};
+      for (const Parameter& p : parameters_of(job)) cells.push_back(own(sample.parameters, p.name));
+      for (const SampleRange& range : job.compare->samples.ranges)
+        if (range.symbol) cells.push_back(own(sample.symbols, range.name));
+      for (const double value : {largest_stroke, design.length_over_width,
+                                 design.thickness_over_length, design.width2_over_length_thickness})
+        cells.push_back(number_cell(value));
+      for (const int count : {result.points, design.points, result.fallback_points})
+        cells.push_back(fmt::format("{}", count));
+      const int at = static_cast<int>(d);
+      for (int q = 0; q < static_cast<int>(compared_names.size()); ++q)
+        cells.push_back(number_cell(worst_at(model.errors, at, static_cast<Compared>(q))));
+      for (int k = 0; k < 6; ++k)
+        if (k != index(drive))
+          cells.push_back(number_cell(worst_at(model.errors, at, Compared::support_stiffness, k)));
+      cells.push_back(text_cell(result.fallback_reason));
+      cells.push_back(text_cell(design.failed ? design.message : result.message));
+      text += row(cells);
+    }
+  }
+  return text;
+}
+
+void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
+  write_file(folder / "path.csv",
+             path_csv(response_of(record), record.mechanism.drive, record.job.request));
+}
+
+void write_history_csv(const std::filesystem::path& folder, const RunRecord& record) {
+  assert(record.optimum);
+  write_file(folder / "history.csv",
+             history_csv(record.job, *record.optimum, record.mechanism.drive));
+}
+
+void write_pareto_csv(const std::filesystem::path& folder, const RunRecord& record) {
+  assert(record.optimum && record.optimum->pareto);
+  write_file(folder / "pareto.csv",
+             pareto_csv(record.job, *record.optimum->pareto, record.mechanism.drive));
+}
+
+void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record) {
+  assert(record.comparison);
+  write_file(folder / "comparison.csv",
+             comparison_csv(record.job, *record.comparison, record.mechanism.drive));
+}
+
+}  // namespace flexopt

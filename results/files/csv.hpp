@@ -1,0 +1,30 @@
+#pragma once
+// Tables for spreadsheets and scripts: comma separated, one header line with units, SI.
+#include <filesystem>
+#include <string>
+
+#include "results/files/run_record.hpp"
+
+namespace flexopt {
+
+/// One row a stroke point; a cell without value is empty.
+std::string path_csv(const StrokeResponse& response, Direction drive, const StrokeRequest& request);
+
+/// One row an evaluated design, in the order start, number; `best` is the objective of the best
+/// feasible design up to and including this row, `difference` marks neighbours for derivatives.
+std::string history_csv(const Job& job, const Optimum& optimum, Direction drive);
+
+/// A row a design of the front of two objectives.
+std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive);
+
+/// One row a design and model: parameters and symbols, ratios of the widest leaf, points reached,
+/// and the worst error of each quantity.
+std::string comparison_csv(const Job& job, const Comparison& comparison, Direction drive);
+
+void write_path_csv(const std::filesystem::path& folder, const RunRecord& record);
+void write_history_csv(const std::filesystem::path& folder, const RunRecord& record);
+void write_pareto_csv(const std::filesystem::path& folder, const RunRecord& record);
+
+void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record);
+
+}  // namespace flexopt

@@ -1,0 +1,254 @@
+// The part "optimum" of result.json.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "results/files/result_json.hpp"
+#include "results/files/units.hpp"
+
+namespace flexopt {
+
+namespace {
+
+using Json = OrderedJson;
+
+Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json goal_json(const std::string& quantity, const std::string& expression, OverStroke over,
+               Direction drive) {
+  if (!expression.empty()) return {{"expression", expression}, {"unit", "SI"}};
+  return {{"quantity", quantity},
+          {"over_stroke", name_of(over)},
+          {"unit", quantity_unit(quantity, drive)}};
+}
+
+/// The bound that the margin is measured from.
+Json nearest_bound(const ConstraintState& state) {
+  if (!state.min) return optional_json(state.max);
+  if (!state.max) return *state.min;
+  return state.value - *state.min < *state.max - state.value ? *state.min : *state.max;
+}
+
+Json constraints_json(const OptimiseSpec& spec, const Optimum& optimum, Direction drive) {
+  assert(optimum.constraints.size() == spec.constraints.size() || optimum.constraints.empty());
+  Json constraints = Json::array();
+  for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
+    const ConstraintState& state = optimum.constraints[i];
+    const Constraint& asked = spec.constraints[i];
+    Json json = {{"label", state.label}};
+    json.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drive));
+    json.update({{"value", state.value},
+                 {"bound", nearest_bound(state)},
+                 {"min", optional_json(state.min)},
+                 {"max", optional_json(state.max)},
+                 {"margin", state.margin},
+                 {"active", state.active},
+                 {"multiplier", optional_json(state.multiplier)}});
+    constraints.push_back(std::move(json));
+  }
+  return constraints;
+}
+
+Json variables_json(const Job& job, const Optimum& optimum, const Family& family) {
+  Json variables = Json::array();
+  for (const Variable& variable : job.optimise->variables) {
+    const auto found = optimum.parameters.find(variable.parameter);
+    const auto initial = job.design.parameters.find(variable.parameter);
+    Json json = {{"parameter", variable.parameter},
+                 {"unit", parameter_unit(family, variable.parameter)},
+                 {"min", variable.min},
+                 {"max", variable.max},
+                 {"initial", nullptr},
+                 {"optimum", nullptr},
+                 {"at_bound", nullptr}};
+    if (initial != job.design.parameters.end()) json["initial"] = initial->second;
+    if (variable.start) json["initial"] = *variable.start;
+    if (found != optimum.parameters.end()) {
+      const double near = 1e-4 * (variable.max - variable.min);
+      json["optimum"] = found->second;
+      if (found->second - variable.min <= near) json["at_bound"] = "min";
+      if (variable.max - found->second <= near) json["at_bound"] = "max";
+    }
+    variables.push_back(std::move(json));
+  }
+  return variables;
+}
+
+Json starts_json(const Optimum& optimum) {
+  Json starts = Json::array();
+  for (const StartSummary& start : optimum.starts)
+    starts.push_back({{"start", start.index},
+                      {"from", start.from},
+                      {"to", start.to},
+                      {"objective", start.objective},
+                      {"violation", start.violation},
+                      {"feasible", start.feasible},
+                      {"agrees", start.agrees},
+                      {"status", start.status},
+                      {"stop_reason", start.stop_reason},
+                      {"kkt_residual", optional_json(start.kkt)},
+                      {"evaluations", start.evaluations},
+                      {"failed_evaluations", start.failed_evaluations}});
+  return starts;
+}
+
+Json stock_json(const Optimum& optimum) {
+  if (!optimum.stock) return nullptr;
+  const StockSearch& stock = *optimum.stock;
+  Json designs = Json::array();
+  for (const StockDesign& d : stock.designs)
+    designs.push_back({{"sizes", d.sizes},
+                       {"parameters", d.ok ? Json(d.parameters) : Json()},
+                       {"objective", d.ok ? Json(d.objective) : Json()},
+                       {"violation", d.ok ? Json(d.violation) : Json()},
+                       {"feasible", d.feasible},
+                       {"status", d.status},
+                       {"stop_reason", d.stop_reason},
+                       {"evaluations", d.evaluations}});
+  return {
+      {"continuous", {{"parameters", stock.continuous}, {"objective", stock.continuous_objective}}},
+      {"neighbours", stock.neighbours},
+      {"designs", std::move(designs)},
+      {"chosen", stock.chosen < 0 ? Json() : Json(stock.chosen)}};
+}
+
+Json pareto_json(const OptimiseSpec& spec, const Optimum& optimum, Direction drive) {
+  if (!optimum.pareto) return nullptr;
+  assert(spec.pareto);
+  const ParetoSpec& asked = *spec.pareto;
+  Json second = {{"label", asked.label}, {"sense", asked.maximise ? "maximise" : "minimise"}};
+  second.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drive));
+  Json points = Json::array();
+  for (const ParetoPoint& p : optimum.pareto->points)
+    points.push_back({{"bound", optional_json(p.bound)},
+                      {"objective", p.ok ? Json(p.objective) : Json()},
+                      {"second", p.ok ? Json(p.second) : Json()},
+                      {"violation", p.ok ? Json(p.violation) : Json()},
+                      {"feasible", p.feasible},
+                      {"trade_off", optional_json(p.trade_off)},
+                      {"parameters", p.ok ? Json(p.parameters) : Json()},
+                      {"status", p.status},
+                      {"stop_reason", p.stop_reason},
+                      {"evaluations", p.evaluations}});
+  return {{"second", std::move(second)},
+          {"message", optimum.pareto->message},
+          {"points", std::move(points)}};
+}
+
+Json loop_json(const VerificationLoop& loop, const VerifySpec& asked) {
+  Json steps = Json::array();
+  for (const VerificationStep& s : loop.steps)
+    steps.push_back({{"variables", s.variables},
+                     {"objective", s.ok ? Json(s.objective) : Json()},
+                     {"violation", s.ok ? Json(s.violation) : Json()},
+                     {"difference", s.ok ? Json(s.difference) : Json()},
+                     {"trust_region", s.trust_region},
+                     {"accepted", s.accepted}});
+  return {{"converged", loop.converged},
+          {"message", loop.message},
+          {"tolerance", asked.tolerance},
+          {"iterations", loop.iterations},
+          {"full_evaluations", loop.steps.size()},
+          {"difference", loop.difference},
+          {"steps", std::move(steps)}};
+}
+
+Json verified_json(const OptimiseSpec& spec, const Optimum& optimum, const Mechanism& mechanism,
+                   const StrokeRequest& request) {
+  if (!optimum.verified) return nullptr;
+  const Verification& verified = *optimum.verified;
+  assert(verified.constraints.size() == verified.constraint_differences.size());
+  Json constraints = Json::array();
+  for (std::size_t i = 0; i < verified.constraints.size(); ++i)
+    constraints.push_back(
+        {{"label", i < optimum.constraints.size() ? optimum.constraints[i].label : ""},
+         {"value", verified.constraints[i]},
+         {"difference", verified.constraint_differences[i]}});
+  Json path = Json::array();
+  for (const PathPoint& point : verified.response.path)
+    path.push_back(make_path_point(point, mechanism, request));
+  const bool found = verified.response.status == Status::ok;
+  return {{"accuracy", "full"},
+          {"status", found ? "ok" : "no_equilibrium"},
+          {"message", verified.response.message},
+          {"objective", found ? Json(verified.objective) : Json()},
+          {"objective_difference", found ? Json(verified.objective_difference) : Json()},
+          {"constraints", std::move(constraints)},
+          {"loop", verified.loop ? loop_json(*verified.loop, *spec.verify) : Json()},
+          {"path", std::move(path)}};
+}
+
+/// SI unit of the goal with this label; that of the objective where no constraint has it.
+std::string goal_unit(const OptimiseSpec& spec, const std::string& label, Direction drive) {
+  const auto found = std::ranges::find(spec.constraints, label, &Constraint::label);
+  const bool constraint = found != spec.constraints.end();
+  const std::string& quantity = constraint ? found->quantity : spec.objective.quantity;
+  return quantity.empty() ? "SI" : quantity_unit(quantity, drive);
+}
+
+Json sensitivities_json(const OptimiseSpec& spec, const Optimum& optimum, const Family& family,
+                        Direction drive) {
+  Json sensitivities = Json::array();
+  for (const Sensitivity& s : optimum.sensitivities)
+    sensitivities.push_back({{"of", s.of},
+                             {"unit", goal_unit(spec, s.of, drive)},
+                             {"parameter", s.parameter},
+                             {"per", parameter_unit(family, s.parameter)},
+                             {"value", s.value}});
+  return sensitivities;
+}
+
+/// One column each: the convergence history of the starts without designs and without the
+/// neighbours for differences; history.csv has all.
+Json history_json(const Optimum& optimum) {
+  Json start = Json::array(), number = Json::array(), objective = Json::array(),
+       violation = Json::array();
+  for (const EvaluationRecord& record : optimum.history) {
+    if (record.difference || record.stage != Stage::search) continue;
+    start.push_back(record.start);
+    number.push_back(record.number);
+    objective.push_back(record.ok ? Json(record.objective) : Json());
+    violation.push_back(record.ok ? Json(record.violation) : Json());
+  }
+  return {{"start", start}, {"number", number}, {"objective", objective}, {"violation", violation}};
+}
+
+}  // namespace
+
+OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
+  assert(job.optimise);
+  const OptimiseSpec& spec = *job.optimise;
+  const Family& family = find_family(job.design.family, "/design/family");
+  Json goal = {{"sense", spec.objective.maximise ? "maximise" : "minimise"}};
+  goal.update(goal_json(spec.objective.quantity, spec.objective.expression,
+                        spec.objective.over_stroke, mechanism.drive));
+  return {{"status", name_of(optimum.status)},
+          {"stop_reason", optimum.stop_reason},
+          {"parameters", optimum.parameters},
+          {"objective", optimum.status == OptimumStatus::failed ? Json() : Json(optimum.objective)},
+          {"goal", std::move(goal)},
+          {"constraints", constraints_json(spec, optimum, mechanism.drive)},
+          {"variables", variables_json(job, optimum, family)},
+          {"accuracy",
+           optimum.at_full_accuracy || job.model.accuracy == Accuracy::full ? "full" : "reduced"},
+          {"algorithm",
+           {{"library", spec.algorithm.library},
+            {"name", spec.algorithm.name},
+            {"local", spec.algorithm.local.empty() ? Json() : Json(spec.algorithm.local)}}},
+          {"gradients", optimum.gradients},
+          {"gradients_message", optimum.gradients_message},
+          {"evaluations", optimum.evaluations},
+          {"failed_evaluations", optimum.failed_evaluations},
+          {"best_start", optimum.best_start},
+          {"agreeing_starts", optimum.agreeing_starts},
+          {"starts", starts_json(optimum)},
+          {"stock", stock_json(optimum)},
+          {"pareto", pareto_json(spec, optimum, mechanism.drive)},
+          {"verified", verified_json(spec, optimum, mechanism, job.request)},
+          {"sensitivities", sensitivities_json(spec, optimum, family, mechanism.drive)},
+          {"history", history_json(optimum)}};
+}
+
+}  // namespace flexopt

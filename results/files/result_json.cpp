@@ -1,0 +1,300 @@
+#include "results/files/result_json.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "core/elements/plate/leaf_validity.hpp"
+#include "optim/job/job_numbers.hpp"
+#include "results/files/folder.hpp"
+#include "results/files/units.hpp"
+#include "results/files/version.hpp"
+
+namespace flexopt {
+
+namespace {
+
+using Json = OrderedJson;
+
+Json vector_json(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+Json matrix_json(const Matrix6d& m) {
+  Json rows = Json::array();
+  for (int i = 0; i < 6; ++i) {
+    Json row = Json::array();
+    for (int j = 0; j < 6; ++j) row.push_back(m(i, j));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json mode_json(const Mode& mode, const char* drive) {
+  return {{"frequency", mode.frequency},
+          {"kind", name_of(mode.kind)},
+          {"drive", drive},
+          {"participation",
+           {{"drive", mode.drive},
+            {"end_effector", mode.end_effector},
+            {"intermediate_body", mode.intermediate_body},
+            {"leaf", mode.leaf}}}};
+}
+
+/// Drive locked first: the first of them that counts is the parasitic frequency.
+Json modes_json(const PathPoint& point) {
+  Json modes = Json::array();
+  for (const Mode& mode : point.modes_locked) modes.push_back(mode_json(mode, "locked"));
+  for (const Mode& mode : point.modes_free) modes.push_back(mode_json(mode, "free"));
+  return modes;
+}
+
+Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& mechanism) {
+  if (!peak) return nullptr;
+  const auto leaf = static_cast<std::size_t>(peak->leaf);
+  assert(leaf < mechanism.leaves.size());
+  return {{"leaf", mechanism.leaves[leaf].name},
+          {"along", peak->along},
+          {"across", peak->across},
+          {"position", vector_json(peak->position)},
+          {"surface", peak->on_positive_normal ? "positive_normal" : "negative_normal"}};
+}
+
+Json leaves_json(const PathPoint& point, const Mechanism& mechanism) {
+  Json leaves = Json::array();
+  for (std::size_t i = 0; i < point.leaves.size(); ++i) {
+    const LeafReport& leaf = point.leaves[i];
+    assert(i < mechanism.leaves.size());
+    leaves.push_back({{"name", mechanism.leaves[i].name},
+                      {"model", leaf.model},
+                      {"reason", leaf.reason},
+                      {"check", leaf.check}});
+  }
+  return leaves;
+}
+
+Json material_json(const Material& material) {
+  return {{"name", material.name},
+          {"youngs_modulus", material.youngs_modulus},
+          {"poissons_ratio", material.poissons_ratio},
+          {"density", material.density},
+          {"allowable_stress", optional_json(material.allowable_stress)}};
+}
+
+/// Which model the leaf needs, with the estimated errors of the cheaper ones.
+Json validity_json(const LeafSpring& leaf) {
+  const LeafValidity v = leaf_validity(leaf);
+  return {{"needed", v.needed},
+          {"accepted_error", LeafValidity::accepted},
+          {"length_over_width", v.aspect},
+          {"width_squared_over_length_thickness", v.flatness},
+          {"warping_length", v.warping_length},
+          {"estimated_errors",
+           {{"beam_free_warping", v.beam_free_warping},
+            {"beam", v.beam},
+            {"beam_drive_stiffness", v.beam_drive},
+            {"plate", optional_json(v.plate)}}}};
+}
+
+Json leaf_geometry_json(const Mechanism& mechanism) {
+  Json leaves = Json::array();
+  for (const LeafSpring& leaf : mechanism.leaves)
+    leaves.push_back({{"name", leaf.name},
+                      {"length", leaf.length},
+                      {"width", leaf.width},
+                      {"thickness", leaf.thickness},
+                      {"section", leaf.section == Section::circular ? "circular" : "rectangular"},
+                      {"validity", validity_json(leaf)}});
+  return leaves;
+}
+
+Json units_json(const Job& job, const Mechanism& mechanism) {
+  Json parameters = Json::object();
+  for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
+  Json stiffness = Json::object();
+  for (int d = 0; d < 6; ++d)
+    if (d != index(mechanism.drive))
+      stiffness[std::string(direction_names[d])] = stiffness_unit(static_cast<Direction>(d));
+  return {{"stroke", stroke_unit(mechanism.drive, job.request)},
+          {"drive_load", load_unit(mechanism.drive)},
+          {"displacement", "m"},
+          {"rotation", "rad"},
+          {"compliance", "[m m m rad rad rad] against [N N N N m N m N m]"},
+          {"support_stiffness", stiffness},
+          {"drive_stiffness", stiffness_unit(mechanism.drive)},
+          {"frequencies", "Hz"},
+          {"parasitic_frequency", "Hz"},
+          {"parasitic_frequency_screening", "Hz"},
+          {"frequency_derivatives",
+           fmt::format("omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke in {}",
+                       stroke_unit(mechanism.drive, job.request))},
+          {"max_stress", "Pa"},
+          {"parameters", std::move(parameters)}};
+}
+
+/// What the numbers refer to, so that nobody has to guess.
+Json conventions_json(const RunRecord& record) {
+  const StrokeRequest& request = record.job.request;
+  std::string parasitic = request.parasitic_with_drive_locked
+                              ? "lowest with the drive locked"
+                              : "lowest with the drive free that is not the drive's own";
+  if (request.parasitic_skips_leaf_modes) parasitic += ", modes of single leaves left out";
+  if (request.parasitic_skips_intermediate_modes)
+    parasitic += ", modes of intermediate bodies left out";
+  return {{"drive", std::string(direction_names[index(record.mechanism.drive)])},
+          {"support_stiffness", "1/C_dd with the drive locked, all other directions free"},
+          {"drive_stiffness", "1/C_dd with the drive free"},
+          {"parasitic_frequency", parasitic},
+          {"matrix_order", {"ux", "uy", "uz", "rx", "ry", "rz"}},
+          {"matrix_point", "the moved O, global axes"}};
+}
+
+/// Deformed leaves at the smallest, the unmoved and the largest converged stroke, for drawing.
+Json shapes_json(const StrokeResponse& response, const Mechanism& mechanism) {
+  std::vector<std::size_t> drawable;
+  for (std::size_t i = 0; i < response.path.size(); ++i)
+    if (!response.path[i].shapes.empty()) drawable.push_back(i);
+  if (drawable.empty()) return Json::array();
+  const auto stroke = [&](std::size_t i) { return response.path[i].stroke; };
+  const auto [low, high] = std::ranges::minmax_element(drawable, {}, stroke);
+  const auto rest =
+      std::ranges::min_element(drawable, {}, [&](std::size_t i) { return std::abs(stroke(i)); });
+  std::vector<std::size_t> chosen{*low, *rest, *high};
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+
+  Json shapes = Json::array();
+  for (const std::size_t i : chosen) {
+    Json leaves = Json::array();
+    for (std::size_t k = 0; k < response.path[i].shapes.size(); ++k) {
+      const LeafShape& shape = response.path[i].shapes[k];
+      Json points = Json::array();
+      for (const Vector3d& x : shape.deflected) points.push_back(vector_json(x));
+      leaves.push_back({{"name", mechanism.leaves[k].name},
+                        {"points_along", shape.points_along},
+                        {"points_across", shape.points_across},
+                        {"deflected", std::move(points)},
+                        {"von_mises", shape.von_mises}});
+    }
+    Json shape = {{"path_index", i}, {"stroke", stroke(i)}, {"leaves", std::move(leaves)}};
+    const auto end_effector = static_cast<std::size_t>(mechanism.end_effector);
+    if (end_effector < mechanism.bodies.size())
+      shape["reference"] =
+          vector_json(mechanism.bodies[end_effector].reference + response.path[i].displacement);
+    shapes.push_back(std::move(shape));
+  }
+  return shapes;
+}
+
+void flag_non_finite(Json& result) {
+  const auto places = remove_non_finite(result);
+  if (places.empty()) return;
+  if (result["status"] == "ok") result["status"] = "not_finite";
+  const std::string text = fmt::format(" {} number{} not finite, first at {}.", places.size(),
+                                       places.size() == 1 ? " is" : "s are", places.front());
+  result["message"] = result["message"].get<std::string>() + text;
+}
+
+}  // namespace
+
+OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
+                            const StrokeRequest& request) {
+  Json json = {{"stroke", point.stroke},
+               {"status", name_of(point.status)},
+               {"message", point.message},
+               {"newton_iterations", point.newton_iterations},
+               {"sub_steps", point.sub_steps}};
+  if (point.status != PointStatus::converged) {
+    for (const char* name :
+         {"drive_load", "displacement", "rotation", "compliance", "support_stiffness",
+          "drive_stiffness", "frequencies", "modes", "parasitic_frequency",
+          "parasitic_frequency_screening", "max_stress", "max_stress_place", "buckling_load_factor",
+          "stable", "negative_pivots", "leaves"})
+      json[name] = nullptr;
+    return json;
+  }
+  Json stiffness = Json::object();
+  for (std::size_t d = 0; d < 6; ++d)
+    if (point.support_stiffness[d])
+      stiffness[std::string(direction_names[d])] = *point.support_stiffness[d];
+  json["drive_load"] = point.drive_load;
+  json["displacement"] = vector_json(point.displacement);
+  json["rotation"] = vector_json(point.rotation);
+  json["compliance"] = {{"drive_free", matrix_json(point.compliance_free)},
+                        {"drive_locked", matrix_json(point.compliance_locked)}};
+  json["support_stiffness"] = std::move(stiffness);
+  json["drive_stiffness"] = point.drive_stiffness;
+  json["frequencies"] = {{"drive_free", point.frequencies_free},
+                         {"drive_locked", point.frequencies_locked}};
+  json["modes"] = modes_json(point);
+  json["parasitic_frequency"] = optional_json(point.parasitic_frequency);
+  json["parasitic_frequency_screening"] = optional_json(point.parasitic_frequency_screening);
+  json["max_stress"] = point.max_stress ? Json(point.max_stress->value) : Json();
+  json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
+  if (!point.probes.empty()) {
+    Json probes = Json::object();
+    for (std::size_t k = 0; k < point.probes.size(); ++k)
+      probes[request.probes[k].name] = {{"displacement", vector_json(point.probes[k])}};
+    json["probes"] = std::move(probes);
+  }
+  json["buckling_load_factor"] = optional_json(point.buckling_load_factor);
+  json["stable"] = point.stable;
+  json["negative_pivots"] = point.negative_pivots;
+  json["leaves"] = leaves_json(point, mechanism);
+  return json;
+}
+
+namespace {
+
+Json frequency_derivatives_json(const StrokeResponse& response) {
+  Json list = Json::array();
+  for (const FrequencyDerivatives& d : response.frequency_derivatives)
+    list.push_back({{"mode", d.index},
+                    {"kind", name_of(d.mode.kind)},
+                    {"drive", "free"},
+                    {"frequency", d.mode.frequency},
+                    {"d_omega2", d.d_omega2},
+                    {"d2_omega2", d.d2_omega2},
+                    {"d_compliance", d.d_compliance},
+                    {"d2_compliance", d.d2_compliance},
+                    {"valid_to",
+                     {{"omega2", optional_json(d.omega2_valid_to)},
+                      {"compliance", optional_json(d.compliance_valid_to)}}}});
+  return list;
+}
+
+}  // namespace
+
+OrderedJson make_result(const RunRecord& record) {
+  const StrokeResponse& response = response_of(record);
+  Json path = Json::array();
+  for (const PathPoint& point : response.path)
+    path.push_back(make_path_point(point, record.mechanism, record.job.request));
+
+  Json result = {{"flexopt", {{"version", version()}, {"commit", commit()}}},
+                 {"job", Json(record.job.as_read)},
+                 {"status", record.status},
+                 {"message", record.message},
+                 {"notes", record.job.notes},
+                 {"units", units_json(record.job, record.mechanism)},
+                 {"conventions", conventions_json(record)},
+                 {"material", material_json(record.job.design.material)},
+                 {"leaves", leaf_geometry_json(record.mechanism)},
+                 {"path", std::move(path)}};
+  if (record.job.request.frequencies > 0 && !record.job.request.load_path)
+    result["frequency_derivatives"] = frequency_derivatives_json(response);
+  if (record.optimum)
+    result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);
+  if (record.comparison) result["comparison"] = make_comparison_json(*record.comparison);
+  result["shapes"] = shapes_json(response, record.mechanism);
+  flag_non_finite(result);
+  return result;
+}
+
+void write_result(const std::filesystem::path& folder, const OrderedJson& result) {
+  write_file(folder / "result.json", json_text(result));
+}
+
+bool usable(const OrderedJson& result) { return result.at("status") == "ok"; }
+
+}  // namespace flexopt

@@ -1,0 +1,29 @@
+#pragma once
+// result.json: the whole outcome of a run, SI, named as the README's contract says.
+#include <filesystem>
+
+#include "results/files/json_text.hpp"
+#include "results/files/run_record.hpp"
+
+namespace flexopt {
+
+/// Everything but timings. Where a number is not finite it is null, and the status says so.
+OrderedJson make_result(const RunRecord& record);
+
+/// One stroke point; numbers that a point without equilibrium does not have are null.
+OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
+                            const StrokeRequest& request);
+
+/// The part "optimum" of the result.
+OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism& mechanism);
+
+/// The part "comparison". Its speed-ups are the only numbers of the result that a clock decides;
+/// they come from the log, so that a resumed run keeps those of the designs it does not repeat.
+OrderedJson make_comparison_json(const Comparison& comparison);
+
+void write_result(const std::filesystem::path& folder, const OrderedJson& result);
+
+/// True if the exit code may be 0.
+bool usable(const OrderedJson& result);
+
+}  // namespace flexopt

@@ -1,0 +1,31 @@
+#include "results/files/units.hpp"
+
+#include <algorithm>
+
+#include "optim/job/job_numbers.hpp"
+
+namespace flexopt {
+
+std::string stroke_unit(Direction drive, const StrokeRequest& request) {
+  if (request.load_path) return "1";
+  return is_rotation(drive) ? "rad" : "m";
+}
+
+std::string load_unit(Direction direction) { return is_rotation(direction) ? "N m" : "N"; }
+
+std::string stiffness_unit(Direction direction) {
+  return is_rotation(direction) ? "N m/rad" : "N/m";
+}
+
+std::string quantity_unit(const std::string& quantity, Direction drive) {
+  const auto known = quantities(drive);
+  const auto found = std::ranges::find(known, quantity, &Quantity::name);
+  return found == known.end() ? "" : found->unit;
+}
+
+std::string parameter_unit(const Family& family, const std::string& parameter) {
+  const Parameter* found = find_parameter(family, parameter);
+  return found ? found->unit : "";
+}
+
+}  // namespace flexopt

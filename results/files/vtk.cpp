@@ -1,0 +1,103 @@
+#include "results/files/vtk.hpp"
+
+#include <fmt/format.h>
+
+#include <cassert>
+#include <iterator>
+
+#include "results/files/folder.hpp"
+
+namespace flexopt {
+
+namespace {
+
+constexpr int vtk_quad = 9;  // VTK file formats, cell types
+
+std::string file_name(std::size_t i) { return fmt::format("shape_{:03}.vtu", i); }
+
+void add_vector(std::string& out, const Vector3d& v) {
+  fmt::format_to(std::back_inserter(out), "{} {} {}\n", v[0], v[1], v[2]);
+}
+
+std::string data_array(const std::string& type, const std::string& name, int components,
+                       const std::string& content) {
+  return fmt::format(
+      "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"ascii\">\n"
+      "{}</DataArray>\n",
+      type, name, components, content);
+}
+
+}  // namespace
+
+std::string shape_vtu(const std::vector<LeafShape>& leaves) {
+  std::string points, displacement, von_mises, connectivity, offsets, types, leaf_index;
+  int count = 0, cells = 0;
+  for (std::size_t k = 0; k < leaves.size(); ++k) {
+    const LeafShape& leaf = leaves[k];
+    const int along = leaf.points_along, across = leaf.points_across;
+    assert(leaf.undeflected.size() == static_cast<std::size_t>(along * across));
+    assert(leaf.deflected.size() == leaf.undeflected.size());
+    assert(leaf.von_mises.size() == leaf.undeflected.size());
+    for (std::size_t i = 0; i < leaf.undeflected.size(); ++i) {
+      add_vector(points, leaf.undeflected[i]);
+      add_vector(displacement, leaf.deflected[i] - leaf.undeflected[i]);
+      von_mises += fmt::format("{}\n", leaf.von_mises[i]);
+    }
+    for (int j = 0; j + 1 < across; ++j)
+      for (int i = 0; i + 1 < along; ++i) {
+        const int a = count + j * along + i;
+        connectivity += fmt::format("{} {} {} {}\n", a, a + 1, a + 1 + along, a + along);
+        offsets += fmt::format("{}\n", 4 * ++cells);
+        types += fmt::format("{}\n", vtk_quad);
+        leaf_index += fmt::format("{}\n", k);
+      }
+    count += along * across;
+  }
+  return fmt::format(
+             "<?xml version=\"1.0\"?>\n"
+             "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
+             "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
+             count, cells) +
+         "<PointData Vectors=\"displacement\" Scalars=\"von_mises\">\n" +
+         data_array("Float64", "displacement", 3, displacement) +
+         data_array("Float64", "von_mises", 1, von_mises) + "</PointData>\n" +
+         "<CellData Scalars=\"leaf\">\n" + data_array("Int32", "leaf", 1, leaf_index) +
+         "</CellData>\n<Points>\n" + data_array("Float64", "Points", 3, points) +
+         "</Points>\n<Cells>\n" + data_array("Int32", "connectivity", 1, connectivity) +
+         data_array("Int32", "offsets", 1, offsets) + data_array("UInt8", "types", 1, types) +
+         "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+}
+
+std::string shapes_pvd(const std::vector<PathPoint>& path) {
+  std::string sets;
+  for (std::size_t i = 0; i < path.size(); ++i)
+    if (!path[i].shapes.empty())
+      sets += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", path[i].stroke,
+                          file_name(i));
+  return "<?xml version=\"1.0\"?>\n"
+         "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
+         "<Collection>\n" +
+         sets + "</Collection>\n</VTKFile>\n";
+}
+
+void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoint>& path) {
+  namespace fs = std::filesystem;
+  bool any = false;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const fs::path file = folder / file_name(i);
+    if (path[i].shapes.empty()) {
+      fs::remove(file);
+    } else {
+      write_file(file, shape_vtu(path[i].shapes));
+      any = true;
+    }
+  }
+  for (std::size_t i = path.size(); fs::remove(folder / file_name(i)); ++i) {
+  }
+  if (any)
+    write_file(folder / "shapes.pvd", shapes_pvd(path));
+  else
+    fs::remove(folder / "shapes.pvd");
+}
+
+}  // namespace flexopt

@@ -1,0 +1,148 @@
+#include "results/run/run.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "core/spec/spec_error.hpp"
+#include "optim/compare/compare.hpp"
+#include "optim/problem/stroke_sensitivity.hpp"
+#include "optim/search/optimise.hpp"
+#include "results/files/units.hpp"
+#include "results/files/version.hpp"
+#include "results/run/run_files.hpp"
+
+namespace flexopt {
+
+namespace {
+
+/// Evaluates a design with shapes, for drawing.
+StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism) {
+  StrokeRequest request = job.request;
+  request.shapes = true;
+  return evaluate_stroke(mechanism, job.model, request);
+}
+
+/// Ctrl-C: one sentence, then the usual end. Only calls that a signal handler may make.
+extern "C" void say_how_to_resume(int signal) {
+  constexpr char text[] =
+      "\nflexopt: interrupted; the same command goes on from evaluations.jsonl\n";
+  const auto ignored = ::write(STDERR_FILENO, text, sizeof text - 1);
+  (void)ignored;
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+/// True where a finished run of another job, or of another version, left its evaluations: they are
+/// of no use and nothing is lost with them. Those of an interrupted one are refused.
+bool overwrites_finished(const Job& job, const std::filesystem::path& folder,
+                         const std::filesystem::path& log, const std::string& version) try {
+  if (job.kind == JobKind::compare) {
+    check_compare_log(job, log, version);
+  } else {
+    const EvaluationLog own(job, log, version, false);
+  }
+  return false;
+} catch (const SpecError&) {
+  if (!holds_finished_run(folder)) throw;
+  return true;
+}
+
+std::string progress_text(const Progress& progress, const std::string& unit) {
+  std::string text = fmt::format("evaluations at most, {} start{}", progress.starts,
+                                 progress.starts == 1 ? "" : "s");
+  if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
+  if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
+  if (progress.best)
+    text += fmt::format(", best {:.6g}{}{}", *progress.best, unit.empty() ? "" : " ", unit);
+  return text;
+}
+
+}  // namespace
+
+RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder,
+                         ProgressDisplay& display) {
+  write_job(folder, job);
+  RunRecord record;
+  record.job = job;
+  record.mechanism = make_mechanism(job, job.design.parameters);
+  display.say(
+      fmt::format("evaluating {} at {} stroke points", job.name, job.request.points.size()));
+  record.response = drawn_response(job, record.mechanism);
+  record.timings["coefficients"] = record.response.seconds_coefficients;
+  record.timings["path"] = record.response.seconds_path;
+  conclude(record);
+  return record;
+}
+
+RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
+                           ProgressDisplay& display) {
+  RunRecord record;
+  record.job = job;
+  OptimiseOptions options;
+  options.log = folder / "evaluations.jsonl";
+  options.version = version() + " " + commit();
+  options.threads = threads;
+  options.gradients = stroke_sensitivity;
+  options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
+  write_job(folder, job);  // from here on the folder is this job's
+
+  const OptimiseSpec& spec = *job.optimise;
+  const int total = spec.starts * spec.max_evaluations;
+  const Direction drive = make_mechanism(job, job.design.parameters).drive;
+  const std::string unit =
+      spec.objective.quantity.empty() ? "" : quantity_unit(spec.objective.quantity, drive);
+  options.progress = [&](const EvaluationRecord&, const Progress& progress) {
+    display.step(progress.evaluations, total, progress_text(progress, unit));
+  };
+  display.say(fmt::format("optimising {}: {} variables, {} constraints, {} starts", job.name,
+                          spec.variables.size(), spec.constraints.size(), spec.starts));
+  const auto previous = std::signal(SIGINT, say_how_to_resume);
+  record.optimum = optimise(job, options);
+  std::signal(SIGINT, previous);
+
+  Optimum& optimum = *record.optimum;
+  const bool evaluated = optimum.status != OptimumStatus::failed;
+  record.mechanism = make_mechanism(job, evaluated ? optimum.parameters : job.design.parameters);
+  if (evaluated) optimum.response = drawn_response(job, record.mechanism);
+  record.timings["coefficients"] = optimum.response.seconds_coefficients;
+  record.timings["path"] = optimum.response.seconds_path;
+  conclude(record);
+  return record;
+}
+
+RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
+                         ProgressDisplay& display) {
+  RunRecord record;
+  record.job = job;
+  record.mechanism = make_mechanism(job, job.design.parameters);
+  CompareOptions options;
+  options.log = folder / "evaluations.jsonl";
+  options.version = version() + " " + commit();
+  options.threads = threads;
+  options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
+  write_job(folder, job);  // from here on the folder is this job's
+
+  options.progress = [&](const CompareProgress& progress) {
+    std::string text = "evaluations";
+    if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
+    if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
+    display.step(progress.evaluations, progress.total, text);
+  };
+  display.say(fmt::format("comparing {}: {} model{} with full accuracy", job.name,
+                          job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s"));
+  const auto previous = std::signal(SIGINT, say_how_to_resume);
+  CompareRun run = compare(job, options);
+  std::signal(SIGINT, previous);
+  record.comparison = std::move(run.comparison);
+  for (std::size_t m = 0; m < run.seconds.size(); ++m) {
+    const std::string name = m == 0 ? "full accuracy" : "model " + job.compare->models[m - 1].name;
+    record.timings[name + ", paths"] = run.seconds[m].path;
+    record.timings[name + ", whole"] = run.seconds[m].total;
+  }
+  conclude(record);
+  return record;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,75 @@
+#include "results/run/run_files.hpp"
+
+#include "core/spec/spec_error.hpp"
+#include "results/files/csv.hpp"
+#include "results/files/expectations.hpp"
+#include "results/files/folder.hpp"
+#include "results/files/result_json.hpp"
+#include "results/files/timings.hpp"
+#include "results/files/vtk.hpp"
+#include "results/report/report.hpp"
+#include "results/run/interrupted.hpp"
+
+namespace flexopt {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+OrderedJson read_json(const fs::path& file) {
+  const std::string text = read_file(file);
+  try {
+    return OrderedJson::parse(text);
+  } catch (const OrderedJson::parse_error& error) {
+    throw SpecError("", file.string(), std::string("expected JSON: ") + error.what());
+  }
+}
+
+}  // namespace
+
+void write_job(const fs::path& folder, const Job& job) {
+  write_file(folder / "job.json", json_text(OrderedJson(job.as_read)));
+}
+
+WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
+  WrittenRun written;
+  written.result = make_result(record);
+  written.failed_expectations = check_expectations(record.job.expect, written.result);
+  fs::remove(folder / (record.comparison ? "path.csv" : "comparison.csv"));  // of an earlier run
+  if (record.comparison)
+    write_comparison_csv(folder, record);
+  else
+    write_path_csv(folder, record);
+  if (record.optimum) write_history_csv(folder, record);
+  if (record.optimum && record.optimum->pareto)
+    write_pareto_csv(folder, record);
+  else
+    fs::remove(folder / "pareto.csv");
+  write_shapes(folder, response_of(record).path);
+  write_timings(folder, record.timings);
+  write_report(folder, written.result);
+  write_result(folder, written.result);
+  return written;
+}
+
+bool holds_finished_run(const fs::path& folder) {
+  const fs::path result_file = folder / "result.json", job_file = folder / "job.json";
+  if (!fs::exists(result_file)) return false;
+  const OrderedJson result = read_json(result_file);
+  if (!result.is_object())
+    throw SpecError("", result_file.string(), "expected the result.json of a run");
+  // A newer job.json: this result is of an earlier run, and the newer one was interrupted.
+  return !fs::exists(job_file) || result.value("job", OrderedJson()) == read_json(job_file);
+}
+
+OrderedJson read_result(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw SpecError("", folder.string(), "expected the output folder of a run");
+  if (holds_finished_run(folder)) return read_json(folder / "result.json");
+  if (!fs::exists(folder / "job.json"))
+    throw SpecError("", folder.string(),
+                    "expected the output folder of a run: no result.json in it");
+  return interrupted_result(folder);
+}
+
+}  // namespace flexopt

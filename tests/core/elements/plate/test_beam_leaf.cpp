@@ -1,0 +1,411 @@
+// The beam leaf: section constants and closed forms, laws, derivatives, frequencies.
+#include <Eigen/Eigenvalues>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "core/elements/plate/beam_section.hpp"
+#include "core/elements/plate/plate_leaf.hpp"
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/rotation.hpp"
+#include "core/reduction/expansion/tube_expansion.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+using std::numbers::pi;
+
+namespace {
+
+std::shared_ptr<const PlateMesh> make_mesh(double w = 0.5, double t = 0.006,
+                                           Section section = Section::rectangular,
+                                           Warping warping = Warping::clamped, int along = 6) {
+  PlateShape shape{w, t, 0.3, {along, 1}, true};
+  shape.flexure = Flexure::beam;
+  shape.section = section;
+  shape.warping = warping;
+  return std::make_shared<PlateMesh>(shape);
+}
+
+const std::vector<std::shared_ptr<const PlateMesh>>& kinds() {
+  static const std::vector<std::shared_ptr<const PlateMesh>> all{
+      make_mesh(), make_mesh(0.2, 0.01, Section::rectangular, Warping::free),
+      make_mesh(0.02, 0.02, Section::circular)};
+  return all;
+}
+
+ModelOptions beam_model(Accuracy accuracy = Accuracy::full, int along = 10,
+                        Warping warping = Warping::clamped) {
+  ModelOptions model;
+  model.accuracy = accuracy;
+  model.flexure = Flexure::beam;
+  model.warping = warping;
+  model.mesh = {along, 1};
+  return model;
+}
+
+System beam_system(const Mechanism& m, int along = 10, Warping warping = Warping::clamped) {
+  return System(m, make_full_leaves(m, beam_model(Accuracy::full, along, warping)));
+}
+
+// 6×6 compliance of the tip of one undeflected beam along x.
+Matrix6d tip_compliance(const Mechanism& m, int along = 10, Warping warping = Warping::clamped) {
+  System system = beam_system(m, along, warping);
+  system.assemble();
+  const Matrix6d K = system.tangent_stiffness();
+  return K.inverse();
+}
+
+Mechanism wire(double length, double diameter, Direction drive = Direction::uy) {
+  Mechanism m = models::single_leaf(length, diameter, diameter, drive);
+  m.leaves[0].section = Section::circular;
+  return m;
+}
+
+// A leaf bent and twisted well into the nonlinear range, internal unknowns not at rest.
+PlateLeaf::State random_state(const PlateMesh& mesh, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> u(-1, 1);
+  PlateLeaf::State state = PlateLeaf::undeflected(mesh);
+  state.edges[1].position += Vector3d(-0.01, 0.01, 0.1);
+  state.edges[1].axes = rotation_exp({0.1, 0.2, 0.03});
+  for (double& x : state.x) x += 0.003 * u(random);
+  return state;
+}
+
+double energy_along(PlateLeaf& leaf, PlateLeaf::State state, const VectorXd& dx,
+                    const Vector12d& dq) {
+  state.x += dx;
+  for (int e = 0; e < 2; ++e) {
+    state.edges[e].position += dq.segment<3>(6 * e);
+    state.edges[e].axes = rotation_exp(dq.segment<3>(6 * e + 3)) * state.edges[e].axes;
+  }
+  leaf.set_state(state);
+  leaf.assemble();
+  return leaf.energy();
+}
+
+double observed_rate(double coarse, double fine) { return std::log2(coarse / fine); }
+
+}  // namespace
+
+TEST_CASE("section constants: Saint-Venant's series, thin and square limits, the circle") {
+  // Timoshenko and Goodier, table of J / (w t³): square 0.1406, 2:1 0.229, 10:1 0.312
+  for (const auto& [ratio, expected] : {std::pair{1.0, 0.1406}, {2.0, 0.229}, {10.0, 0.312}})
+    CHECK(beam_section(Section::rectangular, ratio, 1, 0.3).J / ratio ==
+          Approx(expected).margin(6e-4));
+  // thin: w t³/3 − 0.21 t⁴
+  CHECK(beam_section(Section::rectangular, 100, 1, 0.3).J ==
+        Approx(100.0 / 3 - 0.21).epsilon(1e-5));
+  const BeamSection c = beam_section(Section::circular, 2, 2, 0.3);
+  CHECK(c.area == Approx(pi));
+  CHECK(c.I_weak == Approx(pi / 4));
+  CHECK(c.I_strong == Approx(pi / 4));
+  CHECK(c.J == Approx(pi / 2));
+  CHECK(c.C_w == 0);
+  // largest shear stress of a twisted square 1.351 G θ′ a/2 · 2: T = 0.208 τ a³ with T = 0.1406 G
+  // θ′ a⁴
+  CHECK(torsion_stress_factor(1, 1, 0) == Approx(0.1406 / 0.208).epsilon(2e-3));
+  CHECK(torsion_stress_factor(50, 1, 0) == Approx(1).epsilon(1e-6));
+  CHECK(torsion_stress_factor(50, 1, 1) == Approx(0).margin(6e-3));
+}
+
+TEST_CASE(
+    "a straight beam has the closed-form stiffness of Timoshenko's theory in every direction") {
+  struct Shape {
+    double length, width, thickness;
+  };
+  for (const Shape& s : {Shape{0.1, 0.01, 1e-3}, {0.1, 0.03, 5e-4}, {0.06, 0.06, 5e-4}}) {
+    const Mechanism m = models::single_leaf(s.length, s.width, s.thickness);
+    const Material& steel = m.leaves[0].material;
+    const double E = steel.youngs_modulus, G = steel.shear_modulus(), L = s.length;
+    const double A = s.width * s.thickness, I_weak = A * s.thickness * s.thickness / 12,
+                 I_strong = A * s.width * s.width / 12;
+    const double nu = 0.3, k = 10 * (1 + nu) / (12 + 11 * nu);
+    const Matrix6d C = tip_compliance(m);
+    CHECK(C(0, 0) == Approx(L / (E * A)).epsilon(1e-6));
+    CHECK(C(1, 1) == Approx(L * L * L / (3 * E * I_weak)).epsilon(1e-6));
+    CHECK(C(5, 5) == Approx(L / (E * I_weak)).epsilon(1e-6));
+    CHECK(C(1, 5) == Approx(L * L / (2 * E * I_weak)).epsilon(1e-6));
+    // what remains of the thickness' share in the clamps' shear layer is of the order (t/w)² t/L
+    CHECK(C(2, 2) == Approx(L * L * L / (3 * E * I_strong) + L / (k * G * A)).epsilon(2e-3));
+    CHECK(C(4, 4) == Approx(L / (E * I_strong)).epsilon(2e-3));
+    CHECK(C(2, 4) == Approx(-L * L / (2 * E * I_strong)).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("restrained warping stiffens torsion as GJ / (L − 2 λ tanh(L/2λ))") {
+  const double w = 0.03, t = 5e-4;
+  for (const double ratio : {4.0, 2.0, 1.0, 0.5, 0.25}) {
+    const double L = ratio * w;
+    const Mechanism m = models::single_leaf(L, w, t, Direction::rx);
+    const Material& steel = m.leaves[0].material;
+    const double G = steel.shear_modulus();
+    // thin rectangle with the first term of the series: within 1e-6 of it at w/t = 60
+    const double J = w * t * t * t / 3 * (1 - 192 / std::pow(pi, 5) * t / w * 1.0045238),
+                 C_w = std::pow(w * t, 3) / 144;
+    const double lambda = std::sqrt(steel.youngs_modulus * C_w / (G * J));
+    const double held = G * J / (L - 2 * lambda * std::tanh(L / (2 * lambda)));
+    for (const int along : {10, 24}) {
+      CHECK(1 / tip_compliance(m, along)(3, 3) == Approx(held).epsilon(along == 10 ? 1e-3 : 1e-4));
+      CHECK(1 / tip_compliance(m, along, Warping::free)(3, 3) == Approx(G * J / L).epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("a wire is as stiff in y as in z, and has its closed forms") {
+  const double L = 0.08, d = 1e-3;
+  const Matrix6d C = tip_compliance(wire(L, d));
+  const Material steel = models::steel();
+  const double E = steel.youngs_modulus, I = pi * std::pow(d, 4) / 64;
+  CHECK(C(0, 0) == Approx(L / (E * pi * d * d / 4)).epsilon(1e-9));
+  CHECK(C(1, 1) == Approx(L * L * L / (3 * E * I)).epsilon(1e-9));
+  CHECK(std::abs(C(2, 2) / C(1, 1) - 1) < 1e-9);
+  CHECK(std::abs(C(4, 4) / C(5, 5) - 1) < 1e-9);
+  CHECK(std::abs(C(2, 4) / C(1, 5) + 1) < 1e-9);
+  CHECK(C(3, 3) == Approx(L / (steel.shear_modulus() * 2 * I)).epsilon(1e-9));
+
+  // bent far to either side, support stiffness across included
+  StrokeRequest request;
+  request.points = {0.2 * L};
+  request.stress = true;
+  const StrokeResponse y = evaluate_stroke(wire(L, d, Direction::uy), beam_model(), request),
+                       z = evaluate_stroke(wire(L, d, Direction::uz), beam_model(), request);
+  REQUIRE(y.status == Status::ok);
+  REQUIRE(z.status == Status::ok);
+  CHECK(y.path[0].drive_load == Approx(z.path[0].drive_load).epsilon(1e-4));
+  CHECK(*y.path[0].support_stiffness[0] == Approx(*z.path[0].support_stiffness[0]).epsilon(2e-3));
+  CHECK(*y.path[0].support_stiffness[2] == Approx(*z.path[0].support_stiffness[1]).epsilon(2e-3));
+  CHECK(y.path[0].max_stress->value == Approx(z.path[0].max_stress->value).epsilon(2e-3));
+}
+
+TEST_CASE("a beam or wire with a free tip bends like a cantilever in both planes") {
+  for (const bool circular : {false, true}) {
+    const double L = 0.1, w = circular ? 1e-3 : 0.01, t = 1e-3;
+    Mechanism m = circular ? wire(L, t) : models::single_leaf(L, w, t);
+    m.bodies[0].held = {false, false, false, true, true, true};
+    m.leaves[0].tip = free_edge;
+    m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
+    System system = beam_system(m);
+    system.assemble();
+    const Matrix3d C = system.tangent_stiffness().topLeftCorner<3, 3>().inverse();
+    const BeamSection s = beam_section(m.leaves[0].section, w, t, 0.3);
+    const Material& steel = m.leaves[0].material;
+    const double shear = circular ? 0 : L / (s.shear * steel.shear_modulus() * s.area);
+    CHECK(C(0, 0) == Approx(L / (steel.youngs_modulus * s.area)).epsilon(1e-6));
+    CHECK(C(1, 1) == Approx(L * L * L / (3 * steel.youngs_modulus * s.I_weak)).epsilon(1e-6));
+    CHECK(C(2, 2) ==
+          Approx(L * L * L / (3 * steel.youngs_modulus * s.I_strong) + shear).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("a beam follows the elastica to PL²/EI = 10") {
+  // Bisshopp and Drucker, dead transverse tip force: elliptic integrals to 12 digits.
+  struct Row {
+    double load, w, u;
+  };
+  const Row rows[] = {{1, 0.3017207738, 0.0564332362834},
+                      {2, 0.493457480397, 0.160641720825},
+                      {5, 0.713791523612, 0.387628360724},
+                      {10, 0.81060902488, 0.554995597754}};
+  // thin enough for an axial strain (t/L)² P L²/12 EI of 8e-6
+  const double L = 0.1, w = 1e-3, t = 3e-4;
+  const Mechanism mechanism = models::single_leaf(L, w, t, Direction::rx);
+  System system = beam_system(mechanism, 32);
+  const double EI = mechanism.leaves[0].material.youngs_modulus * w * t * t * t / 12;
+  for (const Row& row : rows) {
+    Vector6d load = Vector6d::Zero();
+    load[1] = row.load * EI / (L * L);
+    const Equilibrium e = step_load(system, load, {});
+    REQUIRE(e.converged);
+    const Vector3d d = system.pose(0).position - Vector3d(L, 0, 0);
+    CAPTURE(row.load, d[1] / L - row.w, -d[0] / L - row.u);
+    CHECK(std::abs(d[1] / L - row.w) < 1e-5);
+    CHECK(std::abs(-d[0] / L - row.u) < 1e-5);
+  }
+}
+
+TEST_CASE("a rigid motion of a bent beam stores no energy and turns force and tangent with it") {
+  for (const auto& mesh : kinds()) {
+    ChordLeaf chord(mesh);
+    const double EI = mesh->bending_stiffness();
+    REQUIRE(chord.solve({0.15, -0.1, 0.01}, {6 * EI, 0.4 * EI, 0.2 * EI}).converged);
+    PlateLeaf leaf = chord.plate();
+    const double energy = leaf.energy();
+    const Vector12d force = leaf.force();
+    const Matrix12d tangent = leaf.tangent();
+    REQUIRE(energy > 1e-3 * EI);
+    CHECK((tangent - tangent.transpose()).norm() < 1e-12 * tangent.norm());
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> u(-1, 1);
+    const int n = mesh->functions_per_line();
+    const Matrix3d Q = rotation_exp(3 * Vector3d(u(random), u(random), u(random)));
+    const Vector3d shift(u(random), u(random), u(random));
+    PlateLeaf::State moved = leaf.state();
+    for (EdgePose& e : moved.edges) e = {Q * e.position + shift, Q * e.axes};
+    for (int i = 1; i + 1 < mesh->lines(); ++i) {
+      Eigen::Map<MatrixXd> r(moved.x.data() + leaf.block_offset(i), n, 3);
+      r = (r * Q.transpose()).eval();
+      r.row(0) += shift.transpose();
+    }
+    PlateLeaf other(mesh);
+    other.set_state(moved);
+    other.assemble();
+    Matrix12d T = Matrix12d::Zero();
+    for (int k = 0; k < 4; ++k) T.block<3, 3>(3 * k, 3 * k) = Q;
+    CHECK(std::abs(other.energy() / energy - 1) < 1e-10);
+    CHECK((other.force() - T * force).norm() < 1e-11 * tangent.norm());
+    CHECK((other.tangent() - T * tangent * T.transpose()).norm() < 1e-10 * tangent.norm());
+  }
+}
+
+TEST_CASE(
+    "a beam's force and tangent are the derivatives of its energy, at second and third order") {
+  for (const auto& mesh : kinds()) {
+    PlateLeaf leaf(mesh);
+    const PlateLeaf::State state = random_state(*mesh, 7);
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> u(-1, 1);
+    VectorXd dx(leaf.unknowns());
+    for (double& x : dx) x = u(random);
+    Vector12d dq;
+    for (double& x : dq) x = u(random);
+    const double e0 = energy_along(leaf, state, 0 * dx, 0 * dq);
+    const double slope = leaf.residual().dot(dx) + leaf.edge_force().dot(dq);
+    REQUIRE(std::abs(slope) > 0);
+    double rest[2];
+    for (int k = 0; k < 2; ++k) {
+      const double h = 2e-4 / (1 << k);
+      rest[k] = std::abs(energy_along(leaf, state, h * dx, h * dq) - e0 - h * slope);
+    }
+    CHECK(observed_rate(rest[0], rest[1]) == Approx(2).margin(0.1));
+
+    energy_along(leaf, state, 0 * dx, 0 * dq);
+    VectorXd v = dx;
+    leaf.solve(v);
+    const VectorXd w = dx / v.norm();
+    v /= v.norm();
+    const double along = leaf.residual().dot(v) + leaf.edge_force().dot(dq);
+    const double curvature =
+        v.dot(w) + 2 * dq.dot(leaf.coupling().transpose() * v) + dq.dot(leaf.edge_tangent() * dq);
+    for (int k = 0; k < 2; ++k) {
+      const double h = 1e-3 / (1 << k);
+      rest[k] = std::abs(energy_along(leaf, state, h * v, h * dq) - e0 - h * along -
+                         0.5 * h * h * curvature);
+    }
+    CHECK(observed_rate(rest[0], rest[1]) == Approx(3).margin(0.1));
+  }
+}
+
+TEST_CASE("a beam's mass sums to density times volume, and its spin to the polar moment") {
+  for (const auto& mesh : kinds()) {
+    PlateLeaf leaf(mesh);
+    leaf.assemble();
+    const int n = leaf.unknowns();
+    MatrixXd X = leaf.coupling();
+    leaf.solve(X);
+    MatrixXd T(n + 12, 12);
+    T << -X, Matrix12d::Identity();
+    const MatrixXd M = leaf.mass(T);
+    auto rigid = [](const Vector3d& v, const Vector3d& w) {
+      Vector12d q;
+      q << v, w, v + w.cross(Vector3d::UnitX()), w;
+      return q;
+    };
+    const double w = mesh->shape().width, t = mesh->shape().thickness;
+    const bool circular = mesh->shape().section == Section::circular;
+    const double area = circular ? pi * w / 4 : w,
+                 polar = circular ? pi * w * w * w / 32 : (w * w * w + w * t * t) / 12;
+    for (int c = 0; c < 3; ++c) {
+      const Vector12d q = rigid(Vector3d::Unit(c), Vector3d::Zero());
+      CHECK(q.dot(M * q) == Approx(area).epsilon(1e-9));
+    }
+    const Vector12d rx = rigid(Vector3d::Zero(), Vector3d::UnitX()),
+                    ry = rigid(Vector3d::Zero(), Vector3d::UnitY());
+    CHECK(rx.dot(M * rx) == Approx(polar).epsilon(1e-9));
+    CHECK(ry.dot(M * ry) == Approx(area / 3).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("a beam between two clamps vibrates as beams do: bending, torsion, length") {
+  // scaled units: ω² in D/(ρ t L⁴)
+  const double w = 0.05, t = 0.005, nu = 0.3;
+  const auto modes_of = [](const std::shared_ptr<const PlateMesh>& mesh) {
+    PlateLeaf leaf(mesh);
+    leaf.assemble();
+    return leaf.modes(8);
+  };
+  const auto has = [](const std::vector<PlateLeaf::Mode>& modes, double omega, double tolerance) {
+    for (const PlateLeaf::Mode& m : modes)
+      if (std::abs(std::sqrt(m.omega2) / omega - 1) < tolerance) return true;
+    return false;
+  };
+  const auto leaf = modes_of(make_mesh(w, t, Section::rectangular, Warping::free, 16));
+  REQUIRE(leaf.size() == 8);
+  for (const double root : {4.73004074, 7.85320462, 10.9956079})
+    CHECK(has(leaf, root * root, 1e-3));  // √(EI/ρA L⁴) is the unit
+  // torsion: π √(GJ / ρ I_p) / L; I_p = (w³t + w t³)/12, lengths over L, ω over √(D/ρ t L⁴)
+  const double J = beam_section(Section::rectangular, w, t, nu).J;
+  const double Ip = (w * w * w * t + w * t * t * t) / 12;
+  const double unit = std::sqrt(t * t / 12);  // √(D/ρ t) with E = ρ = L = 1
+  CHECK(has(leaf, pi * std::sqrt(0.5 / (1 + nu) * J / Ip) / unit, 1e-3));
+
+  const double d = 0.02;
+  const auto wire_modes = modes_of(make_mesh(d, d, Section::circular, Warping::clamped, 16));
+  REQUIRE(wire_modes.size() == 8);
+  // E I / ρ A = d²/16; both planes vibrate alike (rotary inertia: 1e-3)
+  CHECK(std::sqrt(wire_modes[0].omega2) ==
+        Approx(4.73004074 * 4.73004074 * d / 4 / (d / std::sqrt(12.0))).epsilon(1e-3));
+  CHECK(wire_modes[1].omega2 == Approx(wire_modes[0].omega2).epsilon(5e-3));
+}
+
+TEST_CASE("the largest stress of a beam is that of the section formulas") {
+  const double L = 0.1, w = 0.01, t = 1e-3;
+  const Material steel = models::steel();
+  StrokeRequest request;
+  request.points = {1e-5};
+  const auto peak = [&](const Mechanism& m, Warping warping = Warping::clamped) {
+    const StrokeResponse r = evaluate_stroke(m, beam_model(Accuracy::full, 16, warping), request);
+    REQUIRE(r.status == Status::ok);
+    return *r.path[0].max_stress;
+  };
+  // cantilever, the rotation of its tip free: σ = 3 E t u / 2 L²
+  CHECK(peak(models::single_leaf(L, w, t, Direction::uy)).value ==
+        Approx(1.5 * steel.youngs_modulus * t * 1e-5 / (L * L)).epsilon(1e-3));
+  CHECK(peak(models::single_leaf(L, w, t, Direction::uy)).along == Approx(0).margin(1e-12));
+  // twist with free warping: τ = G θ′ t (w ≫ t: less 8/π² of cosh⁻¹), von Mises √3 τ
+  CHECK(peak(models::single_leaf(L, w, t, Direction::rx), Warping::free).value ==
+        Approx(std::sqrt(3.0) * steel.shear_modulus() * 1e-5 / L * t).epsilon(1e-3));
+  // wire in torsion and bending
+  CHECK(peak(wire(L, t, Direction::rx)).value ==
+        Approx(std::sqrt(3.0) * steel.shear_modulus() * 1e-5 / L * t / 2).epsilon(1e-3));
+  CHECK(peak(wire(L, t, Direction::uz)).value ==
+        Approx(1.5 * steel.youngs_modulus * t * 1e-5 / (L * L)).epsilon(1e-3));
+}
+
+TEST_CASE("ten elements along are as good as forty: guided to 0.3 L, turned to 45°") {
+  for (const double w : {0.01, 0.03, 0.06})
+    for (const Direction drive : {Direction::uy, Direction::rz}) {
+      const bool guided = drive == Direction::uy;
+      const Mechanism m =
+          guided ? models::guide(0.1, w, 5e-4) : models::single_leaf(0.1, w, 5e-4, Direction::rz);
+      StrokeRequest request;
+      request.points = {guided ? 0.015 : pi / 8, guided ? 0.03 : pi / 4};
+      request.stress = false;
+      const StrokeResponse ten = evaluate_stroke(m, beam_model(), request),
+                           forty = evaluate_stroke(m, beam_model(Accuracy::full, 40), request);
+      REQUIRE(ten.status == Status::ok);
+      REQUIRE(forty.status == Status::ok);
+      for (int k = 0; k < 2; ++k) {
+        const PathPoint &a = ten.path[k], &b = forty.path[k];
+        CHECK(a.drive_load == Approx(b.drive_load).epsilon(3e-3));
+        for (int d = 0; d < 6; ++d)
+          if (b.support_stiffness[d]) {
+            CAPTURE(w, guided, k, d);
+            CHECK(*a.support_stiffness[d] == Approx(*b.support_stiffness[d]).epsilon(1e-2));
+          }
+      }
+    }
+}

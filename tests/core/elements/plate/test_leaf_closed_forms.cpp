@@ -1,0 +1,137 @@
+// Full leaves against closed forms: elastica, strips, plates, torsion.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+System full_system(const Mechanism& m, std::array<int, 2> mesh, bool edge_term = true) {
+  ModelOptions options;
+  options.accuracy = Accuracy::full;
+  options.mesh = mesh;
+  options.free_edge_torsion = edge_term;
+  return System(m, make_full_leaves(m, options));
+}
+
+}  // namespace
+
+TEST_CASE("a narrow leaf without Poisson effect follows the elastica to PL²/EI = 10") {
+  // Bisshopp and Drucker, dead transverse tip force: elliptic integrals to 12 digits.
+  struct Row {
+    double load, w, u;
+  };
+  const Row rows[] = {{1, 0.3017207738, 0.0564332362834},
+                      {2, 0.493457480397, 0.160641720825},
+                      {5, 0.713791523612, 0.387628360724},
+                      {10, 0.81060902488, 0.554995597754}};
+  Material m = models::steel();
+  m.poissons_ratio = 0;
+  const double L = 0.1, w = 1e-3, t = 1e-4;
+  const Mechanism mechanism = models::single_leaf(L, w, t, Direction::rx, m);
+  System system = full_system(mechanism, {32, 1}, false);
+  const double EI = m.youngs_modulus * w * t * t * t / 12;
+  for (const Row& row : rows) {
+    Vector6d load = Vector6d::Zero();
+    load[1] = row.load * EI / (L * L);
+    const Equilibrium e = step_load(system, load, {});
+    REQUIRE(e.converged);
+    const Vector3d d = system.pose(0).position - Vector3d(L, 0, 0);
+    CHECK(std::abs(d[1] / L - row.w) < 1e-4);
+    CHECK(std::abs(-d[0] / L - row.u) < 1e-4);
+  }
+}
+
+TEST_CASE("an end moment bends a narrow leaf to a circle") {
+  Material m = models::steel();
+  m.poissons_ratio = 0;
+  const double L = 0.1, w = 1e-3, t = 1e-4;
+  const Mechanism mechanism = models::single_leaf(L, w, t, Direction::rz, m);
+  System system = full_system(mechanism, {24, 1}, false);
+  const double EI = m.youngs_modulus * w * t * t * t / 12;
+  for (const double angle : {0.3, 0.8, 1.4}) {
+    const Equilibrium e = step_to(system, angle, Vector6d::Zero(), {});
+    REQUIRE(e.converged);
+    CHECK(e.drive_load == Approx(EI * angle / L).epsilon(2e-4));
+    const Vector3d p = system.pose(0).position;
+    CHECK(std::abs(p[0] / L - std::sin(angle) / angle) < 1e-4);
+    CHECK(std::abs(p[1] / L - (1 - std::cos(angle)) / angle) < 1e-4);
+  }
+}
+
+TEST_CASE("a free strip in torsion has the solid's constant: G (b t³/3 − 0.21 t⁴)") {
+  // A long narrow strip; warping is restrained at its ends only, which the difference of two
+  // lengths takes out.
+  const double w = 0.01, t = 5e-4;
+  const Material m = models::steel();
+  const double G = m.shear_modulus();
+  for (const bool edge_term : {true, false}) {
+    double flexibility[2];
+    const double lengths[2] = {0.15, 0.3};
+    for (int k = 0; k < 2; ++k) {
+      const Mechanism mechanism = models::single_leaf(lengths[k], w, t, Direction::rx);
+      System system = full_system(mechanism, {k == 0 ? 20 : 40, 4}, edge_term);
+      const Equilibrium e = step_to(system, 1e-6, Vector6d::Zero(), {});
+      REQUIRE(e.converged);
+      flexibility[k] = 1e-6 / e.drive_load;
+    }
+    const double GJ = (lengths[1] - lengths[0]) / (flexibility[1] - flexibility[0]);
+    const double J = w * t * t * t / 3 - (edge_term ? 0.21 * t * t * t * t : 0);
+    CHECK(GJ == Approx(G * J).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a guide has the closed-form stiffness, shortening and axial compliance") {
+  Material m = models::steel();
+  m.poissons_ratio = 0;
+  const double L = 0.1, w = 4e-3, t = 5e-4, x = 5e-3;
+  Mechanism mechanism = models::guide(L, w, t);
+  for (LeafSpring& l : mechanism.leaves) l.material = m;
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  model.mesh = {16, 2};
+  StrokeRequest request;
+  request.points = {0, x};
+  request.stress = true;
+  const StrokeResponse r = evaluate_stroke(mechanism, model, request);
+  REQUIRE(r.status == Status::ok);
+  const double EI = m.youngs_modulus * w * t * t * t / 12, EA = m.youngs_modulus * w * t;
+  CHECK(r.path[0].drive_stiffness == Approx(24 * EI / (L * L * L)).epsilon(1e-4));
+  CHECK(*r.path[0].support_stiffness[0] == Approx(2 * EA / L).epsilon(1e-4));
+  // Awtar's beam constraint model: shortening 0.6 x²/L, drive-locked collapse x² L/700 …
+  CHECK(-r.path[1].displacement[0] == Approx(0.6 * x * x / L).epsilon(2e-3));
+  const double d = x / L;
+  CHECK(*r.path[1].support_stiffness[0] ==
+        Approx(2 / (L / EA + d * d * L * L * L / 700 / EI)).epsilon(5e-3));
+  // clamped–guided leaf: σ = 3 E t x / L²
+  CHECK(r.path[1].max_stress->value ==
+        Approx(3 * m.youngs_modulus * t * x / (L * L)).epsilon(0.02));
+}
+
+TEST_CASE("a leaf between two clamps vibrates like the clamped strip") {
+  // Local leaf mode (22.373/2π L²) √(E t²/12ρ), seen as the lowest locked mode of a heavy guide.
+  Material m = models::steel();
+  m.poissons_ratio = 0;
+  Mechanism mechanism = models::guide(0.1, 5e-3, 5e-4, 0.06, 1e6, 1e6);
+  for (LeafSpring& l : mechanism.leaves) l.material = m;
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  model.mesh = {16, 2};
+  StrokeRequest request;
+  request.frequencies = 10;
+  request.parasitic_skips_leaf_modes = false;
+  const StrokeResponse r = evaluate_stroke(mechanism, model, request);
+  REQUIRE(r.status == Status::ok);
+  const double expected = 22.3733 / (2 * std::numbers::pi * 0.01) *
+                          std::sqrt(m.youngs_modulus * 25e-8 / 12 / m.density);
+  int found = 0;
+  for (const Mode& mode : r.path[0].modes_locked)
+    if (mode.kind == ModeKind::leaf && std::abs(mode.frequency / expected - 1) < 2e-3) ++found;
+  CHECK(found == 2);  // one for each leaf
+}

@@ -1,0 +1,348 @@
+#include "core/reduction/tube/mixed_condensation.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/math/rotation.hpp"
+#include "synthetic_leaf.hpp"
+
+using namespace flexopt;
+using namespace flexopt::synthetic;
+
+namespace {
+
+const EdgePoses undeflected{
+    {{Vector3d::Zero(), Matrix3d::Identity()}, {Vector3d(length, 0, 0), Matrix3d::Identity()}}};
+
+EdgePoses moved(const EdgePoses& x, const Vector12d& q) {
+  EdgePoses y = x;
+  for (int a = 0; a < 2; ++a) {
+    y[a].position += q.segment<3>(6 * a);
+    y[a].axes = rotation_exp(q.segment<3>(6 * a + 3)) * x[a].axes;
+  }
+  return y;
+}
+
+/// Deformations of a bent leaf with moderate forces: the stiff ones near what the bend asks for.
+Vector6d bent(Random& random) {
+  const double th1 = random(0.25), th2 = random(0.25);
+  Vector6d e;
+  e << -length * (th1 * th1 - 0.5 * th1 * th2 + th2 * th2) / 15 * (1 + random(0.02)), th1,
+      random(0.002), th2, random(0.002), random(0.02);
+  return e;
+}
+
+MixedEnergy relaxed(const TubePotential& t, const Vector6d& e, MixedState state = {}) {
+  const Relaxation r = relax(t, e, state);
+  REQUIRE(r.converged);
+  return condense(t, e, state);
+}
+
+/// The leaf bent by 0.2 rad at both ends (S shape), forces relaxed.
+struct BentLeaf {
+  TubePotential tube = synthetic::tube(s_ray());
+  EdgePoses edges = undeflected;
+  ReducedState state;
+  ReducedResponse response;
+
+  BentLeaf() {
+    edges[1].position += Vector3d(-0.0012, 1e-5, 0.02);
+    edges[1].axes = rotation_exp(Vector3d(0.01, -0.03, 2e-4)) * edges[1].axes;
+    relax_forces();
+  }
+  void relax_forces() {
+    REQUIRE(evaluate_reduced_leaf(tube, length, edges, state, response));
+    REQUIRE(relax(tube, response.frame.e, state.mixed).converged);
+    REQUIRE(evaluate_reduced_leaf(tube, length, edges, state, response));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("condensed gradient and Hessian are derivatives of the condensed energy",
+          "[reduction][mixed]") {
+  Random random(21);
+  const TubePotential t = tube(skew_ray());
+  const Vector6d scale = (Vector6d() << 1e-4, 0.1, 1e-2, 0.1, 1e-2, 0.1).finished();
+  for (int n = 0; n < 10; ++n) {
+    const Vector6d e = bent(random), d = random.vector<6>().cwiseProduct(scale);
+    MixedState state;
+    REQUIRE(relax(t, e, state).converged);
+    const MixedEnergy m = condense(t, e, state);
+    CHECK(m.gap.norm() < 1e-12);
+    const auto first = [&](double h) {
+      return std::abs(relaxed(t, e + h * d, state).energy - m.energy - h * m.gradient.dot(d));
+    };
+    const auto second = [&](double h) {
+      const Vector6d r = relaxed(t, e + h * d, state).gradient - m.gradient - h * m.hessian * d;
+      return r.cwiseProduct(scale).norm();
+    };
+    REQUIRE(m.gradient.norm() > 1e-3);
+    CHECK(rate(first(1e-1), first(1e-2)) == Approx(2).margin(0.1));
+    CHECK(rate(second(1e-1), second(1e-2)) == Approx(2).margin(0.15));
+    CHECK(m.hessian == m.hessian.transpose());
+  }
+}
+
+TEST_CASE("the conjugate forces are the derivatives by the stiff deformations",
+          "[reduction][mixed]") {
+  Random random(22);
+  const TubePotential t = tube(c_ray());
+  const Vector6d e = bent(random);
+  MixedState state;
+  REQUIRE(relax(t, e, state).converged);
+  const MixedEnergy m = condense(t, e, state);
+  REQUIRE(state.f.norm() > 1e-3);
+  CHECK(m.gradient[elongation] == Approx(force_scale[0] * state.f[0]).epsilon(1e-10));
+  CHECK(m.gradient[theta1z] == Approx(force_scale[1] * state.f[1]).epsilon(1e-10));
+  CHECK(m.gradient[theta2z] == Approx(force_scale[2] * state.f[2]).epsilon(1e-10));
+}
+
+TEST_CASE("energy and gradient are right to first order in the residual", "[reduction][mixed]") {
+  Random random(23);
+  const TubePotential t = tube(s_ray());
+  const Vector6d e = bent(random);
+  MixedState state;
+  REQUIRE(relax(t, e, state).converged);
+  const MixedEnergy m = condense(t, e, state);
+  const Vector3d d = random.vector<3>();
+  const auto off = [&](double h) {
+    MixedState s = state;
+    s.f += h * d;
+    return condense(t, e, s);
+  };
+  REQUIRE(off(1e-1).gap.norm() > 1e-6);
+  CHECK(rate((off(1e-1).gradient - m.gradient).norm(), (off(1e-2).gradient - m.gradient).norm()) ==
+        Approx(2).margin(0.1));
+  CHECK(rate(std::abs(off(1e-1).energy - m.energy), std::abs(off(1e-2).energy - m.energy)) ==
+        Approx(3).margin(0.2));
+}
+
+TEST_CASE("following an increment leaves a second-order gap", "[reduction][mixed]") {
+  Random random(24);
+  const TubePotential t = tube(s_ray());
+  const Vector6d e = bent(random);
+  MixedState state;
+  REQUIRE(relax(t, e, state).converged);
+  condense(t, e, state);
+  const Vector6d d =
+      random.vector<6>().cwiseProduct((Vector6d() << 1e-4, 0.1, 1e-2, 0.1, 1e-2, 0.1).finished());
+  const auto gap = [&](double h) {
+    MixedState s = state;
+    follow(s, h * d);
+    return condense(t, e + h * d, s).gap.norm();
+  };
+  CHECK(rate(gap(1e-1), gap(1e-2)) == Approx(2).margin(0.1));
+
+  // two half increments are one, an increment of zero is none
+  MixedState once = state, twice = state;
+  follow(once, d);
+  follow(twice, 0.5 * d);
+  follow(twice, 0.5 * d);
+  CHECK((once.f - twice.f).norm() < 1e-12 * once.f.norm());
+  // and nothing moves before the first evaluation
+  MixedState fresh;
+  follow(fresh, d);
+  CHECK(fresh.f.norm() == 0);
+}
+
+TEST_CASE("relax says when it fails", "[reduction][mixed]") {
+  const TubePotential t = tube(s_ray());
+  Vector6d e = Vector6d::Zero();
+  e[elongation] = -0.5 * length;  // far beyond what any axial force of this potential gives
+  e[theta1y] = e[theta2y] = 0.2;
+  MixedState state;
+  const Relaxation r = relax(t, e, state, 1e-12, 3);
+  CHECK_FALSE(r.converged);
+  CHECK(r.steps == 3);
+  CHECK(r.gap > 1e-6);
+}
+
+TEST_CASE("the undeflected reduced leaf has the stiffness of its potential", "[reduction][leaf]") {
+  // beam in the plane of bending: 4, 2 EI/L for the end rotations
+  const TubePotential t = tube(s_ray());
+  ReducedState state;
+  ReducedResponse r;
+  REQUIRE(evaluate_reduced_leaf(t, length, undeflected, state, r));
+  CHECK(r.force.norm() == 0);
+  CHECK(r.mixed.energy == 0);
+  CHECK(r.tangent(10, 10) == Approx(4 * EI_over_L));
+  CHECK(r.tangent(4, 10) == Approx(2 * EI_over_L));
+  CHECK(r.tangent(8, 8) == Approx(12 * EI_over_L / (length * length)));
+  CHECK(r.tangent(9, 9) == Approx(0.8 * EI_over_L));
+  CHECK(r.tangent(6, 6) == Approx(force_scale[0] * force_scale[0] / (2 * 0.0008 * EI_over_L)));
+  CHECK(r.tangent(2, 8) == Approx(-r.tangent(8, 8)));
+}
+
+TEST_CASE("a rigid motion leaves energy, force and tangent alone", "[reduction][leaf]") {
+  Random random(25);
+  BentLeaf leaf;
+  REQUIRE(leaf.response.force.norm() > 1e-2);
+  double worst = 0;
+  for (int n = 0; n < 100; ++n) {
+    const Matrix3d Q = rotation_exp(random.vector<3>(1.8));
+    const Vector3d shift = random.vector<3>();
+    EdgePoses y = leaf.edges;
+    for (auto& edge : y) {
+      edge.position = Q * edge.position + shift;
+      edge.axes = Q * edge.axes;
+    }
+    Matrix12d Q4 = Matrix12d::Zero();
+    for (int k = 0; k < 12; k += 3) Q4.block<3, 3>(k, k) = Q;
+    ReducedState state = leaf.state;
+    ReducedResponse r;
+    REQUIRE(evaluate_reduced_leaf(leaf.tube, length, y, state, r));
+    worst = std::max(
+        {worst, std::abs(r.mixed.energy / leaf.response.mixed.energy - 1),
+         (r.force - Q4 * leaf.response.force).norm() / r.force.norm(),
+         (r.tangent - Q4 * leaf.response.tangent * Q4.transpose()).norm() / r.tangent.norm()});
+  }
+  CHECK(worst < 1e-10);
+}
+
+TEST_CASE("the edge forces are in equilibrium and a rigid spin turns them", "[reduction][leaf]") {
+  BentLeaf leaf;
+  const Vector12d& f = leaf.response.force;
+  const Vector3d F1 = f.head<3>(), F2 = f.segment<3>(6);
+  CHECK((F1 + F2).norm() < 1e-12 * F2.norm());
+  const Vector3d M = f.segment<3>(3) + f.tail<3>() + leaf.edges[0].position.cross(F1) +
+                     leaf.edges[1].position.cross(F2);
+  CHECK(M.norm() < 1e-12);
+  // K dq for a rigid spin: forces turn, moments turn by half (the other half is the commutator)
+  const Vector3d w(0.3, -0.2, 0.5);
+  Vector12d dq, df;
+  dq << w.cross(leaf.edges[0].position), w, w.cross(leaf.edges[1].position), w;
+  df << w.cross(F1), 0.5 * w.cross(f.segment<3>(3)), w.cross(F2), 0.5 * w.cross(f.tail<3>());
+  CHECK((leaf.response.tangent * dq - df).norm() < 1e-9 * df.norm());
+}
+
+TEST_CASE("force and tangent are first and second derivative of the leaf's energy",
+          "[reduction][leaf]") {
+  Random random(26);
+  BentLeaf leaf;
+  const Vector12d f = leaf.response.force;
+  const Matrix12d K = leaf.response.tangent;
+  CHECK(K == K.transpose());
+  for (int n = 0; n < 5; ++n) {
+    Vector12d dq = random.vector<12>();
+    for (int k : {0, 6}) dq.segment<3>(k) *= length;
+    dq *= 1e-2;
+    const auto energy = [&](double h) {
+      BentLeaf other = leaf;
+      other.edges = moved(leaf.edges, h * dq);
+      other.relax_forces();
+      return other.response.mixed.energy;
+    };
+    const double E = energy(0);
+    const auto first = [&](double h) { return std::abs(energy(h) - E - h * f.dot(dq)); };
+    const auto second = [&](double h) {
+      return std::abs(energy(h) - E - h * f.dot(dq) - 0.5 * h * h * dq.dot(K * dq));
+    };
+    CHECK(rate(first(1e-1), first(1e-2)) == Approx(2).margin(0.1));
+    CHECK(rate(second(1e-1), second(1e-2)) == Approx(3).margin(0.2));
+  }
+}
+
+namespace {
+
+struct NewtonRun {
+  std::vector<double> residual;  ///< of the free tip, lengths scaled
+  EdgePoses edges;
+  ReducedState state;
+  bool converged = false;
+};
+
+/// Base clamped; the tip's directions `held` move by `by` in the first step, the others are free
+/// under the dead tip load. Mixed Newton: forces follow the linearised increment.
+NewtonRun solve(const TubePotential& tube, const std::vector<int>& held, const Vector6d& by,
+                const Vector6d& load) {
+  NewtonRun run{{}, undeflected, {}, false};
+  ReducedState& state = run.state;
+  ReducedResponse r;
+  Vector6d unit;  // N or N m
+  unit << Vector3d::Constant(1 / length), Vector3d::Ones();
+  std::vector<bool> is_held(6, false);
+  for (int k : held) is_held[k] = true;
+  for (int step = 0; step < 20; ++step) {
+    if (!evaluate_reduced_leaf(tube, length, run.edges, state, r)) return run;
+    Vector6d g = r.force.tail<6>() - load;
+    Matrix6d K = r.tangent.bottomRightCorner<6, 6>();
+    Vector6d imposed = Vector6d::Zero();
+    for (int k = 0; k < 6; ++k)
+      if (is_held[k] && step == 0) imposed[k] = by[k];
+    g += K * imposed;
+    for (int k = 0; k < 6; ++k)
+      if (is_held[k]) {
+        K.row(k).setZero();
+        K.col(k).setZero();
+        K(k, k) = 1;
+        g[k] = -imposed[k];
+      }
+    Vector12d dq = Vector12d::Zero();
+    dq.tail<6>() = -K.partialPivLu().solve(g);
+    for (int k = 0; k < 6; ++k)
+      if (is_held[k]) g[k] = 0;
+    if (step > 0) run.residual.push_back(g.cwiseQuotient(unit).norm());
+    if (step > 0 && run.residual.back() < 1e-11) {
+      run.converged = true;
+      return run;
+    }
+    follow(state, dq);
+    run.edges = moved(run.edges, dq);
+  }
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("mixed Newton converges quadratically", "[reduction][leaf]") {
+  // Dead forces only: a dead moment on a free rotation has no potential, and the symmetric tangent
+  // misses its commutator −½ hat(M).
+  const TubePotential t = tube(s_ray(), {0, 0.1, 0.3, 0.6});
+  Vector6d load;
+  load << 3.0, 0.5, 4.0, 0, 0, 0;
+  const NewtonRun run = solve(t, {}, Vector6d::Zero(), load);
+  REQUIRE(run.converged);
+  CAPTURE(run.residual);
+  CHECK(run.residual.size() <= 8);
+
+  // Off the solution by h, forces following to first order: one step leaves h².
+  Vector12d off = Vector12d::Zero();
+  off.tail<6>() << 1e-4, 0.01, 0.01, 0.2, 0.1, 0.05;
+  const auto left_over = [&](double h) {
+    ReducedState state = run.state;
+    ReducedResponse r;
+    follow(state, h * off);
+    EdgePoses edges = moved(run.edges, h * off);
+    REQUIRE(evaluate_reduced_leaf(t, length, edges, state, r));
+    Vector12d dq = Vector12d::Zero();
+    dq.tail<6>() =
+        -r.tangent.bottomRightCorner<6, 6>().partialPivLu().solve(r.force.tail<6>() - load);
+    follow(state, dq);
+    edges = moved(edges, dq);
+    REQUIRE(evaluate_reduced_leaf(t, length, edges, state, r));
+    return (r.force.tail<6>() - load).norm();
+  };
+  CHECK(rate(left_over(0.01), left_over(0.001)) == Approx(2).margin(0.15));
+}
+
+TEST_CASE("one step to a large stroke converges, both ways", "[reduction][leaf]") {
+  const TubePotential guided = tube(s_ray(), {0, 0.1, 0.35});
+  const TubePotential rotated = tube(c_ray(), {0, 0.1, 0.45});
+  for (double sign : {1.0, -1.0}) {
+    Vector6d by = Vector6d::Zero();
+    by[2] = sign * 0.3 * length;
+    const NewtonRun a = solve(guided, {2, 3, 4, 5}, by, Vector6d::Zero());
+    CHECK(a.converged);
+    CHECK(a.residual.size() <= 8);
+    CHECK(a.edges[1].position[2] == Approx(by[2]).epsilon(1e-9));
+    CHECK(a.edges[1].position[0] < 0.97 * length);
+
+    by.setZero();
+    by[4] = sign * M_PI / 4;
+    const NewtonRun b = solve(rotated, {4}, by, Vector6d::Zero());
+    CHECK(b.converged);
+    CHECK(b.residual.size() <= 10);
+    CHECK(rotation_log(b.edges[1].axes)[1] == Approx(by[4]).epsilon(1e-9));
+  }
+}

@@ -1,0 +1,176 @@
+// The tube leaf against the full leaf on the same mesh, and the switches at its limits.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/math/polynomial.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+const double pi = std::numbers::pi;
+
+struct Errors {
+  double drive = 0, motion = 0, support = 0, frequency = 0, stress = 0;
+};
+
+// Worst relative differences over the path.
+Errors compare(const Mechanism& mechanism, const StrokeRequest& request, ModelOptions model = {}) {
+  model.accuracy = Accuracy::full;
+  const StrokeResponse full = evaluate_stroke(mechanism, model, request);
+  model.accuracy = Accuracy::reduced;
+  const StrokeResponse reduced = evaluate_stroke(mechanism, model, request);
+  REQUIRE(full.status == Status::ok);
+  REQUIRE(reduced.status == Status::ok);
+  Errors worst;
+  double motion = 0;
+  for (const PathPoint& p : full.path)
+    motion = std::max(
+        motion,
+        (p.displacement - p.displacement.dot(Vector3d::UnitY()) * Vector3d::UnitY()).norm());
+  for (std::size_t k = 0; k < full.path.size(); ++k) {
+    const PathPoint &a = full.path[k], &b = reduced.path[k];
+    if (a.stroke != 0) {
+      worst.drive = std::max(worst.drive, std::abs(b.drive_load / a.drive_load - 1));
+      worst.stress =
+          std::max(worst.stress, std::abs(b.max_stress->value / a.max_stress->value - 1));
+    }
+    worst.motion = std::max(worst.motion, (a.displacement - b.displacement).norm() / motion);
+    for (int d = 0; d < 6; ++d)
+      if (a.support_stiffness[d])
+        worst.support = std::max(worst.support,
+                                 std::abs(*b.support_stiffness[d] / *a.support_stiffness[d] - 1));
+    for (std::size_t i = 0; i < a.frequencies_free.size(); ++i)
+      worst.frequency =
+          std::max({worst.frequency, std::abs(b.frequencies_free[i] / a.frequencies_free[i] - 1),
+                    std::abs(b.frequencies_locked[i] / a.frequencies_locked[i] - 1)});
+  }
+  return worst;
+}
+
+StrokeRequest to(double end, int points, int frequencies = 6) {
+  StrokeRequest request;
+  request.points.clear();
+  for (int k = 0; k < points; ++k) request.points.push_back(end * k / (points - 1));
+  request.frequencies = frequencies;
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("an expansion reproduces the potential about a bent state to degree five and seven") {
+  const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {6, 2}, true});
+  Eigen::Matrix2d ray;
+  ray << 1, 1, 1, -1;
+  const Vector3d scale = tube_force_scale(mesh->shape());
+  for (const int order : {2, 3}) {
+    ChordLeaf leaf(mesh);
+    REQUIRE(leaf.solve({0.1, 0.1, 0}, Vector3d::Zero()).converged);
+    const ChordLeaf node = leaf;
+    const TubeExpansion e = expand(leaf, 0.1, ray, order);
+    const MonomialTable& table = order == 2 ? monomials<6, 5>() : monomials<6, 7>();
+    REQUIRE(static_cast<int>(e.W.size()) == table.size());
+    CHECK(e.W[0] == Approx(node.potential()).epsilon(1e-9));
+    double rest[2];
+    for (int k = 0; k < 2; ++k) {
+      const double h = 1.0 / (1 << k);
+      // even powers of (φ, M1, M2) only, as the potential uses them: a state mirrored in the width
+      // has the same potential, so the mean of both is compared
+      const double x[6] = {0.05 * h, 0.02 * h, 0, 6 * h, 0, 0};
+      leaf = node;
+      REQUIRE(
+          leaf.solve({0.1 + x[0] + x[1], 0.1 + x[0] - x[1], 0}, {scale[0] * x[3], 0, 0}).converged);
+      rest[k] = std::abs(evaluate(table, e.W, x) - leaf.potential());
+    }
+    REQUIRE(rest[0] > 1e-10);
+    CHECK(std::log2(rest[0] / rest[1]) > 2 * order + 1.3);
+  }
+}
+
+TEST_CASE("a rebuilt field is the full leaf's to second order in the transverse state") {
+  const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {8, 4}, true});
+  TubeRange range;
+  range.sigma_max = 0.3;
+  TubeModel model(mesh, range);
+  REQUIRE(model.built());
+  const Vector3d scale = tube_force_scale(mesh->shape());
+  ChordLeaf leaf(mesh);
+  for (const double side : {1.0, -1.0}) {
+    leaf = ChordLeaf(mesh);
+    const Vector3d s(0.2 * side, 0.2 * side, 0), f(0.3, 0, 0);
+    REQUIRE(leaf.solve(s, scale.cwiseProduct(f)).converged);
+    CHECK((model.fields(s, f) - leaf.unknowns()).cwiseAbs().maxCoeff() < 2e-4);
+  }
+}
+
+TEST_CASE("reduced guides agree with full ones from slender to very wide leaves") {
+  struct Leaf {
+    double length, width, thickness;  // mm
+  };
+  // w²/(L t) = 2, 18, 45, 67, 120, 240
+  const Leaf l = GENERATE(Leaf{100, 10, .5}, Leaf{100, 30, .5}, Leaf{100, 30, .2}, Leaf{60, 40, .4},
+                          Leaf{60, 60, .5}, Leaf{60, 60, .25});
+  const double L = l.length * 1e-3;
+  const Errors e =
+      compare(models::guide(L, l.width * 1e-3, l.thickness * 1e-3, 1.0), to(0.3 * L, 7));
+  INFO("w²/(Lt) = " << l.width * l.width / l.length / l.thickness);
+  CHECK(e.drive < 1e-4);
+  CHECK(e.motion < 1e-4);
+  CHECK(e.support < 3e-3);
+  CHECK(e.frequency < 3e-3);
+  CHECK(e.stress < 1e-2);
+}
+
+TEST_CASE("reduced hinges agree with full ones to 45 degrees, both ways") {
+  const double sign = GENERATE(1.0, -1.0);
+  struct Leaf {
+    double length, width, thickness;
+  };
+  const Leaf l =
+      GENERATE(Leaf{100, 10, .5}, Leaf{100, 30, .5}, Leaf{60, 40, .4}, Leaf{60, 60, .25});
+  const Errors e =
+      compare(models::three_leaf_hinge(l.length * 1e-3, l.width * 1e-3, l.thickness * 1e-3),
+              to(sign * pi / 4, 6));
+  INFO("w²/(Lt) = " << l.width * l.width / l.length / l.thickness);
+  CHECK(e.drive < 1e-4);
+  CHECK(e.motion < 1e-4);
+  CHECK(e.support < 3e-3);
+  CHECK(e.frequency < 3e-3);
+}
+
+TEST_CASE("a leaf that leaves the box is replaced, and the result says so") {
+  // A guide driven sideways by a heavy payload twists and loads its leaves far off the ray.
+  const Mechanism m = models::three_leaf_hinge(0.06, 0.04, 4e-4);
+  StrokeRequest request = to(30 * pi / 180, 4, 4);
+  // half of the load at which a pinned pair of leaves would buckle, against the leaves
+  const double EI = 200e9 * 0.04 * std::pow(4e-4, 3) / 12 / 0.91;
+  request.load[1] = 0.5 * 4 * pi * pi * EI / (0.06 * 0.06);
+  const Errors e = compare(m, request);
+  CHECK(e.drive < 1e-2);
+  CHECK(e.support < 1e-2);
+  CHECK(e.frequency < 1e-2);
+
+  StrokeRequest sideways = to(0.005, 2, 0);
+  sideways.load[5] = 1;
+  sideways.load[3] = 2;
+  const StrokeResponse r =
+      evaluate_stroke(models::single_leaf(0.1, 0.03, 5e-4), ModelOptions{}, sideways);
+  REQUIRE(r.status == Status::ok);
+  CHECK(r.path[1].leaves[0].model == "full");
+  CHECK(!r.path[1].leaves[0].reason.empty());
+}
+
+TEST_CASE("a tube grows when its leaf bends beyond it") {
+  const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {8, 4}, true});
+  TubeRange range;
+  range.sigma_max = 0.05;
+  TubeModel model(mesh, range);
+  REQUIRE(model.built());
+  CHECK(model.potential().last_sigma() == Approx(0.05));
+  REQUIRE(model.extend(0.2));
+  CHECK(model.potential().last_sigma() == Approx(0.2));
+}

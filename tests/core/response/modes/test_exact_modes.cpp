@@ -1,0 +1,89 @@
+#include "core/response/modes/exact_modes.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+System system_of(const Mechanism& m, int elements) {
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  model.flexure = Flexure::beam;
+  model.mesh = {elements, 1};
+  return System(m, make_full_leaves(m, model));
+}
+
+/// All squared frequencies below `highest`, from dense matrices of the whole mechanism.
+std::vector<double> dense(const MechanismFactor& factor, bool locked, double highest) {
+  const MatrixXd unit = MatrixXd::Identity(factor.size(), factor.size());
+  const MatrixXd A =
+      locked ? factor.solve_locked(factor.mass(unit)) : factor.solve(factor.mass(unit));
+  const Eigen::EigenSolver<MatrixXd> eigen(A, false);
+  std::vector<double> lambda;
+  for (Eigen::Index k = 0; k < A.rows(); ++k)
+    if (const double theta = eigen.eigenvalues()[k].real(); theta > 1 / highest)
+      lambda.push_back(1 / theta);
+  std::sort(lambda.begin(), lambda.end());
+  return lambda;
+}
+
+}  // namespace
+
+TEST_CASE("both lists of modes are those of the dense matrices, bent far too") {
+  for (const bool guide : {true, false}) {
+    Mechanism m = guide ? models::guide(0.1, 0.03, 5e-4) : models::single_leaf(0.08, 0.02, 3e-4);
+    m.bodies[0].mass = 0.05;
+    m.bodies[0].inertia = Vector3d(1e-5, 2e-5, 3e-5).asDiagonal();
+    System system = system_of(m, 6);
+    for (const double stroke : {0.0, 0.02}) {
+      REQUIRE(step_to(system, stroke, Vector6d::Zero(), {}).converged);
+      const MechanismFactor factor(system);
+      const auto found = exact_modes(factor, 7, 5);
+      REQUIRE(found);
+      for (const bool locked : {true, false}) {
+        const ExactModes& list = locked ? found->locked : found->free;
+        const int count = locked ? 5 : 7;
+        REQUIRE(static_cast<int>(list.modes.size()) == count);
+        const std::vector<double> expected = dense(factor, locked, 2 * list.lambda[count - 1]);
+        const MatrixXd M_phi = factor.mass(list.phi);
+        for (int k = 0; k < count; ++k) {
+          INFO("guide " << guide << ", stroke " << stroke << ", locked " << locked << ", mode "
+                        << k);
+          CHECK(list.lambda[k] == Approx(expected[static_cast<std::size_t>(k)]).epsilon(1e-8));
+          CHECK(list.modes[static_cast<std::size_t>(k)].frequency ==
+                Approx(std::sqrt(list.lambda[k]) / (2 * std::numbers::pi)));
+          // vectors, not only values: K⁻¹ M φ λ is φ again
+          const VectorXd b = list.lambda[k] * M_phi.col(k),
+                         again = locked ? factor.solve_locked(b) : factor.solve(b),
+                         off = again - list.phi.col(k);
+          CHECK(std::sqrt(std::abs(off.dot(factor.mass(off).col(0)))) < 1e-9);
+          if (locked) CHECK(list.phi(factor.drive(), k) == 0);
+        }
+        const MatrixXd G = list.phi.transpose() * M_phi;
+        CHECK((G - MatrixXd::Identity(G.rows(), G.cols())).norm() < 1e-9);
+      }
+    }
+  }
+}
+
+TEST_CASE("a coarse mesh has no more modes than unknowns") {
+  const Mechanism m = models::single_leaf(0.08, 0.02, 3e-4);
+  System system = system_of(m, 2);
+  system.assemble();
+  const MechanismFactor factor(system);
+  const auto found = exact_modes(factor, factor.size() + 20, factor.size() + 20);
+  REQUIRE(found);
+  CHECK(found->free.modes.size() > 6);
+  CHECK(static_cast<int>(found->free.modes.size()) <= factor.size());
+  CHECK(static_cast<int>(found->locked.modes.size()) < factor.size());
+  for (const Mode& mode : found->free.modes) CHECK(std::isfinite(mode.frequency));
+}

@@ -1,0 +1,242 @@
+// Leaves with a free tip, guided tips, plates loaded at a material point, load paths and probes.
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+const std::array<bool, 6> point_body{false, false, false, true, true, true};
+
+Mechanism free_tip(double length, double width, double thickness, const Material& m) {
+  Mechanism mechanism = models::single_leaf(length, width, thickness, Direction::uy, m);
+  mechanism.bodies[0].held = point_body;
+  mechanism.leaves[0].tip = free_edge;
+  mechanism.leaves[0].point =
+      LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
+  return mechanism;
+}
+
+/// Clamped along x = 0 and x = a; O at (x, z) from the corner.
+Mechanism clamped_plate(double a, double width, double thickness, double x, double z,
+                        const Material& m) {
+  Mechanism mechanism = models::single_leaf(a, width, thickness, Direction::uy, m);
+  mechanism.bodies[0] = models::body({x, 0, z - 0.5 * width}, 0, 0);
+  mechanism.bodies[0].held = point_body;
+  mechanism.leaves[0].tip = ground;
+  mechanism.leaves[0].point = LeafPoint{.body = 0, .along = x / a, .across = z / width};
+  return mechanism;
+}
+
+const Material plastic{"plastic", 21.5e9, 0.3, 1200, {}};
+
+Vector6d force_y(double F) {
+  Vector6d load = Vector6d::Zero();
+  load[1] = F;
+  return load;
+}
+
+}  // namespace
+
+TEST_CASE("a cantilever with a free tip follows the elastica", "[response][points]") {
+  // nu = 0, narrow and thin: P L²/EI = 1, 4, 10 (elliptic integrals)
+  const Material m{"m", 12e9, 0, 1000, {}};
+  const double L = 10, w = 0.5, t = 0.05, EI = m.youngs_modulus * w * t * t * t / 12;
+  StrokeRequest request;
+  request.points = {0, 0.1, 0.25, 0.4, 0.7, 1};
+  request.load_path = force_y(10 * EI / (L * L));
+  request.stress = false;
+  const StrokeResponse r =
+      evaluate_stroke(free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {24, 2}}, request);
+  REQUIRE(r.status == Status::ok);
+  const double expected[][3] = {{1, 0.3017207738, 0.0564332363},
+                                {3, 0.669964181278, 0.328941242247},
+                                {5, 0.81060902488, 0.554995597754}};
+  for (const auto& [index, deflection, shortening] : expected) {
+    const PathPoint& p = r.path[static_cast<std::size_t>(index)];
+    CHECK(p.displacement[1] / L == Approx(deflection).margin(1e-4));
+    CHECK(-p.displacement[0] / L == Approx(shortening).margin(1e-4));
+    CHECK(p.drive_load == 0);
+    CHECK(p.stable);
+  }
+}
+
+TEST_CASE("the cantilever and the clamped plate of the plate superelement paper", "[literature]") {
+  StrokeRequest request;
+  request.stress = false;
+  ModelOptions model{.accuracy = Accuracy::full, .mesh = {20, 6}};
+  SECTION("cantilever 10 x 1 x 0.1 m") {  // thin-shell spline, converged to 5e-6
+    const Material m{"m", 12e9, 0.3, 1000, {}};
+    request.points = {0, 0.1, 0.2, 0.5, 1};
+    request.load_path = force_y(1e5);
+    model.free_edge_torsion = false;
+    const StrokeResponse r = evaluate_stroke(free_tip(10, 1, 0.1, m), model, request);
+    REQUIRE(r.status == Status::ok);
+    const double expected[][3] = {
+        {1, 2.986831, 0.5543638}, {3, 7.089432, 3.824957}, {4, 8.063094, 5.491375}};
+    for (const auto& [index, deflection, shortening] : expected) {
+      const PathPoint& p = r.path[static_cast<std::size_t>(index)];
+      CHECK(p.displacement[1] == Approx(deflection).epsilon(5e-4));
+      CHECK(-p.displacement[0] == Approx(shortening).epsilon(1e-3));
+    }
+  }
+  SECTION("square plate 400 x 400 x 1.98 mm, clamped on two sides") {
+    const double mm = 1e-3;
+    const Mechanism plate =
+        clamped_plate(400 * mm, 400 * mm, 1.98 * mm, 200 * mm, 80 * mm, plastic);
+    request.points = {0, 0.1, 0.5, 1};
+    request.load_path = force_y(250);
+    for (const double z : {0.0, 200.0, 320.0})
+      request.probes.push_back(
+          *probe_at(plate, std::to_string(z), Vector3d(200 * mm, 0, (z - 200) * mm)));
+    model.mesh = {20, 20};
+    model.free_edge_torsion = false;
+    const StrokeResponse r = evaluate_stroke(plate, model, request);
+    REQUIRE(r.status == Status::ok);
+    // spline shell, converged to 4e-4: O (z = 80 mm), then the probes
+    const double expected[][5] = {{1, 1.89226, 2.02588, 0.822692, 0.212521},
+                                  {2, 4.52764, 4.11284, 1.85564, 0.477276},
+                                  {3, 6.17851, 5.2229, 2.42743, 0.649486}};
+    for (const auto& [index, o, p0, p1, p2] : expected) {
+      const PathPoint& p = r.path[static_cast<std::size_t>(index)];
+      CHECK(p.displacement[1] == Approx(o * mm).epsilon(5e-3));
+      CHECK(p.probes[0][1] == Approx(p0 * mm).epsilon(5e-3));
+      CHECK(p.probes[1][1] == Approx(p1 * mm).epsilon(5e-3));
+      CHECK(p.probes[2][1] == Approx(p2 * mm).epsilon(1e-2));
+    }
+  }
+}
+
+TEST_CASE("the tangent at a material point is the derivative of its force", "[response][points]") {
+  const bool clamped = GENERATE(true, false);
+  CAPTURE(clamped);
+  const Mechanism m = clamped ? clamped_plate(0.1, 0.08, 1e-3, 0.012, 0.03, plastic)
+                              : free_tip(0.1, 0.03, 5e-4, plastic);
+  System system(m, make_full_leaves(m, {.mesh = {6, 4}}));
+  const Vector6d start =
+      clamped ? Vector6d(Vector6d::Unit(1) * 1e-3) : Vector6d(Vector6d::Unit(1) * 0.03);
+  system.assemble();
+  auto settle = [&](const VectorXd& dq) {
+    system.move(dq);
+    for (int k = 0; k < 12; ++k) {
+      system.assemble();
+      system.move(VectorXd::Zero(6));
+    }
+    system.assemble();
+  };
+  for (int k = 0; k < 4; ++k) settle(0.25 * start);
+  const MatrixXd K = system.tangent_stiffness();
+  CHECK((K - K.transpose()).norm() < 1e-9 * K.norm());
+  const double h = clamped ? 2e-6 : 1e-5;
+  for (int d = 0; d < 3; ++d) {
+    settle(h * VectorXd::Unit(6, d));
+    const double e1 = system.energy();
+    const VectorXd f1 = system.internal_force();
+    settle(-2 * h * VectorXd::Unit(6, d));
+    const double e0 = system.energy();
+    const VectorXd f0 = system.internal_force();
+    settle(h * VectorXd::Unit(6, d));
+    const VectorXd difference = (f1 - f0) / (2 * h);
+    CHECK((difference - K.col(d)).head<3>().norm() < 1e-3 * K.col(d).head<3>().norm());
+    const double force = system.internal_force()[d];
+    CHECK((e1 - e0) / (2 * h) ==
+          Approx(force).epsilon(1e-4).margin(1e-5 * system.internal_force().norm()));
+  }
+}
+
+TEST_CASE("a cantilever vibrates as the beam does, its tip free or held", "[response][points]") {
+  const Material m{"m", 200e9, 0, 7800, {}};
+  const double L = 0.1, w = 0.004, t = 2e-4;
+  StrokeRequest request;
+  request.frequencies = 3;
+  const StrokeResponse r =
+      evaluate_stroke(free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {16, 2}}, request);
+  REQUIRE(r.status == Status::ok);
+  const double unit = t / (L * L) * std::sqrt(m.youngs_modulus / (12 * m.density)) / (2 * pi);
+  const PathPoint& p = r.path[0];
+  CHECK(p.frequencies_free[0] == Approx(3.516015 * unit).epsilon(1e-3));
+  CHECK(p.frequencies_free[1] == Approx(22.03449 * unit).epsilon(1e-3));
+  CHECK(p.frequencies_locked[0] == Approx(15.41821 * unit).epsilon(1e-3));  // pinned
+  CHECK_FALSE(p.support_stiffness[3].has_value());  // a point has no rotation
+  CHECK(p.support_stiffness[2].has_value());
+}
+
+TEST_CASE("a guided tip moves along x and the drive only", "[response][points]") {
+  Mechanism guided = models::single_leaf(0.1, 0.02, 5e-4);
+  guided.bodies[0].held = {false, false, true, true, true, true};
+  // a guide with leaves far apart does not rotate
+  Mechanism guide = models::guide(0.1, 0.02, 5e-4, 20.0, 0, 0);
+  for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
+    StrokeRequest request;
+    request.points = {0, 0.01, 0.02};
+    request.frequencies = 2;
+    guided.bodies[0].mass = 0.1;
+    const StrokeResponse one = evaluate_stroke(guided, {.accuracy = accuracy}, request);
+    request.frequencies = 0;
+    const StrokeResponse two = evaluate_stroke(guide, {.accuracy = accuracy}, request);
+    REQUIRE(one.status == Status::ok);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const PathPoint &p = one.path[k], &q = two.path[k];
+      CHECK(p.drive_load == Approx(0.5 * q.drive_load).epsilon(1e-4).margin(1e-9));
+      CHECK(p.displacement[0] == Approx(q.displacement[0]).epsilon(1e-4).margin(1e-9));
+      CHECK(p.displacement[2] == 0);
+      CHECK(p.rotation.norm() == 0);
+      CHECK(*p.support_stiffness[0] == Approx(0.5 * *q.support_stiffness[0]).epsilon(1e-3));
+      for (int d = 2; d < 6; ++d) CHECK_FALSE(p.support_stiffness[d].has_value());
+      CHECK(p.frequencies_free.size() == 2);
+    }
+  }
+}
+
+TEST_CASE("a load path and the stroke it leads to are one equilibrium", "[response][points]") {
+  const Mechanism leaf = models::single_leaf(0.1, 0.02, 5e-4);
+  StrokeRequest driven;
+  driven.points = {0.02};
+  for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
+    const StrokeResponse a = evaluate_stroke(leaf, {.accuracy = accuracy}, driven);
+    REQUIRE(a.status == Status::ok);
+    StrokeRequest loaded;
+    loaded.points = {0, 0.5, 1};
+    loaded.load_path = force_y(a.path[0].drive_load);
+    const StrokeResponse b = evaluate_stroke(leaf, {.accuracy = accuracy}, loaded);
+    REQUIRE(b.status == Status::ok);
+    CHECK((b.path[2].displacement - a.path[0].displacement).norm() < 1e-7);
+    CHECK((b.path[2].compliance_free - a.path[0].compliance_free).norm() <
+          1e-4 * a.path[0].compliance_free.norm());
+    // and back at no load nothing is left
+    loaded.points = {1, 0};
+    const StrokeResponse c = evaluate_stroke(leaf, {.accuracy = accuracy}, loaded);
+    CHECK(c.path[1].displacement.norm() < 1e-12);
+  }
+}
+
+TEST_CASE("a probe lies on the leaf it was put on, and nowhere else", "[response][points]") {
+  const Mechanism guide = models::guide(0.1, 0.02, 5e-4, 0.06);
+  CHECK_FALSE(probe_at(guide, "beside", {0.05, 0, 0}).has_value());
+  CHECK_FALSE(probe_at(guide, "beyond", {0.11, 0.03, 0}).has_value());
+  const auto probe = probe_at(guide, "tip", {0.1, -0.03, 0.01});
+  REQUIRE(probe);
+  CHECK(probe->leaf == 1);
+  CHECK(probe->along == Approx(1));
+  CHECK(probe->across == Approx(1));
+  for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
+    StrokeRequest request;
+    request.points = {0.01};
+    request.probes = {*probe, *probe_at(guide, "base", {0, 0.03, 0})};
+    const StrokeResponse r = evaluate_stroke(guide, {.accuracy = accuracy}, request);
+    // the tip edge is part of the end-effector
+    const PathPoint& p = r.path[0];
+    const Vector3d arm(0, -0.03, 0.01);
+    const Vector3d turned = Eigen::AngleAxisd(p.rotation.norm(), p.rotation.normalized()) * arm;
+    CHECK((p.probes[0] - (p.displacement + turned - arm)).norm() < 1e-9);
+    CHECK(p.probes[1].norm() < 1e-12);
+  }
+}

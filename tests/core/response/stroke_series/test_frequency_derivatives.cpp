@@ -1,0 +1,371 @@
+// Derivatives of the natural frequencies along the stroke: against differences of the path, under
+// symmetry, and where the parabolas hold.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/response/response.hpp"
+#include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+// No symmetry at all: the payload's centre of mass lies off every plane.
+Mechanism lopsided(Mechanism m, double size) {
+  m.bodies[0].mass = 0.3;
+  m.bodies[0].inertia = Vector3d(1e-4, 2e-4, 3e-4).asDiagonal();
+  m.bodies[0].center_of_mass += size * Vector3d(0.1, 0.04, -0.03);
+  return m;
+}
+
+struct Case {
+  const char* name;
+  Mechanism mechanism;
+  Flexure flexure = Flexure::plate;
+  double step = 3e-3;  ///< of the differences, over a leaf length or 1 rad
+};
+
+/// O as a material point without rotations and with some mass.
+RigidBody point_body(const Vector3d& at) {
+  RigidBody b = models::body(at, 0.02, 0);
+  b.name = "O";
+  b.held = {false, false, false, true, true, true};
+  return b;
+}
+
+/// The tip is free, O the middle of it.
+Mechanism free_tip() {
+  Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
+  m.bodies = {point_body({0.1, 0, 0})};
+  m.leaves[0].tip = free_edge;
+  m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
+  return m;
+}
+
+/// Both edges clamped to the ground, O a material point away from every symmetry.
+Mechanism clamped_plate() {
+  Mechanism m = models::single_leaf(0.1, 0.06, 5e-4);
+  m.leaves[0].tip = ground;
+  m.leaves[0].point = LeafPoint{.body = 0, .along = 0.4, .across = 0.75};
+  m.bodies = {point_body({0.04, 0, 0.015})};
+  return m;
+}
+
+/// The tip edge of the last leaf on a body of its own.
+Mechanism jointed(Mechanism m, JointType type) {
+  LeafSpring& leaf = m.leaves.back();
+  m.bodies.push_back(models::body(leaf.tip_middle(), 0, 0));
+  m.bodies.back().name = "edge";
+  m.bodies.back().role = BodyRole::intermediate;
+  m.joints = {{"joint", type, 0, 1, leaf.tip_middle(), Vector3d::UnitZ()}};
+  leaf.tip = 1;
+  return m;
+}
+
+std::vector<Case> families() {
+  return {
+      {"leaf spring", lopsided(models::single_leaf(0.1, 0.03, 5e-4), 0.1)},
+      {"guide", lopsided(models::guide(0.1, 0.03, 5e-4), 0.1)},
+      {"cross hinge",
+       lopsided(models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}}), 0.1)},
+      {"three-flexure cross hinge", lopsided(models::three_leaf_hinge(0.06, 0.04, 4e-4), 0.1)},
+      {"beam guide", lopsided(models::guide(0.1, 0.03, 5e-4), 0.1), Flexure::beam},
+      {"free tip", free_tip()},
+      {"hinged guide", jointed(lopsided(models::guide(0.1, 0.03, 5e-4), 0.1), JointType::revolute)},
+      {"hinge on a ball",
+       jointed(lopsided(models::three_leaf_hinge(0.06, 0.04, 4e-4), 0.1), JointType::spherical)},
+      // its stroke is measured by its thickness
+      {"clamped plate", clamped_plate(), Flexure::plate, 2e-4},
+  };
+}
+
+double omega2(double hertz) { return std::pow(2 * std::numbers::pi * hertz, 2); }
+
+double unit_of(const Mechanism& m) { return is_rotation(m.drive) ? 1 : m.leaves[0].length; }
+
+}  // namespace
+
+TEST_CASE("frequency derivatives agree with differences of the path") {
+  int compared = 0;
+  for (const Case& c : families()) {
+    // so many leaf modes that the path's own error does not show in its differences
+    const ModelOptions model{.accuracy = Accuracy::full, .flexure = c.flexure, .leaf_modes = 16};
+    const double unit = unit_of(c.mechanism);
+    // Central differences of fourth order with two steps: what they differ by is their own error.
+    const auto differences = [&](double h) {
+      StrokeRequest request;
+      request.points = {-2 * h, -h, 0, h, 2 * h};
+      request.frequencies = 5;
+      request.stress = false;
+      request.newton.tolerance = 1e-11;
+      return evaluate_stroke(c.mechanism, model, request);
+    };
+    const double h = c.step * unit;
+    const StrokeResponse near = differences(h), far = differences(2 * h);
+    REQUIRE(near.frequency_derivatives.size() == 5);
+    int compared_here = 0;
+    for (const FrequencyDerivatives& d : near.frequency_derivatives) {
+      const auto w2 = [&](const StrokeResponse& r, int k) {
+        return omega2(r.path[k].frequencies_free[d.index]);
+      };
+      const auto first = [&](const StrokeResponse& r, double s) {
+        return (8 * (w2(r, 3) - w2(r, 1)) - (w2(r, 4) - w2(r, 0))) / (12 * s);
+      };
+      const auto second = [&](const StrokeResponse& r, double s) {
+        return (16 * (w2(r, 3) + w2(r, 1)) - (w2(r, 4) + w2(r, 0)) - 30 * w2(r, 2)) / (12 * s * s);
+      };
+      const double d1 = first(near, h), d2 = second(near, h);
+      const double own1 = std::abs(d1 - first(far, 2 * h)),
+                   own2 = std::abs(d2 - second(far, 2 * h));
+      compared_here += own2 < 1e-2 * std::abs(d2);
+      INFO(c.name << " mode " << d.index << " d1 " << d.d_omega2 << " " << d1 << " +- " << own1
+                  << " d2 " << d.d2_omega2 << " " << d2 << " +- " << own2);
+      CHECK(d.omega2 == Approx(w2(near, 2)).epsilon(1e-6));
+      CHECK(std::abs(d.d_omega2 - d1) < 1e-4 * std::abs(d1) + 1e-6 * d.omega2 / unit + own1);
+      // of two frequencies that nearly meet the differences know nothing: their own error is large
+      if (own2 < 1e-2 * std::abs(d2)) {
+        CHECK(std::abs(d.d2_omega2 - d2) < 1e-4 * std::abs(d2) + own2);
+      }
+      CHECK(d.compliance * d.omega2 == Approx(1));
+      const double w4 = d.omega2 * d.omega2;
+      CHECK(d.d_compliance == Approx(-d.d_omega2 / w4).margin(1e-30));
+      CHECK(d.d2_compliance ==
+            Approx(-d.d2_omega2 / w4 + 2 * d.d_omega2 * d.d_omega2 / (w4 * d.omega2)));
+    }
+    INFO(c.name);
+    CHECK(compared_here >= 1);
+    compared += compared_here;
+  }
+  CHECK(compared >= 20);
+}
+
+TEST_CASE("derivatives through a rigid joint are those of direct assembly") {
+  for (const Mechanism& m : {lopsided(models::guide(0.1, 0.03, 5e-4), 0.1),
+                             lopsided(models::three_leaf_hinge(0.06, 0.04, 4e-4), 0.1)}) {
+    Vector6d load;
+    load << 20, 1, -3, 0.02, 0.05, 0.01;
+    const auto direct = frequency_derivatives(m, ModelOptions{}, load, {.tolerance = 1e-12}, 5);
+    const auto joint = frequency_derivatives(jointed(m, JointType::rigid), ModelOptions{}, load,
+                                             {.tolerance = 1e-12}, 5);
+    REQUIRE(direct.ok);
+    REQUIRE(joint.ok);
+    for (std::size_t i = 0; i < direct.modes.size(); ++i) {
+      const FrequencyDerivatives &a = joint.modes[i], &b = direct.modes[i];
+      INFO("mode " << i);
+      CHECK(a.omega2 == Approx(b.omega2).epsilon(1e-9));
+      CHECK(a.d_omega2 == Approx(b.d_omega2).epsilon(1e-5));
+      CHECK(a.d2_omega2 == Approx(b.d2_omega2).epsilon(1e-5));
+      CHECK(a.mode.kind == b.mode.kind);
+      CHECK(b.d_omega2 != 0);
+    }
+  }
+}
+
+TEST_CASE("first derivatives of symmetric designs vanish") {
+  for (const Mechanism& m : {models::guide(0.1, 0.03, 5e-4),
+                             models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}})}) {
+    const auto r = frequency_derivatives(m, ModelOptions{}, Vector6d::Zero(), {}, 8);
+    REQUIRE(r.ok);
+    for (const FrequencyDerivatives& d : r.modes) {
+      CHECK(d.d_omega2 == 0);
+      CHECK(d.d2_omega2 != 0);
+    }
+    CHECK(r.modes[0].mode.kind == ModeKind::drive);
+  }
+  const auto lop = frequency_derivatives(lopsided(models::guide(0.1, 0.03, 5e-4), 0.1),
+                                         ModelOptions{}, Vector6d::Zero(), {}, 4);
+  CHECK(std::any_of(lop.modes.begin(), lop.modes.end(),
+                    [](const FrequencyDerivatives& d) { return d.d_omega2 != 0; }));
+}
+
+TEST_CASE("the parabola of the compliance outlives that of the squared frequency") {
+  // guide and cross hinge whose end-effector modes lie far below the leaves' own
+  for (const Mechanism& m :
+       {models::guide(0.1, 0.03, 5e-4, 0.06, 20, 0.05),
+        models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}}, 20, 0.05)}) {
+    StrokeRequest request;
+    const double largest = is_rotation(m.drive) ? std::numbers::pi / 9 : 0.2 * m.leaves[0].length;
+    request.points.clear();
+    for (int k = 0; k <= 20; ++k) request.points.push_back(largest * k / 20);
+    request.frequencies = 6;
+    request.stress = false;
+    const StrokeResponse r = evaluate_stroke(m, ModelOptions{}, request);
+    REQUIRE(r.status == Status::ok);
+    // a supporting motion: its law is 1/ω² = c0 + c2 s²
+    const FrequencyDerivatives* steepest = &r.frequency_derivatives[1];
+    CHECK(steepest->mode.kind == ModeKind::end_effector);
+    INFO("omega2 to " << steepest->omega2_valid_to.value_or(-1) << ", compliance to "
+                      << steepest->compliance_valid_to.value_or(-1));
+    REQUIRE(steepest->omega2_valid_to);
+    CHECK(*steepest->omega2_valid_to < 0.2 * largest);
+    CHECK((!steepest->compliance_valid_to ||
+           *steepest->compliance_valid_to > 1.5 * *steepest->omega2_valid_to));
+    for (const PathPoint& p : r.path) CHECK(p.parasitic_frequency_screening.has_value());
+    CHECK(*r.path[0].parasitic_frequency_screening <= *r.path[0].parasitic_frequency * 1.0001);
+  }
+}
+
+namespace {
+
+/// In the x–y plane only; heavy beside its leaves.
+Mechanism planar(Mechanism m, double mass, double inertia, double density) {
+  m.bodies[0].mass = mass;
+  m.bodies[0].inertia = inertia * Matrix3d::Identity();
+  m.bodies[0].held = {false, false, true, true, true, false};
+  for (LeafSpring& leaf : m.leaves) {
+    leaf.material.youngs_modulus = 210e9;
+    leaf.material.density = density;
+  }
+  return m;
+}
+
+}  // namespace
+
+// ω2/ω2(0) of a planar prototype: the path, then the parabola of 1/ω² from differences of a series
+// without leaf inertia. The parabola of ω² is below zero from the second or third stroke on.
+TEST_CASE("the table of parasitic frequencies and of what foretells them") {
+  struct Table {
+    Mechanism (*make)(double density);
+    double unit;
+    std::vector<double> strokes, path, foretold;
+    int negative;  ///< first row where the parabola of ω² says nothing
+  };
+  const double degree = std::numbers::pi / 180;
+  const Table tables[] = {
+      {[](double density) { return planar(models::guide(0.1, 0.03, 5e-4), 30, 0.032, density); },
+       0.1,
+       {0.02, 0.05, 0.1, 0.2, 0.3},
+       {0.880, 0.601, 0.352, 0.181, 0.117},
+       {0.886, 0.607, 0.356, 0.187, 0.126},
+       1},
+      {[](double density) {
+         return planar(models::hinge(0.1, 5e-4, {{1, 0.0155, 0.03}, {-1, -0.0155, 0.03}}), 20,
+                       1.0 / 30, density);
+       },
+       degree,
+       {1, 2, 5, 10, 20, 30},
+       {0.862, 0.689, 0.391, 0.213, 0.109, 0.072},
+       {0.912, 0.743, 0.406, 0.217, 0.110, 0.074},
+       2}};
+  const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {20, 1}};
+  for (const Table& t : tables) {
+    StrokeRequest request;
+    request.points = {0.0};
+    for (const double s : t.strokes) request.points.push_back(s * t.unit);
+    request.frequencies = 3;
+    request.stress = false;
+    const StrokeResponse heavy = evaluate_stroke(t.make(7800), model, request);
+    const StrokeResponse light = evaluate_stroke(t.make(1), model, request);
+    REQUIRE(heavy.status == Status::ok);
+    const FrequencyDerivatives& d = light.frequency_derivatives[1];
+    for (std::size_t k = 0; k < t.strokes.size(); ++k) {
+      const double s = request.points[k + 1];
+      INFO("stroke " << s);
+      CHECK(heavy.path[k + 1].frequencies_free[1] / heavy.path[0].frequencies_free[1] ==
+            Approx(t.path[k]).margin(1.2e-3));
+      const double compliance = d.compliance + 0.5 * s * s * d.d2_compliance;
+      CHECK(std::sqrt(d.compliance / compliance) == Approx(t.foretold[k]).margin(1.2e-3));
+      CHECK(std::sqrt(d.compliance / compliance) ==
+            Approx(light.path[k + 1].frequencies_free[1] / light.path[0].frequencies_free[1])
+                .epsilon(0.08));
+      const double parabola = d.omega2 + 0.5 * s * s * d.d2_omega2;
+      CHECK((parabola > 0) == (static_cast<int>(k) < t.negative));
+    }
+  }
+}
+
+TEST_CASE("screening alone solves no equilibrium") {
+  StrokeRequest request;
+  request.points = {0, 0.005, 0.01};
+  request.frequencies = 4;
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  const StrokeResponse all = evaluate_stroke(m, ModelOptions{}, request);
+  request.path = false;
+  const StrokeResponse r = evaluate_stroke(m, ModelOptions{}, request);
+  CHECK(r.status == Status::ok);
+  for (int k = 0; k < 3; ++k) {
+    CHECK(r.path[k].status == PointStatus::not_reached);
+    CHECK(value_of(r.path[k], "parasitic_frequency_screening") ==
+          value_of(all.path[k], "parasitic_frequency_screening"));
+    CHECK(!value_of(r.path[k], "parasitic_frequency"));
+  }
+}
+
+TEST_CASE("a dead load moves the state that frequencies are derived about") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request;
+  const double h = 3e-4;
+  request.points = {-h, 0, h, -2 * h, 2 * h};
+  request.frequencies = 2;
+  request.stress = false;
+  request.load << 40, 0, -3, 0.02, 0.1, 0;
+  request.newton.tolerance = 1e-11;
+  const StrokeResponse r = evaluate_stroke(m, {.accuracy = Accuracy::full}, request);
+  REQUIRE(r.status == Status::ok);
+  for (const FrequencyDerivatives& d : r.frequency_derivatives) {
+    const auto w2 = [&](int k) { return omega2(r.path[k].frequencies_free[d.index]); };
+    const double first = (8 * (w2(2) - w2(0)) - (w2(4) - w2(3))) / (12 * h);
+    const double second = (16 * (w2(2) + w2(0)) - (w2(4) + w2(3)) - 30 * w2(1)) / (12 * h * h);
+    INFO("mode " << d.index);
+    CHECK(d.omega2 == Approx(w2(1)).epsilon(1e-7));
+    CHECK(d.d_omega2 == Approx(first).epsilon(1e-4).margin(1e-6 * d.omega2 / 0.1));
+    CHECK(d.d2_omega2 == Approx(second).epsilon(1e-4));
+  }
+}
+
+// The path's own factor and modes at rest are taken where it has them.
+TEST_CASE("a path with a point at rest foretells as one without") {
+  const test::Family family{
+      [](const test::Values& p) { return lopsided(models::guide(p[0], p[1], p[2]), 0.1); },
+      {{"length", 0.1}, {"width", 0.03}, {"thickness", 5e-4}},
+      {0, 2},
+      10.0};
+  const Mechanism m = family.make(test::values_of(family.numbers));
+  std::vector<MechanismDirection> directions;
+  for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+  for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
+    StrokeRequest request;
+    request.frequencies = 4;
+    request.frequencies_free = 2;  // fewer than are foretold
+    request.load << 4, 0, -3, 0.02, 0.1, 0;
+    request.newton.tolerance = 1e-11;
+    const auto over = [&](std::vector<double> points) {
+      request.points = std::move(points);
+      StrokeSensitivity found =
+          evaluate_stroke_gradients(m, directions, {.accuracy = accuracy}, request);
+      REQUIRE(found.response.status == Status::ok);
+      REQUIRE(found.gradients);
+      REQUIRE(found.response.frequency_derivatives.size() == 4);
+      REQUIRE(found.gradients->frequency_derivatives.size() == 4);
+      return found;
+    };
+    const StrokeSensitivity with = over({0, 0.004}), without = over({0.004});
+    for (const PathPoint& p : with.response.path) {
+      CHECK(p.modes_free.size() == 2);
+      CHECK(p.modes_locked.size() == 4);
+    }
+    CHECK(with.gradients->path[0].frequencies_free.rows() == 2);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const FrequencyDerivatives &a = with.response.frequency_derivatives[k],
+                                 &b = without.response.frequency_derivatives[k];
+      CHECK(a.omega2 == Approx(b.omega2).epsilon(1e-9));
+      CHECK(a.d_omega2 == Approx(b.d_omega2).epsilon(1e-7).margin(1e-9 * b.omega2 / 0.1));
+      CHECK(a.d2_omega2 == Approx(b.d2_omega2).epsilon(1e-7));
+      CHECK(a.mode.frequency == Approx(b.mode.frequency).epsilon(1e-9));
+      const FrequencyDerivativeGradients &da = with.gradients->frequency_derivatives[k],
+                                         &db = without.gradients->frequency_derivatives[k];
+      REQUIRE(db.d2_omega2.norm() > 0);
+      CHECK((da.omega2 - db.omega2).norm() < 1e-8 * db.omega2.norm());
+      CHECK((da.d_omega2 - db.d_omega2).norm() < 1e-6 * db.d_omega2.norm());
+      CHECK((da.d2_omega2 - db.d2_omega2).norm() < 1e-6 * db.d2_omega2.norm());
+    }
+    const PathPoint &at = with.response.path[1], &alone = without.response.path[0];
+    REQUIRE(alone.parasitic_frequency_screening);
+    CHECK(*at.parasitic_frequency_screening ==
+          Approx(*alone.parasitic_frequency_screening).epsilon(1e-8));
+  }
+}

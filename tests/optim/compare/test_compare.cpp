@@ -1,0 +1,207 @@
+// Errors against full accuracy by their definition, and batches that are killed and go on.
+#include "optim/compare/compare.hpp"
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "core/spec/spec_error.hpp"
+#include "guide.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("flexopt_compare_" + std::to_string(getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+};
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+json job_document(int count = 6) {
+  json job = guide::stiff_guide();
+  job["job"] = "compare";
+  job.erase("optimise");
+  job["frequencies"] = 3;
+  job["samples"] = {{"count", count},
+                    {"vary", {{{"parameter", "length"}, {"min", 0.05}, {"max", 0.15}}}}};
+  job["models"] = json::parse(R"([{"name": "one"}, {"name": "two", "degree": 7}])");
+  return job;
+}
+
+CompareRun run(const json& document, const fs::path& log = {}, int threads = 1,
+               double breaks_at = 1e99, guide::Calls* calls = nullptr) {
+  guide::Calls own;
+  CompareOptions options;
+  options.log = log;
+  options.threads = threads;
+  options.evaluator = guide::evaluator(calls ? *calls : own, breaks_at);
+  return compare(parse_job(document), options);
+}
+
+ComparedPath path_of(std::initializer_list<double> loads) {
+  ComparedPath path;
+  for (const double load : loads) {
+    ComparedPoint p;
+    p.converged = true;
+    p.drive_load = load;
+    p.displacement = Vector3d(load, 0, 0);
+    p.support_stiffness[0] = 1000 + load;
+    p.frequencies_locked = {10, 20 + load};
+    path.points.push_back(p);
+  }
+  return path;
+}
+
+}  // namespace
+
+TEST_CASE("errors are relative to full accuracy, with a floor where it vanishes",
+          "[optim][compare]") {
+  const ComparedPath full = path_of({0, 1, 2});
+  CHECK(errors_of(full, full).size() == 2 + 3 + 2 + 6);  // loads and motion not at rest
+  for (const PointError& e : errors_of(full, full)) CHECK(e.value == 0);
+
+  ComparedPath model = path_of({0, 1.01, 2});
+  const std::vector<PointError> errors = errors_of(model, full);
+  const auto worst = [&](Compared quantity) { return error_figures(errors, quantity)->worst; };
+  CHECK(worst(Compared::drive_load) == Approx(0.01));
+  CHECK(worst(Compared::displacement) == Approx(0.01 / 2));  // of the largest of the path
+  CHECK(worst(Compared::support_stiffness) == Approx(0.01 / 1001));
+  CHECK(worst(Compared::frequencies) == Approx(0.01 / 21));
+  CHECK_FALSE(error_figures(errors, Compared::max_stress));
+  CHECK(error_figures(errors, Compared::drive_load)->worst_point == 1);
+  CHECK(error_figures(errors, Compared::support_stiffness, 0)->count == 3);
+  CHECK_FALSE(error_figures(errors, Compared::support_stiffness, 1));
+
+  model = path_of({0.5, 1, 2});  // where full accuracy vanishes and the model does not
+  CHECK(error_figures(errors_of(model, full), Compared::drive_load)->worst ==
+        Approx(0.5 / (1e-6 * 2)));
+  model.points[2].converged = false;  // only points that both reach
+  CHECK(error_figures(errors_of(model, full), Compared::frequencies)->count == 4);
+}
+
+TEST_CASE("percentiles are linear between the sorted errors", "[optim][compare]") {
+  std::vector<PointError> errors;
+  for (int i = 100; i >= 0; --i) errors.push_back({Compared::drive_load, -1, i, 0, i * 1e-3});
+  const auto figures = error_figures(errors, Compared::drive_load);
+  REQUIRE(figures);
+  CHECK(figures->count == 101);
+  CHECK(figures->worst == Approx(0.1));
+  CHECK(figures->worst_design == 100);
+  CHECK(figures->p99 == Approx(0.099));
+  CHECK(figures->median == Approx(0.05));
+  errors.resize(2);  // 0.1, 0.099
+  CHECK(error_figures(errors, Compared::drive_load)->p99 == Approx(0.09999));
+}
+
+TEST_CASE("a model 1 % below full accuracy has that error everywhere", "[optim][compare]") {
+  const CompareRun r = run(job_document());
+  const Comparison& c = r.comparison;
+  CHECK(c.designs.size() == 6);
+  CHECK(c.failed_designs == 0);
+  CHECK(c.evaluated == 18);
+  REQUIRE(c.models.size() == 2);
+  for (const ModelComparison& model : c.models) {
+    CHECK(model.failures == 0);
+    for (const Compared quantity :
+         {Compared::drive_load, Compared::support_stiffness, Compared::frequencies,
+          Compared::parasitic_frequency, Compared::max_stress}) {
+      const auto figures = error_figures(model.errors, quantity);
+      REQUIRE(figures);
+      CHECK(figures->worst == Approx(0.01 / 1.01));
+      CHECK(figures->median == Approx(0.01 / 1.01));
+    }
+    CHECK_FALSE(error_figures(model.errors, Compared::displacement));  // the guide has none
+  }
+  const LeafSpring leaf = make_mechanism(parse_job(job_document()), c.designs[0].sample).leaves[0];
+  CHECK(c.designs[0].length_over_width == Approx(leaf.length / leaf.width));
+  CHECK(c.designs[0].width2_over_length_thickness ==
+        Approx(leaf.width * leaf.width / (leaf.length * leaf.thickness)));
+}
+
+TEST_CASE("failures are accounted for one by one and spoil no figure", "[optim][compare]") {
+  // 3 E t x / L² at 5 mm beyond 100 MPa: the short guides do not reach the end
+  const double limit = 100e6, short_below = std::sqrt(3 * 200e9 * 0.25e-3 * 5e-3 / limit);
+  const CompareRun r = run(job_document(16), {}, 1, limit);
+  int expected = 0;
+  for (const ComparedDesign& d : r.comparison.designs) {
+    const bool is_short = d.sample.parameters.at("length") < short_below;
+    CHECK(d.failed == is_short);
+    CHECK(d.message.empty() != is_short);
+    if (is_short) ++expected;
+  }
+  CHECK(expected > 2);
+  CHECK(expected < 16);
+  CHECK(r.comparison.failed_designs == expected);
+  const ModelComparison& model = r.comparison.models[0];
+  CHECK(model.failures == 0);  // it goes as far as full accuracy does
+  CHECK(error_figures(model.errors, Compared::drive_load)->worst == Approx(0.01 / 1.01));
+
+  json refused = job_document();
+  refused["samples"]["vary"].push_back(
+      {{"parameter", "width"}, {"expression", "sqrt(length - 0.1)"}});
+  const CompareRun half = run(refused);
+  CHECK(half.comparison.failed_designs == 3);
+  for (const ComparedDesign& d : half.comparison.designs)
+    if (d.failed) CHECK_THAT(d.message, Contains("no finite value"));
+}
+
+TEST_CASE("a batch cut off anywhere goes on to the same bytes", "[optim][compare]") {
+  const Folder folder;
+  const fs::path log = folder.path / "evaluations.jsonl";
+  const CompareRun whole = run(job_document(), log);
+  const std::string bytes = content(log);
+  std::vector<std::size_t> line_ends{0};
+  for (std::size_t at = 0; (at = bytes.find('\n', at)) != std::string::npos; ++at)
+    line_ends.push_back(at + 1);
+  REQUIRE(line_ends.size() == 18 + 2);
+  for (std::size_t i = 0; i + 1 < line_ends.size(); ++i)
+    for (const std::size_t cut : {line_ends[i], (line_ends[i] + line_ends[i + 1]) / 2}) {
+      CAPTURE(i, cut);
+      std::ofstream(log, std::ios::binary | std::ios::trunc) << bytes.substr(0, cut);
+      guide::Calls calls;
+      const CompareRun resumed = run(job_document(), log, 1, 1e99, &calls);
+      CHECK(calls.full + calls.reduced == 18 - std::max(0, static_cast<int>(i) - 1));
+      CHECK(content(log) == bytes);
+      CHECK(resumed.comparison.models[1].errors.size() == whole.comparison.models[1].errors.size());
+    }
+  const Comparison logged = compare_logged(parse_job(job_document()), log);
+  CHECK(logged.evaluated == 18);
+  std::ofstream(log, std::ios::binary | std::ios::trunc) << bytes.substr(0, line_ends[9] + 5);
+  CHECK(compare_logged(parse_job(job_document()), log).evaluated == 8);
+  CHECK(content(log) == bytes.substr(0, line_ends[9] + 5));  // a reader leaves it alone
+}
+
+TEST_CASE("the threads change no byte of a batch", "[optim][compare]") {
+  const Folder folder;
+  run(job_document(), folder.path / "1.jsonl", 1);
+  const std::string bytes = content(folder.path / "1.jsonl");
+  for (const int threads : {2, 5}) {
+    const fs::path log = folder.path / (std::to_string(threads) + ".jsonl");
+    run(job_document(), log, threads);
+    CHECK(content(log) == bytes);
+  }
+}
+
+TEST_CASE("the log of another batch is refused", "[optim][compare]") {
+  const Folder folder;
+  const fs::path log = folder.path / "evaluations.jsonl";
+  run(job_document(), log);
+  json other = job_document();
+  other["models"][1]["degree"] = 5;
+  CHECK_THROWS_WITH(run(other, log), Contains("another job") && Contains("/job/models/1/degree"));
+  const std::string bytes = content(log);
+  std::ofstream(log, std::ios::app) << R"({"design": 6, "model": 0})"
+                                    << "\n";
+  CHECK_THROWS_WITH(run(job_document(), log), Contains("line 20, which is no evaluation"));
+  CHECK(content(log).starts_with(bytes));
+}

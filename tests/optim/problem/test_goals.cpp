@@ -1,0 +1,71 @@
+#include "optim/problem/goals.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "core/spec/spec_error.hpp"
+#include "guide.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Goal goal(OverStroke over, int branches = 1) { return {"", "drive_load", {}, over, branches}; }
+
+}  // namespace
+
+TEST_CASE("the one number over the stroke is what its name says", "[optim]") {
+  const GoalValues v{1, -5, 3, 2};
+  CHECK(aggregate(goal(OverStroke::min), v) == -5);
+  CHECK(aggregate(goal(OverStroke::max), v) == 3);
+  CHECK(aggregate(goal(OverStroke::max_abs), v) == 5);
+  CHECK(extreme(goal(OverStroke::max_abs), v).sign == -1);
+  CHECK(aggregate(goal(OverStroke::first), v) == 1);
+  CHECK(aggregate(goal(OverStroke::last), v) == 2);
+}
+
+TEST_CASE("only the lowest branch of each point counts in the one number", "[optim]") {
+  const GoalValues v{10, 90, 7, 70};  // two points, two branches
+  CHECK(aggregate(goal(OverStroke::min, 2), v) == 7);
+  CHECK(extreme(goal(OverStroke::min, 2), v).entry == 2);
+  CHECK(aggregate(goal(OverStroke::last, 2), v) == 7);
+}
+
+TEST_CASE("the parasitic frequency brings its next modes, without those that do not count",
+          "[optim]") {
+  nlohmann::json document = guide::crossing_modes();
+  document["stroke"] = {{"at", {0}}};
+  Job job = parse_job(document);
+  job.request.parasitic_skips_leaf_modes = true;
+  const Goal g = make_goals(job)[0];
+  REQUIRE(g.branches == 3);
+  StrokeResponse response;
+  PathPoint p;
+  p.status = PointStatus::converged;
+  p.modes_locked = {{50, ModeKind::leaf}, {60}, {60}, {65, ModeKind::leaf}, {80}, {90}};
+  p.parasitic_frequency = 60;
+  response.path = {p};
+  CHECK(read_goal(g, response, job.request).values == GoalValues{60, 60, 80});
+  response.path[0].modes_locked.resize(2);
+  CHECK(read_goal(g, response, job.request).values == GoalValues{60, 60, 60});
+  response.path[0].modes_free = {{20, ModeKind::drive}, {60}, {99}, {120}};
+  job.request.parasitic_with_drive_locked = false;
+  CHECK(read_goal(g, response, job.request).values == GoalValues{60, 99, 120});
+}
+
+TEST_CASE("a point without equilibrium or value is a reading with a reason", "[optim]") {
+  const Job job = parse_job(guide::stiff_guide());
+  const std::vector<Goal> goals = make_goals(job);
+  StrokeResponse response;
+  response.path.resize(3);
+  for (PathPoint& p : response.path) p.status = PointStatus::converged;
+  CHECK_THAT(read_goal(goals[0], response, job.request).message,
+             Contains("support_stiffness.ux has no value at stroke 0"));
+  response.path[1].status = PointStatus::no_equilibrium;
+  response.path[1].stroke = 0.0025;
+  response.path[1].message = "|r| = 3e-2";
+  CHECK_THAT(read_goal(goals[2], response, job.request).message,
+             Contains("no equilibrium at stroke 0.0025: |r| = 3e-2"));
+  response.path.resize(1);
+  CHECK_THAT(read_goal(goals[2], response, job.request).message, Contains("1 of 3 stroke points"));
+}

@@ -1,0 +1,243 @@
+// The program as a user starts it: exit codes, what it prints where, and what it leaves behind.
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+#include <set>
+
+#include "fixture.hpp"
+#include "results/files/json_text.hpp"
+
+using namespace flexopt;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+/// Runs the program in a folder. Arguments are the shell's.
+Outcome flexopt_in(const fs::path& folder, const std::string& arguments) {
+  const test::TemporaryFolder streams;
+  const auto file = [&](const char* name) { return (streams.path() / name).string(); };
+  const std::string command = "cd '" + folder.string() + "' && '" FLEXOPT_BINARY "' " + arguments +
+                              " >'" + file("out") + "' 2>'" + file("err") + "' </dev/null";
+  const int status = std::system(command.c_str());
+  REQUIRE(WIFEXITED(status));
+  return {WEXITSTATUS(status), test::content_of(file("out")), test::content_of(file("err"))};
+}
+
+OrderedJson leaf_job() {
+  return OrderedJson::parse(R"({
+    "flexopt": 1, "name": "leaf", "job": "evaluate",
+    "design": {"family": "leaf_spring",
+               "parameters": {"length": "80 mm", "width": "20 mm", "thickness": "0.3 mm"},
+               "material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
+                            "density": "7800 kg/m^3"}},
+    "end_effector": {"mass": "20 g", "inertia": ["2e-6 kg m^2", "2e-6 kg m^2", "2e-6 kg m^2"]},
+    "stroke": {"from": 0, "to": "4 mm", "points": 3},
+    "model": {"accuracy": "full", "mesh": [4, 2]},
+    "frequencies": 3})");
+}
+
+OrderedJson optimise_job() {
+  OrderedJson job = leaf_job();
+  job["name"] = "stiff leaf";
+  job["job"] = "optimise";
+  job["frequencies"] = 1;
+  job["stroke"]["points"] = 2;
+  job["optimise"] = OrderedJson::parse(R"({
+    "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "0.6 mm"}],
+    "objective": {"maximise": "support_stiffness.uz", "over_stroke": "min"},
+    "constraints": [{"quantity": "drive_load", "over_stroke": "max_abs", "max": "1 N"}],
+    "algorithm": {"library": "nlopt", "name": "LN_COBYLA"}, "starts": 2, "max_evaluations": 40})");
+  return job;
+}
+
+void save(const fs::path& file, const OrderedJson& job) { std::ofstream(file) << job.dump(2); }
+
+std::set<std::string> names_in(const fs::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("Help, version, schema and designs go to stdout and exit 0", "[results][command]") {
+  const test::TemporaryFolder folder;
+  for (const char* arguments :
+       {"--help", "--version", "schema", "designs", "designs leaf_spring"}) {
+    CAPTURE(arguments);
+    const Outcome outcome = flexopt_in(folder.path(), arguments);
+    CHECK(outcome.code == 0);
+    CHECK(outcome.out.size() > 10);
+    CHECK(outcome.err.empty());
+  }
+  CHECK(std::regex_search(flexopt_in(folder.path(), "--version").out,
+                          std::regex(R"(^flexopt \d+\.\d+\.\d+ \(.+\)\n$)")));
+  CHECK(OrderedJson::parse(flexopt_in(folder.path(), "schema").out).contains("properties"));
+  CHECK_THAT(flexopt_in(folder.path(), "designs leaf_spring").out, Contains("thickness"));
+}
+
+TEST_CASE("check-gradients compares every derivative of a job", "[results][command]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["frequencies"] = 2;
+  job["model"]["mesh"] = OrderedJson::array({6, 2});
+  save(folder.path() / "leaf.json", job);
+  const Outcome good = flexopt_in(folder.path(), "check-gradients leaf.json");
+  CHECK(good.code == 0);
+  CHECK_THAT(good.out, Contains("material.youngs_modulus") && Contains("thickness") &&
+                           !Contains("WRONG") && Contains("derivatives agree"));
+  const Outcome joints =
+      flexopt_in(folder.path(), "check-gradients leaf.json --set /design/tip=hinged");
+  CHECK(joints.code == 0);
+  CHECK_THAT(joints.out, !Contains("WRONG") && Contains("derivatives agree"));
+  const Outcome constant =
+      flexopt_in(folder.path(), "check-gradients leaf.json --set /model/mass=constant");
+  CHECK(constant.code == 0);
+  CHECK_THAT(constant.out, Contains("drive_stiffness") && !Contains("WRONG") &&
+                               Contains("no exact derivatives: parasitic_frequency, "
+                                        "frequencies.drive_free.0"));
+}
+
+TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "leaf.json", leaf_job());
+  for (const char* arguments :
+       {"", "fly", "run", "run leaf.json --threads 0", "run leaf.json --threads many",
+        "run leaf.json --set", "run leaf.json --unknown", "run leaf.json more.json",
+        "run missing.json", "run .", "run leaf.json --out leaf.json", "run leaf.json --out ''",
+        "run leaf.json --set /design/parameters/thickness=-1", "run leaf.json --set nonsense",
+        "validate missing.json", "designs no_such_family", "report missing", "report .",
+        "check-gradients missing.json"}) {
+    CAPTURE(arguments);
+    const Outcome outcome = flexopt_in(folder.path(), arguments);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.out.empty());
+    CHECK_FALSE(outcome.err.empty());
+    CHECK(names_in(folder.path()) == std::set<std::string>{"leaf.json"});
+  }
+  CHECK_THAT(flexopt_in(folder.path(), "designs no_such_family").err, Contains("parallel_guide"));
+}
+
+TEST_CASE("A run writes its folder, a summary and progress lines", "[results][command]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "leaf.json", leaf_job());
+  const Outcome outcome = flexopt_in(folder.path(), "run leaf.json");
+  CAPTURE(outcome.err, outcome.out);
+  REQUIRE(outcome.code == 0);
+  CHECK_THAT(outcome.out, Contains("drive load") && Contains("4 mm"));
+  CHECK_THAT(outcome.err, Contains("evaluating leaf"));
+  const fs::path out = folder.path() / "leaf.out";
+  CHECK(names_in(out) == std::set<std::string>{"job.json", "path.csv", "report.html", "result.json",
+                                               "shape_000.vtu", "shape_001.vtu", "shape_002.vtu",
+                                               "shapes.pvd", "timings.json"});
+  const auto result = OrderedJson::parse(test::content_of(out / "result.json"));
+  CHECK(result["status"] == "ok");
+  CHECK(result["path"][2]["drive_load"].get<double>() > 0);
+
+  // job.json is itself a job with the same outcome; quietly, elsewhere, with another thread count.
+  const Outcome again =
+      flexopt_in(folder.path(), "run leaf.out/job.json --out a/b --threads 1 --quiet");
+  CHECK(again.code == 0);
+  CHECK(again.err.empty());
+  for (const std::string& name : names_in(out)) {
+    CAPTURE(name);
+    if (name != "timings.json")
+      CHECK((test::content_of(out / name) == test::content_of(folder.path() / "a" / "b" / name)));
+  }
+
+  fs::remove(out / "report.html");
+  CHECK(flexopt_in(folder.path(), "report leaf.out").code == 0);
+  CHECK((test::content_of(out / "report.html") ==
+         test::content_of(folder.path() / "a" / "b" / "report.html")));
+}
+
+TEST_CASE("A wrong expectation exits 1, on stderr and in the result", "[results][command]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["expect"] = {{{"pointer", "/path/2/drive_load"},
+                    {"value", 1e6},
+                    {"tolerance", 1.0},
+                    {"source", "wrong on purpose"}}};
+  save(folder.path() / "leaf.json", job);
+  const Outcome outcome = flexopt_in(folder.path(), "run leaf.json --quiet");
+  CHECK(outcome.code == 1);
+  CHECK_THAT(outcome.err, Contains("/path/2/drive_load") && Contains("wrong on purpose"));
+  const auto result =
+      OrderedJson::parse(test::content_of(folder.path() / "leaf.out" / "result.json"));
+  CHECK(result["status"] == "expectation_failed");
+
+  // Expected are the numbers of the job as written.
+  const Outcome changed = flexopt_in(folder.path(), "run leaf.json --set /stroke/points=4");
+  CHECK(changed.code == 0);
+  CHECK_THAT(changed.err, Contains("not checked"));
+  CHECK(flexopt_in(folder.path(), "run leaf.json --set /expect/0/tolerance=1e9").code == 0);
+  CHECK(flexopt_in(folder.path(), "run leaf.json --set /expect/0/tolerance=2").code == 1);
+}
+
+TEST_CASE("A stroke beyond reach exits 1 with the points that converged", "[results][command]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "leaf.json", leaf_job());
+  const Outcome outcome =
+      flexopt_in(folder.path(), "run leaf.json --quiet --set '/stroke/to=\"160 mm\"'");
+  CAPTURE(outcome.err, outcome.out);
+  CHECK(outcome.code == 1);
+  const auto result =
+      OrderedJson::parse(test::content_of(folder.path() / "leaf.out" / "result.json"));
+  CHECK(result["status"] == "no_equilibrium");
+  CHECK(result["path"][0]["status"] == "converged");
+  CHECK(result["path"][2]["status"] != "converged");
+}
+
+TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
+          "[results][command]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "stiff.json", optimise_job());
+  const Outcome whole = flexopt_in(folder.path(), "run stiff.json --quiet --out whole");
+  CAPTURE(whole.err, whole.out);
+  REQUIRE(whole.code == 0);
+  const fs::path out = folder.path() / "whole";
+  const auto result = OrderedJson::parse(test::content_of(out / "result.json"));
+  CHECK(result["optimum"]["status"] == "optimal");
+  CHECK(result["optimum"]["verified"]["status"] == "ok");
+  CHECK_THAT(whole.out, Contains("support_stiffness.uz") && Contains("full accuracy"));
+
+  // Interrupted in the middle of a line: job.json and a torn log are all that is there.
+  const fs::path torn = folder.path() / "torn";
+  fs::create_directory(torn);
+  fs::copy(out / "job.json", torn);
+  const std::string log = test::content_of(out / "evaluations.jsonl");
+  std::ofstream(torn / "evaluations.jsonl") << log.substr(0, log.size() / 2);
+  const Outcome report = flexopt_in(folder.path(), "report torn");
+  CAPTURE(report.err);
+  CHECK(report.code == 0);
+  const std::string page = test::content_of(torn / "report.html");
+  CHECK_THAT(page, Contains("\"status\":\"interrupted\"") && Contains("was interrupted after"));
+
+  const Outcome resumed =
+      flexopt_in(folder.path(), "run stiff.json --quiet --out torn --threads 1");
+  CHECK(resumed.code == 0);
+  CHECK(names_in(torn) == names_in(out));
+  for (const std::string& name : names_in(out)) {
+    CAPTURE(name);
+    if (name != "timings.json")
+      CHECK((test::content_of(torn / name) == test::content_of(out / name)));
+  }
+
+  // Another job may take over the folder of a finished run, but not that of an interrupted one.
+  const std::string changed = " --set '/stroke/to=\"3 mm\"'";
+  CHECK(flexopt_in(folder.path(), "run stiff.json --quiet --out torn" + changed).code == 0);
+  fs::remove(out / "result.json");
+  const Outcome refused = flexopt_in(folder.path(), "run stiff.json --quiet --out whole" + changed);
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err, Contains("evaluations.jsonl"));
+  CHECK((test::content_of(out / "evaluations.jsonl") == log));
+}

@@ -1,0 +1,121 @@
+// A comparison's files: result.json as the contract names it, comparison.csv, summary, report.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "fixture.hpp"
+#include "optim/compare/compare.hpp"
+#include "results/cli/summary.hpp"
+#include "results/files/csv.hpp"
+#include "results/files/result_json.hpp"
+#include "results/report/report.hpp"
+#include "results/run/progress.hpp"
+#include "results/run/run.hpp"
+#include "results/run/run_files.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+Job batch() {
+  return parse_job(nlohmann::json::parse(R"({
+    "name": "batch", "job": "compare",
+    "design": {"family": "parallel_guide", "material": "stavax",
+      "parameters": {"length": 0.1, "width": 0.03, "thickness": 5e-4, "spacing": 0.06}},
+    "end_effector": {"mass": 0.5, "inertia": [4e-4, 4e-4, 4e-4]},
+    "stroke": {"to": 0.01, "points": 3}, "frequencies": 3,
+    "samples": {"method": "list",
+      "designs": [{}, {"width": 0.06}, {"length": 0.006, "thickness": 1e-3}]},
+    "models": [{"name": "default"}, {"name": "linear, thin", "free_edge_torsion": false}]
+  })"));
+}
+
+RunRecord run(const fs::path& folder) {
+  ProgressDisplay silent(stderr, progress_style(stderr, true));
+  return run_comparison(batch(), folder, 2, silent);
+}
+
+}  // namespace
+
+TEST_CASE("A comparison is written as the contract names it", "[results][compare]") {
+  const test::TemporaryFolder folder;
+  const RunRecord record = run(folder.path());
+  const WrittenRun written = write_run(folder.path(), record);
+  const OrderedJson& result = written.result;
+  CHECK(result["status"] == "ok");
+  CHECK(usable(result));
+  CHECK(result["path"].empty());
+  const OrderedJson& comparison = result["comparison"];
+  CHECK(comparison["designs"] == 3);
+  CHECK(comparison["failed_designs"] == 1);  // no 6 mm leaf reaches 10 mm to its side
+  CHECK(comparison["samples"][2]["status"] == "failed");
+  CHECK_FALSE(comparison["samples"][2]["message"].get<std::string>().empty());
+  REQUIRE(comparison["models"].size() == 2);
+  const OrderedJson &standard = comparison["models"][0], &thin = comparison["models"][1];
+  CHECK(standard["name"] == "default");
+  CHECK(standard["failures"] == 0);
+  CHECK(standard["speed_up"].get<double>() > 0);
+  for (const char* name : compared_names) {
+    CAPTURE(name);
+    const OrderedJson& errors = standard["errors"][name];
+    CHECK(errors["median"].get<double>() >= 0);
+    CHECK(errors["p99"].get<double>() >= errors["median"].get<double>());
+    CHECK(errors["worst"].get<double>() >= errors["p99"].get<double>());
+    CHECK(errors["worst"].get<double>() < 1e-2);
+  }
+  const OrderedJson& directions = standard["errors"]["support_stiffness"]["by_direction"];
+  CHECK(directions.size() == 5);
+  CHECK_FALSE(directions.contains("uy"));
+  CHECK(directions["ux"]["worst"].get<double>() > 0);
+  CHECK(thin["errors"]["support_stiffness"]["worst"].get<double>() >
+        10 * standard["errors"]["support_stiffness"]["worst"].get<double>());
+  const OrderedJson& points = standard["points"];
+  for (const auto& [name, column] : points.items()) CHECK(column.size() == points["design"].size());
+
+  const std::string table = test::content_of(folder.path() / "comparison.csv");
+  CHECK(std::count(table.begin(), table.end(), '\n') == 1 + 3 * 2);
+  std::istringstream lines(table);
+  std::string header;
+  std::getline(lines, header);
+  CHECK_THAT(header, Contains("design,model,status,length [m]") &&
+                         Contains("error: support_stiffness.ux [1]"));
+  CHECK_THAT(table, Contains("\"linear, thin\"") && Contains("full accuracy failed"));
+  CHECK_FALSE(fs::exists(folder.path() / "path.csv"));
+  CHECK_THAT(summary_of(record), Contains("default, errors:") && Contains("support_stiffness") &&
+                                     Contains("1 design not to the end at full accuracy"));
+  CHECK_THAT(make_report(result), Contains("comparison_sections();"));
+}
+
+TEST_CASE("An interrupted comparison's report tells what its log holds", "[results][compare]") {
+  const test::TemporaryFolder folder;
+  run(folder.path());
+  const fs::path log = folder.path() / "evaluations.jsonl";
+  const std::string whole = test::content_of(log);
+  std::size_t cut = 0;
+  for (int line = 0; line < 6; ++line) cut = whole.find('\n', cut) + 1;
+  fs::resize_file(log, cut + 3);
+  const OrderedJson result = read_result(folder.path());
+  CHECK(result["status"] == "interrupted");
+  CHECK_THAT(result["message"].get<std::string>(), Contains("after 5 of 9 evaluations"));
+  CHECK(result["comparison"]["models"][0]["errors"]["drive_load"]["count"] == 2 + 2);
+  CHECK(result["comparison"]["models"][1]["errors"]["drive_load"]["count"] == 2);
+}
+
+TEST_CASE("A comparison without one design to compare is not usable", "[results][compare]") {
+  nlohmann::json document = batch().as_read;
+  document["samples"]["designs"] = nlohmann::json::parse(R"([{"length": 0.006}])");
+  document["stroke"] = {{"at", {0.011}}};
+  RunRecord record;
+  record.job = parse_job(document);
+  record.mechanism = make_mechanism(record.job, record.job.design.parameters);
+  record.comparison = compare(record.job).comparison;
+  conclude(record);
+  CHECK(record.status == "failed");
+  CHECK_THAT(record.message, Contains("None of 1 design could be compared"));
+  const OrderedJson result = make_result(record);
+  CHECK_FALSE(usable(result));
+  CHECK(result["comparison"]["models"][0]["errors"]["drive_load"]["worst"].is_null());
+  CHECK(result["comparison"]["models"][0]["speed_up"].is_null());
+}

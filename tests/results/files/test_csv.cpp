@@ -1,0 +1,109 @@
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <limits>
+#include <map>
+
+#include "fixture.hpp"
+#include "results/files/csv.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+/// RFC 4180, read back independently of the writer.
+std::vector<std::vector<std::string>> parse_csv(const std::string& text) {
+  std::vector<std::vector<std::string>> rows(1, {""});
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted && c == '"' && i + 1 < text.size() && text[i + 1] == '"')
+      rows.back().back() += text[++i];
+    else if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      rows.back().emplace_back();
+    else if (c == '\n' && !quoted)
+      rows.push_back({""});
+    else
+      rows.back().back() += c;
+  }
+  rows.pop_back();
+  return rows;
+}
+
+/// Column by header, one text a row.
+std::map<std::string, std::vector<std::string>> columns_of(const std::string& text) {
+  const auto rows = parse_csv(text);
+  std::map<std::string, std::vector<std::string>> columns;
+  for (std::size_t c = 0; c < rows[0].size(); ++c)
+    for (std::size_t r = 1; r < rows.size(); ++r) {
+      REQUIRE(rows[r].size() == rows[0].size());
+      columns[rows[0][c]].push_back(rows[r][c]);
+    }
+  REQUIRE(columns.size() == rows[0].size());  // no header twice
+  return columns;
+}
+
+double number(const std::string& text) { return std::strtod(text.c_str(), nullptr); }
+
+}  // namespace
+
+TEST_CASE("path.csv has a row a stroke point and numbers that read back exactly",
+          "[results][csv]") {
+  const RunRecord record = test::evaluated_hinge();
+  const auto columns =
+      columns_of(path_csv(record.response, record.mechanism.drive, record.job.request));
+  const auto& path = record.response.path;
+  REQUIRE(columns.at("stroke [rad]").size() == path.size());
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    CHECK(number(columns.at("stroke [rad]")[i]) == path[i].stroke);
+    CHECK(columns.at("status")[i] == "converged");
+    CHECK(number(columns.at("drive_load [N m]")[i]) == path[i].drive_load);
+    CHECK(number(columns.at("support_stiffness.uz [N/m]")[i]) == *path[i].support_stiffness[2]);
+    CHECK(number(columns.at("displacement.x [m]")[i]) == path[i].displacement[0]);
+    CHECK(number(columns.at("parasitic_frequency [Hz]")[i]) == *path[i].parasitic_frequency);
+    CHECK(number(columns.at("max_stress [Pa]")[i]) == path[i].max_stress->value);
+    CHECK(number(columns.at("frequencies.drive_free.0 [Hz]")[i]) == path[i].frequencies_free[0]);
+    CHECK(columns.at("kind.drive_free.0")[i] == "drive");
+    CHECK(number(columns.at("compliance.drive_free.ux_rz [m/(N m)]")[i]) ==
+          path[i].compliance_free(0, 5));
+    CHECK(columns.at("stable")[i] == "true");
+  }
+}
+
+TEST_CASE("A point without equilibrium has empty cells, never NaN", "[results][csv]") {
+  RunRecord record = test::evaluated_hinge();
+  record.response.path[1].status = PointStatus::not_reached;
+  record.response.path[2].drive_load = std::numeric_limits<double>::quiet_NaN();
+  const std::string text = path_csv(record.response, record.mechanism.drive, record.job.request);
+  const auto columns = columns_of(text);
+  CHECK(columns.at("status")[1] == "not_reached");
+  CHECK(columns.at("drive_load [N m]")[1].empty());
+  CHECK(columns.at("compliance.drive_free.ux_ux [m/N]")[1].empty());
+  CHECK(columns.at("drive_load [N m]")[2].empty());
+  CHECK(text.find("nan") == std::string::npos);
+  CHECK(text.find("inf") == std::string::npos);
+}
+
+TEST_CASE("history.csv has a row an evaluation, failed ones with their reason", "[results][csv]") {
+  const RunRecord record = test::optimised_hinge();
+  const Optimum& optimum = *record.optimum;
+  const auto columns = columns_of(history_csv(record.job, optimum, record.mechanism.drive));
+  REQUIRE(columns.at("start").size() == 32);
+  CHECK(columns.at("ok")[2] == "false");
+  CHECK(columns.at("message")[2] == optimum.history[2].message);  // has a comma and quotes
+  CHECK(columns.at("objective: parasitic_frequency min [Hz]")[2].empty());
+  std::optional<double> best;
+  for (std::size_t i = 0; i < 32; ++i) {
+    const EvaluationRecord& trial = optimum.history[i];
+    CHECK(number(columns.at("thickness [m]")[i]) == trial.variables.at("thickness"));
+    if (trial.ok) {
+      CHECK(number(columns.at("objective: parasitic_frequency min [Hz]")[i]) == trial.objective);
+      CHECK(number(columns.at("max_stress max over stroke [Pa]")[i]) == trial.constraints[0]);
+      CHECK(number(columns.at("drive_load, max abs [N m]")[i]) == trial.constraints[1]);
+      if (trial.violation == 0) best = std::max(best.value_or(trial.objective), trial.objective);
+    }
+    if (best) CHECK(number(columns.at("best")[i]) == *best);
+  }
+  REQUIRE(best);
+}

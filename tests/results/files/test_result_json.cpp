@@ -1,0 +1,260 @@
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "fixture.hpp"
+#include "results/files/csv.hpp"
+#include "results/files/result_json.hpp"
+
+using namespace flexopt;
+
+TEST_CASE("Every number of a stroke point is in the result, under the contract's name",
+          "[results][json]") {
+  const RunRecord record = test::evaluated_hinge();
+  const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
+  CHECK(result["status"] == "ok");
+  CHECK(result["job"] == OrderedJson(record.job.as_read));
+  CHECK(result["flexopt"]["version"].get<std::string>().size() >= 5);
+  CHECK_FALSE(result["flexopt"]["commit"].get<std::string>().empty());
+  REQUIRE(result["path"].size() == 5);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const auto& json = result["path"][i];
+    const PathPoint& point = record.response.path[i];
+    CHECK(json["stroke"] == point.stroke);  // bit for bit
+    CHECK(json["status"] == "converged");
+    CHECK(json["newton_iterations"] == 4);
+    CHECK(json["drive_load"] == point.drive_load);
+    CHECK(json["drive_stiffness"] == point.drive_stiffness);
+    CHECK(json["parasitic_frequency"] == *point.parasitic_frequency);
+    CHECK(json["max_stress"] == point.max_stress->value);
+    CHECK(json["max_stress_place"]["leaf"] == "leaf 2");
+    CHECK(json["buckling_load_factor"].is_null());
+    CHECK(json["stable"] == true);
+    for (std::size_t k = 0; k < 3; ++k) {
+      CHECK(json["displacement"][k] == point.displacement[static_cast<int>(k)]);
+      CHECK(json["rotation"][k] == point.rotation[static_cast<int>(k)]);
+    }
+    for (int a = 0; a < 6; ++a)
+      for (int b = 0; b < 6; ++b) {
+        CHECK(json["compliance"]["drive_free"][a][b] == point.compliance_free(a, b));
+        CHECK(json["compliance"]["drive_locked"][a][b] == point.compliance_locked(a, b));
+      }
+    CHECK(json["support_stiffness"].size() == 5);
+    CHECK_FALSE(json["support_stiffness"].contains("rz"));
+    CHECK(json["support_stiffness"]["uz"] == *point.support_stiffness[2]);
+    CHECK(json["frequencies"]["drive_free"] == OrderedJson(point.frequencies_free));
+    CHECK(json["frequencies"]["drive_locked"] == OrderedJson(point.frequencies_locked));
+    CHECK(json["modes"][0]["frequency"] == *point.parasitic_frequency);
+    CHECK(json["modes"][0]["kind"] == "end_effector");
+    CHECK(json["modes"][3]["kind"] == "drive");
+    CHECK(json["modes"][3]["participation"]["drive"] == 0.99);
+    CHECK(json["leaves"][1]["model"] == "full");
+    CHECK_THAT(json["leaves"][1]["reason"].get<std::string>(), Catch::Contains("off-ray"));
+  }
+  CHECK(result["units"]["drive_load"] == "N m");
+  CHECK(result["units"]["support_stiffness"]["ux"] == "N/m");
+  CHECK(result["units"]["parameters"]["half_angle"] == "rad");
+}
+
+TEST_CASE("Frequency derivatives are in the result, under the contract's names",
+          "[results][json]") {
+  RunRecord record = test::evaluated_hinge();
+  FrequencyDerivatives d;
+  d.index = 1;
+  d.mode.frequency = 180.8;
+  d.mode.kind = ModeKind::end_effector;
+  d.omega2 = 1.29e6;
+  d.d_omega2 = -3;
+  d.d2_omega2 = -9.1e8;
+  d.compliance = 1 / d.omega2;
+  d.d_compliance = 2e-12;
+  d.d2_compliance = 5.4e-4;
+  d.compliance_valid_to = 0.21;
+  record.response.frequency_derivatives = {d};
+  record.job.request.frequencies = 4;
+  const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
+  REQUIRE(result["frequency_derivatives"].size() == 1);
+  const auto& json = result["frequency_derivatives"][0];
+  CHECK(json["mode"] == 1);
+  CHECK(json["kind"] == "end_effector");
+  CHECK(json["drive"] == "free");
+  CHECK(json["frequency"] == 180.8);
+  CHECK(json["d_omega2"] == -3.0);
+  CHECK(json["d2_omega2"] == -9.1e8);
+  CHECK(json["d_compliance"] == 2e-12);
+  CHECK(json["d2_compliance"] == 5.4e-4);
+  CHECK(json["valid_to"]["omega2"].is_null());
+  CHECK(json["valid_to"]["compliance"] == 0.21);
+  CHECK_THAT(result["units"]["frequency_derivatives"].get<std::string>(),
+             Catch::Contains("per stroke in rad"));
+  record.job.request.load_path = Vector6d::Zero();  // nothing is driven
+  CHECK_FALSE(make_result(record).contains("frequency_derivatives"));
+}
+
+TEST_CASE("Keys stand in the contract's order and a matrix row on one line", "[results][json]") {
+  const std::string text = json_text(make_result(test::evaluated_hinge()));
+  const auto at = [&](const char* key) { return text.find(std::string("\n  \"") + key + "\":"); };
+  CHECK(at("flexopt") < at("job"));
+  CHECK(at("job") < at("status"));
+  CHECK(at("status") < at("message"));
+  CHECK(at("message") < at("path"));
+  CHECK(at("path") != std::string::npos);
+  CHECK(text.back() == '\n');
+  const std::string tail = ", 0.0, 0.0, 0.0, 0.0],\n";
+  CHECK(text.find(tail) != std::string::npos);
+}
+
+TEST_CASE("A point without equilibrium has nulls and the run is not usable", "[results][json]") {
+  RunRecord record = test::evaluated_hinge();
+  record.response.status = Status::no_equilibrium;
+  record.response.message = "Newton stopped at 0.2 rad";
+  PathPoint& last = record.response.path.back();
+  last = {};
+  last.stroke = 0.35;
+  last.status = PointStatus::no_equilibrium;
+  last.message = "|r| = 3.1e-2";
+  conclude(record);
+  const OrderedJson result = make_result(record);
+  CHECK_FALSE(usable(result));
+  CHECK(result["status"] == "no_equilibrium");
+  CHECK(result["message"] == "Newton stopped at 0.2 rad.");
+  record.response.message.clear();
+  conclude(record);
+  CHECK(record.message == "4 of 5 stroke points converged.");
+  const auto& json = result["path"][4];
+  CHECK(json["status"] == "no_equilibrium");
+  CHECK(json["message"] == "|r| = 3.1e-2");
+  const OrderedJson converged = result["path"][0];
+  for (const auto& [key, value] : converged.items()) CHECK(json.contains(key));
+  CHECK(json["drive_load"].is_null());
+  CHECK(json["compliance"].is_null());
+}
+
+TEST_CASE("A number that is not finite is null, is named, and makes the run unusable",
+          "[results][json]") {
+  RunRecord record = test::evaluated_hinge();
+  record.response.path[1].drive_load = std::numeric_limits<double>::quiet_NaN();
+  record.response.path[2].compliance_free(0, 1) = std::numeric_limits<double>::infinity();
+  const OrderedJson result = make_result(record);
+  CHECK(result["path"][1]["drive_load"].is_null());
+  CHECK(result["status"] == "not_finite");
+  CHECK_THAT(result["message"].get<std::string>(),
+             Catch::Contains("2 numbers are not finite, first at /path/1/drive_load"));
+  CHECK_FALSE(usable(result));
+}
+
+TEST_CASE("The optimum keeps the names of the contract", "[results][json]") {
+  const RunRecord record = test::optimised_hinge();
+  const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
+  const auto& optimum = result["optimum"];
+  CHECK(result["status"] == "ok");
+  CHECK(result["path"].size() == 5);
+  CHECK(optimum["status"] == "optimal");
+  CHECK(optimum["parameters"]["thickness"] == 0.35e-3);
+  CHECK(optimum["objective"] == 169.2);
+  CHECK(optimum["goal"]["sense"] == "maximise");
+  CHECK(optimum["goal"]["unit"] == "Hz");
+  CHECK(optimum["evaluations"] == 32);
+  const auto& stress = optimum["constraints"][0];
+  CHECK(stress["quantity"] == "max_stress");
+  CHECK(stress["value"] == 449.99e6);
+  CHECK(stress["bound"] == 450e6);
+  CHECK(stress["margin"] == 1e4);
+  CHECK(stress["active"] == true);
+  CHECK(stress["multiplier"] == 3.1e-7);
+  const auto& load = optimum["constraints"][1];
+  CHECK(load["bound"] == 1.0);  // the nearer one of ±1
+  CHECK(load["multiplier"].is_null());
+  CHECK(optimum["starts"].size() == 2);
+  CHECK(optimum["variables"][0]["initial"] == 0.35e-3);
+  CHECK(optimum["variables"][0]["at_bound"].is_null());
+  CHECK(optimum["verified"]["objective"] == 168.9);
+  CHECK(optimum["verified"]["constraints"][1]["difference"] == -2e-4);
+  CHECK(optimum["verified"]["path"].size() == 5);
+  CHECK(optimum["sensitivities"][0]["unit"] == "Hz");
+  CHECK(optimum["sensitivities"][1]["unit"] == "Pa");
+  CHECK(optimum["sensitivities"][1]["per"] == "m");
+  CHECK(optimum["history"]["objective"].size() == 32);
+  CHECK(optimum["history"]["objective"][2].is_null());  // a failed evaluation
+}
+
+TEST_CASE("Stock sizes, front and verification stand in the result as their README says",
+          "[results][json]") {
+  RunRecord record = test::optimised_hinge();
+  Optimum& o = *record.optimum;
+  OptimiseSpec& spec = *record.job.optimise;
+  const auto plain = OrderedJson::parse(json_text(make_result(record)))["optimum"];
+  CHECK(plain["stock"].is_null());
+  CHECK(plain["pareto"].is_null());
+  CHECK(plain["verified"]["loop"].is_null());
+  CHECK(plain["accuracy"] == "reduced");
+
+  o.starts[0].agrees = true;
+  o.starts[0].kkt = 3e-7;
+  o.agreeing_starts = 1;
+  o.gradients_message = "drive_load has no exact derivatives";
+  o.at_full_accuracy = true;
+  StockDesign good{
+      {{"thickness", 3.5e-4}}, o.parameters, true, true, 168.0, 0, "converged", "", 12};
+  StockDesign failed{{{"thickness", 4e-4}}, {}, false, false, 0, 0, "failed", "no equilibrium", 5};
+  o.stock = StockSearch{o.parameters, 169.2, 2, {good, failed}, 0};
+  spec.pareto = ParetoSpec{"drive_load", "", OverStroke::max_abs, false, 2, "drive_load"};
+  o.pareto =
+      ParetoFront{"",
+                  {{{}, true, true, 169.2, 0.41, 0, {}, o.parameters, "converged", "", 0},
+                   {0.2, true, true, 120.5, 0.2, 1e-6, 85.0, o.parameters, "converged", "", 31}}};
+  spec.verify = VerifySpec{0.002, 6};
+  VerificationStep first{{{"thickness", 3.5e-4}}, 168.9, 0.01, 0.03, 0, true, true};
+  VerificationStep lost{{{"thickness", 3.6e-4}}, 0, 0, 0, 0.2, false, false};
+  o.verified->loop = VerificationLoop{true, "done", 1, 1e-3, {first, lost}};
+  EvaluationRecord full = o.history.front();
+  full.stage = Stage::verification;
+  full.full = true;
+  o.history.push_back(full);
+
+  const auto optimum = OrderedJson::parse(json_text(make_result(record)))["optimum"];
+  CHECK(optimum["accuracy"] == "full");
+  CHECK(optimum["agreeing_starts"] == 1);
+  CHECK(optimum["gradients_message"] == "drive_load has no exact derivatives");
+  CHECK(optimum["starts"][0]["agrees"] == true);
+  CHECK(optimum["starts"][0]["kkt_residual"] == 3e-7);
+  CHECK(optimum["starts"][1]["kkt_residual"].is_null());
+  const auto& stock = optimum["stock"];
+  CHECK(stock["continuous"]["objective"] == 169.2);
+  CHECK(stock["chosen"] == 0);
+  CHECK(stock["neighbours"] == 2);
+  CHECK(stock["designs"][0]["sizes"]["thickness"] == 3.5e-4);
+  CHECK(stock["designs"][1]["objective"].is_null());
+  const auto& pareto = optimum["pareto"];
+  CHECK(pareto["second"]["unit"] == "N m");
+  CHECK(pareto["second"]["sense"] == "minimise");
+  CHECK(pareto["points"][0]["bound"].is_null());
+  CHECK(pareto["points"][1]["bound"] == 0.2);
+  CHECK(pareto["points"][1]["trade_off"] == 85.0);
+  const auto& loop = optimum["verified"]["loop"];
+  CHECK(loop["converged"] == true);
+  CHECK(loop["full_evaluations"] == 2);
+  CHECK(loop["steps"][0]["difference"] == 0.03);
+  CHECK(loop["steps"][1]["objective"].is_null());
+  CHECK(optimum["history"]["objective"].size() == 32);  // of the starts alone
+
+  const std::string csv = pareto_csv(record.job, *o.pareto, record.mechanism.drive);
+  CHECK_THAT(csv, Catch::StartsWith("point,bound [N m],objective: parasitic_frequency min [Hz],"
+                                    "second: drive_load [N m],d objective / d bound [SI],length"));
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == 3);
+  CHECK_THAT(csv, Catch::Contains("\n1,0.2,120.5,0.2,85,"));
+  const std::string history = history_csv(record.job, o, record.mechanism.drive);
+  CHECK_THAT(history, Catch::EndsWith(",verification,full\n"));
+}
+
+TEST_CASE("Each end of an optimisation has its status", "[results][json]") {
+  RunRecord record = test::optimised_hinge();
+  const auto status = [&](OptimumStatus end) {
+    record.optimum->status = end;
+    conclude(record);
+    return record.status;
+  };
+  CHECK(status(OptimumStatus::optimal) == "ok");
+  CHECK(status(OptimumStatus::feasible) == "not_converged");
+  CHECK(status(OptimumStatus::infeasible) == "infeasible");
+  CHECK(status(OptimumStatus::failed) == "failed");
+}
