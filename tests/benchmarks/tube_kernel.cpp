@@ -6,7 +6,7 @@
 
 #include "core/math/rotation.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
-#include "tests/core/reduction/tube/synthetic_leaf.hpp"
+#include "tests/support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 

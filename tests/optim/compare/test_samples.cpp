@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "guide.hpp"
+#include "support/guide.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

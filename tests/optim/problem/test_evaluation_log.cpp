@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "core/spec/spec_error.hpp"
-#include "guide.hpp"
+#include "support/guide.hpp"
 
 using namespace flexopt;
 using namespace flexopt::guide;

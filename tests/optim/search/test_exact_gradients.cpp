@@ -4,9 +4,9 @@
 #include <fstream>
 #include <limits>
 
-#include "guide.hpp"
 #include "optim/problem/posing.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
+#include "support/guide.hpp"
 
 using namespace flexopt;
 using namespace flexopt::guide;

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/spec/spec_error.hpp"
-#include "guide.hpp"
+#include "support/guide.hpp"
 
 using namespace flexopt;
 using namespace flexopt::guide;

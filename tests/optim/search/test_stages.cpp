@@ -2,7 +2,7 @@
 // On the guide in closed form: load 60e6 N (t/L)³, envelope L + 40 t ≤ 120 mm.
 #include <catch2/catch.hpp>
 
-#include "guide.hpp"
+#include "support/guide.hpp"
 
 using namespace flexopt;
 using namespace flexopt::guide;

@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "guide.hpp"
 #include "optim/numerics/unit_points.hpp"
+#include "support/guide.hpp"
 
 using namespace flexopt;
 

@@ -7,8 +7,8 @@
 #include <regex>
 #include <set>
 
-#include "fixture.hpp"
 #include "results/files/json_text.hpp"
+#include "support/fixture.hpp"
 
 using namespace flexopt;
 using Catch::Contains;

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
-#include "fixture.hpp"
 #include "results/cli/summary.hpp"
+#include "support/fixture.hpp"
 
 using namespace flexopt;
 using Catch::Contains;

@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <sstream>
 
-#include "fixture.hpp"
 #include "optim/compare/compare.hpp"
 #include "results/cli/summary.hpp"
 #include "results/files/csv.hpp"
@@ -12,6 +11,7 @@
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "results/run/run_files.hpp"
+#include "support/fixture.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

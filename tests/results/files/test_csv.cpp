@@ -3,8 +3,8 @@
 #include <limits>
 #include <map>
 
-#include "fixture.hpp"
 #include "results/files/csv.hpp"
+#include "support/fixture.hpp"
 
 using namespace flexopt;
 

@@ -6,8 +6,8 @@
 #include <iterator>
 
 #include "core/spec/spec_error.hpp"
-#include "fixture.hpp"
 #include "results/files/folder.hpp"
+#include "support/fixture.hpp"
 
 using namespace flexopt;
 namespace fs = std::filesystem;

@@ -1,9 +1,9 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "fixture.hpp"
 #include "results/files/csv.hpp"
 #include "results/files/result_json.hpp"
+#include "support/fixture.hpp"
 
 using namespace flexopt;
 

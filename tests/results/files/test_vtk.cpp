@@ -4,8 +4,8 @@
 #include <sstream>
 #include <stack>
 
-#include "fixture.hpp"
 #include "results/files/vtk.hpp"
+#include "support/fixture.hpp"
 
 using namespace flexopt;
 namespace fs = std::filesystem;

@@ -1,10 +1,10 @@
 #include <catch2/catch.hpp>
 #include <regex>
 
-#include "fixture.hpp"
 #include "results/files/result_json.hpp"
 #include "results/report/embedded.hpp"
 #include "results/report/report.hpp"
+#include "support/fixture.hpp"
 
 using namespace flexopt;
 

@@ -2,10 +2,10 @@
 #include <set>
 
 #include "core/spec/spec_error.hpp"
-#include "fixture.hpp"
 #include "results/files/folder.hpp"
 #include "results/report/report.hpp"
 #include "results/run/run_files.hpp"
+#include "support/fixture.hpp"
 
 using namespace flexopt;
 namespace fs = std::filesystem;

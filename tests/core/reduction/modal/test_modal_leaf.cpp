@@ -9,7 +9,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
-#include "synthetic_leaf.hpp"
+#include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 

@@ -7,7 +7,7 @@
 #include "core/math/rotation.hpp"
 #include "core/reduction/modal/modal_leaf_linear.hpp"
 #include "support/models.hpp"
-#include "synthetic_leaf.hpp"
+#include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 using flexopt::synthetic::Random;

@@ -9,7 +9,7 @@
 #include "core/reduction/superelement/plate_body.hpp"
 #include "core/reduction/superelement/superelement_leaf.hpp"
 #include "support/models.hpp"
-#include "synthetic_leaf.hpp"
+#include "support/synthetic_leaf.hpp"
 
 namespace flexopt::bodies {
 

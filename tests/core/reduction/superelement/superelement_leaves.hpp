@@ -9,7 +9,7 @@
 #include "core/math/rotation.hpp"
 #include "core/reduction/superelement/superelement_leaf_gradient.hpp"
 #include "support/models.hpp"
-#include "synthetic_leaf.hpp"
+#include "support/synthetic_leaf.hpp"
 
 namespace flexopt::superelement_leaves {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/math/rotation.hpp"
-#include "synthetic_leaf.hpp"
+#include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 using namespace flexopt::synthetic;

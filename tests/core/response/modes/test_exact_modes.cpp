@@ -23,7 +23,7 @@ System system_of(const Mechanism& m, int elements) {
 }
 
 /// All squared frequencies below `highest`, from dense matrices of the whole mechanism.
-std::vector<double> dense(const MechanismFactor& factor, bool locked, double highest) {
+std::vector<double> assembled(const MechanismFactor& factor, bool locked, double highest) {
   const MatrixXd unit = MatrixXd::Identity(factor.size(), factor.size());
   const MatrixXd A =
       locked ? factor.solve_locked(factor.mass(unit)) : factor.solve(factor.mass(unit));
@@ -53,7 +53,7 @@ TEST_CASE("both lists of modes are those of the dense matrices, bent far too") {
         const ExactModes& list = locked ? found->locked : found->free;
         const int count = locked ? 5 : 7;
         REQUIRE(static_cast<int>(list.modes.size()) == count);
-        const std::vector<double> expected = dense(factor, locked, 2 * list.lambda[count - 1]);
+        const std::vector<double> expected = assembled(factor, locked, 2 * list.lambda[count - 1]);
         const MatrixXd M_phi = factor.mass(list.phi);
         for (int k = 0; k < count; ++k) {
           INFO("guide " << guide << ", stroke " << stroke << ", locked " << locked << ", mode "
