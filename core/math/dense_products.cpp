@@ -57,11 +57,15 @@ void add_vector_product(double* c, Index c_step, double factor, const Numbers& a
     add_vector_product<Eigen::RowMajor>(c, c_step, factor, a, a.row_step, b, b_step);
 }
 
+// Eigen's own limit, below which packing the factors costs more than it saves.
+bool is_small(Index rows, Index inner, Index columns) {
+  return rows + inner + columns < EIGEN_GEMM_TO_COEFFBASED_THRESHOLD;
+}
+
 template <class A, class B>
 void multiply_maps(Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>> c, Write write,
                    double factor, const A& a, const B& b) {
-  // Eigen's own limit, below which packing the factors costs more than it saves
-  if (a.rows() + a.cols() + b.cols() < EIGEN_GEMM_TO_COEFFBASED_THRESHOLD) {
+  if (is_small(a.rows(), a.cols(), b.cols())) {
     if (write == Write::set)
       c.noalias() = factor * a.lazyProduct(b);
     else
@@ -117,7 +121,7 @@ void multiply(const Strided<double>& c, Write write, double factor, const Number
   }
   Eigen::MatrixXd a_copy, b_copy;
   const Numbers a = dense(a_given, a_copy), b = dense(b_given, b_copy);
-  if (c.cols == 1 || c.rows == 1) {
+  if ((c.cols == 1 || c.rows == 1) && !is_small(c.rows, a.cols, c.cols)) {
     if (write == Write::set) set_zero(c);
     if (c.cols == 1)
       add_vector_product(c.data, c.row_step, factor, a, b.data, b.row_step);
