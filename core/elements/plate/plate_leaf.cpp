@@ -546,15 +546,16 @@ MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
 }
 
 std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const {
+  constexpr int block_width = 2;
   std::vector<Mode> result;
   if (count == 0) return result;
   const LowestPairs pairs = lowest_pairs(
-      unknowns(), count,
-      [this](VectorXd x) {
-        solve(x);
-        return x;
+      unknowns(), count, block_width,
+      [this](MatrixXd X) {
+        solve(X);
+        return X;
       },
-      [this](const VectorXd& x) -> VectorXd { return mass_times(x); }, tolerance);
+      [this](const MatrixXd& X) { return mass_times(X); }, tolerance);
   if (!pairs.converged) return result;
   for (int k = 0; k < count; ++k) result.push_back({pairs.values[k], pairs.vectors.col(k)});
   return result;

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/equilibrium/stroke_path.hpp"
-#include "core/math/block_lanczos.hpp"
 #include "core/math/decompositions.hpp"
+#include "core/math/lanczos.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/exact_modes.hpp"
 #include "core/response/stroke_series/mechanism_series.hpp"
@@ -60,7 +60,7 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
       const ExactModes& lowest = own ? own->free : *known;
       modes = {lowest.lambda.head(lowest.exact), lowest.phi.leftCols(lowest.exact), {}, count};
     } else {
-      LowestPairs pairs = lowest_pairs_of_blocks(factor.size(), wanted, width, solve, mass, 1e-6);
+      LowestPairs pairs = lowest_pairs(factor.size(), wanted, width, solve, mass, 1e-6);
       if (!pairs.converged) return std::nullopt;
       modes = {std::move(pairs.values), std::move(pairs.vectors), {}, count};
     }
