@@ -108,8 +108,9 @@ void BlockKrylov::orthonormalise(MatrixXd& W, const VectorXd& removed) {
   rest_.conservativeResize(block_, columns);
 }
 
-LargestPairs largest_pairs(const MatrixXd& A, int count) {
-  const SymmetricEigen eigen(A);
+namespace {
+
+LargestPairs largest_of(const SymmetricEigen& eigen, int count) {
   const VectorXd& theta = eigen.eigenvalues();
   std::vector<int> order(theta.size());
   std::iota(order.begin(), order.end(), 0);
@@ -119,13 +120,30 @@ LargestPairs largest_pairs(const MatrixXd& A, int count) {
   return {theta(order), eigen.eigenvectors()(Eigen::all, order)};
 }
 
+// The lowest of the Ritz pairs in ascending order.
+LowestPairs ascending(const BlockKrylov& krylov, const LargestPairs& ritz) {
+  std::vector<int> order(static_cast<std::size_t>(ritz.values.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return 1 / ritz.values[a] < 1 / ritz.values[b]; });
+  return {true, ritz.values(order).cwiseInverse(), krylov.V() * ritz.vectors(Eigen::all, order)};
+}
+
+}  // namespace
+
+LargestPairs largest_pairs(const MatrixXd& A, int count) {
+  return largest_of(SymmetricEigen(A), count);
+}
+
 LowestPairs lowest_pairs(int n, int count, int width, const LinearMap& solve, const LinearMap& mass,
                          double tolerance) {
   LowestPairs pairs;
   count = std::min(count, n);
   width = std::min(width, n);
+  const bool single = width == 1;
   const int most = std::min(n, 6 * count + 20 * width + 40);
-  BlockKrylov krylov(solve(mass(start_columns(n, width))), most, solve, mass);
+  const MatrixXd start = start_columns(n, width);
+  BlockKrylov krylov(single ? start : solve(mass(start)), most, solve, mass);
   for (int step = 1;; ++step) {
     const bool more = krylov.extend();
     if (!more && krylov.columns() < count) {
@@ -133,13 +151,24 @@ LowestPairs lowest_pairs(int n, int count, int width, const LinearMap& solve, co
       continue;
     }
     // a decomposition costs about a solve: not at every step
-    if (more && (krylov.columns() < 3 * count || step % 2 != 0)) continue;
-    const LargestPairs ritz = largest_pairs(krylov.T(), count);
+    const int columns = krylov.columns();
+    if (more &&
+        (single ? columns < count || columns % 4 != 0 : columns < 3 * count || step % 2 != 0))
+      continue;
+    const MatrixXd T = krylov.T();
+    const LargestPairs ritz =
+        single ? largest_of(SymmetricEigen::of_tridiagonal(T.diagonal(), T.diagonal(-1)), count)
+               : largest_pairs(T, count);
     const MatrixXd& B = krylov.rest();
     const VectorXd residual = (B * ritz.vectors.bottomRows(B.cols())).colwise().norm();
     pairs.converged = more ? (residual.array() <= tolerance * ritz.values.array().abs()).all()
                            : krylov.invariant();
     if (more && !pairs.converged) continue;
+    if (single) {
+      LowestPairs found = ascending(krylov, ritz);
+      found.converged = pairs.converged;
+      return found;
+    }
     // Rayleigh–Ritz on Y = K⁻¹ M X:  (Yᵀ M X) z = λ⁻¹… with Yᵀ K Y = Yᵀ M X
     const MatrixXd MX = krylov.MV() * ritz.vectors, Y = solve(MX), MY = mass(Y);
     const MatrixXd KY = Y.transpose() * MX, G = Y.transpose() * MY;

@@ -19,8 +19,10 @@ struct LowestPairs {
 };
 
 /// The lowest `count` pairs of n unknowns: `solve(B)` → K⁻¹ B, `mass(B)` → M B, M positive
-/// definite. Converged when every Ritz value's residual is below `tolerance` relative to it; a last
-/// inverse iteration on the found space then squares the error of the values.
+/// definite. Converged when every Ritz value's residual is below `tolerance` relative to it; its
+/// error is the square of that. Blocks then end with an inverse iteration on the found space, which
+/// makes the vectors better; for single vectors, where it would cost half of the whole, it is left
+/// out.
 LowestPairs lowest_pairs(int n, int count, int width, const LinearMap& solve, const LinearMap& mass,
                          double tolerance = 1e-7);
 

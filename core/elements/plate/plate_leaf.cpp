@@ -546,11 +546,10 @@ MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
 }
 
 std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const {
-  constexpr int block_width = 2;
   std::vector<Mode> result;
   if (count == 0) return result;
   const LowestPairs pairs = lowest_pairs(
-      unknowns(), count, block_width,
+      unknowns(), count, 1,
       [this](MatrixXd X) {
         solve(X);
         return X;

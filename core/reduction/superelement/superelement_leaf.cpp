@@ -311,7 +311,7 @@ LeafDynamics SuperelementLeaf::dynamics(int count) {
   };
   LowestPairs pairs;
   if (count = std::min(count, n); count > 0)
-    pairs = lowest_pairs(n, count, 2, solve_all, mass_times);
+    pairs = lowest_pairs(n, count, 1, solve_all, mass_times);
   const int modes = pairs.converged ? count : 0;
   // x = static shapes · (edges, point) + Ψ ξ
   const int outer = boundary();
