@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <unsupported/Eigen/AutoDiff>
 
+#include "core/elements/leaf/leaf_rates.hpp"
 #include "core/elements/plate/beam_section.hpp"
 
 namespace flexopt {
@@ -18,6 +19,11 @@ PlateMeshRate::PlateMeshRate(const PlateMesh& mesh) {
     beam(mesh);
   else
     plate(mesh);
+}
+
+std::shared_ptr<const PlateMeshRate> shared_mesh_rate(
+    LeafRates& rates, const std::shared_ptr<const PlateMesh>& mesh) {
+  return rates.of<PlateMeshRate>(mesh, [&] { return PlateMeshRate(*mesh); });
 }
 
 // A function of order k across (value 0, slope 1) scales as w^k, a derivative ∂y as w⁻¹, dy as w.
