@@ -86,9 +86,12 @@ class BareLeaf final : public LeafElement {
   std::vector<StressPeak> stress_peaks() override { return full_.stress_peaks(); }
   LeafShape shape() override { return full_.shape(); }
   Vector3d material_point(double along, double across) override {
+    if (lost) return Vector3d::Constant(std::nan(""));
     return full_.material_point(along, across);
   }
   LeafReport report() const override { return {.model = "bare", .reason = {}, .check = 0}; }
+
+  bool lost = false;  ///< where its points are
 
  private:
   FullLeaf full_;
@@ -142,8 +145,9 @@ TEST_CASE("the full model of a reduced leaf is the equilibrium of the full leaf 
   }
 }
 
-TEST_CASE("the full model of a leaf with a material point keeps the point and its force",
-          "[elements][full_model]") {
+TEST_CASE(
+    "the full model of a leaf with a material point keeps its place and leads to its equilibrium",
+    "[elements][full_model]") {
   for (const bool free_tip : {false, true}) {
     INFO("free tip " << free_tip);
     Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
@@ -162,16 +166,50 @@ TEST_CASE("the full model of a leaf with a material point keeps the point and it
     REQUIRE(step_to(system, stroke, Vector6d::Zero(), {}).converged);
     const Equilibrium expected = step_to(reference, stroke, Vector6d::Zero(), {});
     REQUIRE(expected.converged);
-    const Vector3d place = system.leaf(0).material_point(point.along, point.across);
 
     auto full = system.leaf(0).full_model("asked for");
     CHECK(settled(*full, edges_of(system)).correction < 1e-10);
-    CHECK((full->material_point(point.along, point.across) - place).norm() < 1e-9);
+    // the point, or the mean of the tip edge by the trapezoidal rule
+    Vector3d place = Vector3d::Zero();
+    constexpr int n = 200;
+    for (int k = 0; k <= n; ++k)
+      place += (k == 0 || k == n ? 0.5 : 1.0) / n *
+               full->material_point(point.along, free_tip ? k / double(n) : point.across);
+    CHECK((place - system.pose(0).position).norm() < 1e-9);
     system.replace_leaf(0, std::move(full));
     const Equilibrium found = solve_equilibrium(system, stroke, Vector6d::Zero(), {});
     REQUIRE(found.converged);
     CHECK(found.drive_load == Approx(expected.drive_load).epsilon(1e-7));
   }
+}
+
+TEST_CASE(
+    "a full model comes from the undeflected leaf where the other model's places lead nowhere",
+    "[elements][full_model]") {
+  const Mechanism m = turned_leaf();
+  const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
+  const LeafSpring& leaf = m.leaves[0];
+  BareLeaf other(FullLeaf(leaf, mesh, 0));
+  other.lost = true;
+  other.evaluate();
+  // a tip turned by 1 rad on the arc of constant curvature, the whole turned with its base
+  const Matrix3d base = rotation_exp({-0.4, 1.2, 0.7}) * leaf.axes;
+  const double angle = 1.0;
+  LeafHold hold;
+  hold.edges[0] = {leaf.origin + Vector3d(0.03, -0.02, 0.05), base};
+  hold.edges[1] = {hold.edges[0].position +
+                       leaf.length / angle *
+                           (std::sin(angle) * base.col(0) - (1 - std::cos(angle)) * base.col(2)),
+                   base * rotation_exp({0, angle, 0})};
+  const auto full = full_model_in_place(other, hold, leaf, mesh, 0, "asked for");
+  const LeafEvaluation at = settled(*full, hold.edges);
+  REQUIRE(at.correction < 1e-10);
+  CHECK(at.negative_pivots == 0);
+  // between a strip that bends freely and one without anticlastic curvature
+  const double EI = leaf.material.youngs_modulus * leaf.width * std::pow(leaf.thickness, 3) / 12,
+               energy = 0.5 * EI * angle * angle / leaf.length;
+  CHECK(at.energy > energy);
+  CHECK(at.energy < energy / (1 - 0.3 * 0.3));
 }
 
 TEST_CASE("the full model of a full leaf is a copy that keeps its report",
