@@ -1,5 +1,6 @@
 #include "core/elements/plate/plate_mesh_rate.hpp"
 
+#include "core/elements/leaf/leaf_rates.hpp"
 #include "core/elements/plate/beam_section.hpp"
 #include "core/math/dual.hpp"
 
@@ -16,6 +17,11 @@ PlateMeshRate::PlateMeshRate(const PlateMesh& mesh) {
     beam(mesh);
   else
     plate(mesh);
+}
+
+std::shared_ptr<const PlateMeshRate> shared_mesh_rate(
+    LeafRates& rates, const std::shared_ptr<const PlateMesh>& mesh) {
+  return rates.of<PlateMeshRate>(mesh, [&] { return PlateMeshRate(*mesh); });
 }
 
 // A function of order k across (value 0, slope 1) scales as w^k, a derivative ∂y as w⁻¹, dy as w.

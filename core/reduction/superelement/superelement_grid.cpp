@@ -85,6 +85,11 @@ const SuperelementModelRate& SuperelementGrid::model_rate() const {
   return *model_rate_;
 }
 
+std::shared_ptr<const PlateMesh> SuperelementGrid::full_mesh() const {
+  std::call_once(full_mesh_made_, [&] { full_mesh_ = std::make_shared<PlateMesh>(shape_); });
+  return full_mesh_;
+}
+
 int SuperelementGrid::kind(int row) const {
   if (rows() == 1) return 0;
   return row == 0 ? 0 : row == rows() - 1 ? 2 : 1;

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <utility>
 
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
@@ -178,14 +179,15 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
 
 }  // namespace
 
-PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
+PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
                                const ExactModeLists& lists) {
   const System& system = factor.system();
   const Mechanism& mechanism = system.mechanism();
   const int n = factor.size(), ee = 6 * mechanism.end_effector, d = index(mechanism.drive);
-  const DesignRates<double> design(factor, meshes, present_state(factor), directions, model);
+  const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
+                                   model);
 
   // (27)
   std::optional<Eigen::RowVectorXd> same_stroke;

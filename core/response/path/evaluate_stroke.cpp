@@ -5,11 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include "core/elements/plate/full_leaf.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
-#include "core/reduction/superelement/superelement_grid.hpp"
 #include "core/response/gradients/point_gradients.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
@@ -44,11 +42,11 @@ Equilibrium solve_refined(System& system, const Solve& solve) {
   Equilibrium equilibrium = solve();
   if (!equilibrium.converged) {
     bool replaced = false;
-    for (int i = 0; i < system.leaves(); ++i)
-      if (auto full = system.leaf(i).full_model("no equilibrium with reduced leaves")) {
-        system.replace_leaf(i, std::move(full));
-        replaced = true;
-      }
+    for (int i = 0; i < system.leaves(); ++i) {
+      if (system.leaf(i).is_full()) continue;
+      system.replace_leaf(i, system.leaf(i).full_model("no equilibrium with reduced leaves"));
+      replaced = true;
+    }
     if (replaced) equilibrium = solve();
   }
   for (int round = 0; equilibrium.converged && round < 8; ++round) {
@@ -78,14 +76,14 @@ std::optional<double> parasitic_frequency(const PathPoint& point, const StrokeRe
 struct Exact {
   std::vector<Mechanism> directions;  ///< of the gradients; may be empty
   StrokeGradients gradients;
-  MeshRates meshes;
+  LeafRates rates;
   /// Where the path has a point at rest: the modes along the stroke from it, and what they took.
   std::optional<FrequencyDerivativesResult> along_stroke;
   double seconds_along_stroke = 0;
 };
 
 ExactDerivatives exact_derivatives(Exact& exact, const ModelOptions& model) {
-  return {&exact.meshes, &exact.directions, model};
+  return {&exact.rates, &exact.directions, model};
 }
 
 // Largest first, the one that is named max_stress at their head.
@@ -119,10 +117,9 @@ bool add_exact_modes(const MechanismFactor& factor, const ModelOptions& model,
   if (model.leaf_modes == 0) {
     lists = static_modes(factor, free, locked);
   } else {
-    const bool at_rest =
-        request.frequency_derivatives && !request.load_path && point.stroke == 0 &&
-        std::all_of(factor.leaves().begin(), factor.leaves().end(),
-                    [](const MechanismFactor::Leaf& leaf) { return leaf.full != nullptr; });
+    const bool at_rest = request.frequency_derivatives && !request.load_path && point.stroke == 0 &&
+                         std::all_of(factor.leaves().begin(), factor.leaves().end(),
+                                     [](const MechanismFactor::Leaf& leaf) { return leaf.full; });
     const int needed = at_rest ? std::min(modes_needed(request.frequencies), factor.size()) : 0;
     auto modes = exact_modes(factor, std::max(free, needed), locked);
     if (!modes) {
@@ -154,15 +151,23 @@ bool add_exact_modes(const MechanismFactor& factor, const ModelOptions& model,
 // constant mass have none.
 void evaluate_exactly(System& system, const ModelOptions& model, const StrokeRequest& request,
                       Exact& exact, PathPoint& point, PointGradients* gradients) {
-  const MechanismFactor factor(system);
+  const auto refuse = [&](const std::string& reason) {
+    point.status = PointStatus::no_equilibrium;
+    point.message = reason;
+  };
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system);
+  if (!linear.value) return refuse(linear.reason);
+  const MechanismFactor& factor = *linear.value;
   ExactModeLists modes;
   if (model.mass == LeafMass::consistent &&
       !add_exact_modes(factor, model, request, exact, modes, point))
     return;
   if (point.max_stress && request.stress_peaks > 0) add_stress_peaks(system, request, point);
-  if (gradients)
-    *gradients =
-        point_gradients(factor, exact.meshes, exact.directions, model, request, point, modes);
+  if (!gradients) return;
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, exact.rates);
+  if (!leaves.value) return refuse(leaves.reason);
+  *gradients = point_gradients(factor, std::move(*leaves.value), exact.directions, model, request,
+                               point, modes);
 }
 
 void evaluate_point(System& system, const Equilibrium& equilibrium, const ModelOptions& model,
@@ -235,8 +240,6 @@ std::unique_ptr<System> with_full_leaves(System& system) {
   state.leaves.clear();
   for (int i = 0; i < system.leaves(); ++i) {
     leaves.push_back(system.leaf(i).full_model("exact"));
-    if (!leaves.back())
-      leaves.back() = std::make_unique<FullLeaf>(dynamic_cast<const FullLeaf&>(system.leaf(i)));
     state.leaves.push_back(leaves.back()->save());
   }
   auto full = std::make_unique<System>(system.mechanism(), std::move(leaves));
@@ -426,19 +429,12 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
 std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
                                          const std::vector<MechanismDirection>& directions,
                                          const ModelOptions& model) {
-  constexpr double rounding = 1e-9;
-  if (model.accuracy == Accuracy::full || model.method != Reduction::linear_craig_bampton)
-    return std::nullopt;
   for (const MechanismDirection& d : directions)
-    for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
-      const LeafSpring& leaf = mechanism.leaves[i];
-      const auto& rate = d.rate.leaves[i].point;
-      if (!leaf.point || leaf.point->spread_over_tip || broken_rule(leaf, model)) continue;
-      if (std::abs(rate->along) > rounding || std::abs(rate->across) > rounding)
+    for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
+      if (leaves_a_node(mechanism.leaves[i], d.rate.leaves[i], model))
         return fmt::format(
             "along {} a material point leaves its node of superelements: no exact derivatives",
             d.parameter);
-    }
   return std::nullopt;
 }
 

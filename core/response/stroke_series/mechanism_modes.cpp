@@ -9,8 +9,12 @@
 namespace flexopt {
 
 std::optional<MechanismModes> mechanism_modes(System& system, int count, ModalInertia inertia) {
-  const MechanismFactor factor(system);
-  MechanismSeries series(factor);
+  const auto linear = MechanismFactor::of(system).value;
+  if (!linear) return std::nullopt;
+  const MechanismFactor& factor = *linear;
+  const auto along = MechanismSeries::of(factor).value;
+  if (!along) return std::nullopt;
+  MechanismSeries& series = *along;
   const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   const int guard = 3;  // modes beyond, which the shifted systems are solved by
