@@ -6,7 +6,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 #include "core/spec/formula_parser.hpp"
 #include "core/spec/spec_error.hpp"
@@ -122,6 +121,17 @@ void Formula::check_unit(const std::string& unit) const {
   if (*dimension_ == wanted) return;
   throw SpecError(pointer_, text_,
                   fmt::format("it is {}, expected {}", describe(*dimension_), describe(wanted)));
+}
+
+void Formula::move_to(std::span<const int> to) {
+  for (int& slot : slots_) slot = to[static_cast<std::size_t>(slot)];
+  assert(std::is_sorted(slots_.begin(), slots_.end()));
+}
+
+std::string uses_no_name(const std::vector<FormulaName>& names) {
+  std::vector<std::string> list;
+  for (const FormulaName& n : names) list.push_back(n.name);
+  return fmt::format("the formula uses no design parameter; there are: {}", fmt::join(list, ", "));
 }
 
 void Formula::values(std::span<const double> numbers, double* of) const {

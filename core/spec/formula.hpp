@@ -57,6 +57,8 @@ class Formula {
   const std::optional<Dimension>& dimension() const { return dimension_; }
   /// Whether it fits a place of any dimension, because a number in it may be a quantity in SI.
   bool fits_anywhere() const { return fits_anywhere_; }
+  /// Renumbers the slots: i becomes to[i], which must ascend.
+  void move_to(std::span<const int> to);
   /// Throws SpecError where a value of this SI unit is wanted and the formula's has another
   /// dimension.
   void check_unit(const std::string& unit) const;
@@ -101,5 +103,8 @@ class Formula {
   std::optional<Dimension> dimension_;
   bool fits_anywhere_ = false;
 };
+
+/// Rule that a formula breaks which uses none of the names.
+std::string uses_no_name(const std::vector<FormulaName>& names);
 
 }  // namespace flexopt

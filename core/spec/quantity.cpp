@@ -150,6 +150,12 @@ Dimension Dimension::power(double exponent) const {
   return result;
 }
 
+Dimension Dimension::without_radian() const {
+  Dimension result = *this;
+  result.powers[radian] = 0;
+  return result;
+}
+
 Dimension operator*(const Dimension& a, const Dimension& b) {
   Dimension result = a;
   for (std::size_t k = 0; k < result.powers.size(); ++k) {

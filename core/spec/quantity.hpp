@@ -13,6 +13,7 @@ struct Dimension {
 
   bool is_plain() const;
   Dimension power(double exponent) const;
+  Dimension without_radian() const;
   friend Dimension operator*(const Dimension& a, const Dimension& b);
   friend Dimension operator/(const Dimension& a, const Dimension& b);
   friend bool operator==(const Dimension& a, const Dimension& b);

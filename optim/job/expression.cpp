@@ -1,32 +1,16 @@
 #include "optim/job/expression.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cassert>
-
 #include "core/spec/spec_error.hpp"
 
 namespace flexopt {
-namespace {
 
-std::vector<FormulaName> without_units(const std::vector<std::string>& names) {
-  std::vector<FormulaName> list;
-  for (const std::string& name : names) list.push_back({name, ""});
-  return list;
-}
-
-}  // namespace
-
-Expression::Expression(std::string text, const std::vector<std::string>& parameters,
+Expression::Expression(std::string text, const std::vector<FormulaName>& parameters,
                        std::string pointer)
-    : formula_(std::move(text), without_units(parameters), std::move(pointer)) {
+    : formula_(std::move(text), parameters, std::move(pointer), BareNumbers::may_be_si) {
   for (const int slot : formula_.slots())
-    names_.push_back(parameters[static_cast<std::size_t>(slot)]);
+    names_.push_back(parameters[static_cast<std::size_t>(slot)].name);
   if (names_.empty())
-    throw SpecError(formula_.pointer(), formula_.text(),
-                    fmt::format("the formula uses no design parameter; there are: {}",
-                                fmt::join(parameters, ", ")));
+    throw SpecError(formula_.pointer(), formula_.text(), uses_no_name(parameters));
   numbers_ = parameters.size();
 }
 
