@@ -126,7 +126,7 @@ TEST_CASE("a number with a unit is measured in SI", "[spec][quantity]") {
       {"GPa", 1e9, "Pa"},
       {"mm/N", 1e-3, "m/N"},
       {"W/K", 1, "kg m^2 s^-3 K^-1"},
-      {"lx", 1, "m^-2 cd"},
+      {"cd/m^2", 1, "m^-2 cd"},
   }));
   CAPTURE(unit);
   const auto found = measured(1, unit);
