@@ -14,8 +14,8 @@ SmallLu<n>::SmallLu(const Matrix& A) : lu_(A) {
     pivot_[k] = p;
     if (p != k)
       for (int j = 0; j < n; ++j) std::swap(lu_(k, j), lu_(p, j));
-    const double inverse = 1 / lu_(k, k);
-    for (int i = k + 1; i < n; ++i) lu_(i, k) *= inverse;
+    inverse_[k] = 1 / lu_(k, k);
+    for (int i = k + 1; i < n; ++i) lu_(i, k) *= inverse_[k];
     for (int j = k + 1; j < n; ++j)
       for (int i = k + 1; i < n; ++i) lu_(i, j) -= lu_(i, k) * lu_(k, j);
   }
@@ -27,7 +27,7 @@ void SmallLu<n>::solve(double* b) const {
   for (int k = 0; k < n; ++k)
     for (int i = k + 1; i < n; ++i) b[i] -= lu_(i, k) * b[k];
   for (int k = n - 1; k >= 0; --k) {
-    b[k] /= lu_(k, k);
+    b[k] *= inverse_[k];
     for (int i = 0; i < k; ++i) b[i] -= lu_(i, k) * b[k];
   }
 }

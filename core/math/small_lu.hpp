@@ -20,8 +20,9 @@ class SmallLu {
 
  private:
   void solve(double* b) const;
-  Matrix lu_;                 ///< L below the diagonal, of unit diagonal, and U
-  std::array<int, n> pivot_;  ///< the row that was exchanged with this one
+  Matrix lu_;                      ///< L below the diagonal, of unit diagonal, and U
+  std::array<double, n> inverse_;  ///< of the diagonal of U
+  std::array<int, n> pivot_;       ///< the row that was exchanged with this one
 };
 
 extern template class SmallLu<3>;

@@ -255,8 +255,9 @@ JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate)
   add_bilinear(r.conditions, type, dg.axes, g);
   add_bilinear(r.conditions, type, g.axes, dg);
   const Loads<S> loads = loads_of(type, g.axes, state.multipliers);
-  for (const Loads<S>& change :
-       {loads_of(type, dg.axes, state.multipliers), loads_of(type, g.axes, rate.multipliers)}) {
+  Loads<S> turning = loads_of(type, dg.axes, state.multipliers);
+  turning.force.setZero();  // a free vector
+  for (const Loads<S>& change : {turning, loads_of(type, g.axes, rate.multipliers)}) {
     add_linear_curvature(r.curvature, type, change);
     add_bilinear_curvature(r.curvature, type, change, g);
   }
