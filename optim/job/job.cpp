@@ -158,10 +158,11 @@ StrokeRequest read_request(json& read, const json& as_written) {
     request.load.tail<3>() += vector_of(load["moment"]);
   }
   request.frequencies = read["frequencies"];
-  request.parasitic_with_drive_locked = read["parasitic"]["drive"] == "locked";
+  request.parasitic.drive =
+      read["parasitic"]["drive"] == "locked" ? DriveState::locked : DriveState::free;
   for (const json& kind : read["parasitic"]["skip"])
-    (kind == "leaf" ? request.parasitic_skips_leaf_modes
-                    : request.parasitic_skips_intermediate_modes) = true;
+    request.parasitic.skipped.push_back(kind == "leaf" ? ModeKind::leaf
+                                                       : ModeKind::intermediate_body);
   request.newton = read_newton(read["model"]);
   return request;
 }

@@ -1,8 +1,8 @@
 #include "optim/problem/stroke_sensitivity.hpp"
 
 #include <algorithm>
-#include <cassert>
 
+#include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 
 namespace flexopt {
@@ -41,7 +41,8 @@ StrokeSensitivity stroke_sensitivity(const Job& job, const ParameterValues& para
   for (const std::string& name : names) {
     const auto found = std::find_if(
         all.begin(), all.end(), [&](const MechanismDirection& d) { return d.parameter == name; });
-    assert(found != all.end());
+    if (found == all.end())
+      throw SpecError("/design/parameters", name, "expected a parameter that designs depend on");
     wanted.push_back(std::move(*found));
   }
   return evaluate_stroke_gradients(mechanism, wanted, model, request);

@@ -11,12 +11,6 @@ std::string stroke_unit(Direction drive, const StrokeRequest& request) {
   return is_rotation(drive) ? "rad" : "m";
 }
 
-std::string load_unit(Direction direction) { return is_rotation(direction) ? "N m" : "N"; }
-
-std::string stiffness_unit(Direction direction) {
-  return is_rotation(direction) ? "N m/rad" : "N/m";
-}
-
 std::string quantity_unit(const std::string& quantity, Direction drive) {
   const auto known = quantities(drive);
   const auto found = std::ranges::find(known, quantity, &Quantity::name);

@@ -60,7 +60,7 @@ StrokeRequest load_path(const Vector6d& load, std::vector<double> points) {
   StrokeRequest request;
   request.load_path = load;
   request.points = std::move(points);
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   return request;
 }
 

@@ -60,7 +60,7 @@ struct ScreeningFrequency {
 std::optional<double> screening_frequency(const FrequencyDerivatives& mode, double stroke);
 /// Of every mode that counts as parasitic, ascending.
 std::vector<ScreeningFrequency> screening_frequencies(
-    const std::vector<FrequencyDerivatives>& modes, const StrokeRequest& request, double stroke);
+    const std::vector<FrequencyDerivatives>& modes, const ParasiticRule& rule, double stroke);
 /// Derivative of (25) along the design.
 VectorXd screening_gradient(const FrequencyDerivatives& mode,
                             const FrequencyDerivativeGradients& gradients, double stroke);

@@ -47,7 +47,7 @@ TEST_CASE("an evaluate job is read into SI", "[optim][job]") {
   CHECK(job.request.points == std::vector<double>{0, 2.5e-3, 5e-3});
   CHECK(job.request.load == (Vector6d() << 0, 0, -5, 0, 0, 0).finished());
   CHECK(job.request.frequencies == 4);
-  CHECK(job.request.parasitic_with_drive_locked);
+  CHECK(job.request.parasitic.drive == DriveState::locked);
   CHECK(job.model.accuracy == Accuracy::reduced);
   CHECK_FALSE(job.optimise);
   CHECK(job.notes.empty());
@@ -87,9 +87,9 @@ TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[o
   const Job job = parse_job(document);
   CHECK((job.request.load - (Vector6d() << 1, 3, 0, 0, 0, 3e-3).finished()).norm() < 1e-15);
   CHECK(job.request.points == std::vector<double>{1e-3, -2e-3, 0});
-  CHECK_FALSE(job.request.parasitic_with_drive_locked);
-  CHECK(job.request.parasitic_skips_leaf_modes);
-  CHECK(job.request.parasitic_skips_intermediate_modes);
+  CHECK(job.request.parasitic.drive == DriveState::free);
+  CHECK_FALSE(job.request.parasitic.admits(ModeKind::leaf));
+  CHECK_FALSE(job.request.parasitic.admits(ModeKind::intermediate_body));
   CHECK(job.model.accuracy == Accuracy::full);
   CHECK(job.model.mesh == std::array<int, 2>{16, 8});
   CHECK_FALSE(job.model.free_edge_torsion);

@@ -32,8 +32,7 @@ struct Setting {
   EvaluationBook book;
 
   explicit Setting(const Job& job, bool exact)
-      : problem(job, evaluator(calls),
-                exact ? gradient_evaluator(calls) : StrokeGradientEvaluator{}),
+      : problem(job, {evaluator(calls), exact ? gradient_evaluator(calls) : by_differences}),
         log(problem.job()),
         book(problem, log, board, Stage::search, 0, exact) {
     int cost = 0;
@@ -46,8 +45,8 @@ struct Setting {
 
 Optimum run(const nlohmann::json& document, Calls& calls, bool exact, OptimiseOptions options = {},
             double breaks_at = 1e99, bool offers = true) {
-  options.evaluator = evaluator(calls, breaks_at);
-  if (exact) options.gradients = gradient_evaluator(calls, breaks_at, offers);
+  options.evaluators = {evaluator(calls, breaks_at),
+                        exact ? gradient_evaluator(calls, breaks_at, offers) : by_differences};
   return optimise(parse_job(document), options);
 }
 
@@ -207,11 +206,11 @@ TEST_CASE("a derivative that is not finite is named, and replaced by differences
   Calls calls;
   OptimiseOptions options;
   options.log = file;
-  options.evaluator = evaluator(calls);
-  options.gradients = [exact = gradient_evaluator(calls)](
-                          const Job& job, const ParameterValues& parameters,
-                          const std::vector<std::string>& names, const ModelOptions& model,
-                          const StrokeRequest& request) {
+  options.evaluators.values = evaluator(calls);
+  options.evaluators.gradients = [exact = gradient_evaluator(calls)](
+                                     const Job& job, const ParameterValues& parameters,
+                                     const std::vector<std::string>& names,
+                                     const ModelOptions& model, const StrokeRequest& request) {
     StrokeSensitivity s = exact(job, parameters, names, model, request);
     if (s.gradients && parameters.at("thickness") > 0.4e-3) {
       REQUIRE(names[1] == "thickness");
@@ -331,17 +330,13 @@ TEST_CASE("places of large stress, material and end-effector have exact gradient
       "algorithm": {"library": "nlopt", "name": "LD_MMA"}
     }
   })");
-  const auto stress_rows = [&] {
-    return DesignProblem(parse_job(document), evaluate_stroke, stroke_sensitivity)
-        .goals()[1]
-        .branches;
-  };
+  const auto stress_rows = [&] { return DesignProblem(parse_job(document)).goals()[1].branches; };
   CHECK(stress_rows() == 1);
   set_algorithm(document, "LD_SLSQP");
   CHECK(stress_rows() == 6);
   set_algorithm(document, "ipopt");
   const Job job = parse_job(document);
-  const DesignProblem problem(job, evaluate_stroke, stroke_sensitivity);
+  const DesignProblem problem(job);
   REQUIRE(problem.goals()[1].branches == 6);
   const VectorXd x = (VectorXd(7) << 0.55, 0.5, 0.8, 0.7, 0.3, 0.5, 0.4).finished();
   const DesignValues here = problem.evaluate(problem.variables(x), true);

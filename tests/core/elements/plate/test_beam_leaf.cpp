@@ -170,7 +170,7 @@ TEST_CASE("a wire is as stiff in y as in z, and has its closed forms") {
   // bent far to either side, support stiffness across included
   StrokeRequest request;
   request.points = {0.2 * L};
-  request.stress = true;
+  request.outputs.add(Output::stress);
   const StrokeResponse y = evaluate_stroke(wire(L, d, Direction::uy), beam_model(), request),
                        z = evaluate_stroke(wire(L, d, Direction::uz), beam_model(), request);
   REQUIRE(y.status == Status::ok);
@@ -393,7 +393,7 @@ TEST_CASE("ten elements along are as good as forty: guided to 0.3 L, turned to 4
           guided ? models::guide(0.1, w, 5e-4) : models::single_leaf(0.1, w, 5e-4, Direction::rz);
       StrokeRequest request;
       request.points = {guided ? 0.015 : pi / 8, guided ? 0.03 : pi / 4};
-      request.stress = false;
+      request.outputs.remove(Output::stress);
       const StrokeResponse ten = evaluate_stroke(m, beam_model(), request),
                            forty = evaluate_stroke(m, beam_model(Accuracy::full, 40), request);
       REQUIRE(ten.status == Status::ok);

@@ -98,7 +98,7 @@ TEST_CASE("a guide has the closed-form stiffness, shortening and axial complianc
   model.mesh = {16, 2};
   StrokeRequest request;
   request.points = {0, x};
-  request.stress = true;
+  request.outputs.add(Output::stress);
   const StrokeResponse r = evaluate_stroke(mechanism, model, request);
   REQUIRE(r.status == Status::ok);
   const double EI = m.youngs_modulus * w * t * t * t / 12, EA = m.youngs_modulus * w * t;
@@ -125,7 +125,6 @@ TEST_CASE("a leaf between two clamps vibrates like the clamped strip") {
   model.mesh = {16, 2};
   StrokeRequest request;
   request.frequencies = 10;
-  request.parasitic_skips_leaf_modes = false;
   const StrokeResponse r = evaluate_stroke(mechanism, model, request);
   REQUIRE(r.status == Status::ok);
   const double expected = 22.3733 / (2 * std::numbers::pi * 0.01) *

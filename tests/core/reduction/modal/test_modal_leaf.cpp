@@ -216,8 +216,8 @@ TEST_CASE("a chain of full leaves is the full leaf of a beam cut there",
   StrokeRequest request;
   request.points = {0, 0.02};
   request.frequencies = 4;
-  request.frequency_derivatives = false;
-  request.shapes = true;
+  request.outputs.remove(Output::frequency_derivatives);
+  request.outputs.add(Output::shapes);
   const StrokeResponse cut = evaluate_stroke(m, model, request);
   model.accuracy = Accuracy::full;
   model.warping = Warping::free;  // as at the cuts
@@ -247,7 +247,7 @@ TEST_CASE(
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   StrokeRequest request;
   request.points = {0.01, 0.02, 0.03};
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   request.frequencies = 0;
   ModelOptions model = modal(Flexure::beam, 1);
   model.mesh = {10, 1};

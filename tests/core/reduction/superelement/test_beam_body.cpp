@@ -68,7 +68,7 @@ TEST_CASE("a chain of beam superelements bends as the full beam does", "[reducti
   StrokeRequest request;
   request.load_path = Vector6d::Unit(1) * 1e5;
   request.points = {0, 0.1, 0.5, 1};
-  request.shapes = true;
+  request.outputs.add(Output::shapes);
   request.frequencies = 2;
   ModelOptions model{
       .accuracy = Accuracy::full, .flexure = Flexure::beam, .warping = Warping::free};

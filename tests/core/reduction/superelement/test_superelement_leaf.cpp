@@ -205,8 +205,8 @@ TEST_CASE("stress and shape of a superelement leaf are those of the full leaf", 
   StrokeRequest request;
   request.points = {0, 5e-4};
   request.frequencies = 4;
-  request.stress = true;
-  request.shapes = true;
+  request.outputs.add(Output::stress);
+  request.outputs.add(Output::shapes);
   ModelOptions full;
   full.accuracy = Accuracy::full;
   const PathPoint exact = evaluate_stroke(m, full, request).path[1];

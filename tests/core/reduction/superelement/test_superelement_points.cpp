@@ -56,7 +56,7 @@ StrokeRequest load_path(double F, std::vector<double> points) {
   StrokeRequest request;
   request.points = std::move(points);
   request.load_path = force_y(F);
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   return request;
 }
 

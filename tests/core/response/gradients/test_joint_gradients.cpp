@@ -142,7 +142,7 @@ TEST_CASE("a double frequency of leaves on joints has the derivatives of its clu
   StrokeRequest request;
   request.points = {0.01};
   request.frequencies = 3;
-  request.frequency_derivatives = false;
+  request.outputs.remove(Output::frequency_derivatives);
   const auto thicker = [&](const std::vector<std::size_t>& leaves) {
     MechanismDirection d{"thickness", m};
     for (double* x : places(d.rate)) *x = 0;

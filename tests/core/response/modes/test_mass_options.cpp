@@ -36,8 +36,8 @@ StrokeResponse path(const Case& c, const ModelOptions& model) {
   StrokeRequest request;
   request.points = {0, 0.5 * c.largest, c.largest};
   request.frequencies = 6;
-  request.frequency_derivatives = false;
-  request.stress = false;
+  request.outputs.remove(Output::frequency_derivatives);
+  request.outputs.remove(Output::stress);
   StrokeResponse r = evaluate_stroke(c.mechanism, model, request);
   REQUIRE(r.status == Status::ok);
   return r;

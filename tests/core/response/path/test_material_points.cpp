@@ -53,7 +53,7 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
   StrokeRequest request;
   request.points = {0, 0.1, 0.25, 0.4, 0.7, 1};
   request.load_path = force_y(10 * EI / (L * L));
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   const StrokeResponse r =
       evaluate_stroke(free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {24, 2}}, request);
   REQUIRE(r.status == Status::ok);
@@ -71,7 +71,7 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
 
 TEST_CASE("the cantilever and the clamped plate of the plate superelement paper", "[literature]") {
   StrokeRequest request;
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {20, 6}};
   SECTION("cantilever 10 x 1 x 0.1 m") {  // thin-shell spline, converged to 5e-6
     const Material m{"m", 12e9, 0.3, 1000, {}};

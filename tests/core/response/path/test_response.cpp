@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/response/response.hpp"
+#include "core/response/quantities.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
@@ -84,7 +84,7 @@ TEST_CASE("a guide pushed beyond its buckling load is unstable, one that is pull
   auto at_load = [&](double factor) {
     StrokeRequest request;
     request.load[0] = factor * sway;
-    request.stress = false;
+    request.outputs.remove(Output::stress);
     ModelOptions model;
     const StrokeResponse r = evaluate_stroke(models::guide(L, w, t), model, request);
     REQUIRE(r.status == Status::ok);

@@ -1,0 +1,62 @@
+#include "core/response/path/full_finish.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/response/models/leaf_models.hpp"
+
+namespace flexopt {
+namespace {
+
+// The system at its present state with full leaves in the reduced ones' place.
+std::unique_ptr<System> with_full_leaves(System& system) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  System::Snapshot state = system.save();
+  state.leaves.clear();
+  for (int i = 0; i < system.leaves(); ++i) {
+    leaves.push_back(system.leaf(i).full_model("exact"));
+    if (!leaves.back())
+      leaves.back() = std::make_unique<FullLeaf>(dynamic_cast<const FullLeaf&>(system.leaf(i)));
+    state.leaves.push_back(leaves.back()->save());
+  }
+  auto full = std::make_unique<System>(system.mechanism(), std::move(leaves));
+  full->restore(state);
+  return full;
+}
+
+// The path of full leaves from rest to one point.
+Equilibrium step_from_rest(System& system, const StrokeRequest& request, double stroke) {
+  if (request.load_path)
+    return step_free_load(system, Vector6d::Zero(), request.load + stroke * *request.load_path,
+                          request.newton);
+  if (!request.load.isZero())
+    if (Equilibrium loaded = step_load(system, request.load, request.newton); !loaded.converged)
+      return loaded;
+  return step_to(system, stroke, request.load, request.newton);
+}
+
+}  // namespace
+
+std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
+                                              const StrokeRequest& request, double stroke,
+                                              Equilibrium& equilibrium) {
+  auto full = with_full_leaves(system);
+  const bool driven = !request.load_path;
+  const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
+  equilibrium = driven
+                    ? solve_equilibrium(*full, stroke, request.load, request.newton)
+                    : solve_equilibrium(*full, std::nullopt,
+                                        request.load + stroke * *request.load_path, request.newton);
+  if (!equilibrium.converged || full->strain() > largest_strain ||
+      negative_pivots(*full, driven) > negative_pivots(system, driven)) {
+    full =
+        std::make_unique<System>(system.mechanism(), make_full_leaves(system.mechanism(), model));
+    equilibrium = step_from_rest(*full, request, stroke);
+  }
+  equilibrium.iterations += before;
+  equilibrium.sub_steps = std::max(equilibrium.sub_steps, steps);
+  return full;
+}
+
+}  // namespace flexopt
