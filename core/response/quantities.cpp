@@ -6,6 +6,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/response/principal_stiffness.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -154,9 +156,32 @@ std::vector<QuantityRow> frequencies_and_stress() {
            .in_report = true}};
 }
 
+QuantityRow softest_translation() {
+  return {.name = "principal_stiffness",
+          .label = "principal stiffness",
+          .meaning =
+              "smallest support stiffness of all translations that the held drive leaves, with "
+              "its direction: 1 over the largest eigenvalue of C's translations",
+          .needs = {Output::stiffness},
+          .unit = [](Direction, int) { return stiffness_unit(Direction::ux); },
+          .value = [](const PathPoint& p, int) -> std::optional<double> {
+            const auto softest = principal_stiffness(p);
+            return softest ? std::optional(softest->value) : std::nullopt;
+          },
+          .gradient = [](const PathPoint& p, const PointGradients& g,
+                         int) { return principal_stiffness_gradient(p, g); },
+          .direction = [](const PathPoint& p) -> std::optional<Vector3d> {
+            const auto softest = principal_stiffness(p);
+            return softest ? std::optional(softest->direction) : std::nullopt;
+          },
+          .in_summary = SummaryLine::number,
+          .in_report = true};
+}
+
 std::vector<QuantityRow> make_rows() {
   std::vector<QuantityRow> rows = load_and_motion();
   for (auto& row : frequencies_and_stress()) rows.push_back(std::move(row));
+  rows.push_back(softest_translation());
   return rows;
 }
 
