@@ -17,7 +17,7 @@ int StrokeRequest::frequencies_of(DriveState drive) const {
 }
 
 bool StrokeRequest::wants_frequency_derivatives() const {
-  return frequencies > 0 && outputs.has(Output::frequency_derivatives) && !load_path;
+  return frequencies > 0 && outputs.has(Output::frequency_derivatives) && loads.driven();
 }
 
 }  // namespace flexopt

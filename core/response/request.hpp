@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/mechanism/load_case.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
 
@@ -100,10 +101,10 @@ struct ParasiticRule {
 };
 
 struct StrokeRequest {
-  std::vector<double> points{0.0};   ///< stroke of the drive, in the order wanted [m or rad]
-  Vector6d load = Vector6d::Zero();  ///< dead load at O: force [N], moment [N m], global axes
-  /// Nothing is driven: the points are factors of this dead load at O, which comes to `load`.
-  std::optional<Vector6d> load_path;
+  /// Stroke of the drive, in the order wanted [m or rad]; factors of the growing loads where the
+  /// load case has some.
+  std::vector<double> points{0.0};
+  LoadCase loads;
   /// What is wanted. Other numbers of a path point may come along where they cost nothing.
   Outputs outputs = Outputs::numbers();
   PathValues values = PathValues::as_modelled;

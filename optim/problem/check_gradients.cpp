@@ -243,9 +243,9 @@ std::optional<std::string> Checker::prepare() {
     return fmt::format("no differences: {}", error.what());
   }
   for (const PathPoint& point : exact_.response.path)
-    stroke_ =
-        std::max(stroke_, request_.load_path ? (turns_ ? point.rotation : point.displacement).norm()
-                                             : std::abs(point.stroke));
+    stroke_ = std::max(stroke_, request_.loads.driven()
+                                    ? std::abs(point.stroke)
+                                    : (turns_ ? point.rotation : point.displacement).norm());
   for (const LeafSpring& l : make_mechanism(job_, job_.design.parameters).leaves)
     leaf_length_ = std::max(leaf_length_, l.length);
   largest_.assign(names_.size(), 0.0);

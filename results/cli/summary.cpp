@@ -103,9 +103,10 @@ std::string stroke_lines(const StrokeResponse& response, Direction drive,
   std::vector<std::string> strokes;
   for (const PathPoint* p : points)
     strokes.push_back(shown(p->stroke, stroke_unit(drive, request)));
-  std::string text = line(
-      request.load_path ? "load factor" : "stroke " + std::string(direction_names[index(drive)]),
-      strokes);
+  std::string text =
+      line(request.loads.driven() ? "stroke " + std::string(direction_names[index(drive)])
+                                  : "load factor",
+           strokes);
   for (const QuantityRow& row : quantity_rows())
     if (row.in_summary != SummaryLine::none) text += quantity_lines(row, response, points, drive);
   return text;

@@ -322,7 +322,7 @@ OrderedJson make_result(const RunRecord& record) {
                  {"material", material_json(record.job.design.material)},
                  {"leaves", leaf_geometry_json(record.mechanism)},
                  {"path", std::move(path)}};
-  if (record.job.request.frequencies > 0 && !record.job.request.load_path)
+  if (record.job.request.wants_frequency_derivatives())
     result["frequency_derivatives"] = frequency_derivatives_json(response);
   if (record.optimum)
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);

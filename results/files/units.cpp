@@ -7,7 +7,7 @@
 namespace flexopt {
 
 std::string stroke_unit(Direction drive, const StrokeRequest& request) {
-  if (request.load_path) return "1";
+  if (!request.loads.driven()) return "1";
   return is_rotation(drive) ? "rad" : "m";
 }
 

@@ -293,7 +293,7 @@ PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
 
   // (27)
   std::optional<Eigen::RowVectorXd> same_stroke;
-  if (!request.load_path)
+  if (request.loads.driven())
     same_stroke = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
   const MatrixXd moved = factor.balance(-design.residual(), same_stroke),
                  state_rates = moved.topRows(factor.size());

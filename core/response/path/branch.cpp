@@ -25,10 +25,7 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
   double largest = 0;
   for (const double s : request.points) largest = std::max(largest, std::abs(s));
-  if (request.load_path)
-    return make_reduced_leaves(mechanism, model, std::nullopt,
-                               request.load + largest * *request.load_path);
-  return make_reduced_leaves(mechanism, model, largest, request.load);
+  return make_reduced_leaves(mechanism, model, largest, request.loads);
 }
 
 using Solve = std::function<Equilibrium()>;
@@ -66,41 +63,13 @@ Equilibrium solve_refined(System& system, const Solve& solve) {
   return equilibrium;
 }
 
-// The system on its way outward.
-class Branch {
- public:
-  Branch(const Mechanism& mechanism, const ModelOptions& model, const StrokeRequest& request)
-      : request_(&request), system_(mechanism, make_leaves(mechanism, model, request)) {}
-
-  System& system() { return system_; }
-
-  // The dead load that stays, without stroke.
-  Equilibrium apply_load() {
-    return solve_refined(system_, [&] {
-      return request_->load_path ? follow_load(request_->load)
-                                 : step_load(system_, request_->load, request_->newton);
-    });
-  }
-
-  // To a stroke, or to a factor of the load path.
-  Equilibrium advance(double stroke) {
-    return solve_refined(system_, [&] {
-      return request_->load_path ? follow_load(request_->load + stroke * *request_->load_path)
-                                 : step_to(system_, stroke, request_->load, request_->newton);
-    });
-  }
-
- private:
-  Equilibrium follow_load(const Vector6d& load) {
-    const Equilibrium reached = step_free_load(system_, present_, load, request_->newton);
-    if (reached.converged) present_ = load;
-    return reached;
-  }
-
-  const StrokeRequest* request_;
-  System system_;
-  Vector6d present_ = Vector6d::Zero();  ///< dead load reached, where nothing is driven
-};
+// To a stroke, or to a factor of the growing loads.
+Equilibrium advance(System& system, const StrokeRequest& request, double to) {
+  return solve_refined(system, [&] {
+    return request.loads.driven() ? step_to(system, to, request.newton)
+                                  : step_load(system, {1, to}, request.newton);
+  });
+}
 
 }  // namespace
 
@@ -108,7 +77,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
                    DifferentiablePath* differentiable, StrokeResponse& response) {
   auto start = Clock::now();
-  Branch branch(mechanism, model, request);
+  System system(mechanism, make_leaves(mechanism, model, request), request.loads);
   response.seconds_coefficients += seconds_since(start);
   start = Clock::now();
 
@@ -116,18 +85,21 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   const bool reduced_leads = differentiable && model.accuracy == Accuracy::reduced &&
                              model.method == Reduction::mixed_potential;
   std::optional<std::string> lost;  // why the path has ended
-  if (!request.load.isZero())
-    if (const Equilibrium loaded = branch.apply_load(); !loaded.converged) lost = loaded.message;
+  if (!request.loads.constant.empty()) {
+    const Equilibrium loaded =
+        solve_refined(system, [&] { return step_load(system, {.constant = 1}, request.newton); });
+    if (!loaded.converged) lost = loaded.message;
+  }
   for (const int k : order) {
     PathPoint& point = response.path[k];
     if (lost) {
       point.message = *lost;
       continue;
     }
-    Equilibrium equilibrium = branch.advance(point.stroke);
+    Equilibrium equilibrium = advance(system, request, point.stroke);
     std::unique_ptr<System> full;
     if (reduced_leads && equilibrium.converged)
-      full = finish_on_full_leaves(branch.system(), model, request, point.stroke, equilibrium);
+      full = finish_on_full_leaves(system, model, request, point.stroke, equilibrium);
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
       point.message = equilibrium.message;
@@ -136,7 +108,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       continue;
     }
     const bool gradients = differentiable && !differentiable->directions.empty();
-    outputs.evaluate(full ? *full : branch.system(), equilibrium, point,
+    outputs.evaluate(full ? *full : system, equilibrium, point,
                      gradients ? &differentiable->gradients.path[k] : nullptr);
   }
   response.seconds_path += seconds_since(start);

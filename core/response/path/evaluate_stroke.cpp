@@ -47,7 +47,7 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
   FrequencyDerivativesResult found =
       differentiable && differentiable->along_stroke
           ? std::move(*differentiable->along_stroke)
-          : frequency_derivatives(mechanism, model, request.load, request.newton,
+          : frequency_derivatives(mechanism, model, request.loads, request.newton,
                                   request.frequencies, exactly ? &*exactly : nullptr);
   response.seconds_derivatives =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -86,7 +86,9 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
                         const StrokeRequest& request, DifferentiablePath* differentiable) {
   StrokeResponse response;
   for (const double stroke : request.points) response.path.emplace_back().stroke = stroke;
-  if (const auto rule = dependent_joints(mechanism)) {
+  auto rule = dependent_joints(mechanism);
+  if (!rule) rule = broken_rule(request.loads, mechanism);
+  if (rule) {
     response.status = Status::no_equilibrium;
     response.message = *rule;
     for (PathPoint& point : response.path) point.message = response.message;

@@ -20,20 +20,18 @@ std::unique_ptr<System> with_full_leaves(System& system) {
       leaves.back() = std::make_unique<FullLeaf>(dynamic_cast<const FullLeaf&>(system.leaf(i)));
     state.leaves.push_back(leaves.back()->save());
   }
-  auto full = std::make_unique<System>(system.mechanism(), std::move(leaves));
+  auto full = std::make_unique<System>(system.mechanism(), std::move(leaves), system.loads());
   full->restore(state);
   return full;
 }
 
 // The path of full leaves from rest to one point.
 Equilibrium step_from_rest(System& system, const StrokeRequest& request, double stroke) {
-  if (request.load_path)
-    return step_free_load(system, Vector6d::Zero(), request.load + stroke * *request.load_path,
-                          request.newton);
-  if (!request.load.isZero())
-    if (Equilibrium loaded = step_load(system, request.load, request.newton); !loaded.converged)
+  if (!request.loads.driven()) return step_load(system, {1, stroke}, request.newton);
+  if (!request.loads.constant.empty())
+    if (Equilibrium loaded = step_load(system, {.constant = 1}, request.newton); !loaded.converged)
       return loaded;
-  return step_to(system, stroke, request.load, request.newton);
+  return step_to(system, stroke, request.newton);
 }
 
 }  // namespace
@@ -42,16 +40,14 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
                                               const StrokeRequest& request, double stroke,
                                               Equilibrium& equilibrium) {
   auto full = with_full_leaves(system);
-  const bool driven = !request.load_path;
+  const bool driven = request.loads.driven();
   const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
-  equilibrium = driven
-                    ? solve_equilibrium(*full, stroke, request.load, request.newton)
-                    : solve_equilibrium(*full, std::nullopt,
-                                        request.load + stroke * *request.load_path, request.newton);
+  equilibrium =
+      solve_equilibrium(*full, driven ? std::optional(stroke) : std::nullopt, request.newton);
   if (!equilibrium.converged || full->strain() > largest_strain ||
       negative_pivots(*full, driven) > negative_pivots(system, driven)) {
-    full =
-        std::make_unique<System>(system.mechanism(), make_full_leaves(system.mechanism(), model));
+    full = std::make_unique<System>(system.mechanism(), make_full_leaves(system.mechanism(), model),
+                                    system.loads());
     equilibrium = step_from_rest(*full, request, stroke);
   }
   equilibrium.iterations += before;

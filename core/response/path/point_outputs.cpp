@@ -42,7 +42,8 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
     if (!c.still[d]) point.support_stiffness[d] = 1 / c.drive_locked(d, d);
   const int d = index(system.mechanism().drive);
   point.drive_stiffness = 1 / c.drive_free(d, d);
-  point.negative_pivots = request.load_path ? negative_pivots(system, false) : c.negative_pivots;
+  point.negative_pivots =
+      request.loads.driven() ? c.negative_pivots : negative_pivots(system, false);
   point.stable = point.negative_pivots == 0;
 }
 

@@ -38,7 +38,7 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
 
 /// At stroke zero with the dead load applied, on full leaves whatever the accuracy of the model.
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
-                                                 const ModelOptions& model, const Vector6d& load,
+                                                 const ModelOptions& model, const LoadCase& loads,
                                                  const NewtonOptions& newton, int count,
                                                  const ExactDerivatives* exact = nullptr);
 

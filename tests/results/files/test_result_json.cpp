@@ -86,7 +86,7 @@ TEST_CASE("Frequency derivatives are in the result, under the contract's names",
   CHECK(json["valid_to"]["compliance"] == 0.21);
   CHECK_THAT(result["units"]["frequency_derivatives"].get<std::string>(),
              Catch::Contains("per stroke in rad"));
-  record.job.request.load_path = Vector6d::Zero();  // nothing is driven
+  record.job.request.loads.growing = {load_at_O(Vector6d::Zero())};  // nothing is driven
   CHECK_FALSE(make_result(record).contains("frequency_derivatives"));
 }
 

@@ -34,7 +34,7 @@ Mechanism single(double width = 0.02) {
 }
 
 std::unique_ptr<LeafElement> element(const Mechanism& m, const ModelOptions& model) {
-  return std::move(make_reduced_leaves(m, model, 0, Vector6d::Zero())[0]);
+  return std::move(make_reduced_leaves(m, model, 0)[0]);
 }
 
 EdgePoses at_rest(const LeafSpring& leaf) {

@@ -77,8 +77,10 @@ StrokeRequest loaded(double stroke, bool turning) {
   StrokeRequest request;
   request.points = {0, stroke};
   request.frequencies = 4;
-  request.load << 1, 0.5, -2, 0.01, 0.02, -0.01;
-  request.load[turning ? 5 : 1] = 0;
+  Vector6d load;
+  load << 1, 0.5, -2, 0.01, 0.02, -0.01;
+  load[turning ? 5 : 1] = 0;
+  request.loads.constant = {load_at_O(load)};
   return request;
 }
 

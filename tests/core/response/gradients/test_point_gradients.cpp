@@ -69,8 +69,10 @@ void check(const Case& c) {
   StrokeRequest request;
   request.points = {0, c.stroke};
   request.frequencies = 4;
-  request.load << 1, 0.5, -2, 0.01, 0.02, -0.01;
-  request.load[c.hinge ? 5 : 1] = 0;
+  Vector6d load;
+  load << 1, 0.5, -2, 0.01, 0.02, -0.01;
+  load[c.hinge ? 5 : 1] = 0;
+  request.loads.constant = {load_at_O(load)};
   const int compared = check_gradients({[&](const Values& p) { return skew(c.hinge, p); },
                                         parameters, c.along, c.hinge ? 0.1 : 10.0},
                                        model, request);

@@ -302,7 +302,7 @@ TEST_CASE("a dead load moves the state that frequencies are derived about") {
   request.points = {-h, 0, h, -2 * h, 2 * h};
   request.frequencies = 2;
   request.outputs.remove(Output::stress);
-  request.load << 40, 0, -3, 0.02, 0.1, 0;
+  request.loads.constant = {load_at_O((Vector6d() << 40, 0, -3, 0.02, 0.1, 0).finished())};
   request.newton.tolerance = 1e-11;
   const StrokeResponse r = evaluate_stroke(m, {.accuracy = Accuracy::full}, request);
   REQUIRE(r.status == Status::ok);
@@ -331,7 +331,7 @@ TEST_CASE("a path with a point at rest foretells as one without") {
     StrokeRequest request;
     request.frequencies = 4;
     request.outputs.remove(Output::frequencies_free);  // foretold all the same
-    request.load << 4, 0, -3, 0.02, 0.1, 0;
+    request.loads.constant = {load_at_O((Vector6d() << 4, 0, -3, 0.02, 0.1, 0).finished())};
     request.newton.tolerance = 1e-11;
     const auto over = [&](std::vector<double> points) {
       request.points = std::move(points);
