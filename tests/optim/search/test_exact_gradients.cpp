@@ -367,3 +367,30 @@ TEST_CASE("places of large stress, material and end-effector have exact gradient
   CHECK(here.gradient.col(4).head(3).norm() > 0);
   CHECK(here.gradient.col(4).tail(7).norm() == 0);
 }
+
+TEST_CASE("nothing said, the library differentiates the mechanics exactly", "[optim][gradients]") {
+  nlohmann::json document = stiff_guide();
+  set_algorithm(document, "LD_SLSQP");
+  const Job job = parse_job(document);
+  const DesignProblem plain(job), told(job, {evaluate_stroke, by_differences});
+  CHECK(plain.differentiable());
+  CHECK_FALSE(told.differentiable());
+  CHECK(OptimiseOptions{}.evaluators.gradients != nullptr);
+  CHECK(plain.request().values == PathValues::differentiable);
+  CHECK(told.request().values == PathValues::as_modelled);
+}
+
+TEST_CASE("a design asks for what its goals are made of and nothing else", "[optim][gradients]") {
+  Job job = parse_job(stiff_guide());
+  const auto outputs_of = [&](const std::string& quantity) {
+    job.optimise->objective.quantity = quantity;
+    job.optimise->constraints.clear();
+    return DesignProblem(job).request().outputs;
+  };
+  CHECK(outputs_of("drive_load") == Outputs{Output::equilibrium});
+  CHECK(outputs_of("principal_stiffness") == Outputs{Output::stiffness});
+  CHECK(outputs_of("max_stress") == Outputs{Output::stress});
+  CHECK(outputs_of("parasitic_frequency") == Outputs{Output::parasitic_frequency});
+  CHECK_FALSE(outputs_of("parasitic_frequency_screening").need_path());
+  CHECK_THROWS_AS(outputs_of("no_such_quantity"), std::invalid_argument);
+}
