@@ -40,6 +40,7 @@ std::optional<PrincipalStiffness> principal_stiffness(const PathPoint& point) {
   const MatrixXd axes = free_translations(point);
   if (axes.cols() == 0) return std::nullopt;
   const SymmetricEigen eigen = eigen_of(point, axes);
+  if (eigen.eigenvalues()[axes.cols() - 1] == 0) return std::nullopt;
   return PrincipalStiffness{1 / eigen.eigenvalues()[axes.cols() - 1],
                             signed_by_largest(axes * eigen.eigenvectors().col(axes.cols() - 1))};
 }
@@ -52,6 +53,7 @@ std::optional<VectorXd> principal_stiffness_gradient(const PathPoint& point,
   const VectorXd& values = eigen.eigenvalues();
   const double largest = values[values.size() - 1];
   Eigen::Index first = values.size() - 1;
+  if (largest == 0) return std::nullopt;
   while (first > 0 && values[first] - values[first - 1] <= equal * std::abs(largest)) --first;
   const MatrixXd V = axes * eigen.eigenvectors().rightCols(values.size() - first);
   std::vector<MatrixXd> blocks;

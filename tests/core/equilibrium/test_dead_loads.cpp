@@ -96,8 +96,7 @@ TEST_CASE("force and tangent are the derivatives of the energy of leaves and dea
   const MatrixXd& T = system.tangent_stiffness();
   CHECK((T - T.transpose()).norm() < 1e-9 * T.norm());
   for (int k = 0; k < system.size(); ++k) {
-    const double d = k % 6 < 3 ? 1e-7 : 1e-5;
-    const double before = system.energy() + system.load_energy();
+    const double d = k % 6 < 3 ? 1e-8 : 1e-6;  // the axial stiffness changes within microns
     const VectorXd up = settled(d * VectorXd::Unit(system.size(), k));
     const double above = system.energy() + system.load_energy();
     const VectorXd down = settled(-2 * d * VectorXd::Unit(system.size(), k));
@@ -106,15 +105,14 @@ TEST_CASE("force and tangent are the derivatives of the energy of leaves and dea
     const VectorXd slope = (up - down) / (2 * d);
     INFO("coordinate " << k);
     CHECK((slope - D.col(k)).norm() < 1e-4 * D.col(k).norm());
-    CHECK((above - below) / (2 * d) ==
-          Approx(here[k]).epsilon(1e-4).margin(1e-6 * (above - 2 * before + below) / (d * d) * d +
-                                               1e-6));
+    CHECK((above - below) / (2 * d) == Approx(here[k]).epsilon(1e-4).margin(1e-4));
   }
 }
 
 TEST_CASE("a dead force on an arm is the pull of a long string", "[equilibrium][loads]") {
   // f with arm o on a body on a flexure with the rotational stiffness k: the force adds −∂(o×f)
-  const Mechanism m = row_of_two(0.06, 4e-4);
+  Mechanism m = row_of_two(0.06, 4e-4);
+  m.bodies[1].reference[1] = m.bodies[1].center_of_mass[1] = 0;  // on the line of the leaves
   const LoadCase plain{.constant = {{.force = {1, 0, 0}, .body = 1}}};
   LoadCase hanging = plain;
   hanging.constant[0].arm = {0.05, 0, 0};
@@ -126,7 +124,7 @@ TEST_CASE("a dead force on an arm is the pull of a long string", "[equilibrium][
   REQUIRE(at_reference.status == Status::ok);
   REQUIRE(on_arm.status == Status::ok);
   // same straight equilibrium; the tangent of body 1 about z and y is stiffer by f·o
-  CHECK(on_arm.path[0].displacement.isApprox(at_reference.path[0].displacement, 1e-9));
+  CHECK((on_arm.path[0].displacement - at_reference.path[0].displacement).norm() < 1e-12);
   System system(m, make_full_leaves(m, beams()), plain),
       other(m, make_full_leaves(m, beams()), hanging);
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
