@@ -112,7 +112,8 @@ inline StrokeGradientEvaluator gradient_evaluator(Calls& calls, double breaks_at
       g.drive_load = Dual(factor * 2 * x * E * w * t * t * t / (L * L * L)).derivatives();
       g.support_stiffness[0] =
           Dual(factor * 2 * E * w * t / (L * (1.0 + 12.0 / 700 * x * x / (t * t)))).derivatives();
-      if (request.stress) g.max_stress = Dual(factor * 3 * x * E * t / (L * L)).derivatives();
+      if (request.outputs.has(Output::stress))
+        g.max_stress = Dual(factor * 3 * x * E * t / (L * L)).derivatives();
       if (request.frequencies_of(DriveState::locked) > 0) {
         const Dual u = w / 0.03, d = (t - 0.5e-3) / 1e-3, of = factor * (1.0 - d * d);
         std::vector<Dual> f{100 * (1 - 4 * x) * u * of, 150 * (1 - 8 * x) * of / u,

@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "core/response/quantities.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"

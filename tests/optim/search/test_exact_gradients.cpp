@@ -242,12 +242,13 @@ TEST_CASE("a goal without exact derivatives is named", "[optim]") {
   CHECK(whole.gradient.rows() > 0);
   CHECK(whole.no_gradient.empty());
   CHECK(s.problem.evaluate(design).no_gradient.empty());
-  DesignProblem partly(parse_job(stiff_guide()), evaluator(s.calls),
-                       [exact = gradient_evaluator(s.calls)](const auto&... all) {
-                         StrokeSensitivity found = exact(all...);
-                         found.gradients->path.front().support_stiffness[0].reset();
-                         return found;
-                       });
+  DesignProblem partly(
+      parse_job(stiff_guide()),
+      {evaluator(s.calls), [exact = gradient_evaluator(s.calls)](const auto&... all) {
+         StrokeSensitivity found = exact(all...);
+         found.gradients->path.front().support_stiffness[0].reset();
+         return found;
+       }});
   const DesignValues values = partly.evaluate(design, true);
   REQUIRE(values.ok);
   CHECK(values.gradient.size() == 0);
