@@ -2,15 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>  // before AutoDiff, which needs it
-
+#include <Eigen/Dense>
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <numbers>
-#include <unsupported/Eigen/AutoDiff>
+#include <stdexcept>
 #include <utility>
 
+#include "core/math/dual.hpp"
+#include "core/mechanism/each_number.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/clamped_plate.hpp"
@@ -92,50 +92,6 @@ void check_thin(const LeafSpring& leaf, const ParameterValues& values) {
                                 smallest, leaf.name));
 }
 
-using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 16, 1>>;
-
-/// Derivative of one dual number; a constant carries none.
-double along(const Dual& x, int k) { return x.derivatives().size() > k ? x.derivatives()[k] : 0.0; }
-
-Mechanism rate_of(const MechanismT<Dual>& mechanism, int k) {
-  const auto vector = [k](const Vector3<Dual>& v) {
-    return Vector3d(along(v[0], k), along(v[1], k), along(v[2], k));
-  };
-  const auto matrix = [k](const Matrix3<Dual>& m) {
-    Matrix3d r;
-    for (int i = 0; i < 9; ++i) r(i / 3, i % 3) = along(m(i / 3, i % 3), k);
-    return r;
-  };
-  Mechanism rate;
-  rate.end_effector = mechanism.end_effector;
-  rate.drive = mechanism.drive;
-  for (const RigidBodyT<Dual>& b : mechanism.bodies)
-    rate.bodies.push_back({b.name, b.role, vector(b.reference), along(b.mass, k),
-                           vector(b.center_of_mass), matrix(b.inertia), b.held});
-  for (const LeafSpringT<Dual>& l : mechanism.leaves) {
-    LeafSpring leaf{.name = l.name,
-                    .base = l.base,
-                    .tip = l.tip,
-                    .origin = vector(l.origin),
-                    .axes = matrix(l.axes),
-                    .length = along(l.length, k),
-                    .width = along(l.width, k),
-                    .thickness = along(l.thickness, k),
-                    .material = {l.material.name, along(l.material.youngs_modulus, k),
-                                 along(l.material.poissons_ratio, k), along(l.material.density, k),
-                                 std::nullopt},
-                    .section = l.section,
-                    .point = std::nullopt};
-    if (l.point)
-      leaf.point = LeafPoint{l.point->body, along(l.point->along, k), along(l.point->across, k),
-                             l.point->spread_over_tip};
-    rate.leaves.push_back(std::move(leaf));
-  }
-  for (const JointT<Dual>& j : mechanism.joints)
-    rate.joints.push_back({j.name, j.type, j.body, j.other, vector(j.place), vector(j.axis)});
-  return rate;
-}
-
 /// Sets `make` and `directions` from one function of any scalar: (parameters, material, payload,
 /// choices) → mechanism. `apart` is the parameter that keeps the leaves apart.
 template <template <class> class Parameters, class Make>
@@ -154,21 +110,25 @@ void set_makers(Family& family, Make make, std::string apart) {
       throw SpecError(pointer_to(apart), fmt::format("{:g} m", values.at(apart)), *rule);
     return mechanism;
   };
+  // One direction after the other: what nobody wants costs nothing, and there may be any number.
   family.directions = [make](const ParameterValues& values, const FamilyChoices& choices,
-                             const Material& material, const EndEffector& payload) {
-    Parameters<Dual> parameters{};
-    int count = 0;
-    parameters.each([&](const char*, Dual&) { ++count; });
-    int k = 0;
-    parameters.each(
-        [&](const char* name, Dual& value) { value = Dual(values.at(name), count, k++); });
-    const MechanismT<Dual> mechanism =
-        make(parameters, cast_material<Dual>(material), payload, choices);
+                             const Material& material, const EndEffector& payload,
+                             const std::vector<std::string>& wanted) {
+    const auto constant = with_numbers<Dual1>(material, [](double x) { return Dual1(x); });
     std::vector<MechanismDirection> directions;
-    k = 0;
-    parameters.each([&](const char* name, Dual&) {
-      directions.push_back({name, rate_of(mechanism, k++)});
-    });
+    for (const std::string& along : wanted) {
+      Parameters<Dual1> parameters{};
+      bool known = false;
+      parameters.each([&](const char* name, Dual1& value) {
+        const bool moves = along == name;
+        known = known || moves;
+        value = moves ? Dual1::variable(values.at(name), 0) : Dual1(values.at(name));
+      });
+      if (!known) throw std::invalid_argument("no parameter of the family: " + along);
+      directions.push_back(
+          {along, with_numbers<double>(make(parameters, constant, payload, choices),
+                                       [](const Dual1& x) { return x.derivatives[0]; })});
+    }
     return directions;
   };
 }
@@ -328,52 +288,24 @@ Family clamped_plate() {
   return f;
 }
 
-Mechanism no_rate(const Mechanism& mechanism) {
-  Mechanism rate = mechanism;
-  for (RigidBody& b : rate.bodies) {
-    b.reference = b.center_of_mass = Vector3d::Zero();
-    b.mass = 0;
-    b.inertia = Matrix3d::Zero();
-  }
-  for (LeafSpring& l : rate.leaves) {
-    l.origin = Vector3d::Zero();
-    l.axes = Matrix3d::Zero();
-    l.length = l.width = l.thickness = 0;
-    l.material.youngs_modulus = l.material.poissons_ratio = l.material.density = 0;
-    if (l.point) l.point->along = l.point->across = 0;
-  }
-  for (Joint& j : rate.joints) j.place = j.axis = Vector3d::Zero();
-  return rate;
-}
-
 }  // namespace
 
-std::vector<MechanismDirection> material_directions(const Mechanism& mechanism) {
-  std::vector<MechanismDirection> directions;
-  for (const auto& [name, number] : {std::pair{"youngs_modulus", &Material::youngs_modulus},
-                                     {"poissons_ratio", &Material::poissons_ratio},
-                                     {"density", &Material::density}}) {
-    directions.push_back({std::string("material.") + name, no_rate(mechanism)});
-    for (LeafSpring& l : directions.back().rate.leaves) l.material.*number = 1;
-  }
-  return directions;
-}
-
-std::vector<MechanismDirection> payload_directions(const Mechanism& mechanism) {
-  std::vector<MechanismDirection> directions;
-  const auto add = [&](const std::string& name) -> RigidBody& {
-    directions.push_back({"end_effector." + name, no_rate(mechanism)});
-    return directions.back().rate.bodies[mechanism.end_effector];
+MechanismDirection number_direction(const Mechanism& mechanism, const std::string& name) {
+  MechanismDirection direction{name, zero_rate(mechanism)};
+  bool known = false;
+  const auto along = [&](const std::string& section) {
+    return [&name, &known, section](std::string_view number, double& x) {
+      if (name != section + std::string(number)) return;
+      x = 1;
+      known = true;
+    };
   };
-  add("mass").mass = 1;
-  const std::string axes = "xyz";
-  for (int i = 0; i < 3; ++i) add(std::string("center_of_mass.") + axes[i]).center_of_mass[i] = 1;
-  for (int i = 0; i < 3; ++i)
-    for (int j = i; j < 3; ++j) {
-      Matrix3d& inertia = add(std::string("inertia.") + axes[i] + axes[j]).inertia;
-      inertia(i, j) = inertia(j, i) = 1;
-    }
-  return directions;
+  for (LeafSpring& leaf : direction.rate.leaves)
+    each_material_number(leaf.material, along("material."));
+  each_payload_number(direction.rate.bodies[static_cast<std::size_t>(mechanism.end_effector)],
+                      along("end_effector."));
+  if (!known) throw std::invalid_argument("no number of material or end-effector: " + name);
+  return direction;
 }
 
 FamilyChoices standard_choices(const Family& family) {

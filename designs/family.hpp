@@ -60,18 +60,19 @@ struct Family {
   std::function<Mechanism(const ParameterValues&, const FamilyChoices&, const Material&,
                           const EndEffector&)>
       make;
-  /// Exact derivative of every number of the mechanism along each parameter. For what `make`
-  /// accepts.
+  /// Exact derivative of every number of the mechanism along each of the named parameters. For what
+  /// `make` accepts. Throws std::invalid_argument for a name that no parameter has.
   std::function<std::vector<MechanismDirection>(const ParameterValues&, const FamilyChoices&,
-                                                const Material&, const EndEffector&)>
+                                                const Material&, const EndEffector&,
+                                                const std::vector<std::string>& names)>
       directions;
 };
 
-/// The directions of a mechanism's material (`material.youngs_modulus`, `.poissons_ratio`,
-/// `.density`) and of its end-effector's mass, its centre and inertia (`end_effector.mass`,
-/// `.center_of_mass.x`, `.inertia.xx`, `.inertia.xy` …), the latter where there is one.
-std::vector<MechanismDirection> material_directions(const Mechanism& mechanism);
-std::vector<MechanismDirection> payload_directions(const Mechanism& mechanism);
+/// The direction of a number of a mechanism's material (`material.youngs_modulus`,
+/// `.poissons_ratio`, `.density`) or of its end-effector (`end_effector.mass`,
+/// `.center_of_mass.x` …, `.inertia.xx`, `.inertia.xy` …). Throws std::invalid_argument for another
+/// name.
+MechanismDirection number_direction(const Mechanism& mechanism, const std::string& name);
 
 /// The first choice of every option.
 FamilyChoices standard_choices(const Family& family);

@@ -43,17 +43,6 @@ LeafSpringT<S> make_leaf(std::string name, const EdgeFrame<S>& base, const EdgeF
   return leaf;
 }
 
-template <class S>
-MaterialT<S> cast_material(const Material& material) {
-  MaterialT<S> result;
-  result.name = material.name;
-  result.youngs_modulus = S(material.youngs_modulus);
-  result.poissons_ratio = S(material.poissons_ratio);
-  result.density = S(material.density);
-  result.allowable_stress = material.allowable_stress;
-  return result;
-}
-
 /// The end-effector with its reference point O at `reference`.
 template <class S>
 RigidBodyT<S> make_end_effector(const Vector3<S>& reference, const EndEffector& payload) {

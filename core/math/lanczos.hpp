@@ -1,16 +1,16 @@
 #pragma once
-// Lowest eigenpairs of K x = λ M x by inverse Lanczos with full reorthogonalisation. Written here
-// because every step needs one K⁻¹ and one M only when M V is kept beside V; general packages ask
-// for several products with M a step, which is what a leaf's frequencies cost.
-#include <algorithm>
-#include <cmath>
-#include <numeric>
-#include <vector>
+// Lowest eigenpairs of K x = λ M x by inverse block Lanczos with full reorthogonalisation. Blocks
+// find repeated eigenvalues, up to their width, and several right sides cost a solve little more
+// than one. Written here because every step needs one K⁻¹ and one M only when M V is kept beside V;
+// general packages ask for several products with M a step.
+#include <functional>
 
-#include "core/math/decompositions.hpp"
 #include "core/math/types.hpp"
 
 namespace flexopt {
+
+/// B → A B for a matrix of columns, n × any number.
+using LinearMap = std::function<MatrixXd(const MatrixXd&)>;
 
 struct LowestPairs {
   bool converged = false;
@@ -18,78 +18,53 @@ struct LowestPairs {
   MatrixXd vectors;  ///< M-orthonormal columns
 };
 
-/// `solve(x)` → K⁻¹ x, `mass(x)` → M x, M positive definite, n unknowns. Converged when every Ritz
-/// value's residual is below `tolerance` relative to it (its error is the square of that).
-template <class Solve, class Mass>
-LowestPairs lowest_pairs(int n, int count, const Solve& solve, const Mass& mass,
-                         double tolerance = 1e-7) {
-  LowestPairs pairs;
-  count = std::min(count, n);
-  const int most = std::min(n, 6 * count + 60);
-  MatrixXd V(n, most), MV(n, most);
-  VectorXd alpha(most), beta = VectorXd::Zero(most);
+/// The lowest `count` pairs of n unknowns: `solve(B)` → K⁻¹ B, `mass(B)` → M B, M positive
+/// definite. Converged when every Ritz value's residual is below `tolerance` relative to it; its
+/// error is the square of that. Blocks then end with an inverse iteration on the found space, which
+/// makes the vectors better; for single vectors, where it would cost half of the whole, it is left
+/// out.
+LowestPairs lowest_pairs(int n, int count, int width, const LinearMap& solve, const LinearMap& mass,
+                         double tolerance = 1e-7);
 
-  // reproducible and without symmetry: no mode is orthogonal to it
-  auto start = [n](int seed) {
-    VectorXd v(n);
-    for (int i = 0; i < n; ++i) v[i] = std::sin(1.0 + 1.7 * seed + 12.9898 * i);
-    return v;
-  };
-  auto orthogonalise = [&](VectorXd& w, int k) {
-    VectorXd sum = VectorXd::Zero(k);
-    for (int pass = 0; pass < 2; ++pass) {
-      const VectorXd h = MV.leftCols(k).transpose() * w;
-      w.noalias() -= V.leftCols(k) * h;
-      sum += h;
-    }
-    return sum;
-  };
+/// Columns to start from, n × width: reproducible and without symmetry, no mode is orthogonal to
+/// them. Those of another seed are others.
+MatrixXd start_columns(int n, int width, int seed = 0);
 
-  VectorXd w = start(0), Mw = mass(w);
-  double norm = std::sqrt(w.dot(Mw));
-  for (int j = 0; j < most; ++j) {
-    V.col(j) = w / norm;
-    MV.col(j) = Mw / norm;
-    w = solve(VectorXd(MV.col(j)));
-    alpha[j] = orthogonalise(w, j + 1)[j];
-    Mw = mass(w);
-    norm = std::sqrt(std::max(0.0, w.dot(Mw)));
-    const bool exhausted = norm <= 1e-13 * std::abs(alpha[0]);
+/// Krylov space of K⁻¹M, block by block: V M-orthonormal, K⁻¹M V = V T + (next block) rest() on the
+/// last block's columns.
+class BlockKrylov {
+ public:
+  /// `most`: columns of V at the end.
+  BlockKrylov(const MatrixXd& start, int most, LinearMap solve, LinearMap mass);
 
-    const int k = j + 1;
-    if (k >= count && (k % 4 == 0 || k == most)) {
-      const auto ritz = SymmetricEigen::of_tridiagonal(alpha.head(k), beta.head(k - 1));
-      std::vector<int> order(k);
-      std::iota(order.begin(), order.end(), 0);
-      const VectorXd& theta = ritz.eigenvalues();
-      std::stable_sort(order.begin(), order.end(),
-                       [&](int a, int b) { return std::abs(theta[a]) > std::abs(theta[b]); });
-      order.resize(count);
-      const bool done = std::all_of(order.begin(), order.end(), [&](int i) {
-        return norm * std::abs(ritz.eigenvectors()(k - 1, i)) <= tolerance * std::abs(theta[i]);
-      });
-      if (done || k == most) {
-        std::sort(order.begin(), order.end(),
-                  [&](int a, int b) { return 1 / theta[a] < 1 / theta[b]; });
-        pairs.converged = done || k == n;
-        pairs.values.resize(count);
-        pairs.vectors.resize(n, count);
-        for (int i = 0; i < count; ++i) {
-          pairs.values[i] = 1 / theta[order[i]];
-          pairs.vectors.col(i).noalias() = V.leftCols(k) * ritz.eigenvectors().col(order[i]);
-        }
-        return pairs;
-      }
-    }
-    beta[j] = exhausted ? 0 : norm;
-    if (exhausted) {  // an invariant subspace: go on beside it
-      w = start(j + 1);
-      orthogonalise(w, k);
-      Mw = mass(w);
-      norm = std::sqrt(w.dot(Mw));
-    }
-  }
-  return pairs;
-}
+  /// One block more; false where the space is invariant or full.
+  bool extend();
+  /// The next block where the space is invariant: these columns beside it.
+  void go_on(const MatrixXd& columns);
+
+  int columns() const { return columns_; }  ///< of V with their T; the next block is not counted
+  /// Nothing is left out: the space is invariant.
+  bool invariant() const { return block_ == 0 && (columns_ < most_ || most_ == V_.rows()); }
+  auto V() const { return V_.leftCols(columns_); }
+  auto MV() const { return MV_.leftCols(columns_); }
+  MatrixXd T() const;
+  const MatrixXd& rest() const { return rest_; }
+
+ private:
+  MatrixXd append(MatrixXd W);
+  void orthonormalise(MatrixXd& W, const VectorXd& removed);
+
+  LinearMap solve_, mass_;
+  int width_, most_, columns_ = 0, block_ = 0;
+  MatrixXd V_, MV_, T_, rest_;
+};
+
+/// The `count` eigenvalues of largest magnitude of a symmetric matrix, in that order, and their
+/// vectors.
+struct LargestPairs {
+  VectorXd values;
+  MatrixXd vectors;
+};
+LargestPairs largest_pairs(const MatrixXd& A, int count);
 
 }  // namespace flexopt

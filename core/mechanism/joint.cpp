@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <cassert>
-#include <unsupported/Eigen/AutoDiff>
+#include <tuple>
 
 #include "core/math/rotation.hpp"
 
@@ -37,11 +36,28 @@ Matrix3d axes_of(const Joint& joint) {
   return e;
 }
 
-// ½ δ·S δ is the second-order part of f·exp(hat δ) v.
+// h += ½ (f vᵀ + v fᵀ) − f·v: ½ δ·h δ is the second-order part of f·exp(hat δ) v.
 template <class S>
-Matrix3<S> turning(const Vector3<S>& f, const Vector3<S>& v) {
-  const Matrix3<S> fv = f * v.transpose();
-  return S(0.5) * (fv + fv.transpose()) - Matrix3<S>(Vector3<S>::Constant(f.dot(v)).asDiagonal());
+void add_turning(Eigen::Matrix<S, 12, 12>& H, int at, double sign, const Vector3<S>& f,
+                 const Vector3<S>& v) {
+  const S dot = f.dot(v);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) H(at + i, at + j) += (f[i] * v[j] + f[j] * v[i]) * (0.5 * sign);
+    H(at + i, at + i) -= dot * sign;
+  }
+}
+
+// h += hat(u)ᵀ hat(w) = u·w − w uᵀ between the spins of both bodies, and its transpose.
+template <class S>
+void add_spins(Eigen::Matrix<S, 12, 12>& H, const Vector3<S>& u, const Vector3<S>& w) {
+  const S dot = u.dot(w);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      S h = -(w[i] * u[j]);
+      if (i == j) h += dot;
+      H(3 + i, 9 + j) += h;
+      H(9 + j, 3 + i) += h;
+    }
 }
 
 // Present axes on both bodies, arms from the reference points to the joint, and b − p of `body`.
@@ -84,67 +100,120 @@ Geometry<S> geometry_rate(const JointState<S>& at, const JointState<S>& rate) {
   return g;
 }
 
+// The conditions and their gradient are a constant, a part linear in the geometry and one bilinear
+// in the axes of `body` and the rest of it, so that their rate needs no differentiation.
 template <class S>
-JointConditionsOf<S> conditions_of(JointType type, const Geometry<S>& g) {
-  const JointSize size = size_of(type);
-  JointConditionsOf<S> c;
-  c.value.setZero(size.conditions);
-  c.gradient.setZero(size.conditions, 12);
-  if (type == JointType::prismatic) {
-    for (int k = 0; k < 2; ++k) {
-      const Vector3<S> t = g.axes.col(k + 1);
-      c.value[k] = t.dot(Vector3<S>(g.apart - g.arm));
-      c.gradient.row(k) << -t.transpose(), t.cross(g.apart).transpose(), t.transpose(),
-          g.other_arm.cross(t).transpose();
+void add_linear(JointConditionsOf<S>& c, JointType type, const Geometry<S>& g) {
+  for (int i = 0; i < 3; ++i) {
+    if (type == JointType::prismatic) {
+      for (int k = 0; k < 2; ++k) {
+        c.gradient(k, i) -= g.axes(i, k + 1);
+        c.gradient(k, 6 + i) += g.axes(i, k + 1);
+      }
+      continue;
     }
-  } else {
-    c.value.template head<3>() = g.arm - g.apart;
-    c.gradient.template topRows<3>() << Matrix3<S>::Identity(), -hat(g.arm),
-        -Matrix3<S>::Identity(), hat(g.other_arm);
+    c.value[i] += g.arm[i] - g.apart[i];
+    const int j = (i + 1) % 3, k = (i + 2) % 3;  // hat(a)(j, i) = a[k], hat(a)(i, j) = −a[k]
+    c.gradient(j, 3 + i) -= g.arm[k];
+    c.gradient(i, 3 + j) += g.arm[k];
+    c.gradient(j, 9 + i) += g.other_arm[k];
+    c.gradient(i, 9 + j) -= g.other_arm[k];
   }
-  int row = size.lengths;
+}
+template <class S>
+void add_bilinear(JointConditionsOf<S>& c, JointType type, const Matrix3<S>& axes,
+                  const Geometry<S>& g) {
+  const auto add = [&c](int row, int column, const Vector3<S>& v) {
+    for (int i = 0; i < 3; ++i) c.gradient(row, column + i) += v[i];
+  };
+  if (type == JointType::prismatic)
+    for (int k = 0; k < 2; ++k) {
+      const Vector3<S> t = axes.col(k + 1), slide = g.apart - g.arm;
+      c.value[k] += t.dot(slide);
+      add(k, 3, t.cross(g.apart));
+      add(k, 9, g.other_arm.cross(t));
+    }
+  int row = size_of(type).lengths;
   for (const auto& [i, j] : right_angles(type)) {
-    const Vector3<S> u = g.axes.col(i), w = g.other_axes.col(j), turn = u.cross(w);
-    c.value[row] = u.dot(w);
-    c.gradient.template block<1, 3>(row, 3) = turn.transpose();
-    c.gradient.template block<1, 3>(row, 9) = -turn.transpose();
+    const Vector3<S> u = axes.col(i), w = g.other_axes.col(j);
+    c.value[row] += u.dot(w);
+    add(row, 3, u.cross(w));
+    add(row, 9, w.cross(u));
     ++row;
   }
-  return c;
 }
 
 template <class S>
-Eigen::Matrix<S, 12, 12> curvature_of(JointType type, const Geometry<S>& g,
-                                      const Eigen::Matrix<S, Eigen::Dynamic, 1>& multipliers) {
+JointConditionsOf<S> no_conditions(JointType type) {
+  const int n = size_of(type).conditions;
+  JointConditionsOf<S> c;
+  c.value.setZero(n);
+  c.gradient.setZero(n, 12);
+  return c;
+}
+
+// What the multipliers make of the axes of `body`: forces along a length, λ e_k of the slides or
+// the free vector of the others, and λ u of the right angles.
+template <class S>
+struct Loads {
+  Vector3<S> force;
+  std::array<Vector3<S>, 2> slides;
+  std::array<Vector3<S>, 3> angles;
+};
+template <class S>
+Loads<S> loads_of(JointType type, const Matrix3<S>& axes, const Eigen::VectorX<S>& multipliers) {
   assert(multipliers.size() == size_of(type).conditions);
-  Eigen::Matrix<S, 12, 12> H;
-  H.setZero();
-  const auto add = [&H](int row, int column, const Matrix3<S>& h) {
-    H.template block<3, 3>(row, column) += h;
-    if (row != column) H.template block<3, 3>(column, row) += h.transpose();
+  Loads<S> l{Vector3<S>::Zero(), {}, {}};
+  const auto times = [&](int k, int axis) {
+    Vector3<S> v;
+    for (int i = 0; i < 3; ++i) v[i] = multipliers[k] * axes(i, axis);
+    return v;
   };
+  if (type == JointType::prismatic)
+    for (int k = 0; k < 2; ++k) l.slides[k] = times(k, k + 1);
+  else
+    l.force = multipliers.template head<3>();
+  int row = size_of(type).lengths, k = 0;
+  for (const auto& [i, j] : right_angles(type)) l.angles[k++] = times(row++, i);
+  return l;
+}
+
+// Bilinear in the loads and the geometry, but for a part linear in the slides' loads.
+template <class S>
+void add_linear_curvature(Eigen::Matrix<S, 12, 12>& H, JointType type, const Loads<S>& loads) {
+  if (type != JointType::prismatic) return;
+  for (const Vector3<S>& t : loads.slides)
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      for (const auto& [row, column, sign] : {std::tuple{j, i, 1.0}, {i, j, -1.0}}) {
+        const S h = t[k] * sign;  // hat(t)(row, column)
+        H(3 + row, column) -= h;
+        H(column, 3 + row) -= h;
+        H(3 + row, 6 + column) += h;
+        H(6 + column, 3 + row) += h;
+      }
+    }
+}
+template <class S>
+void add_bilinear_curvature(Eigen::Matrix<S, 12, 12>& H, JointType type, const Loads<S>& loads,
+                            const Geometry<S>& g) {
   if (type == JointType::prismatic) {
-    for (int k = 0; k < 2; ++k) {
-      const Vector3<S> t = multipliers[k] * g.axes.col(k + 1);
-      add(3, 3, turning<S>(g.apart, t));
-      add(9, 9, turning<S>(t, g.other_arm));
-      add(3, 0, -hat(t));
-      add(3, 6, hat(t));
-      add(3, 9, hat(t).transpose() * hat(g.other_arm));
+    for (const Vector3<S>& t : loads.slides) {
+      add_turning(H, 3, 1, g.apart, t);
+      add_turning(H, 9, 1, t, g.other_arm);
+      add_spins(H, t, g.other_arm);
     }
   } else {
-    const Vector3<S> force = multipliers.template head<3>();
-    add(3, 3, turning<S>(force, g.arm));
-    add(9, 9, -turning<S>(force, g.other_arm));
+    add_turning(H, 3, 1, loads.force, g.arm);
+    add_turning(H, 9, -1, loads.force, g.other_arm);
   }
-  int row = size_of(type).lengths;
+  int k = 0;
   for (const auto& [i, j] : right_angles(type)) {
-    const Vector3<S> u = multipliers[row++] * g.axes.col(i), w = g.other_axes.col(j);
-    add(3, 3, turning<S>(w, u));
-    add(9, 9, turning<S>(u, w));
-    add(3, 9, hat(u).transpose() * hat(w));
+    const Vector3<S>&u = loads.angles[k++], w = g.other_axes.col(j);
+    add_turning(H, 3, 1, w, u);
+    add_turning(H, 9, 1, u, w);
+    add_spins(H, u, w);
   }
-  return H;
 }
 
 }  // namespace
@@ -155,35 +224,44 @@ JointSize size_of(JointType type) {
 }
 
 JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other) {
-  return conditions_of(joint.type, geometry(joint, body, other));
+  const Geometry<double> g = geometry(joint, body, other);
+  JointConditions c = no_conditions<double>(joint.type);
+  if (joint.type != JointType::prismatic) {
+    c.gradient.topLeftCorner<3, 3>().setIdentity();
+    c.gradient.block<3, 3>(0, 6) = -Matrix3d::Identity();
+  }
+  add_linear(c, joint.type, g);
+  add_bilinear(c, joint.type, g.axes, g);
+  return c;
 }
 
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
                     const Eigen::Ref<const VectorXd>& multipliers) {
-  return curvature_of<double>(joint.type, geometry(joint, body, other), multipliers);
+  const Geometry<double> g = geometry(joint, body, other);
+  const Loads<double> loads = loads_of<double>(joint.type, g.axes, multipliers);
+  Matrix12d H = Matrix12d::Zero();
+  add_linear_curvature(H, joint.type, loads);
+  add_bilinear_curvature(H, joint.type, loads, g);
+  return H;
 }
 
 template <class S>
 JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate) {
-  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<S, 1, 1>>;
-  const auto dual = []<class Value>(const Value& value, const Value& derivative) {
-    Eigen::Matrix<Dual, Value::RowsAtCompileTime, Value::ColsAtCompileTime> result(value.rows(),
-                                                                                   value.cols());
-    for (Eigen::Index i = 0; i < value.size(); ++i)
-      result.data()[i] = Dual(value.data()[i], Eigen::Matrix<S, 1, 1>(derivative.data()[i]));
-    return result;
-  };
+  const JointType type = state.joint.type;
   const Geometry<S> g = geometry(state.joint, state.body, state.other),
                     dg = geometry_rate(state, rate);
-  const Geometry<Dual> moving{dual(g.axes, dg.axes), dual(g.other_axes, dg.other_axes),
-                              dual(g.arm, dg.arm), dual(g.other_arm, dg.other_arm),
-                              dual(g.apart, dg.apart)};
-  const JointType type = state.joint.type;
-  const JointConditionsOf<Dual> c = conditions_of(type, moving);
-  const auto derivative = [](const Dual& x) { return x.derivatives()[0]; };
-  return {{c.value.unaryExpr(derivative), c.gradient.unaryExpr(derivative)},
-          curvature_of<Dual>(type, moving, dual(state.multipliers, rate.multipliers))
-              .unaryExpr(derivative)};
+  JointRates<S> r{no_conditions<S>(type), Eigen::Matrix<S, 12, 12>::Zero()};
+  add_linear(r.conditions, type, dg);
+  add_bilinear(r.conditions, type, dg.axes, g);
+  add_bilinear(r.conditions, type, g.axes, dg);
+  const Loads<S> loads = loads_of(type, g.axes, state.multipliers);
+  for (const Loads<S>& change :
+       {loads_of(type, dg.axes, state.multipliers), loads_of(type, g.axes, rate.multipliers)}) {
+    add_linear_curvature(r.curvature, type, change);
+    add_bilinear_curvature(r.curvature, type, change, g);
+  }
+  add_bilinear_curvature(r.curvature, type, loads, dg);
+  return r;
 }
 template JointRates<double> joint_rates(const JointState<double>&, const JointState<double>&);
 template JointRates<Jet> joint_rates(const JointState<Jet>&, const JointState<Jet>&);

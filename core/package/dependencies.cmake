@@ -10,4 +10,3 @@ find_package(Boost 1.74 REQUIRED)  # headers: Boost.Random
 pkg_check_modules(udunits REQUIRED IMPORTED_TARGET udunits)
 pkg_check_modules(nlopt REQUIRED IMPORTED_TARGET nlopt)
 pkg_check_modules(ipopt REQUIRED IMPORTED_TARGET ipopt)
-pkg_check_modules(muparser REQUIRED IMPORTED_TARGET muparser)

@@ -11,7 +11,6 @@
 #include "core/reduction/superelement/superelement_grid.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
-#include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
 
@@ -224,6 +223,8 @@ DesignSpec read_design(json& read, const Family& family, std::vector<std::string
         formula == design.expressions.end() ? "thickness" : formula->second;
   }
   design.material = read_material(read["material"], notes);
+  design.resolved = resolve(design);
+  design.resolved->check_units();
   return design;
 }
 
@@ -385,19 +386,21 @@ Pointer pointer_to_number(const std::string& name) {
 
 }  // namespace
 
+std::shared_ptr<const ParametricDesign> resolve(const DesignSpec& design) {
+  if (design.resolved) return design.resolved;
+  return std::make_shared<const ParametricDesign>(find_family(design.family, "/design/family"),
+                                                  design.choices, design.expressions);
+}
+
 ParameterValues complete_parameters(const DesignSpec& design, ParameterValues parameters) {
-  const Family& family = find_family(design.family, "/design/family");
-  std::vector<std::string> given;
-  for (const Parameter& p : family.parameters)
-    if (!design.expressions.contains(p.name)) given.push_back(p.name);
-  for (const auto& [name, formula] : design.expressions) {
-    const std::string at = (parameters_at / name / "expression").to_string();
-    const std::optional<double> value = Expression(formula, given, at).value(parameters);
-    if (!value) throw SpecError(at, formula, "it has no finite value at these parameters");
-    parameters[name] = *value;
+  const auto resolved = resolve(design);
+  const std::vector<Parameter>& known = resolved->family().parameters;
+  std::vector<double> slots = resolved->slots(parameters);
+  resolved->complete(slots);
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    parameters[known[i].name] = slots[i];
+    read_quantity(parameter_shape(known[i]), slots[i], parameters_at / known[i].name);
   }
-  for (const Parameter& p : family.parameters)
-    read_quantity(parameter_shape(p), parameters.at(p.name), parameters_at / p.name);
   for (const auto& [name, value] : parameters)
     if (const Parameter* number = find_job_number(name))
       read_quantity(parameter_shape(*number), value, pointer_to_number(name));
@@ -405,10 +408,9 @@ ParameterValues complete_parameters(const DesignSpec& design, ParameterValues pa
 }
 
 Mechanism make_mechanism(const Job& job, const ParameterValues& parameters) {
-  const Family& family = find_family(job.design.family, "/design/family");
   const auto [material, end_effector] = numbers_set(job, parameters);
-  return family.make(complete_parameters(job.design, parameters), job.design.choices, material,
-                     end_effector);
+  return resolve(job.design)
+      ->build(complete_parameters(job.design, parameters), material, end_effector);
 }
 
 Job parse_job(const json& document) {

@@ -1,13 +1,14 @@
 #pragma once
 // The job file as read: defaults filled in, SI, checked.
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/response/response.hpp"
-#include "designs/family.hpp"
+#include "designs/parametric_design.hpp"
 
 namespace flexopt {
 
@@ -91,7 +92,7 @@ struct SampleRange {
 /// A parameter (or the stroke) that follows from sampled numbers.
 struct SampleFormula {
   std::string parameter, formula;
-  std::vector<std::string> may_use;  ///< names that are known before it
+  std::vector<FormulaName> may_use;  ///< names that are known before it
   std::string pointer;               ///< into the job
 };
 
@@ -130,7 +131,13 @@ struct DesignSpec {
   std::map<std::string, std::string> expressions;
   FamilyChoices choices;  ///< of every option of the family
   Material material;
+  /// The family and its formulas, compiled; of a design that was read.
+  std::shared_ptr<const ParametricDesign> resolved;
 };
+
+/// The family found and its formulas compiled: what the reader left, or made anew for a design that
+/// was written by hand. Throws SpecError.
+std::shared_ptr<const ParametricDesign> resolve(const DesignSpec& design);
 
 struct Job {
   std::string name;

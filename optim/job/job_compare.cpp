@@ -61,7 +61,7 @@ class SamplesReader {
   void check_name(const std::string& name, const Pointer& at);
   /// Parameters, symbols and sampled numbers of material and end-effector, without those given by
   /// formulas of this section or of the design.
-  std::vector<std::string> plain_names() const;
+  std::vector<FormulaName> plain_names() const;
 
   const Pointer at_{"/samples"};
   const Family& family_;
@@ -139,15 +139,18 @@ void SamplesReader::read_entry(json& read, const Pointer& at) {
   spec_.formulas.push_back({name, read["expression"], {}, (at / "expression").to_string()});
 }
 
-std::vector<std::string> SamplesReader::plain_names() const {
-  std::vector<std::string> names;
+std::vector<FormulaName> SamplesReader::plain_names() const {
+  std::vector<FormulaName> names;
   for (const Parameter& p : family_.parameters)
     if (!design_.expressions.contains(p.name) &&
         std::none_of(spec_.formulas.begin(), spec_.formulas.end(),
                      [&](const SampleFormula& f) { return f.parameter == p.name; }))
-      names.push_back(p.name);
+      names.push_back({p.name, p.unit});
   for (const SampleRange& range : spec_.ranges)
-    if (range.symbol || find_job_number(range.name)) names.push_back(range.name);
+    if (const Parameter* number = find_job_number(range.name))
+      names.push_back({range.name, number->unit});
+    else if (range.symbol)
+      names.push_back({range.name, ""});  // its unit is not known: a bare number
   return names;
 }
 
@@ -208,18 +211,23 @@ SamplesSpec SamplesReader::read(json& read, const StrokeRequest& request) {
     throw SpecError((at_ / "vary").to_string(), fmt::format("{:g} designs", designs),
                     fmt::format("a grid of at most {} designs", most_designs));
 
-  std::vector<std::string> known = plain_names();
+  std::vector<FormulaName> known = plain_names();
   for (SampleFormula& f : spec_.formulas) {
     f.may_use = known;
-    f.formula = Expression(f.formula, f.may_use, f.pointer).text();  // complains of a wrong one
-    known.push_back(f.parameter);
+    const std::string unit = find_parameter(family_, f.parameter)->unit;
+    Expression(f.formula, f.may_use, f.pointer).formula().check_unit(unit);
+    known.push_back({f.parameter, unit});
   }
   if (read.contains("largest_stroke")) {
-    for (const auto& [parameter, formula] : design_.expressions) known.push_back(parameter);
+    for (const auto& [parameter, formula] : design_.expressions)
+      known.push_back({parameter, find_parameter(family_, parameter)->unit});
     SampleFormula& f = spec_.largest_stroke;
     f.pointer = (at_ / "largest_stroke").to_string();
     f.may_use = known;
-    f.formula = Expression(read["largest_stroke"], f.may_use, f.pointer).text();
+    f.formula = read["largest_stroke"];
+    Expression(f.formula, f.may_use, f.pointer)
+        .formula()
+        .check_unit(is_rotation(family_.drive) ? "rad" : "m");
     if (std::all_of(request.points.begin(), request.points.end(), [](double s) { return s == 0; }))
       throw SpecError(f.pointer, f.formula, "the job's stroke is zero: there is nothing to scale");
   }

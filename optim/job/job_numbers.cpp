@@ -4,68 +4,49 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <functional>
-
-#include "core/spec/spec_error.hpp"
+#include <cassert>
 
 #include "core/math/decompositions.hpp"
+#include "core/mechanism/each_number.hpp"
+#include "core/spec/spec_error.hpp"
 
 namespace flexopt {
 namespace {
 
 constexpr double most = 1e12;  // SI, as the job's own sections have it
 
-/// One number: what it is, and its places in material or end-effector (an inertia off the diagonal
-/// has two).
-struct Place {
-  Parameter parameter;
-  std::function<std::vector<double*>(Material&, EndEffector&)> at;
-};
-
-std::vector<Place> make_places() {
-  std::vector<Place> places;
-  const auto add = [&](Parameter parameter, auto at) {
-    places.push_back({std::move(parameter), std::move(at)});
-  };
-  using Where = std::vector<double*>;
-  add({"material.youngs_modulus", "Pa", {}, 0, 10 * most, true, false, "Young's modulus"},
-      [](Material& m, EndEffector&) { return Where{&m.youngs_modulus}; });
-  add({"material.poissons_ratio", "1", {}, -1, 0.5, true, false, "Poisson's ratio"},
-      [](Material& m, EndEffector&) { return Where{&m.poissons_ratio}; });
-  add({"material.density", "kg/m^3", {}, 0, 1e5, true, false, "density"},
-      [](Material& m, EndEffector&) { return Where{&m.density}; });
-  add({"end_effector.mass", "kg", {}, 0, most, false, false, "mass of the end-effector"},
-      [](Material&, EndEffector& e) { return Where{&e.mass}; });
-  const std::string axes = "xyz";
-  for (int i = 0; i < 3; ++i)
-    add({std::string("end_effector.center_of_mass.") + axes[i],
-         "m",
-         {},
-         -1e3,
-         1e3,
-         false,
-         false,
-         "its centre of mass, relative to O"},
-        [i](Material&, EndEffector& e) { return Where{&e.center_of_mass[i]}; });
-  for (int i = 0; i < 3; ++i)
-    for (int j = i; j < 3; ++j)
-      add({std::string("end_effector.inertia.") + axes[i] + axes[j],
-           "kg m^2",
-           {},
-           i == j ? 0.0 : -most,
-           most,
-           false,
-           false,
-           "its inertia about its centre of mass"},
-          [i, j](Material&, EndEffector& e) {
-            return i == j ? Where{&e.inertia(i, i)} : Where{&e.inertia(i, j), &e.inertia(j, i)};
-          });
-  return places;
+/// Unit, range and meaning of a number that a visitor of the mechanism names.
+Parameter described(const std::string& section, const std::string& name) {
+  Parameter p;
+  p.name = section + "." + name;
+  p.max = most;
+  if (name == "youngs_modulus") {
+    p.unit = "Pa", p.meaning = "Young's modulus", p.max = 10 * most, p.open_min = true;
+  } else if (name == "poissons_ratio") {
+    p.unit = "1", p.meaning = "Poisson's ratio", p.min = -1, p.max = 0.5, p.open_min = true;
+  } else if (name == "density") {
+    p.unit = "kg/m^3", p.meaning = "density", p.max = 1e5, p.open_min = true;
+  } else if (name == "mass") {
+    p.unit = "kg", p.meaning = "mass of the end-effector";
+  } else if (name.starts_with("center_of_mass")) {
+    p.unit = "m", p.meaning = "its centre of mass, relative to O", p.min = -1e3, p.max = 1e3;
+  } else {
+    assert(name.starts_with("inertia."));
+    p.unit = "kg m^2", p.meaning = "its inertia about its centre of mass";
+    if (name[name.size() - 1] != name[name.size() - 2]) p.min = -most;
+  }
+  return p;
 }
 
-const std::vector<Place>& places() {
-  static const std::vector<Place> all = make_places();
-  return all;
+/// visit(name, number) for all places of numbers, the job's own names.
+template <class Material, class EndEffector, class Visit>
+void each_place(Material& material, EndEffector& end_effector, const Visit& visit) {
+  each_material_number(material, [&](std::string_view name, auto& number) {
+    visit("material." + std::string(name), number);
+  });
+  each_payload_number(end_effector, [&](std::string_view name, auto& number) {
+    visit("end_effector." + std::string(name), number);
+  });
 }
 
 }  // namespace
@@ -73,7 +54,13 @@ const std::vector<Place>& places() {
 const std::vector<Parameter>& job_numbers() {
   static const std::vector<Parameter> all = [] {
     std::vector<Parameter> list;
-    for (const Place& place : places()) list.push_back(place.parameter);
+    Material material;
+    EndEffector end_effector;
+    each_place(material, end_effector, [&](const std::string& name, double) {
+      if (std::ranges::find(list, name, &Parameter::name) != list.end()) return;
+      const std::size_t point = name.find('.');
+      list.push_back(described(name.substr(0, point), name.substr(point + 1)));
+    });
     return list;
   }();
   return all;
@@ -90,7 +77,7 @@ const Parameter* find_parameter(const Family& family, const std::string& name) {
 }
 
 std::vector<Parameter> parameters_of(const Job& job) {
-  std::vector<Parameter> all = find_family(job.design.family, "/design/family").parameters;
+  std::vector<Parameter> all = resolve(job.design)->family().parameters;
   const auto add = [&](const std::string& name) {
     if (const Parameter* number = find_job_number(name);
         number && std::ranges::find(all, name, &Parameter::name) == all.end())
@@ -107,6 +94,12 @@ std::vector<Parameter> parameters_of(const Job& job) {
   return all;
 }
 
+std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters) {
+  std::vector<FormulaName> names;
+  for (const Parameter& p : parameters) names.push_back({p.name, p.unit});
+  return names;
+}
+
 std::optional<std::string> without_number(const Family& family, const FamilyChoices& choices,
                                           const std::string& name) {
   if (!name.starts_with("end_effector.") || family.has_end_effector(choices)) return std::nullopt;
@@ -114,18 +107,17 @@ std::optional<std::string> without_number(const Family& family, const FamilyChoi
 }
 
 ParameterValues numbers_of(const Material& material, const EndEffector& end_effector) {
-  Material m = material;
-  EndEffector e = end_effector;
   ParameterValues values;
-  for (const Place& place : places()) values[place.parameter.name] = *place.at(m, e).front();
+  each_place(material, end_effector,
+             [&](const std::string& name, double number) { values.emplace(name, number); });
   return values;
 }
 
 void set_number(Material& material, EndEffector& end_effector, const std::string& name,
                 double value) {
-  for (const Place& place : places())
-    if (place.parameter.name == name)
-      for (double* number : place.at(material, end_effector)) *number = value;
+  each_place(material, end_effector, [&](const std::string& number, double& place) {
+    if (number == name) place = value;
+  });
 }
 
 std::pair<Material, EndEffector> numbers_set(const Job& job, const ParameterValues& values) {

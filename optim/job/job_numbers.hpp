@@ -22,6 +22,9 @@ const Parameter* find_parameter(const Family& family, const std::string& name);
 /// The family's parameters, then those numbers that differ from design to design.
 std::vector<Parameter> parameters_of(const Job& job);
 
+/// Names and units of parameters, as formulas want them.
+std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters);
+
 /// Why a design has no such number: nothing rigid hangs on it.
 std::optional<std::string> without_number(const Family& family, const FamilyChoices& choices,
                                           const std::string& name);

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cassert>
 #include <cmath>
 #include <functional>
 
@@ -31,7 +29,7 @@ struct Context {
   const StrokeRequest& request;
   std::vector<Quantity> quantities;
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
-  std::vector<std::string> names;  ///< of these, the family's first
+  std::vector<FormulaName> names;  ///< of these, the family's first
 
   const Quantity* find_quantity(const std::string& name) const {
     const auto it = std::find_if(quantities.begin(), quantities.end(),
@@ -55,59 +53,15 @@ struct Context {
   }
 };
 
-/// Powers of metre, kilogram and second in the units that parameters have.
-std::array<int, 3> powers_of(const std::string& unit) {
-  if (unit == "m") return {1, 0, 0};
-  if (unit == "kg") return {0, 1, 0};
-  if (unit == "kg m^2") return {2, 1, 0};
-  if (unit == "kg/m^3") return {-3, 1, 0};
-  if (unit == "Pa") return {-1, 1, -2};
-  assert(unit == "1" || unit == "rad");
-  return {0, 0, 0};
-}
-
-/// The powers of metre, kilogram and second in a formula's unit: how its value grows when the base
-/// unit shrinks. Nothing where it is a sum of different powers, as plain numbers in it make it.
-std::optional<std::array<int, 3>> powers_of(const Expression& formula, const Context& context) {
-  std::array<int, 3> powers{};
-  for (std::size_t base = 0; base < powers.size(); ++base) {
-    const auto at_scale = [&](double scale) {
-      ParameterValues values = context.values;
-      for (const std::string& name : formula.names()) {
-        const Parameter* of = find_parameter(context.family, name);
-        values[name] *= std::pow(scale, powers_of(of->unit)[base]);
-      }
-      return formula.value(values);
-    };
-    const std::optional<double> one = at_scale(1), two = at_scale(2), three = at_scale(3);
-    if (!one || !two || !three || *one == 0 || *two / *one <= 0) return std::nullopt;
-    const int n = static_cast<int>(std::lround(std::log2(*two / *one)));
-    constexpr double rounding = 1e-9;
-    if (std::abs(n) > 12 || std::abs(*two / *one / std::pow(2.0, n) - 1) > rounding ||
-        std::abs(*three / *one / std::pow(3.0, n) - 1) > rounding)
-      return std::nullopt;
-    powers[base] = n;
-  }
-  return powers;
-}
-
-std::string unit_of(const std::array<int, 3>& powers) {
-  std::string unit;
-  for (const auto& [power, base] : {std::pair{powers[1], "kg"}, {powers[0], "m"}, {powers[2], "s"}})
-    if (power != 0)
-      unit += (unit.empty() ? "" : " ") +
-              (power == 1 ? std::string(base) : fmt::format("{}^{}", base, power));
-  return unit;
-}
-
 /// Bound of a formula: a number in SI, or a text with a unit that the formula can have.
-double formula_bound(const Expression& formula, const json& value, const Pointer& at,
-                     const Context& context) {
+double formula_bound(const Formula& formula, const json& value, const Pointer& at) {
   if (value.is_number()) return value.get<double>();
-  const auto powers = powers_of(formula, context);
-  std::vector<std::string> units{"m", "rad", "1"};
-  if (powers) units = {unit_of(*powers)};
-  if (units.front().empty()) units = {"1", "rad"};
+  std::vector<std::string> units;
+  if (!formula.dimension() || formula.fits_anywhere()) units = {"m", "rad", "1"};
+  if (formula.dimension() && formula.dimension()->is_plain())
+    units = {"1", "rad"};
+  else if (formula.dimension())
+    units.push_back(unit_of(formula.dimension()->without_radian()));
   for (std::size_t i = 0; i + 1 < units.size(); ++i) {
     try {
       return read_quantity(shape::quantity(units[i]), value, at);
@@ -249,7 +203,7 @@ Constraint read_constraint(json& read, const Context& context, const Pointer& at
     const Expression formula(read["expression"], context.names, (at / "expression").to_string());
     constraint.expression = constraint.label = formula.text();
     bound = [&, formula](const char* key) {
-      return formula_bound(formula, read[key], at / key, context);
+      return formula_bound(formula.formula(), read[key], at / key);
     };
   } else {
     const Quantity& quantity = context.quantity(read["quantity"], at / "quantity");
@@ -351,11 +305,11 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
 
 OptimiseSpec read_optimise(json& read, const Family& family, Job& job) {
   Context context{family, job.design, job.request, quantities(family.drive), {}, {}};
-  for (const Parameter& p : family.parameters) context.names.push_back(p.name);
+  for (const Parameter& p : family.parameters) context.names.push_back({p.name, p.unit});
   context.values = job.design.parameters;
   for (const auto& [name, value] : numbers_of(job.design.material, job.end_effector))
     if (!without_number(family, job.design.choices, name)) {
-      context.names.push_back(name);
+      context.names.push_back({name, find_job_number(name)->unit});
       context.values[name] = value;
     }
   const Pointer at("/optimise");

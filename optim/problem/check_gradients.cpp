@@ -11,7 +11,6 @@
 #include "core/response/quantities.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 #include "core/spec/spec_error.hpp"
-#include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "optim/problem/goals.hpp"
@@ -154,19 +153,15 @@ Columns columns_of(const Job& job) {
   Columns columns{differentiable_parameters(job), {}, {}};
   columns.all = columns.parameters;
   columns.chain.resize(columns.parameters.size());
-  for (const auto& [name, formula] : job.design.expressions) {
-    columns.all.push_back(name);
-    std::vector<std::string> given;
-    for (const auto& [other, value] : job.design.parameters)
-      if (!job.design.expressions.contains(other)) given.push_back(other);
-    const Expression expression(formula, given, "/design/parameters/" + name + "/expression");
-    const std::optional<VectorXd> slope = expression.gradient(job.design.parameters);
+  const auto design = resolve(job.design);
+  const auto slopes = design->derivatives(design->slots(job.design.parameters));
+  for (const DependentParameter& d : design->dependents()) {
+    columns.all.push_back(design->family().parameters[static_cast<std::size_t>(d.slot)].name);
     for (std::size_t p = 0; p < columns.parameters.size(); ++p) {
-      const auto at = std::ranges::find(expression.names(), columns.parameters[p]);
+      const int along = design->slot(columns.parameters[p]);
       VectorXd& chain = columns.chain[p];
       chain.conservativeResize(chain.size() + 1);
-      chain[chain.size() - 1] =
-          slope && at != expression.names().end() ? (*slope)[at - expression.names().begin()] : 0;
+      chain[chain.size() - 1] = slopes && along >= 0 ? (*slopes)(d.slot, along) : 0;
     }
   }
   return columns;
@@ -189,7 +184,7 @@ class Checker {
     listed_ = request_.frequencies;
     if (listed_ > 0) request_.frequencies += 2;
     columns_ = columns_of(job);
-    const Direction drive = find_family(job.design.family, "/design/family").drive;
+    const Direction drive = resolve(job.design)->family().drive;
     names_ = quantities(drive);
     turns_ = is_rotation(drive);
   }

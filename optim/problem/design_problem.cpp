@@ -24,18 +24,6 @@ double excess(double value, const std::optional<double>& min, const std::optiona
 
 namespace {
 
-std::vector<std::string> given_parameters(const DesignSpec& design) {
-  std::vector<std::string> given;
-  for (const auto& [name, value] : design.parameters)
-    if (!design.expressions.contains(name)) given.push_back(name);
-  return given;
-}
-
-Expression formula_of(const DesignSpec& design, const std::string& parameter) {
-  return {design.expressions.at(parameter), given_parameters(design),
-          "/design/parameters/" + parameter + "/expression"};
-}
-
 /// The job with the second objective of a front among its constraints, and with the numbers of
 /// material and end-effector that are variables or stand in formulas among its parameters.
 Job prepared(Job job) {
@@ -44,9 +32,10 @@ Job prepared(Job job) {
     spec.constraints.push_back(
         {front->quantity, front->expression, front->over_stroke, {}, {}, front->label});
   const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
-  std::vector<std::string> known, wanted;
-  for (const auto& [name, value] : job.design.parameters) known.push_back(name);
-  for (const auto& [name, value] : numbers) known.push_back(name);
+  job.design.resolved = resolve(job.design);
+  std::vector<std::string> wanted;
+  std::vector<FormulaName> known = formula_names(job.design.resolved->family().parameters);
+  for (const FormulaName& number : formula_names(job_numbers())) known.push_back(number);
   for (const Variable& v : spec.variables) wanted.push_back(v.parameter);
   const auto add = [&](const std::string& formula, const std::string& pointer) {
     if (formula.empty()) return;
@@ -62,21 +51,24 @@ Job prepared(Job job) {
   return job;
 }
 
-/// 1 where a parameter (row) depends on a variable (column).
-MatrixXd parameter_pattern(const Job& job) {
-  const std::vector<Variable>& variables = job.optimise->variables;
-  MatrixXd pattern = MatrixXd::Zero(static_cast<Eigen::Index>(job.design.parameters.size()),
-                                    static_cast<Eigen::Index>(variables.size()));
-  Eigen::Index row = 0;
+/// Those of the parameters that change when a variable does.
+std::vector<std::string> moving_parameters(const Job& job) {
+  const ParametricDesign& design = *job.design.resolved;
+  const auto varies = [&](const std::string& name) {
+    return std::ranges::any_of(job.optimise->variables,
+                               [&](const Variable& v) { return v.parameter == name; });
+  };
+  std::vector<std::string> moving;
   for (const auto& [name, value] : job.design.parameters) {
-    std::vector<std::string> depends{name};
-    if (job.design.expressions.contains(name)) depends = formula_of(job.design, name).names();
-    for (std::size_t j = 0; j < variables.size(); ++j)
-      if (std::find(depends.begin(), depends.end(), variables[j].parameter) != depends.end())
-        pattern(row, static_cast<Eigen::Index>(j)) = 1;
-    ++row;
+    bool moves = varies(name);
+    for (const DependentParameter& d : design.dependents())
+      if (d.slot == design.slot(name))
+        moves = std::ranges::any_of(d.formula.slots(), [&](int slot) {
+          return varies(design.family().parameters[static_cast<std::size_t>(slot)].name);
+        });
+    if (moves) moving.push_back(name);
   }
-  return pattern;
+  return moving;
 }
 
 }  // namespace
@@ -97,10 +89,7 @@ DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
     request_.values = PathValues::differentiable;
     if (bears_repetition(optimiser_options(*job_.optimise))) add_stress_branches(goals_, request_);
   }
-  const MatrixXd pattern = parameter_pattern(job_);
-  Eigen::Index row = 0;
-  for (const auto& [name, value] : job_.design.parameters)
-    if (!pattern.row(row++).isZero(0)) moving_.push_back(name);
+  moving_ = moving_parameters(job_);
 }
 
 Variables DesignProblem::variables(const VectorXd& x) const {
@@ -161,22 +150,20 @@ StrokeResponse DesignProblem::respond(const Variables& variables, const ModelOpt
 std::optional<MatrixXd> DesignProblem::parameter_derivatives(
     const ParameterValues& parameters) const {
   const std::vector<Variable>& variables = spec().variables;
+  const ParametricDesign& design = *job_.design.resolved;
+  const std::optional<MatrixXd> slopes = design.derivatives(design.slots(parameters));
+  if (!slopes) return std::nullopt;
   MatrixXd derivatives = MatrixXd::Zero(static_cast<Eigen::Index>(parameters.size()), size());
   Eigen::Index row = 0;
   for (const auto& [name, value] : parameters) {
-    std::vector<std::string> depends{name};
-    VectorXd slopes = VectorXd::Ones(1);
-    if (job_.design.expressions.contains(name)) {
-      const Expression formula = formula_of(job_.design, name);
-      const std::optional<VectorXd> gradient = formula.gradient(parameters);
-      if (!gradient) return std::nullopt;
-      depends = formula.names();
-      slopes = *gradient;
+    const int slot = design.slot(name);
+    for (Eigen::Index j = 0; j < size(); ++j) {
+      const std::string& along = variables[static_cast<std::size_t>(j)].parameter;
+      if (const int by = design.slot(along); slot >= 0 && by >= 0)
+        derivatives(row, j) = (*slopes)(slot, by);
+      else if (name == along)
+        derivatives(row, j) = 1;
     }
-    for (std::size_t i = 0; i < depends.size(); ++i)
-      for (std::size_t j = 0; j < variables.size(); ++j)
-        if (depends[i] == variables[j].parameter)
-          derivatives(row, static_cast<Eigen::Index>(j)) = slopes[static_cast<Eigen::Index>(i)];
     ++row;
   }
   return derivatives;

@@ -8,6 +8,7 @@
 
 #include "core/response/quantities.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "optim/job/job_numbers.hpp"
 
 namespace flexopt {
 namespace {
@@ -24,8 +25,10 @@ Goal make_goal(const Job& job, const std::string& label, const std::string& quan
                const std::string& expression, OverStroke over, const std::string& pointer) {
   Goal goal{label, quantity, {}, over, 1};
   if (!expression.empty()) {
-    std::vector<std::string> names;
-    for (const auto& [name, value] : job.design.parameters) names.push_back(name);
+    std::vector<FormulaName> names;
+    const Family& family = resolve(job.design)->family();
+    for (const auto& [name, value] : job.design.parameters)
+      names.push_back({name, find_parameter(family, name)->unit});
     goal.expression.emplace(expression, names, pointer);
     goal.over_stroke = OverStroke::first;
   } else if (is_lowest_of_modes(quantity) && over == OverStroke::min) {

@@ -123,7 +123,7 @@ std::string bound_of(const ConstraintState& state, const std::string& unit) {
 std::string optimum_lines(const Job& job, const Optimum& optimum, Direction drive) {
   if (optimum.status == OptimumStatus::failed) return "";
   const OptimiseSpec& spec = *job.optimise;
-  const Family& family = find_family(job.design.family, "/design/family");
+  const Family& family = resolve(job.design)->family();
   std::string text;
   for (const Variable& variable : spec.variables)
     if (const auto found = optimum.parameters.find(variable.parameter);

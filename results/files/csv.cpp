@@ -187,8 +187,7 @@ std::string path_csv(const StrokeResponse& response, Direction drive,
 std::string history_csv(const Job& job, const Optimum& optimum, Direction drive) {
   assert(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
-  std::string text =
-      row(history_header(job, find_family(job.design.family, "/design/family"), drive));
+  std::string text = row(history_header(job, resolve(job.design)->family(), drive));
   std::optional<double> best;
   for (const EvaluationRecord& record : optimum.history) {
     const bool feasible = record.ok && !record.difference && !record.full &&

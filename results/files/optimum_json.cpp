@@ -220,7 +220,7 @@ Json history_json(const Optimum& optimum) {
 OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
   assert(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
-  const Family& family = find_family(job.design.family, "/design/family");
+  const Family& family = resolve(job.design)->family();
   Json goal = {{"sense", spec.objective.maximise ? "maximise" : "minimise"}};
   goal.update(goal_json(spec.objective.quantity, spec.objective.expression,
                         spec.objective.over_stroke, mechanism.drive));

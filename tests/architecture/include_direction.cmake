@@ -5,7 +5,6 @@ cmake_minimum_required(VERSION 3.25)
 set(wrapped
   "nlopt\\.h" "optim/solvers/nlopt_[a-z_]*\\.cpp"
   "(coin/)?Ip[A-Z][A-Za-z]*\\.hpp" "optim/solvers/ipopt_[a-z_]*\\.cpp"
-  "muParser[A-Za-z]*\\.h" "optim/job/expression[a-z_]*\\.[ch]pp"
   "udunits2?\\.h" "core/spec/quantity\\.cpp"
   "CLI/.*" "results/cli/.*"
 )

@@ -8,7 +8,7 @@
 
 #include "core/math/memory.hpp"
 #include "core/response/stroke_gradients.hpp"
-#include "designs/family.hpp"
+#include "designs/parametric_design.hpp"
 
 using namespace flexopt;
 
@@ -42,9 +42,9 @@ int main() {
   payload.inertia = 1e-3 * Matrix3d::Identity();
   const FamilyChoices choices = standard_choices(family);
   const Mechanism mechanism = family.make(values, choices, material, payload);
-  std::vector<MechanismDirection> all = family.directions(values, choices, material, payload);
-  for (auto more : {material_directions(mechanism), payload_directions(mechanism)})
-    for (MechanismDirection& d : more) all.push_back(std::move(d));
+  const ParametricDesign design(family, choices, {});
+  const std::vector<MechanismDirection> all =
+      design.directions(values, material, payload, design.independent_names());
 
   ModelOptions model;
   model.accuracy = Accuracy::full;

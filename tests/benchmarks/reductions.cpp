@@ -15,6 +15,7 @@
 
 #include "core/elements/leaf/leaf_chain.hpp"
 #include "core/elements/plate/full_leaf.hpp"
+#include "core/elements/plate/full_model.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
@@ -114,7 +115,13 @@ Leaves full_segments(const Mechanism& mechanism, const ModelOptions& model) {
     Leaves segments;
     for (int k = 0; k < n; ++k)
       segments.push_back(std::make_unique<FullLeaf>(leaf_segment(leaf, k, n), mesh, 0));
-    leaves.push_back(std::make_unique<LeafChain>(leaf, std::move(segments)));
+    const auto in_one_piece = [leaf, shape = leaf_shape(leaf, model)](LeafElement& chain,
+                                                                      const EdgePoses& edges,
+                                                                      const std::string& reason) {
+      return full_model_in_place(chain, {edges}, leaf, std::make_shared<PlateMesh>(shape), 0,
+                                 reason);
+    };
+    leaves.push_back(std::make_unique<LeafChain>(leaf, std::move(segments), in_one_piece));
   }
   return leaves;
 }

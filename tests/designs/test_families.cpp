@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
+#include "core/mechanism/each_number.hpp"
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
@@ -123,17 +124,7 @@ TEST_CASE("directions hold the rates of joints and material points too", "[desig
   };
   const auto numbers = [](const Mechanism& m) {
     std::vector<double> all;
-    const auto add = [&](const Vector3d& v) { all.insert(all.end(), v.data(), v.data() + 3); };
-    for (const RigidBody& b : m.bodies) add(b.reference);
-    for (const LeafSpring& l : m.leaves) {
-      add(l.origin);
-      all.insert(all.end(), {l.length, l.width, l.thickness});
-      if (l.point) all.insert(all.end(), {l.point->along, l.point->across});
-    }
-    for (const Joint& j : m.joints) {
-      add(j.place);
-      add(j.axis);
-    }
+    each_number(m, [&](double x) { all.push_back(x); });
     return all;
   };
   const Case c = GENERATE(Case{"leaf_spring", spring, {{"tip", "hinged"}}},
@@ -152,7 +143,10 @@ TEST_CASE("directions hold the rates of joints and material points too", "[desig
   const auto at = [&](const ParameterValues& values) {
     return numbers(family.make(values, choices, material, payload()));
   };
-  for (const MechanismDirection& d : family.directions(c.values, choices, material, payload())) {
+  std::vector<std::string> names;
+  for (const Parameter& p : family.parameters) names.push_back(p.name);
+  for (const MechanismDirection& d :
+       family.directions(c.values, choices, material, payload(), names)) {
     const double x = c.values.at(d.parameter), h = 1e-5 * x;
     const std::vector<double> rate = numbers(d.rate), up = at(with(c.values, d.parameter, x + h)),
                               down = at(with(c.values, d.parameter, x - h));
@@ -160,9 +154,30 @@ TEST_CASE("directions hold the rates of joints and material points too", "[desig
     for (std::size_t i = 0; i < rate.size(); ++i)
       CHECK(rate[i] == Approx((up[i] - down[i]) / (2 * h)).margin(1e-8));
   }
-  const Mechanism mechanism = family.make(c.values, choices, material, payload());
-  for (const MechanismDirection& d : material_directions(mechanism))
-    for (const double rate : numbers(d.rate)) CHECK(rate == 0);
+  CHECK(family.directions(c.values, choices, material, payload(), {"width"}).size() == 1);
+  CHECK_THROWS_AS(family.directions(c.values, choices, material, payload(), {"wide"}),
+                  std::invalid_argument);
+}
+
+TEST_CASE("a direction of material or payload moves that number alone", "[designs]") {
+  const Mechanism m = make("parallel_guide", guide);
+  const auto sum = [](const Mechanism& rate) {
+    double all = 0;
+    each_number(rate, [&](double x) { all += x; });
+    return all;
+  };
+  const MechanismDirection density = number_direction(m, "material.density");
+  CHECK(density.parameter == "material.density");
+  CHECK(density.rate.leaves[0].material.density == 1);
+  CHECK(density.rate.leaves[1].material.density == 1);
+  CHECK(sum(density.rate) == 2);
+  const MechanismDirection inertia = number_direction(m, "end_effector.inertia.xy");
+  CHECK(inertia.rate.bodies[0].inertia(0, 1) == 1);
+  CHECK(inertia.rate.bodies[0].inertia(1, 0) == 1);
+  CHECK(sum(inertia.rate) == 2);
+  CHECK(sum(number_direction(m, "end_effector.mass").rate) == 1);
+  CHECK(number_direction(m, "end_effector.center_of_mass.z").rate.bodies[0].center_of_mass[2] == 1);
+  CHECK_THROWS_AS(number_direction(m, "end_effector.weight"), std::invalid_argument);
 }
 
 TEST_CASE("the leaves of a parallel guide lie at half the spacing", "[designs]") {

@@ -2,9 +2,8 @@
 // frame with respect to every parameter. Checked against central differences.
 #include <catch2/catch.hpp>
 
-#include <Eigen/Dense>  // before AutoDiff, which needs it
-#include <unsupported/Eigen/AutoDiff>
-
+#include "core/math/dual.hpp"
+#include "core/mechanism/each_number.hpp"
 #include "designs/cross_hinge.hpp"
 #include "designs/leaf_spring.hpp"
 #include "designs/parallel_guide.hpp"
@@ -14,32 +13,26 @@ using namespace flexopt;
 namespace {
 
 constexpr int most_parameters = 7;
-using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, most_parameters, 1>>;
+using Duals = Dual<most_parameters>;
 
-/// Every number that describes the leaves and the end-effector.
 template <class S>
 std::vector<S> numbers(const MechanismT<S>& mechanism) {
   std::vector<S> all;
-  for (const LeafSpringT<S>& leaf : mechanism.leaves) {
-    for (int i = 0; i < 3; ++i) all.push_back(leaf.origin[i]);
-    for (int i = 0; i < 9; ++i) all.push_back(leaf.axes(i / 3, i % 3));
-    all.insert(all.end(), {leaf.length, leaf.width, leaf.thickness});
-  }
-  for (int i = 0; i < 3; ++i) all.push_back(mechanism.bodies[0].reference[i]);
+  each_number(mechanism, [&](const S& x) { all.push_back(x); });
   return all;
 }
 
 /// `make` is a generic lambda: parameters → mechanism.
 template <template <class> class Parameters, class Make>
 void check_derivatives(const std::vector<double>& at, Make make) {
-  Parameters<Dual> duals;
+  Parameters<Duals> duals;
   int count = 0;
-  duals.each([&](const char*, Dual& p) {
-    p = Dual(at[static_cast<std::size_t>(count)], most_parameters, count);
+  duals.each([&](const char*, Duals& p) {
+    p = Duals::variable(at[static_cast<std::size_t>(count)], count);
     ++count;
   });
   REQUIRE(count == static_cast<int>(at.size()));
-  const std::vector<Dual> exact = numbers(make(duals));
+  const std::vector<Duals> exact = numbers(make(duals));
   const auto plain = [&](int moved, double by) {
     Parameters<double> values;
     int i = 0;
@@ -55,10 +48,11 @@ void check_derivatives(const std::vector<double>& at, Make make) {
     double largest = 0;
     for (std::size_t i = 0; i < exact.size(); ++i) {
       INFO("parameter " << k << ", number " << i);
-      CHECK(exact[i].value() == here[i]);
+      CHECK(exact[i].value == here[i]);
       // h² of the third derivative and rounding/h, both below 1e-9 for these sizes
-      CHECK(exact[i].derivatives()[k] == Approx((up[i] - down[i]) / (2 * h)).margin(2e-9));
-      largest = std::max(largest, std::abs(exact[i].derivatives()[k]));
+      CHECK(exact[i].derivatives[std::size_t(k)] ==
+            Approx((up[i] - down[i]) / (2 * h)).margin(2e-9));
+      largest = std::max(largest, std::abs(exact[i].derivatives[std::size_t(k)]));
     }
     CHECK(largest > 0.01);  // every parameter moves something
   }
@@ -70,7 +64,7 @@ MaterialT<S> steel() {
   m.youngs_modulus = 210e9;
   m.poissons_ratio = 0.3;
   m.density = 7800;
-  return cast_material<S>(m);
+  return with_numbers<S>(m, [](double x) { return S(x); });
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/math/ridders.hpp"
+#include "core/mechanism/each_number.hpp"
 #include "core/response/quantities.hpp"
 
 namespace flexopt::test {
@@ -35,27 +36,7 @@ inline Values values_of(const std::vector<Number>& numbers) {
 /// Every number that may move, to write its rate in its place.
 inline std::vector<double*> places(Mechanism& m) {
   std::vector<double*> all;
-  const auto vector = [&all](auto& v) {
-    for (Eigen::Index i = 0; i < v.size(); ++i) all.push_back(v.data() + i);
-  };
-  for (LeafSpring& l : m.leaves) {
-    vector(l.origin);
-    vector(l.axes);
-    for (double* x : {&l.length, &l.width, &l.thickness, &l.material.youngs_modulus,
-                      &l.material.poissons_ratio, &l.material.density})
-      all.push_back(x);
-    if (l.point) all.insert(all.end(), {&l.point->along, &l.point->across});
-  }
-  for (RigidBody& b : m.bodies) {
-    vector(b.reference);
-    vector(b.center_of_mass);
-    all.push_back(&b.mass);
-    vector(b.inertia);
-  }
-  for (Joint& j : m.joints) {
-    vector(j.place);
-    vector(j.axis);
-  }
+  each_number(m, [&](double& x) { all.push_back(&x); });
   return all;
 }
 

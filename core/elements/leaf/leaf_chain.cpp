@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/elements/leaf/leaf_chain_gradient.hpp"
 #include "core/elements/leaf/leaf_scale.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
@@ -21,8 +22,12 @@ LeafSpring leaf_segment(const LeafSpring& leaf, int i, int n) {
   return segment;
 }
 
-LeafChain::LeafChain(const LeafSpring& leaf, std::vector<std::unique_ptr<LeafElement>> segments)
-    : leaf_(leaf), segments_(std::move(segments)), unit_energy_(LeafScale(leaf).energy) {
+LeafChain::LeafChain(const LeafSpring& leaf, std::vector<std::unique_ptr<LeafElement>> segments,
+                     FullModel full_model)
+    : leaf_(leaf),
+      segments_(std::move(segments)),
+      full_model_(std::move(full_model)),
+      unit_energy_(LeafScale(leaf).energy) {
   const int n = this->segments();
   assert(n >= 2 && !leaf.point);
   for (int i = 0; i <= n; ++i)
@@ -226,6 +231,21 @@ MatrixXd LeafChain::static_shapes() const {
   K_.apply_signs(X);
   K_.solve_upper(X);
   return -X;
+}
+
+std::unique_ptr<LeafElement> LeafChain::full_model(const std::string& reason) {
+  return full_model_(*this, {lines_.front(), lines_.back()}, reason);
+}
+
+Answer<LeafLinear> LeafChain::linearise() {
+  if (!condensed_) evaluate();
+  std::vector<std::unique_ptr<LeafLinear>> segments;
+  for (auto& segment : segments_) {
+    Answer<LeafLinear> own = segment->linearise();
+    if (!own.value) return own;
+    segments.push_back(std::move(own.value));
+  }
+  return {std::make_unique<LeafChainLinear>(*this, std::move(segments))};
 }
 
 LeafShape LeafChain::shape() {

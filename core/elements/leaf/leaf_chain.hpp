@@ -2,7 +2,9 @@
 // A leaf cut at rigid lines into segments, each of them a leaf element of its own: the lines
 // between are internal unknowns, eliminated, so that the mechanism sees the edges only. Any
 // elements do.
+#include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/elements/leaf/leaf_element.hpp"
@@ -16,8 +18,14 @@ LeafSpring leaf_segment(const LeafSpring& leaf, int i, int n);
 
 class LeafChain final : public LeafElement {
  public:
+  /// Makes the whole leaf at full accuracy, in one piece, where its chain stands; `reason`: for its
+  /// report.
+  using FullModel = std::function<std::unique_ptr<LeafElement>(
+      LeafElement& chain, const EdgePoses& edges, const std::string& reason)>;
+
   /// Two segments at least, in order along the leaf, made for its `leaf_segment`s at rest.
-  LeafChain(const LeafSpring& leaf, std::vector<std::unique_ptr<LeafElement>> segments);
+  LeafChain(const LeafSpring& leaf, std::vector<std::unique_ptr<LeafElement>> segments,
+            FullModel full_model);
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
@@ -30,9 +38,9 @@ class LeafChain final : public LeafElement {
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return segments_.front()->report(); }
+  std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
+  Answer<LeafLinear> linearise() override;
 
-  const LeafElement& segment(int i) const { return *segments_[i]; }
-  LeafElement& segment(int i) { return *segments_[i]; }
   int segments() const { return static_cast<int>(segments_.size()); }
 
   /// K_ff⁻¹ b of the lines between, (force, moment) each, edges held; after evaluate().
@@ -47,6 +55,7 @@ class LeafChain final : public LeafElement {
 
   LeafSpring leaf_;
   std::vector<std::unique_ptr<LeafElement>> segments_;
+  FullModel full_model_;
   std::vector<EdgePose> lines_;  ///< all of them, edges included
   double unit_energy_;           ///< D, for the size of the correction
   BlockTridiagonal K_;           ///< of the inner lines

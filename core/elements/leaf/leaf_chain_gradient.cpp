@@ -123,6 +123,18 @@ MatrixXd LeafChainLinear::station_motion(const MatrixXd& V) const {
   return motion;
 }
 
+Answer<LeafGradient<double>> LeafChainLinear::gradient(LeafRates& rates,
+                                                       const LeafRows& rows) const {
+  LeafChainGradient::Segments own;
+  for (int i = 0; i < segments(); ++i) {
+    Answer<LeafGradient<double>> of_segment =
+        segment(i).gradient(rates, LeafChainGradient::segment_rows(*this, i, rows));
+    if (!of_segment.value) return of_segment;
+    own.push_back(std::move(of_segment.value));
+  }
+  return {std::make_unique<LeafChainGradient>(*this, std::move(own), rows)};
+}
+
 // --------------------------------------------------------------------------------------- gradient
 
 namespace {

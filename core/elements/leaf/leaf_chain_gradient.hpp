@@ -28,6 +28,7 @@ class LeafChainLinear final : public LeafLinear {
   MatrixXd static_shapes(const std::vector<int>& columns) const override;
   MatrixXd mass_times(const MatrixXd& V) const override;
   MatrixXd station_motion(const MatrixXd& V) const override;
+  Answer<LeafGradient<double>> gradient(LeafRates& rates, const LeafRows& rows) const override;
 
  private:
   /// First row of an edge of a segment among (unknowns, edges).

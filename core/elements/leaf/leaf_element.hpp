@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/leaf_results.hpp"
 #include "core/math/types.hpp"
 #include "core/mechanism/mechanism.hpp"
@@ -54,6 +55,8 @@ struct LeafDynamics {
   MatrixXd stations;
 };
 
+class LeafLinear;
+
 class LeafElement {
  public:
   virtual ~LeafElement() = default;
@@ -76,8 +79,15 @@ class LeafElement {
     std::unique_ptr<LeafElement> replacement;  ///< another model of the leaf, at the same state
   };
   virtual Refinement refine() { return {}; }
-  /// The same leaf without limits of range, at the same state; nothing if it is that already.
-  virtual std::unique_ptr<LeafElement> full_model(const std::string& /*reason*/) { return nullptr; }
+  /// Whether this is the leaf at full accuracy.
+  virtual bool is_full() const { return false; }
+  /// The leaf at full accuracy between the same edges, near its present state: what takes over
+  /// where a reduced model does not lead on. `reason`: for its report. Of a full leaf a copy, its
+  /// report unchanged. After evaluate().
+  virtual std::unique_ptr<LeafElement> full_model(const std::string& reason) = 0;
+  /// The leaf about its present state with all interior unknowns; the leaf must outlive it and keep
+  /// its state. After evaluate(). None unless the model has such unknowns.
+  virtual Answer<LeafLinear> linearise();
 
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;

@@ -1,12 +1,20 @@
 #pragma once
 // A leaf linearised about its present state, all its interior unknowns kept: what a mechanism needs
-// of it for K⁻¹ B and M B. Leaf axes and units as in LeafRows.
+// of it for K⁻¹ B and M B, and for exact derivatives. Leaf axes and units as in LeafRows.
 #include <vector>
 
+#include "core/elements/leaf/answer.hpp"
+#include "core/elements/leaf/leaf_rates.hpp"
+#include "core/elements/leaf/leaf_rows.hpp"
 #include "core/elements/leaf/leaf_scale.hpp"
 
 namespace flexopt {
 
+template <class S>
+class LeafGradient;
+class LeafSeries;
+
+/// The leaf that it was made of must outlive it, and everything that it makes.
 class LeafLinear {
  public:
   virtual ~LeafLinear() = default;
@@ -21,6 +29,12 @@ class LeafLinear {
   virtual MatrixXd mass_times(const MatrixXd& V) const = 0;
   /// Motion of stations for such rates, times the root of their mass: LeafDynamics::stations.
   virtual MatrixXd station_motion(const MatrixXd& V) const = 0;
+
+  /// The share in exact gradients at the present state. `rows.unknowns` must be unknowns(). This
+  /// must outlive it. None unless the model has one.
+  virtual Answer<LeafGradient<double>> gradient(LeafRates& rates, const LeafRows& rows) const;
+  /// The leaf along a path that starts at the present state. None unless the model has one.
+  virtual Answer<LeafSeries> series() const;
 };
 
 }  // namespace flexopt

@@ -3,11 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <unsupported/Eigen/AutoDiff>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/elements/plate/plate_stress.hpp"
+#include "core/math/dual.hpp"
 
 namespace flexopt {
 namespace {
@@ -25,8 +25,10 @@ template <class S>
 MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValues& X, bool circular,
                          BeamStrain strain) {
   auto sum = [&](const std::array<double, 4>& h, int k) -> Vector3<S> {
-    return (U.row(k) * h[0] + U.row(k + 1) * h[1] + U.row(k + 4) * h[2] + U.row(k + 5) * h[3])
-        .transpose();
+    Vector3<S> r;
+    for (int c = 0; c < 3; ++c)
+      r[c] = U(k, c) * h[0] + U(k + 1, c) * h[1] + U(k + 4, c) * h[2] + U(k + 5, c) * h[3];
+    return r;
   };
   using std::sqrt;
   const Vector3<S> a = sum(X.slope, 0), r_xx = sum(X.curvature, 0), d = sum(X.value, 2),
@@ -215,14 +217,10 @@ std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vect
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                         const StressPeak& peak, double youngs_modulus, const StressRate& rate,
                         BeamStrain strain) {
-  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
-  const auto dual = [](double value, double derivative) {
-    return Dual(value, Eigen::Matrix<double, 1, 1>(derivative));
-  };
   const PlateShape& shape = mesh.shape();
   const bool circular = shape.section == Section::circular;
-  const Dual w = dual(shape.width, rate.shape[0]), t = dual(shape.thickness, rate.shape[1]),
-             nu = dual(shape.poissons_ratio, rate.shape[2]);
+  const Dual1 w(shape.width, {rate.shape[0]}), t(shape.thickness, {rate.shape[1]}),
+      nu(shape.poissons_ratio, {rate.shape[2]});
   std::vector<double> x;
   for (int i = 0; i < mesh.elements_along(); ++i)
     for (const double s : station) x.push_back(mesh.x()[i] + s * (mesh.x()[i + 1] - mesh.x()[i]));
@@ -230,28 +228,28 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
   while (k + 2 < x.size() && peak.along > x[k + 1]) ++k;
   const auto at = [&](std::size_t station_index) {
     const int i = static_cast<int>(station_index) / 2;
-    Eigen::Matrix<Dual, 8, 3> U;
+    Eigen::Matrix<Dual1, 8, 3> U;
     for (int f = 0; f < 8; ++f)
       for (int c = 0; c < 3; ++c)
-        U(f, c) = dual(nodal[i + f / 4](f % 4, c), rate.nodal[i + f / 4](f % 4, c));
-    return measures_at<Dual>(U, hermite(station[station_index % 2], mesh.x()[i + 1] - mesh.x()[i]),
-                             circular, strain);
+        U(f, c) = {nodal[i + f / 4](f % 4, c), {rate.nodal[i + f / 4](f % 4, c)}};
+    return measures_at<Dual1>(U, hermite(station[station_index % 2], mesh.x()[i + 1] - mesh.x()[i]),
+                              circular, strain);
   };
   const double s = (peak.along - x[k]) / (x[k + 1] - x[k]);
-  MeasuresT<Dual> m = at(k);
-  const MeasuresT<Dual> next = at(k + 1);
+  MeasuresT<Dual1> m = at(k);
+  const MeasuresT<Dual1> next = at(k + 1);
   for (int i = 0; i < measures; ++i) m[i] = (1 - s) * m[i] + s * next[i];
-  if (m[lateral] < 0.0) m[lateral] = dual(0, 0);
-  Dual stress;
+  if (m[lateral] < 0.0) m[lateral] = 0;
+  Dual1 stress;
   if (circular) {
-    stress = circular_stress<Dual>(m, t, nu);
+    stress = circular_stress<Dual1>(m, t, nu);
   } else {
     const double f = 2 * peak.across - 1;
-    stress =
-        rectangular_stress<Dual>(m, w, t, nu, beam_section<Dual>(shape.section, w, t, nu).shear, f,
-                                 torsion_stress_factor_of<Dual>(w, t, f), peak.on_positive_normal);
+    stress = rectangular_stress<Dual1>(
+        m, w, t, nu, beam_section<Dual1>(shape.section, w, t, nu).shear, f,
+        torsion_stress_factor_of<Dual1>(w, t, f), peak.on_positive_normal);
   }
-  return youngs_modulus * stress.derivatives()[0] + rate.youngs_modulus * stress.value();
+  return youngs_modulus * stress.derivatives[0] + rate.youngs_modulus * stress.value;
 }
 
 LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

@@ -91,6 +91,10 @@ const LeafEvaluation& FullLeaf::evaluate() {
   return evaluation_;
 }
 
+std::unique_ptr<LeafElement> FullLeaf::full_model(const std::string&) {
+  return std::make_unique<FullLeaf>(*this);
+}
+
 namespace {
 struct FullLeafState final : LeafState {
   PlateLeaf::State state;

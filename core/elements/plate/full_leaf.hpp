@@ -39,6 +39,9 @@ class FullLeaf final : public LeafElement {
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return {.model = "full", .reason = reason_, .check = 0}; }
+  bool is_full() const override { return true; }
+  std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
+  Answer<LeafLinear> linearise() override;
 
   PlateLeaf& plate() { return plate_; }
   const PlateLeaf& plate() const { return plate_; }

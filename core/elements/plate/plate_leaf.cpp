@@ -549,12 +549,12 @@ std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const
   std::vector<Mode> result;
   if (count == 0) return result;
   const LowestPairs pairs = lowest_pairs(
-      unknowns(), count,
-      [this](VectorXd x) {
-        solve(x);
-        return x;
+      unknowns(), count, 1,
+      [this](MatrixXd X) {
+        solve(X);
+        return X;
       },
-      [this](const VectorXd& x) -> VectorXd { return mass_times(x); }, tolerance);
+      [this](const MatrixXd& X) { return mass_times(X); }, tolerance);
   if (!pairs.converged) return result;
   for (int k = 0; k < count; ++k) result.push_back({pairs.values[k], pairs.vectors.col(k)});
   return result;

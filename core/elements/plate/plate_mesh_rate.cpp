@@ -1,9 +1,8 @@
 #include "core/elements/plate/plate_mesh_rate.hpp"
 
-#include <Eigen/Dense>
-#include <unsupported/Eigen/AutoDiff>
-
+#include "core/elements/leaf/leaf_rates.hpp"
 #include "core/elements/plate/beam_section.hpp"
+#include "core/math/dual.hpp"
 
 namespace flexopt {
 namespace {
@@ -18,6 +17,11 @@ PlateMeshRate::PlateMeshRate(const PlateMesh& mesh) {
     beam(mesh);
   else
     plate(mesh);
+}
+
+std::shared_ptr<const PlateMeshRate> shared_mesh_rate(
+    LeafRates& rates, const std::shared_ptr<const PlateMesh>& mesh) {
+  return rates.of<PlateMeshRate>(mesh, [&] { return PlateMeshRate(*mesh); });
 }
 
 // A function of order k across (value 0, slope 1) scales as w^k, a derivative ∂y as w⁻¹, dy as w.
@@ -80,16 +84,15 @@ void PlateMeshRate::plate(const PlateMesh& mesh) {
 }
 
 void PlateMeshRate::beam(const PlateMesh& mesh) {
-  using Dual = Eigen::AutoDiffScalar<Vector3d>;
   const PlateShape& s = mesh.shape();
   const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
   std::array<double, 4> place;
   for (int b = 0; b < 4; ++b) place[b] = full.point[b] - 0.5;
-  const auto e =
-      beam_energy<Dual>(s.section, Dual(s.width, 3, width), Dual(s.thickness, 3, thickness),
-                        Dual(s.poissons_ratio, 3, poissons_ratio), place);
+  const auto e = beam_energy<Dual3>(s.section, Dual3::variable(s.width, width),
+                                    Dual3::variable(s.thickness, thickness),
+                                    Dual3::variable(s.poissons_ratio, poissons_ratio), place);
   for (int p = 0; p < 3; ++p) {
-    const auto rate = [p](const Dual& x) { return x.derivatives()[p]; };
+    const auto rate = [p](const Dual3& x) { return x.derivatives[p]; };
     Shape& by = shape[p];
     by.membrane = {rate(e.stretch), 0, rate(e.shear)};
     for (int i = 0; i < mesh.elements_along(); ++i) {

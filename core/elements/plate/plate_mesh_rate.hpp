@@ -2,11 +2,14 @@
 // Derivatives of the element operators of plate_mesh.hpp with respect to the shape of the leaf:
 // width w/L, thickness t/L, Poisson's ratio.
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "core/elements/plate/plate_mesh.hpp"
 
 namespace flexopt {
+
+class LeafRates;
 
 struct PlateMeshRate {
   /// Parts that a parameter does not enter are left empty.
@@ -26,5 +29,9 @@ struct PlateMeshRate {
   void plate(const PlateMesh& mesh);
   void beam(const PlateMesh& mesh);
 };
+
+/// Those of a mesh that leaves share, made when first asked for.
+std::shared_ptr<const PlateMeshRate> shared_mesh_rate(LeafRates& rates,
+                                                      const std::shared_ptr<const PlateMesh>& mesh);
 
 }  // namespace flexopt

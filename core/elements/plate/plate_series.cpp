@@ -63,7 +63,10 @@ Gradient stress_times(const Stress& n, const Gradient& a) {
 }  // namespace
 
 PlateSeries::PlateSeries(const PlateLeaf& plate)
-    : mesh_(plate.shared_mesh()), support_(plate.support()), point_place_(plate.point_place()) {
+    : plate_(&plate),
+      mesh_(plate.shared_mesh()),
+      support_(plate.support()),
+      point_place_(plate.point_place()) {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
   for (int line = 0; line <= lines; ++line) offset_.push_back(plate.block_offset(line));
   rows_.unknowns = offset_.back();
@@ -76,6 +79,7 @@ void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Serie
                          const PointSeries& point) {
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
   const int slopes = static_cast<int>(mesh_->edge_slopes().size());
+  x_ = x;
   point_ = point;
   for (int i = 0; i <= last; ++i)
     if (is_rigid_edge(i))
@@ -190,10 +194,19 @@ void PlateSeries::expand_elements() {
     }
 }
 
-PlateGradientState<Jet> PlateSeries::path(const Series<VectorXd>& x) const {
+std::unique_ptr<LeafGradient<Jet>> PlateSeries::gradient(LeafRates& rates,
+                                                         const LeafRows& rows) const {
+  return std::make_unique<PlateGradient<Jet>>(*plate_, shared_mesh_rate(rates, mesh_), rows,
+                                              path());
+}
+
+PlateGradientState<Jet> PlateSeries::path() const {
   const int n = mesh_->functions_per_line();
-  PlateGradientState<Jet> path{
-      {jets(axes_[0]), jets(axes_[1])}, jets(x), jets(point_.displacement), jets(point_.force), {}};
+  PlateGradientState<Jet> path{{jets(axes_[0]), jets(axes_[1])},
+                               jets(x_),
+                               jets(point_.displacement),
+                               jets(point_.force),
+                               {}};
   for (int i = 0; i < mesh_->lines(); ++i) {
     Series<MatrixXd> line;
     for (int o = 0; o < 3; ++o) line[o] = nodal_[o][i].reshaped(n, 3);

@@ -1,54 +1,38 @@
 #pragma once
-// A plate leaf along a path of states r(s) = r0 + r1 s + r2 s²: force, tangent stiffness and mass
-// as power series in s, exact to s². The energy is a polynomial of fourth degree in the nodal dofs
-// and the edges turn by an exponential map, so that its second to fourth derivatives contract to
-// products of series, element by element. Scaled units of plate_mesh.hpp; equations (21), (22) of
-// core/response/README.md.
+// A plate leaf along a path of states: LeafSeries. The energy is a polynomial of fourth degree in
+// the nodal dofs and the edges turn by an exponential map, so that its second to fourth derivatives
+// contract to products of series, element by element. Scaled units of plate_mesh.hpp; equations
+// (21), (22) of core/response/README.md.
 #include <memory>
 #include <vector>
 
 #include "core/elements/leaf/leaf_rows.hpp"
+#include "core/elements/leaf/leaf_series.hpp"
 #include "core/elements/plate/plate_gradient.hpp"
 #include "core/elements/plate/plate_leaf.hpp"
 #include "core/math/series.hpp"
 
 namespace flexopt {
 
-/// The body that holds an edge, in leaf axes over L: place of its reference point, rotation since
-/// the undeflected state, and the arm to the middle of the undeflected edge. Increments of an edge
-/// are those of its body: (displacement of the reference point, spin).
-struct EdgeBodySeries {
-  Series<Vector3d> position;
-  Series<Matrix3d> rotation;
-  Vector3d arm;
-};
-
-/// Vectors of a leaf are those of LeafRows.
-class PlateSeries {
+/// Of a plate that must outlive it and keep its state.
+class PlateSeries final : public LeafSeries {
  public:
   explicit PlateSeries(const PlateLeaf& plate);
 
-  const LeafRows& rows() const { return rows_; }
-  int size() const { return rows_.size(); }
-
-  /// `point`: displacement of the material point and the force there.
-  struct PointSeries {
-    Series<Vector3d> displacement, force;
-  };
+  const LeafRows& rows() const override { return rows_; }
+  VectorXd unknowns() const override { return plate_->state().x; }
+  Vector3d point_force() const override { return plate_->state().point_force; }
   void expand(const std::array<EdgeBodySeries, 2>& edges, const Series<VectorXd>& x,
-              const PointSeries& point);
-
-  /// The expanded path.
-  PlateGradientState<Jet> path(const Series<VectorXd>& x) const;
-
-  /// Residual of every row at the expanded path.
-  Series<VectorXd> force() const;
-  /// K(s) Y and M(s) Y of constant columns Y, the lowest `orders` of them (others are empty);
-  /// rotations varied as exp(hat δ) R(s).
-  Series<MatrixXd> tangent_times(const MatrixXd& Y, int orders = 3) const;
-  Series<MatrixXd> mass_times(const MatrixXd& Y, int orders = 3) const;
+              const PointSeries& point) override;
+  Series<VectorXd> force() const override;
+  Series<MatrixXd> tangent_times(const MatrixXd& Y, int orders = 3) const override;
+  Series<MatrixXd> mass_times(const MatrixXd& Y, int orders = 3) const override;
+  std::unique_ptr<LeafGradient<Jet>> gradient(LeafRates& rates,
+                                              const LeafRows& rows) const override;
 
  private:
+  /// The expanded path.
+  PlateGradientState<Jet> path() const;
   /// K(s) Y up to s^(orders − 1).
   template <int orders>
   Series<MatrixXd> tangent_products(const MatrixXd& Y) const;
@@ -65,12 +49,14 @@ class PlateSeries {
   void add_to_rows(int line, int order, const MatrixXd& F, MatrixXd& Y) const;
   MatrixXd mass_lines(int line, const Lines& rates) const;
 
+  const PlateLeaf* plate_;
   std::shared_ptr<const PlateMesh> mesh_;
   PlateSupport support_;
   std::vector<int> offset_;
   LeafRows rows_;
   Series<std::vector<VectorXd>> nodal_, force_;  ///< per line, 3 functions_per_line
-  Vector3d point_place_;                         ///< of the undeflected leaf
+  Series<VectorXd> x_;
+  Vector3d point_place_;  ///< of the undeflected leaf
   PointSeries point_;
   /// Of an edge over (its unknowns, 6 of its body): dr = J dY and the second derivatives of the map
   /// times the force.

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <unsupported/Eigen/AutoDiff>
 #include <utility>
 
 #include "core/elements/plate/beam_stress.hpp"
 #include "core/elements/plate/full_leaf.hpp"
+#include "core/math/dual.hpp"
 
 namespace flexopt {
 namespace {
@@ -20,9 +20,6 @@ Gradient dofs(const std::vector<MatrixXd>& nodal, int i, int j) {
   U << nodal[i].middleRows<8>(4 * j), nodal[i + 1].middleRows<8>(4 * j);
   return U;
 }
-
-template <class S>
-using Products = Eigen::Matrix<S, 16, 1>;
 
 template <class S>
 StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
@@ -206,27 +203,18 @@ StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& 
   return peak;
 }
 
-namespace {
-using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
-Dual dual(double value, double derivative) {
-  return {value, Eigen::Matrix<double, 1, 1>(derivative)};
-}
-}  // namespace
-
 // By dual numbers, only at the four stations around the place.
 double stress_rate(const PlateShape& shape, const std::vector<double>& xs,
                    const std::vector<double>& ys,
                    const std::function<StrainRate(int, int)>& strains_at, const StressPeak& peak,
                    double youngs_modulus, const StressRate& rate) {
-  const Dual width = dual(shape.width, rate.shape[0]),
-             thickness = dual(shape.thickness, rate.shape[1]),
-             nu = dual(shape.poissons_ratio, rate.shape[2]),
-             modulus = dual(youngs_modulus, rate.youngs_modulus);
+  const Dual1 width(shape.width, {rate.shape[0]}), thickness(shape.thickness, {rate.shape[1]}),
+      nu(shape.poissons_ratio, {rate.shape[2]}), modulus(youngs_modulus, {rate.youngs_modulus});
   // places over L; the border of the corner zones moves with the width of narrow leaves
   const double zone = 0.1 * std::min(1.0, shape.width), across = (peak.across - 0.5) * shape.width;
   const auto at_border = [&](double distance) { return std::abs(distance - zone) < 1e-9 * zone; };
-  Dual x = dual(peak.along, 0), y = (peak.across - 0.5) * width;
-  const Dual moving = shape.width < 1 ? 0.1 * width : dual(0.1, 0);
+  Dual1 x = peak.along, y = (peak.across - 0.5) * width;
+  const Dual1 moving = shape.width < 1 ? 0.1 * width : Dual1(0.1);
   if (at_border(peak.along)) x = moving;
   if (at_border(1 - peak.along)) x = 1.0 - moving;
   if (at_border(across + shape.width / 2)) y = moving - 0.5 * width;
@@ -234,43 +222,44 @@ double stress_rate(const PlateShape& shape, const std::vector<double>& xs,
 
   const auto [i, s0] = bracket(xs, peak.along);
   const auto [j, t0] = bracket(ys, across);
-  const Dual per_width = width / shape.width;
-  const Dual s = (x - xs[i]) / (xs[i + 1] - xs[i]),
-             t = (y - ys[j] * per_width) / ((ys[j + 1] - ys[j]) * per_width);
-  const Dual one = dual(1, 0);
-  StrainsT<Dual> e;
+  const Dual1 per_width = width / shape.width;
+  const Dual1 s = (x - xs[i]) / (xs[i + 1] - xs[i]),
+              t = (y - ys[j] * per_width) / ((ys[j + 1] - ys[j]) * per_width);
+  StrainsT<Dual1> e;
   const StrainRate e00 = strains_at(i, j), e01 = strains_at(i, j + 1), e10 = strains_at(i + 1, j),
                    e11 = strains_at(i + 1, j + 1);
   for (int k = 0; k < 6; ++k) {
-    const auto at = [k](const StrainRate& strain) { return dual(strain.value[k], strain.rate[k]); };
+    const auto at = [k](const StrainRate& strain) {
+      return Dual1(strain.value[k], {strain.rate[k]});
+    };
     e[k] =
-        (one - s) * ((one - t) * at(e00) + t * at(e01)) + s * ((one - t) * at(e10) + t * at(e11));
+        (1.0 - s) * ((1.0 - t) * at(e00) + t * at(e01)) + s * ((1.0 - t) * at(e10) + t * at(e11));
   }
-  const Dual half = thickness * (peak.on_positive_normal ? 0.5 : -0.5);
-  Vector3<Dual> strain;
+  const Dual1 half = thickness * (peak.on_positive_normal ? 0.5 : -0.5);
+  Vector3<Dual1> strain;
   for (int k = 0; k < 3; ++k) strain[k] = e[k] + half * e[k + 3];
-  return von_mises<Dual>(strain, nu, modulus).derivatives()[0];
+  return von_mises<Dual1>(strain, nu, modulus).derivatives[0];
 }
 
 double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                          const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
   const PlateShape& shape = mesh.shape();
   if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
-  const Dual per_width = dual(shape.width, rate.shape[0]) / shape.width;
+  const Dual1 per_width(1, {rate.shape[0] / shape.width});
   const auto strains_at = [&](int a, int b) {
     const int ei = a / 2, ej = b / 2;
-    Eigen::Matrix<Dual, 16, 3> U;
+    Eigen::Matrix<Dual1, 16, 3> U;
     for (int f = 0; f < 16; ++f)
       for (int c = 0; c < 3; ++c)
-        U(f, c) =
-            dual(nodal[ei + f / 8](4 * ej + f % 8, c), rate.nodal[ei + f / 8](4 * ej + f % 8, c));
-    const StrainsT<Dual> e = strains<Dual>(
+        U(f, c) = {nodal[ei + f / 8](4 * ej + f % 8, c),
+                   {rate.nodal[ei + f / 8](4 * ej + f % 8, c)}};
+    const StrainsT<Dual1> e = strains<Dual1>(
         U, hermite(station[a % 2], mesh.x()[ei + 1] - mesh.x()[ei]),
-        hermite<Dual>(station[b % 2], Dual((mesh.y()[ej + 1] - mesh.y()[ej]) * per_width)));
+        hermite<Dual1>(station[b % 2], (mesh.y()[ej + 1] - mesh.y()[ej]) * per_width));
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
-      result.value[k] = e[k].value();
-      result.rate[k] = e[k].derivatives()[0];
+      result.value[k] = e[k].value;
+      result.rate[k] = e[k].derivatives[0];
     }
     return result;
   };

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <complex>
 
+#include "core/math/dual.hpp"
 #include "core/math/rotation.hpp"
+#include "core/math/small_lu.hpp"
 #include "core/reduction/expansion/tube_series.hpp"
 
 namespace flexopt {
@@ -63,7 +64,7 @@ ChordLeaf::Solution ChordLeaf::solve(const Vector3d& s, const Vector3d& f, int m
     const Vector3d ds = s - s_;
     const Vector12d dq_soft = soft_map() * ds;
     const Vector3d r = G.transpose() * (plate_.force() + plate_.tangent() * dq_soft) - f;
-    const Vector3d dc = -S.partialPivLu().solve(r);
+    const Vector3d dc = -SmallLu<3>(S).solve(r);
     const double size =
         std::max({dc.cwiseAbs().maxCoeff(), plate_.correction(), ds.cwiseAbs().maxCoeff()});
     solution.iterations = it;
@@ -119,14 +120,14 @@ class FieldSolver {
     MatrixXd Y(n + 3, R.cols());
     MatrixXd top = -R.topRows(n);
     plate_.solve(top);
-    Y.bottomRows(3) = S_.solve(MatrixXd(-R.bottomRows(3) - KcT_ * top));
+    Y.bottomRows(3) = S_.solve_columns(-R.bottomRows(3) - KcT_ * top);
     Y.topRows(n) = top - X_ * Y.bottomRows(3);
     return Y;
   }
 
  private:
   const PlateLeaf& plate_;
-  Eigen::PartialPivLU<Matrix3d> S_;
+  SmallLu<3> S_;
   MatrixXd X_, KcT_;
 };
 
@@ -155,50 +156,79 @@ FieldExpansion expand_fields_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ra
   return result;
 }
 
-// Numbers a + i h a˙: h² is nothing in double precision, so every operation takes derivatives along
-// to rounding.
-constexpr double h = 1e-200;
-using Complex = std::complex<double>;
+using DualMatrix = Eigen::Matrix<Dual1, Eigen::Dynamic, Eigen::Dynamic>;
+
+DualMatrix dual(const MatrixXd& value, const MatrixXd& derivative) {
+  DualMatrix A(value.rows(), value.cols());
+  for (Eigen::Index k = 0; k < A.size(); ++k)
+    A.data()[k] = {value.data()[k], {derivative.data()[k]}};
+  return A;
+}
+MatrixXd value_of(const DualMatrix& A) {
+  MatrixXd value(A.rows(), A.cols());
+  for (Eigen::Index k = 0; k < A.size(); ++k) value.data()[k] = A.data()[k].value;
+  return value;
+}
+MatrixXd derivative_of(const DualMatrix& A) {
+  MatrixXd derivative(A.rows(), A.cols());
+  for (Eigen::Index k = 0; k < A.size(); ++k) derivative.data()[k] = A.data()[k].derivatives[0];
+  return derivative;
+}
+
+// An operator and its derivative: products by the product rule, of matrices of numbers.
+struct VaryingMatrix {
+  PlateMesh::Matrix16 value, derivative;
+};
+DualMatrix times(const VaryingMatrix& A, Eigen::Index rows, const DualMatrix& B) {
+  const MatrixXd value = value_of(B);
+  return dual(
+      flexopt::times(A.value, rows, value),
+      flexopt::times(A.value, rows, derivative_of(B)) + flexopt::times(A.derivative, rows, value));
+}
+DualMatrix transposed_times(const VaryingMatrix& A, Eigen::Index rows, const DualMatrix& B) {
+  const MatrixXd value = value_of(B);
+  return dual(flexopt::transposed_times(A.value, rows, value),
+              flexopt::transposed_times(A.value, rows, derivative_of(B)) +
+                  flexopt::transposed_times(A.derivative, rows, value));
+}
 
 // The operators of a mesh with their derivatives in one number of its shape.
 class VaryingMesh {
  public:
   struct Element {
-    Eigen::Matrix<Complex, 16, 16> gradient, bending;
-    Eigen::Array<Complex, PlateMesh::points, 1> weight;
+    VaryingMatrix gradient, bending;
+    std::array<Dual1, PlateMesh::points> weight;
   };
 
   VaryingMesh(const PlateMesh& mesh, const PlateMeshRate::Shape& by, double widening)
       : across_(mesh.elements_across()) {
+    const PlateMesh::Matrix16 none = PlateMesh::Matrix16::Zero();
     for (int i = 0; i < mesh.elements_along(); ++i)
       for (int j = 0; j < across_; ++j) {
         const PlateMesh::Element& from = mesh.element(i, j);
-        Element& element =
-            elements_.emplace_back(from.gradient.cast<Complex>(), from.bending.cast<Complex>(),
-                                   from.weight.cast<Complex>());
-        const auto add = [k = elements_.size() - 1](const auto& rates, auto& to) {
-          if (!rates.empty()) to.imag() = h * rates[k];
-        };
-        add(by.gradient, element.gradient);
-        add(by.bending, element.bending);
-        add(by.weight, element.weight);
+        const std::size_t k = elements_.size();
+        Element& element = elements_.emplace_back();
+        element.gradient = {from.gradient, by.gradient.empty() ? none : by.gradient[k]};
+        element.bending = {from.bending, by.bending.empty() ? none : by.bending[k]};
+        for (int g = 0; g < PlateMesh::points; ++g)
+          element.weight[g] = {from.weight[g], {by.weight.empty() ? 0 : by.weight[k][g]}};
       }
-    for (const double y : mesh.y()) y_.emplace_back(y, h * widening * y);
+    for (const double y : mesh.y()) y_.push_back({y, {widening * y}});
     const PlateMesh::Membrane &A = mesh.membrane(), &dA = by.membrane;
-    membrane_ = {{A.A11, h * dA.A11}, {A.A12, h * dA.A12}, {A.A33, h * dA.A33}};
+    membrane_ = {{A.A11, {dA.A11}}, {A.A12, {dA.A12}}, {A.A33, {dA.A33}}};
   }
 
   struct Membrane {
-    Complex A11, A12, A33;
+    Dual1 A11, A12, A33;
   };
   const Membrane& membrane() const { return membrane_; }
-  const std::vector<Complex>& y() const { return y_; }
+  const std::vector<Dual1>& y() const { return y_; }
   const Element& element(int i, int j) const { return elements_[i * across_ + j]; }
 
  private:
   int across_;
   std::vector<Element> elements_;
-  std::vector<Complex> y_;
+  std::vector<Dual1> y_;
   Membrane membrane_;
 };
 
@@ -218,15 +248,15 @@ FieldExpansion expand_fields_rate(const ChordLeaf& leaf, const Eigen::Matrix2d& 
   const FieldSolver solve(leaf);
   const VaryingMesh mesh(leaf.plate().mesh(), by, widening);
   auto series = std::make_unique<TubeSeries<order, VaryingMesh>>(leaf, mesh, ray, order);
-  Eigen::MatrixXcd Y = fields.cast<Complex>();
-  Y.col(0).imag() = h * state_rate;
+  MatrixXd rates = MatrixXd::Zero(fields.rows(), fields.cols());
+  rates.col(0) = state_rate;
   for (int d = 1; d <= order; ++d) {
-    series->set_fields(Y);
-    const MatrixXd R = series->residual(d).imag();
-    Y.imag().middleCols(table.count(d - 1), R.cols()) = solve(R);  // h y_d˙ by h R˙
+    series->set_fields(dual(fields, rates));
+    const MatrixXd R = derivative_of(series->residual(d));
+    rates.middleCols(table.count(d - 1), R.cols()) = solve(R);
   }
-  series->set_fields(Y);
-  return {Y.imag() / h, series->edge_nodal().imag() / h};
+  series->set_fields(dual(fields, rates));
+  return {rates, derivative_of(series->edge_nodal())};
 }
 
 TubeExpansion expand(ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray, int order) {

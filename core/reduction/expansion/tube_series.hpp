@@ -9,20 +9,71 @@
 #include <utility>
 #include <vector>
 
+#include "core/math/dual.hpp"
 #include "core/math/polynomial.hpp"
 #include "core/reduction/expansion/tube_expansion.hpp"
 
 namespace flexopt {
 
 /// A number at the eight membrane points of an element.
-template <class S>
-struct PointLanes {
-  using type = Eigen::Array<S, PlateMesh::points, 1>;
+using Lanes8 = double __attribute__((vector_size(64)));
+
+/// And one with its derivative.
+struct DualLanes8 {
+  Lanes8 value, derivative;
+
+  DualLanes8& operator+=(const DualLanes8& b) {
+    value += b.value;
+    derivative += b.derivative;
+    return *this;
+  }
+  DualLanes8& operator-=(double b) {
+    value -= b;
+    return *this;
+  }
+  DualLanes8& operator*=(double b) {
+    value *= b;
+    derivative *= b;
+    return *this;
+  }
+  friend DualLanes8 operator+(DualLanes8 a, const DualLanes8& b) { return a += b; }
+  friend DualLanes8 operator*(const DualLanes8& a, const DualLanes8& b) {
+    return {a.value * b.value, a.value * b.derivative + a.derivative * b.value};
+  }
+  friend DualLanes8 operator*(const Dual1& a, const DualLanes8& b) {
+    return {a.value * b.value, a.value * b.derivative + a.derivatives[0] * b.value};
+  }
 };
+
+template <class S>
+struct PointLanes;
 template <>
 struct PointLanes<double> {
-  using type = double __attribute__((vector_size(64)));
+  using type = Lanes8;
+  static type constant(double value) { return Lanes8{} + value; }
+  static void set(type& lanes, int g, double value) { lanes[g] = value; }
+  static double get(const type& lanes, int g) { return lanes[g]; }
 };
+template <>
+struct PointLanes<Dual1> {
+  using type = DualLanes8;
+  static type constant(double value) { return {Lanes8{} + value, Lanes8{}}; }
+  static void set(type& lanes, int g, const Dual1& value) {
+    lanes.value[g] = value.value;
+    lanes.derivative[g] = value.derivatives[0];
+  }
+  static Dual1 get(const type& lanes, int g) { return {lanes.value[g], {lanes.derivative[g]}}; }
+};
+
+/// The product of an element's operator, or of its transpose, of which the leading block counts,
+/// with a matrix.
+inline MatrixXd times(const PlateMesh::Matrix16& A, Eigen::Index rows, const MatrixXd& B) {
+  return A.topLeftCorner(rows, B.rows()) * B;
+}
+inline MatrixXd transposed_times(const PlateMesh::Matrix16& A, Eigen::Index rows,
+                                 const MatrixXd& B) {
+  return A.topLeftCorner(B.rows(), rows).transpose() * B;
+}
 
 /// Everything about one leaf as polynomials in x, truncated at ORDER. Nodal dofs of a line:
 /// functions_per_line × (3 · m), column c · m + k for component c, monomial k; m = size at the
@@ -175,14 +226,10 @@ class TubeSeries {
   }
 
  private:
-  using Lanes = typename PointLanes<S>::type;
+  using LanesOf = PointLanes<S>;
+  using Lanes = typename LanesOf::type;
   static constexpr int points = PlateMesh::points;
-  static Lanes lanes(double value) {
-    if constexpr (std::is_same_v<S, double>)
-      return Lanes{} + value;
-    else
-      return Lanes::Constant(value);
-  }
+  static Lanes lanes(double value) { return LanesOf::constant(value); }
 
   P row(const Matrix& Y, int r) const {
     P p = P::constant(0);
@@ -278,15 +325,15 @@ class TubeSeries {
   // Gradients and Green–Lagrange strains of the gathered element; strains to `strain_degree`.
   void point_series(int i, int j, int m, int degree, int strain_degree) {
     Matrix& A = A_;
-    A.noalias() = operators_.element(i, j).gradient.leftCols(U_.rows()) * U_;
+    A = times(operators_.element(i, j).gradient, 2 * points, U_);
     Points& p = points_;
     for (int c = 0; c < 3; ++c) {
       p.a1[c].resize(m);
       p.a2[c].resize(m);
       for (int k = 0; k < m; ++k)
         for (int g = 0; g < points; ++g) {
-          p.a1[c][k][g] = A(g, c * m + k);
-          p.a2[c][k][g] = A(points + g, c * m + k);
+          LanesOf::set(p.a1[c][k], g, A(g, c * m + k));
+          LanesOf::set(p.a2[c][k], g, A(points + g, c * m + k));
         }
       p.strain[c].assign(table_.count(strain_degree), lanes(0));
     }
@@ -320,7 +367,7 @@ class TubeSeries {
 
   Lanes weights(int i, int j) const {
     Lanes w;
-    for (int g = 0; g < points; ++g) w[g] = operators_.element(i, j).weight[g];
+    for (int g = 0; g < points; ++g) LanesOf::set(w, g, operators_.element(i, j).weight[g]);
     return w;
   }
 
@@ -352,16 +399,15 @@ class TubeSeries {
       }
       for (int k = 0; k < nd; ++k)
         for (int g = 0; g < points; ++g) {
-          stresses(g, c * nd + k) = f1[k0 + k][g];
-          stresses(points + g, c * nd + k) = f2[k0 + k][g];
+          stresses(g, c * nd + k) = LanesOf::get(f1[k0 + k], g);
+          stresses(points + g, c * nd + k) = LanesOf::get(f2[k0 + k], g);
         }
     }
     const auto& element = operators_.element(i, j);
     const int side = mesh_.functions_per_side(), n = 2 * side;
-    Matrix F = element.gradient.leftCols(n).transpose() * stresses;
+    Matrix F = transposed_times(element.gradient, n, stresses);
     for (int c = 0; c < 3; ++c) {
-      F.middleCols(c * nd, nd).noalias() +=
-          element.bending.topLeftCorner(n, n) * U.middleCols(c * m + k0, nd);
+      F.middleCols(c * nd, nd) += times(element.bending, n, U.middleCols(c * m + k0, nd));
       force[i].block(4 * j, c * size + k0, side, nd) += F.block(0, c * nd, side, nd);
       force[i + 1].block(4 * j, c * size + k0, side, nd) += F.block(side, c * nd, side, nd);
     }
@@ -391,7 +437,7 @@ class TubeSeries {
     // ½ U · K_B U, eight functions at a time
     Matrix& B = A_;
     const int n = static_cast<int>(U.rows());
-    B.noalias() = operators_.element(i, j).bending.topLeftCorner(n, n) * U;
+    B = times(operators_.element(i, j).bending, n, U);
     B *= 0.5 * weight;
     std::vector<Lanes>&a = work_[0], &b = work_[1];
     a.resize(m);

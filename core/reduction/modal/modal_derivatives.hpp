@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/elements/plate/plate_leaf.hpp"
+#include "core/mechanism/modal_inertia.hpp"
 
 namespace flexopt {
 
@@ -32,10 +33,6 @@ MatrixXd derivatives_edges_held(const PlateLeaf& leaf, const MatrixXd& forces);
 /// θij of eq. 8 of the paper: the edge that owns φi is free, the other one held. `shapes` must be
 /// the boundary_modes; columns 12 i + j, rows as theirs. θij ≠ θji where i, j belong to two edges.
 MatrixXd derivatives_own_edge_free(const PlateLeaf& leaf, const MatrixXd& forces);
-
-/// Whether the modal derivatives of vibration modes keep their inertia: eq. 3 of the paper instead
-/// of eq. 4, which leaves out ω²M and its derivative.
-enum class ModalInertia { left_out, kept };
 
 /// θij of vibration modes with the edges held (free tip: as the leaf's support says), a column an
 /// ordered pair, count · i + j. The leaf must be assembled, the modes be its lowest. With inertia

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/elements/plate/full_model.hpp"
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/polynomial.hpp"
@@ -431,6 +432,12 @@ LeafShape ModalLeaf::shape() {
 Vector3d ModalLeaf::material_point(double along, double across) {
   place();
   return plate_material_point(*model_->mesh(), nodal(), scale_, along, across);
+}
+
+std::unique_ptr<LeafElement> ModalLeaf::full_model(const std::string& reason) {
+  if (!evaluated_) evaluate();
+  const LeafHold hold{{scale_.global(edges_[0]), scale_.global(edges_[1])}};
+  return full_model_in_place(*this, hold, leaf_, model_->mesh(), index_, reason);
 }
 
 LeafReport ModalLeaf::report() const {

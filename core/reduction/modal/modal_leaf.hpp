@@ -82,6 +82,8 @@ class ModalLeaf final : public LeafElement {
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override;
+  std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
+  Answer<LeafLinear> linearise() override;
 
   const ModalModel& model() const { return *model_; }
   const std::shared_ptr<const ModalModel>& shared_model() const { return model_; }

@@ -1,6 +1,19 @@
 #include "core/reduction/modal/modal_leaf_linear.hpp"
 
+#include "core/reduction/modal/modal_leaf_gradient.hpp"
+
 namespace flexopt {
+
+Answer<LeafLinear> ModalLeaf::linearise() {
+  if (!evaluated_) evaluate();
+  return {std::make_unique<ModalLeafLinear>(*this)};
+}
+
+Answer<LeafGradient<double>> ModalLeafLinear::gradient(LeafRates& rates,
+                                                       const LeafRows& rows) const {
+  return {std::make_unique<ModalLeafGradient>(
+      *leaf_, shared_model_rate(rates, leaf_->shared_model()), rows)};
+}
 
 MatrixXd ModalLeafLinear::static_shapes(const std::vector<int>& columns) const {
   return MatrixXd(leaf_->static_shapes() * leaf_->frame().B)(Eigen::all, columns);

@@ -11,13 +11,13 @@ class ModalLeafLinear final : public LeafLinear {
   explicit ModalLeafLinear(const ModalLeaf& leaf)
       : leaf_(&leaf), rates_(leaf.rates()), mass_(leaf.plate().mass(rates_)) {}
 
-  const ModalLeaf& leaf() const { return *leaf_; }
   const LeafScale& scale() const override { return leaf_->scale(); }
   int unknowns() const override { return leaf_->model().amplitudes(); }
   void solve(Eigen::Ref<MatrixXd> b) const override { b = (leaf_->inverse() * b).eval(); }
   MatrixXd static_shapes(const std::vector<int>& columns) const override;
   MatrixXd mass_times(const MatrixXd& V) const override;
   MatrixXd station_motion(const MatrixXd& V) const override;
+  Answer<LeafGradient<double>> gradient(LeafRates& rates, const LeafRows& rows) const override;
 
  private:
   const ModalLeaf* leaf_;

@@ -1,8 +1,7 @@
 // The quadratic forms of a leaf of modal derivatives and what they change by. Equations (30), (31).
 #include "core/reduction/modal/modal_leaf_gradient.hpp"
 
-#include <unsupported/Eigen/AutoDiff>
-
+#include "core/math/dual.hpp"
 #include "core/math/rotation.hpp"
 #include "core/reduction/frame/chord_path.hpp"
 #include "core/reduction/modal/modal_derivatives.hpp"
@@ -12,10 +11,8 @@ namespace {
 
 using namespace chord;
 
-constexpr int seen = 15;
-using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, seen, 1>>;
-using DualVector = Vector3<Dual>;
-using DualMatrix = Matrix3<Dual>;
+using DualVector = Vector3<Dual15>;
+using DualMatrix = Matrix3<Dual15>;
 
 }  // namespace
 
@@ -150,28 +147,28 @@ auto ModalLeafGradient::pulled_back(const std::array<Lines, 3>& c, const Path& p
 
 // Along e and what the frame sees of the edges: (e, spin of the base, of the tip, apart).
 auto ModalLeafGradient::seen_by_frame(const Covectors& c, const Path& p) const -> Seen {
-  Eigen::Matrix<Dual, 6, 1> at;
-  for (int i = 0; i < 6; ++i) at[i] = Dual(leaf_->frame().e[i], seen, i);
+  Eigen::Matrix<Dual15, 6, 1> at;
+  for (int i = 0; i < 6; ++i) at[i] = Dual15::variable(leaf_->frame().e[i], i);
   std::array<DualVector, 2> spins;
   DualVector apart;
   for (int k = 0; k < 3; ++k) {
-    spins[0][k] = Dual(p.spin[0][k], seen, 6 + k);
-    spins[1][k] = Dual(p.spin[1][k], seen, 9 + k);
-    apart[k] = Dual(p.apart[k], seen, 12 + k);
+    spins[0][k] = Dual15::variable(p.spin[0][k], 6 + k);
+    spins[1][k] = Dual15::variable(p.spin[1][k], 9 + k);
+    apart[k] = Dual15::variable(p.apart[k], 12 + k);
   }
-  const auto turned = [](int a, const Eigen::Matrix<Dual, 6, 1>& by) {
+  const auto turned = [](int a, const Eigen::Matrix<Dual15, 6, 1>& by) {
     const double half = a == 0 ? -0.5 : 0.5;
     DualVector theta;
-    theta[0] = Dual(half * by[twist]);
+    theta[0] = half * by[twist];
     theta[1] = by[a == 0 ? theta1y : theta2y];
     theta[2] = by[a == 0 ? theta1z : theta2z];
     return theta;
   };
-  const std::array<Turn<Dual>, 2> turns{Turn<Dual>(turned(0, at)), Turn<Dual>(turned(1, at))};
-  const Dual chord = Dual(1.0) + at[elongation];
-  const FramePath<Dual> path = frame_path(turns, chord, spins, apart);
-  const std::array<Eigen::Matrix<Dual, 6, 1>, 3> d{at, path.first.e(), path.second.e()};
-  Dual sum(0.0);
+  const std::array<Turn<Dual15>, 2> turns{Turn<Dual15>(turned(0, at)), Turn<Dual15>(turned(1, at))};
+  const Dual15 chord = 1.0 + at[elongation];
+  const FramePath<Dual15> path = frame_path(turns, chord, spins, apart);
+  const std::array<Eigen::Matrix<Dual15, 6, 1>, 3> d{at, path.first.e(), path.second.e()};
+  Dual15 sum;
   for (int o = 0; o < 3; ++o)
     for (int i = 0; i < 6; ++i) sum += c.e[o][i] * d[o][i];
   for (int k = 0; k < 3; ++k) sum += c.spin[k] * path.first.spin[k];
@@ -188,7 +185,7 @@ auto ModalLeafGradient::seen_by_frame(const Covectors& c, const Path& p) const -
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) sum += c.R[a][o](i, j) * R[o](i, j);
   }
-  return sum.derivatives();
+  return Eigen::Map<const Seen>(sum.derivatives.data());
 }
 
 LeafQuadratic<double> ModalLeafGradient::quadratic(const MatrixXd& Y, const VectorXd& mu) const {

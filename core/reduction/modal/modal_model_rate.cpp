@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/elements/leaf/leaf_rates.hpp"
 #include "core/elements/plate/plate_products.hpp"
 #include "core/math/rotation.hpp"
 #include "core/reduction/modal/modal_derivatives.hpp"
@@ -243,6 +244,12 @@ MatrixXd polarised(const MatrixXd& shapes, const MatrixXd& shape_rates, const Fo
 }
 
 }  // namespace
+
+std::shared_ptr<const ModalModelRate> shared_model_rate(
+    LeafRates& rates, const std::shared_ptr<const ModalModel>& model) {
+  return rates.of<ModalModelRate>(
+      model, [&] { return ModalModelRate(*model, shared_mesh_rate(rates, model->mesh())); });
+}
 
 ModalModelRate::ModalModelRate(const ModalModel& model, std::shared_ptr<const PlateMeshRate> rate)
     : mesh(std::move(rate)) {

@@ -22,4 +22,8 @@ struct ModalModelRate {
   ModalModelRate(const ModalModel& model, std::shared_ptr<const PlateMeshRate> rate);
 };
 
+/// Those of a model that leaves share, made when first asked for.
+std::shared_ptr<const ModalModelRate> shared_model_rate(
+    LeafRates& rates, const std::shared_ptr<const ModalModel>& model);
+
 }  // namespace flexopt

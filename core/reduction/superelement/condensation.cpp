@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
-#include "core/math/block_lanczos.hpp"
 #include "core/math/deflated_solve.hpp"
+#include "core/math/lanczos.hpp"
 #include "core/reduction/superelement/linear_plate.hpp"
 
 namespace flexopt {
@@ -27,17 +27,26 @@ bool in_use(const PlateBody& body, const PlateMesh& mesh, int i, int j) {
   return false;
 }
 
-template <class S, class Part>
-SparseMatrix sparse(const Triplets<S>& triplets, int rows, int columns, const Part& part) {
-  Triplets<double> numbers;
-  numbers.reserve(triplets.size());
-  for (const auto& t : triplets) numbers.emplace_back(t.row(), t.col(), part(t.value()));
-  SparseMatrix A(rows, columns);
-  A.setFromTriplets(numbers.begin(), numbers.end());
-  return A;
-}
-
 MatrixXd symmetric(const MatrixXd& A) { return 0.5 * (A + A.transpose()); }
+
+// Moves one derivative to another.
+void move_rate(Matrices& to, Matrices& from) {
+  for (SparseMatrix Matrices::*part : {&Matrices::stiffness, &Matrices::mass}) {
+    to.*part += from.*part;
+    (from.*part).setZero();
+  }
+}
+void move_rate(Interfaces& to, Interfaces& from) {
+  for (MatrixXd Interfaces::*part : {&Interfaces::boundary, &Interfaces::penalty,
+                                     &Interfaces::penalty_mass, &Interfaces::middle}) {
+    to.*part += from.*part;
+    (from.*part).setZero();
+  }
+  for (std::size_t k = 0; k < to.nodes.size(); ++k) {
+    to.nodes[k] += from.nodes[k];
+    from.nodes[k].setZero();
+  }
+}
 
 // [boundary, coupling; couplingᵀ, modal].
 MatrixXd bordered(const MatrixXd& boundary, const MatrixXd& coupling, const MatrixXd& modal) {
@@ -58,31 +67,31 @@ Condensation::Condensation(const PlateBody& body, const PlateCondensation& conde
   [[maybe_unused]] const int nx = mesh_->elements_along(), ny = mesh_->elements_across();
   assert(body.cells.size() == 0 || (body.cells.rows() == nx && body.cells.cols() == ny));
   const Dofs dof(*mesh_);
-  const Operators<double> operators = linear_plate::operators(*mesh_);
-  Constraint<double> c = constraint(*mesh_, operators, condensation);
+  FreeDofs free(*mesh_);
+  const Interfaces c = interfaces(*mesh_, condensation, free);
   for (int i = 0; i <= nx; ++i)
     for (int j = 0; j < mesh_->nodes_per_line(); ++j)
       if (in_use(body, *mesh_, i, j))
         for (int d = 0; d < 3; ++d)
           for (int k = 0; k < 4; ++k)
-            if (!c.held[dof(i, j, d, k)]) c.release(dof(i, j, d, k));
+            if (!free.held[dof(i, j, d, k)]) free.release(dof(i, j, d, k));
 
-  const auto number = [](double x) { return x; };
-  const Matrices<double> matrices = assemble(body, *mesh_, operators);
-  stiffness_ = sparse(matrices.stiffness, dof.count(), dof.count(), number);
-  mass_ = sparse(matrices.mass, dof.count(), dof.count(), number);
-  free_ = sparse(c.free, dof.count(), c.unknowns, number);
+  Matrices matrices = assemble(body, *mesh_);
+  stiffness_ = std::move(matrices.stiffness);
+  mass_ = std::move(matrices.mass);
+  free_ = SparseMatrix(dof.count(), free.unknowns);
+  free_.setFromTriplets(free.free.begin(), free.free.end());
   factor_.compute(SparseMatrix(free_.transpose() * stiffness_ * free_));
   assert(factor_.info() == Eigen::Success);
 
   // boundary modes Φ = B − F K_ff⁻¹ Fᵀ K B, vibration modes F ψ (15)
   const MatrixXd KB = stiffness_ * c.boundary;
   boundary_ = c.boundary - free_ * factor_.solve(MatrixXd(free_.transpose() * KB));
-  kept_ = std::min(condensation.vibration_modes, c.unknowns / 4);
+  kept_ = std::min(condensation.vibration_modes, free.unknowns / 4);
   if (kept_ > 0) {
     free_mass_ = free_.transpose() * mass_ * free_;
-    const LowestPairs pairs = lowest_pairs_of_blocks(
-        c.unknowns, std::min(kept_ + guard, c.unknowns / 2), 2,
+    const LowestPairs pairs = lowest_pairs(
+        free.unknowns, std::min(kept_ + guard, free.unknowns / 2), 2,
         [&](const MatrixXd& X) -> MatrixXd { return factor_.solve(X); },
         [&](const MatrixXd& X) -> MatrixXd { return free_mass_ * X; }, 1e-9);
     assert(pairs.converged);
@@ -100,20 +109,21 @@ Condensation::Condensation(const PlateBody& body, const PlateCondensation& conde
   model_.stiffness =
       bordered(K, MatrixXd::Zero(K.rows(), kept_), MatrixXd(omega2_.head(kept_).asDiagonal()));
   model_.mass = bordered(M, boundary_.transpose() * (mass_ * V), MatrixXd::Identity(kept_, kept_));
-  model_.frame_modes = motion_of_middle(*mesh_, operators) * boundary_;
+  model_.frame_modes = c.middle * boundary_;
   model_.recovery = boundary_;
 }
 
 std::array<SuperelementModel, 3> Condensation::shape_rates() const {
   const PlateMeshRate mesh_rate(*mesh_);
-  const Operators<Dual> operators = linear_plate::operators(*mesh_, mesh_rate);
-  const Matrices<Dual> matrices = assemble(body_, *mesh_, operators);
-  const Constraint<Dual> c = constraint(*mesh_, operators, condensation_);
-  const MatrixX<Dual> motion = motion_of_middle(*mesh_, operators);
-  const bool wire = mesh_->shape().section == Section::circular;
-  const MatrixXd middle = motion.unaryExpr([](const Dual& x) { return x.value(); });
+  std::array<Matrices, 3> matrices = assemble_rates(body_, *mesh_, mesh_rate);
+  std::array<Interfaces, 3> interface = interface_rates(*mesh_, condensation_, mesh_rate);
+  if (mesh_->shape().section == Section::circular) {  // a wire's width is its thickness
+    move_rate(matrices[PlateMeshRate::thickness], matrices[PlateMeshRate::width]);
+    move_rate(interface[PlateMeshRate::thickness], interface[PlateMeshRate::width]);
+  }
+  FreeDofs held(*mesh_);
+  const MatrixXd middle = interfaces(*mesh_, condensation_, held).middle;
 
-  const Eigen::Index dofs = stiffness_.rows();
   const MatrixXd KPhi = stiffness_ * boundary_, MPhi = mass_ * boundary_,
                  V = free_ * modes_.leftCols(kept_), MV = mass_ * V;
   const VectorXd lambda = omega2_.head(kept_);
@@ -122,23 +132,17 @@ std::array<SuperelementModel, 3> Condensation::shape_rates() const {
                               omega2_};
   std::array<SuperelementModel, 3> rates;
   for (int p = 0; p < 3; ++p) {
-    // a wire's width is its thickness
-    const auto part = [p, wire](const Dual& x) -> double {
-      if (!wire || p == PlateMeshRate::poissons_ratio) return x.derivatives()[p];
-      return p == PlateMeshRate::width ? 0 : x.derivatives()[0] + x.derivatives()[1];
-    };
-    const auto part_of = [&](const auto& A) { return MatrixXd(A.unaryExpr(part)); };
-    const SparseMatrix dK = sparse(matrices.stiffness, dofs, dofs, part),
-                       dM = sparse(matrices.mass, dofs, dofs, part);
-    const MatrixXd dB = part_of(c.boundary), dKPhi = dK * boundary_;
+    const SparseMatrix &dK = matrices[p].stiffness, &dM = matrices[p].mass;
+    const Interfaces& c = interface[p];
+    const MatrixXd &dB = c.boundary, dKPhi = dK * boundary_;
     // Φ′ = B′ − F K_ff⁻¹ Fᵀ (K′Φ + K B′), for Fᵀ K Φ = 0
     const MatrixXd dPhi =
         dB - free_ * factor_.solve(MatrixXd(free_.transpose() * (dKPhi + stiffness_ * dB)));
     MatrixXd K = boundary_.transpose() * dKPhi + 2 * symmetric(dB.transpose() * KPhi),
              M = boundary_.transpose() * (dM * boundary_) + 2 * symmetric(dPhi.transpose() * MPhi);
     if (c.penalty.size() > 0) {
-      K += part_of(c.penalty);
-      M += part_of(c.penalty_mass);
+      K += c.penalty;
+      M += c.penalty_mass;
     }
     // ψ′ = −½ Ψ ΨᵀM′Ψ + x, x off the kept modes: (K − ω² M) x = −(K′ − ω² M′) ψ there
     const MatrixXd dKV = dK * V, dMV = dM * V, G = V.transpose() * dKV, H = V.transpose() * dMV;
@@ -152,12 +156,12 @@ std::array<SuperelementModel, 3> Condensation::shape_rates() const {
       dV.col(i) += free_ * x;
     }
     SuperelementModel& rate = rates[p];
-    for (const auto& node : c.nodes) rate.nodes.push_back(part_of(node));
+    rate.nodes = c.nodes;
     rate.stiffness =
         bordered(K, MatrixXd::Zero(K.rows(), kept_), G - symmetric(H * lambda.asDiagonal()));
     rate.mass = bordered(M, dPhi.transpose() * MV + boundary_.transpose() * (dMV + mass_ * dV),
                          MatrixXd::Zero(kept_, kept_));
-    rate.frame_modes = part_of(motion) * boundary_ + middle * dPhi;
+    rate.frame_modes = c.middle * boundary_ + middle * dPhi;
     rate.recovery = dPhi;
   }
   return rates;

@@ -10,14 +10,8 @@ std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body) {
 }
 
 PlateMatrices plate_matrices(const PlateBody& body, const PlateMesh& mesh) {
-  const auto matrices = linear_plate::assemble(body, mesh, linear_plate::operators(mesh));
-  const int n = linear_plate::Dofs(mesh).count();
-  const auto full = [n](const linear_plate::Triplets<double>& triplets) {
-    MatrixXd A = MatrixXd::Zero(n, n);
-    for (const auto& t : triplets) A(t.row(), t.col()) += t.value();
-    return A;
-  };
-  return {full(matrices.stiffness), full(matrices.mass)};
+  const linear_plate::Matrices matrices = linear_plate::assemble(body, mesh);
+  return {MatrixXd(matrices.stiffness), MatrixXd(matrices.mass)};
 }
 
 CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation) {

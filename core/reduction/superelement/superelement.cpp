@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
+#include "core/math/nearest_rotation.hpp"
 #include "core/math/rotation.hpp"
+#include "core/math/small_lu.hpp"
 
 namespace flexopt {
 namespace {
@@ -135,23 +136,20 @@ bool Superelement::find_frame(std::span<const NodePose> nodes) {
     p += nodes[a].position / m;
     X += model_->nodes[a] / m;
   }
-  const Eigen::JacobiSVD<Matrix3d> svd(mean, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3d U = svd.matrixU();
-  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
-  frame_.axes = U * svd.matrixV().transpose();
+  frame_.axes = nearest_rotation(mean);
   frame_.position = p - frame_.axes * X;
   frame_.converged = false;
   double previous = 1e300;
   for (frame_.iterations = 0;; ++frame_.iterations) {
     place(nodes);
     const Vector6d c = model_->frame_modes * q_;
-    const Eigen::PartialPivLU<Matrix6d> lu(A_);
+    const SmallLu<6> lu(A_);
     const Vector6d d = lu.solve(c);
     frame_.residual =
         std::max(d.head<3>().cwiseAbs().maxCoeff() / size_, d.tail<3>().cwiseAbs().maxCoeff());
     const bool rounding = frame_.residual < rounding_floor && frame_.residual >= 0.3 * previous;
     if (frame_.residual < frame_tolerance || rounding) {
-      Z_ = lu.solve(PhiD_);
+      Z_ = lu.solve_columns(PhiD_);
       return frame_.converged = true;
     }
     // also when not a number
@@ -181,7 +179,7 @@ bool Superelement::evaluate(std::span<const NodePose> nodes, const VectorXd* str
     DT_.middleRows<3>(6 * a + 3) = (to_rate_[a] * DT_.middleRows<3>(6 * a + 3)).eval();
 
   // Forces in frame axes f = Dᵀ(K q − Φ_CBᵀ λ) with λ such that Φ_rigᵀ f = 0                   (12)
-  const Eigen::PartialPivLU<Matrix6d> lu(A_.transpose());
+  const SmallLu<6> lu(A_.transpose());
   const auto forces = [&](const VectorXd& q) {
     s_.noalias() = K * q;
     f_ = s_;

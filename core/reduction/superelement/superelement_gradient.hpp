@@ -4,9 +4,9 @@
 // over the frame and the forces λ that hold it, so that yᵀ K_T y is its second variation along y
 // and the frame's first-order answer, and the derivative of that the third variation with
 // first-order answers only.
-#include <Eigen/LU>
 #include <span>
 
+#include "core/math/small_lu.hpp"
 #include "core/reduction/superelement/superelement.hpp"
 
 namespace flexopt {
@@ -53,8 +53,8 @@ class SuperelementGradient {
   const SuperelementModel* model_;
   std::span<const SuperelementModel> rates_;
   int n_, nodes_;
-  Eigen::PartialPivLU<Matrix6d> A_;    ///< Φ D Φ_rig
-  Eigen::PartialPivLU<Matrix6d> A_t_;  ///< its transpose
+  SmallLu<6> A_;    ///< Φ D Φ_rig
+  SmallLu<6> A_t_;  ///< its transpose
   Vector6d lambda_;
   std::vector<Matrix3d> moment_slope_;  ///< ∂(J⁻ᵀ r)/∂θ
   std::vector<Vector6d> frame_rates_;   ///< motion of the frame by the model

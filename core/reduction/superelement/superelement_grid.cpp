@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unsupported/Eigen/AutoDiff>
 #include <utility>
 
+#include "core/math/dual.hpp"
 #include "core/reduction/superelement/beam_body.hpp"
 #include "core/reduction/superelement/superelement_model_rate.hpp"
 
@@ -85,6 +85,11 @@ const SuperelementModelRate& SuperelementGrid::model_rate() const {
   return *model_rate_;
 }
 
+std::shared_ptr<const PlateMesh> SuperelementGrid::full_mesh() const {
+  std::call_once(full_mesh_made_, [&] { full_mesh_ = std::make_shared<PlateMesh>(shape_); });
+  return full_mesh_;
+}
+
 int SuperelementGrid::kind(int row) const {
   if (rows() == 1) return 0;
   return row == 0 ? 0 : row == rows() - 1 ? 2 : 1;
@@ -120,7 +125,11 @@ template <class S>
 StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
                            const HermiteValuesT<S>& Y, double a) {
   const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
-    return Vector3<S>(U.transpose() * hermite_products<S>(x, y));
+    const Eigen::Matrix<S, 16, 1> N = hermite_products<S>(x, y);
+    Vector3<S> r = Vector3<S>::Zero();
+    for (int f = 0; f < 16; ++f)
+      for (int c = 0; c < 3; ++c) r[c] += N[f] * U(f, c);
+    return r;
   };
   const Vector3<S> d1 = at(X.slope, Y.value), d2 = at(X.value, Y.slope),
                    d11 = at(X.curvature, Y.value), d22 = at(X.value, Y.curvature),
@@ -179,27 +188,23 @@ StrainField SuperelementGrid::strains(const State& state) const {
 
 double SuperelementGrid::stress_rate(const State& state, const std::vector<VectorXd>& fields,
                                      const StressPeak& peak, const StressRate& rate) const {
-  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
-  const auto dual = [](double value, double derivative) {
-    return Dual(value, Eigen::Matrix<double, 1, 1>(derivative));
-  };
   const PlateMesh& mesh = *kinds_[0]->mesh;
   const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  const Dual per_width = dual(shape_.width, rate.shape[0]) / shape_.width;
+  const Dual1 per_width(1, {rate.shape[0] / shape_.width});
   const auto strains_at = [&](int x, int y) {
     const int p = x / 2 % nx, q = y / 2 % ny, e = x / (2 * nx) * rows() + y / (2 * ny);
     const Gradient value = element_dofs(mesh, model(e).recovery * *state.q[e], p, q),
                    moving = element_dofs(mesh, fields[e], p, q);
-    Eigen::Matrix<Dual, 16, 3> U;
-    for (int k = 0; k < 48; ++k) U.data()[k] = dual(value.data()[k], moving.data()[k]);
-    const StrainsT<Dual> strains = linear_strains<Dual>(
+    Eigen::Matrix<Dual1, 16, 3> U;
+    for (int k = 0; k < 48; ++k) U.data()[k] = {value.data()[k], {moving.data()[k]}};
+    const StrainsT<Dual1> strains = linear_strains<Dual1>(
         U, hermite(strain_station[x % 2], mesh.x()[p + 1] - mesh.x()[p]),
-        hermite<Dual>(strain_station[y % 2], Dual((mesh.y()[q + 1] - mesh.y()[q]) * per_width)),
+        hermite<Dual1>(strain_station[y % 2], (mesh.y()[q + 1] - mesh.y()[q]) * per_width),
         1.0 / along_);
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
-      result.value[k] = strains[k].value();
-      result.rate[k] = strains[k].derivatives()[0];
+      result.value[k] = strains[k].value;
+      result.rate[k] = strains[k].derivatives[0];
     }
     return result;
   };

@@ -47,6 +47,8 @@ class SuperelementGrid {
   double x(int line) const { return length_ * line / along_; }
 
   const PlateShape& shape() const { return shape_; }  ///< of the whole leaf
+  /// Mesh of the whole leaf at full accuracy, made when first asked for.
+  std::shared_ptr<const PlateMesh> full_mesh() const;
   const CondensedPlate& plate(int element) const { return *kinds_[kind(element % rows())]; }
   const SuperelementModel& model(int element) const { return plate(element).superelement; }
   /// The models in units of the leaf and their derivatives in its shape, made when first asked for.
@@ -90,7 +92,8 @@ class SuperelementGrid {
   double youngs_modulus_, density_;
   int modes_;  ///< vibration modes of a superelement: together as many as a leaf is to have
   std::vector<std::shared_ptr<const CondensedPlate>> kinds_;  ///< by free edges
-  mutable std::once_flag model_rate_made_;
+  mutable std::once_flag model_rate_made_, full_mesh_made_;
+  mutable std::shared_ptr<const PlateMesh> full_mesh_;
   mutable std::shared_ptr<const SuperelementModelRate> model_rate_;
 };
 

@@ -297,22 +297,21 @@ LeafDynamics SuperelementLeaf::dynamics(int count) {
     result << node_rates(e, nodes), T.middleRows(nodal + own * e, own);
     return result;
   };
-  const auto mass_times = [&](const VectorXd& v) {
-    VectorXd result = VectorXd::Zero(n);
+  const auto mass_times = [&](const MatrixXd& V) {
+    MatrixXd result = MatrixXd::Zero(n, V.cols());
     for (int e = 0; e < elements; ++e) {
-      const VectorXd f = masses[e] * rates(e, v);
+      const MatrixXd F = masses[e] * rates(e, V);
       for (int k = 0; k < grid_->nodes_per_element(); ++k) {
         const auto [line, node] = grid_->node(e, k);
-        if (!is_edge(line)) result.segment<6>(offset(line) + 6 * node) += f.segment<6>(6 * k);
+        if (!is_edge(line)) result.middleRows<6>(offset(line) + 6 * node) += F.middleRows<6>(6 * k);
       }
-      result.segment(nodal + own * e, own) += f.tail(own);
+      result.middleRows(nodal + own * e, own) += F.bottomRows(own);
     }
     return result;
   };
   LowestPairs pairs;
   if (count = std::min(count, n); count > 0)
-    pairs = lowest_pairs(
-        n, count, [&](const VectorXd& x) -> VectorXd { return solve_all(x); }, mass_times);
+    pairs = lowest_pairs(n, count, 1, solve_all, mass_times);
   const int modes = pairs.converged ? count : 0;
   // x = static shapes · (edges, point) + Ψ ξ
   const int outer = boundary();

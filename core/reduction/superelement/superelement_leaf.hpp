@@ -30,6 +30,8 @@ class SuperelementLeaf final : public LeafElement {
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override;
+  std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
+  Answer<LeafLinear> linearise() override;
   /// Derivative of the stress at one of the peaks, as plate_stress_rate. `fields`: rates of
   /// recovery · q of every superelement.
   double stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,

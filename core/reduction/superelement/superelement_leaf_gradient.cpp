@@ -24,10 +24,19 @@ ScaledSuperelements::ScaledSuperelements(const SuperelementLeaf& leaf) : leaf_(&
       gathered[a] = nodes_[line * k + node];
     }
     Superelement& element = elements_.emplace_back(model(e));
-    [[maybe_unused]] const bool framed = element.evaluate(gathered);
-    assert(framed);  // the leaf stands there
+    framed_ = element.evaluate(gathered) && framed_;
     mass_.push_back(element.mass());
   }
+}
+
+Answer<LeafLinear> SuperelementLeaf::linearise() {
+  auto linear = std::make_unique<ScaledSuperelements>(*this);
+  if (!linear->framed()) return {nullptr, "no floating frame of a superelement was found"};
+  return {std::move(linear)};
+}
+
+Answer<LeafGradient<double>> ScaledSuperelements::gradient(LeafRates&, const LeafRows& rows) const {
+  return {std::make_unique<SuperelementLeafGradient>(*this, rows)};
 }
 
 void ScaledSuperelements::solve(Eigen::Ref<MatrixXd> b) const {

@@ -20,6 +20,8 @@ class ScaledSuperelements final : public LeafLinear {
  public:
   explicit ScaledSuperelements(const SuperelementLeaf& leaf);
   ScaledSuperelements(const ScaledSuperelements&) = delete;
+  /// Every superelement has found its frame; nothing else holds where one has not.
+  bool framed() const { return framed_; }
 
   const SuperelementLeaf& leaf() const { return *leaf_; }
   const SuperelementGrid& grid() const { return leaf_->grid(); }
@@ -40,6 +42,7 @@ class ScaledSuperelements final : public LeafLinear {
   MatrixXd mass_times(const MatrixXd& V) const override;
   /// Of the inner nodes: displacement and half the distance of the lines times the spin.
   MatrixXd station_motion(const MatrixXd& V) const override;
+  Answer<LeafGradient<double>> gradient(LeafRates& rates, const LeafRows& rows) const override;
   /// Rates of an element's nodes and amplitudes by those of the unknowns and the edges.
   MatrixXd element_rates(int element, const MatrixXd& V) const;
 
@@ -50,6 +53,7 @@ class ScaledSuperelements final : public LeafLinear {
   std::vector<NodePose> nodes_;
   std::vector<Superelement> elements_;
   std::vector<MatrixXd> mass_;
+  bool framed_ = true;
 };
 
 class SuperelementLeafGradient final : public LeafGradient<double> {

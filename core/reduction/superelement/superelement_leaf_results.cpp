@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/elements/plate/beam_stress.hpp"
+#include "core/elements/plate/full_model.hpp"
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/reduction/superelement/superelement_leaf.hpp"
 
@@ -117,6 +118,18 @@ LeafShape SuperelementLeaf::shape() {
       shape.von_mises.push_back(std::max(s.positive, s.negative));
     }
   return shape;
+}
+
+std::unique_ptr<LeafElement> SuperelementLeaf::full_model(const std::string& reason) {
+  evaluate();
+  LeafHold hold;
+  for (int e = 0; e < 2; ++e) {
+    const NodePose& node = nodes_[e == 0 ? 0 : (grid_->lines() - 1) * grid_->nodes_per_line()];
+    hold.edges[e] = {node.position - node.axes.col(1) * grid_->y(0), node.axes};
+  }
+  hold.point_displacement = displacement_;
+  hold.point_force = point_force_;
+  return full_model_in_place(*this, hold, leaf_, grid_->full_mesh(), index_, reason);
 }
 
 LeafReport SuperelementLeaf::report() const {

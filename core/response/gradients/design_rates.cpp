@@ -1,13 +1,9 @@
 #include "core/response/gradients/design_rates.hpp"
 
-#include <cassert>
-#include <type_traits>
+#include <fmt/format.h>
+
 #include <utility>
 
-#include "core/elements/leaf/leaf_chain_gradient.hpp"
-#include "core/reduction/modal/modal_leaf_gradient.hpp"
-#include "core/reduction/modal/modal_leaf_linear.hpp"
-#include "core/reduction/superelement/superelement_leaf_gradient.hpp"
 #include "core/response/gradients/joint_gradients.hpp"
 #include "core/response/gradients/load_gradients.hpp"
 
@@ -33,72 +29,35 @@ void add_force(const MechanismFactor& factor, const MechanismFactor::Leaf& leaf,
   });
 }
 
-std::unique_ptr<LeafGradient<double>> reduced_gradient(const LeafLinear& leaf, MeshRates& meshes,
-                                                       const LeafRows& rows) {
-  if (const auto* modal = dynamic_cast<const ModalLeafLinear*>(&leaf))
-    return std::make_unique<ModalLeafGradient>(modal->leaf(), meshes.of(modal->leaf()), rows);
-  if (const auto* chain = dynamic_cast<const LeafChainLinear*>(&leaf)) {
-    LeafChainGradient::Segments segments;
-    for (int i = 0; i < chain->segments(); ++i)
-      segments.push_back(reduced_gradient(chain->segment(i), meshes,
-                                          LeafChainGradient::segment_rows(*chain, i, rows)));
-    return std::make_unique<LeafChainGradient>(*chain, std::move(segments), rows);
-  }
-  return std::make_unique<SuperelementLeafGradient>(dynamic_cast<const ScaledSuperelements&>(leaf),
-                                                    rows);
-}
-
 }  // namespace
 
 MechanismState<double> present_state(const MechanismFactor& factor) {
   const System& system = factor.system();
-  MechanismState<double> state{{}, system.multipliers(), {}};
+  MechanismState<double> state{{}, system.multipliers()};
   for (int b = 0; b < factor.bodies() / 6; ++b)
     state.bodies.push_back({system.pose(b).position, system.pose(b).rotation});
-  for (const MechanismFactor::Leaf& leaf : factor.leaves())
-    state.leaves.push_back(leaf.full ? present_state(leaf.full->plate())
-                                     : PlateGradientState<double>());
   return state;
 }
 
-std::shared_ptr<const PlateMeshRate> MeshRates::of(const std::shared_ptr<const PlateMesh>& mesh) {
-  auto& rate = made_[mesh];
-  if (!rate) rate = std::make_shared<PlateMeshRate>(*mesh);
-  return rate;
-}
-
-std::shared_ptr<const ModalModelRate> MeshRates::of(const ModalLeaf& leaf) {
-  auto& rate = modal_[leaf.shared_model()];
-  if (!rate) rate = std::make_shared<ModalModelRate>(leaf.model(), of(leaf.model().mesh()));
-  return rate;
-}
-
-std::vector<std::shared_ptr<const PlateMeshRate>> MeshRates::of(const System& system) {
-  std::vector<std::shared_ptr<const PlateMeshRate>> rates;
-  for (int i = 0; i < system.leaves(); ++i) {
-    const auto* full = dynamic_cast<const FullLeaf*>(&system.leaf(i));
-    rates.emplace_back();
-    if (full) rates.back() = of(full->plate().shared_mesh());
+Answer<LeafGradients<double>> leaf_gradients(const MechanismFactor& factor, LeafRates& rates) {
+  auto gradients = std::make_unique<LeafGradients<double>>();
+  for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
+    Answer<LeafGradient<double>> own = leaf.linear->gradient(rates, leaf.rows);
+    if (!own.value) return {nullptr, fmt::format("leaf {}: {}", gradients->size(), own.reason)};
+    gradients->push_back(std::move(own.value));
   }
-  return rates;
+  return {std::move(gradients)};
 }
 
 template <class S>
-DesignRates<S>::DesignRates(const MechanismFactor& factor, MeshRates& meshes,
+DesignRates<S>::DesignRates(const MechanismFactor& factor, LeafGradients<S> leaves,
                             MechanismState<S> state, const std::vector<Mechanism>& directions,
                             const ModelOptions& model)
-    : factor_(&factor), directions_(&directions), state_(std::move(state)) {
-  const std::vector<std::shared_ptr<const PlateMeshRate>> rates = meshes.of(factor.system());
+    : factor_(&factor),
+      directions_(&directions),
+      state_(std::move(state)),
+      leaves_(std::move(leaves)) {
   for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
-    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
-    if (leaf.full) {
-      leaves_.push_back(std::make_unique<PlateGradient<S>>(leaf.full->plate(), rates[i], leaf.rows,
-                                                           std::move(state_.leaves[i])));
-    } else if constexpr (std::is_same_v<S, double>) {
-      leaves_.push_back(reduced_gradient(*leaf.linear, meshes, leaf.rows));
-    } else {
-      assert(false && "series are those of full leaves");
-    }
     variations_.emplace_back();
     for (const Mechanism& direction : directions)
       variations_.back().push_back(variation(static_cast<int>(i), direction, model));

@@ -2,31 +2,22 @@
 // What the residual and the quadratic forms yᵀ(K − λM)y of a mechanism change by
 // when a design parameter moves: at one equilibrium (S = double) or along the stroke from it (S =
 // Jet). Equations (26), (28)–(32) of README.md.
-#include <map>
 #include <memory>
 #include <vector>
 
-#include "core/elements/plate/plate_gradient.hpp"
+#include "core/elements/leaf/answer.hpp"
+#include "core/elements/leaf/leaf_gradient.hpp"
+#include "core/elements/leaf/leaf_rates.hpp"
 #include "core/mechanism/model_options.hpp"
-#include "core/reduction/modal/modal_model_rate.hpp"
 #include "core/response/gradients/mechanism_state.hpp"
 
 namespace flexopt {
 
-/// Derivatives of the leaves' operators, made once for each mesh.
-class MeshRates {
- public:
-  /// Of the system's leaves; none for those that are not FullLeaf.
-  std::vector<std::shared_ptr<const PlateMeshRate>> of(const System& system);
-  /// Of the fields of a leaf's modal derivatives, once for each model.
-  std::shared_ptr<const ModalModelRate> of(const ModalLeaf& leaf);
-
- private:
-  std::shared_ptr<const PlateMeshRate> of(const std::shared_ptr<const PlateMesh>& mesh);
-
-  std::map<std::shared_ptr<const PlateMesh>, std::shared_ptr<const PlateMeshRate>> made_;
-  std::map<std::shared_ptr<const ModalModel>, std::shared_ptr<const ModalModelRate>> modal_;
-};
+/// Shares of the leaves, one by one.
+template <class S>
+using LeafGradients = std::vector<std::unique_ptr<LeafGradient<S>>>;
+/// At the state of the factor, which must outlive them. None where a leaf has no exact derivatives.
+Answer<LeafGradients<double>> leaf_gradients(const MechanismFactor& factor, LeafRates& rates);
 
 template <class S>
 class DesignRates {
@@ -34,9 +25,10 @@ class DesignRates {
   using Vector = Eigen::VectorX<S>;
   using Matrix = Eigen::MatrixX<S>;
 
-  /// `directions`: derivative of every number of the mechanism along each parameter. Both they and
-  /// the factor must outlive this.
-  DesignRates(const MechanismFactor& factor, MeshRates& meshes, MechanismState<S> state,
+  /// `leaves` and `state`: at the factor's state, or along a path from it. `directions`: derivative
+  /// of every number of the mechanism along each parameter. Both they and the factor must outlive
+  /// this.
+  DesignRates(const MechanismFactor& factor, LeafGradients<S> leaves, MechanismState<S> state,
               const std::vector<Mechanism>& directions, const ModelOptions& model);
 
   /// (26): of the residual of every row at a constant state, rows × parameters.
@@ -58,7 +50,7 @@ class DesignRates {
   const MechanismFactor* factor_;
   const std::vector<Mechanism>* directions_;
   MechanismState<S> state_;
-  std::vector<std::unique_ptr<LeafGradient<S>>> leaves_;
+  LeafGradients<S> leaves_;
   std::vector<std::vector<LeafVariation<S>>> variations_;  ///< leaf by leaf
 };
 

@@ -1,8 +1,8 @@
 #pragma once
-// Where a mechanism of full leaves is, leaf interiors included.
+// Where the bodies and the joints of a mechanism are.
 #include <vector>
 
-#include "core/elements/plate/plate_gradient.hpp"
+#include "core/math/jet.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
@@ -16,7 +16,6 @@ struct MechanismState {
   };
   std::vector<Body> bodies;
   Eigen::VectorX<S> multipliers;  ///< of the joints
-  std::vector<PlateGradientState<S>> leaves;
 };
 
 /// Where the factor's system is.

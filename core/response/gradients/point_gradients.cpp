@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <utility>
 
 #include "core/math/eigenvalue_branches.hpp"
 #include "core/math/rotation.hpp"
@@ -284,12 +285,13 @@ void set_parasitic_frequency(const PathPoint& point, DriveState drive, PointGrad
 
 }  // namespace
 
-PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
+PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
                                const ExactModeLists& lists) {
   const Mechanism& mechanism = factor.system().mechanism();
-  const DesignRates<double> design(factor, meshes, present_state(factor), directions, model);
+  const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
+                                   model);
 
   // (27)
   std::optional<Eigen::RowVectorXd> same_stroke;

@@ -10,9 +10,9 @@
 
 namespace flexopt {
 
-/// `directions`: derivative of every number of the mechanism along each parameter. Modes: those
-/// that the point lists.
-PointGradients point_gradients(const MechanismFactor& factor, MeshRates& meshes,
+/// `leaves`: leaf_gradients(…). `directions`: derivative of every number of the mechanism along
+/// each parameter. Modes: those that the point lists.
+PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
                                const ExactModeLists& lists);

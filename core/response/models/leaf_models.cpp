@@ -7,6 +7,7 @@
 
 #include "core/elements/leaf/leaf_chain.hpp"
 #include "core/elements/plate/full_leaf.hpp"
+#include "core/elements/plate/full_model.hpp"
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/system.hpp"
 #include "core/math/decompositions.hpp"
@@ -146,7 +147,13 @@ std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpr
     std::vector<std::unique_ptr<LeafElement>> segments;
     for (int k = 0; k < n; ++k)
       segments.push_back(std::make_unique<ModalLeaf>(leaf_segment(leaf, k, n), modal, i));
-    leaves.push_back(std::make_unique<LeafChain>(leaf, std::move(segments)));
+    leaves.push_back(std::make_unique<LeafChain>(
+        leaf, std::move(segments),
+        [leaf, shape = leaf_shape(leaf, model), i](LeafElement& chain, const EdgePoses& edges,
+                                                   const std::string& reason) {
+          return full_model_in_place(chain, {edges}, leaf, std::make_shared<PlateMesh>(shape), i,
+                                     reason);
+        }));
   }
   return leaves;
 }
@@ -160,6 +167,15 @@ ModelOptions segment_options(const ModelOptions& model) {
   own.mesh[0] = own_elements(model.mesh[0], n);
   own.warping = Warping::free;
   return own;
+}
+
+bool leaves_a_node(const LeafSpring& leaf, const LeafSpring& direction, const ModelOptions& model) {
+  constexpr double rounding = 1e-9;
+  if (model.accuracy == Accuracy::full || model.method != Reduction::linear_craig_bampton)
+    return false;
+  if (!leaf.point || leaf.point->spread_over_tip || broken_rule(leaf, model)) return false;
+  return std::abs(direction.point->along) > rounding ||
+         std::abs(direction.point->across) > rounding;
 }
 
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,

@@ -1,6 +1,6 @@
 #include "core/response/modes/constant_mass.hpp"
 
-#include "core/elements/plate/full_leaf.hpp"
+#include "core/elements/leaf/leaf_scale.hpp"
 #include "core/reduction/frame/chord_frame.hpp"
 #include "core/response/models/leaf_models.hpp"
 

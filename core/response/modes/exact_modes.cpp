@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/math/block_lanczos.hpp"
 #include "core/math/decompositions.hpp"
+#include "core/math/lanczos.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/response/modes/frequencies.hpp"
 
@@ -31,8 +31,7 @@ struct RitzPairs {
   double residual = 0;      ///< largest of those asked for, relative
 };
 
-template <class Krylov>
-void set_residual(const Krylov& krylov, int count, RitzPairs& pairs) {
+void set_residual(const BlockKrylov& krylov, int count, RitzPairs& pairs) {
   const MatrixXd& B = krylov.rest();
   const VectorXd size = (B * pairs.of_V.bottomRows(B.cols())).colwise().norm();
   for (int k = 0; k < std::min<int>(count, size.size()); ++k)
@@ -49,8 +48,7 @@ struct Convergence {
   }
 };
 
-template <class Krylov>
-RitzPairs locked_pairs(const Krylov& krylov, int count) {
+RitzPairs locked_pairs(const BlockKrylov& krylov, int count) {
   LargestPairs largest = largest_pairs(krylov.T(), count + guards);
   RitzPairs pairs{std::move(largest.values), std::move(largest.vectors), {}};
   set_residual(krylov, count, pairs);
@@ -58,8 +56,7 @@ RitzPairs locked_pairs(const Krylov& krylov, int count) {
 }
 
 // In the basis [V, ĉ], ĉ = (c − V w)/n, w = VᵀM c; K_l⁻¹M c, given, is in V.
-template <class Krylov>
-RitzPairs free_pairs(const Krylov& krylov, const DriveShape& drive, const VectorXd& inertial,
+RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShape& drive, const VectorXd& inertial,
                      int count) {
   const int k = krylov.columns();
   const MatrixXd T = krylov.T();

@@ -1,49 +1,43 @@
 #include "core/response/modes/mechanism_factor.hpp"
 
-#include <cassert>
+#include <fmt/format.h>
+
 #include <utility>
 
-#include "core/elements/leaf/leaf_chain_gradient.hpp"
 #include "core/equilibrium/stroke_path.hpp"
-#include "core/reduction/modal/modal_leaf_linear.hpp"
-#include "core/reduction/superelement/superelement_leaf_gradient.hpp"
 #include "core/response/modes/frequencies.hpp"
 
 namespace flexopt {
 
-namespace {
-
-std::unique_ptr<LeafLinear> linearised(LeafElement& leaf) {
-  if (auto* full = dynamic_cast<FullLeaf*>(&leaf)) return std::make_unique<FullLeafLinear>(*full);
-  if (const auto* modal = dynamic_cast<const ModalLeaf*>(&leaf))
-    return std::make_unique<ModalLeafLinear>(*modal);
-  if (auto* chain = dynamic_cast<LeafChain*>(&leaf)) {
-    std::vector<std::unique_ptr<LeafLinear>> segments;
-    for (int i = 0; i < chain->segments(); ++i) segments.push_back(linearised(chain->segment(i)));
-    return std::make_unique<LeafChainLinear>(*chain, std::move(segments));
+Answer<MechanismFactor> MechanismFactor::of(System& system) {
+  std::vector<std::shared_ptr<const LeafLinear>> leaves;
+  for (int i = 0; i < system.leaves(); ++i) {
+    Answer<LeafLinear> leaf = system.leaf(i).linearise();
+    if (!leaf.value) return {nullptr, fmt::format("leaf {}: {}", i, leaf.reason)};
+    leaves.push_back(std::move(leaf.value));
   }
-  return std::make_unique<ScaledSuperelements>(dynamic_cast<const SuperelementLeaf&>(leaf));
+  return {std::unique_ptr<MechanismFactor>(new MechanismFactor(system, std::move(leaves)))};
 }
 
-}  // namespace
-
-MechanismFactor::MechanismFactor(System& system)
+MechanismFactor::MechanismFactor(System& system,
+                                 std::vector<std::shared_ptr<const LeafLinear>> leaves)
     : system_(&system), bodies_(system.size()), size_(system.size()) {
   const Mechanism& m = system.mechanism();
   drive_ = 6 * m.end_effector + index(m.drive);
-  for (int i = 0; i < system.leaves(); ++i) add_leaf(system, i);
+  for (int i = 0; i < system.leaves(); ++i)
+    add_leaf(system, i, std::move(leaves[static_cast<std::size_t>(i)]));
   size_ += joints();
   factorise();
   body_mass_ = system.body_mass();
   drive_answer_ = solve(VectorXd::Unit(size_, drive_));
 }
 
-void MechanismFactor::add_leaf(System& system, int i) {
-  auto* full = dynamic_cast<FullLeaf*>(&system.leaf(i));
+void MechanismFactor::add_leaf(const System& system, int i,
+                               std::shared_ptr<const LeafLinear> linear) {
   const LeafSpring& spring = system.mechanism().leaves[i];
   Leaf leaf;
-  leaf.full = full;
-  leaf.linear = linearised(system.leaf(i));
+  leaf.full = system.leaf(i).is_full();
+  leaf.linear = std::move(linear);
   const LeafScale& scale = leaf.linear->scale();
   leaf.offset = size_;
   leaf.rows.unknowns = leaf.linear->unknowns();

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/elements/leaf/answer.hpp"
+#include "core/elements/leaf/leaf_linear.hpp"
 #include "core/elements/leaf/leaf_rows.hpp"
-#include "core/elements/plate/full_leaf.hpp"
-#include "core/elements/plate/full_leaf_linear.hpp"
 #include "core/equilibrium/system.hpp"
 #include "core/math/decompositions.hpp"
 
@@ -19,9 +19,9 @@ namespace flexopt {
 /// a force or multiplier is its condition.
 class MechanismFactor {
  public:
-  /// The system must be assembled at an equilibrium, its leaves be FullLeaf,
-  /// SuperelementLeaf or ModalLeaf; its state is kept.
-  explicit MechanismFactor(System& system);
+  /// The system must be assembled at an equilibrium; its state is kept. None where a leaf has no
+  /// linearised interior.
+  static Answer<MechanismFactor> of(System& system);
 
   int size() const { return size_; }
   int bodies() const { return bodies_; }  ///< coordinates of the bodies
@@ -41,7 +41,7 @@ class MechanismFactor {
 
   struct Leaf {
     std::shared_ptr<const LeafLinear> linear;
-    const FullLeaf* full;  ///< none where the leaf is reduced
+    bool full;  ///< at full accuracy
     LeafRows rows;
     int offset;  ///< of its internal rows in a vector
     struct Side {
@@ -70,7 +70,8 @@ class MechanismFactor {
   void clear_held(MatrixXd& Y) const;
 
  private:
-  void add_leaf(System& system, int i);
+  MechanismFactor(System& system, std::vector<std::shared_ptr<const LeafLinear>> leaves);
+  void add_leaf(const System& system, int i, std::shared_ptr<const LeafLinear> linear);
   void factorise();
   void set_tangent(MatrixXd A);
   /// Of the bodies and the joints, once they moved by q.

@@ -35,8 +35,8 @@ Equilibrium solve_again_on_full_leaves(System& system, const Solve& solve,
                                        Equilibrium equilibrium) {
   bool replaced = false;
   for (int i = 0; i < system.leaves(); ++i)
-    if (auto full = system.leaf(i).full_model("no equilibrium with reduced leaves")) {
-      system.replace_leaf(i, std::move(full));
+    if (!system.leaf(i).is_full()) {
+      system.replace_leaf(i, system.leaf(i).full_model("no equilibrium with reduced leaves"));
       replaced = true;
     }
   return replaced ? solve() : equilibrium;

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/mechanism/joint.hpp"
-#include "core/reduction/superelement/superelement_grid.hpp"
+#include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
 
 namespace flexopt {
@@ -111,19 +111,12 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
 std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
                                          const std::vector<MechanismDirection>& directions,
                                          const ModelOptions& model) {
-  constexpr double rounding = 1e-9;
-  if (model.accuracy == Accuracy::full || model.method != Reduction::linear_craig_bampton)
-    return std::nullopt;
   for (const MechanismDirection& d : directions)
-    for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
-      const LeafSpring& leaf = mechanism.leaves[i];
-      const auto& rate = d.rate.leaves[i].point;
-      if (!leaf.point || leaf.point->spread_over_tip || broken_rule(leaf, model)) continue;
-      if (std::abs(rate->along) > rounding || std::abs(rate->across) > rounding)
+    for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
+      if (leaves_a_node(mechanism.leaves[i], d.rate.leaves[i], model))
         return fmt::format(
             "along {} a material point leaves its node of superelements: no exact derivatives",
             d.parameter);
-    }
   return std::nullopt;
 }
 

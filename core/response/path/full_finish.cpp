@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/elements/plate/full_leaf.hpp"
 #include "core/response/models/leaf_models.hpp"
 
 namespace flexopt {
@@ -16,8 +15,6 @@ std::unique_ptr<System> with_full_leaves(System& system) {
   state.leaves.clear();
   for (int i = 0; i < system.leaves(); ++i) {
     leaves.push_back(system.leaf(i).full_model("exact"));
-    if (!leaves.back())
-      leaves.back() = std::make_unique<FullLeaf>(dynamic_cast<const FullLeaf&>(system.leaf(i)));
     state.leaves.push_back(leaves.back()->save());
   }
   auto full = std::make_unique<System>(system.mechanism(), std::move(leaves), system.loads());

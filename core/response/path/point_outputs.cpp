@@ -122,10 +122,9 @@ bool PointOutputs::add_exact_frequencies(const MechanismFactor& factor, ExactMod
   if (model_->leaf_modes == 0) {
     lists = static_modes(factor, free, locked);
   } else {
-    const bool at_rest =
-        request_->wants_frequency_derivatives() && point.stroke == 0 &&
-        std::all_of(factor.leaves().begin(), factor.leaves().end(),
-                    [](const MechanismFactor::Leaf& leaf) { return leaf.full != nullptr; });
+    const bool at_rest = request_->wants_frequency_derivatives() && point.stroke == 0 &&
+                         std::all_of(factor.leaves().begin(), factor.leaves().end(),
+                                     [](const MechanismFactor::Leaf& leaf) { return leaf.full; });
     const int needed = at_rest ? std::min(modes_needed(request_->frequencies), factor.size()) : 0;
     auto modes = exact_modes(factor, std::max(free, needed), locked);
     if (!modes) {
@@ -153,14 +152,22 @@ bool PointOutputs::add_exact_frequencies(const MechanismFactor& factor, ExactMod
 // What differentiable points have beside others; derivatives of everything, if asked for.
 // Frequencies by a constant mass have none.
 void PointOutputs::evaluate_exactly(System& system, PathPoint& point, PointGradients* gradients) {
-  const MechanismFactor factor(system);
+  const auto refuse = [&](const std::string& reason) {
+    point.status = PointStatus::no_equilibrium;
+    point.message = reason;
+  };
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system);
+  if (!linear.value) return refuse(linear.reason);
+  const MechanismFactor& factor = *linear.value;
   ExactModeLists modes;
   if (model_->mass == LeafMass::consistent && !add_exact_frequencies(factor, modes, point)) return;
   if (point.max_stress && request_->stress_peaks > 0)
     add_stress_peaks(system, request_->stress_peaks, point);
-  if (gradients)
-    *gradients = point_gradients(factor, differentiable_->meshes, differentiable_->directions,
-                                 *model_, *request_, point, modes);
+  if (!gradients) return;
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
+  if (!leaves.value) return refuse(leaves.reason);
+  *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
+                               *model_, *request_, point, modes);
 }
 
 void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,

@@ -17,13 +17,13 @@ namespace flexopt {
 struct DifferentiablePath {
   std::vector<Mechanism> directions;  ///< of the gradients; may be empty
   StrokeGradients gradients;
-  MeshRates meshes;
+  LeafRates rates;
   /// Where the path has a point at rest: the modes along the stroke from it, and what they took.
   std::optional<FrequencyDerivativesResult> along_stroke;
   double seconds_along_stroke = 0;
 
   ExactDerivatives exact_derivatives(const ModelOptions& model) {
-    return {&meshes, &directions, model};
+    return {&rates, &directions, model};
   }
 };
 

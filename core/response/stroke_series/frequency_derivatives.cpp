@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/equilibrium/stroke_path.hpp"
-#include "core/math/block_lanczos.hpp"
 #include "core/math/decompositions.hpp"
+#include "core/math/lanczos.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/exact_modes.hpp"
 #include "core/response/stroke_series/mechanism_series.hpp"
@@ -60,7 +60,7 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
       const ExactModes& lowest = own ? own->free : *known;
       modes = {lowest.lambda.head(lowest.exact), lowest.phi.leftCols(lowest.exact), {}, count};
     } else {
-      LowestPairs pairs = lowest_pairs_of_blocks(factor.size(), wanted, width, solve, mass, 1e-6);
+      LowestPairs pairs = lowest_pairs(factor.size(), wanted, width, solve, mass, 1e-6);
       if (!pairs.converged) return std::nullopt;
       modes = {std::move(pairs.values), std::move(pairs.vectors), {}, count};
     }
@@ -277,8 +277,8 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
                f0.dot(path.M_phi[2].col(i)) + 2 * f1.dot(path.M_phi[1].col(i)) +
                    f1.dot(M_rate[0].col(i)) + 2 * f2.dot(path.M_phi[0].col(i))};
   }
-  const DesignRates<Jet> design(factor, *exact.meshes, series.path(), *exact.directions,
-                                exact.model);
+  const DesignRates<Jet> design(factor, series.leaf_gradients(*exact.rates), series.path(),
+                                *exact.directions, exact.model);
   const Eigen::MatrixX<Jet> state_rates = series.balance(-design.residual()),
                             rates = design.quadratic(Y, lambda, state_rates);
   std::vector<FrequencyDerivativeGradients> gradients;
@@ -302,13 +302,18 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
                                                  const ExactDerivatives* exact,
                                                  const ExactModes* known) {
   FrequencyDerivativesResult result;
+  const Answer<MechanismSeries> along = MechanismSeries::of(factor);
+  if (!along.value) {
+    result.message = along.reason;
+    return result;
+  }
+  MechanismSeries& series = *along.value;
   std::optional<Modes> found = lowest_modes(factor, count, exact != nullptr, known);
   if (!found) {
     result.message =
         fmt::format("the lowest {} modes of {} unknowns were not found", count, factor.size());
     return result;
   }
-  MechanismSeries series(factor);
   series.expand_along_stroke();
   const auto path =
       mode_series(factor, series, std::move(*found), exact != nullptr, result.message);
@@ -354,7 +359,9 @@ FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
     if (!loaded.converged)
       return {.ok = false, .message = loaded.message, .modes = {}, .gradients = {}};
   }
-  return frequency_derivatives(MechanismFactor(system), count, exact);
+  const Answer<MechanismFactor> factor = MechanismFactor::of(system);
+  if (!factor.value) return {.ok = false, .message = factor.reason, .modes = {}, .gradients = {}};
+  return frequency_derivatives(*factor.value, count, exact);
 }
 
 }  // namespace flexopt

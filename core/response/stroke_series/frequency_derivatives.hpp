@@ -15,7 +15,7 @@ namespace flexopt {
 
 /// Modes to rounding (vectors to 1e-11), and derivatives along the design.
 struct ExactDerivatives {
-  MeshRates* meshes;
+  LeafRates* rates;
   const std::vector<Mechanism>* directions;  ///< as in DesignRates; may be empty
   ModelOptions model;
 };
@@ -31,7 +31,8 @@ struct FrequencyDerivativesResult {
 constexpr int modes_needed(int count) { return count + 3; }
 
 /// Of the lowest `count` modes, drive free, at the equilibrium that the factor stands at. Leaves
-/// must be FullLeaf. `known`: modes of the factor with the drive free, if there are some.
+/// must have a series, as full leaves do. `known`: modes of the factor with the drive free, if
+/// there are some.
 FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
                                                  const ExactDerivatives* exact = nullptr,
                                                  const ExactModes* known = nullptr);

@@ -2,20 +2,24 @@
 
 #include <algorithm>
 
-#include "core/math/block_lanczos.hpp"
 #include "core/math/deflated_solve.hpp"
+#include "core/math/lanczos.hpp"
 #include "core/response/stroke_series/mechanism_series.hpp"
 
 namespace flexopt {
 
 std::optional<MechanismModes> mechanism_modes(System& system, int count, ModalInertia inertia) {
-  const MechanismFactor factor(system);
-  MechanismSeries series(factor);
+  const auto linear = MechanismFactor::of(system).value;
+  if (!linear) return std::nullopt;
+  const MechanismFactor& factor = *linear;
+  const auto along = MechanismSeries::of(factor).value;
+  if (!along) return std::nullopt;
+  MechanismSeries& series = *along;
   const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   const int guard = 3;  // modes beyond, which the shifted systems are solved by
-  const LowestPairs pairs = lowest_pairs_of_blocks(
-      factor.size(), count + guard, std::max(4, system.leaves()), solve, mass, 1e-11);
+  const LowestPairs pairs =
+      lowest_pairs(factor.size(), count + guard, std::max(4, system.leaves()), solve, mass, 1e-11);
   if (!pairs.converged) return std::nullopt;
 
   MechanismModes result{pairs.values.head(count), pairs.vectors.leftCols(count),

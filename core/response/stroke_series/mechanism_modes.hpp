@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "core/equilibrium/system.hpp"
-#include "core/reduction/modal/modal_derivatives.hpp"
+#include "core/mechanism/modal_inertia.hpp"
 
 namespace flexopt {
 

@@ -1,21 +1,34 @@
 #include "core/response/stroke_series/mechanism_series.hpp"
 
+#include <fmt/format.h>
+
+#include <utility>
+
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
 
 namespace flexopt {
 
-MechanismSeries::MechanismSeries(const MechanismFactor& factor)
+Answer<MechanismSeries> MechanismSeries::of(const MechanismFactor& factor) {
+  std::vector<std::unique_ptr<LeafSeries>> leaves;
+  for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
+    Answer<LeafSeries> own = leaf.linear->series();
+    if (!own.value) return {nullptr, fmt::format("leaf {}: {}", leaves.size(), own.reason)};
+    leaves.push_back(std::move(own.value));
+  }
+  return {std::unique_ptr<MechanismSeries>(new MechanismSeries(factor, std::move(leaves)))};
+}
+
+MechanismSeries::MechanismSeries(const MechanismFactor& factor,
+                                 std::vector<std::unique_ptr<LeafSeries>> leaves)
     : factor_(&factor), bodies_(factor.bodies()) {
   const System& system = factor.system();
   const Vector3d zero = Vector3d::Zero();
-  for (const MechanismFactor::Leaf& linear : factor.leaves()) {
-    const PlateLeaf& plate = linear.full->plate();
-    const VectorXd none = VectorXd::Zero(plate.unknowns());
-    leaves_.push_back({&linear,
-                       std::make_unique<PlateSeries>(plate),
-                       {plate.state().x, none, none},
-                       {plate.state().point_force, zero, zero}});
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const VectorXd x = leaves[i]->unknowns(), none = VectorXd::Zero(x.size());
+    const Vector3d force = leaves[i]->point_force();
+    leaves_.push_back(
+        {&factor.leaves()[i], std::move(leaves[i]), {x, none, none}, {force, zero, zero}});
   }
   const VectorXd none = VectorXd::Zero(factor.joints());
   multipliers_ = {system.multipliers(), none, none};
@@ -59,7 +72,7 @@ void MechanismSeries::expand() {
   }
   if (factor_->joints() > 0) expand_joints();
   for (Leaf& leaf : leaves_) {
-    const LeafScale& scale = leaf.linear->full->scale();
+    const LeafScale& scale = leaf.linear->linear->scale();
     std::array<EdgeBodySeries, 2> edges;
     for (int e = 0; e < 2; ++e) {
       for (int o = 0; o < 3; ++o) {
@@ -69,7 +82,7 @@ void MechanismSeries::expand() {
       edges[e].rotation[0].setIdentity();
       edges[e].arm = Vector3d(e, 0, 0);
     }
-    PlateSeries::PointSeries point;
+    LeafSeries::PointSeries point;
     point.force = leaf.point_force;
     for (const MechanismFactor::Leaf::Side& side : leaf.linear->sides) {
       const int b = side.body;
@@ -170,7 +183,7 @@ Series<MatrixXd> MechanismSeries::leaf_products(const MatrixXd& Y, int orders,
 
 Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y, int orders) const {
   Series<MatrixXd> result = leaf_products(Y, orders, [&](const Leaf& leaf, const MatrixXd& rows) {
-    return std::pair(leaf.linear->full->scale().energy, leaf.series->tangent_times(rows, orders));
+    return std::pair(leaf.linear->linear->scale().energy, leaf.series->tangent_times(rows, orders));
   });
   for (int o = 0; o < orders; ++o) {
     for (const BodyLoad& load : factor_->system().acting()) {
@@ -186,7 +199,7 @@ Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y, int orders) c
 
 Series<MatrixXd> MechanismSeries::mass_times(const MatrixXd& Y, int orders) const {
   Series<MatrixXd> result = leaf_products(Y, orders, [&](const Leaf& leaf, const MatrixXd& rows) {
-    return std::pair(leaf.linear->full->scale().mass, leaf.series->mass_times(rows, orders));
+    return std::pair(leaf.linear->linear->scale().mass, leaf.series->mass_times(rows, orders));
   });
   for (int o = 0; o < orders; ++o) {
     for (int b = 0; b < bodies_ / 6; ++b)
@@ -202,7 +215,7 @@ Series<VectorXd> MechanismSeries::residual() const {
   for (const Leaf& leaf : leaves_) {
     const Series<VectorXd> rows = leaf.series->force();
     for (int o = 0; o < 3; ++o)
-      factor_->add_leaf_force(*leaf.linear, leaf.linear->full->scale().energy, rows[o], sum[o]);
+      factor_->add_leaf_force(*leaf.linear, leaf.linear->linear->scale().energy, rows[o], sum[o]);
   }
   Series<VectorXd> result;
   for (int o = 0; o < 3; ++o) {
@@ -254,11 +267,17 @@ void MechanismSeries::expand_along(const VectorXd& y) {
 }
 
 MechanismState<Jet> MechanismSeries::path() const {
-  MechanismState<Jet> path{{}, jets(multipliers_), {}};
+  MechanismState<Jet> path{{}, jets(multipliers_)};
   for (std::size_t b = 0; b < place_.size(); ++b)
     path.bodies.push_back({jets(place_[b]), jets(rotation_[b])});
-  for (const Leaf& leaf : leaves_) path.leaves.push_back(leaf.series->path(leaf.x));
   return path;
+}
+
+LeafGradients<Jet> MechanismSeries::leaf_gradients(LeafRates& rates) const {
+  LeafGradients<Jet> gradients;
+  for (const Leaf& leaf : leaves_)
+    gradients.push_back(leaf.series->gradient(rates, leaf.linear->rows));
+  return gradients;
 }
 
 Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int orders) const {

@@ -1,10 +1,12 @@
 #pragma once
-// A mechanism of full leaves about an equilibrium and along its stroke: K(s) and M(s) of all
+// A mechanism about an equilibrium and along its stroke: K(s) and M(s) of all
 // degrees of freedom as power series in the stroke, exact to s². Equations (21), (22) of README.md.
 #include <memory>
 #include <vector>
 
-#include "core/elements/plate/plate_series.hpp"
+#include "core/elements/leaf/answer.hpp"
+#include "core/elements/leaf/leaf_series.hpp"
+#include "core/response/gradients/design_rates.hpp"
 #include "core/response/gradients/mechanism_state.hpp"
 
 namespace flexopt {
@@ -12,7 +14,8 @@ namespace flexopt {
 /// Vectors are those of the factor, which must outlive it.
 class MechanismSeries {
  public:
-  explicit MechanismSeries(const MechanismFactor& factor);
+  /// None where a leaf has no series: only full leaves have.
+  static Answer<MechanismSeries> of(const MechanismFactor& factor);
 
   /// The path of equilibria q(s), x(s) to s²: expands every leaf about it.
   void expand_along_stroke();
@@ -22,6 +25,8 @@ class MechanismSeries {
   /// First derivative of the path.
   const VectorXd& path_rate() const { return rate_; }
   MechanismState<Jet> path() const;
+  /// Shares of the leaves in exact gradients along it.
+  LeafGradients<Jet> leaf_gradients(LeafRates& rates) const;
   /// State rates that balance forces B(s) along the path at a constant stroke: (27). Along the
   /// stroke's path only.
   Eigen::MatrixX<Jet> balance(const Eigen::MatrixX<Jet>& B) const;
@@ -35,10 +40,11 @@ class MechanismSeries {
  private:
   struct Leaf {
     const MechanismFactor::Leaf* linear;
-    std::unique_ptr<PlateSeries> series;
+    std::unique_ptr<LeafSeries> series;
     Series<VectorXd> x;
     Series<Vector3d> point_force;
   };
+  MechanismSeries(const MechanismFactor& factor, std::vector<std::unique_ptr<LeafSeries>> leaves);
   void expand();
   void set(int order, const VectorXd& y);
   /// K̃(s) Y of (27).

@@ -7,12 +7,12 @@ using namespace flexopt;
 
 namespace {
 
-struct Pencil {
+struct Matrices {
   MatrixXd K, M;
 };
 
 // K with the given eigenvalues with respect to a random positive definite M.
-Pencil pencil(const VectorXd& lambda) {
+Matrices matrices(const VectorXd& lambda) {
   const int n = static_cast<int>(lambda.size());
   std::srand(7);
   const MatrixXd R = MatrixXd::Random(n, n);
@@ -22,14 +22,15 @@ Pencil pencil(const VectorXd& lambda) {
   return {L * Q * lambda.asDiagonal() * Q.transpose() * L.transpose(), M};
 }
 
-LowestPairs solve(const Pencil& p, int count) {
+LowestPairs solve(const Matrices& p, int count, int width) {
   const Eigen::PartialPivLU<MatrixXd> lu(p.K);
   return lowest_pairs(
-      static_cast<int>(p.K.rows()), count, [&](const VectorXd& x) { return VectorXd(lu.solve(x)); },
-      [&](const VectorXd& x) { return VectorXd(p.M * x); });
+      static_cast<int>(p.K.rows()), count, width,
+      [&](const MatrixXd& B) -> MatrixXd { return lu.solve(B); },
+      [&](const MatrixXd& B) -> MatrixXd { return p.M * B; });
 }
 
-void check(const Pencil& p, const LowestPairs& pairs, const VectorXd& expected) {
+void check(const Matrices& p, const LowestPairs& pairs, const VectorXd& expected) {
   REQUIRE(pairs.converged);
   REQUIRE(pairs.values.size() == expected.size());
   for (int k = 0; k < expected.size(); ++k) {
@@ -41,26 +42,106 @@ void check(const Pencil& p, const LowestPairs& pairs, const VectorXd& expected) 
   CHECK((G - MatrixXd::Identity(G.rows(), G.cols())).norm() < 1e-9);
 }
 
+// A soft value far below the others: the columns of a block then differ by many powers of ten.
+VectorXd soft_and_stiff() {
+  VectorXd lambda(90);
+  for (int i = 0; i < 90; ++i) lambda[i] = 1e4 * (i + 1.0) * (i + 1.0);
+  lambda[0] = 1;
+  lambda[7] = lambda[6];
+  return lambda;
+}
+
+struct Pencil {
+  VectorXd lambda;
+  MatrixXd shapes, mass;  // M-orthonormal modes
+
+  MatrixXd solve(const MatrixXd& B) const {
+    return shapes * (lambda.cwiseInverse().asDiagonal() * (shapes.transpose() * B));
+  }
+};
+
+Pencil pencil(const VectorXd& lambda) {
+  const Eigen::Index n = lambda.size();
+  std::srand(3);
+  const MatrixXd R = MatrixXd::Random(n, n);
+  const MatrixXd M = R * R.transpose() + static_cast<double>(n) * MatrixXd::Identity(n, n);
+  const MatrixXd Q = MatrixXd::Random(n, n).householderQr().householderQ();
+  return {lambda, M.llt().matrixU().solve(Q), M};
+}
+
 }  // namespace
 
 TEST_CASE("the lowest eigenpairs of a wide spectrum are found") {
   VectorXd lambda(120);
   for (int i = 0; i < 120; ++i) lambda[i] = (i + 1.0) * (i + 1.0) * (i + 1.0);
-  const Pencil p = pencil(lambda);
-  check(p, solve(p, 7), lambda.head(7));
+  const Matrices p = matrices(lambda);
+  for (const int width : {1, 2, 5}) check(p, solve(p, 7, width), lambda.head(7));
 }
 
 TEST_CASE("a negative eigenvalue comes first") {
   VectorXd lambda(60);
   for (int i = 0; i < 60; ++i) lambda[i] = 2.0 + i * i;
   lambda[3] = -1.5;
-  const Pencil p = pencil(lambda);
-  check(p, solve(p, 3), Eigen::Vector3d(-1.5, 2, 3));
+  const Matrices p = matrices(lambda);
+  for (const int width : {1, 2}) check(p, solve(p, 3, width), Eigen::Vector3d(-1.5, 2, 3));
 }
 
 TEST_CASE("the whole spectrum of a small matrix is found, equal values too") {
   VectorXd lambda(6);
   lambda << 1, 1, 2, 5, 5, 9;
-  const Pencil p = pencil(lambda);
-  check(p, solve(p, 6), lambda);
+  const Matrices p = matrices(lambda);
+  for (const int width : {1, 2, 4, 9}) check(p, solve(p, 6, width), lambda);
+}
+
+TEST_CASE("a Krylov space keeps its relation, so that residuals tell the truth") {
+  const Pencil p = pencil(soft_and_stiff());
+  const auto solve = [&](const MatrixXd& B) { return p.solve(B); };
+  const auto mass = [&](const MatrixXd& B) { return MatrixXd(p.mass * B); };
+  BlockKrylov krylov(solve(mass(start_columns(90, 5))), 60, solve, mass);
+  for (int step = 0; step < 6; ++step) {
+    REQUIRE(krylov.extend());
+    const MatrixXd V = krylov.V();
+    const MatrixXd G = V.transpose() * p.mass * V;
+    CHECK((G - MatrixXd::Identity(G.rows(), G.cols())).norm() < 1e-9);
+    // what K⁻¹M V leaves of V T is the next block, and that is M-orthonormal: its size is rest()
+    const MatrixXd left = p.solve(p.mass * V) - V * krylov.T();
+    const MatrixXd squares = left.transpose() * p.mass * left;
+    const MatrixXd& rest = krylov.rest();
+    MatrixXd expected = MatrixXd::Zero(V.cols(), V.cols());
+    expected.bottomRightCorner(rest.cols(), rest.cols()) = rest.transpose() * rest;
+    for (Eigen::Index k = 0; k < V.cols(); ++k)
+      CHECK(std::sqrt(squares(k, k)) == Approx(std::sqrt(expected(k, k))).margin(1e-14));
+    // single Ritz pairs, the stiff ones beside the soft one
+    const LargestPairs ritz = largest_pairs(krylov.T(), 4);
+    for (int k = 0; k < 4; ++k) {
+      const VectorXd s = ritz.vectors.col(k), x = V * s,
+                     r = p.solve(p.mass * x) - ritz.values[k] * x;
+      const double told = (rest * s.tail(rest.cols())).norm();
+      // to the rounding of the soft one, whose value is 1
+      CHECK(std::sqrt(r.dot(p.mass * r)) == Approx(told).epsilon(1e-3).margin(1e-14));
+    }
+  }
+}
+
+TEST_CASE("blocks find repeated values beside a soft one") {
+  const Pencil p = pencil(soft_and_stiff());
+  const LowestPairs pairs = lowest_pairs(
+      90, 9, 3, [&](const MatrixXd& B) { return p.solve(B); },
+      [&](const MatrixXd& B) { return MatrixXd(p.mass * B); }, 1e-8);
+  REQUIRE(pairs.converged);
+  for (int k = 0; k < 9; ++k) {
+    CHECK(pairs.values[k] == Approx(p.lambda[k]).epsilon(1e-10));
+    const VectorXd x = pairs.vectors.col(k);
+    CHECK((p.solve(p.mass * x) * pairs.values[k] - x).norm() < 1e-7 * x.norm());
+  }
+}
+
+TEST_CASE("a Krylov space that is invariant says so") {
+  const Pencil p = pencil(soft_and_stiff());
+  const auto solve = [&](const MatrixXd& B) { return p.solve(B); };
+  const auto mass = [&](const MatrixXd& B) { return MatrixXd(p.mass * B); };
+  BlockKrylov krylov(MatrixXd(p.shapes.leftCols(3)), 60, solve, mass);
+  CHECK_FALSE(krylov.extend());
+  CHECK(krylov.invariant());
+  CHECK(krylov.columns() == 3);
 }

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "core/math/nearest_rotation.hpp"
 #include "core/math/rotation.hpp"
 
 using namespace flexopt;
@@ -38,4 +39,19 @@ TEST_CASE("the left tangent is the derivative of the exponential, and its invers
     CHECK((rotation_left_tangent(v) * rotation_left_tangent_inverse(v) - Matrix3d::Identity())
               .norm() < 1e-12);
   }
+}
+
+TEST_CASE("the nearest rotation undoes a stretch, and is a rotation of a reflection too") {
+  std::mt19937 random(11);
+  for (const double angle : {0.0, 1e-3, 1.0, 2.5, 3.14}) {
+    const Matrix3d R = rotation_exp(random_vector(random, angle));
+    const Matrix3d Q = rotation_exp(random_vector(random, 1.0));
+    const Matrix3d stretch = Q * Vector3d(1.3, 0.7, 0.4).asDiagonal() * Q.transpose();
+    CHECK((nearest_rotation(R * stretch) - R).norm() < 1e-13);
+    const Matrix3d reflected = Q * Vector3d(1.3, 0.7, -0.4).asDiagonal() * Q.transpose();
+    CHECK((nearest_rotation(R * reflected) - R).norm() < 1e-13);
+  }
+  const Vector3d v(0.3, -0.2, 0.5);
+  const Matrix3d mean = rotation_exp(v) + rotation_exp(-v);
+  CHECK((nearest_rotation(mean) - Matrix3d::Identity()).norm() < 1e-14);
 }

@@ -114,3 +114,46 @@ TEST_CASE("UDUNITS knows the units that messages speak of", "[spec][quantity]") 
     CHECK(is_known_unit(unit));
   CHECK_FALSE(is_known_unit("parrot"));
 }
+
+TEST_CASE("a number with a unit is measured in SI", "[spec][quantity]") {
+  const auto [unit, value, si] = GENERATE(table<std::string, double, std::string>({
+      {"mm", 1e-3, "m"},
+      {"N/mm", 1e3, "N/m"},
+      {"kN m/deg", 1e3 * 180 / std::numbers::pi, "N m/rad"},
+      {"deg", std::numbers::pi / 180, "rad"},
+      {"%", 1e-2, "1"},
+      {"g/cm^3", 1e3, "kg/m^3"},
+      {"GPa", 1e9, "Pa"},
+      {"mm/N", 1e-3, "m/N"},
+      {"W/K", 1, "kg m^2 s^-3 K^-1"},
+      {"cd/m^2", 1, "m^-2 cd"},
+  }));
+  CAPTURE(unit);
+  const auto found = measured(1, unit);
+  REQUIRE(found);
+  CHECK(found->value == Approx(value).epsilon(1e-14));
+  CHECK(unit_of(found->dimension) == si);
+  CHECK(found->dimension == dimension_of(si));
+}
+
+TEST_CASE("units that are none, or no plain multiples, measure nothing", "[spec][quantity]") {
+  for (const char* unit :
+       {"", " ", "furlongz", "degC", "lg(re 1 mW)", "2 mm", "m @ 5", "K @ 273.15"})
+    CHECK_FALSE(measured(1, unit));
+}
+
+TEST_CASE("dimensions multiply, divide and take powers", "[spec][quantity]") {
+  const Dimension m = dimension_of("m"), N = dimension_of("N");
+  CHECK(m * m == dimension_of("m^2"));
+  CHECK(N / m == dimension_of("N/m"));
+  CHECK((m * m).power(0.5) == m);
+  CHECK(m.power(1.0 / 3) * m.power(2.0 / 3) == m);
+  CHECK_FALSE(m == N);
+  CHECK((m / m).is_plain());
+  // an angle is a plain number, but is called an angle
+  CHECK(dimension_of("rad").is_plain());
+  CHECK(describe(dimension_of("rad")) == "an angle [rad]");
+  CHECK(describe(m / m) == "a plain number");
+  CHECK(describe(m.power(0.5)) == "a quantity in m^0.5");
+  CHECK(unit_of(dimension_of("N m/rad").without_radian()) == "N m");
+}

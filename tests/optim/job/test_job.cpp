@@ -267,7 +267,10 @@ TEST_CASE("bounds of formulas take the unit that the formula has", "[optim][job]
   CHECK(bound("length/inner_width", "50 %") == Approx(0.5));
   CHECK(bound("half_angle", "50 deg") == Approx(50 * degree));
   CHECK(bound("0.1 - inner_width", "10 mm") == Approx(0.01));  // a plain number: any unit in reach
-  CHECK(bound("length^2 + gap", 0.3) == 0.3);
+  CHECK(bound("length*half_angle", "10 mm") == Approx(0.01));
+  CHECK(bound("length^2 + gap^2", 0.3) == 0.3);
+  CHECK_THROWS_WITH(bound("length^2 + gap", 0.3), Contains("an area") && Contains("a length"));
+  CHECK(bound("length + 5 mm", "20 mm") == Approx(0.02));
   CHECK(bound("material.density*length*inner_width*thickness", "100 g") == Approx(0.1));
   CHECK(bound("material.youngs_modulus*thickness^3/length^2", "2 N/mm") == Approx(2000));
   CHECK(bound("end_effector.inertia.xx/end_effector.mass", "1 cm^2") == Approx(1e-4));

@@ -24,7 +24,7 @@ struct Columns {
 };
 
 // Residual and quadratic forms, amplitudes at their stationary value, from superelements in SI.
-struct Answer {
+struct LeafValues {
   VectorXd nodes, force, bodies, point;
   VectorXd form;
   std::vector<double> flat() const {
@@ -35,8 +35,8 @@ struct Answer {
   }
 };
 
-Answer answer(const Design& design, const ModelOptions& model, const State& state,
-              const Columns& Y) {
+LeafValues answer(const Design& design, const ModelOptions& model, const State& state,
+                  const Columns& Y) {
   const LeafSpring& leaf = design.leaf;
   const SuperelementGrid grid(leaf, model);
   const LeafScale scale(leaf, model.flexure);
@@ -70,7 +70,7 @@ Answer answer(const Design& design, const ModelOptions& model, const State& stat
       }
     }
   VectorXd F = VectorXd::Zero(6 * nodes.size());
-  Answer result;
+  LeafValues result;
   result.form = VectorXd::Zero(columns);
   std::vector<NodePose> gathered(m);
   for (int e = 0; e < grid.elements(); ++e) {
@@ -185,11 +185,11 @@ TEST_CASE("derivatives of a leaf of superelements agree with differences of rebu
           Y(scaled.amplitude(e) + a, k) = mu[k] * f(a, k) / (m.stiffness(n + a, n + a) - mu[k]);
     }
 
-    const Answer here = answer(bent.design, c.model, state, columns_si);
+    const LeafValues here = answer(bent.design, c.model, state, columns_si);
     const LeafQuadratic<double> q = gradient.quadratic(Y, mu);
     const VectorXd& f = gradient.force();
-    const auto global = [&](const VectorXd& rows) {  // rows of an Answer
-      Answer a;
+    const auto global = [&](const VectorXd& rows) {  // rows of an LeafValues
+      LeafValues a;
       a.nodes = D * rows.head(nodal);
       a.force = D * rows.segment(bent.rows.unknowns, bent.rows.point);
       a.bodies = VectorXd::Zero(12);
@@ -200,7 +200,7 @@ TEST_CASE("derivatives of a leaf of superelements agree with differences of rebu
       return a;
     };
     // sizes of the parts, forces in units of moments over L
-    const auto compare = [&](const Answer& x, const Answer& y, double size, double most) {
+    const auto compare = [&](const LeafValues& x, const LeafValues& y, double size, double most) {
       CHECK((x.nodes - y.nodes).norm() <= most * size);
       CHECK((x.bodies - y.bodies).norm() * L <= most * size);
       if (!point) return;
@@ -233,8 +233,8 @@ TEST_CASE("derivatives of a leaf of superelements agree with differences of rebu
         for (Vector3d& r : d.reference) r = random.vector<3>(L);
       const LeafVariation<double> v = variation(bent.design, c.model, d);
       const MatrixXd rates = gradient.force_rates({v});
-      Answer exact = global(rates.col(0) + v.energy * f);
-      const Answer value = global(f);
+      LeafValues exact = global(rates.col(0) + v.energy * f);
+      const LeafValues value = global(f);
       for (int i = 0; i < 12; i += 6)
         exact.bodies.segment<3>(i) -= v.length * value.bodies.segment<3>(i);
       for (int i = 0; i < 12; i += 3)
@@ -295,7 +295,7 @@ TEST_CASE("derivatives of a leaf of superelements agree with differences of rebu
               s.point_force += t * z.segment<3>(bent.rows.unknowns);
               s.point_displacement += t * L * A * z.segment<3>(bent.rows.point_body());
             }
-            const Answer a = answer(design, c.model, s, columns_si);
+            const LeafValues a = answer(design, c.model, s, columns_si);
             return std::vector<double>(a.form.begin(), a.form.end());
           },
           0, 0.02, 8);

@@ -1,0 +1,182 @@
+#include "core/math/lanczos.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "core/math/decompositions.hpp"
+
+namespace flexopt {
+
+MatrixXd start_columns(int n, int width, int seed) {
+  MatrixXd start(n, width);
+  for (int c = 0; c < width; ++c) {
+    const int k = seed + c;
+    for (int i = 0; i < n; ++i) start(i, c) = std::sin(1.0 + 1.7 * k + 12.9898 * i + 0.3 * k * i);
+  }
+  return start;
+}
+
+BlockKrylov::BlockKrylov(const MatrixXd& start, int most, LinearMap solve, LinearMap mass)
+    : solve_(std::move(solve)),
+      mass_(std::move(mass)),
+      width_(static_cast<int>(start.cols())),
+      most_(most),
+      V_(start.rows(), 0),
+      MV_(start.rows(), 0) {
+  append(start);
+}
+
+bool BlockKrylov::extend() {
+  const int first = columns_, block = block_;
+  MatrixXd W = solve_(MV_.middleCols(first, block));
+  columns_ += block;
+  const MatrixXd H = append(std::move(W));
+  T_.block(0, first, columns_, block) = H;
+  T_.block(first, 0, block, columns_) = H.transpose();
+  return block_ > 0;
+}
+
+void BlockKrylov::go_on(const MatrixXd& columns) { append(columns); }
+
+MatrixXd BlockKrylov::T() const {
+  const auto A = T_.topLeftCorner(columns_, columns_);
+  return 0.5 * (A + A.transpose());
+}
+
+// W ← W − V Vᵀ M W, M-orthonormal: the next block. Gives the coefficients; what is left of W in
+// the next block goes to rest_.
+MatrixXd BlockKrylov::append(MatrixXd W) {
+  const int k = columns_;
+  MatrixXd H = MatrixXd::Zero(k, W.cols());
+  // the last two blocks carry the coefficients; all others only rounding, removed in one pass
+  for (const int first : {std::max(0, k - 3 * width_), 0}) {
+    const int columns = k - first;
+    const MatrixXd h = MV_.middleCols(first, columns).transpose() * W;
+    W.noalias() -= V_.middleCols(first, columns) * h;
+    H.bottomRows(columns) += h;
+  }
+  orthonormalise(W, H.colwise().squaredNorm());
+  return H;
+}
+
+// Gram–Schmidt, the largest column first. What is left out is below 1e-12 of its column: a Gram
+// matrix, whose rounding ends at 1e-8, would leave out more than the residual tells.
+void BlockKrylov::orthonormalise(MatrixXd& W, const VectorXd& removed) {
+  MatrixXd MW = mass_(W);
+  const int columns = static_cast<int>(W.cols()), k = columns_, room = std::min(columns, most_ - k);
+  if (k + room > V_.cols()) {
+    const Eigen::Index more = std::min<Eigen::Index>(most_, std::max(8 * width_, 2 * k));
+    V_.conservativeResize(W.rows(), more);
+    MV_.conservativeResize(W.rows(), more);
+    T_.conservativeResizeLike(MatrixXd::Zero(more, more));
+  }
+  VectorXd size = W.cwiseProduct(MW).colwise().sum();
+  const VectorXd floor = 1e-24 * (size + removed);
+  VectorXd known = size;  // when M times the column was last multiplied out
+  rest_ = MatrixXd::Zero(room, columns);
+  std::vector<bool> done(columns, false);
+  for (block_ = 0; block_ < room; ++block_) {
+    int next = -1;
+    for (int c = 0; c < columns; ++c)
+      if (!done[c] && size[c] > floor[c] && (next < 0 || size[c] > size[next])) next = c;
+    if (next < 0) break;
+    done[next] = true;
+    if (size[next] < 1e-6 * known[next]) {  // cancelled: once more against the block
+      const auto V = V_.middleCols(k, block_);
+      const VectorXd h = MV_.middleCols(k, block_).transpose() * W.col(next);
+      W.col(next).noalias() -= V * h;
+      rest_.col(next).head(block_) += h;
+      MW.col(next) = mass_(MatrixXd(W.col(next)));
+      size[next] = W.col(next).dot(MW.col(next));
+    }
+    const double norm = std::sqrt(size[next]);
+    rest_(block_, next) = norm;
+    V_.col(k + block_) = W.col(next) / norm;
+    MV_.col(k + block_) = MW.col(next) / norm;
+    for (int c = 0; c < columns; ++c) {
+      if (done[c]) continue;
+      const double h = MV_.col(k + block_).dot(W.col(c));
+      rest_(block_, c) = h;
+      W.col(c) -= h * V_.col(k + block_);
+      MW.col(c) -= h * MV_.col(k + block_);
+      size[c] = W.col(c).dot(MW.col(c));
+    }
+  }
+  rest_.conservativeResize(block_, columns);
+}
+
+namespace {
+
+LargestPairs largest_of(const SymmetricEigen& eigen, int count) {
+  const VectorXd& theta = eigen.eigenvalues();
+  std::vector<int> order(theta.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return std::abs(theta[a]) > std::abs(theta[b]); });
+  order.resize(std::min<std::size_t>(order.size(), static_cast<std::size_t>(count)));
+  return {theta(order), eigen.eigenvectors()(Eigen::all, order)};
+}
+
+// The lowest of the Ritz pairs in ascending order.
+LowestPairs ascending(const BlockKrylov& krylov, const LargestPairs& ritz) {
+  std::vector<int> order(static_cast<std::size_t>(ritz.values.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return 1 / ritz.values[a] < 1 / ritz.values[b]; });
+  return {true, ritz.values(order).cwiseInverse(), krylov.V() * ritz.vectors(Eigen::all, order)};
+}
+
+}  // namespace
+
+LargestPairs largest_pairs(const MatrixXd& A, int count) {
+  return largest_of(SymmetricEigen(A), count);
+}
+
+LowestPairs lowest_pairs(int n, int count, int width, const LinearMap& solve, const LinearMap& mass,
+                         double tolerance) {
+  LowestPairs pairs;
+  count = std::min(count, n);
+  width = std::min(width, n);
+  const bool single = width == 1;
+  const int most = std::min(n, 6 * count + 20 * width + 40);
+  const MatrixXd start = start_columns(n, width);
+  BlockKrylov krylov(single ? start : solve(mass(start)), most, solve, mass);
+  for (int step = 1;; ++step) {
+    const bool more = krylov.extend();
+    if (!more && krylov.columns() < count) {
+      krylov.go_on(start_columns(n, width, step * width));
+      continue;
+    }
+    // a decomposition costs about a solve: not at every step
+    const int columns = krylov.columns();
+    if (more &&
+        (single ? columns < count || columns % 4 != 0 : columns < 3 * count || step % 2 != 0))
+      continue;
+    const MatrixXd T = krylov.T();
+    const LargestPairs ritz =
+        single ? largest_of(SymmetricEigen::of_tridiagonal(T.diagonal(), T.diagonal(-1)), count)
+               : largest_pairs(T, count);
+    const MatrixXd& B = krylov.rest();
+    const VectorXd residual = (B * ritz.vectors.bottomRows(B.cols())).colwise().norm();
+    pairs.converged = more ? (residual.array() <= tolerance * ritz.values.array().abs()).all()
+                           : krylov.invariant();
+    if (more && !pairs.converged) continue;
+    if (single) {
+      LowestPairs found = ascending(krylov, ritz);
+      found.converged = pairs.converged;
+      return found;
+    }
+    // Rayleigh–Ritz on Y = K⁻¹ M X:  (Yᵀ M X) z = λ⁻¹… with Yᵀ K Y = Yᵀ M X
+    const MatrixXd MX = krylov.MV() * ritz.vectors, Y = solve(MX), MY = mass(Y);
+    const MatrixXd KY = Y.transpose() * MX, G = Y.transpose() * MY;
+    const SymmetricEigen last(0.5 * (KY + KY.transpose()), 0.5 * (G + G.transpose()));
+    pairs.values = last.eigenvalues();
+    pairs.vectors = Y * last.eigenvectors();
+    return pairs;
+  }
+}
+
+}  // namespace flexopt

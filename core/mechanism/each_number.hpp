@@ -1,0 +1,127 @@
+#pragma once
+// One visitor over all numbers of a mechanism. Its rates, its zeros, its copy in another scalar and
+// the names of material and payload follow from it.
+#include <cassert>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+/// visit(name, number) for each number of a material.
+template <class Material, class Visit>
+void each_material_number(Material& material, const Visit& visit) {
+  visit(std::string_view("youngs_modulus"), material.youngs_modulus);
+  visit(std::string_view("poissons_ratio"), material.poissons_ratio);
+  visit(std::string_view("density"), material.density);
+}
+
+/// visit(name, number) for mass, centre of mass and inertia of a body. An inertia off the diagonal
+/// has two places: its name comes twice.
+template <class Body, class Visit>
+void each_payload_number(Body& body, const Visit& visit) {
+  constexpr std::string_view center[] = {"center_of_mass.x", "center_of_mass.y",
+                                         "center_of_mass.z"};
+  constexpr std::string_view inertia[] = {"inertia.xx", "inertia.xy", "inertia.xz",
+                                          "inertia.yy", "inertia.yz", "inertia.zz"};
+  visit(std::string_view("mass"), body.mass);
+  for (int i = 0; i < 3; ++i) visit(center[i], body.center_of_mass[i]);
+  for (int i = 0, k = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j, ++k) {
+      visit(inertia[k], body.inertia(i, j));
+      if (i != j) visit(inertia[k], body.inertia(j, i));
+    }
+}
+
+/// visit(number) for every number of the mechanism that a design may change.
+template <class Mechanism, class Visit>
+void each_number(Mechanism& mechanism, const Visit& visit) {
+  const auto entries = [&](auto& matrix) {
+    for (int i = 0; i < static_cast<int>(matrix.size()); ++i) visit(*(matrix.data() + i));
+  };
+  const auto named = [&](std::string_view, auto& number) { visit(number); };
+  for (auto& body : mechanism.bodies) {
+    entries(body.reference);
+    each_payload_number(body, named);
+  }
+  for (auto& leaf : mechanism.leaves) {
+    entries(leaf.origin);
+    entries(leaf.axes);
+    visit(leaf.length);
+    visit(leaf.width);
+    visit(leaf.thickness);
+    each_material_number(leaf.material, named);
+    if (leaf.point) {
+      visit(leaf.point->along);
+      visit(leaf.point->across);
+    }
+  }
+  for (auto& joint : mechanism.joints) {
+    entries(joint.place);
+    entries(joint.axis);
+  }
+}
+
+/// The material with f(x) in the place of every number x.
+template <class To, class From, class F>
+MaterialT<To> with_numbers(const MaterialT<From>& from, const F& f) {
+  MaterialT<To> to;
+  to.name = from.name;
+  to.allowable_stress = from.allowable_stress;
+  std::vector<To> numbers;
+  each_material_number(from, [&](std::string_view, const From& x) { numbers.push_back(f(x)); });
+  std::size_t i = 0;
+  each_material_number(to, [&](std::string_view, To& x) { x = numbers[i++]; });
+  return to;
+}
+
+/// The mechanism with f(x) in the place of every number x. Names, indices and kinds stay.
+template <class To, class From, class F>
+MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
+  MechanismT<To> to;
+  to.end_effector = from.end_effector;
+  to.drive = from.drive;
+  for (const RigidBodyT<From>& b : from.bodies) {
+    RigidBodyT<To>& body = to.bodies.emplace_back();
+    body.name = b.name;
+    body.role = b.role;
+    body.held = b.held;
+  }
+  for (const LeafSpringT<From>& l : from.leaves) {
+    LeafSpringT<To>& leaf = to.leaves.emplace_back();
+    leaf.name = l.name;
+    leaf.base = l.base;
+    leaf.tip = l.tip;
+    leaf.section = l.section;
+    leaf.material.name = l.material.name;
+    leaf.material.allowable_stress = l.material.allowable_stress;
+    if (l.point) {
+      leaf.point.emplace();
+      leaf.point->body = l.point->body;
+      leaf.point->spread_over_tip = l.point->spread_over_tip;
+    }
+  }
+  for (const JointT<From>& j : from.joints) {
+    JointT<To>& joint = to.joints.emplace_back();
+    joint.name = j.name;
+    joint.type = j.type;
+    joint.body = j.body;
+    joint.other = j.other;
+  }
+  std::vector<To*> places;
+  each_number(to, [&](To& x) { places.push_back(&x); });
+  std::size_t i = 0;
+  each_number(from, [&](const From& x) { *places[i++] = f(x); });
+  assert(i == places.size());
+  return to;
+}
+
+/// The mechanism of no change: every number zero.
+inline Mechanism zero_rate(const Mechanism& mechanism) {
+  return with_numbers<double>(mechanism, [](double) { return 0.0; });
+}
+
+}  // namespace flexopt

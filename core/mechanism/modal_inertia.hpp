@@ -1,0 +1,10 @@
+#pragma once
+// A choice in the modal derivatives of vibration modes.
+
+namespace flexopt {
+
+/// Whether they keep their inertia: equation 3 of the paper that core/reduction/modal follows, or
+/// equation 4, which leaves out ω²M and its derivative.
+enum class ModalInertia { left_out, kept };
+
+}  // namespace flexopt

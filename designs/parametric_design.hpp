@@ -1,0 +1,66 @@
+#pragma once
+// A family with everything that is decided once: its options, and its formulas compiled. What is
+// left is numbers in slots: values of the parameters → mechanism, and its derivatives.
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/spec/formula.hpp"
+#include "designs/family.hpp"
+
+namespace flexopt {
+
+/// A parameter that follows from the others.
+struct DependentParameter {
+  int slot = 0;
+  Formula formula;  ///< over the slots
+};
+
+/// Plain data and const functions: safe to share among threads.
+class ParametricDesign {
+ public:
+  /// `formulas`: texts by the names of the parameters that they give; they may use the parameters
+  /// without one. Throws SpecError for wrong ones, at /design/parameters/<name>/expression.
+  ParametricDesign(const Family& family, FamilyChoices choices,
+                   const std::map<std::string, std::string>& formulas);
+
+  const Family& family() const { return *family_; }
+  const FamilyChoices& choices() const { return choices_; }
+  bool has_end_effector() const { return family_->has_end_effector(choices_); }
+  const std::vector<DependentParameter>& dependents() const { return dependents_; }
+  bool is_dependent(int slot) const;
+
+  /// Place of the parameter in the family's list, −1 for other names.
+  int slot(const std::string& name) const;
+  /// Numbers in slots. Dependent ones may be missing and are then 0.
+  std::vector<double> slots(const ParameterValues& parameters) const;
+
+  /// Computes the dependent ones. Throws SpecError where a formula has no finite value.
+  void complete(std::span<double> slots) const;
+  /// Throws SpecError for a formula of another dimension than its parameter's.
+  void check_units() const;
+  /// Derivatives of all slots (rows) with respect to all slots (columns), the dependent ones
+  /// following: 1 for the slot itself, the formula's slopes in the row of a dependent one, 0 in its
+  /// column. Nothing where a slope is not finite.
+  std::optional<MatrixXd> derivatives(std::span<const double> slots) const;
+
+  /// Every parameter must be in range. Throws SpecError where they contradict each other.
+  Mechanism build(const ParameterValues& parameters, const Material& material,
+                  const EndEffector& payload) const;
+  /// Exact derivatives of the mechanism along the named numbers alone: parameters of the family
+  /// (each at constant others), `material.…` and `end_effector.…`. Throws std::invalid_argument for
+  /// another name.
+  std::vector<MechanismDirection> directions(const ParameterValues& parameters,
+                                             const Material& material, const EndEffector& payload,
+                                             const std::vector<std::string>& names) const;
+  /// Every name that `directions` takes, but for the dependent parameters.
+  std::vector<std::string> independent_names() const;
+
+ private:
+  const Family* family_;  ///< one of families(), which live as long as the program
+  FamilyChoices choices_;
+  std::vector<DependentParameter> dependents_;
+};
+
+}  // namespace flexopt

@@ -1,0 +1,326 @@
+// What every model of a leaf owes the mechanism: its full model at the same edges, and an honest
+// answer where it cannot do something.
+#include "core/elements/plate/full_model.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/elements/leaf/leaf_gradient.hpp"
+#include "core/elements/leaf/leaf_linear.hpp"
+#include "core/elements/leaf/leaf_series.hpp"
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/rotation.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
+#include "core/response/response.hpp"
+#include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+struct Case {
+  const char* name;
+  ModelOptions model;
+};
+
+ModelOptions reduced(Reduction method, Flexure flexure, std::array<int, 2> cut) {
+  ModelOptions model;
+  model.method = method;
+  model.flexure = flexure;
+  model.mesh = flexure == Flexure::beam ? std::array{8, 1} : std::array{8, 4};
+  model.superelements = cut;
+  return model;
+}
+
+std::vector<Case> cases() {
+  using enum Reduction;
+  using enum Flexure;
+  return {{"tube", reduced(mixed_potential, plate, {1, 0})},
+          {"superelement", reduced(linear_craig_bampton, plate, {1, 0})},
+          {"superelements", reduced(linear_craig_bampton, plate, {3, 0})},
+          {"patches", reduced(linear_craig_bampton, plate, {4, 2})},
+          {"beam superelements", reduced(linear_craig_bampton, beam, {3, 0})},
+          {"modal", reduced(modal_derivatives, plate, {1, 0})},
+          {"beam modal", reduced(modal_derivatives, beam, {1, 0})},
+          {"manifold", reduced(quadratic_manifold, plate, {1, 0})},
+          {"chain", reduced(modal_derivatives, plate, {2, 0})},
+          {"beam chain", reduced(modal_derivatives, beam, {3, 0})},
+          {"chain of manifolds", reduced(quadratic_manifold, plate, {2, 0})}};
+}
+
+/// Brought to internal equilibrium between held edges.
+LeafEvaluation settled(LeafElement& leaf, const EdgePoses& edges) {
+  for (int k = 0; k < 40 && leaf.evaluate().correction > 1e-11; ++k)
+    leaf.move(edges, Vector12d::Zero());
+  return leaf.evaluation();
+}
+
+Mechanism turned_leaf() {
+  Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
+  m.leaves[0].axes = rotation_exp({0.3, -0.2, 0.5}) * m.leaves[0].axes;
+  m.bodies[0].reference = m.bodies[0].center_of_mass = m.leaves[0].tip_middle();
+  return m;
+}
+
+EdgePoses edges_of(const System& system) {
+  return {system.edge_pose(0, 0), system.edge_pose(0, 1)};
+}
+
+/// A body that only has what every leaf must have.
+class BareLeaf final : public LeafElement {
+ public:
+  explicit BareLeaf(FullLeaf full) : full_(std::move(full)) {}
+
+  void move(const EdgePoses& edges, const Vector12d& dq) override { full_.move(edges, dq); }
+  const LeafEvaluation& evaluate() override { return full_.evaluate(); }
+  const LeafEvaluation& evaluation() const override { return full_.evaluation(); }
+  std::unique_ptr<LeafElement> full_model(const std::string& reason) override {
+    return full_.full_model(reason);
+  }
+  std::unique_ptr<LeafState> save() const override { return full_.save(); }
+  void restore(const LeafState& state) override { full_.restore(state); }
+  LeafDynamics dynamics(int modes) override { return full_.dynamics(modes); }
+  StressPeak max_stress() override { return full_.max_stress(); }
+  std::vector<StressPeak> stress_peaks() override { return full_.stress_peaks(); }
+  LeafShape shape() override { return full_.shape(); }
+  Vector3d material_point(double along, double across) override {
+    if (lost) return Vector3d::Constant(std::nan(""));
+    return full_.material_point(along, across);
+  }
+  LeafReport report() const override { return {.model = "bare", .reason = {}, .check = 0}; }
+
+  bool lost = false;  ///< where its points are
+
+ private:
+  FullLeaf full_;
+};
+
+}  // namespace
+
+TEST_CASE("the full model of a reduced leaf is the equilibrium of the full leaf between its edges",
+          "[elements][full_model]") {
+  const Mechanism m = turned_leaf();
+  for (const Case& c : cases()) {
+    INFO(c.name);
+    ModelOptions at_full = c.model;
+    at_full.accuracy = Accuracy::full;
+    System system(m, make_reduced_leaves(m, c.model, 0.02));
+    System reference(m, make_full_leaves(m, at_full));
+    REQUIRE(step_to(system, 0.02, {}).converged);
+    REQUIRE(step_to(reference, 0.02, {}).converged);
+    LeafElement& leaf = system.leaf(0);
+    REQUIRE(!leaf.is_full());
+
+    const auto full = leaf.full_model("asked for");
+    REQUIRE(full);
+    CHECK(full->is_full());
+    CHECK(full->report().model == "full");
+    CHECK(full->report().reason == "asked for");
+    const EdgePoses edges = edges_of(system);
+    const LeafEvaluation found = settled(*full, edges);
+    REQUIRE(found.correction < 1e-10);
+    CHECK(found.negative_pivots == 0);
+    for (const double end : {0.0, 1.0})
+      CHECK(
+          (full->material_point(end, 0.5) - edges[static_cast<std::size_t>(end)].position).norm() <
+          1e-12);
+
+    // the full leaf that came from rest, brought between the same edges
+    LeafElement& other = reference.leaf(0);
+    Vector12d dq;
+    for (int e = 0; e < 2; ++e) {
+      const EdgePose from = reference.edge_pose(0, e);
+      dq.segment<6>(6 * e) << edges[e].position - from.position,
+          rotation_log(edges[e].axes * from.axes.transpose());
+    }
+    other.evaluate();
+    other.move(edges, dq);
+    const LeafEvaluation expected = settled(other, edges);
+    REQUIRE(expected.correction < 1e-10);
+    CHECK(found.energy == Approx(expected.energy).epsilon(1e-8));
+    CHECK((found.force - expected.force).norm() < 1e-7 * expected.force.norm());
+    CHECK((found.tangent - expected.tangent).norm() < 1e-7 * expected.tangent.norm());
+  }
+}
+
+TEST_CASE(
+    "the full model of a leaf with a material point keeps its place and leads to its equilibrium",
+    "[elements][full_model]") {
+  for (const bool free_tip : {false, true}) {
+    INFO("free tip " << free_tip);
+    Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
+    LeafPoint point{.body = 0, .along = free_tip ? 1.0 : 0.5, .across = 0.5};
+    point.spread_over_tip = free_tip;
+    m.bodies[0] = models::body({point.along * 0.1, 0, 0}, 0, 0);
+    m.bodies[0].held = {false, false, false, true, true, true};
+    m.leaves[0].tip = free_tip ? free_edge : ground;
+    m.leaves[0].point = point;
+    const ModelOptions model = reduced(Reduction::linear_craig_bampton, Flexure::plate, {4, 2});
+    ModelOptions at_full = model;
+    at_full.accuracy = Accuracy::full;
+    System system(m, make_reduced_leaves(m, model, 2e-3));
+    System reference(m, make_full_leaves(m, at_full));
+    const double stroke = free_tip ? 0.02 : 1e-3;
+    REQUIRE(step_to(system, stroke, {}).converged);
+    const Equilibrium expected = step_to(reference, stroke, {});
+    REQUIRE(expected.converged);
+
+    auto full = system.leaf(0).full_model("asked for");
+    CHECK(settled(*full, edges_of(system)).correction < 1e-10);
+    // the point, or the mean of the tip edge by the trapezoidal rule
+    Vector3d place = Vector3d::Zero();
+    constexpr int n = 200;
+    for (int k = 0; k <= n; ++k)
+      place += (k == 0 || k == n ? 0.5 : 1.0) / n *
+               full->material_point(point.along, free_tip ? k / double(n) : point.across);
+    CHECK((place - system.pose(0).position).norm() < 1e-9);
+    system.replace_leaf(0, std::move(full));
+    const Equilibrium found = solve_equilibrium(system, stroke, {});
+    REQUIRE(found.converged);
+    CHECK(found.drive_load == Approx(expected.drive_load).epsilon(1e-7));
+  }
+}
+
+TEST_CASE(
+    "a full model comes from the undeflected leaf where the other model's places lead nowhere",
+    "[elements][full_model]") {
+  const Mechanism m = turned_leaf();
+  const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
+  const LeafSpring& leaf = m.leaves[0];
+  BareLeaf other(FullLeaf(leaf, mesh, 0));
+  other.lost = true;
+  other.evaluate();
+  // a tip turned by 1 rad on the arc of constant curvature, the whole turned with its base
+  const Matrix3d base = rotation_exp({-0.4, 1.2, 0.7}) * leaf.axes;
+  const double angle = 1.0;
+  LeafHold hold;
+  hold.edges[0] = {leaf.origin + Vector3d(0.03, -0.02, 0.05), base};
+  hold.edges[1] = {hold.edges[0].position +
+                       leaf.length / angle *
+                           (std::sin(angle) * base.col(0) - (1 - std::cos(angle)) * base.col(2)),
+                   base * rotation_exp({0, angle, 0})};
+  const auto full = full_model_in_place(other, hold, leaf, mesh, 0, "asked for");
+  const LeafEvaluation at = settled(*full, hold.edges);
+  REQUIRE(at.correction < 1e-10);
+  CHECK(at.negative_pivots == 0);
+  // between a strip that bends freely and one without anticlastic curvature
+  const double EI = leaf.material.youngs_modulus * leaf.width * std::pow(leaf.thickness, 3) / 12,
+               energy = 0.5 * EI * angle * angle / leaf.length;
+  CHECK(at.energy > energy);
+  CHECK(at.energy < energy / (1 - 0.3 * 0.3));
+}
+
+TEST_CASE("the full model of a full leaf is a copy that keeps its report",
+          "[elements][full_model]") {
+  const Mechanism m = turned_leaf();
+  const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
+  FullLeaf leaf(m.leaves[0], mesh, 0, "it has no two rigid edges");
+  leaf.evaluate();
+  const auto copy = leaf.full_model("another reason");
+  CHECK(copy->is_full());
+  CHECK(copy->report().reason == "it has no two rigid edges");
+  CHECK((copy->evaluate().tangent - leaf.evaluation().tangent).norm() == 0);
+}
+
+TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say so",
+          "[elements][full_model]") {
+  // beyond the reach of the reduced models: stretched by more than 5 %, or without equilibrium
+  struct Lost {
+    const char* name;
+    Mechanism mechanism;
+    ModelOptions model;
+    double stroke;  ///< [m]
+  };
+  const Mechanism guide = models::guide(0.1, 0.03, 5e-4),
+                  leaf = models::single_leaf(0.1, 0.03, 5e-4);
+  using enum Reduction;
+  for (const Lost& c :
+       {Lost{"superelement", guide, reduced(linear_craig_bampton, Flexure::plate, {1, 0}), 0.07},
+        Lost{"manifold", leaf, reduced(quadratic_manifold, Flexure::plate, {1, 0}), 0.07},
+        Lost{"chain", leaf, reduced(quadratic_manifold, Flexure::plate, {2, 0}), 0.07}}) {
+    INFO(c.name);
+    StrokeRequest request;
+    request.points = {c.stroke};
+    request.outputs.remove(Output::stress);
+    ModelOptions at_full = c.model;
+    at_full.accuracy = Accuracy::full;
+    const StrokeResponse found = evaluate_stroke(c.mechanism, c.model, request),
+                         expected = evaluate_stroke(c.mechanism, at_full, request);
+    REQUIRE(found.status == Status::ok);
+    REQUIRE(expected.status == Status::ok);
+    for (const LeafReport& report : found.path[0].leaves) {
+      CHECK(report.model == "full");
+      CHECK(report.reason == "no equilibrium with reduced leaves");
+    }
+    CHECK(found.path[0].drive_load == Approx(expected.path[0].drive_load).epsilon(1e-6));
+    const Matrix6d &C = found.path[0].compliance_locked, &D = expected.path[0].compliance_locked;
+    CHECK((C - D).norm() < 1e-6 * D.norm());
+  }
+}
+
+TEST_CASE("a leaf without a linearised interior says so by its model's name",
+          "[elements][full_model]") {
+  const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
+  const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
+  std::vector<std::unique_ptr<LeafElement>> bare;
+  bare.push_back(std::make_unique<BareLeaf>(FullLeaf(m.leaves[0], mesh, 0)));
+  System system(m, std::move(bare));
+  system.assemble();
+  const Answer<MechanismFactor> none = MechanismFactor::of(system);
+  CHECK(!none.value);
+  CHECK(none.reason == "leaf 0: the model \"bare\" has no linearised interior");
+
+  System tube(m, make_reduced_leaves(m, {}, 0.01));
+  tube.assemble();
+  CHECK(MechanismFactor::of(tube).reason ==
+        "leaf 0: the model \"tube\" has no linearised interior");
+}
+
+TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
+          "[elements][full_model]") {
+  const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
+  for (const Case& c : cases()) {
+    if (c.model.method == Reduction::mixed_potential) continue;
+    INFO(c.name);
+    System system(m, make_reduced_leaves(m, c.model, 0.01));
+    system.assemble();
+    const Answer<MechanismFactor> factor = MechanismFactor::of(system);
+    REQUIRE(factor.value);
+    const MechanismFactor::Leaf& leaf = factor.value->leaves()[0];
+    CHECK(!leaf.full);
+    LeafRates rates;
+    CHECK(leaf.linear->gradient(rates, leaf.rows).value);
+    CHECK(!leaf.linear->series().value);
+    const FrequencyDerivativesResult none = frequency_derivatives(*factor.value, 2);
+    CHECK(!none.ok);
+    CHECK(none.message == "leaf 0: its model has no series along the stroke; full accuracy has");
+  }
+  System system(m, make_full_leaves(m, {}));
+  system.assemble();
+  const Answer<MechanismFactor> factor = MechanismFactor::of(system);
+  REQUIRE(factor.value);
+  CHECK(factor.value->leaves()[0].full);
+  CHECK(factor.value->leaves()[0].linear->series().value);
+}
+
+TEST_CASE("what leaves share is made once for the same data and the same kind of rate",
+          "[elements][leaf_rates]") {
+  LeafRates rates;
+  const auto a = std::make_shared<const int>(1), b = std::make_shared<const int>(2);
+  int made = 0;
+  const auto twice = [&](const std::shared_ptr<const int>& of) {
+    return rates.of<double>(of, [&] {
+      ++made;
+      return 2.0 * *of;
+    });
+  };
+  CHECK(*twice(a) == 2);
+  CHECK(twice(a) == twice(a));
+  CHECK(*twice(b) == 4);
+  CHECK(made == 2);
+  CHECK(*rates.of<int>(a, [&] { return 10 * *a; }) == 10);
+  CHECK(*twice(a) == 2);
+  CHECK(made == 2);
+}

@@ -1,0 +1,103 @@
+#include "core/mechanism/each_number.hpp"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "core/math/dual.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+/// One of everything, each number different.
+Mechanism everything() {
+  Mechanism m;
+  m.bodies.resize(2);
+  m.bodies[0].name = "end_effector";
+  m.bodies[1].role = BodyRole::intermediate;
+  m.bodies[1].held = {true, false, false, false, false, true};
+  LeafSpring leaf;
+  leaf.name = "leaf";
+  leaf.tip = 1;
+  leaf.section = Section::circular;
+  leaf.material.name = "steel";
+  leaf.material.allowable_stress = 5e8;
+  leaf.point = LeafPoint{.body = 1, .along = 0, .across = 0, .spread_over_tip = true};
+  m.leaves = {leaf, leaf};
+  m.leaves[1].point.reset();
+  m.joints.push_back({.name = "hinge", .type = JointType::spherical, .body = 0, .other = 1});
+  m.end_effector = 0;
+  m.drive = Direction::rz;
+  double next = 0;
+  each_number(m, [&](double& x) { x = ++next; });
+  return m;
+}
+
+std::vector<double> numbers(const Mechanism& m) {
+  std::vector<double> all;
+  each_number(m, [&](double x) { all.push_back(x); });
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("every number of a mechanism is visited once", "[mechanism]") {
+  const Mechanism m = everything();
+  const std::vector<double> all = numbers(m);
+  // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point; joint
+  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 6);
+  for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
+  CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());
+  CHECK(m.joints[0].axis.maxCoeff() == double(all.size()));
+}
+
+TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mechanism]") {
+  const Mechanism m = everything();
+  const Mechanism twice = with_numbers<double>(m, [](double x) { return 2 * x; });
+  const std::vector<double> before = numbers(m), after = numbers(twice);
+  REQUIRE(after.size() == before.size());
+  for (std::size_t i = 0; i < after.size(); ++i) CHECK(after[i] == 2 * before[i]);
+  CHECK(twice.end_effector == m.end_effector);
+  CHECK(twice.drive == Direction::rz);
+  CHECK(twice.bodies[0].name == "end_effector");
+  CHECK(twice.bodies[1].role == BodyRole::intermediate);
+  CHECK(twice.bodies[1].held == m.bodies[1].held);
+  const LeafSpring& leaf = twice.leaves[0];
+  CHECK(leaf.name == "leaf");
+  CHECK(leaf.tip == 1);
+  CHECK(leaf.section == Section::circular);
+  CHECK(leaf.material.name == "steel");
+  CHECK(leaf.material.allowable_stress == 5e8);
+  REQUIRE(leaf.point);
+  CHECK(leaf.point->body == 1);
+  CHECK(leaf.point->spread_over_tip);
+  CHECK_FALSE(twice.leaves[1].point);
+  CHECK(twice.joints[0].name == "hinge");
+  CHECK(twice.joints[0].type == JointType::spherical);
+  CHECK(twice.joints[0].other == 1);
+  for (const double x : numbers(zero_rate(m))) CHECK(x == 0);
+}
+
+TEST_CASE("a mechanism of numbers with derivatives gives back both", "[mechanism]") {
+  const Mechanism m = everything();
+  const auto dual = with_numbers<Dual1>(m, [](double x) { return Dual1(x, {3 * x}); });
+  CHECK(numbers(with_numbers<double>(dual, [](const Dual1& x) { return x.value; })) == numbers(m));
+  CHECK(numbers(with_numbers<double>(dual, [](const Dual1& x) { return x.derivatives[0]; })) ==
+        numbers(with_numbers<double>(m, [](double x) { return 3 * x; })));
+}
+
+TEST_CASE("an inertia off the diagonal has one name and two places", "[mechanism]") {
+  RigidBody body = everything().bodies[0];
+  std::vector<std::string> names;
+  each_payload_number(body, [&](std::string_view name, double& x) {
+    names.emplace_back(name);
+    if (name == "inertia.xz") x = -7;
+  });
+  CHECK(names == std::vector<std::string>{"mass", "center_of_mass.x", "center_of_mass.y",
+                                          "center_of_mass.z", "inertia.xx", "inertia.xy",
+                                          "inertia.xy", "inertia.xz", "inertia.xz", "inertia.yy",
+                                          "inertia.yz", "inertia.yz", "inertia.zz"});
+  CHECK(body.inertia(0, 2) == -7);
+  CHECK(body.inertia(2, 0) == -7);
+  CHECK((body.inertia.array() == -7).count() == 2);
+}
