@@ -3,15 +3,10 @@
 // mechanism without joints.
 #include <vector>
 
+#include "core/equilibrium/body_pose.hpp"
 #include "core/mechanism/joint.hpp"
 
 namespace flexopt {
-
-/// Present place of a body: its reference point and the rotation since the undeflected state.
-struct BodyPose {
-  Vector3d position;
-  Matrix3d rotation = Matrix3d::Identity();
-};
 
 class Constraints {
  public:

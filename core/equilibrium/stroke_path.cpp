@@ -66,7 +66,7 @@ std::string dependence(const System& system, bool driven) {
 
 }  // namespace
 
-Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, const Vector6d& load,
+Equilibrium solve_equilibrium(System& system, std::optional<double> stroke,
                               const NewtonOptions& options) {
   const Mechanism& m = system.mechanism();
   const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(m.drive);
@@ -95,10 +95,7 @@ Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, cons
                  .cwiseAbs()
                  .maxCoeff() /
              (scale[d] * scale[d]);
-    A.topLeftCorner(n, n) = scale.asDiagonal() * system.tangent_stiffness() * scale.asDiagonal();
-    // spins do not commute: the moment's true derivative is K − ½ hat(moment)
-    for (int b = 0; b < n; b += 6)
-      A.block<3, 3>(b + 3, b + 3) -= 0.5 * hat(system.internal_force().segment<3>(b + 3));
+    A.topLeftCorner(n, n) = scale.asDiagonal() * system.residual_derivative() * scale.asDiagonal();
     if (stroke) {
       A(d, n) = -scale[d] * unit * scale[d];
       A.block(n, ee, 1, 6) =
@@ -108,10 +105,7 @@ Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, cons
       A(n, n) = 1;
       b[n] = 0;
     }
-    VectorXd r = -system.internal_force();
-    r.segment<6>(ee) += load;
-    for (const int k : system.held()) r[k] = 0;
-    b.head(n) = scale.cwiseProduct(r);
+    b.head(n) = scale.cwiseProduct(system.load() - system.internal_force());
     VectorXd reaction;  // joints: multipliers in the unit of the drive's, conditions in their own
     if (m_joints > 0) {
       const Constraints& c = system.constraints();
@@ -204,29 +198,26 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
 
 }  // namespace
 
-Equilibrium step_to(System& system, double stroke, const Vector6d& load,
-                    const NewtonOptions& options) {
+Equilibrium step_to(System& system, double stroke, const NewtonOptions& options) {
   const double start = present_stroke(system);
   Equilibrium result = step_parameter(system, options, "stroke", true, [&](double s) {
-    return solve_equilibrium(system, s == 1 ? stroke : start + s * (stroke - start), load, options);
+    return solve_equilibrium(system, s == 1 ? stroke : start + s * (stroke - start), options);
   });
   if (!result.converged)
     result.message = fmt::format("stroke {:.6g} to {:.6g}: {}", start, stroke, result.message);
   return result;
 }
 
-Equilibrium step_load(System& system, const Vector6d& load, const NewtonOptions& options) {
-  const double stroke = present_stroke(system);
-  return step_parameter(system, options, "load", true, [&](double s) {
-    return solve_equilibrium(system, stroke, s * load, options);
-  });
-}
-
-Equilibrium step_free_load(System& system, const Vector6d& from, const Vector6d& to,
-                           const NewtonOptions& options) {
-  return step_parameter(system, options, "load", false, [&](double s) {
-    return solve_equilibrium(system, std::nullopt, s == 1 ? to : Vector6d(from + s * (to - from)),
-                             options);
+Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options) {
+  const LoadFactors from = system.load_factors();
+  const bool driven = system.loads().driven();
+  const std::optional<double> stroke =
+      driven ? std::optional(present_stroke(system)) : std::nullopt;
+  return step_parameter(system, options, "load", driven, [&](double s) {
+    system.apply(s == 1 ? to
+                        : LoadFactors{from.constant + s * (to.constant - from.constant),
+                                      from.growing + s * (to.growing - from.growing)});
+    return solve_equilibrium(system, stroke, options);
   });
 }
 

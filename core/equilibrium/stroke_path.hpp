@@ -26,10 +26,10 @@ struct Equilibrium {
   std::string message;    ///< why not, with the figures
 };
 
-/// Solves internal_force − load − λ e_drive = 0 with the stroke held at `stroke`, from the present
-/// state; without a stroke nothing is driven and λ = 0. `load`: dead load at O. The system stays
+/// Solves internal_force − load − λ e_drive = 0 under the loads that act, with the stroke held at
+/// `stroke`, from the present state; without a stroke nothing is driven and λ = 0. The system stays
 /// assembled at the last iterate.
-Equilibrium solve_equilibrium(System& system, std::optional<double> stroke, const Vector6d& load,
+Equilibrium solve_equilibrium(System& system, std::optional<double> stroke,
                               const NewtonOptions& options);
 
 /// Largest stretch of a leaf's mid-surface that is still taken for a flexure at work; far beyond
@@ -39,14 +39,10 @@ inline constexpr double largest_strain = 0.05;
 /// The same, halving the step when Newton fails, when stability is lost over it (a large step may
 /// land on another branch) or when a leaf would be stretched beyond `largest_strain`; on failure
 /// the system is left where the last sub-step converged.
-Equilibrium step_to(System& system, double stroke, const Vector6d& load,
-                    const NewtonOptions& options);
+Equilibrium step_to(System& system, double stroke, const NewtonOptions& options);
 
-/// Brings the dead load from zero to `load` at the present stroke, in halved steps where needed.
-Equilibrium step_load(System& system, const Vector6d& load, const NewtonOptions& options);
-
-/// Brings the dead load from `from` to `to` with nothing driven, in halved steps where needed.
-Equilibrium step_free_load(System& system, const Vector6d& from, const Vector6d& to,
-                           const NewtonOptions& options);
+/// Brings the loads from those that act to these factors, in halved steps where needed: at the
+/// present stroke, or with nothing driven where the load case says so.
+Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options);
 
 }  // namespace flexopt

@@ -7,9 +7,11 @@
 
 namespace flexopt {
 
-System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves)
+System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves,
+               LoadCase loads)
     : mechanism_(&mechanism),
       leaves_(std::move(leaves)),
+      loads_(std::move(loads)),
       constraints_(mechanism),
       multipliers_(VectorXd::Zero(constraints_.count())) {
   assert(leaves_.size() == mechanism.leaves.size());
@@ -18,6 +20,39 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
     for (int d = 0; d < 6; ++d)
       if (mechanism.bodies[b].held[d]) held_.push_back(6 * b + d);
+}
+
+void System::apply(LoadFactors factors) {
+  if (factors == factors_) return;
+  factors_ = factors;
+  acting_ = acting_loads(loads_, factors_, *mechanism_);
+  assembled_ = false;
+}
+
+double System::load_energy() const {
+  double energy = 0;
+  for (const BodyLoad& load : acting_) {
+    const BodyPose& pose = poses_[load.body];
+    energy -= load.force.dot(pose.position - mechanism_->bodies[load.body].reference +
+                             pose.rotation * load.arm - load.arm);
+  }
+  return energy;
+}
+
+MatrixXd System::residual_derivative() const {
+  MatrixXd K = tangent_;
+  // the moment that has a potential: of the leaves, the joints and the dead forces on their arms
+  VectorXd turning = force_;
+  for (const BodyLoad& load : acting_)
+    turning.segment<3>(6 * load.body + 3) -=
+        (poses_[load.body].rotation * load.arm).cross(load.force);
+  for (int b = 0; b < size(); b += 6)
+    K.block<3, 3>(b + 3, b + 3) -= 0.5 * hat(turning.segment<3>(b + 3));
+  for (const int k : held_) {
+    K.row(k).setZero();
+    K(k, k) = 1;
+  }
+  return K;
 }
 
 Vector3d System::lever(int i, int end) const {
@@ -87,8 +122,12 @@ void System::assemble() {
     force_ += constraints_.gradient().transpose() * multipliers_;
     constraints_.add_curvature(poses_, multipliers_, tangent_);
   }
+  load_ = forces_of(acting_, poses_);
+  for (const BodyLoad& load : acting_)
+    tangent_.block<3, 3>(6 * load.body + 3, 6 * load.body + 3) +=
+        arm_stiffness(load.force, Vector3d(poses_[load.body].rotation * load.arm));
   for (const int k : held_) {
-    force_[k] = 0;
+    force_[k] = load_[k] = 0;
     tangent_.row(k).setZero();
     tangent_.col(k).setZero();
     tangent_(k, k) = 1;
@@ -117,7 +156,7 @@ void System::move(const VectorXd& dq) {
 }
 
 System::Snapshot System::save() const {
-  Snapshot snapshot{poses_, {}, multipliers_};
+  Snapshot snapshot{poses_, {}, multipliers_, factors_};
   for (const auto& leaf : leaves_) snapshot.leaves.push_back(leaf->save());
   return snapshot;
 }
@@ -126,6 +165,7 @@ void System::restore(const Snapshot& snapshot) {
   assembled_ = false;
   poses_ = snapshot.poses;
   multipliers_ = snapshot.multipliers;
+  apply(snapshot.factors);
   for (int i = 0; i < leaves(); ++i) leaves_[i]->restore(*snapshot.leaves[i]);
 }
 

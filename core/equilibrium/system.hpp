@@ -7,14 +7,17 @@
 
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/equilibrium/constraints.hpp"
+#include "core/equilibrium/dead_loads.hpp"
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
 
 class System {
  public:
-  /// One leaf element for each leaf of the mechanism. The mechanism must outlive the system.
-  System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves);
+  /// One leaf element for each leaf of the mechanism. The mechanism must outlive the system. None
+  /// of the loads acts at first.
+  System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves,
+         LoadCase loads = {});
 
   const Mechanism& mechanism() const { return *mechanism_; }
   int size() const { return 6 * static_cast<int>(poses_.size()); }
@@ -30,14 +33,29 @@ class System {
   /// A leaf has changed in itself: the next assemble() must not be spared.
   void invalidate() { assembled_ = false; }
 
+  const LoadCase& loads() const { return loads_; }
+  LoadFactors load_factors() const { return factors_; }
+  /// Lets so much of the loads act.
+  void apply(LoadFactors factors);
+  /// Loads that act, one by one.
+  const std::vector<BodyLoad>& acting() const { return acting_; }
+
   /// Evaluates every leaf at the present state, once. After it the results below hold.
   void assemble();
   double energy() const { return energy_; }
   /// (force, moment) per body, those of the joints (Ψ_qᵀ λ) included.
   const VectorXd& internal_force() const { return force_; }
-  const MatrixXd& tangent_stiffness() const { return tangent_; }  ///< with every geometric term
-  double correction() const { return correction_; }               ///< largest of the leaves
-  double strain() const { return strain_; }  ///< largest mid-surface stretch of the leaves
+  /// Force and moment of the dead loads per body, about its moved reference point.
+  const VectorXd& load() const { return load_; }
+  /// Of the dead forces, undeflected state zero; dead moments have none.
+  double load_energy() const;
+  /// Second derivative of energy and load energy along exp(hat δ) R; symmetric.
+  const MatrixXd& tangent_stiffness() const { return tangent_; }
+  /// Derivative of internal_force − load by (displacement, spin) of the bodies, joints' multipliers
+  /// held: spins do not commute, README.md (9). Rows of held coordinates are those of the identity.
+  MatrixXd residual_derivative() const;
+  double correction() const { return correction_; }  ///< largest of the leaves
+  double strain() const { return strain_; }          ///< largest mid-surface stretch of the leaves
   int negative_pivots() const { return negative_pivots_; }  ///< of all leaf interiors
   /// Coordinates of bodies that cannot move: in tangent and force they are decoupled ones.
   const std::vector<int>& held() const { return held_; }
@@ -60,6 +78,7 @@ class System {
     std::vector<BodyPose> poses;
     std::vector<std::unique_ptr<LeafState>> leaves;
     VectorXd multipliers;
+    LoadFactors factors;
   };
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
@@ -83,11 +102,14 @@ class System {
   const Mechanism* mechanism_;
   std::vector<std::unique_ptr<LeafElement>> leaves_;
   std::vector<BodyPose> poses_;
+  LoadCase loads_;
+  LoadFactors factors_;
+  std::vector<BodyLoad> acting_;
   Constraints constraints_;
   VectorXd multipliers_;
   double length_ = 0;
   std::vector<int> held_;
-  VectorXd force_;
+  VectorXd force_, load_;
   MatrixXd tangent_;
   double energy_ = 0, correction_ = 0, strain_ = 0;
   int negative_pivots_ = 0;

@@ -1,98 +1,263 @@
-#include <algorithm>
-#include <cassert>
-#include <functional>
+#include "core/response/quantities.hpp"
 
-#include "core/response/response.hpp"
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+#include "core/response/principal_stiffness.hpp"
 
 namespace flexopt {
 namespace {
 
-using Getter = std::function<std::optional<double>(const PathPoint&)>;
-struct Entry {
-  Quantity quantity;
-  Getter get;
-};
+constexpr int most_frequencies = 12;  // that have names of their own
 
-std::optional<double> at(const std::vector<double>& list, int k) {
+std::optional<double> entry(const std::vector<double>& list, int k) {
   if (k >= static_cast<int>(list.size())) return std::nullopt;
-  return list[k];
+  return list[static_cast<std::size_t>(k)];
 }
 
-std::vector<Entry> make_entries() {
-  std::vector<Entry> entries;
-  auto add = [&](std::string name, std::string unit, Getter get) {
-    entries.push_back({{std::move(name), std::move(unit)}, std::move(get)});
-  };
-  // "generalised": the unit depends on whether the direction is a rotation
-  add("drive_load", "load", [](const PathPoint& p) { return p.drive_load; });
-  add("drive_stiffness", "stiffness", [](const PathPoint& p) { return p.drive_stiffness; });
-  for (int d = 0; d < 6; ++d)
-    add("support_stiffness." + std::string(direction_names[d]), d < 3 ? "N/m" : "N m/rad",
-        [d](const PathPoint& p) { return p.support_stiffness[d]; });
-  const char* axes = "xyz";
-  for (int k = 0; k < 3; ++k)
-    add(std::string("displacement.") + axes[k], "m",
-        [k](const PathPoint& p) { return p.displacement[k]; });
-  for (int k = 0; k < 3; ++k)
-    add(std::string("rotation.") + axes[k], "rad",
-        [k](const PathPoint& p) { return p.rotation[k]; });
-  add("parasitic_frequency", "Hz", [](const PathPoint& p) { return p.parasitic_frequency; });
-  add("parasitic_frequency_screening", "Hz",
-      [](const PathPoint& p) { return p.parasitic_frequency_screening; });
-  for (int k = 0; k < 12; ++k)
-    add("frequencies.drive_free." + std::to_string(k), "Hz",
-        [k](const PathPoint& p) { return at(p.frequencies_free, k); });
-  for (int k = 0; k < 12; ++k)
-    add("frequencies.drive_locked." + std::to_string(k), "Hz",
-        [k](const PathPoint& p) { return at(p.frequencies_locked, k); });
-  add("max_stress", "Pa", [](const PathPoint& p) -> std::optional<double> {
-    if (!p.max_stress) return std::nullopt;
-    return p.max_stress->value;
-  });
-  return entries;
+std::optional<double> entry(const Vector3d& vector, int k) {
+  if (k >= 3) return std::nullopt;
+  return vector[k];
 }
 
-const std::vector<Entry>& entries() {
-  static const std::vector<Entry> list = make_entries();
-  return list;
+std::optional<VectorXd> row_of(const MatrixXd& rows, int k) {
+  if (k >= rows.rows()) return std::nullopt;
+  return VectorXd(rows.row(k));
+}
+
+std::optional<VectorXd> filled(const VectorXd& gradient) {
+  if (gradient.size() == 0) return std::nullopt;
+  return gradient;
+}
+
+std::string metre(Direction, int) { return "m"; }
+std::string radian(Direction, int) { return "rad"; }
+std::string hertz(Direction, int) { return "Hz"; }
+std::string pascal(Direction, int) { return "Pa"; }
+std::string load_of_drive(Direction drive, int) { return load_unit(drive); }
+std::string stiffness_of_drive(Direction drive, int) { return stiffness_unit(drive); }
+std::string stiffness_of_component(Direction, int d) {
+  return stiffness_unit(static_cast<Direction>(d));
+}
+
+std::vector<std::string> axes() { return {"x", "y", "z"}; }
+
+std::vector<std::string> directions() { return {direction_names.begin(), direction_names.end()}; }
+
+std::vector<std::string> ranks() {
+  std::vector<std::string> names;
+  for (int k = 0; k < most_frequencies; ++k) names.push_back(std::to_string(k));
+  return names;
+}
+
+std::vector<QuantityRow> load_and_motion() {
+  return {{.name = "drive_load",
+           .label = "drive load",
+           .needs = {Output::equilibrium},
+           .unit = load_of_drive,
+           .value = [](const PathPoint& p, int) { return std::optional(p.drive_load); },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int) { return filled(g.drive_load); },
+           .in_summary = SummaryLine::number,
+           .in_report = true},
+          {.name = "drive_stiffness",
+           .label = "drive stiffness",
+           .meaning = "1/C_dd with the drive free",
+           .needs = {Output::stiffness},
+           .unit = stiffness_of_drive,
+           .value = [](const PathPoint& p, int) { return std::optional(p.drive_stiffness); },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int) { return filled(g.drive_stiffness); },
+           .in_report = true},
+          {.name = "support_stiffness",
+           .components = directions(),
+           .layout = Layout::object,
+           .label = "support stiffness",
+           .meaning = "1/C_dd with the drive locked, all other directions free",
+           .needs = {Output::stiffness},
+           .unit = stiffness_of_component,
+           .value = [](const PathPoint& p,
+                       int d) { return p.support_stiffness[static_cast<std::size_t>(d)]; },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int d) { return g.support_stiffness[static_cast<std::size_t>(d)]; },
+           .of_supports = true,
+           .in_summary = SummaryLine::weakest,
+           .in_report = true},
+          {.name = "displacement",
+           .components = axes(),
+           .layout = Layout::list,
+           .label = "displacement of O",
+           .needs = {Output::equilibrium},
+           .unit = metre,
+           .value = [](const PathPoint& p, int k) { return entry(p.displacement, k); },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int k) { return row_of(g.displacement, k); }},
+          {.name = "rotation",
+           .components = axes(),
+           .layout = Layout::list,
+           .label = "rotation of the end-effector",
+           .needs = {Output::equilibrium},
+           .unit = radian,
+           .value = [](const PathPoint& p, int k) { return entry(p.rotation, k); },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int k) { return row_of(g.rotation, k); }}};
+}
+
+std::vector<QuantityRow> frequencies_and_stress() {
+  return {{.name = "parasitic_frequency",
+           .label = "parasitic frequency",
+           .needs = {Output::parasitic_frequency},
+           .unit = hertz,
+           .value = [](const PathPoint& p, int) { return p.parasitic_frequency; },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int) { return g.parasitic_frequency; },
+           .in_summary = SummaryLine::number,
+           .in_report = true},
+          {.name = "parasitic_frequency_screening",
+           .label = "parasitic frequency, screening",
+           .needs = {Output::frequency_derivatives},
+           .unit = hertz,
+           .value = [](const PathPoint& p, int) { return p.parasitic_frequency_screening; },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int) { return g.parasitic_frequency_screening; }},
+          {.name = "frequencies.drive_free",
+           .components = ranks(),
+           .layout = Layout::list,
+           .label = "frequency, drive free,",
+           .needs = {Output::frequencies_free},
+           .unit = hertz,
+           .value = [](const PathPoint& p, int k) { return entry(p.frequencies_free, k); },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int k) { return row_of(g.frequencies_free, k); },
+           .in_csv = false},
+          {.name = "frequencies.drive_locked",
+           .components = ranks(),
+           .layout = Layout::list,
+           .label = "frequency, drive locked,",
+           .needs = {Output::frequencies_locked},
+           .unit = hertz,
+           .value = [](const PathPoint& p, int k) { return entry(p.frequencies_locked, k); },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int k) { return row_of(g.frequencies_locked, k); },
+           .in_csv = false},
+          {.name = "max_stress",
+           .label = "largest von Mises stress",
+           .needs = {Output::stress},
+           .unit = pascal,
+           .value =
+               [](const PathPoint& p, int) {
+                 return p.max_stress ? std::optional(p.max_stress->value) : std::nullopt;
+               },
+           .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.max_stress; },
+           .in_summary = SummaryLine::number,
+           .in_report = true}};
+}
+
+QuantityRow softest_translation() {
+  return {.name = "principal_stiffness",
+          .label = "principal stiffness",
+          .meaning =
+              "smallest support stiffness of all translations that the held drive leaves, with "
+              "its direction: 1 over the largest eigenvalue of C's translations",
+          .needs = {Output::stiffness},
+          .unit = [](Direction, int) { return stiffness_unit(Direction::ux); },
+          .value = [](const PathPoint& p, int) -> std::optional<double> {
+            const auto softest = principal_stiffness(p);
+            return softest ? std::optional(softest->value) : std::nullopt;
+          },
+          .gradient = [](const PathPoint& p, const PointGradients& g,
+                         int) { return principal_stiffness_gradient(p, g); },
+          .direction = [](const PathPoint& p) -> std::optional<Vector3d> {
+            const auto softest = principal_stiffness(p);
+            return softest ? std::optional(softest->direction) : std::nullopt;
+          },
+          .in_summary = SummaryLine::number,
+          .in_report = true};
+}
+
+std::vector<QuantityRow> make_rows() {
+  std::vector<QuantityRow> rows = load_and_motion();
+  for (auto& row : frequencies_and_stress()) rows.push_back(std::move(row));
+  rows.push_back(softest_translation());
+  return rows;
+}
+
+Quantity named(const QuantityRow& row, int component) {
+  Quantity q{row.name, {}, row.label, &row, component};
+  if (!row.components.empty()) {
+    const std::string& of = row.components[static_cast<std::size_t>(component)];
+    q.name += "." + of;
+    q.label += " " + of;
+  }
+  return q;
+}
+
+int components_of(const QuantityRow& row) {
+  return std::max(1, static_cast<int>(row.components.size()));
+}
+
+const Quantity& find(std::string_view name) {
+  static const std::map<std::string, Quantity, std::less<>> all = [] {
+    std::map<std::string, Quantity, std::less<>> map;
+    for (const QuantityRow& row : quantity_rows())
+      for (int k = 0; k < components_of(row); ++k) {
+        Quantity q = named(row, k);
+        map.emplace(q.name, std::move(q));
+      }
+    return map;
+  }();
+  const auto found = all.find(name);
+  if (found == all.end())
+    throw std::invalid_argument(fmt::format("no quantity of a path point is called '{}'", name));
+  return found->second;
 }
 
 }  // namespace
 
-bool is_parasitic(const Mode& mode, const StrokeRequest& request) {
-  switch (mode.kind) {
-    case ModeKind::drive:
-      return false;
-    case ModeKind::leaf:
-      return !request.parasitic_skips_leaf_modes;
-    case ModeKind::intermediate_body:
-      return !request.parasitic_skips_intermediate_modes;
-    case ModeKind::end_effector:
-      break;
-  }
-  return true;
+std::string load_unit(Direction direction) { return is_rotation(direction) ? "N m" : "N"; }
+
+std::string stiffness_unit(Direction direction) {
+  return is_rotation(direction) ? "N m/rad" : "N/m";
+}
+
+const std::vector<QuantityRow>& quantity_rows() {
+  static const std::vector<QuantityRow> rows = make_rows();
+  return rows;
+}
+
+std::optional<double> Quantity::value(const PathPoint& point) const {
+  if (point.status != PointStatus::converged && row->needs.need_path()) return std::nullopt;
+  return row->value(point, component);
+}
+
+std::optional<VectorXd> Quantity::gradient(const PathPoint& point,
+                                           const PointGradients& gradients) const {
+  return row->gradient(point, gradients, component);
 }
 
 std::vector<Quantity> quantities(Direction drive) {
   std::vector<Quantity> list;
-  for (const Entry& e : entries()) {
-    Quantity q = e.quantity;
-    if (q.name == "support_stiffness." + std::string(direction_names[index(drive)])) continue;
-    if (q.unit == "load") q.unit = is_rotation(drive) ? "N m" : "N";
-    if (q.unit == "stiffness") q.unit = is_rotation(drive) ? "N m/rad" : "N/m";
-    list.push_back(q);
-  }
+  for (const QuantityRow& row : quantity_rows())
+    for (int k = 0; k < components_of(row); ++k) {
+      if (row.of_supports && k == index(drive)) continue;
+      list.push_back(named(row, k));
+      list.back().unit = row.unit(drive, k);
+    }
   return list;
 }
 
 std::optional<double> value_of(const PathPoint& point, std::string_view name) {
-  if (point.status != PointStatus::converged && name != "parasitic_frequency_screening")
-    return std::nullopt;
-  const auto& list = entries();
-  const auto entry = std::find_if(list.begin(), list.end(),
-                                  [&](const Entry& e) { return e.quantity.name == name; });
-  assert(entry != list.end());
-  return entry->get(point);
+  return find(name).value(point);
 }
+
+std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
+                                    std::string_view name) {
+  return find(name).gradient(point, gradients);
+}
+
+const Outputs& needs_of(std::string_view name) { return find(name).row->needs; }
 
 }  // namespace flexopt

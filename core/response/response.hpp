@@ -1,5 +1,5 @@
 #pragma once
-// What a designer asks of a mechanism over its stroke, and what comes back. Plain data.
+// What comes back from the evaluation of a stroke. Plain data.
 #include <array>
 #include <optional>
 #include <string>
@@ -8,54 +8,15 @@
 #include "core/elements/leaf/leaf_results.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
+#include "core/response/request.hpp"
 
 namespace flexopt {
-
-/// A material point of a leaf's mid-surface whose displacement is wanted.
-struct Probe {
-  std::string name;
-  int leaf = 0;
-  double along = 0, across = 0;  ///< place on the leaf, each in [0, 1]
-};
-
-/// The probe at a place of the undeflected mechanism (its foot on the mid-surface), if a leaf is
-/// there.
-std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, const Vector3d& place);
-
-struct StrokeRequest {
-  std::vector<double> points{0.0};   ///< stroke of the drive, in the order wanted [m or rad]
-  Vector6d load = Vector6d::Zero();  ///< dead load at O: force [N], moment [N m], global axes
-  /// Nothing is driven: the points are factors of this dead load at O, which comes to `load`.
-  std::optional<Vector6d> load_path;
-  std::vector<Probe> probes;
-  int frequencies = 0;                ///< how many, drive free and drive locked each
-  bool frequency_derivatives = true;  ///< beside them, where there is a stroke
-  /// Without it no equilibrium is solved but the undeflected one: the points only get what the
-  /// frequency derivatives foretell.
-  bool path = true;
-  /// Every point is finished on full leaves, to which reduced ones only lead, and its frequencies
-  /// are those of the whole mechanism to rounding (else Ritz values, up to some 1e-5 above them):
-  /// what exact derivatives belong to. No more than `frequencies_free` and `frequencies_locked` of
-  /// them.
-  bool exact = false;
-  std::optional<int> frequencies_free, frequencies_locked;
-  bool parasitic_with_drive_locked = true;  ///< which list the parasitic frequency is taken from
-  bool parasitic_skips_leaf_modes = false;
-  bool parasitic_skips_intermediate_modes = false;
-  bool stress = true;  ///< largest von Mises stress
-  /// Of exact points, how many places of large stress are wanted: PathPoint::stress_peaks.
-  int stress_peaks = 0;
-  bool shapes = false;  ///< deformed mid-surfaces for drawing
-  NewtonOptions newton;
-};
 
 enum class PointStatus {
   converged,
   no_equilibrium,  ///< Newton failed although the step was halved; the message has the figures
   not_reached      ///< the path ended before this point
 };
-
-enum class ModeKind { drive, end_effector, intermediate_body, leaf };
 
 struct Mode {
   double frequency = 0;  ///< [Hz]
@@ -111,10 +72,6 @@ struct PathPoint {
   std::vector<Vector3d> probes;  ///< displacements, in the order of the request [m]
 };
 
-/// Whether the parasitic frequency may be that of this mode: not the drive's, nor of a kind that
-/// the request skips.
-bool is_parasitic(const Mode& mode, const StrokeRequest& request);
-
 enum class Status { ok, no_equilibrium };
 
 struct StrokeResponse {
@@ -128,19 +85,5 @@ struct StrokeResponse {
 /// Follows the stroke from the undeflected state and evaluates every point.
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request);
-
-/// A scalar that objectives, constraints and columns can name.
-struct Quantity {
-  std::string name;  ///< "drive_load", "support_stiffness.ux", "displacement.x", …
-  std::string unit;  ///< SI; "N or N m" is resolved with the drive
-};
-
-/// Every quantity a path point offers for this drive, in a fixed order.
-std::vector<Quantity> quantities(Direction drive);
-
-/// Value of a quantity at a point; nothing if the point has none (not converged, not asked for).
-/// `parasitic_frequency_screening` needs no converged point.
-/// The name must be one of `quantities`.
-std::optional<double> value_of(const PathPoint& point, std::string_view name);
 
 }  // namespace flexopt

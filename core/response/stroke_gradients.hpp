@@ -27,6 +27,9 @@ struct PointGradients {
   VectorXd drive_load, drive_stiffness;  ///< along the parameters
   MatrixXd displacement, rotation;       ///< 3 × parameters
   std::array<std::optional<VectorXd>, 6> support_stiffness;
+  /// Of the translations' block of `PathPoint::compliance_locked`, for each parameter; zero rows
+  /// and columns where the block has them.
+  std::vector<Matrix3d> translation_compliance;
   /// Row k: of `PathPoint::frequencies_free[k]`, and locked [Hz per SI]. A member of a cluster has
   /// the row of its branch: diagonal of the block in a basis that makes the blocks as diagonal as
   /// they get, so that branches which cross keep their derivatives.
@@ -71,8 +74,5 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
                                             const std::vector<MechanismDirection>& directions,
                                             const ModelOptions& model,
                                             const StrokeRequest& request);
-
-/// Derivative of a quantity of `quantities` along the parameters; nothing where there is none.
-std::optional<VectorXd> gradient_of(const PointGradients& point, std::string_view name);
 
 }  // namespace flexopt

@@ -131,8 +131,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
   StrokeRequest request = job.request;
   request.points = sample.stroke;
   request.newton = choice.newton;
-  request.shapes = false;
-  request.frequency_derivatives = false;
+  request.outputs.remove({Output::shapes, Output::frequency_derivatives});
   const auto begin = std::chrono::steady_clock::now();
   try {
     const StrokeResponse response = evaluator(make_mechanism(job, sample), choice.model, request);

@@ -143,24 +143,24 @@ StrokeRequest read_request(json& read, const json& as_written) {
     request.points = read_stroke(read["stroke"], as_written["stroke"]);
   } else {
     const json& path = read["load_path"];
-    request.load_path.emplace();
-    *request.load_path << vector_of(path["force"]), vector_of(path["moment"]);
-    if (request.load_path->isZero())
+    request.loads.growing = {
+        {.force = vector_of(path["force"]), .moment = vector_of(path["moment"])}};
+    if (request.loads.growing[0].force.isZero() && request.loads.growing[0].moment.isZero())
       throw SpecError("/load_path/force", shown(path["force"]),
                       "a load path has a force or a moment");
     const int points = path["points"];
     request.points.clear();
     for (int i = 0; i < points; ++i) request.points.push_back(i / (points - 1.0));
   }
-  for (const json& load : read["loads"]) {
-    request.load.head<3>() += vector_of(load["force"]);
-    request.load.tail<3>() += vector_of(load["moment"]);
-  }
+  for (const json& load : read["loads"])
+    request.loads.constant.push_back(
+        {.force = vector_of(load["force"]), .moment = vector_of(load["moment"])});
   request.frequencies = read["frequencies"];
-  request.parasitic_with_drive_locked = read["parasitic"]["drive"] == "locked";
+  request.parasitic.drive =
+      read["parasitic"]["drive"] == "locked" ? DriveState::locked : DriveState::free;
   for (const json& kind : read["parasitic"]["skip"])
-    (kind == "leaf" ? request.parasitic_skips_leaf_modes
-                    : request.parasitic_skips_intermediate_modes) = true;
+    request.parasitic.skipped.push_back(kind == "leaf" ? ModeKind::leaf
+                                                       : ModeKind::intermediate_body);
   request.newton = read_newton(read["model"]);
   return request;
 }
@@ -254,12 +254,13 @@ void check_material_point(const Job& job) {
     refuse("/end_effector/mass", job.end_effector.mass, "mass of its own");
   if (!job.end_effector.inertia.isZero(0))
     refuse("/end_effector/inertia", job.end_effector.inertia.cwiseAbs().maxCoeff(), "inertia");
-  const auto moment = [](const Vector6d& load) { return load.tail<3>().norm(); };
-  if (moment(job.request.load) != 0)
-    refuse("/loads", moment(job.request.load), "rotation that a moment could turn");
-  if (job.request.load_path && moment(*job.request.load_path) != 0)
-    refuse("/load_path/moment", moment(*job.request.load_path),
-           "rotation that a moment could turn");
+  const auto refuse_moment = [&](const char* pointer, const std::vector<DeadLoad>& loads) {
+    Vector3d moment = Vector3d::Zero();
+    for (const DeadLoad& load : loads) moment += load.moment;
+    if (!moment.isZero(0)) refuse(pointer, moment.norm(), "rotation that a moment could turn");
+  };
+  refuse_moment("/loads", job.request.loads.constant);
+  refuse_moment("/load_path/moment", job.request.loads.growing);
 }
 
 /// A material point of a leaf must be a node of its superelements.

@@ -255,7 +255,7 @@ CompareSpec read_compare(json& read, const Family& family, const Job& job) {
   const DesignSpec& design = job.design;
   const StrokeRequest& request = job.request;
   CompareSpec spec;
-  if (request.load_path && read["samples"].contains("largest_stroke"))
+  if (!request.loads.driven() && read["samples"].contains("largest_stroke"))
     throw SpecError("/samples/largest_stroke", shown(read["samples"]["largest_stroke"]),
                     "a load_path has no stroke to scale");
   spec.samples = SamplesReader(family, design).read(read["samples"], request);

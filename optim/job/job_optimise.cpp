@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "core/response/quantities.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
@@ -45,7 +46,7 @@ struct Context {
       throw SpecError(at.to_string(), '"' + name + '"',
                       "unknown quantity; " + known_names(name, names));
     }
-    if (name.find("frequenc") != std::string::npos && request.frequencies == 0)
+    if (found->row->needs.need_frequencies() && request.frequencies == 0)
       throw SpecError("/frequencies", "0",
                       fmt::format("\"{}\" at {} needs at least 1", name, at.to_string()));
     return *found;

@@ -4,6 +4,7 @@
 #include <array>
 #include <numbers>
 
+#include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
 
 namespace flexopt {
@@ -130,6 +131,13 @@ std::vector<std::string> names_of(const Family& family) {
   return names;
 }
 
+Shape quantity_name(const Family* family) {
+  if (!family) return text();
+  std::vector<std::string> names;
+  for (const Quantity& q : quantities(family->drive)) names.push_back(q.name);
+  return choice(names);
+}
+
 Shape optimise_shape(const Family* family) {
   const OptimiseSpec defaults;
   std::vector<std::string> parameter_names;
@@ -151,7 +159,7 @@ Shape optimise_shape(const Family* family) {
                "how its values over the stroke become one; default: the worst"),
   });
   const Shape constraint = record({
-      optional("quantity", text(), "a quantity of a path point"),
+      optional("quantity", quantity_name(family), "a quantity of a path point"),
       optional("expression", text(), "or a formula of the parameters, in SI"),
       optional("over_stroke", choice(over_stroke_names()),
                "how a quantity's values over the stroke become one; default: the worst"),
@@ -162,7 +170,7 @@ Shape optimise_shape(const Family* family) {
   const ParetoSpec front;
   const VerifySpec verification;
   const Shape pareto = record({
-      optional("quantity", text(), "a quantity of a path point"),
+      optional("quantity", quantity_name(family), "a quantity of a path point"),
       optional("expression", text(), "or a formula of the parameters"),
       optional("over_stroke", choice(over_stroke_names()),
                "how a quantity's values over the stroke become one; default: the worst"),

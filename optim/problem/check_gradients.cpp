@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/math/ridders.hpp"
+#include "core/response/quantities.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -117,7 +118,7 @@ std::vector<std::optional<std::size_t>> screening_modes(const StrokeResponse& re
   std::vector<std::optional<std::size_t>> modes;
   for (const PathPoint& point : response.path) {
     modes.emplace_back();
-    const auto found = screening_frequencies(all, request, point.stroke);
+    const auto found = screening_frequencies(all, request.parasitic, point.stroke);
     if (found.empty()) continue;
     const std::size_t k = found.front().mode;
     if (!equal(k, k + 1) && !equal(k, k - 1)) modes.back() = k;
@@ -176,9 +177,8 @@ class Checker {
  public:
   Checker(const Job& job, double tolerance) : job_(job), tolerance_(tolerance) {
     request_ = job.optimise ? request_of_goals(job, make_goals(job)) : job.request;
-    request_.exact = true;
-    request_.path = true;
-    request_.shapes = false;
+    request_.values = PathValues::differentiable;
+    request_.outputs.add({Output::equilibrium, Output::stiffness}).remove(Output::shapes);
     request_.newton.tolerance = std::min(request_.newton.tolerance, 1e-12);
     // the last of a list may change places with one that is not listed
     listed_ = request_.frequencies;
@@ -238,9 +238,9 @@ std::optional<std::string> Checker::prepare() {
     return fmt::format("no differences: {}", error.what());
   }
   for (const PathPoint& point : exact_.response.path)
-    stroke_ =
-        std::max(stroke_, request_.load_path ? (turns_ ? point.rotation : point.displacement).norm()
-                                             : std::abs(point.stroke));
+    stroke_ = std::max(stroke_, request_.loads.driven()
+                                    ? std::abs(point.stroke)
+                                    : (turns_ ? point.rotation : point.displacement).norm());
   for (const LeafSpring& l : make_mechanism(job_, job_.design.parameters).leaves)
     leaf_length_ = std::max(leaf_length_, l.length);
   largest_.assign(names_.size(), 0.0);
@@ -257,7 +257,8 @@ std::vector<std::string> Checker::without_exact() const {
     const bool frequency = names_[q].name.starts_with("frequencies.");
     if (frequency && rank_of(names_[q]) >= listed_) continue;
     for (std::size_t k = 0; k < exact_.gradients->path.size(); ++k)
-      if (here_[k * names_.size() + q] && !gradient_of(exact_.gradients->path[k], names_[q].name)) {
+      if (here_[k * names_.size() + q] &&
+          !names_[q].gradient(exact_.response.path[k], exact_.gradients->path[k])) {
         names.push_back(names_[q].name);
         break;
       }
@@ -270,7 +271,7 @@ Numbers Checker::values(const StrokeResponse& response) const {
   for (std::size_t k = 0; k < response.path.size(); ++k)
     for (const Quantity& q : names_) {
       if (q.name != screening)
-        all.push_back(value_of(response.path[k], q.name));
+        all.push_back(q.value(response.path[k]));
       else if (screened_[k] && *screened_[k] < response.frequency_derivatives.size())
         all.push_back(screening_frequency(response.frequency_derivatives[*screened_[k]],
                                           response.path[k].stroke));
@@ -293,9 +294,9 @@ std::vector<double> Checker::values_at(const std::string& parameter, double valu
 
 Numbers Checker::slopes_along(std::size_t parameter) const {
   Numbers slopes;
-  for (const PointGradients& point : exact_.gradients->path)
+  for (std::size_t k = 0; k < exact_.gradients->path.size(); ++k)
     for (const Quantity& q : names_) {
-      const auto g = gradient_of(point, q.name);
+      const auto g = q.gradient(exact_.response.path[k], exact_.gradients->path[k]);
       slopes.push_back(g ? std::optional(columns_.total(*g, parameter)) : std::nullopt);
       // a stress that is nothing but rounding
       const std::size_t i = slopes.size() - 1;

@@ -10,6 +10,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/posing.hpp"
+#include "optim/problem/stroke_sensitivity.hpp"
 
 namespace flexopt {
 
@@ -72,18 +73,22 @@ std::vector<std::string> moving_parameters(const Job& job) {
 
 }  // namespace
 
-DesignProblem::DesignProblem(const Job& job, StrokeEvaluator evaluator,
-                             StrokeGradientEvaluator gradients)
+Evaluators::Evaluators() : Evaluators(evaluate_stroke, stroke_sensitivity) {}
+
+Evaluators::Evaluators(StrokeEvaluator of_values, StrokeGradientEvaluator of_gradients)
+    : values(std::move(of_values)), gradients(std::move(of_gradients)) {}
+
+DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
     : job_(prepared(job)),
-      evaluator_(std::move(evaluator)),
-      gradients_(std::move(gradients)),
+      evaluators_(std::move(evaluators)),
       goals_(make_goals(job_)),
       request_(request_of_goals(job_, goals_)) {
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
   // values with and without derivatives must be those of one function
-  request_.exact = gradients_ && needs_gradients(optimiser_options(*job_.optimise));
-  if (request_.exact && bears_repetition(optimiser_options(*job_.optimise)))
-    add_stress_branches(goals_, request_);
+  if (evaluators_.gradients && needs_gradients(optimiser_options(*job_.optimise))) {
+    request_.values = PathValues::differentiable;
+    if (bears_repetition(optimiser_options(*job_.optimise))) add_stress_branches(goals_, request_);
+  }
   moving_ = moving_parameters(job_);
 }
 
@@ -139,7 +144,7 @@ Mechanism DesignProblem::mechanism(const Variables& variables) const {
 
 StrokeResponse DesignProblem::respond(const Variables& variables, const ModelOptions& model,
                                       const StrokeRequest& request) const {
-  return evaluator_(mechanism(variables), model, request);
+  return evaluators_.values(mechanism(variables), model, request);
 }
 
 std::optional<MatrixXd> DesignProblem::parameter_derivatives(
@@ -234,10 +239,10 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
     }
     ModelOptions model = job_.model;
     if (accuracy) model.accuracy = *accuracy;
-    if (!gradient || !gradients_)
+    if (!gradient || !evaluators_.gradients)
       return of_values(read(variables, respond(variables, model, request_), request_));
     const StrokeSensitivity found =
-        gradients_(job_, parameters(variables), moving_, model, request_);
+        evaluators_.gradients(job_, parameters(variables), moving_, model, request_);
     DesignValues values =
         read(variables, found.response, request_, found.gradients ? &*found.gradients : nullptr);
     if (values.ok && !found.gradients && !found.message.empty()) values.no_gradient = found.message;

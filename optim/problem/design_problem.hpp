@@ -22,6 +22,18 @@ using StrokeGradientEvaluator = std::function<StrokeSensitivity(
     const Job& job, const ParameterValues& parameters, const std::vector<std::string>& names,
     const ModelOptions&, const StrokeRequest&)>;
 
+/// In the place of exact derivatives: gradients are then central differences.
+inline const StrokeGradientEvaluator by_differences{};
+
+/// What designs are evaluated by: the mechanics with their exact derivatives, or a pair given.
+struct Evaluators {
+  Evaluators();
+  Evaluators(StrokeEvaluator values, StrokeGradientEvaluator gradients);
+
+  StrokeEvaluator values;
+  StrokeGradientEvaluator gradients;
+};
+
 /// Values of the variables in the job's order, SI.
 using Variables = std::vector<double>;
 
@@ -45,7 +57,7 @@ struct Scales {
 class DesignProblem {
  public:
   /// Throws SpecError for goals that are none.
-  DesignProblem(const Job& job, StrokeEvaluator evaluator, StrokeGradientEvaluator gradients = {});
+  explicit DesignProblem(const Job& job, Evaluators evaluators = {});
 
   /// The job; the second objective of a front stands among its constraints, without bounds, and
   /// what varies of material and end-effector, or stands in formulas, among its parameters.
@@ -73,7 +85,7 @@ class DesignProblem {
   Mechanism mechanism(const Variables& variables) const;
 
   /// Whether `evaluate` can give exact derivatives of all goals.
-  bool differentiable() const { return !needs_mechanics_ || gradients_ != nullptr; }
+  bool differentiable() const { return !needs_mechanics_ || evaluators_.gradients != nullptr; }
   /// Evaluates the mechanics for the goals, with exact derivatives if asked for and offered. A
   /// SpecError of the geometry is a failed evaluation with its message. Thread-safe if the
   /// evaluators are. `accuracy` is the job's own where nothing is said.
@@ -109,8 +121,7 @@ class DesignProblem {
   /// variables themselves, and formulas over them. Nothing where a formula's is not finite.
   std::optional<MatrixXd> parameter_derivatives(const ParameterValues& parameters) const;
 
-  StrokeEvaluator evaluator_;
-  StrokeGradientEvaluator gradients_;
+  Evaluators evaluators_;
   std::vector<std::string> moving_;  ///< parameters that change when a variable does
   std::vector<Goal> goals_;
   StrokeRequest request_;

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/response/quantities.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 #include "optim/job/job_numbers.hpp"
 
@@ -14,10 +15,6 @@ namespace {
 
 constexpr int stress_branches = 6;  // two ends of a leaf and its surfaces, of two kinds of leaves
 constexpr int most_branches = 3;  // two modes cross at a point of the path; the third is a reserve
-
-bool is_frequency(const std::string& quantity) {
-  return quantity.find("frequenc") != std::string::npos;
-}
 
 // The quantities whose lowest over the stroke is that of several modes.
 bool is_lowest_of_modes(const std::string& quantity) {
@@ -40,17 +37,18 @@ Goal make_goal(const Job& job, const std::string& label, const std::string& quan
   return goal;
 }
 
+bool locked(const StrokeRequest& request) { return request.parasitic.drive == DriveState::locked; }
+
 /// Ranks, in the list that the parasitic frequency is taken from, of that frequency and of the next
 /// modes that count; the last one repeated where the list is short. Empty where the list does not
 /// hold the parasitic frequency.
 std::vector<std::size_t> branch_ranks(const PathPoint& point, const StrokeRequest& request,
                                       double lowest, int branches) {
-  const std::vector<Mode>& modes =
-      request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
+  const std::vector<Mode>& modes = locked(request) ? point.modes_locked : point.modes_free;
   std::vector<std::size_t> ranks;
   for (std::size_t k = 0; k < modes.size() && static_cast<int>(ranks.size()) < branches; ++k) {
     const Mode& mode = modes[k];
-    if (!is_parasitic(mode, request) || mode.frequency < lowest) continue;
+    if (!request.parasitic.admits(mode.kind) || mode.frequency < lowest) continue;
     if (ranks.empty() && mode.frequency != lowest) return {};
     ranks.push_back(k);
   }
@@ -88,7 +86,7 @@ bool add_screening(const Goal& goal, const StrokeResponse& response, double stro
                    const StrokeRequest& request, const StrokeGradients* gradients,
                    GoalReading& reading) {
   const std::vector<FrequencyDerivatives>& modes = response.frequency_derivatives;
-  const auto found = screening_frequencies(modes, request, stroke);
+  const auto found = screening_frequencies(modes, request.parasitic, stroke);
   bool whole = gradients && gradients->frequency_derivatives.size() == modes.size();
   for (std::size_t k = 0; k < static_cast<std::size_t>(goal.branches); ++k) {
     const ScreeningFrequency& f = found[std::min(k, found.size() - 1)];
@@ -109,7 +107,7 @@ bool add_point(const Goal& goal, const StrokeResponse& response, std::size_t ind
   const PointGradients* gradients = all ? &all->path[index] : nullptr;
   if (goal.branches == 1) {
     reading.values.push_back(value);
-    return gradients && add_row(gradient_of(*gradients, goal.quantity), reading);
+    return gradients && add_row(gradient_of(point, *gradients, goal.quantity), reading);
   }
   if (goal.quantity == "max_stress") return add_stresses(goal, point, value, gradients, reading);
   if (goal.quantity == "parasitic_frequency_screening")
@@ -119,14 +117,13 @@ bool add_point(const Goal& goal, const StrokeResponse& response, std::size_t ind
     reading.values.insert(reading.values.end(), static_cast<std::size_t>(goal.branches), value);
     return false;
   }
-  const std::vector<Mode>& modes =
-      request.parasitic_with_drive_locked ? point.modes_locked : point.modes_free;
+  const std::vector<Mode>& modes = locked(request) ? point.modes_locked : point.modes_free;
   bool whole = gradients != nullptr;
   for (const std::size_t k : ranks) {
     reading.values.push_back(modes[k].frequency);
     if (!whole) continue;
-    const MatrixXd& rows = request.parasitic_with_drive_locked ? gradients->frequencies_locked
-                                                               : gradients->frequencies_free;
+    const MatrixXd& rows =
+        locked(request) ? gradients->frequencies_locked : gradients->frequencies_free;
     whole = static_cast<Eigen::Index>(k) < rows.rows() &&
             add_row(VectorXd(rows.row(static_cast<Eigen::Index>(k))), reading);
   }
@@ -157,26 +154,9 @@ void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request) {
 
 StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals) {
   StrokeRequest request = job.request;
-  const auto any = [&](auto&& test) {
-    return std::any_of(goals.begin(), goals.end(), [&](const Goal& g) { return test(g.quantity); });
-  };
-  request.stress = any([](const std::string& q) { return q == "max_stress"; });
-  if (!any(is_frequency)) request.frequencies = 0;
-  // a job of nothing but screening needs no equilibria
-  const auto screens = [](const std::string& q) { return q == "parasitic_frequency_screening"; };
-  request.frequency_derivatives = any(screens);
-  request.path =
-      !any(screens) || any([&](const std::string& q) { return !q.empty() && !screens(q); });
-  request.shapes = false;
-  // of an exact evaluation, the lists that are read
-  const auto reads = [&](const std::string& prefix) {
-    return any([&](const std::string& q) { return q.starts_with(prefix); });
-  };
-  const bool parasitic = any([](const std::string& q) { return q == "parasitic_frequency"; });
-  if (!reads("frequencies.drive_free") && !(parasitic && !request.parasitic_with_drive_locked))
-    request.frequencies_free = 0;
-  if (!reads("frequencies.drive_locked") && !(parasitic && request.parasitic_with_drive_locked))
-    request.frequencies_locked = 0;
+  request.outputs = {};
+  for (const Goal& goal : goals)
+    if (!goal.quantity.empty()) request.outputs.add(needs_of(goal.quantity));
   return request;
 }
 
@@ -186,7 +166,7 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
   bool differentiated = gradients && gradients->path.size() == response.path.size();
   for (std::size_t i = 0; i < response.path.size(); ++i) {
     const PathPoint& point = response.path[i];
-    if (request.path && point.status != PointStatus::converged) {
+    if (request.outputs.need_path() && point.status != PointStatus::converged) {
       const std::string& why = point.message.empty() ? response.message : point.message;
       reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
                                     why.empty() ? "" : ": ", why);

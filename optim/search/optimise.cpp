@@ -138,7 +138,7 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
                int threads, Optimum& optimum) {
   const Job& job = problem.job();
   StrokeRequest request = job.request;
-  request.shapes = false;
+  request.outputs.remove(Output::shapes);
   Verification& v = optimum.verified.emplace();
   if (optimum.at_full_accuracy) {
     optimum.response = problem.respond(variables, at_full_accuracy(job.model), job.request);
@@ -230,7 +230,7 @@ void add(std::vector<LoggedEvaluation>& all, const std::vector<LoggedEvaluation>
 Optimum optimise(const Job& job, const OptimiseOptions& options) {
   assert(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
-  const DesignProblem problem(job, options.evaluator, options.gradients);
+  const DesignProblem problem(job, options.evaluators);
   EvaluationLog log = options.log.empty()
                           ? EvaluationLog(job)
                           : EvaluationLog(job, options.log, options.version, options.overwrite_log);

@@ -13,8 +13,7 @@ struct OptimiseOptions {
   std::string version;         ///< of the program; a log of another version is refused
   int threads = 1;             ///< the result does not depend on it
   ProgressCallback progress;   ///< after each evaluation, one at a time, from any thread
-  StrokeEvaluator evaluator = evaluate_stroke;
-  StrokeGradientEvaluator gradients;  ///< exact derivatives; none: central differences
+  Evaluators evaluators;       ///< the mechanics with exact derivatives, unless another is given
 };
 
 /// Runs the job's optimisation: the starts; then, from the best one's end, the front of two

@@ -45,17 +45,16 @@ std::string line(const std::string& name, const std::vector<std::string>& cells)
   return text + "\n";
 }
 
-/// The softest of three directions, "uz 1.2e+05 N/m".
-std::string weakest_support(const PathPoint& point, std::size_t first) {
-  std::optional<std::size_t> weakest;
-  for (std::size_t d = first; d < first + 3; ++d)
-    if (point.support_stiffness[d] &&
-        (!weakest || *point.support_stiffness[d] < *point.support_stiffness[*weakest]))
-      weakest = d;
+/// The softest of three directions from `first` on, "uz 1.2e+05 N/m".
+std::string weakest_of(const QuantityRow& row, const PathPoint& point, int first) {
+  std::optional<int> weakest;
+  const auto value = [&](int d) { return row.value(point, d); };
+  for (int d = first; d < first + 3; ++d)
+    if (value(d) && (!weakest || *value(d) < *value(*weakest))) weakest = d;
   if (!weakest) return "-";
-  return fmt::format(
-      "{} {}", direction_names[*weakest],
-      shown(point.support_stiffness[*weakest], stiffness_unit(static_cast<Direction>(*weakest))));
+  const auto direction = static_cast<Direction>(*weakest);
+  return fmt::format("{} {}", direction_names[static_cast<std::size_t>(*weakest)],
+                     shown(value(*weakest), row.unit(direction, *weakest)));
 }
 
 /// First, unmoved and last converged point, each once.
@@ -72,37 +71,44 @@ std::vector<const PathPoint*> shown_points(const StrokeResponse& response) {
   return chosen;
 }
 
+/// The line of a row, or the two of its weakest translation and rotation.
+std::string quantity_lines(const QuantityRow& row, const StrokeResponse& response,
+                           const std::vector<const PathPoint*>& points, Direction drive) {
+  std::vector<std::string> cells;
+  if (row.in_summary == SummaryLine::number) {
+    double largest = 0;
+    for (const PathPoint& p : response.path)
+      if (p.status == PointStatus::converged)
+        largest = std::max(largest, std::abs(row.value(p, 0).value_or(0)));
+    for (const PathPoint* p : points) {
+      std::optional<double> value = row.value(*p, 0);
+      if (value) value = without_noise(*value, largest);
+      cells.push_back(shown(value, row.unit(drive, 0)));
+    }
+    return line(row.label, cells);
+  }
+  std::string text;
+  for (const auto& [first, kind] : {std::pair{0, "translation"}, {3, "rotation"}}) {
+    cells.clear();
+    for (const PathPoint* p : points) cells.push_back(weakest_of(row, *p, first));
+    text += line(fmt::format("weakest support, {}", kind), cells);
+  }
+  return text;
+}
+
 std::string stroke_lines(const StrokeResponse& response, Direction drive,
                          const StrokeRequest& request) {
   const auto points = shown_points(response);
   if (points.empty()) return "";
-  const auto cells = [&](auto cell) {
-    std::vector<std::string> texts;
-    for (const PathPoint* point : points) texts.push_back(cell(*point));
-    return texts;
-  };
-  const auto stress = [](const PathPoint& p) { return p.max_stress ? p.max_stress->value : 0.0; };
-  double largest_load = 0, largest_stress = 0;
-  for (const PathPoint& p : response.path) {
-    largest_load = std::max(largest_load, std::abs(p.drive_load));
-    largest_stress = std::max(largest_stress, stress(p));
-  }
-  std::string text = line(
-      request.load_path ? "load factor" : "stroke " + std::string(direction_names[index(drive)]),
-      cells([&](const PathPoint& p) { return shown(p.stroke, stroke_unit(drive, request)); }));
-  text += line("drive load", cells([&](const PathPoint& p) {
-                 return shown(without_noise(p.drive_load, largest_load), load_unit(drive));
-               }));
-  text += line("weakest support, translation",
-               cells([](const PathPoint& p) { return weakest_support(p, 0); }));
-  text += line("weakest support, rotation",
-               cells([](const PathPoint& p) { return weakest_support(p, 3); }));
-  text += line("parasitic frequency",
-               cells([](const PathPoint& p) { return shown(p.parasitic_frequency, "Hz"); }));
-  text += line("largest von Mises stress", cells([&](const PathPoint& p) {
-                 return p.max_stress ? shown(without_noise(stress(p), largest_stress), "Pa")
-                                     : std::string("-");
-               }));
+  std::vector<std::string> strokes;
+  for (const PathPoint* p : points)
+    strokes.push_back(shown(p->stroke, stroke_unit(drive, request)));
+  std::string text =
+      line(request.loads.driven() ? "stroke " + std::string(direction_names[index(drive)])
+                                  : "load factor",
+           strokes);
+  for (const QuantityRow& row : quantity_rows())
+    if (row.in_summary != SummaryLine::none) text += quantity_lines(row, response, points, drive);
   return text;
 }
 

@@ -93,10 +93,9 @@ std::vector<Column> path_columns(const StrokeResponse& response, Direction drive
        [](const PathPoint& point) { return fmt::format("{}", point.newton_iterations); }},
       {"sub_steps", [](const PathPoint& point) { return fmt::format("{}", point.sub_steps); }}};
   for (const Quantity& quantity : quantities(drive)) {
-    // Frequencies follow below, as many as there are, each with its kind.
-    if (quantity.name == "stroke" || quantity.name.starts_with("frequencies.")) continue;
+    if (!quantity.row->in_csv) continue;  // the frequencies follow below, each with its kind
     columns.push_back({headed(quantity.name, quantity.unit), [=](const PathPoint& point) {
-                         return converged(point) ? number_cell(value_of(point, quantity.name)) : "";
+                         return converged(point) ? number_cell(quantity.value(point)) : "";
                        }});
   }
   for (std::size_t k = 0; k < request.probes.size(); ++k)

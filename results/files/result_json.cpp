@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cassert>
+#include <map>
+#include <set>
 
 #include "core/elements/plate/leaf_validity.hpp"
+#include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/units.hpp"
@@ -109,45 +112,66 @@ Json leaf_geometry_json(const Mechanism& mechanism) {
   return leaves;
 }
 
+/// First part of a name with dots: the key of the result that the number stands in.
+std::string key_of(const std::string& name) { return name.substr(0, name.find('.')); }
+
+/// One unit for all numbers of a key, or one for each component.
+void add_quantity_units(Direction drive, Json& units) {
+  std::map<std::string, std::set<std::string>> of_key;
+  for (const Quantity& q : quantities(drive)) of_key[key_of(q.name)].insert(q.unit);
+  for (const Quantity& q : quantities(drive)) {
+    const std::string key = key_of(q.name);
+    if (of_key[key].size() == 1)
+      units[key] = q.unit;
+    else
+      units[key][q.row->components[static_cast<std::size_t>(q.component)]] = q.unit;
+  }
+}
+
 Json units_json(const Job& job, const Mechanism& mechanism) {
   Json parameters = Json::object();
   for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
-  Json stiffness = Json::object();
-  for (int d = 0; d < 6; ++d)
-    if (d != index(mechanism.drive))
-      stiffness[std::string(direction_names[d])] = stiffness_unit(static_cast<Direction>(d));
-  return {{"stroke", stroke_unit(mechanism.drive, job.request)},
-          {"drive_load", load_unit(mechanism.drive)},
-          {"displacement", "m"},
-          {"rotation", "rad"},
-          {"compliance", "[m m m rad rad rad] against [N N N N m N m N m]"},
-          {"support_stiffness", stiffness},
-          {"drive_stiffness", stiffness_unit(mechanism.drive)},
-          {"frequencies", "Hz"},
-          {"parasitic_frequency", "Hz"},
-          {"parasitic_frequency_screening", "Hz"},
-          {"frequency_derivatives",
-           fmt::format("omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke in {}",
-                       stroke_unit(mechanism.drive, job.request))},
-          {"max_stress", "Pa"},
-          {"parameters", std::move(parameters)}};
+  Json units = {{"stroke", stroke_unit(mechanism.drive, job.request)}};
+  add_quantity_units(mechanism.drive, units);
+  units["compliance"] = "[m m m rad rad rad] against [N N N N m N m N m]";
+  units["frequency_derivatives"] =
+      fmt::format("omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke in {}",
+                  stroke_unit(mechanism.drive, job.request));
+  units["parameters"] = std::move(parameters);
+  return units;
+}
+
+/// What the report's tables show: labels, units, and where the values stand in a path point.
+Json quantities_json(Direction drive) {
+  Json list = Json::array();
+  for (const Quantity& q : quantities(drive)) {
+    if (!q.row->in_report) continue;
+    Json at = {key_of(q.name)};
+    if (!q.row->components.empty())
+      at.push_back(q.row->components[static_cast<std::size_t>(q.component)]);
+    if (q.row->direction) at.push_back("value");
+    list.push_back({{"name", q.name}, {"label", q.label}, {"unit", q.unit}, {"at", std::move(at)}});
+  }
+  return list;
 }
 
 /// What the numbers refer to, so that nobody has to guess.
 Json conventions_json(const RunRecord& record) {
   const StrokeRequest& request = record.job.request;
-  std::string parasitic = request.parasitic_with_drive_locked
+  const ParasiticRule& rule = request.parasitic;
+  std::string parasitic = rule.drive == DriveState::locked
                               ? "lowest with the drive locked"
                               : "lowest with the drive free that is not the drive's own";
-  if (request.parasitic_skips_leaf_modes) parasitic += ", modes of single leaves left out";
-  if (request.parasitic_skips_intermediate_modes)
+  if (!rule.admits(ModeKind::leaf)) parasitic += ", modes of single leaves left out";
+  if (!rule.admits(ModeKind::intermediate_body))
     parasitic += ", modes of intermediate bodies left out";
-  return {{"drive", std::string(direction_names[index(record.mechanism.drive)])},
-          {"support_stiffness", "1/C_dd with the drive locked, all other directions free"},
-          {"drive_stiffness", "1/C_dd with the drive free"},
-          {"parasitic_frequency", parasitic},
-          {"matrix_order", {"ux", "uy", "uz", "rx", "ry", "rz"}},
-          {"matrix_point", "the moved O, global axes"}};
+  Json json = {{"drive", std::string(direction_names[index(record.mechanism.drive)])}};
+  for (const QuantityRow& row : quantity_rows())
+    if (!row.meaning.empty()) json[row.name] = row.meaning;
+  json["parasitic_frequency"] = parasitic;
+  json["matrix_order"] = direction_names;
+  json["matrix_point"] = "the moved O, global axes";
+  return json;
 }
 
 /// Deformed leaves at the smallest, the unmoved and the largest converged stroke, for drawing.
@@ -197,6 +221,37 @@ void flag_non_finite(Json& result) {
 
 }  // namespace
 
+namespace {
+
+/// The numbers of a row, as many as the point has.
+Json row_json(const QuantityRow& row, const PathPoint& point) {
+  if (row.layout == Layout::number) {
+    Json value = optional_json(row.value(point, 0));
+    if (!row.direction) return value;
+    const auto direction = row.direction(point);
+    if (value.is_null() || !direction) return nullptr;
+    return {{"value", std::move(value)}, {"direction", vector_json(*direction)}};
+  }
+  Json values = row.layout == Layout::list ? Json::array() : Json::object();
+  if (row.layout == Layout::list)
+    for (int k = 0; const auto value = row.value(point, k); ++k) values.push_back(*value);
+  else
+    for (std::size_t k = 0; k < row.components.size(); ++k)
+      if (const auto value = row.value(point, static_cast<int>(k)))
+        values[row.components[k]] = *value;
+  return values;
+}
+
+void add_quantities(const PathPoint& point, Json& json) {
+  for (const QuantityRow& row : quantity_rows()) {
+    std::string pointer = "/" + row.name;
+    std::ranges::replace(pointer, '.', '/');
+    json[Json::json_pointer(pointer)] = row_json(row, point);
+  }
+}
+
+}  // namespace
+
 OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                             const StrokeRequest& request) {
   Json json = {{"stroke", point.stroke},
@@ -205,31 +260,16 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                {"newton_iterations", point.newton_iterations},
                {"sub_steps", point.sub_steps}};
   if (point.status != PointStatus::converged) {
-    for (const char* name :
-         {"drive_load", "displacement", "rotation", "compliance", "support_stiffness",
-          "drive_stiffness", "frequencies", "modes", "parasitic_frequency",
-          "parasitic_frequency_screening", "max_stress", "max_stress_place", "buckling_load_factor",
-          "stable", "negative_pivots", "leaves"})
+    for (const QuantityRow& row : quantity_rows()) json[key_of(row.name)] = nullptr;
+    for (const char* name : {"compliance", "modes", "max_stress_place", "buckling_load_factor",
+                             "stable", "negative_pivots", "leaves"})
       json[name] = nullptr;
     return json;
   }
-  Json stiffness = Json::object();
-  for (std::size_t d = 0; d < 6; ++d)
-    if (point.support_stiffness[d])
-      stiffness[std::string(direction_names[d])] = *point.support_stiffness[d];
-  json["drive_load"] = point.drive_load;
-  json["displacement"] = vector_json(point.displacement);
-  json["rotation"] = vector_json(point.rotation);
+  add_quantities(point, json);
   json["compliance"] = {{"drive_free", matrix_json(point.compliance_free)},
                         {"drive_locked", matrix_json(point.compliance_locked)}};
-  json["support_stiffness"] = std::move(stiffness);
-  json["drive_stiffness"] = point.drive_stiffness;
-  json["frequencies"] = {{"drive_free", point.frequencies_free},
-                         {"drive_locked", point.frequencies_locked}};
   json["modes"] = modes_json(point);
-  json["parasitic_frequency"] = optional_json(point.parasitic_frequency);
-  json["parasitic_frequency_screening"] = optional_json(point.parasitic_frequency_screening);
-  json["max_stress"] = point.max_stress ? Json(point.max_stress->value) : Json();
   json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
   if (!point.probes.empty()) {
     Json probes = Json::object();
@@ -277,11 +317,12 @@ OrderedJson make_result(const RunRecord& record) {
                  {"message", record.message},
                  {"notes", record.job.notes},
                  {"units", units_json(record.job, record.mechanism)},
+                 {"quantities", quantities_json(record.mechanism.drive)},
                  {"conventions", conventions_json(record)},
                  {"material", material_json(record.job.design.material)},
                  {"leaves", leaf_geometry_json(record.mechanism)},
                  {"path", std::move(path)}};
-  if (record.job.request.frequencies > 0 && !record.job.request.load_path)
+  if (record.job.request.wants_frequency_derivatives())
     result["frequency_derivatives"] = frequency_derivatives_json(response);
   if (record.optimum)
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);

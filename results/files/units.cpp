@@ -7,14 +7,8 @@
 namespace flexopt {
 
 std::string stroke_unit(Direction drive, const StrokeRequest& request) {
-  if (request.load_path) return "1";
+  if (!request.loads.driven()) return "1";
   return is_rotation(drive) ? "rad" : "m";
-}
-
-std::string load_unit(Direction direction) { return is_rotation(direction) ? "N m" : "N"; }
-
-std::string stiffness_unit(Direction direction) {
-  return is_rotation(direction) ? "N m/rad" : "N/m";
 }
 
 std::string quantity_unit(const std::string& quantity, Direction drive) {

@@ -14,14 +14,18 @@ const stroke_label = load_path ? "load factor [1]" : `stroke ${drive} [${shown_u
 const allowable = result.material?.allowable_stress ?? null;
 const supports = Object.keys(result.units?.support_stiffness ?? {}).filter((d) => converged.some((p) => p.support_stiffness?.[d] !== undefined));
 
+/// What the tables show: the result's own list, for which some converged point has a value.
+const quantities = (result.quantities ?? []).map((q) => ({...q, value: (p) => q.at.reduce((v, key) => v?.[key], p) ?? null}))
+  .filter((q) => converged.some((p) => q.value(p) !== null));
+const largest_of = (q, points = converged) => d3.max(points, (p) => Math.abs(q.value(p) ?? 0)) ?? 0;
+const heading = (label) => label[0].toUpperCase() + label.slice(1);
+
 /// Points of a line over the stroke.
 const over_stroke = (value, factor = 1, points = converged) => points.map((p) => {
   const y = value(p);
   return {x: p.stroke * shown_factor(stroke_unit), y: y === null || y === undefined ? NaN : y * factor};
 });
 const section = (title, ...children) => report.append(element("h2", {}, title), ...children.filter(Boolean));
-const largest_load = d3.max(converged, (p) => Math.abs(p.drive_load)) ?? 0;
-const largest_stress = d3.max(converged, (p) => p.max_stress) ?? 0;
 const at_stroke = (point) => `at ${load_path ? "load factor " : ""}${quantity_text(point.stroke, stroke_unit)}`;
 /// The stroke point of least value.
 const least_at = (value) => d3.least(converged.filter((p) => value(p) !== null && value(p) !== undefined), value);
@@ -131,22 +135,19 @@ function accuracy_box() {
     .filter((pair) => pair.reduced.status === "converged" && pair.full?.status === "converged");
   if (pairs.length === 0) return;
   const chosen = [...new Set([0, Math.floor((pairs.length - 1) / 2), pairs.length - 1])].map((i) => pairs[i]);
-  const quantities = [["drive load", (p) => p.drive_load, load_unit],
-    ...supports.map((d) => [`support stiffness ${d}`, (p) => p.support_stiffness[d], result.units.support_stiffness[d]]),
-    ["parasitic frequency", (p) => p.parasitic_frequency, "Hz"], ["largest stress", (p) => p.max_stress, "Pa"]];
   // Where both vanish, as the drive load at rest, a ratio says nothing.
-  const largest = new Map(quantities.map(([name, value]) => [name, d3.max(pairs, (pair) => Math.abs(value(pair.full) ?? 0))]));
-  const difference = (pair, [name, value]) => {
-    const full = value(pair.full), reduced = value(pair.reduced);
-    if (full === null || reduced === null || Math.abs(full) < 1e-6 * largest.get(name)) return null;
+  const largest = new Map(quantities.map((q) => [q.name, largest_of(q, pairs.map((pair) => pair.full))]));
+  const difference = (pair, q) => {
+    const full = q.value(pair.full), reduced = q.value(pair.reduced);
+    if (full === null || reduced === null || Math.abs(full) < 1e-6 * largest.get(q.name)) return null;
     return reduced / full - 1;
   };
   section("Accuracy: this model against full accuracy",
     element("p", {class: "soft"}, "Each cell: value at full accuracy, and reduced/full − 1."),
-    table_of(quantities.filter(([, value]) => pairs.some((pair) => value(pair.full) !== null)),
-      [{name: "Quantity", left: true, text: ([name]) => name},
+    table_of(quantities.filter((q) => pairs.some((pair) => q.value(pair.full) !== null)),
+      [{name: "Quantity", left: true, text: (q) => q.label},
        ...chosen.flatMap((pair) => [
-         {name: at_stroke(pair.full), text: ([name, value, unit]) => quantity_text(without_noise(value(pair.full), largest.get(name)), unit)},
+         {name: at_stroke(pair.full), text: (q) => quantity_text(without_noise(q.value(pair.full), largest.get(q.name)), q.unit)},
          {name: "difference", text: (q) => percent_text(difference(pair, q)), tone: (q) => Math.abs(difference(pair, q) ?? 0) > 0.012 ? "warn" : ""}])]));
 }
 
@@ -303,11 +304,12 @@ function stroke_table() {
   const value = (text) => (p) => p.status === "converged" ? text(p) : "–";
   section("Stroke table", table_of(path, [
     {name: load_path ? "Load factor" : "Stroke", unit: shown_unit(stroke_unit), text: (p) => number_text(p.stroke * shown_factor(stroke_unit))},
-    ...load_path ? [] : [{name: "Drive load", unit: load_unit, text: value((p) => number_text(without_noise(p.drive_load, largest_load)))}],
-    {name: "Drive stiffness", unit: result.units?.drive_stiffness, text: value((p) => number_text(p.drive_stiffness))},
-    ...supports.map((d) => ({name: `K ${d}`, unit: result.units.support_stiffness[d], text: value((p) => number_text(p.support_stiffness[d]))})),
-    {name: "Parasitic f", unit: "Hz", text: value((p) => number_text(p.parasitic_frequency))},
-    {name: "Stress", unit: "MPa", text: value((p) => p.max_stress === null ? "–" : number_text(without_noise(p.max_stress, largest_stress) * 1e-6)), tone: (p) => allowable && p.max_stress > allowable * 1.0001 ? "bad" : ""},
+    ...quantities.filter((q) => !load_path || q.name !== "drive_load").map((q) => {
+      const largest = largest_of(q);
+      return {name: heading(q.label), unit: shown_unit(q.unit),
+        text: value((p) => q.value(p) === null ? "–" : number_text(without_noise(q.value(p), largest) * shown_factor(q.unit))),
+        tone: (p) => q.name === "max_stress" && allowable && p.max_stress > allowable * 1.0001 ? "bad" : ""};
+    }),
     {name: "Where", left: true, text: value((p) => p.max_stress_place?.leaf ?? "")},
     {name: "Newton", unit: "iterations", text: (p) => String(p.newton_iterations)},
     {name: "State", left: true, text: (p) => p.status !== "converged" ? readable(p.status) : p.stable ? "stable" : "unstable", tone: (p) => p.status === "converged" && p.stable ? "" : "bad"}]));

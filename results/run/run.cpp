@@ -7,7 +7,6 @@
 
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
-#include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/optimise.hpp"
 #include "results/files/units.hpp"
 #include "results/files/version.hpp"
@@ -20,7 +19,7 @@ namespace {
 /// Evaluates a design with shapes, for drawing.
 StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism) {
   StrokeRequest request = job.request;
-  request.shapes = true;
+  request.outputs.add(Output::shapes);
   return evaluate_stroke(mechanism, job.model, request);
 }
 
@@ -84,7 +83,6 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
   options.log = folder / "evaluations.jsonl";
   options.version = version() + " " + commit();
   options.threads = threads;
-  options.gradients = stroke_sensitivity;
   options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
   write_job(folder, job);  // from here on the folder is this job's
 

@@ -69,7 +69,7 @@ std::vector<Case> cases(const Leaf& l, int frequencies) {
     StrokeRequest r;
     r.points.clear();
     for (int k = 0; k < points; ++k) r.points.push_back(end * k / (points - 1));
-    r.stress = false;
+    r.outputs.remove(Output::stress);
     r.frequencies = frequencies;
     return r;
   };
@@ -124,7 +124,7 @@ void order_table() {
   const Mechanism m = models::guide(0.06, 0.04, 4e-4, 1.0);
   StrokeRequest r;
   r.points = {0.006};
-  r.stress = false;
+  r.outputs.remove(Output::stress);
   const StrokeResponse fine = evaluate_stroke(m, {.accuracy = Accuracy::full, .mesh = {32, 16}}, r);
   double previous[2] = {0, 0};
   for (const int n : {4, 6, 8, 12, 16}) {

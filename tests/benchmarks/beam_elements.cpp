@@ -41,7 +41,7 @@ Errors errors(const StrokeResponse& coarse, const StrokeResponse& fine) {
 StrokeResponse evaluate(const Mechanism& m, double end, const ModelOptions& model) {
   StrokeRequest request;
   request.points = {0, end / 4, end / 2, 0.75 * end, end};
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   return evaluate_stroke(m, model, request);
 }
 

@@ -70,7 +70,7 @@ int main() {
         const double end = guided ? 0.15 * L : std::numbers::pi / 6;
         request.points = {0, end / 4, end / 2, end};
         request.frequencies = 3;
-        request.stress = false;
+        request.outputs.remove(Output::stress);
         ModelOptions model{.accuracy = Accuracy::full, .mesh = {16, 8}};
         const StrokeResponse plate = evaluate_stroke(m, model, request);
         model.flexure = Flexure::beam;

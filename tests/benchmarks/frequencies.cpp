@@ -47,8 +47,8 @@ StrokeResponse path(const Case& c, const ModelOptions& model) {
   StrokeRequest request;
   request.points = c.strokes;
   request.frequencies = wanted;
-  request.frequency_derivatives = false;
-  request.stress = false;
+  request.outputs.remove(Output::frequency_derivatives);
+  request.outputs.remove(Output::stress);
   return evaluate_stroke(c.mechanism, model, request);
 }
 

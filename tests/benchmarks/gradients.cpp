@@ -65,8 +65,9 @@ int main() {
                                                      {4, 0, true},
                                                      {8, 8, true}}) {
     request.frequencies = frequencies;
-    request.frequencies_free = free;
-    request.frequency_derivatives = screening;
+    request.outputs = Outputs::numbers();
+    if (free == 0) request.outputs.remove(Output::frequencies_free);
+    if (!screening) request.outputs.remove(Output::frequency_derivatives);
     const auto with = [&](std::size_t count) {
       const std::vector<MechanismDirection> some(all.begin(), all.begin() + count);
       return shortest([&] { (void)evaluate_stroke_gradients(mechanism, some, model, request); });

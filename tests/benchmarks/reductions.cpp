@@ -53,7 +53,7 @@ Path follow(const Mechanism& mechanism, const std::vector<double>& strokes, Leav
   std::vector<int> leaf_modes;
   const bool turns = is_rotation(mechanism.drive);
   for (const double stroke : strokes) {
-    const Equilibrium e = step_to(system, stroke, Vector6d::Zero(), {});
+    const Equilibrium e = step_to(system, stroke, {});
     if (!e.converged) return path;
     path.iterations += e.iterations;
     path.sub_steps += e.sub_steps;
@@ -189,8 +189,7 @@ int main(int argc, char** argv) {
         if (!reference)
           reference =
               follow(system.mechanism, system.strokes, full_segments(system.mechanism, model));
-        Leaves leaves =
-            make_reduced_leaves(system.mechanism, model, system.strokes.back(), Vector6d::Zero());
+        Leaves leaves = make_reduced_leaves(system.mechanism, model, system.strokes.back());
         const Path path = follow(system.mechanism, system.strokes, std::move(leaves));
         const std::size_t reached = path.points.size();
         const bool whole = reached == system.strokes.size();

@@ -55,7 +55,7 @@ void leaf_kernels() {
   {
     StrokeRequest request;
     request.points = {0.003};
-    request.stress = false;
+    request.outputs.remove(Output::stress);
     ModelOptions model{.accuracy = Accuracy::full, .mesh = {16, 8}};
     step = median_seconds(
         9, [&] { evaluate_stroke(models::single_leaf(0.06, 0.04, 4e-4), model, request); });
@@ -76,7 +76,7 @@ void hinge_paths() {
   StrokeRequest request;
   request.points.clear();
   for (int k = 0; k < 11; ++k) request.points.push_back(std::numbers::pi / 6 * k / 10);
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   // one frequency of a heavy payload lies far below the leaves' own: cheaper modes suffice
   for (const auto& [frequencies, payload] : {std::pair{0, 0.3}, {8, 0.3}, {1, 300.0}}) {
     hinge.bodies[0].mass = payload;
@@ -126,10 +126,9 @@ void screening() {
       path.points.clear();
       for (int k = 0; k < 11; ++k) path.points.push_back(c.stroke * k / 10);
       path.frequencies = frequencies;
-      path.frequency_derivatives = false;
+      path.outputs.remove(Output::frequency_derivatives);
       StrokeRequest derivatives = path;
-      derivatives.frequency_derivatives = true;
-      derivatives.path = false;
+      derivatives.outputs = {Output::frequency_derivatives};
       const ModelOptions full{.accuracy = Accuracy::full};
       const auto least_cpu = [&](const StrokeRequest& request) {  // other work does not count
         double least = 1e9;

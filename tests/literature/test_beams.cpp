@@ -58,9 +58,9 @@ Mechanism chain(const std::vector<Vector3d>& points, const std::vector<Vector3d>
 
 StrokeRequest load_path(const Vector6d& load, std::vector<double> points) {
   StrokeRequest request;
-  request.load_path = load;
+  request.loads.growing = {load_at_O(load)};
   request.points = std::move(points);
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   return request;
 }
 

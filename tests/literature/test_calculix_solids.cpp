@@ -40,7 +40,7 @@ void compare(const nlohmann::json& solid, const ModelOptions& model, double bar)
   request.points.clear();
   for (const auto& point : solid.at("path")) request.points.push_back(point.at("stroke"));
   request.frequencies = static_cast<int>(solid.at("path").at(0).at("frequencies").size());
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   const StrokeResponse response = evaluate_stroke(mechanism, model, request);
   REQUIRE(response.status == Status::ok);
   for (std::size_t k = 0; k < response.path.size(); ++k) {

@@ -10,7 +10,7 @@
 
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
-#include "core/response/stroke_gradients.hpp"
+#include "core/response/quantities.hpp"
 
 namespace flexopt::test {
 
@@ -77,10 +77,10 @@ inline std::vector<Compared> compared_numbers(const Mechanism& mechanism,
                            : q.name.starts_with("rotation")   ? 1e-2 * 0.4
                            : q.name == "drive_load"           ? 1e-2 * load
                                                               : 0.0;
-      all.push_back(
-          {q.name + " at point " + std::to_string(i),
-           value_of(exact.response.path[i], q.name).value_or(0), floor,
-           exact.gradients ? gradient_of(exact.gradients->path[i], q.name) : std::nullopt});
+      all.push_back({q.name + " at point " + std::to_string(i),
+                     q.value(exact.response.path[i]).value_or(0), floor,
+                     exact.gradients ? q.gradient(exact.response.path[i], exact.gradients->path[i])
+                                     : std::nullopt});
     }
   const double unit = is_rotation(mechanism.drive) ? 1 : mechanism.leaves[0].length;
   for (std::size_t k = 0; k < exact.response.frequency_derivatives.size(); ++k) {
@@ -101,7 +101,7 @@ inline std::vector<Compared> compared_numbers(const Mechanism& mechanism,
 /// Compares every derivative there is; how many.
 inline int check_gradients(const Family& family, const ModelOptions& model, StrokeRequest request,
                            double step = 0.02) {
-  request.exact = true;
+  request.values = PathValues::differentiable;
   request.newton.tolerance = 1e-11;
   const Values p = values_of(family.numbers);
   std::vector<MechanismDirection> directions;

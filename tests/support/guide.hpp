@@ -59,8 +59,8 @@ inline StrokeEvaluator evaluator(Calls& calls, double breaks_at = 1e99) {
       p.status = PointStatus::converged;
       p.drive_load = s * 2 * E * w * t * t * t * x / (L * L * L);
       p.support_stiffness[0] = s * support(E, w, t, L, x);
-      if (request.stress) p.max_stress = StressPeak{s * stress};
-      if (request.frequencies > 0) {
+      if (request.outputs.has(Output::stress)) p.max_stress = StressPeak{s * stress};
+      if (request.frequencies_of(DriveState::locked) > 0) {
         const double u = w / 0.03, g = s * (1 - std::pow((t - 0.5e-3) / 1e-3, 2));
         std::vector<double> f{100 * u * (1 - 4 * x) * g, 150 / u * (1 - 8 * x) * g, 400.0};
         std::sort(f.begin(), f.end());
@@ -112,8 +112,9 @@ inline StrokeGradientEvaluator gradient_evaluator(Calls& calls, double breaks_at
       g.drive_load = Dual(factor * 2 * x * E * w * t * t * t / (L * L * L)).derivatives();
       g.support_stiffness[0] =
           Dual(factor * 2 * E * w * t / (L * (1.0 + 12.0 / 700 * x * x / (t * t)))).derivatives();
-      if (request.stress) g.max_stress = Dual(factor * 3 * x * E * t / (L * L)).derivatives();
-      if (request.frequencies > 0) {
+      if (request.outputs.has(Output::stress))
+        g.max_stress = Dual(factor * 3 * x * E * t / (L * L)).derivatives();
+      if (request.frequencies_of(DriveState::locked) > 0) {
         const Dual u = w / 0.03, d = (t - 0.5e-3) / 1e-3, of = factor * (1.0 - d * d);
         std::vector<Dual> f{100 * (1 - 4 * x) * u * of, 150 * (1 - 8 * x) * of / u,
                             Dual(400.0, VectorXd::Zero(n))};

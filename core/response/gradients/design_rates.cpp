@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/response/gradients/joint_gradients.hpp"
+#include "core/response/gradients/load_gradients.hpp"
 
 namespace flexopt {
 namespace {
@@ -179,6 +180,7 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda,
   }
   rates.noalias() += V.transpose() * state_rates;
   add_joint_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
+  add_load_quadratic_rates(factor, state_, state_rates, Y, rates);
   for (Eigen::Index k = 0; k < n; ++k)
     if (lambda[k] != S(0))
       for (Eigen::Index p = 0; p < count; ++p)

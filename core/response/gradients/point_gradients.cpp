@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/math/decompositions.hpp"
+#include "core/math/eigenvalue_branches.hpp"
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
@@ -142,32 +142,32 @@ MatrixXd column_rates(const DesignRates<double>& design, const std::vector<Colum
   return of_columns;
 }
 
+// yᵀA z from the rates of y, z and y + z.
+double mixed_form(const MatrixXd& rates, Eigen::Index sum, Eigen::Index y, Eigen::Index z,
+                  Eigen::Index parameter) {
+  return 0.5 * (rates(sum, parameter) - rates(y, parameter) - rates(z, parameter));
+}
+
 // Frequencies and clusters from the rates of the columns.
 void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& gradients,
                      std::vector<FrequencyCluster>& clusters) {
   const int count = static_cast<int>(rates.cols());
   gradients = MatrixXd::Zero(modes.wanted, count);
   for (const ModeColumns::Run& run : modes.runs) {
-    MatrixXd lambda_rates(run.size, count);
-    if (run.size == 1) {
-      lambda_rates.row(0) = rates.row(run.column);
-    } else {
+    MatrixXd lambda_rates = rates.middleRows(run.column, run.size);
+    if (run.size > 1) {
       FrequencyCluster cluster{run.first, run.size, {}};
-      MatrixXd mixed = MatrixXd::Zero(run.size, run.size);
       for (int p = 0; p < count; ++p) {
         MatrixXd block(run.size, run.size);
         int column = run.column + run.size;
         for (int a = 0; a < run.size; ++a) block(a, a) = rates(run.column + a, p);
         for (int a = 0; a < run.size; ++a)
           for (int b = a + 1; b < run.size; ++b, ++column)
-            block(a, b) = block(b, a) = 0.5 * (rates(column, p) - block(a, a) - block(b, b));
-        const double size = block.norm();
-        if (size > 0) mixed += (1 + 0.37 * p) / size * block;  // a common basis, if there is one
+            block(a, b) = block(b, a) =
+                mixed_form(rates, column, run.column + a, run.column + b, p);
         cluster.block.push_back(std::move(block));
       }
-      const MatrixXd U = SymmetricEigen(mixed).eigenvectors();
-      for (int p = 0; p < count; ++p)
-        lambda_rates.col(p) = (U.transpose() * cluster.block[p] * U).diagonal();
+      if (count > 0) lambda_rates = branch_rates(cluster.block);
       clusters.push_back(std::move(cluster));
     }
     for (int a = 0; a < run.size && run.first + a < modes.wanted; ++a) {
@@ -177,27 +177,72 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
   }
 }
 
-}  // namespace
+// The answers y = K⁻¹ e of the end-effector to unit loads, as columns: of the drive, of every
+// support with the drive held, and the sums of two translations.
+struct StiffnessColumns {
+  int first = 0;
+  std::vector<int> supports;
+  struct Pair {
+    int a, b, column;  ///< directions of support
+  };
+  std::vector<Pair> pairs;
 
-PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
-                               const std::vector<Mechanism>& directions, const ModelOptions& model,
-                               const StrokeRequest& request, const PathPoint& point,
-                               const ExactModeLists& lists) {
+  int column(std::size_t support) const { return first + 1 + static_cast<int>(support); }
+};
+
+StiffnessColumns stiffness_columns(const MechanismFactor& factor, const PathPoint& point,
+                                   std::vector<Column>& columns) {
+  const int ee = 6 * factor.system().mechanism().end_effector;
+  StiffnessColumns result;
+  result.first = static_cast<int>(columns.size());
+  for (int k = 0; k < 6; ++k)
+    if (point.support_stiffness[k]) result.supports.push_back(k);
+  MatrixXd loads = MatrixXd::Zero(factor.size(), static_cast<Eigen::Index>(result.supports.size()));
+  for (Eigen::Index k = 0; k < loads.cols(); ++k)
+    loads(ee + result.supports[static_cast<std::size_t>(k)], k) = 1;
+  const MatrixXd answers = factor.solve_locked(loads);
+  columns.push_back({0, factor.drive_answer()});
+  for (Eigen::Index k = 0; k < answers.cols(); ++k) columns.push_back({0, answers.col(k)});
+  for (std::size_t i = 0; i < result.supports.size(); ++i)
+    for (std::size_t j = i + 1; j < result.supports.size() && result.supports[j] < 3; ++j) {
+      result.pairs.push_back(
+          {static_cast<int>(i), static_cast<int>(j), static_cast<int>(columns.size())});
+      columns.push_back({0, answers.col(static_cast<Eigen::Index>(i)) +
+                                answers.col(static_cast<Eigen::Index>(j))});
+    }
+  return result;
+}
+
+// A compliance eᵀK⁻¹e changes by −yᵀK′y.
+void set_stiffness(const StiffnessColumns& of, const std::vector<Column>& columns,
+                   const MatrixXd& rates, int ee, int drive, PointGradients& gradients) {
+  const auto stiffness = [&](int column, int direction) {
+    const double c = columns[static_cast<std::size_t>(column)].y[ee + direction];
+    return VectorXd(rates.row(column).transpose() / (c * c));
+  };
+  gradients.drive_stiffness = stiffness(of.first, drive);
+  for (std::size_t s = 0; s < of.supports.size(); ++s)
+    gradients.support_stiffness[of.supports[s]] = stiffness(of.column(s), of.supports[s]);
+  gradients.translation_compliance.assign(static_cast<std::size_t>(rates.cols()), Matrix3d::Zero());
+  for (Eigen::Index p = 0; p < rates.cols(); ++p) {
+    Matrix3d& C = gradients.translation_compliance[static_cast<std::size_t>(p)];
+    for (std::size_t s = 0; s < of.supports.size() && of.supports[s] < 3; ++s)
+      C(of.supports[s], of.supports[s]) = -rates(of.column(s), p);
+    for (const StiffnessColumns::Pair& pair : of.pairs) {
+      const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+      C(of.supports[a], of.supports[b]) = C(of.supports[b], of.supports[a]) =
+          -mixed_form(rates, pair.column, of.column(a), of.column(b), p);
+    }
+  }
+}
+
+void set_motion(const MechanismFactor& factor, const PathPoint& point,
+                const std::vector<Mechanism>& directions, const MatrixXd& moved,
+                MovingFields& fields, PointGradients& gradients) {
   const System& system = factor.system();
   const Mechanism& mechanism = system.mechanism();
-  const int n = factor.size(), ee = 6 * mechanism.end_effector, d = index(mechanism.drive);
-  const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
-                                   model);
-
-  // (27)
-  std::optional<Eigen::RowVectorXd> same_stroke;
-  if (!request.load_path)
-    same_stroke = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
-  const MatrixXd moved = factor.balance(-design.residual(), same_stroke),
-                 state_rates = moved.topRows(n);
-  MovingFields fields(factor, design, state_rates);
-  PointGradients gradients;
-  gradients.drive_load = moved.row(n).transpose();
+  const int ee = 6 * mechanism.end_effector;
+  gradients.drive_load = moved.row(factor.size()).transpose();
   gradients.displacement = moved.middleRows(ee, 3);
   for (int i = 0; i < system.leaves(); ++i)
     if (const auto& follows = mechanism.leaves[i].point;
@@ -207,7 +252,11 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
   gradients.rotation =
       rotation_left_tangent_inverse(rotation_log(system.pose(mechanism.end_effector).rotation)) *
       moved.middleRows(ee + 3, 3);
+}
 
+void set_stress(const Mechanism& mechanism, const PathPoint& point,
+                const std::vector<Mechanism>& directions, MovingFields& fields,
+                PointGradients& gradients) {
   const auto stress_rate = [&](const StressPeak& peak) {
     VectorXd modulus_rates(static_cast<Eigen::Index>(directions.size()));
     for (std::size_t p = 0; p < directions.size(); ++p)
@@ -223,38 +272,51 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
     gradients.stress_peaks.row(k) =
         k == 0 ? gradients.max_stress->transpose()
                : stress_rate(point.stress_peaks[static_cast<std::size_t>(k)]).transpose();
+}
 
-  // compliances: −yᵀK′y of y = K⁻¹ e
+void set_parasitic_frequency(const PathPoint& point, DriveState drive, PointGradients& gradients) {
+  if (!point.parasitic_frequency) return;
+  const bool locked = drive == DriveState::locked;
+  const MatrixXd& rows = locked ? gradients.frequencies_locked : gradients.frequencies_free;
+  const std::vector<double>& list = locked ? point.frequencies_locked : point.frequencies_free;
+  const auto k = std::ranges::find(list, *point.parasitic_frequency) - list.begin();
+  if (k < rows.rows()) gradients.parasitic_frequency = VectorXd(rows.row(k));
+}
+
+}  // namespace
+
+PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
+                               const std::vector<Mechanism>& directions, const ModelOptions& model,
+                               const StrokeRequest& request, const PathPoint& point,
+                               const ExactModeLists& lists) {
+  const Mechanism& mechanism = factor.system().mechanism();
+  const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
+                                   model);
+
+  // (27)
+  std::optional<Eigen::RowVectorXd> same_stroke;
+  if (request.loads.driven())
+    same_stroke = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+  const MatrixXd moved = factor.balance(-design.residual(), same_stroke),
+                 state_rates = moved.topRows(factor.size());
+  MovingFields fields(factor, design, state_rates);
+  PointGradients gradients;
+  set_motion(factor, point, directions, moved, fields, gradients);
+  set_stress(mechanism, point, directions, fields, gradients);
+
   std::vector<Column> columns;
-  std::vector<int> supports;
-  for (int k = 0; k < 6; ++k)
-    if (point.support_stiffness[k]) supports.push_back(k);
-  MatrixXd loads = MatrixXd::Zero(n, static_cast<Eigen::Index>(supports.size()));
-  for (Eigen::Index k = 0; k < loads.cols(); ++k)
-    loads(ee + supports[static_cast<std::size_t>(k)], k) = 1;
-  const MatrixXd answers = factor.solve_locked(loads);
-  columns.push_back({0, factor.drive_answer()});
-  for (Eigen::Index k = 0; k < answers.cols(); ++k) columns.push_back({0, answers.col(k)});
+  std::optional<StiffnessColumns> stiffness;
+  if (request.outputs.has(Output::stiffness)) stiffness = stiffness_columns(factor, point, columns);
   const ModeColumns free_columns = mode_columns(factor, lists.free, columns),
                     locked_columns = mode_columns(factor, lists.locked, columns);
+  if (columns.empty()) return gradients;
   const MatrixXd rates = column_rates(design, columns, state_rates);
-  const auto stiffness = [&](int column, int direction) {
-    const double c = columns[column].y[ee + direction];
-    return VectorXd(rates.row(column).transpose() / (c * c));
-  };
-  gradients.drive_stiffness = stiffness(0, d);
-  for (std::size_t s = 0; s < supports.size(); ++s)
-    gradients.support_stiffness[supports[s]] = stiffness(static_cast<int>(s) + 1, supports[s]);
-
+  if (stiffness)
+    set_stiffness(*stiffness, columns, rates, 6 * mechanism.end_effector, index(mechanism.drive),
+                  gradients);
   set_frequencies(free_columns, rates, gradients.frequencies_free, gradients.clusters_free);
   set_frequencies(locked_columns, rates, gradients.frequencies_locked, gradients.clusters_locked);
-  const bool of_locked = request.parasitic_with_drive_locked;
-  const MatrixXd& rows = of_locked ? gradients.frequencies_locked : gradients.frequencies_free;
-  const std::vector<Mode>& modes = of_locked ? point.modes_locked : point.modes_free;
-  for (Eigen::Index k = 0; point.parasitic_frequency && k < rows.rows(); ++k)
-    if (modes[static_cast<std::size_t>(k)].frequency == *point.parasitic_frequency &&
-        !gradients.parasitic_frequency)
-      gradients.parasitic_frequency = VectorXd(rows.row(k));
+  set_parasitic_frequency(point, request.parasitic.drive, gradients);
   return gradients;
 }
 

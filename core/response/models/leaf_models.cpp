@@ -63,15 +63,16 @@ struct LinearMotion {
 // Linear statics of the undeflected mechanism, leaf by leaf, for a unit stroke beside the load or,
 // where nothing is driven, for the load.
 std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelOptions& model,
-                                        bool driven, const Vector6d& load, Meshes& meshes) {
+                                        const LoadCase& loads, LoadFactors factors,
+                                        Meshes& meshes) {
   System system(mechanism, full_leaves(leaves_of(mechanism), model, meshes));
   system.assemble();
   const int ee = 6 * mechanism.end_effector, d = ee + index(mechanism.drive);
   const bool joints = system.constraints().count() > 0;
   VectorXd s = system.tangent_stiffness().diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   MatrixXd K = s.asDiagonal() * system.tangent_stiffness() * s.asDiagonal();
-  VectorXd P = VectorXd::Zero(K.rows());
-  P.segment<6>(ee) = load;
+  const bool driven = loads.driven();
+  VectorXd P = forces_at_rest(loads, factors, mechanism);
   for (const int k : system.held()) P[k] = 0;
   VectorXd drive = driven ? VectorXd::Unit(K.rows(), d) : P;
   drive = joints ? VectorXd(FreeMotions(system, false).answer(drive))
@@ -185,15 +186,16 @@ std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mech
 
 std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
                                                               const ModelOptions& model,
-                                                              std::optional<double> largest_stroke,
-                                                              const Vector6d& load) {
+                                                              double largest,
+                                                              const LoadCase& loads) {
   Meshes meshes;
   const std::vector<LeafSpring> springs = leaves_of(mechanism);
   if (model.method == Reduction::linear_craig_bampton) return linear_leaves(springs, model, meshes);
   if (model.method == Reduction::modal_derivatives || model.method == Reduction::quadratic_manifold)
     return modal_leaves(springs, model, meshes);
+  const bool driven = loads.driven();
   const std::vector<LinearMotion> motion =
-      linear_motion(mechanism, model, largest_stroke.has_value(), load, meshes);
+      linear_motion(mechanism, model, loads, {1, driven ? 0 : largest}, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<TubeModel>> models;
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
@@ -214,10 +216,10 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
         range.ray[k] = std::round(range.ray[k] * 1e9) * 1e-9;
     }
     // linear kinematics overrates a large load; the tube grows where it does not
-    range.sigma_max = largest_stroke ? 1.12 * size * *largest_stroke : std::min(0.5, 1.12 * size);
+    range.sigma_max = driven ? 1.12 * size * largest : std::min(0.5, 1.12 * size);
     const double scale = tube_force_scale(mesh->shape())[0];
     const double buckling = 4 * std::numbers::pi * std::numbers::pi * mesh->bending_stiffness();
-    if (largest_stroke && std::abs(motion[i].axial) > 0.01 * buckling)
+    if (driven && std::abs(motion[i].axial) > 0.01 * buckling)
       range.force_centre = motion[i].axial / scale;
 
     std::shared_ptr<TubeModel> tube;

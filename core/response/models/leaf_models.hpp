@@ -1,11 +1,10 @@
 #pragma once
 // The leaf elements of a mechanism for the accuracy asked for.
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "core/elements/leaf/leaf_element.hpp"
-#include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/load_case.hpp"
 
 namespace flexopt {
 
@@ -24,12 +23,12 @@ bool leaves_a_node(const LeafSpring& leaf, const LeafSpring& direction, const Mo
 /// By `model.method`. Linear superelements need nothing but the leaf; one with a material point
 /// that is none of their nodes is full, and says so. Mixed potential: one tube per distinct leaf,
 /// its ray and range from the linear kinematics of the drive at the undeflected state, centred on
-/// the leaf's share of the dead load at O. Without a stroke nothing is driven and the load, which
-/// grows from zero, gives the kinematics. A leaf with a free tip or a material point, or whose bent
-/// states are not found, is full, and says so.
+/// the leaf's share of the constant loads. `largest`: stroke of the path; where nothing is driven
+/// the largest factor of the growing loads, which then give the kinematics. A leaf with a free tip
+/// or a material point, or whose bent states are not found, is full, and says so.
 std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
                                                               const ModelOptions& model,
-                                                              std::optional<double> largest_stroke,
-                                                              const Vector6d& load);
+                                                              double largest,
+                                                              const LoadCase& loads = {});
 
 }  // namespace flexopt

@@ -236,11 +236,9 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B,
   const Mechanism& m = system_->mechanism();
   const int bodies = bodies_, n = bodies_ + joints();
   MatrixXd A = MatrixXd::Zero(n + 1, n + 1);
-  A.topLeftCorner(bodies, bodies) = system_->tangent_stiffness();
+  A.topLeftCorner(bodies, bodies) = system_->residual_derivative();
   A.block(bodies, 0, joints(), bodies) = system_->constraints().gradient();
   A.block(0, bodies, bodies, joints()) = system_->constraints().gradient().transpose();
-  for (int b = 0; b < bodies; b += 6)
-    A.block<3, 3>(b + 3, b + 3) -= 0.5 * hat(system_->internal_force().segment<3>(b + 3));
   for (const int k : system_->held()) {
     A.row(k).setZero();
     A(k, k) = 1;

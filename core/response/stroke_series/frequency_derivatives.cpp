@@ -349,13 +349,13 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
 }
 
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
-                                                 const ModelOptions& model, const Vector6d& load,
+                                                 const ModelOptions& model, const LoadCase& loads,
                                                  const NewtonOptions& newton, int count,
                                                  const ExactDerivatives* exact) {
-  System system(mechanism, make_full_leaves(mechanism, model));
+  System system(mechanism, make_full_leaves(mechanism, model), loads);
   system.assemble();
-  if (!load.isZero()) {
-    const Equilibrium loaded = step_load(system, load, newton);
+  if (!loads.constant.empty()) {
+    const Equilibrium loaded = step_load(system, {.constant = 1}, newton);
     if (!loaded.converged)
       return {.ok = false, .message = loaded.message, .modes = {}, .gradients = {}};
   }

@@ -39,7 +39,7 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
 
 /// At stroke zero with the dead load applied, on full leaves whatever the accuracy of the model.
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
-                                                 const ModelOptions& model, const Vector6d& load,
+                                                 const ModelOptions& model, const LoadCase& loads,
                                                  const NewtonOptions& newton, int count,
                                                  const ExactDerivatives* exact = nullptr);
 
@@ -61,7 +61,7 @@ struct ScreeningFrequency {
 std::optional<double> screening_frequency(const FrequencyDerivatives& mode, double stroke);
 /// Of every mode that counts as parasitic, ascending.
 std::vector<ScreeningFrequency> screening_frequencies(
-    const std::vector<FrequencyDerivatives>& modes, const StrokeRequest& request, double stroke);
+    const std::vector<FrequencyDerivatives>& modes, const ParasiticRule& rule, double stroke);
 /// Derivative of (25) along the design.
 VectorXd screening_gradient(const FrequencyDerivatives& mode,
                             const FrequencyDerivativeGradients& gradients, double stroke);

@@ -186,6 +186,11 @@ Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y, int orders) c
     return std::pair(leaf.linear->linear->scale().energy, leaf.series->tangent_times(rows, orders));
   });
   for (int o = 0; o < orders; ++o) {
+    for (const BodyLoad& load : factor_->system().acting()) {
+      const int r = 6 * load.body + 3;
+      const Vector3d arm = rotation_[load.body][o] * load.arm;
+      result[o].middleRows(r, 3) += arm_stiffness(load.force, arm) * Y.middleRows(r, 3);
+    }
     add_joints(Y, o, result[o]);
     factor_->clear_held(result[o]);
   }
@@ -214,6 +219,9 @@ Series<VectorXd> MechanismSeries::residual() const {
   }
   Series<VectorXd> result;
   for (int o = 0; o < 3; ++o) {
+    for (const BodyLoad& load : factor_->system().acting())
+      sum[o].middleRows(6 * load.body + 3, 3) -=
+          (rotation_[load.body][o] * load.arm).cross(load.force);
     factor_->clear_held(sum[o]);
     result[o] = sum[o];
     if (factor_->joints() == 0) continue;

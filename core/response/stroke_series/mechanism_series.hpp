@@ -33,7 +33,8 @@ class MechanismSeries {
   /// K(s) Y and M(s) Y of constant columns Y, the lowest `orders` of them (others are empty).
   Series<MatrixXd> tangent_times(const MatrixXd& Y, int orders = 3) const;
   Series<MatrixXd> mass_times(const MatrixXd& Y, int orders = 3) const;
-  /// Residual of all rows along the path so far expanded, the drive load left out.
+  /// Residual of all rows along the path so far expanded; the drive load and what is constant of
+  /// the dead loads left out.
   Series<VectorXd> residual() const;
 
  private:

@@ -110,10 +110,10 @@ std::optional<double> screening_frequency(const FrequencyDerivatives& d, double 
 }
 
 std::vector<ScreeningFrequency> screening_frequencies(
-    const std::vector<FrequencyDerivatives>& modes, const StrokeRequest& request, double stroke) {
+    const std::vector<FrequencyDerivatives>& modes, const ParasiticRule& rule, double stroke) {
   std::vector<ScreeningFrequency> found;
   for (std::size_t k = 0; k < modes.size(); ++k) {
-    if (!is_parasitic(modes[k].mode, request)) continue;
+    if (!rule.admits(modes[k].mode.kind)) continue;
     if (const auto value = screening_frequency(modes[k], stroke)) found.push_back({k, *value});
   }
   std::stable_sort(found.begin(), found.end(),

@@ -82,9 +82,9 @@ TEST_CASE("leaf edges tied by rigid joints behave as if clamped directly", "[joi
   StrokeRequest request;
   for (int k = 0; k <= 4; ++k) request.points.push_back(0.25 * k * c.largest);
   request.points.push_back(-0.5 * c.largest);
-  request.load << 0.5, 0, -2, 0.01, 0.02, 0;
+  request.loads.constant = {load_at_O((Vector6d() << 0.5, 0, -2, 0.01, 0.02, 0).finished())};
   request.frequencies = 6;
-  request.frequency_derivatives = false;
+  request.outputs.remove(Output::frequency_derivatives);
   request.newton.tolerance = 1e-12;
   const Mechanism jointed = tied(c.mechanism);
   REQUIRE_FALSE(broken_rule(jointed));
@@ -122,11 +122,11 @@ TEST_CASE("joints do not drift over fifty steps back and forth", "[joint]") {
   double worst = 0;
   for (int k = 1; k <= 50; ++k) {
     const double stroke = 0.4 * std::sin(2 * pi * k / 25.0);
-    REQUIRE(step_to(system, stroke, Vector6d::Zero(), {}).converged);
+    REQUIRE(step_to(system, stroke, {}).converged);
     worst = std::max(worst, system.constraints().violation());
   }
   CHECK(worst < 1e-12);
-  REQUIRE(step_to(system, 0, Vector6d::Zero(), {}).converged);
+  REQUIRE(step_to(system, 0, {}).converged);
   CHECK((system.pose(0).position - m.bodies[0].reference).norm() < 1e-12);
 }
 
@@ -346,7 +346,7 @@ TEST_CASE("conditions that repeat others end in words, not in numbers", "[joint]
   CHECK(r.path[1].status == PointStatus::not_reached);
   CHECK_THAT(r.path[1].message, Contains("D: 3 of its 5"));
   System system(m, make_full_leaves(m, narrow_beam()));
-  const Equilibrium e = step_to(system, 0.1, Vector6d::Zero(), {});
+  const Equilibrium e = step_to(system, 0.1, {});
   CHECK_FALSE(e.converged);
   CHECK_THAT(e.message, Contains("3 of the conditions of joints and stroke repeat others"));
 }

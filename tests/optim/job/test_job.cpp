@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "core/response/quantities.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"
@@ -45,9 +46,11 @@ TEST_CASE("an evaluate job is read into SI", "[optim][job]") {
   CHECK(job.end_effector.mass == 0.5);
   CHECK(job.end_effector.inertia == Matrix3d(4e-4 * Matrix3d::Identity()));
   CHECK(job.request.points == std::vector<double>{0, 2.5e-3, 5e-3});
-  CHECK(job.request.load == (Vector6d() << 0, 0, -5, 0, 0, 0).finished());
+  REQUIRE(job.request.loads.constant.size() == 1);
+  CHECK(job.request.loads.constant[0].force == Vector3d(0, 0, -5));
+  CHECK(job.request.loads.constant[0].moment.isZero(0));
   CHECK(job.request.frequencies == 4);
-  CHECK(job.request.parasitic_with_drive_locked);
+  CHECK(job.request.parasitic.drive == DriveState::locked);
   CHECK(job.model.accuracy == Accuracy::reduced);
   CHECK_FALSE(job.optimise);
   CHECK(job.notes.empty());
@@ -69,7 +72,7 @@ TEST_CASE("what stays away gets the defaults of the structs", "[optim][job]") {
   CHECK(job.model.free_edge_torsion == model.free_edge_torsion);
   CHECK(job.request.newton.tolerance == newton.tolerance);
   CHECK(job.request.points.size() == 11);
-  CHECK(job.request.load.isZero(0));
+  CHECK(job.request.loads.constant.empty());
   CHECK(job.end_effector.mass == 0);
   CHECK(job.kind == JobKind::evaluate);
 }
@@ -85,11 +88,16 @@ TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[o
       R"({"accuracy": "full", "mesh": [16, 8], "free_edge_torsion": false, "degree": 7,
           "leaf_modes": 0, "mass": "constant", "tolerance": 1e-10, "method": "mixed_potential"})");
   const Job job = parse_job(document);
-  CHECK((job.request.load - (Vector6d() << 1, 3, 0, 0, 0, 3e-3).finished()).norm() < 1e-15);
+  Vector6d load = Vector6d::Zero();
+  for (const DeadLoad& l : job.request.loads.constant) {
+    load.head<3>() += l.force;
+    load.tail<3>() += l.moment;
+  }
+  CHECK((load - (Vector6d() << 1, 3, 0, 0, 0, 3e-3).finished()).norm() < 1e-15);
   CHECK(job.request.points == std::vector<double>{1e-3, -2e-3, 0});
-  CHECK_FALSE(job.request.parasitic_with_drive_locked);
-  CHECK(job.request.parasitic_skips_leaf_modes);
-  CHECK(job.request.parasitic_skips_intermediate_modes);
+  CHECK(job.request.parasitic.drive == DriveState::free);
+  CHECK_FALSE(job.request.parasitic.admits(ModeKind::leaf));
+  CHECK_FALSE(job.request.parasitic.admits(ModeKind::intermediate_body));
   CHECK(job.model.accuracy == Accuracy::full);
   CHECK(job.model.mesh == std::array<int, 2>{16, 8});
   CHECK_FALSE(job.model.free_edge_torsion);

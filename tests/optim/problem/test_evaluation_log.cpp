@@ -52,7 +52,7 @@ Run run(const nlohmann::json& document, const fs::path& log, int threads = 1,
   Run r;
   options.log = log;
   options.threads = threads;
-  options.evaluator = evaluator(calls);
+  options.evaluators = {evaluator(calls), by_differences};
   options.progress = [&](const EvaluationRecord&, const Progress& p) { r.replayed = p.replayed; };
   r.optimum = optimise(parse_job(document), options);
   r.calls = calls.reduced;

@@ -36,7 +36,7 @@ TEST_CASE("the parasitic frequency brings its next modes, without those that do 
   nlohmann::json document = guide::crossing_modes();
   document["stroke"] = {{"at", {0}}};
   Job job = parse_job(document);
-  job.request.parasitic_skips_leaf_modes = true;
+  job.request.parasitic.skipped = {ModeKind::leaf};
   const Goal g = make_goals(job)[0];
   REQUIRE(g.branches == 3);
   StrokeResponse response;
@@ -49,7 +49,7 @@ TEST_CASE("the parasitic frequency brings its next modes, without those that do 
   response.path[0].modes_locked.resize(2);
   CHECK(read_goal(g, response, job.request).values == GoalValues{60, 60, 60});
   response.path[0].modes_free = {{20, ModeKind::drive}, {60}, {99}, {120}};
-  job.request.parasitic_with_drive_locked = false;
+  job.request.parasitic.drive = DriveState::free;
   CHECK(read_goal(g, response, job.request).values == GoalValues{60, 99, 120});
 }
 

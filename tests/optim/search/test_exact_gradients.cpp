@@ -32,8 +32,7 @@ struct Setting {
   EvaluationBook book;
 
   explicit Setting(const Job& job, bool exact)
-      : problem(job, evaluator(calls),
-                exact ? gradient_evaluator(calls) : StrokeGradientEvaluator{}),
+      : problem(job, {evaluator(calls), exact ? gradient_evaluator(calls) : by_differences}),
         log(problem.job()),
         book(problem, log, board, Stage::search, 0, exact) {
     int cost = 0;
@@ -46,8 +45,8 @@ struct Setting {
 
 Optimum run(const nlohmann::json& document, Calls& calls, bool exact, OptimiseOptions options = {},
             double breaks_at = 1e99, bool offers = true) {
-  options.evaluator = evaluator(calls, breaks_at);
-  if (exact) options.gradients = gradient_evaluator(calls, breaks_at, offers);
+  options.evaluators = {evaluator(calls, breaks_at),
+                        exact ? gradient_evaluator(calls, breaks_at, offers) : by_differences};
   return optimise(parse_job(document), options);
 }
 
@@ -207,11 +206,11 @@ TEST_CASE("a derivative that is not finite is named, and replaced by differences
   Calls calls;
   OptimiseOptions options;
   options.log = file;
-  options.evaluator = evaluator(calls);
-  options.gradients = [exact = gradient_evaluator(calls)](
-                          const Job& job, const ParameterValues& parameters,
-                          const std::vector<std::string>& names, const ModelOptions& model,
-                          const StrokeRequest& request) {
+  options.evaluators.values = evaluator(calls);
+  options.evaluators.gradients = [exact = gradient_evaluator(calls)](
+                                     const Job& job, const ParameterValues& parameters,
+                                     const std::vector<std::string>& names,
+                                     const ModelOptions& model, const StrokeRequest& request) {
     StrokeSensitivity s = exact(job, parameters, names, model, request);
     if (s.gradients && parameters.at("thickness") > 0.4e-3) {
       REQUIRE(names[1] == "thickness");
@@ -243,12 +242,13 @@ TEST_CASE("a goal without exact derivatives is named", "[optim]") {
   CHECK(whole.gradient.rows() > 0);
   CHECK(whole.no_gradient.empty());
   CHECK(s.problem.evaluate(design).no_gradient.empty());
-  DesignProblem partly(parse_job(stiff_guide()), evaluator(s.calls),
-                       [exact = gradient_evaluator(s.calls)](const auto&... all) {
-                         StrokeSensitivity found = exact(all...);
-                         found.gradients->path.front().support_stiffness[0].reset();
-                         return found;
-                       });
+  DesignProblem partly(
+      parse_job(stiff_guide()),
+      {evaluator(s.calls), [exact = gradient_evaluator(s.calls)](const auto&... all) {
+         StrokeSensitivity found = exact(all...);
+         found.gradients->path.front().support_stiffness[0].reset();
+         return found;
+       }});
   const DesignValues values = partly.evaluate(design, true);
   REQUIRE(values.ok);
   CHECK(values.gradient.size() == 0);
@@ -331,17 +331,13 @@ TEST_CASE("places of large stress, material and end-effector have exact gradient
       "algorithm": {"library": "nlopt", "name": "LD_MMA"}
     }
   })");
-  const auto stress_rows = [&] {
-    return DesignProblem(parse_job(document), evaluate_stroke, stroke_sensitivity)
-        .goals()[1]
-        .branches;
-  };
+  const auto stress_rows = [&] { return DesignProblem(parse_job(document)).goals()[1].branches; };
   CHECK(stress_rows() == 1);
   set_algorithm(document, "LD_SLSQP");
   CHECK(stress_rows() == 6);
   set_algorithm(document, "ipopt");
   const Job job = parse_job(document);
-  const DesignProblem problem(job, evaluate_stroke, stroke_sensitivity);
+  const DesignProblem problem(job);
   REQUIRE(problem.goals()[1].branches == 6);
   const VectorXd x = (VectorXd(7) << 0.55, 0.5, 0.8, 0.7, 0.3, 0.5, 0.4).finished();
   const DesignValues here = problem.evaluate(problem.variables(x), true);
@@ -371,4 +367,31 @@ TEST_CASE("places of large stress, material and end-effector have exact gradient
   }
   CHECK(here.gradient.col(4).head(3).norm() > 0);
   CHECK(here.gradient.col(4).tail(7).norm() == 0);
+}
+
+TEST_CASE("nothing said, the library differentiates the mechanics exactly", "[optim][gradients]") {
+  nlohmann::json document = stiff_guide();
+  set_algorithm(document, "LD_SLSQP");
+  const Job job = parse_job(document);
+  const DesignProblem plain(job), told(job, {evaluate_stroke, by_differences});
+  CHECK(plain.differentiable());
+  CHECK_FALSE(told.differentiable());
+  CHECK(OptimiseOptions{}.evaluators.gradients != nullptr);
+  CHECK(plain.request().values == PathValues::differentiable);
+  CHECK(told.request().values == PathValues::as_modelled);
+}
+
+TEST_CASE("a design asks for what its goals are made of and nothing else", "[optim][gradients]") {
+  Job job = parse_job(stiff_guide());
+  const auto outputs_of = [&](const std::string& quantity) {
+    job.optimise->objective.quantity = quantity;
+    job.optimise->constraints.clear();
+    return DesignProblem(job).request().outputs;
+  };
+  CHECK(outputs_of("drive_load") == Outputs{Output::equilibrium});
+  CHECK(outputs_of("principal_stiffness") == Outputs{Output::stiffness});
+  CHECK(outputs_of("max_stress") == Outputs{Output::stress});
+  CHECK(outputs_of("parasitic_frequency") == Outputs{Output::parasitic_frequency});
+  CHECK_FALSE(outputs_of("parasitic_frequency_screening").need_path());
+  CHECK_THROWS_AS(outputs_of("no_such_quantity"), std::invalid_argument);
 }

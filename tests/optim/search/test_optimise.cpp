@@ -12,7 +12,7 @@ namespace {
 
 Optimum run(const nlohmann::json& document, Calls& calls, OptimiseOptions options = {},
             double breaks_at = 1e99) {
-  options.evaluator = evaluator(calls, breaks_at);
+  options.evaluators = {evaluator(calls, breaks_at), by_differences};
   return optimise(parse_job(document), options);
 }
 
@@ -99,12 +99,12 @@ TEST_CASE("only what the goals need is asked of the mechanics", "[optim]") {
   StrokeRequest seen;
   OptimiseOptions options;
   const Job job = parse_job(document);
-  const DesignProblem problem(job, evaluator(calls));
+  const DesignProblem problem(job, {evaluator(calls), by_differences});
   const DesignValues v = problem.evaluate({0.1, 0.5e-3});
   REQUIRE(v.ok);
   CHECK_FALSE(calls.last_request.stress);
   CHECK(calls.last_request.frequencies == 0);
-  const DesignProblem crossing(parse_job(crossing_modes()), evaluator(calls));
+  const DesignProblem crossing(parse_job(crossing_modes()), {evaluator(calls), by_differences});
   REQUIRE(crossing.evaluate({0.03, 0.5e-3}).ok);
   CHECK(calls.last_request.frequencies == 3);
 }
@@ -150,7 +150,7 @@ TEST_CASE("geometry that contradicts itself is a failed evaluation", "[optim]") 
                          const StrokeRequest&) -> StrokeResponse {
     throw SpecError("/design/parameters/length", "0.1", "the leaves would meet");
   };
-  const DesignValues v = DesignProblem(job, broken).evaluate({0.1, 0.5e-3});
+  const DesignValues v = DesignProblem(job, {broken, by_differences}).evaluate({0.1, 0.5e-3});
   CHECK_FALSE(v.ok);
   CHECK_THAT(v.message, Contains("the leaves would meet"));
 }

@@ -21,8 +21,7 @@ Optimum run(const json& document, int threads = 1, bool exact = false) {
   Calls calls;
   OptimiseOptions options;
   options.threads = threads;
-  options.evaluator = evaluator(calls);
-  if (exact) options.gradients = gradient_evaluator(calls);
+  options.evaluators = {evaluator(calls), exact ? gradient_evaluator(calls) : by_differences};
   return run(document, options);
 }
 
@@ -235,14 +234,13 @@ TEST_CASE("the verification loop ends at the optimum of full accuracy", "[optim]
   json document = guide_with(name);
   OptimiseOptions options;
   Calls calls;
-  options.evaluator = two_models(calls, true);
+  options.evaluators = {two_models(calls, true), by_differences};
   const Optimum truth = run(document, options);  // optimised on full accuracy itself
   REQUIRE(truth.status == OptimumStatus::optimal);
 
   document["optimise"]["verify"] = {{"tolerance", 5e-4}};
   Calls mine;
-  options.evaluator = two_models(mine);
-  if (exact) options.gradients = two_gradients(mine);
+  options.evaluators = {two_models(mine), exact ? two_gradients(mine) : by_differences};
   const Optimum o = run(document, options);
   INFO(o.stop_reason);
   CHECK(o.status == OptimumStatus::optimal);
@@ -298,7 +296,7 @@ TEST_CASE("the budget of full evaluations is kept, and said", "[optim]") {
   document["optimise"]["verify"] = {{"tolerance", 1e-9}, {"max_full_evaluations", 2}};
   Calls calls;
   OptimiseOptions options;
-  options.evaluator = two_models(calls);
+  options.evaluators = {two_models(calls), by_differences};
   const Optimum o = run(document, options);
   REQUIRE(o.verified->loop);
   CHECK_FALSE(o.verified->loop->converged);
@@ -312,7 +310,8 @@ TEST_CASE("full accuracy without equilibrium at the optimum is said", "[optim]")
   document["optimise"]["verify"] = json::object();
   Calls calls;
   OptimiseOptions options;
-  options.evaluator = two_models(calls, false, 100e6);  // the optimum has 150 MPa
+  options.evaluators = {two_models(calls, false, 100e6),
+                        by_differences};  // the optimum has 150 MPa
   const Optimum o = run(document, options);
   CHECK(o.status == OptimumStatus::feasible);
   CHECK_FALSE(o.at_full_accuracy);
@@ -327,7 +326,7 @@ TEST_CASE("stock sizes stay while full accuracy is approached", "[optim]") {
   document["optimise"]["verify"] = json::object();
   Calls calls;
   OptimiseOptions options;
-  options.evaluator = two_models(calls);
+  options.evaluators = {two_models(calls), by_differences};
   const Optimum o = run(document, options);
   CHECK(o.status == OptimumStatus::optimal);
   CHECK(o.parameters.at("thickness") == 0.46e-3);

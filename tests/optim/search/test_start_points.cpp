@@ -9,7 +9,8 @@ using namespace flexopt;
 
 TEST_CASE("scaled variables come back to the same bits", "[optim]") {
   guide::Calls calls;
-  const DesignProblem problem(parse_job(guide::stiff_guide()), guide::evaluator(calls));
+  const DesignProblem problem(parse_job(guide::stiff_guide()),
+                              {guide::evaluator(calls), by_differences});
   for (const VectorXd& x : sobol_points(2, 500, 3)) {
     const Variables v = problem.variables(x);
     CHECK(problem.variables(problem.scaled(v)) == v);
@@ -22,7 +23,7 @@ TEST_CASE("the first start is the job's own design, moved into the box", "[optim
   guide::Calls calls;
   nlohmann::json document = guide::stiff_guide();
   document["optimise"]["starts"] = 3;
-  const DesignProblem problem(parse_job(document), guide::evaluator(calls));
+  const DesignProblem problem(parse_job(document), {guide::evaluator(calls), by_differences});
   const auto points = start_points(problem, problem.scales(nullptr));
   REQUIRE(points.size() == 3);
   CHECK(problem.variables(points[0])[0] == Approx(0.06));
@@ -38,7 +39,7 @@ TEST_CASE("the other starts are the points of the job's spread", "[optim]") {
   document["optimise"]["seed"] = 5;
   document["optimise"]["spread"] = spread;
   document["optimise"]["constraints"] = nlohmann::json::array();
-  const DesignProblem problem(parse_job(document), guide::evaluator(calls));
+  const DesignProblem problem(parse_job(document), {guide::evaluator(calls), by_differences});
   const auto points = start_points(problem, problem.scales(nullptr));
   const auto expected = spread == "sobol" ? sobol_points(2, 8, 5) : latin_hypercube_points(2, 8, 5);
   REQUIRE(points.size() == 9);

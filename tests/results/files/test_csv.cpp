@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 
+#include "core/response/quantities.hpp"
 #include "results/files/csv.hpp"
 #include "support/fixture.hpp"
 
@@ -60,6 +61,8 @@ TEST_CASE("path.csv has a row a stroke point and numbers that read back exactly"
     CHECK(columns.at("status")[i] == "converged");
     CHECK(number(columns.at("drive_load [N m]")[i]) == path[i].drive_load);
     CHECK(number(columns.at("support_stiffness.uz [N/m]")[i]) == *path[i].support_stiffness[2]);
+    CHECK(number(columns.at("principal_stiffness [N/m]")[i]) ==
+          value_of(path[i], "principal_stiffness"));
     CHECK(number(columns.at("displacement.x [m]")[i]) == path[i].displacement[0]);
     CHECK(number(columns.at("parasitic_frequency [Hz]")[i]) == *path[i].parasitic_frequency);
     CHECK(number(columns.at("max_stress [Pa]")[i]) == path[i].max_stress->value);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
 
@@ -41,6 +42,15 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
     CHECK(json["support_stiffness"].size() == 5);
     CHECK_FALSE(json["support_stiffness"].contains("rz"));
     CHECK(json["support_stiffness"]["uz"] == *point.support_stiffness[2]);
+    const OrderedJson& softest = json["principal_stiffness"];
+    CHECK(softest["value"].get<double>() ==
+          Approx(std::min({*point.support_stiffness[0], *point.support_stiffness[1],
+                           *point.support_stiffness[2]}))
+              .epsilon(1e-12));
+    REQUIRE(softest["direction"].size() == 3);
+    CHECK(softest["direction"][0].get<double>() + softest["direction"][1].get<double>() +
+              softest["direction"][2].get<double>() ==
+          Approx(1));
     CHECK(json["frequencies"]["drive_free"] == OrderedJson(point.frequencies_free));
     CHECK(json["frequencies"]["drive_locked"] == OrderedJson(point.frequencies_locked));
     CHECK(json["modes"][0]["frequency"] == *point.parasitic_frequency);
@@ -53,6 +63,15 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
   CHECK(result["units"]["drive_load"] == "N m");
   CHECK(result["units"]["support_stiffness"]["ux"] == "N/m");
   CHECK(result["units"]["parameters"]["half_angle"] == "rad");
+  CHECK(result["units"]["principal_stiffness"] == "N/m");
+  // where the report finds what its tables show
+  REQUIRE(result["quantities"].size() > 8);
+  for (const OrderedJson& q : result["quantities"]) {
+    INFO(q.dump());
+    const OrderedJson* value = &result["path"][0];
+    for (const OrderedJson& key : q["at"]) value = &value->at(key.get<std::string>());
+    CHECK(value->is_number());
+  }
 }
 
 TEST_CASE("Frequency derivatives are in the result, under the contract's names",
@@ -86,7 +105,7 @@ TEST_CASE("Frequency derivatives are in the result, under the contract's names",
   CHECK(json["valid_to"]["compliance"] == 0.21);
   CHECK_THAT(result["units"]["frequency_derivatives"].get<std::string>(),
              Catch::Contains("per stroke in rad"));
-  record.job.request.load_path = Vector6d::Zero();  // nothing is driven
+  record.job.request.loads.growing = {load_at_O(Vector6d::Zero())};  // nothing is driven
   CHECK_FALSE(make_result(record).contains("frequency_derivatives"));
 }
 

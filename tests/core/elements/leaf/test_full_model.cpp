@@ -106,10 +106,10 @@ TEST_CASE("the full model of a reduced leaf is the equilibrium of the full leaf 
     INFO(c.name);
     ModelOptions at_full = c.model;
     at_full.accuracy = Accuracy::full;
-    System system(m, make_reduced_leaves(m, c.model, 0.02, Vector6d::Zero()));
+    System system(m, make_reduced_leaves(m, c.model, 0.02));
     System reference(m, make_full_leaves(m, at_full));
-    REQUIRE(step_to(system, 0.02, Vector6d::Zero(), {}).converged);
-    REQUIRE(step_to(reference, 0.02, Vector6d::Zero(), {}).converged);
+    REQUIRE(step_to(system, 0.02, {}).converged);
+    REQUIRE(step_to(reference, 0.02, {}).converged);
     LeafElement& leaf = system.leaf(0);
     REQUIRE(!leaf.is_full());
 
@@ -160,11 +160,11 @@ TEST_CASE(
     const ModelOptions model = reduced(Reduction::linear_craig_bampton, Flexure::plate, {4, 2});
     ModelOptions at_full = model;
     at_full.accuracy = Accuracy::full;
-    System system(m, make_reduced_leaves(m, model, 2e-3, Vector6d::Zero()));
+    System system(m, make_reduced_leaves(m, model, 2e-3));
     System reference(m, make_full_leaves(m, at_full));
     const double stroke = free_tip ? 0.02 : 1e-3;
-    REQUIRE(step_to(system, stroke, Vector6d::Zero(), {}).converged);
-    const Equilibrium expected = step_to(reference, stroke, Vector6d::Zero(), {});
+    REQUIRE(step_to(system, stroke, {}).converged);
+    const Equilibrium expected = step_to(reference, stroke, {});
     REQUIRE(expected.converged);
 
     auto full = system.leaf(0).full_model("asked for");
@@ -177,7 +177,7 @@ TEST_CASE(
                full->material_point(point.along, free_tip ? k / double(n) : point.across);
     CHECK((place - system.pose(0).position).norm() < 1e-9);
     system.replace_leaf(0, std::move(full));
-    const Equilibrium found = solve_equilibrium(system, stroke, Vector6d::Zero(), {});
+    const Equilibrium found = solve_equilibrium(system, stroke, {});
     REQUIRE(found.converged);
     CHECK(found.drive_load == Approx(expected.drive_load).epsilon(1e-7));
   }
@@ -243,7 +243,7 @@ TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say
     INFO(c.name);
     StrokeRequest request;
     request.points = {c.stroke};
-    request.stress = false;
+    request.outputs.remove(Output::stress);
     ModelOptions at_full = c.model;
     at_full.accuracy = Accuracy::full;
     const StrokeResponse found = evaluate_stroke(c.mechanism, c.model, request),
@@ -272,7 +272,7 @@ TEST_CASE("a leaf without a linearised interior says so by its model's name",
   CHECK(!none.value);
   CHECK(none.reason == "leaf 0: the model \"bare\" has no linearised interior");
 
-  System tube(m, make_reduced_leaves(m, {}, 0.01, Vector6d::Zero()));
+  System tube(m, make_reduced_leaves(m, {}, 0.01));
   tube.assemble();
   CHECK(MechanismFactor::of(tube).reason ==
         "leaf 0: the model \"tube\" has no linearised interior");
@@ -284,7 +284,7 @@ TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
   for (const Case& c : cases()) {
     if (c.model.method == Reduction::mixed_potential) continue;
     INFO(c.name);
-    System system(m, make_reduced_leaves(m, c.model, 0.01, Vector6d::Zero()));
+    System system(m, make_reduced_leaves(m, c.model, 0.01));
     system.assemble();
     const Answer<MechanismFactor> factor = MechanismFactor::of(system);
     REQUIRE(factor.value);

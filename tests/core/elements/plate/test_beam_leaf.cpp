@@ -46,8 +46,10 @@ ModelOptions beam_model(Accuracy accuracy = Accuracy::full, int along = 10,
   return model;
 }
 
-System beam_system(const Mechanism& m, int along = 10, Warping warping = Warping::clamped) {
-  return System(m, make_full_leaves(m, beam_model(Accuracy::full, along, warping)));
+System beam_system(const Mechanism& m, int along = 10, Warping warping = Warping::clamped,
+                   LoadCase loads = {}) {
+  return System(m, make_full_leaves(m, beam_model(Accuracy::full, along, warping)),
+                std::move(loads));
 }
 
 // 6×6 compliance of the tip of one undeflected beam along x.
@@ -170,7 +172,7 @@ TEST_CASE("a wire is as stiff in y as in z, and has its closed forms") {
   // bent far to either side, support stiffness across included
   StrokeRequest request;
   request.points = {0.2 * L};
-  request.stress = true;
+  request.outputs.add(Output::stress);
   const StrokeResponse y = evaluate_stroke(wire(L, d, Direction::uy), beam_model(), request),
                        z = evaluate_stroke(wire(L, d, Direction::uz), beam_model(), request);
   REQUIRE(y.status == Status::ok);
@@ -213,12 +215,11 @@ TEST_CASE("a beam follows the elastica to PL²/EI = 10") {
   // thin enough for an axial strain (t/L)² P L²/12 EI of 8e-6
   const double L = 0.1, w = 1e-3, t = 3e-4;
   const Mechanism mechanism = models::single_leaf(L, w, t, Direction::rx);
-  System system = beam_system(mechanism, 32);
   const double EI = mechanism.leaves[0].material.youngs_modulus * w * t * t * t / 12;
+  System system =
+      beam_system(mechanism, 32, Warping::clamped, {.constant = {{.force = {0, EI / (L * L), 0}}}});
   for (const Row& row : rows) {
-    Vector6d load = Vector6d::Zero();
-    load[1] = row.load * EI / (L * L);
-    const Equilibrium e = step_load(system, load, {});
+    const Equilibrium e = step_load(system, {.constant = row.load}, {});
     REQUIRE(e.converged);
     const Vector3d d = system.pose(0).position - Vector3d(L, 0, 0);
     CAPTURE(row.load, d[1] / L - row.w, -d[0] / L - row.u);
@@ -393,7 +394,7 @@ TEST_CASE("ten elements along are as good as forty: guided to 0.3 L, turned to 4
           guided ? models::guide(0.1, w, 5e-4) : models::single_leaf(0.1, w, 5e-4, Direction::rz);
       StrokeRequest request;
       request.points = {guided ? 0.015 : pi / 8, guided ? 0.03 : pi / 4};
-      request.stress = false;
+      request.outputs.remove(Output::stress);
       const StrokeResponse ten = evaluate_stroke(m, beam_model(), request),
                            forty = evaluate_stroke(m, beam_model(Accuracy::full, 40), request);
       REQUIRE(ten.status == Status::ok);

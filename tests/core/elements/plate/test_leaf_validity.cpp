@@ -28,7 +28,7 @@ TEST_CASE(
     const Mechanism m = models::guide(0.1, width, 5e-4);
     StrokeRequest request;
     request.points = {0, 0.0075, 0.015};
-    request.stress = false;
+    request.outputs.remove(Output::stress);
     ModelOptions model;
     model.accuracy = Accuracy::full;
     const StrokeResponse plate = evaluate_stroke(m, model, request);

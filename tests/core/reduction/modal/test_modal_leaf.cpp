@@ -34,7 +34,7 @@ Mechanism single(double width = 0.02) {
 }
 
 std::unique_ptr<LeafElement> element(const Mechanism& m, const ModelOptions& model) {
-  return std::move(make_reduced_leaves(m, model, 0, Vector6d::Zero())[0]);
+  return std::move(make_reduced_leaves(m, model, 0)[0]);
 }
 
 EdgePoses at_rest(const LeafSpring& leaf) {
@@ -216,8 +216,8 @@ TEST_CASE("a chain of full leaves is the full leaf of a beam cut there",
   StrokeRequest request;
   request.points = {0, 0.02};
   request.frequencies = 4;
-  request.frequency_derivatives = false;
-  request.shapes = true;
+  request.outputs.remove(Output::frequency_derivatives);
+  request.outputs.add(Output::shapes);
   const StrokeResponse cut = evaluate_stroke(m, model, request);
   model.accuracy = Accuracy::full;
   model.warping = Warping::free;  // as at the cuts
@@ -247,7 +247,7 @@ TEST_CASE(
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   StrokeRequest request;
   request.points = {0.01, 0.02, 0.03};
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   request.frequencies = 0;
   ModelOptions model = modal(Flexure::beam, 1);
   model.mesh = {10, 1};

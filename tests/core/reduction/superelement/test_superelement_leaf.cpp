@@ -23,7 +23,7 @@ ModelOptions linear(int along, int across) {
 }
 
 System system_of(const Mechanism& m, const ModelOptions& model) {
-  return System(m, make_reduced_leaves(m, model, 0, Vector6d::Zero()));
+  return System(m, make_reduced_leaves(m, model, 0));
 }
 
 /// Compliance of a single leaf's tip at rest, forces and moments in one unit.
@@ -189,7 +189,7 @@ TEST_CASE("a loaded and unloaded chain of superelements is back where it began",
   const NewtonOptions newton;
   for (int k = 1; k <= 100; ++k) {
     const double angle = 0.5 * (k <= 50 ? k : 100 - k) / 50;
-    const Equilibrium e = step_to(system, angle, Vector6d::Zero(), newton);
+    const Equilibrium e = step_to(system, angle, newton);
     INFO("step " << k << ": " << e.message);
     REQUIRE(e.converged);
     if (k == 50) CHECK(std::abs(e.drive_load) > 1e-3);
@@ -205,8 +205,8 @@ TEST_CASE("stress and shape of a superelement leaf are those of the full leaf", 
   StrokeRequest request;
   request.points = {0, 5e-4};
   request.frequencies = 4;
-  request.stress = true;
-  request.shapes = true;
+  request.outputs.add(Output::stress);
+  request.outputs.add(Output::shapes);
   ModelOptions full;
   full.accuracy = Accuracy::full;
   const PathPoint exact = evaluate_stroke(m, full, request).path[1];

@@ -55,8 +55,8 @@ Vector6d force_y(double F) {
 StrokeRequest load_path(double F, std::vector<double> points) {
   StrokeRequest request;
   request.points = std::move(points);
-  request.load_path = force_y(F);
-  request.stress = false;
+  request.loads.growing = {load_at_O(force_y(F))};
+  request.outputs.remove(Output::stress);
   return request;
 }
 
@@ -120,16 +120,14 @@ TEST_CASE("superelements loaded forth and back are where they began", "[reductio
   for (const bool plate : {true, false}) {
     const Mechanism m = plate ? seed_plate() : seed_cantilever();
     const ModelOptions model = plate ? linear(10, 10) : linear(10, 1);
-    System system(m, make_reduced_leaves(m, model, std::nullopt, Vector6d::Zero()));
     const double most = plate ? 250 : 1e5;
-    Vector6d present = Vector6d::Zero();
+    const LoadCase loads{.growing = {load_at_O(force_y(most))}};
+    System system(m, make_reduced_leaves(m, model, 1, loads), loads);
     double farthest = 0;
     for (int k = 1; k <= 50; ++k) {
-      const Vector6d load = force_y(most * (k <= 25 ? k : 50 - k) / 25);
-      const Equilibrium e = step_free_load(system, present, load, newton);
+      const Equilibrium e = step_load(system, {.growing = (k <= 25 ? k : 50 - k) / 25.0}, newton);
       INFO((plate ? "plate, step " : "cantilever, step ") << k << " " << e.message);
       REQUIRE(e.converged);
-      present = load;
       farthest = std::max(farthest, (system.pose(0).position - m.bodies[0].reference).norm());
     }
     const double size = m.leaves[0].length;

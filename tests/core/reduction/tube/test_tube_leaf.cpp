@@ -148,15 +148,14 @@ TEST_CASE("a leaf that leaves the box is replaced, and the result says so") {
   StrokeRequest request = to(30 * pi / 180, 4, 4);
   // half of the load at which a pinned pair of leaves would buckle, against the leaves
   const double EI = 200e9 * 0.04 * std::pow(4e-4, 3) / 12 / 0.91;
-  request.load[1] = 0.5 * 4 * pi * pi * EI / (0.06 * 0.06);
+  request.loads.constant = {{.force = {0, 0.5 * 4 * pi * pi * EI / (0.06 * 0.06), 0}}};
   const Errors e = compare(m, request);
   CHECK(e.drive < 1e-2);
   CHECK(e.support < 1e-2);
   CHECK(e.frequency < 1e-2);
 
   StrokeRequest sideways = to(0.005, 2, 0);
-  sideways.load[5] = 1;
-  sideways.load[3] = 2;
+  sideways.loads.constant = {{.moment = {2, 0, 1}}};
   const StrokeResponse r =
       evaluate_stroke(models::single_leaf(0.1, 0.03, 5e-4), ModelOptions{}, sideways);
   REQUIRE(r.status == Status::ok);

@@ -77,8 +77,10 @@ StrokeRequest loaded(double stroke, bool turning) {
   StrokeRequest request;
   request.points = {0, stroke};
   request.frequencies = 4;
-  request.load << 1, 0.5, -2, 0.01, 0.02, -0.01;
-  request.load[turning ? 5 : 1] = 0;
+  Vector6d load;
+  load << 1, 0.5, -2, 0.01, 0.02, -0.01;
+  load[turning ? 5 : 1] = 0;
+  request.loads.constant = {load_at_O(load)};
   return request;
 }
 
@@ -142,7 +144,7 @@ TEST_CASE("a double frequency of leaves on joints has the derivatives of its clu
   StrokeRequest request;
   request.points = {0.01};
   request.frequencies = 3;
-  request.frequency_derivatives = false;
+  request.outputs.remove(Output::frequency_derivatives);
   const auto thicker = [&](const std::vector<std::size_t>& leaves) {
     MechanismDirection d{"thickness", m};
     for (double* x : places(d.rate)) *x = 0;

@@ -82,13 +82,12 @@ TEST_CASE("derivatives of a clamped plate and the place of its load", "[gradient
   request.frequencies = 3;
   SECTION("driven") {
     request.points = {0, 6e-4};
-    request.load << 30, 0, -20, 0, 0, 0;
+    request.loads.constant = {load_at_O((Vector6d() << 30, 0, -20, 0, 0, 0).finished())};
   }
   SECTION("loaded") {
     request.points = {0.3, 0.5, -1};
-    request.load << 5, 0, 3, 0, 0, 0;
-    request.load_path = Vector6d::Zero();
-    *request.load_path << 10, 60, -8, 0, 0, 0;
+    request.loads.constant = {load_at_O((Vector6d() << 5, 0, 3, 0, 0, 0).finished())};
+    request.loads.growing = {load_at_O((Vector6d() << 10, 60, -8, 0, 0, 0).finished())};
   }
   const int compared = check_gradients({clamped_plate, numbers, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 10.0},
                                        model_of(Flexure::plate, {6, 4}), request);
@@ -101,12 +100,11 @@ TEST_CASE("derivatives of a cantilever with a free tip", "[gradients][points]") 
   request.frequencies = 3;
   SECTION("driven") {
     request.points = {0, 0.03};
-    request.load << 0.5, 0, -1, 0, 0, 0;
+    request.loads.constant = {load_at_O((Vector6d() << 0.5, 0, -1, 0, 0, 0).finished())};
   }
   SECTION("loaded") {
     request.points = {0.2, 1};
-    request.load_path = Vector6d::Zero();
-    *request.load_path << -1, 8, 0.5, 0, 0, 0;
+    request.loads.growing = {load_at_O((Vector6d() << -1, 8, 0.5, 0, 0, 0).finished())};
   }
   const int compared =
       check_gradients({free_tip, numbers, {0, 1, 2, 4, 6}, 10.0},
@@ -123,8 +121,7 @@ TEST_CASE("derivatives where a body follows a node of superelements", "[gradient
   SECTION("of a clamped plate") {
     model.superelements = {2, 2};
     request.points = {0.5, -1};
-    request.load_path = Vector6d::Zero();
-    *request.load_path << 10, 60, -8, 0, 0, 0;
+    request.loads.growing = {load_at_O((Vector6d() << 10, 60, -8, 0, 0, 0).finished())};
     const int compared = check_gradients(
         {clamped_in_the_middle, numbers, {0, 1, 2, 3, 4, 5, 6}, 10.0}, model, request);
     CHECK(compared >= 2 * 15 * 7);
@@ -132,7 +129,7 @@ TEST_CASE("derivatives where a body follows a node of superelements", "[gradient
   SECTION("of free tips") {
     model.superelements = GENERATE(std::array{3, 0}, std::array{3, 2}, std::array{2, 3});
     request.points = {0, 0.02};
-    request.load << 0.5, 0, -1, 0, 0, 0;
+    request.loads.constant = {load_at_O((Vector6d() << 0.5, 0, -1, 0, 0, 0).finished())};
     const int compared =
         check_gradients({free_tip, numbers, {0, 1, 2, 4, 6}, 10.0}, model, request);
     CHECK(compared >= 2 * 15 * 5);
@@ -141,7 +138,7 @@ TEST_CASE("derivatives where a body follows a node of superelements", "[gradient
     model.flexure = Flexure::beam;
     model.superelements = {4, 0};
     request.points = {0, 0.02};
-    request.load << 0.5, 0, -1, 0, 0, 0;
+    request.loads.constant = {load_at_O((Vector6d() << 0.5, 0, -1, 0, 0, 0).finished())};
     const int compared =
         check_gradients({free_tip, numbers, {0, 1, 2, 4, 6}, 10.0}, model, request);
     CHECK(compared >= 2 * 15 * 5);
@@ -165,7 +162,7 @@ TEST_CASE("derivatives of a guide with a mass on a leaf", "[gradients][points]")
   StrokeRequest request;
   request.frequencies = 3;
   request.points = {0, 0.02};
-  request.load << 1, 0, -2, 0.01, 0.02, -0.01;
+  request.loads.constant = {load_at_O((Vector6d() << 1, 0, -2, 0.01, 0.02, -0.01).finished())};
   const double along = GENERATE(0.15, 1.0, 2.2);  // beside the base edge, between, beside the tip
   const auto make = [along](const Values& p) { return mass_on_leaf(p, along); };
   SECTION("plate") {

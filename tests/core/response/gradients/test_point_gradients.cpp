@@ -69,8 +69,10 @@ void check(const Case& c) {
   StrokeRequest request;
   request.points = {0, c.stroke};
   request.frequencies = 4;
-  request.load << 1, 0.5, -2, 0.01, 0.02, -0.01;
-  request.load[c.hinge ? 5 : 1] = 0;
+  Vector6d load;
+  load << 1, 0.5, -2, 0.01, 0.02, -0.01;
+  load[c.hinge ? 5 : 1] = 0;
+  request.loads.constant = {load_at_O(load)};
   const int compared = check_gradients({[&](const Values& p) { return skew(c.hinge, p); },
                                         parameters, c.along, c.hinge ? 0.1 : 10.0},
                                        model, request);
@@ -172,7 +174,7 @@ TEST_CASE("a constant mass leaves the derivatives of all but the frequencies") {
   StrokeRequest request;
   request.points = {0, 0.01};
   request.frequencies = 4;
-  request.frequency_derivatives = false;
+  request.outputs.remove(Output::frequency_derivatives);
   const std::vector<MechanismDirection> along{direction(guide, 0), direction(guide, 2)};
   const Mechanism m = guide.make(values_of(parameters));
   const StrokeSensitivity consistent = evaluate_stroke_gradients(m, along, model, request);
@@ -189,7 +191,7 @@ TEST_CASE("a constant mass leaves the derivatives of all but the frequencies") {
   const PathPoint& point = constant.response.path[1];
   REQUIRE(point.frequencies_locked.size() == 4);
   CHECK(point.frequencies_locked[3] != consistent.response.path[1].frequencies_locked[3]);
-  request.exact = false;
+  request.values = PathValues::as_modelled;
   CHECK(point.frequencies_locked[3] ==
         Approx(evaluate_stroke(m, model, request).path[1].frequencies_locked[3]).epsilon(1e-4));
 }
@@ -214,7 +216,7 @@ TEST_CASE("every place of large stress has its derivative, whichever model the l
     request.points = {0.015};
     request.frequencies = 0;
     request.stress_peaks = 5;
-    request.exact = true;
+    request.values = PathValues::differentiable;
     request.newton.tolerance = 1e-11;
     const test::Family guide{[](const Values& p) { return skew(false, p); }, parameters, {2}, 0};
     const Values p = values_of(parameters);
@@ -261,8 +263,8 @@ TEST_CASE("equal leaves: derivatives of double frequencies are those of their cl
   model.mesh = {6, 2};
   StrokeRequest request;
   request.frequencies = 10;
-  request.frequency_derivatives = false;
-  request.stress = false;
+  request.outputs.remove(Output::frequency_derivatives);
+  request.outputs.remove(Output::stress);
   MechanismDirection thicker{"thickness", m};
   for (RigidBody& b : thicker.rate.bodies) {
     b.reference = b.center_of_mass = Vector3d::Zero();
@@ -286,7 +288,7 @@ TEST_CASE("equal leaves: derivatives of double frequencies are those of their cl
         Mechanism moved = m;
         for (LeafSpring& l : moved.leaves) l.thickness = t;
         StrokeRequest exact = request;
-        exact.exact = true;
+        exact.values = PathValues::differentiable;
         return evaluate_stroke(moved, model, exact).path[0].frequencies_locked;
       },
       0.5e-3, 1e-5, 4);

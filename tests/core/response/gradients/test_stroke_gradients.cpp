@@ -1,7 +1,7 @@
 // Every quantity has its place among the derivatives, and no two have the same.
 #include <catch2/catch.hpp>
 
-#include "core/response/stroke_gradients.hpp"
+#include "core/response/quantities.hpp"
 
 using namespace flexopt;
 
@@ -27,21 +27,49 @@ TEST_CASE("every quantity has a derivative of its own", "[response][gradients]")
   point.parasitic_frequency_screening = vector();
   point.max_stress = vector();
 
+  PathPoint at;  // with a derivative of its own behind every number that is made of others
+  at.compliance_locked = (Vector6d() << 2, 3, 4, 5, 6, 7).finished().asDiagonal();
+  at.support_stiffness.fill(1.0);
+  point.translation_compliance.assign(n, next * Matrix3d::Identity());
+
   std::vector<double> seen;
   for (const Quantity& q : quantities(Direction::rz)) {
     INFO(q.name);
-    const std::optional<VectorXd> gradient = gradient_of(point, q.name);
+    const std::optional<VectorXd> gradient = q.gradient(at, point);
     REQUIRE(gradient);
     REQUIRE(gradient->size() == n);
     for (const double first : seen) CHECK(first != (*gradient)[0]);
     seen.push_back((*gradient)[0]);
-    CHECK_FALSE(gradient_of(PointGradients{}, q.name));
+    CHECK_FALSE(q.gradient(at, PointGradients{}));
   }
   CHECK(seen.size() == quantities(Direction::rz).size());
-  CHECK(*gradient_of(point, "rotation.z") == VectorXd(point.rotation.row(2)));
-  CHECK(*gradient_of(point, "frequencies.drive_locked.11") ==
+  CHECK(*gradient_of(at, point, "rotation.z") == VectorXd(point.rotation.row(2)));
+  CHECK(*gradient_of(at, point, "frequencies.drive_locked.11") ==
         VectorXd(point.frequencies_locked.row(11)));
-  CHECK(*gradient_of(point, "support_stiffness.ry") == *point.support_stiffness[4]);
+  CHECK(*gradient_of(at, point, "support_stiffness.ry") == *point.support_stiffness[4]);
   point.frequencies_free = numbered(2);
-  CHECK_FALSE(gradient_of(point, "frequencies.drive_free.2"));
+  CHECK_FALSE(gradient_of(at, point, "frequencies.drive_free.2"));
+}
+
+TEST_CASE("a name that no quantity has is refused, in release builds too", "[response]") {
+  for (const char* name : {"drive_laod", "", "support_stiffness", "displacement.w",
+                           "frequencies.drive_free.99", "rotation."}) {
+    CAPTURE(name);
+    CHECK_THROWS_WITH(value_of(PathPoint{}, name), Catch::Contains("'" + std::string(name) + "'"));
+    CHECK_THROWS_AS(gradient_of(PathPoint{}, PointGradients{}, name), std::invalid_argument);
+    CHECK_THROWS_AS(needs_of(name), std::invalid_argument);
+  }
+}
+
+TEST_CASE("every row of the table of quantities is whole", "[response]") {
+  for (const QuantityRow& row : quantity_rows()) {
+    INFO(row.name);
+    CHECK_FALSE(row.label.empty());
+    CHECK_FALSE(row.needs.empty());
+    REQUIRE(row.unit);
+    REQUIRE(row.value);
+    REQUIRE(row.gradient);
+    CHECK((row.layout == Layout::number) == row.components.empty());
+    if (row.in_summary == SummaryLine::weakest) CHECK(row.components.size() == 6);
+  }
 }

@@ -52,8 +52,8 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
   const double L = 10, w = 0.5, t = 0.05, EI = m.youngs_modulus * w * t * t * t / 12;
   StrokeRequest request;
   request.points = {0, 0.1, 0.25, 0.4, 0.7, 1};
-  request.load_path = force_y(10 * EI / (L * L));
-  request.stress = false;
+  request.loads.growing = {load_at_O(force_y(10 * EI / (L * L)))};
+  request.outputs.remove(Output::stress);
   const StrokeResponse r =
       evaluate_stroke(free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {24, 2}}, request);
   REQUIRE(r.status == Status::ok);
@@ -71,12 +71,12 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
 
 TEST_CASE("the cantilever and the clamped plate of the plate superelement paper", "[literature]") {
   StrokeRequest request;
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {20, 6}};
   SECTION("cantilever 10 x 1 x 0.1 m") {  // thin-shell spline, converged to 5e-6
     const Material m{"m", 12e9, 0.3, 1000, {}};
     request.points = {0, 0.1, 0.2, 0.5, 1};
-    request.load_path = force_y(1e5);
+    request.loads.growing = {load_at_O(force_y(1e5))};
     model.free_edge_torsion = false;
     const StrokeResponse r = evaluate_stroke(free_tip(10, 1, 0.1, m), model, request);
     REQUIRE(r.status == Status::ok);
@@ -93,7 +93,7 @@ TEST_CASE("the cantilever and the clamped plate of the plate superelement paper"
     const Mechanism plate =
         clamped_plate(400 * mm, 400 * mm, 1.98 * mm, 200 * mm, 80 * mm, plastic);
     request.points = {0, 0.1, 0.5, 1};
-    request.load_path = force_y(250);
+    request.loads.growing = {load_at_O(force_y(250))};
     for (const double z : {0.0, 200.0, 320.0})
       request.probes.push_back(
           *probe_at(plate, std::to_string(z), Vector3d(200 * mm, 0, (z - 200) * mm)));
@@ -205,7 +205,7 @@ TEST_CASE("a load path and the stroke it leads to are one equilibrium", "[respon
     REQUIRE(a.status == Status::ok);
     StrokeRequest loaded;
     loaded.points = {0, 0.5, 1};
-    loaded.load_path = force_y(a.path[0].drive_load);
+    loaded.loads.growing = {load_at_O(force_y(a.path[0].drive_load))};
     const StrokeResponse b = evaluate_stroke(leaf, {.accuracy = accuracy}, loaded);
     REQUIRE(b.status == Status::ok);
     CHECK((b.path[2].displacement - a.path[0].displacement).norm() < 1e-7);

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/response/response.hpp"
+#include "core/response/quantities.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
@@ -83,8 +83,8 @@ TEST_CASE("a guide pushed beyond its buckling load is unstable, one that is pull
   const double sway = 2 * std::numbers::pi * std::numbers::pi * E * w * t * t * t / 12 / (L * L);
   auto at_load = [&](double factor) {
     StrokeRequest request;
-    request.load[0] = factor * sway;
-    request.stress = false;
+    request.loads.constant = {{.force = {factor * sway, 0, 0}}};
+    request.outputs.remove(Output::stress);
     ModelOptions model;
     const StrokeResponse r = evaluate_stroke(models::guide(L, w, t), model, request);
     REQUIRE(r.status == Status::ok);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/response/response.hpp"
+#include "core/response/quantities.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
@@ -100,7 +100,7 @@ TEST_CASE("frequency derivatives agree with differences of the path") {
       StrokeRequest request;
       request.points = {-2 * h, -h, 0, h, 2 * h};
       request.frequencies = 5;
-      request.stress = false;
+      request.outputs.remove(Output::stress);
       request.newton.tolerance = 1e-11;
       return evaluate_stroke(c.mechanism, model, request);
     };
@@ -192,7 +192,7 @@ TEST_CASE("the parabola of the compliance outlives that of the squared frequency
     request.points.clear();
     for (int k = 0; k <= 20; ++k) request.points.push_back(largest * k / 20);
     request.frequencies = 6;
-    request.stress = false;
+    request.outputs.remove(Output::stress);
     const StrokeResponse r = evaluate_stroke(m, ModelOptions{}, request);
     REQUIRE(r.status == Status::ok);
     // a supporting motion: its law is 1/ω² = c0 + c2 s²
@@ -257,7 +257,7 @@ TEST_CASE("the table of parasitic frequencies and of what foretells them") {
     request.points = {0.0};
     for (const double s : t.strokes) request.points.push_back(s * t.unit);
     request.frequencies = 3;
-    request.stress = false;
+    request.outputs.remove(Output::stress);
     const StrokeResponse heavy = evaluate_stroke(t.make(7800), model, request);
     const StrokeResponse light = evaluate_stroke(t.make(1), model, request);
     REQUIRE(heavy.status == Status::ok);
@@ -284,7 +284,7 @@ TEST_CASE("screening alone solves no equilibrium") {
   request.frequencies = 4;
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const StrokeResponse all = evaluate_stroke(m, ModelOptions{}, request);
-  request.path = false;
+  request.outputs = {Output::frequency_derivatives};
   const StrokeResponse r = evaluate_stroke(m, ModelOptions{}, request);
   CHECK(r.status == Status::ok);
   for (int k = 0; k < 3; ++k) {
@@ -301,8 +301,8 @@ TEST_CASE("a dead load moves the state that frequencies are derived about") {
   const double h = 3e-4;
   request.points = {-h, 0, h, -2 * h, 2 * h};
   request.frequencies = 2;
-  request.stress = false;
-  request.load << 40, 0, -3, 0.02, 0.1, 0;
+  request.outputs.remove(Output::stress);
+  request.loads.constant = {load_at_O((Vector6d() << 40, 0, -3, 0.02, 0.1, 0).finished())};
   request.newton.tolerance = 1e-11;
   const StrokeResponse r = evaluate_stroke(m, {.accuracy = Accuracy::full}, request);
   REQUIRE(r.status == Status::ok);
@@ -330,8 +330,8 @@ TEST_CASE("a path with a point at rest foretells as one without") {
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
     StrokeRequest request;
     request.frequencies = 4;
-    request.frequencies_free = 2;  // fewer than are foretold
-    request.load << 4, 0, -3, 0.02, 0.1, 0;
+    request.outputs.remove(Output::frequencies_free);  // foretold all the same
+    request.loads.constant = {load_at_O((Vector6d() << 4, 0, -3, 0.02, 0.1, 0).finished())};
     request.newton.tolerance = 1e-11;
     const auto over = [&](std::vector<double> points) {
       request.points = std::move(points);

@@ -1,0 +1,36 @@
+#include "core/equilibrium/dead_loads.hpp"
+
+namespace flexopt {
+
+std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
+                                   const Mechanism& mechanism) {
+  std::vector<BodyLoad> acting;
+  const auto add = [&](const std::vector<DeadLoad>& list, double factor) {
+    if (factor == 0) return;
+    for (const DeadLoad& load : list)
+      acting.push_back({load.body.value_or(mechanism.end_effector), factor * load.force,
+                        factor * load.moment, load.arm});
+  };
+  add(loads.constant, factors.constant);
+  add(loads.growing, factors.growing);
+  return acting;
+}
+
+VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<BodyPose>& poses) {
+  VectorXd forces = VectorXd::Zero(6 * static_cast<Eigen::Index>(poses.size()));
+  for (const BodyLoad& load : loads) {
+    const Vector3d arm = poses[static_cast<std::size_t>(load.body)].rotation * load.arm;
+    forces.segment<3>(6 * load.body) += load.force;
+    forces.segment<3>(6 * load.body + 3) += load.moment + arm.cross(load.force);
+  }
+  return forces;
+}
+
+VectorXd forces_at_rest(const LoadCase& loads, LoadFactors factors, const Mechanism& mechanism) {
+  std::vector<BodyPose> poses;
+  for (const RigidBody& body : mechanism.bodies)
+    poses.push_back({body.reference, Matrix3d::Identity()});
+  return forces_of(acting_loads(loads, factors, mechanism), poses);
+}
+
+}  // namespace flexopt

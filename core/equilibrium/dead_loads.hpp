@@ -1,0 +1,36 @@
+#pragma once
+// Dead loads on the bodies of a mechanism: README.md (9a).
+#include <vector>
+
+#include "core/equilibrium/body_pose.hpp"
+#include "core/mechanism/load_case.hpp"
+
+namespace flexopt {
+
+/// A load with its present size, on its body.
+struct BodyLoad {
+  int body = 0;
+  Vector3d force, moment;
+  Vector3d arm;  ///< undeflected
+};
+
+/// All loads of a case that act, at these factors.
+std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
+                                   const Mechanism& mechanism);
+
+/// Force and moment about the moved reference point of every body.
+VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<BodyPose>& poses);
+
+/// The same in the undeflected state, with so much of the loads.
+VectorXd forces_at_rest(const LoadCase& loads, LoadFactors factors, const Mechanism& mechanism);
+
+/// Second derivative of −f·(exp(hat δ) o) by δ at zero: what a dead force f with the present arm o
+/// adds to the tangent of its body's rotations.
+template <class Arm>
+auto arm_stiffness(const Vector3d& f, const Arm& o) {
+  using S = typename Arm::Scalar;
+  const Matrix3<S> dyad = f * o.transpose();
+  return Matrix3<S>(f.dot(o) * Matrix3<S>::Identity() - 0.5 * (dyad + dyad.transpose()));
+}
+
+}  // namespace flexopt

@@ -1,0 +1,25 @@
+#include "core/math/eigenvalue_branches.hpp"
+
+#include "core/math/decompositions.hpp"
+
+namespace flexopt {
+
+MatrixXd branch_rates(const std::vector<MatrixXd>& blocks) {
+  const Eigen::Index size = blocks.front().rows();
+  MatrixXd rates(size, static_cast<Eigen::Index>(blocks.size()));
+  if (size == 1) {
+    for (std::size_t p = 0; p < blocks.size(); ++p)
+      rates(0, static_cast<Eigen::Index>(p)) = blocks[p](0, 0);
+    return rates;
+  }
+  MatrixXd mixed = MatrixXd::Zero(size, size);  // a common basis is its own, if there is one
+  for (std::size_t p = 0; p < blocks.size(); ++p)
+    if (const double norm = blocks[p].norm(); norm > 0)
+      mixed += (1 + 0.37 * static_cast<double>(p)) / norm * blocks[p];
+  const MatrixXd U = SymmetricEigen(mixed).eigenvectors();
+  for (std::size_t p = 0; p < blocks.size(); ++p)
+    rates.col(static_cast<Eigen::Index>(p)) = (U.transpose() * blocks[p] * U).diagonal();
+  return rates;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,117 @@
+#include "core/response/path/branch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/path/full_finish.hpp"
+
+namespace flexopt {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism,
+                                                      const ModelOptions& model,
+                                                      const StrokeRequest& request) {
+  if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
+  double largest = 0;
+  for (const double s : request.points) largest = std::max(largest, std::abs(s));
+  return make_reduced_leaves(mechanism, model, largest, request.loads);
+}
+
+using Solve = std::function<Equilibrium()>;
+
+// Where no equilibrium is found with reduced leaves, full ones take over.
+Equilibrium solve_again_on_full_leaves(System& system, const Solve& solve,
+                                       Equilibrium equilibrium) {
+  bool replaced = false;
+  for (int i = 0; i < system.leaves(); ++i)
+    if (!system.leaf(i).is_full()) {
+      system.replace_leaf(i, system.leaf(i).full_model("no equilibrium with reduced leaves"));
+      replaced = true;
+    }
+  return replaced ? solve() : equilibrium;
+}
+
+// Solves, then again as long as a leaf of limited range wants its model changed.
+Equilibrium solve_refined(System& system, const Solve& solve) {
+  Equilibrium equilibrium = solve();
+  if (!equilibrium.converged)
+    equilibrium = solve_again_on_full_leaves(system, solve, std::move(equilibrium));
+  for (int round = 0; equilibrium.converged && round < 8; ++round) {
+    bool changed = false;
+    for (int i = 0; i < system.leaves(); ++i) {
+      LeafElement::Refinement refinement = system.leaf(i).refine();
+      changed |= refinement.changed;
+      if (refinement.replacement) system.replace_leaf(i, std::move(refinement.replacement));
+    }
+    if (!changed) break;
+    system.invalidate();  // a tube has grown or was replaced
+    const int before = equilibrium.iterations;
+    equilibrium = solve();
+    equilibrium.iterations += before;
+  }
+  return equilibrium;
+}
+
+// To a stroke, or to a factor of the growing loads.
+Equilibrium advance(System& system, const StrokeRequest& request, double to) {
+  return solve_refined(system, [&] {
+    return request.loads.driven() ? step_to(system, to, request.newton)
+                                  : step_load(system, {1, to}, request.newton);
+  });
+}
+
+}  // namespace
+
+void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
+                   const StrokeRequest& request, const std::vector<int>& order,
+                   DifferentiablePath* differentiable, StrokeResponse& response) {
+  auto start = Clock::now();
+  System system(mechanism, make_leaves(mechanism, model, request), request.loads);
+  response.seconds_coefficients += seconds_since(start);
+  start = Clock::now();
+
+  PointOutputs outputs(mechanism, model, request, differentiable);
+  const bool reduced_leads = differentiable && model.accuracy == Accuracy::reduced &&
+                             model.method == Reduction::mixed_potential;
+  std::optional<std::string> lost;  // why the path has ended
+  if (!request.loads.constant.empty()) {
+    const Equilibrium loaded =
+        solve_refined(system, [&] { return step_load(system, {.constant = 1}, request.newton); });
+    if (!loaded.converged) lost = loaded.message;
+  }
+  for (const int k : order) {
+    PathPoint& point = response.path[k];
+    if (lost) {
+      point.message = *lost;
+      continue;
+    }
+    Equilibrium equilibrium = advance(system, request, point.stroke);
+    std::unique_ptr<System> full;
+    if (reduced_leads && equilibrium.converged)
+      full = finish_on_full_leaves(system, model, request, point.stroke, equilibrium);
+    if (!equilibrium.converged) {
+      point.status = PointStatus::no_equilibrium;
+      point.message = equilibrium.message;
+      point.newton_iterations = equilibrium.iterations;
+      lost = fmt::format("the path ended before: {}", equilibrium.message);
+      continue;
+    }
+    const bool gradients = differentiable && !differentiable->directions.empty();
+    outputs.evaluate(full ? *full : system, equilibrium, point,
+                     gradients ? &differentiable->gradients.path[k] : nullptr);
+  }
+  response.seconds_path += seconds_since(start);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,16 @@
+#pragma once
+// One branch of the stroke: from the undeflected state outward.
+#include <vector>
+
+#include "core/response/path/point_outputs.hpp"
+
+namespace flexopt {
+
+/// Follows the path from the undeflected state through the points of the response in `order` (all
+/// on one side, outward) and evaluates each. `differentiable`: null for points as they are
+/// modelled. After a point without equilibrium the rest is not reached.
+void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
+                   const StrokeRequest& request, const std::vector<int>& order,
+                   DifferentiablePath* differentiable, StrokeResponse& response);
+
+}  // namespace flexopt

@@ -1,0 +1,55 @@
+#include "core/response/path/full_finish.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/response/models/leaf_models.hpp"
+
+namespace flexopt {
+namespace {
+
+// The system at its present state with full leaves in the reduced ones' place.
+std::unique_ptr<System> with_full_leaves(System& system) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  System::Snapshot state = system.save();
+  state.leaves.clear();
+  for (int i = 0; i < system.leaves(); ++i) {
+    leaves.push_back(system.leaf(i).full_model("exact"));
+    state.leaves.push_back(leaves.back()->save());
+  }
+  auto full = std::make_unique<System>(system.mechanism(), std::move(leaves), system.loads());
+  full->restore(state);
+  return full;
+}
+
+// The path of full leaves from rest to one point.
+Equilibrium step_from_rest(System& system, const StrokeRequest& request, double stroke) {
+  if (!request.loads.driven()) return step_load(system, {1, stroke}, request.newton);
+  if (!request.loads.constant.empty())
+    if (Equilibrium loaded = step_load(system, {.constant = 1}, request.newton); !loaded.converged)
+      return loaded;
+  return step_to(system, stroke, request.newton);
+}
+
+}  // namespace
+
+std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
+                                              const StrokeRequest& request, double stroke,
+                                              Equilibrium& equilibrium) {
+  auto full = with_full_leaves(system);
+  const bool driven = request.loads.driven();
+  const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
+  equilibrium =
+      solve_equilibrium(*full, driven ? std::optional(stroke) : std::nullopt, request.newton);
+  if (!equilibrium.converged || full->strain() > largest_strain ||
+      negative_pivots(*full, driven) > negative_pivots(system, driven)) {
+    full = std::make_unique<System>(system.mechanism(), make_full_leaves(system.mechanism(), model),
+                                    system.loads());
+    equilibrium = step_from_rest(*full, request, stroke);
+  }
+  equilibrium.iterations += before;
+  equilibrium.sub_steps = std::max(equilibrium.sub_steps, steps);
+  return full;
+}
+
+}  // namespace flexopt

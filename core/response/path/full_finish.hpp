@@ -1,0 +1,19 @@
+#pragma once
+// Points of the path on full leaves, to which reduced ones only lead.
+#include <memory>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/mechanism/model_options.hpp"
+#include "core/response/request.hpp"
+
+namespace flexopt {
+
+/// The system on full leaves at this stroke or load factor, by Newton's method from the state of
+/// the reduced ones; where that leads astray (to no equilibrium, to one that is less stable, or to
+/// one that is stretched too far), along the path from rest. `equilibrium`: that of the reduced
+/// leaves, replaced by the one of the full leaves.
+std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
+                                              const StrokeRequest& request, double stroke,
+                                              Equilibrium& equilibrium);
+
+}  // namespace flexopt

@@ -1,0 +1,192 @@
+#include "core/response/path/point_outputs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/math/rotation.hpp"
+#include "core/response/gradients/point_gradients.hpp"
+#include "core/response/modes/frequencies.hpp"
+#include "core/response/path/stiffness.hpp"
+
+namespace flexopt {
+namespace {
+
+void add_motion(System& system, const StrokeRequest& request, PathPoint& point) {
+  const Mechanism& mechanism = system.mechanism();
+  const BodyPose& pose = system.pose(mechanism.end_effector);
+  const RigidBody& body = mechanism.bodies[mechanism.end_effector];
+  point.displacement = pose.position - body.reference;
+  point.rotation = rotation_log(pose.rotation);
+  for (int i = 0; i < system.leaves(); ++i) {
+    const auto& follows = mechanism.leaves[i].point;
+    if (follows && follows->body == mechanism.end_effector && follows->spread_over_tip)
+      point.displacement =
+          system.leaf(i).material_point(follows->along, follows->across) - body.reference;
+  }
+  for (const Probe& probe : request.probes) {
+    const LeafSpring& leaf = mechanism.leaves[probe.leaf];
+    const Vector3d place = leaf.origin + leaf.axes.col(0) * (probe.along * leaf.length) +
+                           leaf.axes.col(1) * ((probe.across - 0.5) * leaf.width);
+    point.probes.push_back(system.leaf(probe.leaf).material_point(probe.along, probe.across) -
+                           place);
+  }
+}
+
+void add_stiffness(const System& system, const StrokeRequest& request, PathPoint& point) {
+  const EndEffectorCompliance c = end_effector_compliance(system);
+  point.compliance_free = c.drive_free;
+  point.compliance_locked = c.drive_locked;
+  for (int d = 0; d < 6; ++d)
+    if (!c.still[d]) point.support_stiffness[d] = 1 / c.drive_locked(d, d);
+  const int d = index(system.mechanism().drive);
+  point.drive_stiffness = 1 / c.drive_free(d, d);
+  point.negative_pivots =
+      request.loads.driven() ? c.negative_pivots : negative_pivots(system, false);
+  point.stable = point.negative_pivots == 0;
+}
+
+void add_reports(System& system, PathPoint& point) {
+  point.leaves.clear();
+  for (int i = 0; i < system.leaves(); ++i) point.leaves.push_back(system.leaf(i).report());
+}
+
+void add_modes(const StrokeRequest& request, const std::vector<Mode>& free,
+               const std::vector<Mode>& locked, PathPoint& point) {
+  if (request.frequencies_of(DriveState::free) > 0) point.modes_free = free;
+  if (request.frequencies_of(DriveState::locked) > 0) point.modes_locked = locked;
+  for (const Mode& m : point.modes_free) point.frequencies_free.push_back(m.frequency);
+  for (const Mode& m : point.modes_locked) point.frequencies_locked.push_back(m.frequency);
+  const ParasiticRule& rule = request.parasitic;
+  const auto& modes = rule.drive == DriveState::locked ? point.modes_locked : point.modes_free;
+  const auto lowest =
+      std::ranges::find_if(modes, [&](const Mode& mode) { return rule.admits(mode.kind); });
+  if (lowest != modes.end()) point.parasitic_frequency = lowest->frequency;
+}
+
+void add_max_stress(System& system, PathPoint& point) {
+  for (int i = 0; i < system.leaves(); ++i) {
+    const StressPeak peak = system.leaf(i).max_stress();
+    // equal leaves carry equal stress but for rounding: the first one is named
+    if (!point.max_stress || peak.value > point.max_stress->value * (1 + 1e-9))
+      point.max_stress = peak;
+  }
+}
+
+// Largest first, the one that is named max_stress at their head.
+void add_stress_peaks(System& system, int wanted, PathPoint& point) {
+  constexpr double share = 0.8;  // smaller ones are far from any bound
+  const StressPeak& largest = *point.max_stress;
+  std::vector<StressPeak> others;
+  for (int i = 0; i < system.leaves(); ++i)
+    for (const StressPeak& p : system.leaf(i).stress_peaks()) {
+      const bool same = p.leaf == largest.leaf && p.along == largest.along &&
+                        p.across == largest.across &&
+                        p.on_positive_normal == largest.on_positive_normal;
+      if (!same && p.value >= share * largest.value) others.push_back(p);
+    }
+  std::stable_sort(others.begin(), others.end(),
+                   [](const StressPeak& a, const StressPeak& b) { return a.value > b.value; });
+  point.stress_peaks.push_back(largest);
+  for (const StressPeak& p : others)
+    if (static_cast<int>(point.stress_peaks.size()) < wanted) point.stress_peaks.push_back(p);
+}
+
+}  // namespace
+
+PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model,
+                           const StrokeRequest& request, DifferentiablePath* differentiable)
+    : model_(&model), request_(&request), differentiable_(differentiable) {
+  if (request.frequencies > 0 && model.mass == LeafMass::constant)
+    constant_mass_.emplace(mechanism, model);
+}
+
+// Of the condensed mechanism.
+void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
+  const Frequencies f =
+      natural_frequencies(system,
+                          {.count = request_->frequencies,
+                           .leaf_modes = model_->leaf_modes,
+                           .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr},
+                          leaf_modes_);
+  add_modes(*request_, f.free, f.locked, point);
+  add_reports(system, point);
+}
+
+// Of the whole mechanism, to rounding. False where they are not found.
+bool PointOutputs::add_exact_frequencies(const MechanismFactor& factor, ExactModeLists& lists,
+                                         PathPoint& point) {
+  const int free = request_->frequencies_of(DriveState::free),
+            locked = request_->frequencies_of(DriveState::locked);
+  if (model_->leaf_modes == 0) {
+    lists = static_modes(factor, free, locked);
+  } else {
+    const bool at_rest = request_->wants_frequency_derivatives() && point.stroke == 0 &&
+                         std::all_of(factor.leaves().begin(), factor.leaves().end(),
+                                     [](const MechanismFactor::Leaf& leaf) { return leaf.full; });
+    const int needed = at_rest ? std::min(modes_needed(request_->frequencies), factor.size()) : 0;
+    auto modes = exact_modes(factor, std::max(free, needed), locked);
+    if (!modes) {
+      point.status = PointStatus::no_equilibrium;
+      point.message =
+          fmt::format("the lowest frequencies of {} unknowns were not found", factor.size());
+      return false;
+    }
+    lists = std::move(*modes);
+    if (at_rest) {
+      const auto start = std::chrono::steady_clock::now();
+      const ExactDerivatives derivatives = differentiable_->exact_derivatives(*model_);
+      differentiable_->along_stroke =
+          frequency_derivatives(factor, request_->frequencies, &derivatives, &lists.free);
+      differentiable_->seconds_along_stroke =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      lists.free.modes.resize(
+          std::min(lists.free.modes.size(), static_cast<std::size_t>(free)));  // those listed
+    }
+  }
+  add_modes(*request_, lists.free.modes, lists.locked.modes, point);
+  return true;
+}
+
+// What differentiable points have beside others; derivatives of everything, if asked for.
+// Frequencies by a constant mass have none.
+void PointOutputs::evaluate_exactly(System& system, PathPoint& point, PointGradients* gradients) {
+  const auto refuse = [&](const std::string& reason) {
+    point.status = PointStatus::no_equilibrium;
+    point.message = reason;
+  };
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system);
+  if (!linear.value) return refuse(linear.reason);
+  const MechanismFactor& factor = *linear.value;
+  ExactModeLists modes;
+  if (model_->mass == LeafMass::consistent && !add_exact_frequencies(factor, modes, point)) return;
+  if (point.max_stress && request_->stress_peaks > 0)
+    add_stress_peaks(system, request_->stress_peaks, point);
+  if (!gradients) return;
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
+  if (!leaves.value) return refuse(leaves.reason);
+  *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
+                               *model_, *request_, point, modes);
+}
+
+void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
+                            PointGradients* gradients) {
+  point.status = PointStatus::converged;
+  point.newton_iterations = equilibrium.iterations;
+  point.sub_steps = equilibrium.sub_steps;
+  point.drive_load = equilibrium.drive_load;
+  add_motion(system, *request_, point);
+  add_stiffness(system, *request_, point);
+  add_reports(system, point);
+  const bool frequencies = request_->frequencies_of(DriveState::free) > 0 ||
+                           request_->frequencies_of(DriveState::locked) > 0;
+  if (frequencies && (!differentiable_ || model_->mass == LeafMass::constant))
+    add_ritz_frequencies(system, point);
+  if (request_->outputs.has(Output::stress)) add_max_stress(system, point);
+  if (request_->outputs.has(Output::shapes))
+    for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());
+  if (differentiable_) evaluate_exactly(system, point, gradients);
+}
+
+}  // namespace flexopt

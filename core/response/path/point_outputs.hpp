@@ -1,0 +1,54 @@
+#pragma once
+// What is read off an equilibrium of the path: motion, stiffness, frequencies, stress, shapes, and
+// the derivatives of all of them.
+#include <optional>
+#include <vector>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/response/gradients/design_rates.hpp"
+#include "core/response/modes/constant_mass.hpp"
+#include "core/response/response.hpp"
+#include "core/response/stroke_gradients.hpp"
+#include "core/response/stroke_series/frequency_derivatives.hpp"
+
+namespace flexopt {
+
+/// What the points of a differentiable path share.
+struct DifferentiablePath {
+  std::vector<Mechanism> directions;  ///< of the gradients; may be empty
+  StrokeGradients gradients;
+  LeafRates rates;
+  /// Where the path has a point at rest: the modes along the stroke from it, and what they took.
+  std::optional<FrequencyDerivativesResult> along_stroke;
+  double seconds_along_stroke = 0;
+
+  ExactDerivatives exact_derivatives(const ModelOptions& model) {
+    return {&rates, &directions, model};
+  }
+};
+
+/// Evaluates the points of one branch of the path, one after the other.
+class PointOutputs {
+ public:
+  /// All arguments must outlive it. `differentiable`: null for points as they are modelled.
+  PointOutputs(const Mechanism& mechanism, const ModelOptions& model, const StrokeRequest& request,
+               DifferentiablePath* differentiable);
+
+  /// The system must stand assembled at the equilibrium. `gradients`: null where none are wanted.
+  void evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
+                PointGradients* gradients);
+
+ private:
+  void add_ritz_frequencies(System& system, PathPoint& point);
+  bool add_exact_frequencies(const MechanismFactor& factor, ExactModeLists& lists,
+                             PathPoint& point);
+  void evaluate_exactly(System& system, PathPoint& point, PointGradients* gradients);
+
+  const ModelOptions* model_;
+  const StrokeRequest* request_;
+  DifferentiablePath* differentiable_;
+  std::optional<ConstantMass> constant_mass_;
+  std::vector<int> leaf_modes_;  ///< kept from point to point
+};
+
+}  // namespace flexopt

@@ -1,0 +1,83 @@
+#pragma once
+// The one table of numbers that a point of the path answers. Objectives and constraints, the keys
+// and units of result.json, the columns of path.csv, the summary, the report, check-gradients and
+// the schema of a job are made from it: a new number is one row here beside the mechanics behind
+// it.
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/response/response.hpp"
+#include "core/response/stroke_gradients.hpp"
+
+namespace flexopt {
+
+std::string load_unit(Direction direction);       ///< N | N m
+std::string stiffness_unit(Direction direction);  ///< N/m | N m/rad
+
+/// How the numbers of a row stand in result.json.
+enum class Layout {
+  number,  ///< null where there is none
+  list,    ///< as many as there are
+  object   ///< under their components' names, those that there are
+};
+
+/// What the summary of a run shows of a row.
+enum class SummaryLine {
+  none,
+  number,
+  weakest  ///< the least translation and the least rotation of six directions
+};
+
+/// One number, or a few of one kind.
+struct QuantityRow {
+  std::string name;  ///< key in result.json; a dot leads into an object
+  /// The numbers are called "name.component"; empty: there is one number, called as the row.
+  std::vector<std::string> components;
+  Layout layout = Layout::number;
+  std::string label;    ///< as a designer says it
+  std::string meaning;  ///< its definition, for result.json; empty where the label says it
+  Outputs needs;        ///< of an evaluation
+  /// SI unit of a component.
+  std::string (*unit)(Direction drive, int component) = nullptr;
+  /// Of a converged point; nothing where the point has no such number.
+  std::optional<double> (*value)(const PathPoint&, int component) = nullptr;
+  /// Derivative of the value along the parameters; nothing where there is none.
+  std::optional<VectorXd> (*gradient)(const PathPoint&, const PointGradients&,
+                                      int component) = nullptr;
+  /// Unit vector that belongs to the number, if one does; result.json then has
+  /// {"value", "direction"}.
+  std::optional<Vector3d> (*direction)(const PathPoint&) = nullptr;
+  bool of_supports = false;  ///< the components are directions; the drive's is not offered
+  bool in_csv = true;        ///< as columns of their own; the frequencies have their kinds beside
+  SummaryLine in_summary = SummaryLine::none;
+  bool in_report = false;  ///< a row of the report's tables
+};
+
+const std::vector<QuantityRow>& quantity_rows();
+
+/// A number of the table that objectives, constraints and columns can name.
+struct Quantity {
+  std::string name;   ///< "drive_load", "support_stiffness.ux", "displacement.x", …
+  std::string unit;   ///< SI, with this drive
+  std::string label;  ///< with its component
+  const QuantityRow* row = nullptr;
+  int component = 0;
+
+  /// Nothing if the point has none: not converged (the screening frequency needs no convergence),
+  /// not asked for, or no such number.
+  std::optional<double> value(const PathPoint& point) const;
+  std::optional<VectorXd> gradient(const PathPoint& point, const PointGradients& gradients) const;
+};
+
+/// Every quantity of the table for this drive, in its order.
+std::vector<Quantity> quantities(Direction drive);
+
+/// The same by name. Throw std::invalid_argument for a name that the table does not have.
+std::optional<double> value_of(const PathPoint& point, std::string_view name);
+std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
+                                    std::string_view name);
+/// What an evaluation must answer for it.
+const Outputs& needs_of(std::string_view name);
+
+}  // namespace flexopt

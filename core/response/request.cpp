@@ -1,0 +1,23 @@
+#include "core/response/request.hpp"
+
+#include <algorithm>
+
+namespace flexopt {
+
+bool ParasiticRule::admits(ModeKind kind) const {
+  return kind != ModeKind::drive && std::ranges::find(skipped, kind) == skipped.end();
+}
+
+int StrokeRequest::frequencies_of(DriveState drive) const {
+  const Output list =
+      drive == DriveState::free ? Output::frequencies_free : Output::frequencies_locked;
+  const bool wanted =
+      outputs.has(list) || (outputs.has(Output::parasitic_frequency) && parasitic.drive == drive);
+  return wanted ? frequencies : 0;
+}
+
+bool StrokeRequest::wants_frequency_derivatives() const {
+  return frequencies > 0 && outputs.has(Output::frequency_derivatives) && loads.driven();
+}
+
+}  // namespace flexopt

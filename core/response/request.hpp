@@ -1,0 +1,123 @@
+#pragma once
+// What a designer asks of a mechanism over its stroke. Plain data.
+#include <bitset>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/mechanism/load_case.hpp"
+#include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/model_options.hpp"
+
+namespace flexopt {
+
+/// A material point of a leaf's mid-surface whose displacement is wanted.
+struct Probe {
+  std::string name;
+  int leaf = 0;
+  double along = 0, across = 0;  ///< place on the leaf, each in [0, 1]
+};
+
+/// The probe at a place of the undeflected mechanism (its foot on the mid-surface), if a leaf is
+/// there.
+std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, const Vector3d& place);
+
+/// What an evaluation can answer.
+enum class Output {
+  equilibrium,            ///< drive load, motion of O, stability, probes
+  stiffness,              ///< compliance at O and what follows from it
+  stress,                 ///< largest von Mises stress
+  frequencies_free,       ///< natural frequencies and modes, drive free
+  frequencies_locked,     ///< the same, drive held
+  parasitic_frequency,    ///< from the list that `ParasiticRule::drive` names
+  frequency_derivatives,  ///< along the stroke, from the undeflected state alone
+  shapes                  ///< deformed mid-surfaces for drawing
+};
+
+/// A set of outputs.
+class Outputs {
+ public:
+  Outputs(std::initializer_list<Output> list = {}) {
+    for (const Output o : list) set_.set(static_cast<std::size_t>(o));
+  }
+  /// Everything that is a number: all but the shapes.
+  static Outputs numbers() {
+    Outputs all;
+    all.set_.set();
+    return all.remove(Output::shapes);
+  }
+
+  Outputs& add(const Outputs& more) {
+    set_ |= more.set_;
+    return *this;
+  }
+  Outputs& add(Output one) { return add(Outputs{one}); }
+  Outputs& remove(const Outputs& those) {
+    set_ &= ~those.set_;
+    return *this;
+  }
+  Outputs& remove(Output one) { return remove(Outputs{one}); }
+
+  bool has(Output one) const { return set_.test(static_cast<std::size_t>(one)); }
+  bool has_any(const Outputs& of) const { return (set_ & of.set_).any(); }
+  bool empty() const { return set_.none(); }
+  /// Whether equilibria along the stroke are solved for them; the frequency derivatives need the
+  /// undeflected one only.
+  bool need_path() const { return !Outputs(*this).remove(Output::frequency_derivatives).empty(); }
+  /// Whether they are made of natural frequencies.
+  bool need_frequencies() const {
+    return has_any({Output::frequencies_free, Output::frequencies_locked,
+                    Output::parasitic_frequency, Output::frequency_derivatives});
+  }
+  bool operator==(const Outputs&) const = default;
+
+ private:
+  std::bitset<8> set_;
+};
+
+/// How exact the values of a path point are.
+enum class PathValues {
+  /// Those of the leaves that ModelOptions chooses; frequencies are Ritz values, up to some 1e-5
+  /// above those of the whole mechanism.
+  as_modelled,
+  /// What exact derivatives belong to: points of the mixed potential are finished on full leaves,
+  /// to which the reduced ones only lead, and frequencies are those of the whole mechanism to
+  /// rounding.
+  differentiable
+};
+
+enum class DriveState { free, locked };
+
+enum class ModeKind { drive, end_effector, intermediate_body, leaf };
+
+/// Which frequency is the parasitic one: the lowest of a list that is neither the drive's nor of a
+/// kind that is left out.
+struct ParasiticRule {
+  DriveState drive = DriveState::locked;  ///< the list
+  std::vector<ModeKind> skipped;          ///< kinds left out beside the drive's
+
+  bool admits(ModeKind kind) const;
+};
+
+struct StrokeRequest {
+  /// Stroke of the drive, in the order wanted [m or rad]; factors of the growing loads where the
+  /// load case has some.
+  std::vector<double> points{0.0};
+  LoadCase loads;
+  /// What is wanted. Other numbers of a path point may come along where they cost nothing.
+  Outputs outputs = Outputs::numbers();
+  PathValues values = PathValues::as_modelled;
+  int frequencies = 0;  ///< how many modes of each list wanted, and in the frequency derivatives
+  ParasiticRule parasitic;
+  /// Of differentiable points, how many places of large stress: PathPoint::stress_peaks.
+  int stress_peaks = 0;
+  std::vector<Probe> probes;
+  NewtonOptions newton;
+
+  /// How many natural frequencies of a list have to be found.
+  int frequencies_of(DriveState drive) const;
+  bool wants_frequency_derivatives() const;
+};
+
+}  // namespace flexopt

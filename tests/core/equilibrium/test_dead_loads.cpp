@@ -1,0 +1,209 @@
+// Dead loads on any body: their energy, force and tangent, and what follows from them in a whole
+// evaluation and its derivatives.
+#include "core/equilibrium/dead_loads.hpp"
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/rotation.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/quantities.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+ModelOptions beams() {
+  return {.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {6, 1}};
+}
+
+// Two leaves in a row with a body between them: ground, body 1, end-effector 0.
+Mechanism row_of_two(double length, double thickness) {
+  Mechanism m;
+  m.drive = Direction::uy;
+  m.bodies = {models::body({2.1 * length, 0, 0}, 0.3, 1e-4),
+              models::body({1.05 * length, 0.002, 0}, 0.2, 5e-5)};
+  m.bodies[1].role = BodyRole::intermediate;
+  const Material steel = models::steel();
+  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, length, 0.02, thickness, steel),
+              models::leaf({1.1 * length, 0, 0}, {1, 0, 0}, length, 0.02, thickness, steel)};
+  m.leaves[0].tip = 1;
+  m.leaves[1].base = 1;
+  m.leaves[1].tip = 0;
+  return m;
+}
+
+LoadCase on_the_body_between() {
+  return {.constant = {{.force = {0.4, 0.3, -0.5}, .body = 1, .arm = {0.01, -0.02, 0.015}},
+                       {.force = {-0.2, 0, 0.1}, .arm = {0, 0.01, 0}}}};
+}
+
+StrokeRequest request_with(LoadCase loads) {
+  StrokeRequest request;
+  request.points = {0, 0.01};
+  request.loads = std::move(loads);
+  request.frequencies = 3;
+  request.newton.tolerance = 1e-12;
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("force and tangent are the derivatives of the energy of leaves and dead forces",
+          "[equilibrium][loads]") {
+  const Mechanism m = row_of_two(0.06, 4e-4);
+  System system(m, make_full_leaves(m, beams()), on_the_body_between());
+  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
+  REQUIRE(step_to(system, 0.006, {}).converged);
+  // the spin of body 1 alone, leaves aside: the dead force turns with it
+  const std::vector<BodyLoad> acting = system.acting();
+  REQUIRE(acting.size() == 2);
+  const BodyLoad load = acting[0];
+  const Matrix3d R = system.pose(1).rotation;
+  REQUIRE((R - Matrix3d::Identity()).norm() > 1e-3);
+  const auto energy = [&](const Vector3d& spin) {
+    return -load.force.dot(rotation_exp(spin) * R * load.arm);
+  };
+  const Vector3d moment = -(R * load.arm).cross(load.force);
+  const Matrix3d K = arm_stiffness(load.force, Vector3d(R * load.arm));
+  const double h = 1e-4;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d e = h * Vector3d::Unit(i);
+    CHECK((energy(e) - energy(-e)) / (2 * h) == Approx(moment[i]).epsilon(1e-6).margin(1e-10));
+    for (int j = 0; j < 3; ++j) {
+      const Vector3d f = h * Vector3d::Unit(j);
+      const double mixed =
+          (energy(e + f) - energy(e - f) - energy(f - e) + energy(-e - f)) / (4 * h * h);
+      CHECK(mixed == Approx(K(i, j)).epsilon(1e-5).margin(1e-7));
+    }
+  }
+  // the whole residual, by moving the system there and back; leaves settle at fixed bodies
+  const auto settled = [&](const VectorXd& dq) {
+    system.move(dq);
+    for (int k = 0; k < 10; ++k) {
+      system.assemble();
+      system.move(VectorXd::Zero(system.size()));
+    }
+    system.assemble();
+    return VectorXd(system.internal_force() - system.load());
+  };
+  (void)settled(VectorXd::Zero(system.size()));
+  const MatrixXd D = system.residual_derivative();
+  const MatrixXd& T = system.tangent_stiffness();
+  CHECK((T - T.transpose()).norm() < 1e-9 * T.norm());
+  for (int k = 0; k < system.size(); ++k) {
+    const double d = k % 6 < 3 ? 1e-8 : 1e-6;  // the axial stiffness changes within microns
+    const VectorXd up = settled(d * VectorXd::Unit(system.size(), k));
+    const double above = system.energy() + system.load_energy();
+    const VectorXd down = settled(-2 * d * VectorXd::Unit(system.size(), k));
+    const double below = system.energy() + system.load_energy();
+    const VectorXd here = settled(d * VectorXd::Unit(system.size(), k));
+    const VectorXd slope = (up - down) / (2 * d);
+    INFO("coordinate " << k);
+    CHECK((slope - D.col(k)).norm() < 1e-4 * D.col(k).norm());
+    CHECK((above - below) / (2 * d) == Approx(here[k]).epsilon(1e-4).margin(1e-4));
+  }
+}
+
+TEST_CASE("a dead force on an arm is the pull of a long string", "[equilibrium][loads]") {
+  // f with arm o on a body on a flexure with the rotational stiffness k: the force adds −∂(o×f)
+  Mechanism m = row_of_two(0.06, 4e-4);
+  m.bodies[1].reference[1] = m.bodies[1].center_of_mass[1] = 0;  // on the line of the leaves
+  const LoadCase plain{.constant = {{.force = {1, 0, 0}, .body = 1}}};
+  LoadCase hanging = plain;
+  hanging.constant[0].arm = {0.05, 0, 0};
+  StrokeRequest request = request_with(plain);
+  request.points = {0};
+  const StrokeResponse at_reference = evaluate_stroke(m, beams(), request);
+  request.loads = hanging;
+  const StrokeResponse on_arm = evaluate_stroke(m, beams(), request);
+  REQUIRE(at_reference.status == Status::ok);
+  REQUIRE(on_arm.status == Status::ok);
+  // same straight equilibrium; the tangent of body 1 about z and y is stiffer by f·o
+  CHECK((on_arm.path[0].displacement - at_reference.path[0].displacement).norm() < 1e-12);
+  System system(m, make_full_leaves(m, beams()), plain),
+      other(m, make_full_leaves(m, beams()), hanging);
+  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
+  REQUIRE(step_load(other, {.constant = 1}, {}).converged);
+  const MatrixXd more = other.tangent_stiffness() - system.tangent_stiffness();
+  const double scale = system.tangent_stiffness()(10, 10);
+  CHECK(std::abs(more(9, 9)) < 1e-9 * scale);
+  CHECK(more(10, 10) == Approx(0.05).epsilon(1e-6));
+  CHECK(more(11, 11) == Approx(0.05).epsilon(1e-6));
+  CHECK(on_arm.path[0].drive_stiffness > at_reference.path[0].drive_stiffness);
+}
+
+TEST_CASE("a load on an arm equals one on a massless body tied there", "[equilibrium][loads]") {
+  const Mechanism m = row_of_two(0.06, 4e-4);
+  const LoadCase loads = on_the_body_between();
+  Mechanism tied = m;
+  LoadCase at_references;
+  for (const DeadLoad& load : loads.constant) {
+    const int on = load.body.value_or(m.end_effector), extra = static_cast<int>(tied.bodies.size());
+    RigidBody hook = models::body(m.bodies[on].reference + load.arm, 0, 0);
+    hook.role = BodyRole::intermediate;
+    tied.bodies.push_back(hook);
+    Joint joint;
+    joint.type = JointType::rigid;
+    joint.body = extra;
+    joint.other = on;
+    joint.place = hook.reference;
+    tied.joints.push_back(joint);
+    at_references.constant.push_back({.force = load.force, .body = extra});
+  }
+  const StrokeResponse a = evaluate_stroke(m, beams(), request_with(loads)),
+                       b = evaluate_stroke(tied, beams(), request_with(at_references));
+  REQUIRE(a.status == Status::ok);
+  REQUIRE(b.status == Status::ok);
+  for (std::size_t k = 0; k < 2; ++k)
+    for (const Quantity& q : quantities(m.drive)) {
+      const auto of_arm = q.value(a.path[k]), of_hook = q.value(b.path[k]);
+      INFO(q.name << " at point " << k);
+      REQUIRE(of_arm.has_value() == of_hook.has_value());
+      if (!of_arm) continue;
+      const double floor = q.unit == "m" ? 1e-8 : q.unit == "rad" ? 1e-7 : q.unit == "N" ? 1e-6 : 0;
+      CHECK(*of_arm == Approx(*of_hook).epsilon(1e-5).margin(floor));
+    }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const FrequencyDerivatives &of_arm = a.frequency_derivatives[k],
+                               &of_hook = b.frequency_derivatives[k];
+    CHECK(of_arm.omega2 == Approx(of_hook.omega2).epsilon(1e-6));
+    CHECK(of_arm.d2_omega2 ==
+          Approx(of_hook.d2_omega2).epsilon(1e-4).margin(1e-5 * of_arm.omega2 / (0.06 * 0.06)));
+  }
+}
+
+TEST_CASE("derivatives along the design know loads on arms and on other bodies",
+          "[equilibrium][loads]") {
+  using namespace flexopt::test;
+  const test::Family family{[](const test::Values& p) { return row_of_two(p[0], p[1]); },
+                            {{"length", 0.06}, {"thickness", 4e-4}},
+                            {0, 1},
+                            1.0};
+  CHECK(check_gradients(family, beams(), request_with(on_the_body_between())) > 50);
+}
+
+TEST_CASE("a growing load on another body moves the end-effector undriven",
+          "[equilibrium][loads]") {
+  const Mechanism m = row_of_two(0.06, 4e-4);
+  StrokeRequest request = request_with({.growing = {{.force = {0, 0.5, 0}, .body = 1}}});
+  request.points = {0, 0.5, 1};
+  const StrokeResponse r = evaluate_stroke(m, beams(), request);
+  REQUIRE(r.status == Status::ok);
+  CHECK(r.path[0].displacement.isZero(1e-12));
+  CHECK(r.path[2].displacement[1] > 1.5 * r.path[1].displacement[1]);
+  CHECK(r.path[2].drive_load == 0);
+}
+
+TEST_CASE("a load on a body that does not exist is refused in words", "[equilibrium][loads]") {
+  const Mechanism m = row_of_two(0.06, 4e-4);
+  const StrokeResponse r =
+      evaluate_stroke(m, beams(), request_with({.constant = {{.force = {1, 0, 0}, .body = 2}}}));
+  CHECK(r.status == Status::no_equilibrium);
+  CHECK(r.message == "a load acts on body 2, but there are 2 bodies");
+  CHECK(r.path[1].message == r.message);
+}
