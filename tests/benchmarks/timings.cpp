@@ -1,6 +1,4 @@
-// Times of the reduced leaf against the full one, as ratios measured in one run.
-//
-//   timings            all tables
+// Times of reduced leaves against full ones, as ratios measured in one run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
@@ -60,14 +59,16 @@ void leaf_kernels() {
     step = median_seconds(
         9, [&] { evaluate_stroke(models::single_leaf(0.06, 0.04, 4e-4), model, request); });
   }
-  fmt::print("leaf: value, gradient, Hessian       tube {:.2f} us\n", t_tube * 1e6);
+  const PageTable page("timings leaf");
+  fmt::print("| one leaf | time | ratio |\n|---|---|---|\n");
+  fmt::print("| reduced: energy, force, tangent | {:.2f} µs | 1 |\n", t_tube * 1e6);
+  fmt::print("| full, default mesh: condensed force and tangent | {:.0f} µs | {:.0f} |\n",
+             t_full * 1e6, t_full / t_tube);
+  fmt::print("| full, 16×8: condensed force and tangent | {:.0f} µs | {:.0f} |\n", t_fine * 1e6,
+             t_fine / t_tube);
   fmt::print(
-      "leaf: condensed force and tangent    default mesh {:.0f} us = {:.0f} x tube, 16x8 {:.0f} us "
-      "= "
-      "{:.0f} x tube\n",
-      t_full * 1e6, t_full / t_tube, t_fine * 1e6, t_fine / t_tube);
-  fmt::print(
-      "leaf: coefficients, 4 bent states    {:.1f} ms = {:.2f} load steps of the 16x8 leaf\n",
+      "| coefficients of the reduced leaf, 4 bent states | {:.1f} ms | {:.2f} load steps of the full "
+      "leaf on 16×8 |\n",
       build * 1e3, build / step);
 }
 
@@ -77,6 +78,10 @@ void hinge_paths() {
   request.points.clear();
   for (int k = 0; k < 11; ++k) request.points.push_back(std::numbers::pi / 6 * k / 10);
   request.stress = false;
+  const PageTable page("timings hinge");
+  fmt::print(
+      "| frequencies | payload | reduced | its coefficients | full, default mesh | full, 16×8 "
+      "|\n|---|---|---|---|---|---|\n");
   // one frequency of a heavy payload lies far below the leaves' own: cheaper modes suffice
   for (const auto& [frequencies, payload] : {std::pair{0, 0.3}, {8, 0.3}, {1, 300.0}}) {
     hinge.bodies[0].mass = payload;
@@ -99,8 +104,8 @@ void hinge_paths() {
     const double full = path({.accuracy = Accuracy::full}, 5);
     const double fine = path({.accuracy = Accuracy::full, .mesh = {16, 8}}, 3);
     fmt::print(
-        "three-leaf hinge, 11 points, 6x6, {} frequencies ({} kg): reduced {:.2f} ms (coefficients "
-        "{:.1f} ms), full {:.1f} ms = {:.1f} x, 16x8 {:.0f} ms = {:.0f} x\n",
+        "| {} | {} kg | {:.2f} ms | {:.1f} ms | {:.1f} ms, {:.1f} times | {:.0f} ms, {:.0f} times "
+        "|\n",
         frequencies, payload, reduced * 1e3, build * 1e3, full * 1e3, full / reduced, fine * 1e3,
         fine / reduced);
   }
@@ -108,6 +113,9 @@ void hinge_paths() {
 
 // Frequency derivatives, as a screening uses them, against the full path that they stand for.
 void screening() {
+  const PageTable page("timings screening");
+  fmt::print(
+      "| | frequencies | derivatives | full path of 11 points | ratio |\n|---|---|---|---|---|\n");
   struct Case {
     const char* name;
     Mechanism mechanism;
@@ -141,10 +149,8 @@ void screening() {
         return least;
       };
       const double t_path = least_cpu(path), t_derivatives = least_cpu(derivatives);
-      fmt::print(
-          "{}, {} frequencies: derivatives {:.2f} ms, full path of 11 points {:.1f} ms, ratio "
-          "{:.3f}\n",
-          c.name, frequencies, t_derivatives * 1e3, t_path * 1e3, t_derivatives / t_path);
+      fmt::print("| {} | {} | {:.2f} ms | {:.1f} ms | {:.3f} |\n", c.name, frequencies,
+                 t_derivatives * 1e3, t_path * 1e3, t_derivatives / t_path);
     }
 }
 

@@ -1,4 +1,4 @@
-// Time of one evaluation of the reduced leaf and of its parts, on one core.
+// Time of one evaluation of the reduced leaf and of each of its parts, on one core.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -6,6 +6,7 @@
 
 #include "core/math/rotation.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
+#include "tests/benchmarks/page.hpp"
 #include "tests/support/synthetic_leaf.hpp"
 
 using namespace flexopt;
@@ -24,7 +25,8 @@ void measure(const char* name, F&& f) {
     const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - start;
     best = std::min(best, time.count() / calls);
   }
-  std::printf("%-52s %7.3f us   (check %g)\n", name, best, check);
+  std::printf("| %s | %.2f µs |\n", name, best);
+  std::fprintf(stderr, "%s: sum %g\n", name, check);  // keeps the calls alive
 }
 
 template <int Degree>
@@ -38,6 +40,8 @@ TubePotential tube() {
 }  // namespace
 
 int main() {
+  const PageTable page("tube_kernel");
+  std::printf("| part | time |\n|---|---|\n");
   const TubePotential degree5 = tube<5>(), degree7 = tube<7>();
   const double L = synthetic::length;
   EdgePoses edges{{{Vector3d::Zero(), Matrix3d::Identity()},
