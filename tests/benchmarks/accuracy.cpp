@@ -123,7 +123,8 @@ void reduced_table() {
 void order_table() {
   // the 60 × 40 × 0.4 mm guide at 0.1 L, against 32 × 16 elements
   const PageTable page("accuracy order");
-  fmt::print("| elements | drive load | support stiffness | order: drive load | support stiffness |\n");
+  fmt::print(
+      "| elements | drive load | support stiffness | order: drive load | support stiffness |\n");
   fmt::print("|---|---|---|---|---|\n");
   const Mechanism m = models::guide(0.06, 0.04, 4e-4, 1.0);
   StrokeRequest r;

@@ -1,7 +1,8 @@
 // Where beams stop being good enough: beam leaves against plate leaves.
 //
-// Both 16 elements along, plates 8 across, on the parallel guide to 0.15 L and the cross hinge to 30°, beside the estimates that
-// every result carries (leaf_validity). Prints the table of core/elements/plate/beams.md.
+// Both 16 elements along, plates 8 across, on the parallel guide to 0.15 L and the cross hinge to
+// 30°, beside the estimates that every result carries (leaf_validity). Prints the table of
+// core/elements/plate/beams.md.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -1,6 +1,7 @@
 // The block-tridiagonal factorisation of a leaf against CHOLMOD of SuiteSparse.
 //
-// Matrices of the pattern of a leaf: each node of a line couples with its neighbours on three lines.
+// Matrices of the pattern of a leaf: each node of a line couples with its neighbours on three
+// lines.
 #include <fmt/format.h>
 
 #include <Eigen/CholmodSupport>
@@ -83,8 +84,7 @@ int main() {
     MatrixXd b = MatrixXd::Ones(sparse.rows(), 1), x = b;
     K.solve(x);
     const double difference = (x - super.solve(b)).norm() / x.norm();
-    fmt::print(
-        "| {}×{} | {:.2f} ms | {:.1f} times that | {:.1f} times that | {:.0e} |\n",
-        nx, ny, block * 1e3, supernodal / block, simplicial / block, difference);
+    fmt::print("| {}×{} | {:.2f} ms | {:.1f} times that | {:.1f} times that | {:.0e} |\n", nx, ny,
+               block * 1e3, supernodal / block, simplicial / block, difference);
   }
 }

@@ -112,8 +112,8 @@ int main(int argc, char** argv) {
       if (!report.ok) fmt::print(stderr, "  {}\n", report.message);
       for (const GradientCheck& c : report.checks)
         if (!c.agrees)
-          fmt::print(stderr, "  {} {} point {}: {:.9e} {:.9e} error {:.1e} known to {:.1e}\n", c.quantity,
-                     c.parameter, c.point, c.exact, c.difference, c.error, c.known_to);
+          fmt::print(stderr, "  {} {} point {}: {:.9e} {:.9e} error {:.1e} known to {:.1e}\n",
+                     c.quantity, c.parameter, c.point, c.exact, c.difference, c.error, c.known_to);
       std::fflush(stdout);
     }
 }

@@ -1,7 +1,7 @@
 // Errors of the reductions over the stroke, against full leaves on the same mesh.
 //
-// Parallel guide to 0.3 L and cross hinge to 30° and 45°, beam leaves of 100 × 30 × 0.5 mm. Prints the tables of
-// core/reduction/modal/README.md: 32 elements a leaf, as in the planar prototype;
+// Parallel guide to 0.3 L and cross hinge to 30° and 45°, beam leaves of 100 × 30 × 0.5 mm. Prints
+// the tables of core/reduction/modal/README.md: 32 elements a leaf, as in the planar prototype;
 // `bench_reductions coarse` takes 10, as in the paper.
 #include <fmt/format.h>
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <ctime>
 #include <functional>
 #include <numbers>
@@ -18,18 +17,15 @@ using namespace flexopt;
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-// Median of the times of `runs` calls [s].
-double median_seconds(int runs, const std::function<void()>& call) {
-  std::vector<double> times;
+// Least processor time of `runs` calls [s]: other work on the machine does not count.
+double least_seconds(int runs, const std::function<void()>& call) {
+  double least = 1e9;
   for (int k = 0; k < runs; ++k) {
-    const auto start = Clock::now();
+    const std::clock_t start = std::clock();
     call();
-    times.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+    least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   }
-  std::nth_element(times.begin(), times.begin() + runs / 2, times.end());
-  return times[runs / 2];
+  return least;
 }
 
 void leaf_kernels() {
@@ -40,15 +36,15 @@ void leaf_kernels() {
   const auto coarse = mesh(ModelOptions{}.mesh), fine = mesh({16, 8});
   FullLeaf full(leaf, coarse, 0), full_fine(leaf, fine, 0);
   TubeRange range;
-  const double build = median_seconds(9, [&] { TubeModel model(coarse, range); });
+  const double build = least_seconds(9, [&] { TubeModel model(coarse, range); });
   TubeLeaf tube(leaf, std::make_shared<TubeModel>(coarse, range), 0);
-  const double t_tube = median_seconds(21,
-                                       [&] {
-                                         for (int k = 0; k < 1000; ++k) tube.evaluate();
-                                       }) /
+  const double t_tube = least_seconds(21,
+                                      [&] {
+                                        for (int k = 0; k < 1000; ++k) tube.evaluate();
+                                      }) /
                         1000;
-  const double t_full = median_seconds(101, [&] { full.evaluate(); });
-  const double t_fine = median_seconds(41, [&] { full_fine.evaluate(); });
+  const double t_full = least_seconds(101, [&] { full.evaluate(); });
+  const double t_fine = least_seconds(41, [&] { full_fine.evaluate(); });
   // a load step of the fine leaf: 4 mm guided, from rest
   double step = 0;
   {
@@ -56,7 +52,7 @@ void leaf_kernels() {
     request.points = {0.003};
     request.stress = false;
     ModelOptions model{.accuracy = Accuracy::full, .mesh = {16, 8}};
-    step = median_seconds(
+    step = least_seconds(
         9, [&] { evaluate_stroke(models::single_leaf(0.06, 0.04, 4e-4), model, request); });
   }
   const PageTable page("timings leaf");
@@ -67,7 +63,8 @@ void leaf_kernels() {
   fmt::print("| full, 16×8: condensed force and tangent | {:.0f} µs | {:.0f} |\n", t_fine * 1e6,
              t_fine / t_tube);
   fmt::print(
-      "| coefficients of the reduced leaf, 4 bent states | {:.1f} ms | {:.2f} load steps of the full "
+      "| coefficients of the reduced leaf, 4 bent states | {:.1f} ms | {:.2f} load steps of the "
+      "full "
       "leaf on 16×8 |\n",
       build * 1e3, build / step);
 }
@@ -88,16 +85,18 @@ void hinge_paths() {
     hinge.bodies[0].inertia = 1e-3 * payload * Matrix3d::Identity();
     request.frequencies = frequencies;
     auto path = [&](const ModelOptions& model, int runs, double* coefficients = nullptr) {
-      std::vector<double> seconds, build;
+      double seconds = 1e9, build = 1e9;
       for (int k = 0; k < runs; ++k) {
+        const std::clock_t start = std::clock();
         const StrokeResponse r = evaluate_stroke(hinge, model, request);
-        seconds.push_back(r.seconds_path);
-        build.push_back(r.seconds_coefficients);
+        // processor time, shared out as the response's clock does
+        const double all = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+        const double share = all / (r.seconds_path + r.seconds_coefficients);
+        seconds = std::min(seconds, share * r.seconds_path);
+        build = std::min(build, share * r.seconds_coefficients);
       }
-      std::sort(seconds.begin(), seconds.end());
-      std::sort(build.begin(), build.end());
-      if (coefficients) *coefficients = build[runs / 2];
-      return seconds[runs / 2];
+      if (coefficients) *coefficients = build;
+      return seconds;
     };
     double build = 0;
     const double reduced = path({}, 15, &build);
@@ -139,14 +138,8 @@ void screening() {
       derivatives.frequency_derivatives = true;
       derivatives.path = false;
       const ModelOptions full{.accuracy = Accuracy::full};
-      const auto least_cpu = [&](const StrokeRequest& request) {  // other work does not count
-        double least = 1e9;
-        for (int k = 0; k < 9; ++k) {
-          const std::clock_t start = std::clock();
-          evaluate_stroke(c.mechanism, full, request);
-          least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
-        }
-        return least;
+      const auto least_cpu = [&](const StrokeRequest& request) {
+        return least_seconds(9, [&] { evaluate_stroke(c.mechanism, full, request); });
       };
       const double t_path = least_cpu(path), t_derivatives = least_cpu(derivatives);
       fmt::print("| {} | {} | {:.2f} ms | {:.1f} ms | {:.3f} |\n", c.name, frequencies,
