@@ -47,6 +47,8 @@ case ${1:-} in
   '')
     echo "./flexopt bench NAME runs one of these and writes its tables into the pages:"
     list
+    echo "In tests/benchmarks, with Python: calculix (solid elements), modal_derivative_paper and"
+    echo "plate_paper (figures of two papers)."
     exit 0
     ;;
   --targets)
