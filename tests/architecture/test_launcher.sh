@@ -111,6 +111,24 @@ stand_in ctest 'exit 8'
 start test
 [ "$code" = 8 ] || problem "the exit code of ctest is handed on, got $code"
 
+mkdir -p "$work/repo/tests/benchmarks"
+cat >"$work/repo/tests/benchmarks/bench.sh" <<'END'
+case ${1:-} in
+  --targets) [ "$2" = sum ] || exit 2; echo bench_sum ;;
+  *) echo "bench.sh $*" ;;
+esac
+END
+start bench
+[ "$out" = "bench.sh " ] || problem "bench lists the benchmarks: $out"
+[ -s "$work/calls" ] && problem "a list needs no build"
+start bench nothing
+[ "$code" = 2 ] || problem "an unknown benchmark: exit code 2, got $code"
+called "cmake" && problem "an unknown benchmark is not built"
+start bench sum
+called "FLEXOPT_BENCHMARKS=ON" || problem "bench configures with the benchmarks"
+called "cmake --build --preset release --target flexopt bench_sum" || problem "bench builds its program"
+[ "$out" = "bench.sh $work/repo/build/release sum" ] || problem "bench runs it: $out"
+
 # A build that fails at its second step: ninja's exit code must survive the progress line.
 stand_in cmake 'case $1 in --build) echo "[1/9] Building object"; echo "FAILED: b.o"; exit 1;; esac'
 touch "$work/repo/core/b.cpp"
