@@ -10,6 +10,8 @@ set(tested_by
   core/elements/plate/beam_mesh core/elements/plate/test_beam_leaf
   core/elements/plate/beam_section core/elements/plate/test_beam_leaf
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
+  core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
+  core/elements/plate/full_model core/elements/leaf/test_full_model
   core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
   core/elements/plate/plate_gradient core/response/gradients/test_point_gradients
   core/elements/plate/plate_mesh core/elements/plate/test_plate_leaf
@@ -18,6 +20,7 @@ set(tested_by
   core/elements/plate/plate_series core/response/stroke_series/test_frequency_derivatives
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/system core/equilibrium/test_joints
+  core/math/nearest_rotation core/reduction/superelement/test_superelement
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
   core/reduction/modal/modal_leaf_linear core/reduction/modal/test_modal_leaf_gradient
@@ -39,9 +42,11 @@ set(tested_by
   core/response/stroke_gradients core/response/gradients/test_stroke_gradients
   core/response/stroke_series/mechanism_series
     core/response/stroke_series/test_frequency_derivatives
+  core/spec/formula_parser core/spec/test_formula
   core/spec/json_schema optim/job/test_job
   core/spec/spec_error core/spec/test_json_file
   optim/compare/comparison optim/compare/test_compare
+  optim/job/expression core/spec/test_formula
   optim/job/job_compare optim/compare/test_samples
   optim/job/job_numbers optim/job/test_job
   optim/job/job_optimise optim/job/test_job
@@ -72,7 +77,8 @@ set(untested
   core/elements/plate/plate_fields "tables of strain operators, used by every test of a plate"
   core/elements/leaf/leaf_gradient "sums of what leaves answer, used by every test of a gradient"
   core/elements/leaf/leaf_scale "units of a leaf, used by every test of a leaf"
-  optim/job/expression_bytecode "the inside of expression, which has its test"
+  core/elements/leaf/leaf_element "the answer of a leaf that cannot do something"
+  core/math/deflated_solve "solves of frequency derivatives, used by all of their tests"
   results/cli/main "one line that calls run_command_line"
   results/files/version "the version and commit of the build"
 )
