@@ -20,7 +20,8 @@ set(tested_by
   core/elements/plate/plate_series core/response/stroke_series/test_frequency_derivatives
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/system core/equilibrium/test_joints
-  core/math/nearest_rotation core/reduction/superelement/test_superelement
+  core/math/deflated_solve core/reduction/modal/test_modal_derivatives
+  core/math/nearest_rotation core/math/test_rotation
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
   core/reduction/modal/modal_leaf_linear core/reduction/modal/test_modal_leaf_gradient
@@ -46,7 +47,7 @@ set(tested_by
   core/spec/json_schema optim/job/test_job
   core/spec/spec_error core/spec/test_json_file
   optim/compare/comparison optim/compare/test_compare
-  optim/job/expression core/spec/test_formula
+  optim/job/expression optim/job/test_job
   optim/job/job_compare optim/compare/test_samples
   optim/job/job_numbers optim/job/test_job
   optim/job/job_optimise optim/job/test_job
@@ -78,7 +79,6 @@ set(untested
   core/elements/leaf/leaf_gradient "sums of what leaves answer, used by every test of a gradient"
   core/elements/leaf/leaf_scale "units of a leaf, used by every test of a leaf"
   core/elements/leaf/leaf_element "the answer of a leaf that cannot do something"
-  core/math/deflated_solve "solves of frequency derivatives, used by all of their tests"
   results/cli/main "one line that calls run_command_line"
   results/files/version "the version and commit of the build"
 )
