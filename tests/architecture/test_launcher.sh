@@ -13,9 +13,12 @@ touch "$work/repo/CMakeLists.txt" "$work/repo/CMakePresets.json" "$work/repo/cor
 # Each stand-in notes how it was called. FAKE_MISSING is a Debian package that is not there yet.
 stand_in() { printf '#!/bin/sh\necho "%s $*" >>"%s/calls"\n%s\n' "$1" "$work" "$2" >"$work/bin/$1"
   chmod +x "$work/bin/$1"; }
+# It builds in three steps, as ninja shows them.
 stand_in cmake "case \$1 in --build) mkdir -p build/release
   printf '#!/bin/sh\necho program \"\$@\"; exit 7\n' >build/release/flexopt
-  chmod +x build/release/flexopt;; esac"
+  chmod +x build/release/flexopt
+  printf '[0/2] Re-checking globbed directories...\n'
+  for k in 1 2 3; do printf \"\${NINJA_STATUS:+[\$k/3] }Building object \$k\n\"; done;; esac"
 stand_in ctest ''
 stand_in npm ''
 stand_in node ''
@@ -45,6 +48,12 @@ start run job.json --out 'a folder'
 called "cmake --preset release" || problem "configures with the preset release"
 called "cmake --build --preset release --target flexopt" || problem "builds the program alone"
 called "apt-get" && problem "installs nothing when nothing is missing"
+
+case $err in *"building 33 % (1 of 3)"*"building 100 % (3 of 3)"*) ;;
+  *) problem "shows how far the build is: $err" ;; esac
+case $err in *object*) problem "keeps the build's log to itself: $err" ;; esac
+grep -q "Building object 2" "$work/repo/build/release/build.log" || problem "keeps the build's log"
+called "FLEXOPT_BENCHMARKS=ON" && problem "the program needs no benchmarks"
 
 age
 start designs
@@ -97,12 +106,41 @@ called "npm ci" || problem "fetches the report's libraries"
 start test -R units
 called "cmake --build --preset release --target all" || problem "test builds everything"
 called "ctest --preset release .*-R units" || problem "test runs ctest with its options"
+called "FLEXOPT_BENCHMARKS=OFF" || problem "test leaves the benchmarks out"
+stand_in ctest 'exit 8'
+start test
+[ "$code" = 8 ] || problem "the exit code of ctest is handed on, got $code"
 
-stand_in cmake 'exit 1'
+mkdir -p "$work/repo/tests/benchmarks"
+cat >"$work/repo/tests/benchmarks/bench.sh" <<'END'
+case ${1:-} in
+  --targets) [ "$2" = sum ] || exit 2; echo bench_sum ;;
+  *) echo "bench.sh $*" ;;
+esac
+END
+start bench
+[ "$out" = "bench.sh " ] || problem "bench lists the benchmarks: $out"
+[ -s "$work/calls" ] && problem "a list needs no build"
+start bench nothing
+[ "$code" = 2 ] || problem "an unknown benchmark: exit code 2, got $code"
+called "cmake" && problem "an unknown benchmark is not built"
+start bench sum
+called "FLEXOPT_BENCHMARKS=ON" || problem "bench configures with the benchmarks"
+called "cmake --build --preset release --target flexopt bench_sum" || problem "bench builds its program"
+[ "$out" = "bench.sh $work/repo/build/release sum" ] || problem "bench runs it: $out"
+
+# A build that fails at its second step: ninja's exit code must survive the progress line.
+stand_in cmake 'case $1 in --build) echo "[1/9] Building object"; echo "FAILED: b.o"; exit 1;; esac'
 touch "$work/repo/core/b.cpp"
 start designs
 [ "$code" = 4 ] || problem "a failed build: exit code 4, got $code"
 case $out in *program*) problem "a failed build does not start the old program" ;; esac
+case $err in *build/release/build.log*"FAILED: b.o"*) ;;
+  *) problem "a failed build names its log and shows its end: $err" ;; esac
 start designs
 [ "$code" = 4 ] || problem "a failed build is tried again"
+stand_in cmake 'echo "CMake Error: no Eigen"; exit 1'
+start designs
+[ "$code" = 4 ] || problem "a failed configuration: exit code 4, got $code"
+case $err in *"CMake Error: no Eigen"*) ;; *) problem "shows why configuring failed: $err" ;; esac
 echo "the launcher does what it says"

@@ -1,6 +1,6 @@
-// Accuracy tables: mesh against a converged mesh, reduced against full on the same mesh.
+// How far a mesh is from a fine one, and a reduced leaf from the full one on the same mesh.
 //
-//   accuracy [mesh | reduced | order]     one table; all of them without an argument
+//   bench_accuracy [mesh | reduced | order]     one table; all of them without an argument
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
@@ -80,21 +81,22 @@ std::vector<Case> cases(const Leaf& l, int frequencies) {
 }
 
 void mesh_table() {
-  fmt::print(
-      "\nMesh against 28x14 (drive load, motion of O over its largest, worst support "
-      "stiffness; %)\n");
+  const PageTable page("accuracy mesh");
+  const std::vector<std::array<int, 2>> meshes{{8, 4}, {10, 4}, {16, 4}, {16, 8}};
+  fmt::print("| w²/(Lt) | path |");
+  for (const auto& mesh : meshes) fmt::print(" {}×{} |", mesh[0], mesh[1]);
+  fmt::print("\n|---|---|---|---|---|---|\n");
   for (const Leaf& l : leaves)
     for (const Case& c : cases(l, 0)) {
       if (c.name == "hinge -45°") continue;
-      fmt::print("w²/(Lt) = {:3.0f}  {:13}", l.slenderness(), c.name);
+      fmt::print("| {:.0f} | {} |", l.slenderness(), c.name);
       const StrokeResponse fine =
           evaluate_stroke(c.mechanism, {.accuracy = Accuracy::full, .mesh = {28, 14}}, c.request);
-      for (const std::array<int, 2> mesh : {std::array{8, 4}, {10, 4}, {16, 4}, {16, 8}}) {
+      for (const auto& mesh : meshes) {
         const Errors e = differences(
             fine,
             evaluate_stroke(c.mechanism, {.accuracy = Accuracy::full, .mesh = mesh}, c.request));
-        fmt::print("  {}x{}: {:.2f} {:.2f} {:.2f}", mesh[0], mesh[1], 100 * e.drive, 100 * e.motion,
-                   100 * e.support);
+        fmt::print(" {:.2f} / {:.2f} / {:.2f} |", 100 * e.drive, 100 * e.motion, 100 * e.support);
       }
       fmt::print("\n");
       std::fflush(stdout);
@@ -102,15 +104,16 @@ void mesh_table() {
 }
 
 void reduced_table() {
-  fmt::print("\nReduced against full on the default mesh, six frequencies each\n");
-  fmt::print("{:>7}  {:13} {:>8} {:>8} {:>8} {:>8} {:>8}  iterations, full leaves\n", "w²/(Lt)",
-             "path", "drive", "motion", "support", "free", "locked");
+  const PageTable page("accuracy reduced");
+  fmt::print(
+      "| w²/(Lt) | path | drive load | motion of O | support stiffness | frequencies, drive free | "
+      "drive locked | iterations | full leaves |\n|---|---|---|---|---|---|---|---|---|\n");
   for (const Leaf& l : leaves)
     for (const Case& c : cases(l, 6)) {
       const StrokeResponse full =
           evaluate_stroke(c.mechanism, {.accuracy = Accuracy::full}, c.request);
       const Errors e = differences(full, evaluate_stroke(c.mechanism, {}, c.request));
-      fmt::print("{:7.0f}  {:13} {:8.1e} {:8.1e} {:8.1e} {:8.1e} {:8.1e}  {}, {}\n",
+      fmt::print("| {:.0f} | {} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {} | {} |\n",
                  l.slenderness(), c.name, e.drive, e.motion, e.support, e.free, e.locked,
                  e.iterations, e.fallbacks);
       std::fflush(stdout);
@@ -118,9 +121,11 @@ void reduced_table() {
 }
 
 void order_table() {
+  // the 60 × 40 × 0.4 mm guide at 0.1 L, against 32 × 16 elements
+  const PageTable page("accuracy order");
   fmt::print(
-      "\nOrder of the mesh: drive load and support stiffness of the 60x40x0.4 guide at "
-      "0.1 L, n x n/2 elements against 32x16\n");
+      "| elements | drive load | support stiffness | order: drive load | support stiffness |\n");
+  fmt::print("|---|---|---|---|---|\n");
   const Mechanism m = models::guide(0.06, 0.04, 4e-4, 1.0);
   StrokeRequest r;
   r.points = {0.006};
@@ -130,12 +135,13 @@ void order_table() {
   for (const int n : {4, 6, 8, 12, 16}) {
     const Errors e =
         differences(fine, evaluate_stroke(m, {.accuracy = Accuracy::full, .mesh = {n, n / 2}}, r));
-    fmt::print("{:2}x{:<2} drive {:.2e}  support {:.2e}", n, n / 2, e.drive, e.support);
-    if (n == 8 || n == 16)
-      fmt::print("   order from half the elements: {:.1f}, {:.1f}",
-                 std::log2(previous[0] / e.drive), std::log2(previous[1] / e.support));
+    fmt::print("| {}×{} | {:.1e} | {:.1e} |", n, n / 2, e.drive, e.support);
+    if (n == 8 || n == 16)  // from half the elements
+      fmt::print(" {:.1f} | {:.1f} |\n", std::log2(previous[0] / e.drive),
+                 std::log2(previous[1] / e.support));
+    else
+      fmt::print(" | |\n");
     if (n == 4 || n == 8) previous[0] = e.drive, previous[1] = e.support;
-    fmt::print("\n");
   }
 }
 

@@ -1,4 +1,6 @@
-// Error of full beam leaves against elements per leaf, 40 elements the reference: parallel guide to
+// Errors of beam leaves by the number of elements, and of superelements, per leaf.
+//
+// Full beam leaves, 40 elements the reference: parallel guide to
 // 0.2 L and cross hinge to 30°, the undeflected state included. Largest over the stroke in %:
 // drive load / support stiffness in z / worst support stiffness (direction). Prints the tables of
 // core/elements/plate/beams.md; the second one is of superelements per leaf, with linear local
@@ -13,6 +15,7 @@
 
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
@@ -102,7 +105,10 @@ int main() {
   std::vector<Column> elements;
   for (const int n : {2, 4, 8, 10, 16})
     elements.push_back({fmt::format("{} elements", n), full(n)});
-  print_table(elements, full(40));
+  {
+    const PageTable page("beam_elements elements");
+    print_table(elements, full(40));
+  }
   std::vector<Column> cuts;
   for (const int n : {2, 4, 8, 16})
     cuts.push_back({fmt::format("{} linear", n), cut(Reduction::linear_craig_bampton, n)});
@@ -113,6 +119,6 @@ int main() {
     model.modal_derivatives = ModalDerivativeSet::third_order;
     cuts.push_back({fmt::format("{} third-order", n), model});
   }
-  fmt::print("\n");
+  const PageTable page("beam_elements superelements");
   print_table(cuts, full(40, Warping::free));
 }

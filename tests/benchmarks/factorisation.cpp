@@ -1,5 +1,7 @@
-// The leaf's block-tridiagonal factorisation against SuiteSparse's CHOLMOD on matrices of its
-// pattern: each node of a line couples with its neighbours on three lines.
+// The block-tridiagonal factorisation of a leaf against CHOLMOD of SuiteSparse.
+//
+// Matrices of the pattern of a leaf: each node of a line couples with its neighbours on three
+// lines.
 #include <fmt/format.h>
 
 #include <Eigen/CholmodSupport>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "core/math/block_tridiagonal.hpp"
+#include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
@@ -58,6 +61,10 @@ void fill(int lines, int nodes, BlockTridiagonal& K, Eigen::SparseMatrix<double>
 }  // namespace
 
 int main() {
+  const PageTable page("factorisation");
+  fmt::print(
+      "| mesh | block-tridiagonal | CHOLMOD, supernodal | CHOLMOD, simplicial | difference of the "
+      "solutions |\n|---|---|---|---|---|\n");
   for (const auto& [nx, ny] : {std::pair{10, 4}, {16, 4}, {16, 8}, {28, 14}}) {
     BlockTridiagonal pattern;
     Eigen::SparseMatrix<double> sparse;
@@ -77,9 +84,7 @@ int main() {
     MatrixXd b = MatrixXd::Ones(sparse.rows(), 1), x = b;
     K.solve(x);
     const double difference = (x - super.solve(b)).norm() / x.norm();
-    fmt::print(
-        "{}x{}: block-tridiagonal {:.2f} ms; CHOLMOD supernodal {:.1f} x, simplicial {:.1f} x "
-        "that (solutions differ by {:.0e})\n",
-        nx, ny, block * 1e3, supernodal / block, simplicial / block, difference);
+    fmt::print("| {}×{} | {:.2f} ms | {:.1f} times that | {:.1f} times that | {:.0e} |\n", nx, ny,
+               block * 1e3, supernodal / block, simplicial / block, difference);
   }
 }

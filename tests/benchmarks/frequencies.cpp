@@ -1,7 +1,6 @@
-// Frequencies of every method against full order over the stroke: the tables of
-// core/response/modes/README.md. Full order: the full leaf with 40 of its own modes.
+// Frequencies of every method against full order over the stroke.
 //
-//   bench_frequencies            all tables
+// The tables of core/response/modes/README.md. Full order: the full leaf with 40 of its own modes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
@@ -123,10 +123,8 @@ std::vector<Variant> variants(Flexure flexure) {
 
 void table(Flexure flexure) {
   const std::vector<Case> all = cases();
-  fmt::print(
-      "\n{} leaves: worst of the first six frequencies, drive free and locked, over the "
-      "stroke, in %\n\n| method | mass | internal modes |",
-      flexure == Flexure::beam ? "Beam" : "Plate");
+  const PageTable page(flexure == Flexure::beam ? "frequencies beam" : "frequencies plate");
+  fmt::print("| method | mass | internal modes |");
   for (const Case& c : all) fmt::print(" {} |", c.name);
   fmt::print("\n|---|---|---|");
   for (std::size_t k = 0; k < all.size(); ++k) fmt::print("---|");
@@ -165,8 +163,9 @@ void table(Flexure flexure) {
 
 // Where along the stroke the options matter, and what they do to the lowest frequencies alone.
 void along_stroke() {
+  const PageTable page("frequencies stroke");
   fmt::print(
-      "\nPlate leaves of the default reduction, by the stroke\n\n| case | mass | internal "
+      "| case | mass | internal "
       "modes | 0 | 1/4 or 5° | 1/2 or 10° | 3/4 or 20° | all or 30° | lowest, "
       "drive free | lowest, drive locked |\n|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Case& c : cases()) {

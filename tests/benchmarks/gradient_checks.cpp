@@ -1,5 +1,6 @@
-// Every exact derivative of every family against extrapolated differences of the whole path: at
-// rest, at a small and at a large stroke, symmetric designs and random ones.
+// Every exact derivative of every family against extrapolated differences of the whole path.
+//
+// At rest, at a small and at a large stroke, symmetric designs and random ones.
 //   bench_gradient_checks [random designs a family = 2] [seed = 1]
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 
 #include "core/math/memory.hpp"
 #include "optim/problem/check_gradients.hpp"
+#include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 using Json = nlohmann::json;
@@ -84,6 +86,7 @@ int main(int argc, char** argv) {
     for (const char* family : {"parallel_guide", "cross_hinge", "three_flexure_cross_hinge"})
       cases.push_back({family, flexure});
   }
+  const PageTable page("gradient_checks");
   fmt::print(
       "| family | flexure | design | derivatives | agree | within 1e-8 | 1e-9 | largest error not "
       "explained |\n|---|---|---|---|---|---|---|---|\n");
@@ -106,11 +109,11 @@ int main(int argc, char** argv) {
                  k == 0 ? "symmetric" : fmt::format("random {}", k), report.checks.size(), agree,
                  100.0 * close / report.checks.size(), 100.0 * closer / report.checks.size(),
                  worst);
-      if (!report.ok) fmt::print("  {}\n", report.message);
+      if (!report.ok) fmt::print(stderr, "  {}\n", report.message);
       for (const GradientCheck& c : report.checks)
         if (!c.agrees)
-          fmt::print("  {} {} point {}: {:.9e} {:.9e} error {:.1e} known to {:.1e}\n", c.quantity,
-                     c.parameter, c.point, c.exact, c.difference, c.error, c.known_to);
+          fmt::print(stderr, "  {} {} point {}: {:.9e} {:.9e} error {:.1e} known to {:.1e}\n",
+                     c.quantity, c.parameter, c.point, c.exact, c.difference, c.error, c.known_to);
       std::fflush(stdout);
     }
 }

@@ -1,5 +1,4 @@
-// What exact derivatives of all outputs over a stroke cost, as a multiple of the stroke itself at
-// full accuracy, and what each further parameter adds.
+// What exact derivatives of all outputs cost, as a multiple of the stroke itself at full accuracy.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include "core/math/memory.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "designs/parametric_design.hpp"
+#include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
@@ -51,7 +51,8 @@ int main() {
   StrokeRequest request;
   request.points.clear();
   for (int i = 0; i <= 10; ++i) request.points.push_back(0.35 * i / 10);
-  fmt::print("three leaves, 11 points, default mesh, stress; cost over that of the stroke alone\n");
+  // three leaves, 11 points, default mesh, stress; cost over that of the stroke alone
+  const PageTable page("gradients");
   fmt::print(
       "| frequencies | 1 parameter | 12 parameters | each further one |\n|---|---|---|---|\n");
   struct Row {

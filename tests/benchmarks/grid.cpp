@@ -1,7 +1,7 @@
-// The best design of a brute-force grid over the box of an optimisation job: what an optimiser must
-// at least reach.
+// The best design of a grid over the variables of an optimisation job (arguments, no table).
 //
-//   grid JOB.json N1 N2 …      points per variable, ends included
+// What an optimiser must at least reach.
+//   bench_grid JOB.json N1 N2 …      points per variable, ends included
 #include <fmt/format.h>
 
 #include <atomic>
@@ -16,7 +16,7 @@ using namespace flexopt;
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    fmt::print(stderr, "usage: grid JOB.json N1 N2 …\n");
+    fmt::print(stderr, "usage: bench_grid JOB.json N1 N2 …\n");
     return 2;
   }
   const DesignProblem problem(read_job(argv[1]), evaluate_stroke);

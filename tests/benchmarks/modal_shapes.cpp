@@ -1,4 +1,6 @@
-// What figures 1 to 3 of the modal-derivative paper show, as CSV on standard output: a cantilever
+// The curves of figures 1 to 3 of the modal-derivative paper, and what leaving inertia out means.
+//
+// Figures 1 to 3 as CSV on standard output: a cantilever
 // of 10 beam elements (w/L = 0.1, t/L = 1/100), its vibration modes, its Craig–Bampton modes (right
 // node free), the modal derivatives of both, and its shapes under a tip load, full and projected on
 // two modes and three derivatives. Then, as a Markdown table, what leaving out the inertia of (19)
@@ -11,6 +13,7 @@
 #include <string>
 
 #include "core/reduction/modal/modal_derivatives.hpp"
+#include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
@@ -162,7 +165,8 @@ int main() {
   }
 
   // inertia: |θ kept − θ left out| / |θ kept| in the kinetic-energy norm
-  fmt::print("\n| | i, j | L/t = 50 | L/t = 200 | L/t = 500 |\n|---|---|---|---|---|\n");
+  const PageTable page("modal_shapes inertia");
+  fmt::print("| | i, j | L/t = 50 | L/t = 200 | L/t = 500 |\n|---|---|---|---|---|\n");
   for (const bool free_tip : {true, false})
     for (const auto [i, j] : {std::pair{0, 0}, {0, 1}, {1, 0}, {1, 1}}) {
       fmt::print("| {} | {}, {} |", free_tip ? "cantilever" : "clamped at both ends", i + 1, j + 1);

@@ -1,10 +1,7 @@
-// Times of the reduced leaf against the full one, as ratios measured in one run.
-//
-//   timings            all tables
+// Times of reduced leaves against full ones, as ratios measured in one run on an idle machine.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <ctime>
 #include <functional>
 #include <numbers>
@@ -14,23 +11,21 @@
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-// Median of the times of `runs` calls [s].
-double median_seconds(int runs, const std::function<void()>& call) {
-  std::vector<double> times;
+// Least processor time of `runs` calls [s]: other work on the machine does not count.
+double least_seconds(int runs, const std::function<void()>& call) {
+  double least = 1e9;
   for (int k = 0; k < runs; ++k) {
-    const auto start = Clock::now();
+    const std::clock_t start = std::clock();
     call();
-    times.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+    least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   }
-  std::nth_element(times.begin(), times.begin() + runs / 2, times.end());
-  return times[runs / 2];
+  return least;
 }
 
 void leaf_kernels() {
@@ -41,15 +36,15 @@ void leaf_kernels() {
   const auto coarse = mesh(ModelOptions{}.mesh), fine = mesh({16, 8});
   FullLeaf full(leaf, coarse, 0), full_fine(leaf, fine, 0);
   TubeRange range;
-  const double build = median_seconds(9, [&] { TubeModel model(coarse, range); });
+  const double build = least_seconds(9, [&] { TubeModel model(coarse, range); });
   TubeLeaf tube(leaf, std::make_shared<TubeModel>(coarse, range), 0);
-  const double t_tube = median_seconds(21,
-                                       [&] {
-                                         for (int k = 0; k < 1000; ++k) tube.evaluate();
-                                       }) /
+  const double t_tube = least_seconds(21,
+                                      [&] {
+                                        for (int k = 0; k < 1000; ++k) tube.evaluate();
+                                      }) /
                         1000;
-  const double t_full = median_seconds(101, [&] { full.evaluate(); });
-  const double t_fine = median_seconds(41, [&] { full_fine.evaluate(); });
+  const double t_full = least_seconds(101, [&] { full.evaluate(); });
+  const double t_fine = least_seconds(41, [&] { full_fine.evaluate(); });
   // a load step of the fine leaf: 4 mm guided, from rest
   double step = 0;
   {
@@ -57,17 +52,20 @@ void leaf_kernels() {
     request.points = {0.003};
     request.outputs.remove(Output::stress);
     ModelOptions model{.accuracy = Accuracy::full, .mesh = {16, 8}};
-    step = median_seconds(
+    step = least_seconds(
         9, [&] { evaluate_stroke(models::single_leaf(0.06, 0.04, 4e-4), model, request); });
   }
-  fmt::print("leaf: value, gradient, Hessian       tube {:.2f} us\n", t_tube * 1e6);
+  const PageTable page("timings leaf");
+  fmt::print("| one leaf | time | ratio |\n|---|---|---|\n");
+  fmt::print("| reduced: energy, force, tangent | {:.2f} µs | 1 |\n", t_tube * 1e6);
+  fmt::print("| full, default mesh: condensed force and tangent | {:.0f} µs | {:.0f} |\n",
+             t_full * 1e6, t_full / t_tube);
+  fmt::print("| full, 16×8: condensed force and tangent | {:.0f} µs | {:.0f} |\n", t_fine * 1e6,
+             t_fine / t_tube);
   fmt::print(
-      "leaf: condensed force and tangent    default mesh {:.0f} us = {:.0f} x tube, 16x8 {:.0f} us "
-      "= "
-      "{:.0f} x tube\n",
-      t_full * 1e6, t_full / t_tube, t_fine * 1e6, t_fine / t_tube);
-  fmt::print(
-      "leaf: coefficients, 4 bent states    {:.1f} ms = {:.2f} load steps of the 16x8 leaf\n",
+      "| coefficients of the reduced leaf, 4 bent states | {:.1f} ms | {:.2f} load steps of the "
+      "full "
+      "leaf on 16×8 |\n",
       build * 1e3, build / step);
 }
 
@@ -77,30 +75,32 @@ void hinge_paths() {
   request.points.clear();
   for (int k = 0; k < 11; ++k) request.points.push_back(std::numbers::pi / 6 * k / 10);
   request.outputs.remove(Output::stress);
+  const PageTable page("timings hinge");
+  fmt::print(
+      "| frequencies | payload | reduced | its coefficients | full, default mesh | full, 16×8 "
+      "|\n|---|---|---|---|---|---|\n");
   // one frequency of a heavy payload lies far below the leaves' own: cheaper modes suffice
   for (const auto& [frequencies, payload] : {std::pair{0, 0.3}, {8, 0.3}, {1, 300.0}}) {
     hinge.bodies[0].mass = payload;
     hinge.bodies[0].inertia = 1e-3 * payload * Matrix3d::Identity();
     request.frequencies = frequencies;
     auto path = [&](const ModelOptions& model, int runs, double* coefficients = nullptr) {
-      std::vector<double> seconds, build;
+      double seconds = 1e9, build = 1e9;
       for (int k = 0; k < runs; ++k) {
         const StrokeResponse r = evaluate_stroke(hinge, model, request);
-        seconds.push_back(r.seconds_path);
-        build.push_back(r.seconds_coefficients);
+        seconds = std::min(seconds, r.seconds_path);
+        build = std::min(build, r.seconds_coefficients);
       }
-      std::sort(seconds.begin(), seconds.end());
-      std::sort(build.begin(), build.end());
-      if (coefficients) *coefficients = build[runs / 2];
-      return seconds[runs / 2];
+      if (coefficients) *coefficients = build;
+      return seconds;
     };
     double build = 0;
     const double reduced = path({}, 15, &build);
     const double full = path({.accuracy = Accuracy::full}, 5);
     const double fine = path({.accuracy = Accuracy::full, .mesh = {16, 8}}, 3);
     fmt::print(
-        "three-leaf hinge, 11 points, 6x6, {} frequencies ({} kg): reduced {:.2f} ms (coefficients "
-        "{:.1f} ms), full {:.1f} ms = {:.1f} x, 16x8 {:.0f} ms = {:.0f} x\n",
+        "| {} | {} kg | {:.2f} ms | {:.1f} ms | {:.1f} ms, {:.1f} times | {:.0f} ms, {:.0f} times "
+        "|\n",
         frequencies, payload, reduced * 1e3, build * 1e3, full * 1e3, full / reduced, fine * 1e3,
         fine / reduced);
   }
@@ -108,6 +108,9 @@ void hinge_paths() {
 
 // Frequency derivatives, as a screening uses them, against the full path that they stand for.
 void screening() {
+  const PageTable page("timings screening");
+  fmt::print(
+      "| | frequencies | derivatives | full path of 11 points | ratio |\n|---|---|---|---|---|\n");
   struct Case {
     const char* name;
     Mechanism mechanism;
@@ -130,20 +133,12 @@ void screening() {
       StrokeRequest derivatives = path;
       derivatives.outputs = {Output::frequency_derivatives};
       const ModelOptions full{.accuracy = Accuracy::full};
-      const auto least_cpu = [&](const StrokeRequest& request) {  // other work does not count
-        double least = 1e9;
-        for (int k = 0; k < 9; ++k) {
-          const std::clock_t start = std::clock();
-          evaluate_stroke(c.mechanism, full, request);
-          least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
-        }
-        return least;
+      const auto least_cpu = [&](const StrokeRequest& request) {
+        return least_seconds(9, [&] { evaluate_stroke(c.mechanism, full, request); });
       };
       const double t_path = least_cpu(path), t_derivatives = least_cpu(derivatives);
-      fmt::print(
-          "{}, {} frequencies: derivatives {:.2f} ms, full path of 11 points {:.1f} ms, ratio "
-          "{:.3f}\n",
-          c.name, frequencies, t_derivatives * 1e3, t_path * 1e3, t_derivatives / t_path);
+      fmt::print("| {} | {} | {:.2f} ms | {:.1f} ms | {:.3f} |\n", c.name, frequencies,
+                 t_derivatives * 1e3, t_path * 1e3, t_derivatives / t_path);
     }
 }
 

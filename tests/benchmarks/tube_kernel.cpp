@@ -1,30 +1,31 @@
-// Time of one evaluation of the reduced leaf and of its parts, on one core.
+// Time of one evaluation of the reduced leaf and of each of its parts, on one core.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 
 #include "core/math/rotation.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
+#include "tests/benchmarks/page.hpp"
 #include "tests/support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 
 namespace {
 
-/// Shortest of several runs [µs per call]; what f returns is summed and shown, so nothing is
-/// optimised away.
+/// Least processor time of several runs [µs per call]; what f returns is summed and shown, so
+/// nothing is optimised away.
 template <class F>
 void measure(const char* name, F&& f) {
   constexpr int calls = 20000, runs = 25;
   double best = 1e300, check = 0;
   for (int run = 0; run < runs; ++run) {
-    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock();
     for (int i = 0; i < calls; ++i) check += f(1e-6 * (i % 100));
-    const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - start;
-    best = std::min(best, time.count() / calls);
+    best = std::min(best, 1e6 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / calls);
   }
-  std::printf("%-52s %7.3f us   (check %g)\n", name, best, check);
+  std::printf("| %s | %.2f µs |\n", name, best);
+  std::fprintf(stderr, "%s: sum %g\n", name, check);  // keeps the calls alive
 }
 
 template <int Degree>
@@ -38,6 +39,8 @@ TubePotential tube() {
 }  // namespace
 
 int main() {
+  const PageTable page("tube_kernel");
+  std::printf("| part | time |\n|---|---|\n");
   const TubePotential degree5 = tube<5>(), degree7 = tube<7>();
   const double L = synthetic::length;
   EdgePoses edges{{{Vector3d::Zero(), Matrix3d::Identity()},

@@ -52,7 +52,7 @@ json without_clock(const fs::path& out) {
 
 }  // namespace
 
-TEST_CASE("a batch killed and started again ends with the same bytes", "[jobs][compare]") {
+TEST_CASE("a batch killed and started again ends with the same bytes", "[jobs][compare][slow]") {
   const Folder folder("flexopt_killed");
   const fs::path job = folder.path / "job.json";
   std::ofstream(job) << job_document().dump();

@@ -64,7 +64,7 @@ std::map<std::string, int> counted(const std::vector<json>& evaluations) {
 
 }  // namespace
 
-TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][optim]") {
+TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][optim][slow]") {
   const Folder folder("flexopt_cut");
   const fs::path job = folder.path / "job.json";
   std::ofstream(job) << job_document().dump();

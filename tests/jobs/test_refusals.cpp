@@ -75,7 +75,8 @@ std::string base() { return table()["bases"]["evaluate"].dump(2); }
 
 }  // namespace
 
-TEST_CASE("every wrong job ends with exit code 2, place and rule, and writes nothing", "[jobs]") {
+TEST_CASE("every wrong job ends with exit code 2, place and rule, and writes nothing",
+          "[jobs][slow]") {
   const Workplace place;
   int cases = 0;
   for (const json& item : table()["cases"]) {

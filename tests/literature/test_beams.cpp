@@ -146,7 +146,7 @@ TEST_CASE("a strip twisted at its tip stiffens and shortens", "[literature][beam
   CHECK(r.path[2].displacement[0] == Approx(-w * w * twist * twist * L / 24).epsilon(2e-3));
 }
 
-TEST_CASE("the 45° bend of Bathe and Bolourchi", "[literature][beam]") {
+TEST_CASE("a chain of wires follows the 45° bend of Bathe and Bolourchi", "[literature][beam]") {
   // R = 100, E = 1e7, ν = 0; a chain of straight pieces on the arc
   const Material m{"m", 1e7, 0, 1, {}};
   const double R = 100;

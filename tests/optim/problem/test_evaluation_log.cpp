@@ -80,7 +80,7 @@ void check_same(const Optimum& a, const Optimum& b) {
 
 }  // namespace
 
-TEST_CASE("a run cut off anywhere resumes to the same end", "[optim]") {
+TEST_CASE("a run cut off anywhere resumes to the same end", "[optim][slow]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
   const Folder folder;

@@ -352,33 +352,3 @@ TEST_CASE("SLSQP and Ipopt stay within the move limit of what they know", "[opti
   CHECK(s.reason == StopReason::converged);
   CHECK((s.x - rosenbrock_optimum()).norm() < 1e-3);
 }
-
-TEST_CASE("the residual of the first-order conditions counts slack constraints", "[optim]") {
-  // min x², x ≥ 1 + c at x: multiplier 2 x, complementarity 2 x c where the constraint is not tight
-  const VectorXd x = vector({1.0}), lower = vector({-5}), upper = vector({5}), df = vector({2.0});
-  const MatrixXd dc = MatrixXd::Constant(1, 1, -1.0);
-  const Multipliers tight = least_squares_multipliers(x, lower, upper, vector({0.0}), df, dc);
-  CHECK(tight.residual < 1e-14);
-  CHECK(tight.lambda[0] == Approx(2));
-  const Multipliers near = least_squares_multipliers(x, lower, upper, vector({-1e-3}), df, dc);
-  CHECK(near.residual == Approx(2e-3).epsilon(1e-3));
-  const Multipliers far = least_squares_multipliers(x, lower, upper, vector({-0.5}), df, dc);
-  CHECK(far.residual == Approx(2));
-  CHECK(far.lambda[0] == 0);
-  // a bound takes the slope up where its sign allows
-  CHECK(least_squares_multipliers(x, x, upper, vector({-0.5}), df, dc).residual < 1e-14);
-  CHECK(least_squares_multipliers(x, lower, x, vector({-0.5}), df, dc).residual == Approx(2));
-}
-
-TEST_CASE("least squares with y >= 0 meets its optimality conditions", "[optim]") {
-  srand(3);
-  for (int trial = 0; trial < 50; ++trial) {
-    const MatrixXd A = MatrixXd::Random(5, 7);
-    const VectorXd b = VectorXd::Random(5);
-    const VectorXd y = non_negative_least_squares(A, b);
-    const VectorXd w = A.transpose() * (b - A * y);
-    REQUIRE(y.minCoeff() >= 0);
-    REQUIRE(w.maxCoeff() < 1e-9);
-    REQUIRE(std::abs(w.dot(y)) < 1e-9);
-  }
-}

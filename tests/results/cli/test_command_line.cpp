@@ -85,7 +85,7 @@ TEST_CASE("Help, version, schema and designs go to stdout and exit 0", "[results
   CHECK_THAT(flexopt_in(folder.path(), "designs leaf_spring").out, Contains("thickness"));
 }
 
-TEST_CASE("check-gradients compares every derivative of a job", "[results][command]") {
+TEST_CASE("check-gradients compares every derivative of a job", "[results][command][slow]") {
   const test::TemporaryFolder folder;
   OrderedJson job = leaf_job();
   job["frequencies"] = 2;

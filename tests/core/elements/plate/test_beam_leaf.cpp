@@ -93,7 +93,8 @@ double observed_rate(double coarse, double fine) { return std::log2(coarse / fin
 
 }  // namespace
 
-TEST_CASE("section constants: Saint-Venant's series, thin and square limits, the circle") {
+TEST_CASE(
+    "section constants meet Saint-Venant's series, its thin and square limits, and the circle") {
   // Timoshenko and Goodier, table of J / (w t³): square 0.1406, 2:1 0.229, 10:1 0.312
   for (const auto& [ratio, expected] : {std::pair{1.0, 0.1406}, {2.0, 0.229}, {10.0, 0.312}})
     CHECK(beam_section(Section::rectangular, ratio, 1, 0.3).J / ratio ==

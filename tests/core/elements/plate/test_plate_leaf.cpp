@@ -251,37 +251,6 @@ TEST_CASE("mass sums to density times volume, and to its moments of inertia") {
   CHECK(rz.dot(M * rz) == Approx(along + across).epsilon(1e-9));
 }
 
-TEST_CASE("an indefinite matrix is solved and its negative eigenvalues are counted") {
-  std::mt19937 random(19);
-  std::uniform_real_distribution<double> u(-1, 1);
-  const std::vector<int> sizes{3, 5, 4, 6};
-  BlockTridiagonal K;
-  K.resize(sizes);
-  MatrixXd full = MatrixXd::Zero(18, 18);
-  for (int i = 0; i < 4; ++i) {
-    MatrixXd D(sizes[i], sizes[i]);
-    for (double& x : D.reshaped()) x = u(random);
-    D = (D + D.transpose()).eval();
-    if (i != 2) D += 4 * MatrixXd::Identity(sizes[i], sizes[i]);
-    K.diagonal[i] = D;
-    full.block(K.offset[i], K.offset[i], sizes[i], sizes[i]) = D;
-    if (i == 3) continue;
-    MatrixXd O(sizes[i + 1], sizes[i]);
-    for (double& x : O.reshaped()) x = u(random);
-    K.below[i] = O;
-    full.block(K.offset[i + 1], K.offset[i], sizes[i + 1], sizes[i]) = O;
-    full.block(K.offset[i], K.offset[i + 1], sizes[i], sizes[i + 1]) = O.transpose();
-  }
-  K.factorise();
-  const VectorXd lambda = Eigen::SelfAdjointEigenSolver<MatrixXd>(full).eigenvalues();
-  const int negative = static_cast<int>((lambda.array() < 0).count());
-  REQUIRE(negative > 0);
-  CHECK(K.negative_pivots() == negative);
-  MatrixXd b = MatrixXd::Random(18, 3), x = b;
-  K.solve(x);
-  CHECK((full * x - b).norm() < 1e-10 * b.norm());
-}
-
 TEST_CASE("fixed-interface modes are mass-orthonormal and solve their eigenproblem") {
   const auto mesh = make_mesh(0.3, 0.005, {8, 4});
   PlateLeaf leaf(mesh);

@@ -176,8 +176,9 @@ TEST_CASE("both readings of the paper's equation 8 differ by boundary modes",
   CHECK(own(n + 6, 12 * 10 + 10) == Approx(-2.0 / 15).epsilon(1e-3));
 }
 
-TEST_CASE("modal derivatives of a cantilever's modes: closed form, and the factor of one half",
-          "[reduction][modal_derivatives]") {
+TEST_CASE(
+    "modal derivatives of a cantilever's modes have their closed form, and enter with one half",
+    "[reduction][modal_derivatives]") {
   // shared reference E4: u_ij′ = −φi′ φj′, tip values −I_ij for ∫φ² = L
   const double width = 0.1, thickness = 2e-3;
   const auto mesh = beam(24, width, thickness);
@@ -256,8 +257,9 @@ TEST_CASE("with the inertia kept, modal derivatives are the differences of the m
   }
 }
 
-TEST_CASE("von Kármán's beam: cubic coefficient of the manifold, frequencies under prestress",
-          "[reduction][modal_derivatives]") {
+TEST_CASE(
+    "the manifold has the cubic coefficient and the frequencies under tension of von Kármán's beam",
+    "[reduction][modal_derivatives]") {
   const double width = 0.1, t = 2e-3;
   const auto mesh = beam(20, width, t);
   PlateLeaf leaf = assembled(mesh);

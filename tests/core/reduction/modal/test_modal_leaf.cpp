@@ -132,7 +132,7 @@ TEST_CASE("a modal leaf's force and tangent are the derivatives of its energy",
 }
 
 TEST_CASE("a rigid motion leaves a modal leaf's energy alone and turns its forces",
-          "[reduction][modal_leaf]") {
+          "[reduction][modal_leaf][slow]") {
   const Mechanism m = single();
   for (const Case& c : cases()) {
     INFO(c.name);

@@ -280,22 +280,26 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set, double thi
 
 }  // namespace
 
-TEST_CASE("derivatives of a quadratic manifold", "[reduction]") {
+TEST_CASE("derivatives of a leaf on the quadratic manifold agree with differences of rebuilt ones",
+          "[reduction][slow]") {
   check(Flexure::plate, Reduction::quadratic_manifold, ModalDerivativeSet::all);
   check(Flexure::beam, Reduction::quadratic_manifold, ModalDerivativeSet::all);
 }
 
-TEST_CASE("derivatives of a leaf of modal derivatives", "[reduction]") {
+TEST_CASE("derivatives of a leaf of modal derivatives agree with differences of rebuilt ones",
+          "[reduction][slow]") {
   check(Flexure::plate, Reduction::modal_derivatives, ModalDerivativeSet::all);
   check(Flexure::plate, Reduction::modal_derivatives, ModalDerivativeSet::bending);
   check(Flexure::beam, Reduction::modal_derivatives, ModalDerivativeSet::all);
 }
 
-TEST_CASE("derivatives of a plate with third-order fields", "[reduction]") {
+TEST_CASE("derivatives of a plate with third-order fields agree with differences of rebuilt ones",
+          "[reduction][slow]") {
   check(Flexure::plate, Reduction::modal_derivatives, ModalDerivativeSet::third_order);
 }
 
-TEST_CASE("derivatives of a beam with third-order fields", "[reduction]") {
+TEST_CASE("derivatives of a beam with third-order fields agree with differences of rebuilt ones",
+          "[reduction][slow]") {
   // at 2 mm a field stands at the threshold of being kept
   check(Flexure::beam, Reduction::modal_derivatives, ModalDerivativeSet::third_order, 2.3e-3);
 }

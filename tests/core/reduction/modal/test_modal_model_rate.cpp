@@ -91,7 +91,7 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set) {
 }  // namespace
 
 TEST_CASE("derivatives of the fields of a modal leaf are differences of rebuilt ones",
-          "[reduction]") {
+          "[reduction][slow]") {
   for (const Flexure flexure : {Flexure::plate, Flexure::beam}) {
     check(flexure, Reduction::quadratic_manifold, ModalDerivativeSet::all);
     check(flexure, Reduction::modal_derivatives, ModalDerivativeSet::bending);

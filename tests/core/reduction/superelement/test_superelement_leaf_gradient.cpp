@@ -140,7 +140,7 @@ LeafValues answer(const Design& design, const ModelOptions& model, const State& 
 }  // namespace
 
 TEST_CASE("derivatives of a leaf of superelements agree with differences of rebuilt ones",
-          "[reduction]") {
+          "[reduction][slow]") {
   for (const Case& c : cases()) {
     INFO(c.name);
     Random random(7);

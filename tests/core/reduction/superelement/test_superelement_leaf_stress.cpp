@@ -12,7 +12,7 @@ using namespace flexopt;
 using namespace flexopt::superelement_leaves;
 
 TEST_CASE("derivatives of the stress of a leaf of superelements agree with differences",
-          "[reduction]") {
+          "[reduction][slow]") {
   for (const Case& c : cases()) {
     INFO(c.name);
     Random random(9);

@@ -82,7 +82,7 @@ Numbers numbers(const SuperelementModel& m, const SuperelementModel& rate, bool 
 
 }  // namespace
 
-TEST_CASE("rates of superelements agree with differences of rebuilt ones", "[reduction]") {
+TEST_CASE("rates of superelements agree with differences of rebuilt ones", "[reduction][slow]") {
   for (const Grid& g : grids()) {
     const SuperelementGrid grid(g.leaf, g.model);
     const SuperelementModelRate rate(grid);

@@ -107,7 +107,7 @@ TEST_CASE("a rebuilt field is the full leaf's to second order in the transverse 
   }
 }
 
-TEST_CASE("reduced guides agree with full ones from slender to very wide leaves") {
+TEST_CASE("reduced guides agree with full ones from slender to very wide leaves", "[slow]") {
   struct Leaf {
     double length, width, thickness;  // mm
   };
@@ -125,7 +125,7 @@ TEST_CASE("reduced guides agree with full ones from slender to very wide leaves"
   CHECK(e.stress < 1e-2);
 }
 
-TEST_CASE("reduced hinges agree with full ones to 45 degrees, both ways") {
+TEST_CASE("reduced hinges agree with full ones to 45 degrees, both ways", "[slow]") {
   const double sign = GENERATE(1.0, -1.0);
   struct Leaf {
     double length, width, thickness;

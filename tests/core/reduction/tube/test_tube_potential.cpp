@@ -109,7 +109,8 @@ TEST_CASE("the number of terms follows from degree and mirror symmetry", "[reduc
   CHECK(TubePotential(s_ray(), force_scale, 7, nodes).terms() == 236);
 }
 
-TEST_CASE("a polynomial of the degree of the tube is reproduced everywhere", "[reduction][tube]") {
+TEST_CASE("a polynomial of the degree of the tube is reproduced everywhere",
+          "[reduction][tube][slow]") {
   check_random_polynomial<3>(1);
   check_random_polynomial<4>(2);
   check_random_polynomial<5>(3);

@@ -94,7 +94,8 @@ ModelOptions model_of(Flexure flexure) {
 
 }  // namespace
 
-TEST_CASE("derivatives of a guide with a joint", "[gradients][joint]") {
+TEST_CASE("exact derivatives of a beam guide with a joint agree with differences",
+          "[gradients][joint]") {
   const auto [type, along] = GENERATE(
       std::pair{JointType::rigid, std::vector<std::size_t>{0, 2, 7, 8}},
       std::pair{JointType::revolute, std::vector<std::size_t>{0, 1, 3, 4, 5, 6, 7, 8, 9, 10}},
@@ -108,20 +109,25 @@ TEST_CASE("derivatives of a guide with a joint", "[gradients][joint]") {
   CHECK(compared == 60 * static_cast<int>(along.size()));
 }
 
-TEST_CASE("derivatives of a plate guide with a joint", "[gradients][joint]") {
+TEST_CASE("exact derivatives of a plate guide with a joint agree with differences",
+          "[gradients][joint]") {
   const auto make = [](const Values& p) { return guide(JointType::revolute, p); };
   check_gradients({make, numbers, {1, 8, 9}, 10.0}, model_of(Flexure::plate),
                   loaded(-0.015, false));
 }
 
-TEST_CASE("derivatives of a hinge with joints to the ground and to the end-effector",
-          "[gradients][joint]") {
+TEST_CASE(
+    "exact derivatives of a hinge with joints to ground and end-effector agree with differences",
+    "[gradients][joint]") {
   const int compared = check_gradients({hinge, numbers, {0, 2, 7, 8, 9, 10}, 0.1},
                                        model_of(Flexure::beam), loaded(0.4, true));
   CHECK(compared == 60 * 6);
 }
 
-TEST_CASE("derivatives through joints finished from reduced leaves", "[gradients][joint]") {
+TEST_CASE(
+    "exact derivatives through joints agree with differences where reduced leaves lead to the "
+    "state",
+    "[gradients][joint]") {
   ModelOptions model = model_of(Flexure::plate);
   model.accuracy = Accuracy::reduced;
   const auto make = [](const Values& p) { return guide(JointType::prismatic, p); };

@@ -77,7 +77,9 @@ ModelOptions model_of(Flexure flexure, std::array<int, 2> mesh) {
 
 }  // namespace
 
-TEST_CASE("derivatives of a clamped plate and the place of its load", "[gradients][points]") {
+TEST_CASE(
+    "exact derivatives of a clamped plate, by the place of its load too, agree with differences",
+    "[gradients][points][slow]") {
   StrokeRequest request;
   request.frequencies = 3;
   SECTION("driven") {
@@ -94,7 +96,8 @@ TEST_CASE("derivatives of a clamped plate and the place of its load", "[gradient
   CHECK(compared >= 2 * 15 * 9);
 }
 
-TEST_CASE("derivatives of a cantilever with a free tip", "[gradients][points]") {
+TEST_CASE("exact derivatives of a cantilever with a free tip agree with differences",
+          "[gradients][points]") {
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
   StrokeRequest request;
   request.frequencies = 3;
@@ -112,7 +115,8 @@ TEST_CASE("derivatives of a cantilever with a free tip", "[gradients][points]") 
   CHECK(compared >= 2 * 15 * 5);
 }
 
-TEST_CASE("derivatives where a body follows a node of superelements", "[gradients][points]") {
+TEST_CASE("exact derivatives agree with differences where a body follows a node of superelements",
+          "[gradients][points][slow]") {
   ModelOptions model = model_of(Flexure::plate, {6, 4});
   model.accuracy = Accuracy::reduced;
   model.method = Reduction::linear_craig_bampton;
@@ -158,7 +162,8 @@ TEST_CASE("derivatives where a body follows a node of superelements", "[gradient
   }
 }
 
-TEST_CASE("derivatives of a guide with a mass on a leaf", "[gradients][points]") {
+TEST_CASE("exact derivatives of a guide with a mass on a leaf agree with differences",
+          "[gradients][points][slow]") {
   StrokeRequest request;
   request.frequencies = 3;
   request.points = {0, 0.02};

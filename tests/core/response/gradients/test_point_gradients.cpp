@@ -81,39 +81,41 @@ void check(const Case& c) {
 
 }  // namespace
 
-TEST_CASE("derivatives of a plate guide") {
+TEST_CASE("exact derivatives of a plate guide agree with differences") {
   check({false, Flexure::plate, Accuracy::full, 0.02, {0, 1, 2, 4, 7, 10}});
 }
 
-TEST_CASE("derivatives of a plate hinge") {
+TEST_CASE("exact derivatives of a plate hinge agree with differences") {
   check({true, Flexure::plate, Accuracy::full, 0.4, {0, 1, 2, 3, 6, 9}});
 }
 
-TEST_CASE("derivatives of a beam guide, the other way") {
+TEST_CASE("exact derivatives of a beam guide driven the other way agree with differences") {
   check({false, Flexure::beam, Accuracy::full, -0.015, {0, 1, 2, 4, 5, 9}});
 }
 
-TEST_CASE("derivatives of a beam hinge") {
+TEST_CASE("exact derivatives of a beam hinge agree with differences") {
   check({true, Flexure::beam, Accuracy::full, 0.5, {0, 1, 2, 8, 9, 10}});
 }
 
-TEST_CASE("derivatives of a hinge finished from reduced leaves") {
+TEST_CASE(
+    "exact derivatives of a hinge agree with differences where reduced leaves lead to the state",
+    "[slow]") {
   check({true, Flexure::plate, Accuracy::reduced, -0.3, {0, 2, 10}});
 }
 
-TEST_CASE("derivatives of a guide of segments") {
+TEST_CASE("exact derivatives of a guide of segments agree with differences") {
   check({false, Flexure::plate, Accuracy::reduced, 0.02, {0, 1, 2, 4, 7, 10}, linear, {3, 0}});
 }
 
-TEST_CASE("derivatives of a hinge of patches") {
+TEST_CASE("exact derivatives of a hinge of patches agree with differences", "[slow]") {
   check({true, Flexure::plate, Accuracy::reduced, 0.25, {0, 1, 2, 3, 6, 9}, linear, {4, 2}});
 }
 
-TEST_CASE("derivatives of a hinge of single superelements") {
+TEST_CASE("exact derivatives of a hinge of single superelements agree with differences", "[slow]") {
   check({true, Flexure::plate, Accuracy::reduced, -0.1, {0, 1, 5, 8, 10}, linear, {1, 0}});
 }
 
-TEST_CASE("derivatives of a guide of beam superelements") {
+TEST_CASE("exact derivatives of a guide of beam superelements agree with differences") {
   check({false, Flexure::beam, Accuracy::reduced, -0.015, {0, 1, 2, 4, 5, 9}, linear, {4, 0}});
 }
 
@@ -132,19 +134,21 @@ TEST_CASE("where nothing is stressed the stress has no slope") {
   }
 }
 
-TEST_CASE("derivatives of a guide of modal derivatives") {
+TEST_CASE("exact derivatives of a guide of modal derivatives agree with differences") {
   check({false, Flexure::plate, Accuracy::reduced, 0.01, {0, 1, 2, 4, 7, 10}, modal});
 }
 
-TEST_CASE("derivatives of a beam hinge of modal derivatives in segments") {
+TEST_CASE(
+    "exact derivatives of a beam hinge of modal derivatives in segments agree with differences") {
   check({true, Flexure::beam, Accuracy::reduced, 0.3, {0, 1, 2, 3, 6, 9}, modal, {2, 0}});
 }
 
-TEST_CASE("derivatives of a guide of modal derivatives in segments") {
+TEST_CASE("exact derivatives of a guide of modal derivatives in segments agree with differences",
+          "[slow]") {
   check({false, Flexure::plate, Accuracy::reduced, -0.02, {0, 1, 2, 5, 9, 10}, modal, {3, 0}});
 }
 
-TEST_CASE("derivatives of a beam guide with third-order fields") {
+TEST_CASE("exact derivatives of a beam guide with third-order fields agree with differences") {
   check({false,
          Flexure::beam,
          Accuracy::reduced,
@@ -155,11 +159,12 @@ TEST_CASE("derivatives of a beam guide with third-order fields") {
          ModalDerivativeSet::third_order});
 }
 
-TEST_CASE("derivatives of a beam hinge on the quadratic manifold") {
+TEST_CASE("exact derivatives of a beam hinge on the quadratic manifold agree with differences") {
   check({true, Flexure::beam, Accuracy::reduced, 0.05, {0, 1, 2, 8, 9, 10}, manifold});
 }
 
-TEST_CASE("derivatives where leaves follow by their static shapes alone") {
+TEST_CASE(
+    "exact derivatives agree with differences where leaves follow by their static shapes alone") {
   Case full{false, Flexure::plate, Accuracy::full, 0.02, {0, 2, 5, 6, 9}};
   Case reduced{true, Flexure::beam, Accuracy::reduced, 0.3, {0, 1, 5, 8, 10}, linear, {2, 0}};
   full.leaf_modes = reduced.leaf_modes = 0;

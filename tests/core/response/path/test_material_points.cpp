@@ -69,7 +69,9 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
   }
 }
 
-TEST_CASE("the cantilever and the clamped plate of the plate superelement paper", "[literature]") {
+TEST_CASE(
+    "superelements follow the cantilever and the clamped plate of the plate superelement paper",
+    "[literature]") {
   StrokeRequest request;
   request.outputs.remove(Output::stress);
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {20, 6}};

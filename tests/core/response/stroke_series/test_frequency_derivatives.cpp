@@ -227,7 +227,7 @@ Mechanism planar(Mechanism m, double mass, double inertia, double density) {
 
 // ω2/ω2(0) of a planar prototype: the path, then the parabola of 1/ω² from differences of a series
 // without leaf inertia. The parabola of ω² is below zero from the second or third stroke on.
-TEST_CASE("the table of parasitic frequencies and of what foretells them") {
+TEST_CASE("derivatives at rest foretell parasitic frequencies as the table of the page says") {
   struct Table {
     Mechanism (*make)(double density);
     double unit;

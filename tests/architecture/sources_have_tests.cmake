@@ -1,0 +1,129 @@
+cmake_minimum_required(VERSION 3.25)
+# Fails if a source of core, optim or results has no test: tests/ROOM/test_NAME.cpp for
+# ROOM/NAME.cpp, or another test that the list below names, or a reason there.
+#   cmake -D SOURCE=<repository> -P sources_have_tests.cmake
+
+# Source, and the test under tests/ that is about it although it has another name.
+set(tested_by
+  core/elements/leaf/leaf_chain core/reduction/modal/test_modal_leaf
+  core/elements/leaf/leaf_chain_gradient core/response/gradients/test_point_gradients
+  core/elements/plate/beam_mesh core/elements/plate/test_beam_leaf
+  core/elements/plate/beam_section core/elements/plate/test_beam_leaf
+  core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
+  core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
+  core/elements/plate/full_model core/elements/leaf/test_full_model
+  core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
+  core/elements/plate/plate_gradient core/response/gradients/test_point_gradients
+  core/elements/plate/plate_mesh core/elements/plate/test_plate_leaf
+  core/elements/plate/plate_mesh_rate core/response/gradients/test_point_gradients
+  core/elements/plate/plate_point_gradient core/response/gradients/test_material_point_gradients
+  core/elements/plate/plate_series core/response/stroke_series/test_frequency_derivatives
+  core/equilibrium/free_motions core/equilibrium/test_joints
+  core/equilibrium/system core/equilibrium/test_joints
+  core/math/deflated_solve core/reduction/modal/test_modal_derivatives
+  core/math/nearest_rotation core/math/test_rotation
+  core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
+  core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
+  core/reduction/modal/modal_leaf_linear core/reduction/modal/test_modal_leaf_gradient
+  core/reduction/modal/modal_leaf_quadratic core/reduction/modal/test_modal_leaf
+  core/reduction/superelement/condensation core/reduction/superelement/test_plate_body
+  core/reduction/superelement/linear_plate core/reduction/superelement/test_superelement_model_rate
+  core/reduction/superelement/superelement_grid core/reduction/superelement/test_superelement_points
+  core/reduction/superelement/superelement_leaf_results
+    core/reduction/superelement/test_superelement_leaf_stress
+  core/response/gradients/design_rates core/response/gradients/test_point_gradients
+  core/response/models/leaf_models core/reduction/tube/test_tube_leaf
+  core/response/modes/constant_mass core/response/modes/test_mass_options
+  core/response/modes/frequencies core/response/path/test_response
+  core/response/modes/mechanism_factor core/response/modes/test_exact_modes
+  core/response/path/evaluate_stroke core/response/path/test_response
+  core/response/path/stiffness core/response/path/test_response
+  core/response/probe core/response/path/test_material_points
+  core/response/quantities core/response/path/test_response
+  core/response/stroke_gradients core/response/gradients/test_stroke_gradients
+  core/response/stroke_series/mechanism_series
+    core/response/stroke_series/test_frequency_derivatives
+  core/spec/formula_parser core/spec/test_formula
+  core/spec/json_schema optim/job/test_job
+  core/spec/spec_error core/spec/test_json_file
+  optim/compare/comparison optim/compare/test_compare
+  optim/job/expression optim/job/test_job
+  optim/job/job_compare optim/compare/test_samples
+  optim/job/job_numbers optim/job/test_job
+  optim/job/job_optimise optim/job/test_job
+  optim/job/job_shape optim/job/test_job
+  optim/numerics/parallel optim/compare/test_compare
+  optim/problem/check_gradients results/cli/test_command_line
+  optim/problem/design_problem optim/search/test_exact_gradients
+  optim/problem/evaluation_book optim/problem/test_evaluation_log
+  optim/problem/line_log optim/problem/test_evaluation_log
+  optim/problem/posing optim/search/test_exact_gradients
+  optim/problem/stroke_sensitivity optim/search/test_exact_gradients
+  optim/search/pareto optim/search/test_stages
+  optim/search/search optim/search/test_optimise
+  optim/search/stock optim/search/test_stages
+  optim/search/verification optim/search/test_stages
+  optim/solvers/ipopt_optimiser optim/solvers/test_hock_schittkowski
+  optim/solvers/nlopt_optimiser optim/solvers/test_hock_schittkowski
+  optim/solvers/trials optim/solvers/test_optimiser
+  results/cli/commands results/cli/test_command_line
+  results/files/comparison_json results/files/test_comparison
+  results/files/optimum_json results/run/test_run_files
+  results/run/interrupted jobs/test_optimise_resumes
+  results/run/run results/run/test_run_files
+  results/files/run_record results/run/test_run_files
+)
+# Source, and why it has no test.
+set(untested
+  core/elements/plate/plate_fields "tables of strain operators, used by every test of a plate"
+  core/elements/leaf/leaf_gradient "sums of what leaves answer, used by every test of a gradient"
+  core/elements/leaf/leaf_scale "units of a leaf, used by every test of a leaf"
+  core/elements/leaf/leaf_element "the answer of a leaf that cannot do something"
+  results/cli/main "one line that calls run_command_line"
+  results/files/version "the version and commit of the build"
+)
+
+set(wrong "")
+set(listed "")
+set(files 0)
+macro(take list first second)
+  list(POP_FRONT ${list} ${first} ${second})
+  list(APPEND listed ${${first}})
+  if(NOT EXISTS ${SOURCE}/${${first}}.cpp)
+    list(APPEND wrong "${${first}}.cpp is in the list, but not there")
+  endif()
+endmacro()
+while(tested_by)
+  take(tested_by source test)
+  if(NOT EXISTS ${SOURCE}/tests/${test}.cpp)
+    list(APPEND wrong "${source}.cpp: its test tests/${test}.cpp is not there")
+  endif()
+endwhile()
+while(untested)
+  take(untested source reason)
+endwhile()
+foreach(folder core optim results)
+  file(GLOB_RECURSE sources RELATIVE ${SOURCE} ${SOURCE}/${folder}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX node_modules)
+  foreach(source IN LISTS sources)
+    math(EXPR files "${files} + 1")
+    string(REGEX REPLACE "\\.cpp$" "" source ${source})
+    get_filename_component(room ${source} DIRECTORY)
+    get_filename_component(name ${source} NAME)
+    if(EXISTS ${SOURCE}/tests/${room}/test_${name}.cpp)
+      if(source IN_LIST listed)
+        list(APPEND wrong "${source}.cpp has a test of its name; take it out of the list")
+      endif()
+    elseif(NOT source IN_LIST listed)
+      list(APPEND wrong "${source}.cpp: no tests/${room}/test_${name}.cpp, and not in the list")
+    endif()
+  endforeach()
+endforeach()
+if(files LESS 20)
+  message(FATAL_ERROR "only ${files} sources found in ${SOURCE}: nothing was checked")
+endif()
+if(wrong)
+  list(JOIN wrong "\n  " wrong)
+  message(FATAL_ERROR "sources without a test:\n  ${wrong}")
+endif()
+message(STATUS "${files} sources, each with a test or a reason")
