@@ -7,6 +7,8 @@
 #include <cassert>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
@@ -31,6 +33,7 @@ struct Context {
   std::vector<Quantity> quantities;
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<std::string> names;  ///< of these, the family's first
+  FaultList& faults;
 
   const Quantity* find_quantity(const std::string& name) const {
     const auto it = std::find_if(quantities.begin(), quantities.end(),
@@ -175,8 +178,12 @@ Variable read_variable(json& read, const Context& context, const Pointer& at,
   if (const auto why = without_number(context.family, context.design.choices, variable.parameter))
     throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"', *why);
   const Shape shape = parameter_shape(*find_parameter(context.family, variable.parameter));
-  variable.min = read_quantity(shape, read["min"], at / "min");
-  variable.max = read_quantity(shape, read["max"], at / "max");
+  const bool bounded = context.faults.attempt([&] {
+    variable.min = read_quantity(shape, read["min"], at / "min");
+  }) & context.faults.attempt([&] {
+    variable.max = read_quantity(shape, read["max"], at / "max");
+  });
+  if (!bounded) return variable;
   if (!(variable.min < variable.max))
     throw SpecError((at / "min").to_string(), shown(read["min"]),
                     fmt::format("expected min < max = {}", shown(read["max"])));
@@ -269,8 +276,9 @@ Constraint read_constraint(json& read, const Context& context, const Pointer& at
       return read_quantity(shape::quantity(unit), read[key], at / key);
     };
   }
-  if (read.contains("min")) read["min"] = *(constraint.min = bound("min"));
-  if (read.contains("max")) read["max"] = *(constraint.max = bound("max"));
+  for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
+    if (read.contains(key))
+      context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
   if (constraint.min && constraint.max && !(*constraint.min <= *constraint.max))
     throw SpecError((at / "min").to_string(), fmt::format("{:g}", *constraint.min),
                     fmt::format("expected min <= max = {:g}", *constraint.max));
@@ -346,37 +354,56 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
   return front;
 }
 
-}  // namespace
-
-OptimiseSpec read_optimise(json& read, const Family& family, Job& job) {
-  Context context{family, job.design, job.request, quantities(family.drive), {}, {}};
-  for (const Parameter& p : family.parameters) context.names.push_back(p.name);
+Context context_of(const Family& family, const Job& job, FaultList& faults) {
+  Context context{family, job.design, job.request, quantities(family.drive), {}, {}, faults};
   context.values = job.design.parameters;
+  for (const Parameter& p : family.parameters) {
+    context.names.push_back(p.name);
+    // a parameter whose value is wrong: any number will do to find out the unit of a formula
+    context.values.try_emplace(p.name, p.standard.value_or(std::clamp(0.1, p.min, p.max)));
+  }
   for (const auto& [name, value] : numbers_of(job.design.material, job.end_effector))
     if (!without_number(family, job.design.choices, name)) {
       context.names.push_back(name);
       context.values[name] = value;
     }
+  return context;
+}
+
+}  // namespace
+
+OptimiseSpec read_optimise(json& read, const Family& family, Job& job, FaultList& faults) {
+  const Context context = context_of(family, job, faults);
   const Pointer at("/optimise");
+  const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
   OptimiseSpec spec;
-  for (std::size_t i = 0; i < read["variables"].size(); ++i) {
+  std::set<std::string> taken;
+  for (std::size_t i = 0; read.contains("variables") && i < read["variables"].size(); ++i) {
     const Pointer here = at / "variables" / i;
-    Variable variable = read_variable(read["variables"][i], context, here, job.notes);
-    for (const Variable& other : spec.variables)
-      if (other.parameter == variable.parameter)
-        throw SpecError((here / "parameter").to_string(), '"' + variable.parameter + '"',
-                        "it is a variable already");
-    spec.variables.push_back(std::move(variable));
+    json& item = read["variables"][i];
+    if (sound(here / "parameter") && !taken.insert(item["parameter"].get<std::string>()).second)
+      faults.add((here / "parameter").to_string(), shown(item["parameter"]),
+                 "it is a variable already");
+    if (sound(here))
+      faults.attempt(
+          [&] { spec.variables.push_back(read_variable(item, context, here, job.notes)); });
   }
-  spec.objective = read_objective(read["objective"], context);
-  for (std::size_t i = 0; i < read["constraints"].size(); ++i)
-    spec.constraints.push_back(
-        read_constraint(read["constraints"][i], context, at / "constraints" / i));
-  spec.algorithm = read_algorithm(read["algorithm"]);
+  if (sound(at / "objective"))
+    faults.attempt([&] { spec.objective = read_objective(read["objective"], context); });
+  for (std::size_t i = 0; i < read["constraints"].size(); ++i) {
+    const Pointer here = at / "constraints" / i;
+    if (sound(here))
+      faults.attempt([&] {
+        spec.constraints.push_back(read_constraint(read["constraints"][i], context, here));
+      });
+  }
+  if (sound(at / "algorithm"))
+    faults.attempt([&] { spec.algorithm = read_algorithm(read["algorithm"]); });
   spec.starts = read["starts"];
   spec.spread = read["spread"] == "latin_hypercube" ? Spread::latin_hypercube : Spread::sobol;
   spec.seed = read["seed"];
-  if (read.contains("pareto")) spec.pareto = read_pareto(read["pareto"], spec.objective, context);
+  if (read.contains("pareto") && sound(at / "pareto"))
+    faults.attempt([&] { spec.pareto = read_pareto(read["pareto"], spec.objective, context); });
   if (read.contains("verify"))
     spec.verify = VerifySpec{read["verify"]["tolerance"], read["verify"]["max_full_evaluations"]};
   spec.max_evaluations = read["max_evaluations"];

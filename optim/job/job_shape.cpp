@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "optim/job/job_numbers.hpp"
