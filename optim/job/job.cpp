@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -16,6 +15,7 @@
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_tables.hpp"
 
 namespace flexopt {
 
@@ -37,10 +37,6 @@ const Family* named_family(const json& document) {
   return nullptr;
 }
 
-Vector3d vector_of(const json& list) {
-  return {list[0].get<double>(), list[1].get<double>(), list[2].get<double>()};
-}
-
 /// `written` is what stands in the job; the material must have passed its table.
 Material read_material(json& read, const json& written, FaultList& faults,
                        std::vector<std::string>& notes) {
@@ -56,126 +52,101 @@ Material read_material(json& read, const json& written, FaultList& faults,
     for (const NamedMaterial& named : materials())
       if (named.material.name == read.get<std::string>()) material = named.material;
   } else {
-    material.name = read.value("name", "custom");
-    material.youngs_modulus = read["youngs_modulus"];
-    material.density = read["density"];
-    if (read.contains("allowable_stress"))
-      material.allowable_stress = read["allowable_stress"].get<double>();
-    if (nu) {
-      material.poissons_ratio = read["poissons_ratio"];
-    } else {
-      const double G = read["shear_modulus"];
-      const double implied = material.youngs_modulus / (2 * G) - 1;
-      // what a plate cannot be made of, a beam can: check_leaf_model tells
-      material.poissons_ratio = implied < 0.5 + 1e-9 ? std::min(implied, 0.5) : implied;
-    }
+    material.name = "custom";
+    material_table().read(read, material);
     if (material.poissons_ratio < 0.2 || material.poissons_ratio > 0.4)
       notes.push_back(
           fmt::format("The material's Poisson's ratio {}is {:g}; metals have 0.2 to 0.4.",
                       shear ? "E/(2G) - 1 " : "", material.poissons_ratio));
   }
-  read = {{"name", material.name},
-          {"youngs_modulus", material.youngs_modulus},
-          {"density", material.density}};
-  if (material.poissons_ratio <= 0.5)
-    read["poissons_ratio"] = material.poissons_ratio;
-  else
-    read["shear_modulus"] = material.shear_modulus();
-  if (material.allowable_stress) read["allowable_stress"] = *material.allowable_stress;
+  read = material_table().write(material);
   return material;
 }
 
-Matrix3d read_inertia(const json& read) {
+/// The inertia of a body, made symmetric to rounding. Throws SpecError.
+Matrix3d checked_inertia(const Matrix3d& inertia) {
   const Pointer at("/end_effector/inertia");
-  Matrix3d inertia = Matrix3d::Zero();
-  if (!read[0].is_array()) {
-    inertia.diagonal() = vector_of(read);
-  } else {
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) inertia(i, j) = read[i][j];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < i; ++j)
-        if (std::abs(inertia(i, j) - inertia(j, i)) > 1e-9 * inertia.cwiseAbs().maxCoeff())
-          throw SpecError((at / i / j).to_string(), fmt::format("{:g} kg m^2", inertia(i, j)),
-                          fmt::format("an inertia is symmetric: expected {:g} kg m^2 as in row {}",
-                                      inertia(j, i), j));
-    inertia = 0.5 * (inertia + inertia.transpose()).eval();
-  }
-  check_inertia(inertia);
-  return inertia;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < i; ++j)
+      if (std::abs(inertia(i, j) - inertia(j, i)) > 1e-9 * inertia.cwiseAbs().maxCoeff())
+        throw SpecError((at / i / j).to_string(), fmt::format("{:g} kg m^2", inertia(i, j)),
+                        fmt::format("an inertia is symmetric: expected {:g} kg m^2 as in row {}",
+                                    inertia(j, i), j));
+  const Matrix3d symmetric = 0.5 * (inertia + inertia.transpose());
+  check_inertia(symmetric);
+  return symmetric;
 }
 
 EndEffector read_end_effector(const json& read, FaultList& faults,
                               std::vector<std::string>& notes) {
-  EndEffector body;
-  body.mass = read["mass"];
-  body.center_of_mass = vector_of(read["center_of_mass"]);
-  if (!faults.sound("/end_effector/inertia") ||
-      !faults.attempt([&] { body.inertia = read_inertia(read["inertia"]); }))
-    return body;
-  if (body.mass > 0 && body.inertia.isZero(0))
+  EndEffector body = end_effector_table().read(read);
+  if (!faults.attempt([&] { body.inertia = checked_inertia(body.inertia); }))
+    body.inertia.setZero();
+  else if (faults.sound("/end_effector") && body.mass > 0 && body.inertia.isZero(0))
     notes.push_back("The end-effector has mass but no inertia: it is a point mass.");
   return body;
 }
 
-std::vector<double> read_stroke(json& read, const json& as_written) {
+std::vector<double> read_stroke(json& read, const json& as_written, const Family& family) {
   const Pointer at("/stroke");
-  if (read.contains("at")) {
+  const RecordTable<StrokeSpec> table = stroke_table(&family);
+  StrokeSpec spec = table.read(read);
+  if (!spec.at.empty()) {
     for (const char* key : {"from", "to", "points"})
       if (read.contains(key))
         throw SpecError((at / key).to_string(), shown(as_written[key]),
                         "the stroke is given by 'at', or by from, to and points, not by both");
-    return read["at"].get<std::vector<double>>();
+    return spec.at;
   }
-  if (!read.contains("to"))
+  if (!spec.to)
     throw SpecError((at / "to").to_string(), "nothing",
                     "it is required: the last point of the stroke (or give 'at')");
-  if (!read.contains("from")) read["from"] = 0.0;
-  if (!read.contains("points")) read["points"] = 11;
-  const double from = read["from"], to = read["to"];
-  const int points = read["points"];
+  const double from = spec.from.value_or(0), to = *spec.to;
+  const int points = spec.points.value_or(11);
   if (points == 1 && from != to)
     throw SpecError((at / "points").to_string(), "1",
                     "both ends are included: expected at least 2 points between different ends");
+  spec.from = from;
+  spec.points = points;
+  read = table.write(spec);
   std::vector<double> stroke;
   for (int i = 0; i < points; ++i)
     stroke.push_back(i + 1 == points ? to : from + (to - from) * i / (points - 1));
   return stroke;
 }
 
-void read_load_path(const json& path, StrokeRequest& request) {
+void read_load_path(const json& read, StrokeRequest& request) {
+  const LoadSpec path = load_path_table().read(read);
   request.load_path.emplace();
-  *request.load_path << vector_of(path["force"]), vector_of(path["moment"]);
+  *request.load_path << path.force, path.moment;
   if (request.load_path->isZero())
-    throw SpecError("/load_path/force", shown(path["force"]),
+    throw SpecError("/load_path/force", shown(read["force"]),
                     "a load path has a force or a moment");
-  const int points = path["points"];
   request.points.clear();
-  for (int i = 0; i < points; ++i) request.points.push_back(i / (points - 1.0));
+  for (int i = 0; i < path.points; ++i) request.points.push_back(i / (path.points - 1.0));
 }
 
-StrokeRequest read_request(json& read, const json& as_written, FaultList& faults) {
-  StrokeRequest request;
+/// Adds to `request`, which holds what stands at the head of the job.
+void read_request(json& read, const json& as_written, const Family* family, FaultList& faults,
+                  StrokeRequest& request) {
   if (as_written.contains("stroke") == as_written.contains("load_path"))
     faults.add("/stroke", as_written.contains("stroke") ? shown(as_written["stroke"]) : "nothing",
                "give a stroke or a load_path, one of the two");
-  // a stroke's unit is that of the family's drive
-  if (read.contains("stroke") && faults.sound("/stroke") && faults.sound("/design/family"))
-    faults.attempt([&] { request.points = read_stroke(read["stroke"], as_written["stroke"]); });
+  if (family && read.contains("stroke") && faults.sound("/stroke"))
+    faults.attempt(
+        [&] { request.points = read_stroke(read["stroke"], as_written["stroke"], *family); });
   if (read.contains("load_path") && faults.sound("/load_path"))
     faults.attempt([&] { read_load_path(read["load_path"], request); });
   for (std::size_t i = 0; i < read["loads"].size(); ++i)
     if (faults.sound((Pointer("/loads") / i).to_string())) {
-      request.load.head<3>() += vector_of(read["loads"][i]["force"]);
-      request.load.tail<3>() += vector_of(read["loads"][i]["moment"]);
+      const LoadSpec load = load_table().read(read["loads"][i]);
+      request.load.head<3>() += load.force;
+      request.load.tail<3>() += load.moment;
     }
-  request.frequencies = read["frequencies"];
   request.parasitic_with_drive_locked = read["parasitic"]["drive"] == "locked";
   for (const json& kind : read["parasitic"]["skip"])
     (kind == "leaf" ? request.parasitic_skips_leaf_modes
                     : request.parasitic_skips_intermediate_modes) = true;
-  request.newton = read_newton(read["model"]);
-  return request;
 }
 
 bool is_wire(const DesignSpec& design) {
@@ -289,12 +260,11 @@ std::vector<Expectation> read_expectations(const json& read, FaultList& faults) 
   for (std::size_t i = 0; i < read.size(); ++i) {
     const Pointer at = Pointer("/expect") / i;
     if (!faults.sound(at.to_string())) continue;
-    const json& item = read[i];
-    Expectation e{item["pointer"], item["value"], item["tolerance"], item["source"]};
+    Expectation e = expectation_table().read(read[i]);
     try {
       static_cast<void>(Pointer(e.pointer));
     } catch (const json::exception&) {
-      faults.add((at / "pointer").to_string(), shown(item["pointer"]),
+      faults.add((at / "pointer").to_string(), shown(e.pointer),
                  "expected a JSON pointer such as \"/path/10/drive_load\"");
     }
     result.push_back(std::move(e));
@@ -333,12 +303,12 @@ std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, Fau
   std::set<std::string> names;
   for (std::size_t i = 0; i < read.size(); ++i) {
     const Pointer at = Pointer("/probes") / i;
-    if (faults.sound((at / "name").to_string()) &&
-        !names.insert(read[i]["name"].get<std::string>()).second)
-      faults.add((at / "name").to_string(), shown(read[i]["name"]), "names must be different");
+    if (!read[i].is_object()) continue;
+    const ProbeSpec wanted = probe_table().read(read[i]);
+    if (faults.sound((at / "name").to_string()) && !names.insert(wanted.name).second)
+      faults.add((at / "name").to_string(), shown(wanted.name), "names must be different");
     if (!mechanism || !faults.sound(at.to_string())) continue;
-    const std::optional<Probe> probe =
-        probe_at(*mechanism, read[i]["name"], vector_of(read[i]["at"]));
+    const std::optional<Probe> probe = probe_at(*mechanism, wanted.name, wanted.at);
     if (probe)
       probes.push_back(*probe);
     else
@@ -360,63 +330,30 @@ void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& not
 
 }  // namespace
 
-ModelOptions read_model(const json& read, const Pointer& at, FaultList& faults) {
-  ModelOptions model;
-  model.accuracy = read["accuracy"] == "full" ? Accuracy::full : Accuracy::reduced;
-  model.flexure = read["flexure"] == "beam" ? Flexure::beam : Flexure::plate;
-  model.warping = read["warping"] == "free" ? Warping::free : Warping::clamped;
-  model.mesh = {read["mesh"][0], read["mesh"][1]};
-  model.free_edge_torsion = read["free_edge_torsion"];
-  model.degree = read["degree"];
-  if (model.degree == 6)
-    faults.add((at / "degree").to_string(), "6",
-               "expected 5 or 7, the degrees of the reduced potential");
-  model.mass = read["mass"] == "constant" ? LeafMass::constant : LeafMass::consistent;
-  model.leaf_modes = read["leaf_modes"];
-  static const std::map<std::string, Reduction> methods{
-      {"mixed_potential", Reduction::mixed_potential},
-      {"linear_craig_bampton", Reduction::linear_craig_bampton},
-      {"modal_derivatives", Reduction::modal_derivatives},
-      {"quadratic_manifold", Reduction::quadratic_manifold}};
-  const std::string method = read["method"];
-  model.method = methods.at(method);
-  const bool is_method_known = faults.sound((at / "method").to_string());
-  if (read.contains("modal_derivatives")) {
-    static const std::map<std::string, ModalDerivativeSet> sets{
-        {"bending", ModalDerivativeSet::bending},
-        {"all", ModalDerivativeSet::all},
-        {"third_order", ModalDerivativeSet::third_order}};
-    const std::string set = read["modal_derivatives"];
-    model.modal_derivatives = sets.at(set);
-    if (is_method_known && model.method != Reduction::modal_derivatives && set != "all")
-      faults.add((at / "modal_derivatives").to_string(), fmt::format("\"{}\"", set),
-                 fmt::format("\"method\": \"{}\" has no choice of them; expected "
-                             "\"method\": \"modal_derivatives\"",
-                             method));
-  }
-  if (read.contains("superelements") && faults.sound((at / "superelements").to_string())) {
-    const json& cut = read["superelements"];
-    if (cut.is_array())
-      model.superelements = {cut[0], cut[1]};
-    else
-      model.superelements = {cut, 0};
-    if (is_method_known && model.method == Reduction::mixed_potential && cut != 1)
-      faults.add((at / "superelements").to_string(), cut.dump(),
-                 "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
-                 "or \"method\": \"linear_craig_bampton\"");
-    else if (is_method_known && model.method != Reduction::linear_craig_bampton && cut.is_array())
-      faults.add((at / "superelements").to_string(), cut.dump(),
-                 fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
-                             "number, or \"method\": \"linear_craig_bampton\"",
-                             method));
-  }
-  return model;
-}
-
-NewtonOptions read_newton(const json& read) {
-  NewtonOptions newton;
-  newton.tolerance = read["tolerance"];
-  return newton;
+ModelChoice read_model(const json& read, const Pointer& at, FaultList& faults) {
+  const ModelChoice choice = model_table().read(read);
+  const ModelOptions& model = choice.model;
+  const std::string method = name_in_job(model.method);
+  const auto refuse = [&](const char* key, const std::string& rule) {
+    faults.add((at / key).to_string(), read[key].dump(), rule);
+  };
+  if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
+  if (!faults.sound((at / "method").to_string())) return choice;
+  if (model.method != Reduction::modal_derivatives &&
+      model.modal_derivatives != ModalDerivativeSet::all)
+    refuse("modal_derivatives", fmt::format("\"method\": \"{}\" has no choice of them; expected "
+                                            "\"method\": \"modal_derivatives\"",
+                                            method));
+  const bool one = model.superelements == std::array{1, 0}, grid = model.superelements[1] != 0;
+  if (model.method == Reduction::mixed_potential && !one)
+    refuse("superelements",
+           "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
+           "or \"method\": \"linear_craig_bampton\"");
+  else if (model.method != Reduction::linear_craig_bampton && grid)
+    refuse("superelements", fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
+                                        "number, or \"method\": \"linear_craig_bampton\"",
+                                        method));
+  return choice;
 }
 
 void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const Pointer& at) {
@@ -493,12 +430,14 @@ Job JobReader::read() {
   if (!read_.is_object()) return {};
   if (family_ && !document_.contains(Pointer("/model/mesh")))
     read_["model"]["mesh"] = family_->mesh;
-  job_.name = read_["name"];
+  head_table().read(read_, job_);
   if (read_.contains("design"))
     job_.design = read_design(read_["design"], document_["design"], family_, faults_, job_.notes);
   job_.end_effector = read_end_effector(read_["end_effector"], faults_, job_.notes);
-  job_.model = read_model(read_["model"], Pointer("/model"), faults_);
-  job_.request = read_request(read_, document_, faults_);
+  const ModelChoice choice = read_model(read_["model"], Pointer("/model"), faults_);
+  job_.model = choice.model;
+  job_.request.newton = choice.newton;
+  read_request(read_, document_, family_, faults_, job_.request);
   job_.expect = read_expectations(read_["expect"], faults_);
   read_mechanism();
   read_sections();
@@ -525,9 +464,6 @@ void JobReader::read_mechanism() {
 
 void JobReader::read_sections() {
   const std::string kind = read_["job"];
-  job_.kind = kind == "optimise"  ? JobKind::optimise
-              : kind == "compare" ? JobKind::compare
-                                  : JobKind::evaluate;
   for (const auto& [section, owner] : {std::pair{"optimise", JobKind::optimise},
                                        {"samples", JobKind::compare},
                                        {"models", JobKind::compare}})

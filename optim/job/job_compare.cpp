@@ -11,6 +11,7 @@
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_tables.hpp"
 
 namespace flexopt {
 
@@ -91,7 +92,8 @@ void SamplesReader::check_name(const std::string& name, const Pointer& at) {
 
 void SamplesReader::read_range(json& read, const Pointer& at, const std::string& name,
                                const Parameter* of) {
-  SampleRange range;
+  SampleRange range = range_table().read(read);
+  if (range.points == 0) range.points = grid_points_;
   range.name = name;
   range.symbol = !of;
   const auto bound = [&](const char* key, double& value) {
@@ -109,11 +111,9 @@ void SamplesReader::read_range(json& read, const Pointer& at, const std::string&
   if (!(range.min < range.max))
     throw SpecError((at / "min").to_string(), shown(read["min"]),
                     fmt::format("expected min < max = {}", shown(read["max"])));
-  range.logarithmic = read.value("scale", "linear") == "log";
   if (range.logarithmic && !(range.min > 0))
     throw SpecError((at / "min").to_string(), shown(read["min"]),
                     "a logarithmic scale needs 0 < min");
-  range.points = read.value("points", grid_points_);
   read["min"] = range.min;
   read["max"] = range.max;
   read["scale"] = range.logarithmic ? "log" : "linear";
@@ -176,12 +176,11 @@ std::vector<std::string> SamplesReader::plain_names() const {
 void SamplesReader::read_spread(json& read) {
   if (!method_known_) return;
   if (spec_.method == SampleMethod::grid || spec_.method == SampleMethod::list) {
-    const std::string method = read["method"];
+    const std::string method = name_in_job(spec_.method);
     refuse_keys(read, at_, {"count", "seed"},
                 fmt::format("\"method\": \"{}\" is neither counted nor random", method), faults_);
   } else {
-    read["count"] = spec_.count = read.value("count", spec_.count);
-    read["seed"] = spec_.seed = read.value("seed", spec_.seed);
+    read.update(samples_table().write(spec_));
   }
   if (spec_.method != SampleMethod::grid)
     refuse_keys(read, at_, {"points"}, "only \"method\": \"grid\" has points", faults_);
@@ -236,12 +235,8 @@ void SamplesReader::read_formulas(const json& read, const StrokeRequest& request
 }
 
 SamplesSpec SamplesReader::read(json& read, const StrokeRequest& request) {
-  const std::string method = read["method"];
+  samples_table().read(read, spec_);
   method_known_ = sound(at_ / "method");
-  spec_.method = method == "sobol"             ? SampleMethod::sobol
-                 : method == "latin_hypercube" ? SampleMethod::latin_hypercube
-                 : method == "grid"            ? SampleMethod::grid
-                                               : SampleMethod::list;
   read_spread(read);
   const bool list = spec_.method == SampleMethod::list;
   for (std::size_t i = 0; i < read["vary"].size(); ++i) {
@@ -272,7 +267,8 @@ json overlaid(const json& model, const json& entry, const Pointer& at) {
 
 ModelChoice model_choice(const std::string& name, const json& whole, const DesignSpec& design,
                          const Pointer& at, FaultList& faults) {
-  const ModelChoice choice{name, read_model(whole, at, faults), read_newton(whole)};
+  ModelChoice choice = read_model(whole, at, faults);
+  choice.name = name;
   if (faults.sound("/design")) faults.attempt([&] { check_leaf_model(design, choice.model, at); });
   return choice;
 }

@@ -20,16 +20,11 @@ Shape model_shape();
 Shape model_entry_shape();
 
 /// What the section "model" says; `at` is its place. What its keys contradict is added to `faults`.
-ModelOptions read_model(const nlohmann::json& read, const JsonPointer& at, FaultList& faults);
+ModelChoice read_model(const nlohmann::json& read, const JsonPointer& at, FaultList& faults);
 
 /// Refuses a model that the design's leaves do not allow: plates of wires, or of a material with a
 /// Poisson's ratio above a half. Throws SpecError.
 void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const JsonPointer& at);
-NewtonOptions read_newton(const nlohmann::json& read);
-
-/// Names of the enums as the job file writes them.
-const std::vector<std::string>& over_stroke_names();
-OverStroke over_stroke_of(const std::string& name);
 
 /// Fills in the section "optimise". `read` has passed its table; bounds get their units here, and
 /// `read` is completed with what was decided; `job` is read but for its sections, and takes notes.
