@@ -249,7 +249,11 @@ json parse_json(const JsonText& text, std::vector<Fault>& faults) {
   Watch watch(text);
   try {
     json document = json::parse(text.text, std::ref(watch));
-    for (Fault& fault : watch.repeated) faults.push_back(std::move(fault));
+    for (Fault& fault : watch.repeated) {
+      const json::json_pointer at(fault.pointer);
+      if (document.contains(at)) fault.value = shown(document[at]);
+      faults.push_back(std::move(fault));
+    }
     return document;
   } catch (const json::exception& error) {
     std::string why = reason(error);

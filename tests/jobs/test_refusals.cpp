@@ -118,7 +118,7 @@ TEST_CASE("a job with several faults has a line for each, in the order of the fi
       {at + "2:34: /jop = \"evaluate\"", "did you mean 'job'"},
       {at + "5:30: /design/parameters/length = \"100 N\"", "a length"},
       {at + "6:20: /design/parameters/thicknes = \"0.5 mm\"", "did you mean 'thickness'"},
-      {at + "8:43: /design/material/density", "stands twice in one object, in line 8"},
+      {at + "8:44: /design/material/density", "stands twice in one object, in line 8"},
       {at + "10:28: /end_effector/mass = -1", "0 <= value"},
       {at + "11:13: /stroke/to = nothing", "it is required"},
       {at + "12:30: /loads/0/force/2 = \"5 kg\"", "a force"},

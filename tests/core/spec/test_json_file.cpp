@@ -61,7 +61,7 @@ TEST_CASE("a key that stands twice is refused with both its lines", "[spec][json
   CHECK(faults[0].pointer == "/b/0/c");
   CHECK(faults[0].line == 5);
   CHECK(faults[0].column == 6);
-  CHECK_THAT(faults[0].text(), Contains("job.json:5:6: /b/0/c") && Contains("lines 3 and 5"));
+  CHECK_THAT(faults[0].text(), Contains("job.json:5:6: /b/0/c = 2; ") && Contains("lines 3 and 5"));
   CHECK(faults[1].pointer == "/a");
   CHECK_THAT(faults[1].text(), Contains("job.json:6:3: /a") && Contains("lines 2 and 6"));
 }
