@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/spec/json_file.hpp"
@@ -87,11 +88,11 @@ Field optional(std::string name, Shape shape, std::string meaning) {
   return {.name = std::move(name), .shape = std::move(shape), .meaning = std::move(meaning)};
 }
 
-Field standard(std::string name, Shape shape, json value, std::string meaning) {
+Field standard(std::string name, Shape shape, const json& value, std::string meaning) {
   return {.name = std::move(name),
           .shape = std::move(shape),
           .meaning = std::move(meaning),
-          .standard = std::move(value)};
+          .standard = std::make_shared<const json>(value)};
 }
 
 Field not_offered(std::string name, std::string meaning) {
@@ -217,36 +218,88 @@ bool fits_items(const Shape& shape, const json& value) {
   return fits_type(shape.inner.front(), value.front());
 }
 
-json read_record(const Shape& shape, const json& value, const Pointer& at) {
+/// Names of the keys that a record may have.
+std::vector<std::string> offered_names(const Shape& shape) {
   std::vector<std::string> names;
   for (const Field& field : shape.fields)
     if (field.offered) names.push_back(field.name);
-  const auto field_of = [&](const std::string& key) {
-    return std::find_if(shape.fields.begin(), shape.fields.end(),
-                        [&](const Field& field) { return field.name == key; });
-  };
+  return names;
+}
+
+/// Complains of keys that the record does not know. A key that is missing because it was misspelt
+/// is not complained of again.
+void check_keys(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
+  const std::vector<std::string> names = offered_names(shape);
   for (const auto& [key, item] : value.items()) {
-    const auto field = field_of(key);
-    if (field == shape.fields.end())
-      throw SpecError((at / key).to_string(), shown(item),
-                      "unknown key; " + known_names(key, names));
-    if (!field->offered)
-      throw SpecError((at / key).to_string(), shown(item),
-                      fmt::format("{} ({}); offered here: {}", later_rule, field->meaning,
-                                  fmt::join(names, ", ")));
+    const auto field = std::find_if(shape.fields.begin(), shape.fields.end(),
+                                    [&](const Field& known) { return known.name == key; });
+    if (field != shape.fields.end() && field->offered) continue;
+    Fault fault{.pointer = (at / key).to_string(), .value = shown(item)};
+    fault.of_key = true;
+    if (field == shape.fields.end()) {
+      fault.rule = "unknown key; " + known_names(key, names);
+      if (const auto meant = nearest_name(key, names); meant && !value.contains(*meant))
+        faults.spoil((at / *meant).to_string());
+    } else {
+      fault.rule = fmt::format("{} ({}); offered here: {}", later_rule, field->meaning,
+                               fmt::join(names, ", "));
+    }
+    faults.add(std::move(fault));
   }
+}
+
+json read_record(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
+  check_keys(shape, value, at, faults);
   json result = json::object();
   for (const Field& field : shape.fields) {
+    const Pointer here = at / field.name;
     const auto item = value.find(field.name);
-    if (item != value.end())
-      result[field.name] = read_value(field.shape, *item, at / field.name);
+    json read;  // null where it cannot be used
+    if (item != value.end() && field.offered)
+      read = read_value(field.shape, *item, here, faults);
     else if (field.required)
-      throw SpecError((at / field.name).to_string(), "nothing",
-                      fmt::format("it is required: {} ({})", field.meaning, describe(field.shape)));
-    else if (!field.standard.is_null())
-      result[field.name] = read_value(field.shape, field.standard, at / field.name);
+      faults.add(here.to_string(), "nothing",
+                 fmt::format("it is required: {} ({})", field.meaning, describe(field.shape)));
+    if (read.is_null() && field.standard) read = read_value(field.shape, *field.standard, here);
+    if (!read.is_null()) result[field.name] = std::move(read);
   }
   return result;
+}
+
+json read_list(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
+  if (value.size() < shape.min_size || value.size() > shape.max_size) throw wrong(shape, value, at);
+  json result = json::array();
+  for (std::size_t i = 0; i < value.size(); ++i)
+    result.push_back(read_value(shape.inner.front(), value[i], at / i, faults));
+  const bool of_records = shape.inner.front().kind == ShapeKind::record;
+  if (!of_records && std::ranges::any_of(result, [](const json& item) { return item.is_null(); }))
+    return {};  // a vector is of no use without one of its components
+  return result;
+}
+
+/// The same as read_value, but a value that is wrong as a whole is thrown.
+json read_or_throw(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
+  if (!fits_type(shape, value)) throw wrong(shape, value, at);
+  switch (shape.kind) {
+    case ShapeKind::quantity:
+      return shape.unit.empty() ? value : json(read_quantity(shape, value, at));
+    case ShapeKind::integer:
+      return read_integer(shape, value, at);
+    case ShapeKind::boolean:
+      return value;
+    case ShapeKind::text:
+      return read_text(shape, value, at);
+    case ShapeKind::list:
+      return read_list(shape, value, at, faults);
+    case ShapeKind::record:
+      return read_record(shape, value, at, faults);
+    case ShapeKind::one_of:
+      for (const Shape& inner : shape.inner)
+        if (fits_type(inner, value) && fits_items(inner, value))
+          return read_or_throw(inner, value, at, faults);
+      throw wrong(shape, value, at);
+  }
+  return {};
 }
 
 }  // namespace
@@ -260,34 +313,21 @@ double read_quantity(const Shape& shape, const json& value, const Pointer& at) {
   return number;
 }
 
+json read_value(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
+  json read;
+  faults.attempt([&] { read = read_or_throw(shape, value, at, faults); });
+  return read;
+}
+
 json read_value(const Shape& shape, const json& value, const Pointer& at) {
-  if (!fits_type(shape, value)) throw wrong(shape, value, at);
-  switch (shape.kind) {
-    case ShapeKind::quantity:
-      return shape.unit.empty() ? value : json(read_quantity(shape, value, at));
-    case ShapeKind::integer:
-      return read_integer(shape, value, at);
-    case ShapeKind::boolean:
-      return value;
-    case ShapeKind::text:
-      return read_text(shape, value, at);
-    case ShapeKind::list: {
-      if (value.size() < shape.min_size || value.size() > shape.max_size)
-        throw wrong(shape, value, at);
-      json result = json::array();
-      for (std::size_t i = 0; i < value.size(); ++i)
-        result.push_back(read_value(shape.inner.front(), value[i], at / i));
-      return result;
-    }
-    case ShapeKind::record:
-      return read_record(shape, value, at);
-    case ShapeKind::one_of:
-      for (const Shape& inner : shape.inner)
-        if (fits_type(inner, value) && fits_items(inner, value))
-          return read_value(inner, value, at);
-      throw wrong(shape, value, at);
-  }
-  return {};
+  FaultList faults;
+  json read = read_value(shape, value, at, faults);
+  faults.raise();
+  return read;
+}
+
+json read_value(const Shape& shape, const json& value) {
+  return read_value(shape, value, Pointer());
 }
 
 }  // namespace flexopt

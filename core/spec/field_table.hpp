@@ -2,11 +2,16 @@
 // One description of what a place in a JSON document may hold. It drives reading, defaults, ranges,
 // error messages and the JSON Schema.
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "core/spec/fault_list.hpp"
+
 namespace flexopt {
+
+using JsonPointer = nlohmann::json_pointer<std::string>;
 
 struct Field;
 
@@ -42,8 +47,8 @@ struct Field {
   Shape shape;
   std::string meaning;
   bool required = false;
-  nlohmann::json standard = nullptr;  ///< default; null: the key may stay away
-  bool offered = true;                ///< false: part of the format, but not of this version
+  std::shared_ptr<const nlohmann::json> standard;  ///< default; null: the key may be left out
+  bool offered = true;  ///< false: part of the format, but not of this version
 };
 
 /// Short ways to write a Shape or a Field.
@@ -62,19 +67,23 @@ Shape one_of(std::vector<Shape> alternatives);
 
 Field required(std::string name, Shape shape, std::string meaning);
 Field optional(std::string name, Shape shape, std::string meaning);
-Field standard(std::string name, Shape shape, nlohmann::json value, std::string meaning);
+Field standard(std::string name, Shape shape, const nlohmann::json& value, std::string meaning);
 Field not_offered(std::string name, std::string meaning);
 
 }  // namespace shape
 
-/// The value checked, defaults filled in, every quantity in SI. Throws SpecError with the pointer
-/// below `at`.
-nlohmann::json read_value(const Shape& shape, const nlohmann::json& value,
-                          const nlohmann::json::json_pointer& at = nlohmann::json::json_pointer());
+/// The value checked, defaults filled in, every quantity in SI. All that is wrong is added to
+/// `faults` with its pointer below `at`; in the place of a wrong value stands its default, or
+/// nothing (null in a list of records, and where all of the value is wrong). A list of other things
+/// is wrong where one of them is.
+nlohmann::json read_value(const Shape& shape, const nlohmann::json& value, const JsonPointer& at,
+                          FaultList& faults);
+/// The same, throwing SpecError with all faults.
+nlohmann::json read_value(const Shape& shape, const nlohmann::json& value, const JsonPointer& at);
+nlohmann::json read_value(const Shape& shape, const nlohmann::json& value);
 
 /// A quantity whose unit became known only later; range checked. Throws SpecError.
-double read_quantity(const Shape& shape, const nlohmann::json& value,
-                     const nlohmann::json::json_pointer& at);
+double read_quantity(const Shape& shape, const nlohmann::json& value, const JsonPointer& at);
 
 /// What is allowed, in words: "a length in m ...; 0 < value <= 20".
 std::string describe(const Shape& shape);

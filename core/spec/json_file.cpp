@@ -6,8 +6,14 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <set>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
 #include <system_error>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "core/spec/spec_error.hpp"
@@ -31,28 +37,180 @@ std::string reason(const json::exception& error) {
   return text;
 }
 
-/// Watches the parser go by: keys met twice in one object, and nesting.
-class Watch {
- public:
-  explicit Watch(const std::string& origin) : origin_(origin) {}
+struct Place {
+  int line = 0, column = 0;  ///< from 1, columns in letters
+};
 
-  bool operator()(int depth, json::parse_event_t event, json& parsed) {
-    using Event = json::parse_event_t;
-    if (depth > deepest)
-      throw SpecError("", origin_, fmt::format("nested deeper than {} levels", deepest));
-    if (event == Event::object_start) keys_.emplace_back();
-    if (event == Event::object_end) keys_.pop_back();
-    if (event == Event::key && !keys_.back().insert(parsed.get<std::string>()).second)
-      throw SpecError(
-          "", origin_,
-          fmt::format("the key {} stands twice in one object; keep one", shown(parsed)));
-    return true;
+/// Goes through a JSON text from token to token, in step with the parser.
+class Cursor {
+ public:
+  explicit Cursor(const std::string& text) : text_(text) {
+    if (text_.starts_with("\xEF\xBB\xBF")) at_ = line_start_ = 3;  // UTF-8's mark of byte order
+  }
+
+  /// Goes to the next token and says where it begins.
+  void find_token() {
+    while (at_ < text_.size() && std::string_view(" \t\r\n,:").find(text_[at_]) != text_npos) {
+      if (text_[at_] == '\n') next_line();
+      ++at_;
+    }
+  }
+
+  /// Goes to a byte further on.
+  void go_to(std::size_t byte) {
+    for (const std::size_t end = std::min(byte, text_.size()); at_ < end; ++at_)
+      if (text_[at_] == '\n') next_line();
+  }
+
+  /// Goes behind the token that begins here.
+  void skip_token() {
+    if (at_ >= text_.size()) return;
+    const char first = text_[at_++];
+    if (first == '"') {
+      while (at_ < text_.size() && text_[at_] != '"') at_ += text_[at_] == '\\' ? 2 : 1;
+      ++at_;
+    } else if (std::string_view("{}[]").find(first) == text_npos) {
+      while (at_ < text_.size() && std::string_view(" \t\r\n,:{}[]").find(text_[at_]) == text_npos)
+        ++at_;
+    }
+  }
+
+  int line() const { return line_; }
+
+  Place place() const {
+    const std::size_t end = std::min(at_, text_.size());
+    int column = 1;
+    for (std::size_t i = line_start_; i < end; ++i)
+      if ((static_cast<unsigned char>(text_[i]) & 0xC0) != 0x80) ++column;  // starts a letter
+    return {line_, column};
   }
 
  private:
-  std::string origin_;
-  std::vector<std::set<std::string>> keys_;
+  static constexpr std::size_t text_npos = std::string_view::npos;
+
+  void next_line() {
+    ++line_;
+    line_start_ = at_ + 1;
+  }
+
+  const std::string& text_;
+  std::size_t at_ = 0, line_start_ = 0;
+  int line_ = 1;
 };
+
+std::string escaped(const std::string& key) {
+  std::string text;
+  for (const char c : key)
+    text += c == '~' ? std::string("~0") : c == '/' ? std::string("~1") : std::string(1, c);
+  return text;
+}
+
+/// Watches the parser go by: where it stands, keys met twice in one object, and nesting.
+class Watch {
+ public:
+  using Event = json::parse_event_t;
+
+  struct Found {
+    Place key, value;  ///< of what an array holds, both are the value's
+  };
+
+  explicit Watch(const JsonText& text) : origin_(text.origin), cursor_(text.text) {}
+
+  /// Places wanted and, after parsing, found.
+  std::map<std::string, std::optional<Found>> wanted;
+  std::vector<Fault> repeated;
+
+  bool operator()(int depth, Event event, json& parsed) {
+    cursor_.find_token();
+    if (depth > deepest) throw fault(fmt::format("nested deeper than {} levels", deepest));
+    if (event == Event::object_end || event == Event::array_end) {
+      levels_.pop_back();
+    } else if (event == Event::key) {
+      note_key(parsed.get<std::string>());
+    } else {
+      note_value();
+      if (event != Event::value) levels_.push_back({.is_array = event == Event::array_start});
+    }
+    cursor_.skip_token();
+    return true;
+  }
+
+  /// A complaint about the text as a whole, at a byte of it or where the next token is.
+  SpecError fault(const std::string& rule, std::optional<std::size_t> byte = std::nullopt) {
+    if (byte)
+      cursor_.go_to(*byte);
+    else
+      cursor_.find_token();
+    const Place at = cursor_.place();
+    Fault fault{.pointer = "", .value = origin_, .rule = rule};
+    fault.source = origin_;
+    fault.line = at.line;
+    fault.column = at.column;
+    return SpecError({fault});
+  }
+
+ private:
+  struct Level {
+    bool is_array = false;
+    std::size_t next = 0;  ///< of an array
+    std::string key;       ///< of an object
+    Place key_place;
+    std::map<std::string, int> lines;  ///< of the keys of an object
+  };
+
+  std::string pointer() const {
+    std::string text;
+    for (const Level& level : levels_)
+      text += "/" + (level.is_array ? std::to_string(level.next - 1) : escaped(level.key));
+    return text;
+  }
+
+  void note_key(const std::string& key) {
+    Level& level = levels_.back();
+    level.key = key;
+    if (!wanted.empty()) level.key_place = cursor_.place();
+    const auto [it, is_new] = level.lines.try_emplace(key, cursor_.line());
+    if (is_new) return;
+    const Place at = cursor_.place();
+    Fault fault{.pointer = pointer(), .value = shown(key)};
+    fault.rule = at.line == it->second
+                     ? fmt::format("the key {} stands twice in one object, in line {}; keep one",
+                                   shown(key), at.line)
+                     : fmt::format(
+                           "the key {} stands twice in one object, in lines {} and {}; "
+                           "keep one",
+                           shown(key), it->second, at.line);
+    fault.of_key = true;
+    fault.source = origin_;
+    fault.line = at.line;
+    fault.column = at.column;
+    repeated.push_back(std::move(fault));
+  }
+
+  void note_value() {
+    if (!levels_.empty() && levels_.back().is_array) ++levels_.back().next;
+    if (wanted.empty()) return;
+    const auto it = wanted.find(pointer());
+    if (it == wanted.end()) return;
+    const Place value = cursor_.place();
+    const bool keyed = !levels_.empty() && !levels_.back().is_array;
+    it->second = Found{keyed ? levels_.back().key_place : value, value};
+  }
+
+  std::string origin_;
+  Cursor cursor_;
+  std::vector<Level> levels_;
+};
+
+std::string around(std::string pointer) {
+  const std::size_t slash = pointer.rfind('/');
+  pointer.resize(slash == std::string::npos ? 0 : slash);
+  return pointer;
+}
+
+bool at_or_below(const std::string& pointer, const std::string& place) {
+  return pointer == place || pointer.starts_with(place + "/");
+}
 
 }  // namespace
 
@@ -67,18 +225,7 @@ std::string shown(const json& value) {
   return text;
 }
 
-json parse_json(const std::string& text, const std::string& origin) {
-  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-    throw SpecError("", origin, "it is empty; expected a JSON object");
-  Watch watch(origin);
-  try {
-    return json::parse(text, std::ref(watch));
-  } catch (const json::exception& error) {
-    throw SpecError("", origin, "not JSON: " + reason(error));
-  }
-}
-
-json read_json_file(const std::string& file) {
+JsonText read_text(const std::string& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status)) throw SpecError("", file, "there is no such file");
@@ -93,10 +240,100 @@ json read_json_file(const std::string& file) {
   text.resize(static_cast<std::size_t>(stream.gcount()));
   if (text.size() > largest_file)
     throw SpecError("", file, fmt::format("it is larger than {} MiB", largest_file >> 20));
-  return parse_json(text, file);
+  return {std::move(text), file};
 }
 
-void apply_override(json& document, const std::string& assignment) {
+json parse_json(const JsonText& text, std::vector<Fault>& faults) {
+  if (text.text.find_first_not_of(" \t\r\n") == std::string::npos)
+    throw SpecError("", text.origin, "it is empty; expected a JSON object");
+  Watch watch(text);
+  try {
+    json document = json::parse(text.text, std::ref(watch));
+    for (Fault& fault : watch.repeated) {
+      const json::json_pointer at(fault.pointer);
+      if (document.contains(at)) fault.value = shown(document[at]);
+      faults.push_back(std::move(fault));
+    }
+    return document;
+  } catch (const json::exception& error) {
+    std::string why = reason(error);
+    std::optional<std::size_t> byte;
+    if (const auto* syntax = dynamic_cast<const json::parse_error*>(&error))
+      byte = std::max<std::size_t>(syntax->byte, 1) - 1;
+    const SpecError found = watch.fault(why, byte);
+    if (const auto lead = why.find(": "); why.starts_with("line ") && lead != std::string::npos)
+      why.erase(0, lead + 2);
+    Fault fault = found.faults().front();
+    fault.rule = fmt::format("not JSON: line {}, column {}: {}", fault.line, fault.column, why);
+    throw SpecError({fault});
+  }
+}
+
+json parse_json(const std::string& text, const std::string& origin) {
+  std::vector<Fault> faults;
+  json document = parse_json(JsonText{text, origin}, faults);
+  if (!faults.empty()) throw SpecError(faults);
+  return document;
+}
+
+json read_json_file(const std::string& file) {
+  const JsonText text = read_text(file);
+  return parse_json(text.text, text.origin);
+}
+
+void locate(std::vector<Fault>& faults, const JsonText& text,
+            const std::vector<std::string>& overridden) {
+  constexpr const char* from_command = "--set";
+  Watch watch(text);
+  for (Fault& fault : faults) {
+    if (!fault.source.empty()) continue;  // known already
+    if (std::any_of(overridden.begin(), overridden.end(),
+                    [&](const std::string& place) { return at_or_below(fault.pointer, place); }))
+      fault.source = from_command;
+    for (std::string at = fault.pointer;; at = around(at)) {
+      watch.wanted.try_emplace(at);
+      if (at.empty()) break;
+    }
+  }
+  [[maybe_unused]] const json again = json::parse(text.text, std::ref(watch));
+  for (Fault& fault : faults) {
+    if (!fault.source.empty()) continue;
+    std::string at = fault.pointer;
+    while (!at.empty() && !watch.wanted[at]) at = around(at);
+    const Watch::Found found = watch.wanted[at].value_or(Watch::Found{});
+    const Place place = fault.of_key && at == fault.pointer ? found.key : found.value;
+    fault.source = text.origin;
+    fault.line = place.line;
+    fault.column = place.column;
+  }
+  std::stable_sort(faults.begin(), faults.end(), [&](const Fault& a, const Fault& b) {
+    const auto rank = [&](const Fault& fault) {
+      return std::tuple(fault.source == from_command, fault.line, fault.column);
+    };
+    return rank(a) < rank(b);
+  });
+}
+
+namespace {
+
+/// An override's JSON value, with the checks of a file; `pointer` is where it goes.
+json checked_value(const std::string& text, const std::string& pointer) {
+  try {
+    return parse_json(text, text);
+  } catch (const SpecError& error) {
+    std::vector<Fault> faults = error.faults();
+    for (Fault& fault : faults) {
+      fault.pointer = pointer + fault.pointer;
+      fault.source.clear();  // there are no lines
+      fault.line = fault.column = 0;
+    }
+    throw SpecError(faults);
+  }
+}
+
+}  // namespace
+
+std::string apply_override(json& document, const std::string& assignment) {
   const std::size_t equals = assignment.find('=');
   if (assignment.empty() || assignment.front() != '/' || equals == std::string::npos)
     throw SpecError("", assignment,
@@ -112,7 +349,7 @@ void apply_override(json& document, const std::string& assignment) {
       throw SpecError(pointer, shown(value), "the value is not valid UTF-8");
     }
   } else {
-    value = parse_json(text, text);  // again, with the checks of a file
+    value = checked_value(text, pointer);
   }
   json::json_pointer path;
   try {
@@ -124,10 +361,13 @@ void apply_override(json& document, const std::string& assignment) {
   for (json::json_pointer p = path; !p.empty(); p.pop_back()) keys.insert(keys.begin(), p.back());
   json* place = &document;
   json::json_pointer here;
+  std::optional<std::string> outermost;  // of what is new
   for (const std::string& key : keys) {
     if (place->is_null() && !here.empty()) *place = json::object();
     if (place->is_object()) {
+      if (!outermost && !place->contains(key)) outermost = (here / key).to_string();
       place = &(*place)[key];
+      here /= key;
     } else if (place->is_array()) {
       const bool digits =
           !key.empty() && key.size() < 9 &&
@@ -139,16 +379,18 @@ void apply_override(json& document, const std::string& assignment) {
         throw SpecError(pointer, text,
                         fmt::format("{} has {} elements; '{}' is none of 0..{} or -",
                                     here.to_string(), size, key, size == 0 ? 0 : size - 1));
+      if (!outermost && at == size) outermost = (here / at).to_string();
       if (at == size) place->push_back(nullptr);
       place = &(*place)[at];
+      here /= at;
     } else {
       throw SpecError(pointer, text,
                       fmt::format("{} holds {}, which has no parts",
                                   here.empty() ? "/" : here.to_string(), shown(*place)));
     }
-    here /= key;
   }
   *place = std::move(value);
+  return outermost.value_or(here.to_string());
 }
 
 }  // namespace flexopt

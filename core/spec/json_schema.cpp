@@ -1,4 +1,5 @@
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "core/spec/field_table.hpp"
 #include "core/spec/quantity.hpp"
@@ -24,7 +25,7 @@ json record_schema(const Shape& shape) {
         property.contains("description")
             ? field.meaning + " (" + property["description"].get<std::string>() + ")"
             : field.meaning;
-    if (!field.standard.is_null()) property["default"] = field.standard;
+    if (field.standard) property["default"] = *field.standard;
     properties[field.name] = std::move(property);
     if (field.required) required.push_back(field.name);
   }

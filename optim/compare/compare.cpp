@@ -3,6 +3,7 @@
 #include <cassert>
 #include <chrono>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/numerics/parallel.hpp"

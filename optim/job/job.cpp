@@ -5,14 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "core/reduction/superelement/superelement_grid.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_tables.hpp"
 
 namespace flexopt {
 
@@ -34,135 +37,115 @@ const Family* named_family(const json& document) {
   return nullptr;
 }
 
-Vector3d vector_of(const json& list) {
-  return {list[0].get<double>(), list[1].get<double>(), list[2].get<double>()};
-}
-
-Material read_material(json& read, std::vector<std::string>& notes) {
+/// `written` is what stands in the job; the material must have passed its table.
+Material read_material(json& read, const json& written, FaultList& faults,
+                       std::vector<std::string>& notes) {
   const Pointer at("/design/material");
   Material material;
+  const bool nu = written.contains("poissons_ratio"), shear = written.contains("shear_modulus");
+  if (written.is_object() && nu == shear)
+    faults.add((at / "poissons_ratio").to_string(),
+               nu ? shown(written["poissons_ratio"]) : "nothing",
+               "give poissons_ratio or shear_modulus, one of the two");
+  if (!faults.sound(at.to_string())) return material;
   if (read.is_string()) {
     for (const NamedMaterial& named : materials())
       if (named.material.name == read.get<std::string>()) material = named.material;
   } else {
-    material.name = read.value("name", "custom");
-    material.youngs_modulus = read["youngs_modulus"];
-    material.density = read["density"];
-    if (read.contains("allowable_stress"))
-      material.allowable_stress = read["allowable_stress"].get<double>();
-    const bool nu = read.contains("poissons_ratio"), shear = read.contains("shear_modulus");
-    if (nu == shear)
-      throw SpecError((at / "poissons_ratio").to_string(),
-                      nu ? shown(read["poissons_ratio"]) : "nothing",
-                      "give poissons_ratio or shear_modulus, one of the two");
-    if (nu) {
-      material.poissons_ratio = read["poissons_ratio"];
-    } else {
-      const double G = read["shear_modulus"];
-      const double implied = material.youngs_modulus / (2 * G) - 1;
-      // what a plate cannot be made of, a beam can: check_leaf_model tells
-      material.poissons_ratio = implied < 0.5 + 1e-9 ? std::min(implied, 0.5) : implied;
-    }
+    material.name = "custom";
+    material_table().read(read, material);
     if (material.poissons_ratio < 0.2 || material.poissons_ratio > 0.4)
       notes.push_back(
           fmt::format("The material's Poisson's ratio {}is {:g}; metals have 0.2 to 0.4.",
                       shear ? "E/(2G) - 1 " : "", material.poissons_ratio));
   }
-  read = {{"name", material.name},
-          {"youngs_modulus", material.youngs_modulus},
-          {"density", material.density}};
-  if (material.poissons_ratio <= 0.5)
-    read["poissons_ratio"] = material.poissons_ratio;
-  else
-    read["shear_modulus"] = material.shear_modulus();
-  if (material.allowable_stress) read["allowable_stress"] = *material.allowable_stress;
+  read = material_table().write(material);
   return material;
 }
 
-Matrix3d read_inertia(const json& read) {
+/// The inertia of a body, made symmetric to rounding. Throws SpecError.
+Matrix3d checked_inertia(const Matrix3d& inertia) {
   const Pointer at("/end_effector/inertia");
-  Matrix3d inertia = Matrix3d::Zero();
-  if (!read[0].is_array()) {
-    inertia.diagonal() = vector_of(read);
-  } else {
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) inertia(i, j) = read[i][j];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < i; ++j)
-        if (std::abs(inertia(i, j) - inertia(j, i)) > 1e-9 * inertia.cwiseAbs().maxCoeff())
-          throw SpecError((at / i / j).to_string(), fmt::format("{:g} kg m^2", inertia(i, j)),
-                          fmt::format("an inertia is symmetric: expected {:g} kg m^2 as in row {}",
-                                      inertia(j, i), j));
-    inertia = 0.5 * (inertia + inertia.transpose()).eval();
-  }
-  check_inertia(inertia);
-  return inertia;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < i; ++j)
+      if (std::abs(inertia(i, j) - inertia(j, i)) > 1e-9 * inertia.cwiseAbs().maxCoeff())
+        throw SpecError((at / i / j).to_string(), fmt::format("{:g} kg m^2", inertia(i, j)),
+                        fmt::format("an inertia is symmetric: expected {:g} kg m^2 as in row {}",
+                                    inertia(j, i), j));
+  const Matrix3d symmetric = 0.5 * (inertia + inertia.transpose());
+  check_inertia(symmetric);
+  return symmetric;
 }
 
-EndEffector read_end_effector(const json& read, std::vector<std::string>& notes) {
-  EndEffector body;
-  body.mass = read["mass"];
-  body.inertia = read_inertia(read["inertia"]);
-  body.center_of_mass = vector_of(read["center_of_mass"]);
-  if (body.mass > 0 && body.inertia.isZero(0))
+EndEffector read_end_effector(const json& read, FaultList& faults,
+                              std::vector<std::string>& notes) {
+  EndEffector body = end_effector_table().read(read);
+  if (!faults.attempt([&] { body.inertia = checked_inertia(body.inertia); }))
+    body.inertia.setZero();
+  else if (faults.sound("/end_effector") && body.mass > 0 && body.inertia.isZero(0))
     notes.push_back("The end-effector has mass but no inertia: it is a point mass.");
   return body;
 }
 
-std::vector<double> read_stroke(json& read, const json& as_written) {
+std::vector<double> read_stroke(json& read, const json& as_written, const Family& family) {
   const Pointer at("/stroke");
-  if (read.contains("at")) {
+  const RecordTable<StrokeSpec> table = stroke_table(&family);
+  StrokeSpec spec = table.read(read);
+  if (!spec.at.empty()) {
     for (const char* key : {"from", "to", "points"})
       if (read.contains(key))
         throw SpecError((at / key).to_string(), shown(as_written[key]),
                         "the stroke is given by 'at', or by from, to and points, not by both");
-    return read["at"].get<std::vector<double>>();
+    return spec.at;
   }
-  if (!read.contains("to"))
+  if (!spec.to)
     throw SpecError((at / "to").to_string(), "nothing",
                     "it is required: the last point of the stroke (or give 'at')");
-  if (!read.contains("from")) read["from"] = 0.0;
-  if (!read.contains("points")) read["points"] = 11;
-  const double from = read["from"], to = read["to"];
-  const int points = read["points"];
+  const double from = spec.from.value_or(0), to = *spec.to;
+  const int points = spec.points.value_or(11);
   if (points == 1 && from != to)
     throw SpecError((at / "points").to_string(), "1",
                     "both ends are included: expected at least 2 points between different ends");
+  spec.from = from;
+  spec.points = points;
+  read = table.write(spec);
   std::vector<double> stroke;
   for (int i = 0; i < points; ++i)
     stroke.push_back(i + 1 == points ? to : from + (to - from) * i / (points - 1));
   return stroke;
 }
 
-StrokeRequest read_request(json& read, const json& as_written) {
-  StrokeRequest request;
-  if (read.contains("stroke") == read.contains("load_path"))
-    throw SpecError("/stroke", read.contains("stroke") ? shown(as_written["stroke"]) : "nothing",
-                    "give a stroke or a load_path, one of the two");
-  if (read.contains("stroke")) {
-    request.points = read_stroke(read["stroke"], as_written["stroke"]);
-  } else {
-    const json& path = read["load_path"];
-    request.loads.growing = {
-        {.force = vector_of(path["force"]), .moment = vector_of(path["moment"])}};
-    if (request.loads.growing[0].force.isZero() && request.loads.growing[0].moment.isZero())
-      throw SpecError("/load_path/force", shown(path["force"]),
-                      "a load path has a force or a moment");
-    const int points = path["points"];
-    request.points.clear();
-    for (int i = 0; i < points; ++i) request.points.push_back(i / (points - 1.0));
-  }
-  for (const json& load : read["loads"])
-    request.loads.constant.push_back(
-        {.force = vector_of(load["force"]), .moment = vector_of(load["moment"])});
-  request.frequencies = read["frequencies"];
+void read_load_path(const json& read, StrokeRequest& request) {
+  const LoadSpec path = load_path_table().read(read);
+  request.loads.growing = {{.force = path.force, .moment = path.moment}};
+  if (path.force.isZero() && path.moment.isZero())
+    throw SpecError("/load_path/force", shown(read["force"]),
+                    "a load path has a force or a moment");
+  request.points.clear();
+  for (int i = 0; i < path.points; ++i) request.points.push_back(i / (path.points - 1.0));
+}
+
+/// Adds to `request`, which holds what stands at the head of the job.
+void read_request(json& read, const json& as_written, const Family* family, FaultList& faults,
+                  StrokeRequest& request) {
+  if (as_written.contains("stroke") == as_written.contains("load_path"))
+    faults.add("/stroke", as_written.contains("stroke") ? shown(as_written["stroke"]) : "nothing",
+               "give a stroke or a load_path, one of the two");
+  if (family && read.contains("stroke") && faults.sound("/stroke"))
+    faults.attempt(
+        [&] { request.points = read_stroke(read["stroke"], as_written["stroke"], *family); });
+  if (read.contains("load_path") && faults.sound("/load_path"))
+    faults.attempt([&] { read_load_path(read["load_path"], request); });
+  for (std::size_t i = 0; i < read["loads"].size(); ++i)
+    if (faults.sound((Pointer("/loads") / i).to_string())) {
+      const LoadSpec load = load_table().read(read["loads"][i]);
+      request.loads.constant.push_back({.force = load.force, .moment = load.moment});
+    }
   request.parasitic.drive =
       read["parasitic"]["drive"] == "locked" ? DriveState::locked : DriveState::free;
   for (const json& kind : read["parasitic"]["skip"])
     request.parasitic.skipped.push_back(kind == "leaf" ? ModeKind::leaf
                                                        : ModeKind::intermediate_body);
-  request.newton = read_newton(read["model"]);
-  return request;
 }
 
 bool is_wire(const DesignSpec& design) {
@@ -186,58 +169,107 @@ json with_width_of_wire(json document) {
   return document;
 }
 
-DesignSpec read_design(json& read, const Family& family, std::vector<std::string>& notes) {
-  DesignSpec design;
-  design.family = family.name;
+/// The value of a parameter that is a formula of those with values; nothing where one of these has
+/// none. Throws SpecError for a wrong formula and for a value out of range.
+std::optional<double> value_by_formula(const Family& family, const DesignSpec& design,
+                                       const std::string& name, const ParameterValues& given) {
+  const Pointer at = parameters_at / name;
+  const std::string formula_at = (at / "expression").to_string();
+  std::vector<FormulaName> names;
+  for (const Parameter& p : family.parameters)
+    if (!design.expressions.contains(p.name)) names.push_back({p.name, p.unit});
+  const Expression formula(design.expressions.at(name), names, formula_at);
+  formula.formula().check_unit(find_parameter(family, name)->unit);
+  for (const std::string& used : formula.names())
+    if (!given.contains(used)) return std::nullopt;
+  const std::optional<double> value = formula.value(given);
+  if (!value)
+    throw SpecError(formula_at, formula.text(), "it has no finite value at these parameters");
+  return read_quantity(parameter_shape(*find_parameter(family, name)), *value, at);
+}
+
+/// The family's choices, parameters and formulas; those that are wrong stay out.
+void read_parameters(json& read, const Family& family, FaultList& faults, DesignSpec& design) {
+  json& parameters = read["parameters"];
   for (const FamilyOption& option : family.options)
     if (read.contains(option.name)) {  // beside the parameters is as good a place
-      read["parameters"][option.name] = read[option.name];
+      parameters[option.name] = read[option.name];
       read.erase(option.name);
     }
   for (const FamilyOption& option : family.options)
-    design.choices[option.name] = read["parameters"][option.name];
+    design.choices[option.name] = parameters[option.name];
   for (const Parameter& p : family.parameters) {
-    if (!read["parameters"].contains(p.name))
-      throw SpecError(
-          (parameters_at / p.name).to_string(), "nothing",
-          fmt::format("it is required: {} ({})", p.meaning, describe(parameter_shape(p))));
-    const json& value = read["parameters"][p.name];
+    const std::string at = (parameters_at / p.name).to_string();
+    if (!parameters.contains(p.name))
+      faults.add(at, "nothing",
+                 fmt::format("it is required: {} ({})", p.meaning, describe(parameter_shape(p))));
+    if (!faults.sound(at)) continue;
+    const json& value = parameters[p.name];
     if (value.is_object())
       design.expressions[p.name] = value["expression"];
     else
       design.parameters[p.name] = value;
   }
-  design.parameters = complete_parameters(design, design.parameters);
-  if (is_wire(design) && !design.expressions.contains("width")) {
-    // one diameter, also while an optimiser varies it
-    const double width = design.parameters.at("width"),
-                 diameter = design.parameters.at("thickness");
-    if (std::abs(width - diameter) > 1e-9 * diameter)
-      throw SpecError(
-          (parameters_at / "width").to_string(), fmt::format("{:g} m", width),
-          fmt::format("a circular section has one diameter: leave the width out or give "
-                      "the thickness, {:g} m",
-                      diameter));
-    const auto formula = design.expressions.find("thickness");
-    design.expressions["width"] =
-        formula == design.expressions.end() ? "thickness" : formula->second;
-  }
-  design.material = read_material(read["material"], notes);
-  design.resolved = resolve(design);
-  design.resolved->check_units();
+  const ParameterValues given = design.parameters;
+  for (const auto& [name, formula] : design.expressions)
+    faults.attempt([&] {
+      if (const auto value = value_by_formula(family, design, name, given))
+        design.parameters[name] = *value;
+      else
+        faults.spoil((parameters_at / name).to_string());
+    });
+}
+
+/// A wire has one diameter, also while an optimiser varies it.
+void check_wire(DesignSpec& design) {
+  if (!is_wire(design) || design.expressions.contains("width")) return;
+  const double width = design.parameters.at("width"), diameter = design.parameters.at("thickness");
+  if (std::abs(width - diameter) > 1e-9 * diameter)
+    throw SpecError((parameters_at / "width").to_string(), fmt::format("{:g} m", width),
+                    fmt::format("a circular section has one diameter: leave the width out or give "
+                                "the thickness, {:g} m",
+                                diameter));
+  const auto formula = design.expressions.find("thickness");
+  design.expressions["width"] = formula == design.expressions.end() ? "thickness" : formula->second;
+}
+
+/// Whether nothing is wrong with what makes the geometry.
+bool is_geometry_sound(const Family& family, const FaultList& faults) {
+  return faults.sound(parameters_at.to_string()) && faults.sound("/design/family") &&
+         std::ranges::all_of(family.options, [&](const FamilyOption& option) {
+           return faults.sound("/design/" + option.name);
+         });
+}
+
+/// Without a family the material alone.
+DesignSpec read_design(json& read, const json& written, const Family* family, FaultList& faults,
+                       std::vector<std::string>& notes) {
+  DesignSpec design;
+  if (family) design.family = family->name;
+  if (family && read.contains("parameters")) read_parameters(read, *family, faults, design);
+  if (family && is_geometry_sound(*family, faults))
+    faults.attempt([&] {
+      check_wire(design);
+      design.resolved = resolve(design);
+    });
+  if (written.contains("material"))
+    design.material = read_material(read["material"], written["material"], faults, notes);
+  if (!faults.sound("/design/material"))
+    design.material = materials().front().material;  // any will do to look at the geometry
   return design;
 }
 
-std::vector<Expectation> read_expectations(const json& read) {
+std::vector<Expectation> read_expectations(const json& read, FaultList& faults) {
   std::vector<Expectation> result;
-  for (const json& item : read) {
-    Expectation e{item["pointer"], item["value"], item["tolerance"], item["source"]};
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const Pointer at = Pointer("/expect") / i;
+    if (!faults.sound(at.to_string())) continue;
+    Expectation e = expectation_table().read(read[i]);
     try {
       static_cast<void>(Pointer(e.pointer));
     } catch (const json::exception&) {
-      throw SpecError((Pointer("/expect") / result.size() / "pointer").to_string(),
-                      shown(item["pointer"]),
-                      "expected a JSON pointer such as \"/path/10/drive_load\"");
+      faults.add((at / "pointer").to_string(), shown(e.pointer),
+                 "expected a JSON pointer such as \"/path/10/drive_load\"");
     }
     result.push_back(std::move(e));
   }
@@ -245,19 +277,18 @@ std::vector<Expectation> read_expectations(const json& read) {
 }
 
 /// Where O is a material point of a leaf, nothing rigid hangs on it.
-void check_material_point(const Job& job) {
-  const auto refuse = [](const char* pointer, double value, const char* what) {
-    throw SpecError(pointer, fmt::format("{:g}", value),
-                    fmt::format("O is a material point of a leaf here: it has no {}", what));
+void check_material_point(const Job& job, FaultList& faults) {
+  const auto refuse = [&](const char* pointer, double value, const char* what) {
+    if (value != 0)
+      faults.add(pointer, fmt::format("{:g}", value),
+                 fmt::format("O is a material point of a leaf here: it has no {}", what));
   };
-  if (job.end_effector.mass != 0)
-    refuse("/end_effector/mass", job.end_effector.mass, "mass of its own");
-  if (!job.end_effector.inertia.isZero(0))
-    refuse("/end_effector/inertia", job.end_effector.inertia.cwiseAbs().maxCoeff(), "inertia");
+  refuse("/end_effector/mass", job.end_effector.mass, "mass of its own");
+  refuse("/end_effector/inertia", job.end_effector.inertia.cwiseAbs().maxCoeff(), "inertia");
   const auto refuse_moment = [&](const char* pointer, const std::vector<DeadLoad>& loads) {
     Vector3d moment = Vector3d::Zero();
     for (const DeadLoad& load : loads) moment += load.moment;
-    if (!moment.isZero(0)) refuse(pointer, moment.norm(), "rotation that a moment could turn");
+    refuse(pointer, moment.norm(), "rotation that a moment could turn");
   };
   refuse_moment("/loads", job.request.loads.constant);
   refuse_moment("/load_path/moment", job.request.loads.growing);
@@ -272,19 +303,23 @@ void check_superelements(const Mechanism& mechanism, const ModelOptions& model, 
                       read.contains("superelements") ? read["superelements"].dump() : "1", *rule);
 }
 
-std::vector<Probe> read_probes(const json& read, const Mechanism& mechanism) {
+/// `mechanism`: null where the geometry is not known.
+std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, FaultList& faults) {
   std::vector<Probe> probes;
-  for (const json& item : read) {
-    const Pointer at = Pointer("/probes") / probes.size();
-    const std::string name = item["name"];
-    for (const Probe& other : probes)
-      if (other.name == name)
-        throw SpecError((at / "name").to_string(), shown(item["name"]), "names must be different");
-    const std::optional<Probe> probe = probe_at(mechanism, name, vector_of(item["at"]));
-    if (!probe)
-      throw SpecError((at / "at").to_string(), shown(item["at"]) + " m",
-                      "no leaf is there when undeflected");
-    probes.push_back(*probe);
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const Pointer at = Pointer("/probes") / i;
+    if (!read[i].is_object()) continue;
+    const ProbeSpec wanted = probe_table().read(read[i]);
+    if (faults.sound((at / "name").to_string()) && !names.insert(wanted.name).second)
+      faults.add((at / "name").to_string(), shown(wanted.name), "names must be different");
+    if (!mechanism || !faults.sound(at.to_string())) continue;
+    const std::optional<Probe> probe = probe_at(*mechanism, wanted.name, wanted.at);
+    if (probe)
+      probes.push_back(*probe);
+    else
+      faults.add((at / "at").to_string(), shown(read[i]["at"]) + " m",
+                 "no leaf is there when undeflected");
   }
   return probes;
 }
@@ -301,63 +336,30 @@ void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& not
 
 }  // namespace
 
-ModelOptions read_model(const json& read, const Pointer& at) {
-  ModelOptions model;
-  model.accuracy = read["accuracy"] == "full" ? Accuracy::full : Accuracy::reduced;
-  model.flexure = read["flexure"] == "beam" ? Flexure::beam : Flexure::plate;
-  model.warping = read["warping"] == "free" ? Warping::free : Warping::clamped;
-  model.mesh = {read["mesh"][0], read["mesh"][1]};
-  model.free_edge_torsion = read["free_edge_torsion"];
-  model.degree = read["degree"];
-  if (model.degree == 6)
-    throw SpecError((at / "degree").to_string(), "6",
-                    "expected 5 or 7, the degrees of the reduced potential");
-  model.mass = read["mass"] == "constant" ? LeafMass::constant : LeafMass::consistent;
-  model.leaf_modes = read["leaf_modes"];
-  static const std::map<std::string, Reduction> methods{
-      {"mixed_potential", Reduction::mixed_potential},
-      {"linear_craig_bampton", Reduction::linear_craig_bampton},
-      {"modal_derivatives", Reduction::modal_derivatives},
-      {"quadratic_manifold", Reduction::quadratic_manifold}};
-  const std::string method = read["method"];
-  model.method = methods.at(method);
-  if (read.contains("modal_derivatives")) {
-    static const std::map<std::string, ModalDerivativeSet> sets{
-        {"bending", ModalDerivativeSet::bending},
-        {"all", ModalDerivativeSet::all},
-        {"third_order", ModalDerivativeSet::third_order}};
-    const std::string set = read["modal_derivatives"];
-    model.modal_derivatives = sets.at(set);
-    if (model.method != Reduction::modal_derivatives && set != "all")
-      throw SpecError((at / "modal_derivatives").to_string(), fmt::format("\"{}\"", set),
-                      fmt::format("\"method\": \"{}\" has no choice of them; expected "
-                                  "\"method\": \"modal_derivatives\"",
-                                  method));
-  }
-  if (read.contains("superelements")) {
-    const json& cut = read["superelements"];
-    if (cut.is_array())
-      model.superelements = {cut[0], cut[1]};
-    else
-      model.superelements = {cut, 0};
-    if (model.method == Reduction::mixed_potential && cut != 1)
-      throw SpecError(
-          (at / "superelements").to_string(), cut.dump(),
-          "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
-          "or \"method\": \"linear_craig_bampton\"");
-    if (model.method != Reduction::linear_craig_bampton && cut.is_array())
-      throw SpecError((at / "superelements").to_string(), cut.dump(),
-                      fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
-                                  "number, or \"method\": \"linear_craig_bampton\"",
-                                  method));
-  }
-  return model;
-}
-
-NewtonOptions read_newton(const json& read) {
-  NewtonOptions newton;
-  newton.tolerance = read["tolerance"];
-  return newton;
+ModelChoice read_model(const json& read, const Pointer& at, FaultList& faults) {
+  const ModelChoice choice = model_table().read(read);
+  const ModelOptions& model = choice.model;
+  const std::string method = name_in_job(model.method);
+  const auto refuse = [&](const char* key, const std::string& rule) {
+    faults.add((at / key).to_string(), read[key].dump(), rule);
+  };
+  if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
+  if (!faults.sound((at / "method").to_string())) return choice;
+  if (model.method != Reduction::modal_derivatives &&
+      model.modal_derivatives != ModalDerivativeSet::all)
+    refuse("modal_derivatives", fmt::format("\"method\": \"{}\" has no choice of them; expected "
+                                            "\"method\": \"modal_derivatives\"",
+                                            method));
+  const bool one = model.superelements == std::array{1, 0}, grid = model.superelements[1] != 0;
+  if (model.method == Reduction::mixed_potential && !one)
+    refuse("superelements",
+           "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
+           "or \"method\": \"linear_craig_bampton\"");
+  else if (model.method != Reduction::linear_craig_bampton && grid)
+    refuse("superelements", fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
+                                        "number, or \"method\": \"linear_craig_bampton\"",
+                                        method));
+  return choice;
 }
 
 void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const Pointer& at) {
@@ -413,62 +415,131 @@ Mechanism make_mechanism(const Job& job, const ParameterValues& parameters) {
       ->build(complete_parameters(job.design, parameters), material, end_effector);
 }
 
-Job parse_job(const json& document) {
-  const Family* named = named_family(document);
-  json read = read_value(job_shape(named), named ? with_width_of_wire(document) : document);
-  const Family& family = find_family(read["design"]["family"], "/design/family");
+namespace {
 
-  if (!document.contains(Pointer("/model/mesh"))) read["model"]["mesh"] = family.mesh;
+/// Reads a job from its document. Each part is read as far as what it depends on is sound.
+class JobReader {
+ public:
+  JobReader(const json& document, FaultList& faults)
+      : document_(document), faults_(faults), family_(named_family(document)) {}
 
-  Job job;
-  job.name = read["name"];
-  job.design = read_design(read["design"], family, job.notes);
-  job.end_effector = read_end_effector(read["end_effector"], job.notes);
-  job.model = read_model(read["model"], Pointer("/model"));
-  job.request = read_request(read, document);
-  job.expect = read_expectations(read["expect"]);
-  if (!family.has_end_effector(job.design.choices)) check_material_point(job);
-  check_leaf_model(job.design, job.model, Pointer("/model"));
-  const Mechanism mechanism = make_mechanism(job, job.design.parameters);
-  if (job.model.flexure == Flexure::plate) note_thick_leaves(mechanism, job.notes);
-  if (job.model.flexure == Flexure::plate && job.model.warping == Warping::free)
-    job.notes.push_back("Free warping is a matter of beams; the plate's ends are clamped.");
-  check_superelements(mechanism, job.model, read["model"]);
-  job.request.probes = read_probes(read["probes"], mechanism);
+  Job read();
 
-  job.kind = read["job"] == "optimise"  ? JobKind::optimise
-             : read["job"] == "compare" ? JobKind::compare
-                                        : JobKind::evaluate;
-  const std::string kind = read["job"];
+ private:
+  void read_mechanism();
+  void read_sections();
+  bool sound(const char* pointer) const { return faults_.sound(pointer); }
+
+  const json& document_;
+  FaultList& faults_;
+  const Family* family_;
+  json read_;
+  Job job_;
+};
+
+Job JobReader::read() {
+  read_ = read_value(job_shape(family_), family_ ? with_width_of_wire(document_) : document_,
+                     Pointer(), faults_);
+  if (!read_.is_object()) return {};
+  if (family_ && !document_.contains(Pointer("/model/mesh")))
+    read_["model"]["mesh"] = family_->mesh;
+  head_table().read(read_, job_);
+  if (read_.contains("design"))
+    job_.design = read_design(read_["design"], document_["design"], family_, faults_, job_.notes);
+  job_.end_effector = read_end_effector(read_["end_effector"], faults_, job_.notes);
+  const ModelChoice choice = read_model(read_["model"], Pointer("/model"), faults_);
+  job_.model = choice.model;
+  job_.request.newton = choice.newton;
+  read_request(read_, document_, family_, faults_, job_.request);
+  job_.expect = read_expectations(read_["expect"], faults_);
+  read_mechanism();
+  read_sections();
+  job_.as_read = std::make_shared<const json>(std::move(read_));
+  return std::move(job_);
+}
+
+/// What needs the geometry.
+void JobReader::read_mechanism() {
+  std::optional<Mechanism> mechanism;
+  if (family_ && is_geometry_sound(*family_, faults_)) {
+    if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
+    if (sound("/design/material") && sound("/model/flexure"))
+      faults_.attempt([&] { check_leaf_model(job_.design, job_.model, Pointer("/model")); });
+    faults_.attempt([&] { mechanism = make_mechanism(job_, job_.design.parameters); });
+  }
+  if (mechanism && job_.model.flexure == Flexure::plate) note_thick_leaves(*mechanism, job_.notes);
+  if (job_.model.flexure == Flexure::plate && job_.model.warping == Warping::free)
+    job_.notes.push_back("Free warping is a matter of beams; the plate's ends are clamped.");
+  if (mechanism && sound("/model"))
+    faults_.attempt([&] { check_superelements(*mechanism, job_.model, read_["model"]); });
+  job_.request.probes = read_probes(read_["probes"], mechanism ? &*mechanism : nullptr, faults_);
+}
+
+void JobReader::read_sections() {
+  const std::string kind = read_["job"];
   for (const auto& [section, owner] : {std::pair{"optimise", JobKind::optimise},
                                        {"samples", JobKind::compare},
                                        {"models", JobKind::compare}})
-    if (read.contains(section) && job.kind != owner)
-      job.notes.push_back(
+    if (read_.contains(section) && job_.kind != owner)
+      job_.notes.push_back(
           fmt::format("The section {} is not used by \"job\": \"{}\".", section, kind));
   const auto demand = [&](const char* section) {
-    if (!read.contains(section))
-      throw SpecError("/" + std::string(section), "nothing",
-                      fmt::format("it is required for \"job\": \"{}\"", kind));
+    if (!read_.contains(section))
+      faults_.add("/" + std::string(section), "nothing",
+                  fmt::format("it is required for \"job\": \"{}\"", kind));
   };
-  if (job.kind == JobKind::optimise) demand("optimise");
-  if (job.kind == JobKind::compare) demand("samples");
-  if (read.contains("optimise")) job.optimise = read_optimise(read["optimise"], family, job);
-  if (read.contains("samples")) job.compare = read_compare(read, family, job);
-  if (job.kind != JobKind::optimise) job.optimise.reset();
-  if (job.kind != JobKind::compare) job.compare.reset();
-  job.as_read = std::move(read);
+  if (job_.kind == JobKind::optimise) demand("optimise");
+  if (job_.kind == JobKind::compare) demand("samples");
+  if (!family_) return;  // names and units are the family's
+  if (read_.contains("optimise"))
+    job_.optimise = read_optimise(read_["optimise"], *family_, job_, faults_);
+  if (read_.contains("samples")) job_.compare = read_compare(read_, *family_, job_, faults_);
+  if (job_.kind != JobKind::optimise) job_.optimise.reset();
+  if (job_.kind != JobKind::compare) job_.compare.reset();
+}
+
+/// Faults of the --set texts themselves.
+void add_override_faults(const SpecError& error, std::vector<Fault>& faults) {
+  for (Fault fault : error.faults()) {
+    fault.source = "--set";
+    faults.push_back(std::move(fault));
+  }
+}
+
+}  // namespace
+
+Job parse_job(const json& document) {
+  FaultList faults;
+  Job job = JobReader(document, faults).read();
+  faults.raise();
   return job;
 }
 
 Job read_job(const std::string& file, const std::vector<std::string>& overrides) {
-  json document = read_json_file(file);
-  for (const std::string& assignment : overrides) apply_override(document, assignment);
+  const JsonText text = read_text(file);
+  std::vector<Fault> wrong;
+  json document = parse_json(text, wrong);
+  std::vector<std::string> overridden;
+  for (const std::string& assignment : overrides) try {
+      overridden.push_back(apply_override(document, assignment));
+    } catch (const SpecError& error) {
+      add_override_faults(error, wrong);
+    }
   if (document.is_object() && !document.contains("name")) {
     const std::string stem = std::filesystem::path(file).stem().string();
     if (!stem.empty()) document["name"] = stem;
   }
-  return parse_job(document);
+  FaultList faults;
+  Job job = JobReader(document, faults).read();
+  wrong.insert(wrong.end(), faults.faults().begin(), faults.faults().end());
+  if (wrong.empty()) return job;
+  locate(wrong, text, overridden);
+  throw SpecError(std::move(wrong));
+}
+
+const json& document_of(const Job& job) {
+  static const json nothing;
+  return job.as_read ? *job.as_read : nothing;
 }
 
 json job_schema() {

@@ -2,7 +2,7 @@
 // The job file as read: defaults filled in, SI, checked.
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -150,12 +150,18 @@ struct Job {
   std::optional<CompareSpec> compare;
   std::vector<Expectation> expect;
   std::vector<std::string> notes;  ///< what the reader found odd but allowed; for the user's eyes
-  nlohmann::json as_read;          ///< the job with defaults filled in, SI: what result.json shows
+  /// The job with defaults filled in, SI: what result.json shows. Empty for a job made by hand.
+  std::shared_ptr<const nlohmann::json> as_read;
 };
 
-/// Reads and checks a job. `overrides` are --set /pointer=value texts. Throws SpecError.
+/// Reads and checks a job. `overrides` are --set /pointer=value texts. Throws SpecError with all
+/// that is wrong, in the order of the file, each with its line and column.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
+/// The same from a parsed document. Throws SpecError with all that is wrong.
 Job parse_job(const nlohmann::json& document);
+
+/// What the job's reader left in `as_read`; null for a job made by hand.
+const nlohmann::json& document_of(const Job& job);
 
 /// The JSON Schema of a job, made from the same descriptions that drive reading.
 nlohmann::json job_schema();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/spec/json_file.hpp"
@@ -10,6 +11,7 @@
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_tables.hpp"
 
 namespace flexopt {
 
@@ -40,25 +42,28 @@ double symbol_bound(const json& value, const Pointer& at) {
 }
 
 void refuse_keys(const json& read, const Pointer& at, std::initializer_list<const char*> keys,
-                 const std::string& rule) {
+                 const std::string& rule, FaultList& faults) {
   for (const char* key : keys)
-    if (read.contains(key)) throw SpecError((at / key).to_string(), shown(read[key]), rule);
+    if (read.contains(key)) faults.add((at / key).to_string(), shown(read[key]), rule);
 }
 
 /// The section "samples", read in the order it is written.
 class SamplesReader {
  public:
-  SamplesReader(const Family& family, const DesignSpec& design)
-      : family_(family), design_(design) {}
+  SamplesReader(const Family& family, const DesignSpec& design, FaultList& faults)
+      : family_(family), design_(design), faults_(faults) {}
 
   SamplesSpec read(json& read, const StrokeRequest& request);
 
  private:
   void read_entry(json& read, const Pointer& at);
   void read_range(json& read, const Pointer& at, const std::string& name, const Parameter* of);
+  void note_wrong_entry(const json& read, const Pointer& at);
   void read_spread(json& read);
   void read_designs(json& read);
+  void read_formulas(const json& read, const StrokeRequest& request);
   void check_name(const std::string& name, const Pointer& at);
+  bool sound(const Pointer& at) const { return faults_.sound(at.to_string()); }
   /// Parameters, symbols and sampled numbers of material and end-effector, without those given by
   /// formulas of this section or of the design.
   std::vector<FormulaName> plain_names() const;
@@ -66,8 +71,12 @@ class SamplesReader {
   const Pointer at_{"/samples"};
   const Family& family_;
   const DesignSpec& design_;
+  FaultList& faults_;
   SamplesSpec spec_;
   std::set<std::string> taken_;
+  std::vector<std::string> symbols_;  ///< names of formulas that are no parameters of the family
+  bool method_known_ = true;
+  bool names_known_ = true;  ///< of all entries of vary
   int grid_points_ = grid_points_default;
 };
 
@@ -83,29 +92,28 @@ void SamplesReader::check_name(const std::string& name, const Pointer& at) {
 
 void SamplesReader::read_range(json& read, const Pointer& at, const std::string& name,
                                const Parameter* of) {
-  for (const char* key : {"min", "max"})
+  SampleRange range = range_table().read(read);
+  if (range.points == 0) range.points = grid_points_;
+  range.name = name;
+  range.symbol = !of;
+  const auto bound = [&](const char* key, double& value) {
     if (!read.contains(key))
       throw SpecError((at / key).to_string(), "nothing",
                       "it is required (or an expression instead of min and max)");
-  SampleRange range;
-  range.name = name;
-  range.symbol = !of;
-  const auto bound = [&](const char* key) {
-    return of ? read_quantity(parameter_shape(*of), read[key], at / key)
-              : symbol_bound(read[key], at / key);
+    value = of ? read_quantity(parameter_shape(*of), read[key], at / key)
+               : symbol_bound(read[key], at / key);
   };
-  range.min = bound("min");
-  range.max = bound("max");
+  if (spec_.method != SampleMethod::grid && method_known_)
+    refuse_keys(read, at, {"points"}, "only \"method\": \"grid\" has points", faults_);
+  const bool bounded = faults_.attempt([&] { bound("min", range.min); }) &
+                       faults_.attempt([&] { bound("max", range.max); });
+  if (!bounded) return;
   if (!(range.min < range.max))
     throw SpecError((at / "min").to_string(), shown(read["min"]),
                     fmt::format("expected min < max = {}", shown(read["max"])));
-  range.logarithmic = read.value("scale", "linear") == "log";
   if (range.logarithmic && !(range.min > 0))
     throw SpecError((at / "min").to_string(), shown(read["min"]),
                     "a logarithmic scale needs 0 < min");
-  if (spec_.method != SampleMethod::grid)
-    refuse_keys(read, at, {"points"}, "only \"method\": \"grid\" has points");
-  range.points = read.value("points", grid_points_);
   read["min"] = range.min;
   read["max"] = range.max;
   read["scale"] = range.logarithmic ? "log" : "linear";
@@ -126,17 +134,32 @@ void SamplesReader::read_entry(json& read, const Pointer& at) {
   if (const auto why = without_number(family_, design_.choices, name))
     throw SpecError((at / key).to_string(), '"' + name + '"', *why);
   if (!read.contains("expression")) {
+    if (symbol || find_job_number(name)) symbols_.push_back(name);
     if (spec_.method == SampleMethod::list)
       throw SpecError(at.to_string(), shown(read),
                       "a list of designs is not spread: only entries with an expression");
     return read_range(read, at, name, of);
   }
-  if (symbol)
+  if (symbol) {
+    symbols_.push_back(name);
     throw SpecError((at / "expression").to_string(), shown(read["expression"]),
                     "a symbol is sampled: give it min and max");
+  }
   refuse_keys(read, at, {"min", "max", "scale", "points"},
-              "a parameter has a range or an expression, not both");
+              "a parameter has a range or an expression, not both", faults_);
   spec_.formulas.push_back({name, read["expression"], {}, (at / "expression").to_string()});
+}
+
+/// Formulas may use the name of an entry all the same; without it they cannot be checked.
+void SamplesReader::note_wrong_entry(const json& read, const Pointer& at) {
+  const char* key = read.is_object() && read.contains("symbol") ? "symbol" : "parameter";
+  if (!read.is_object() || !read.contains(key) ||
+      (key == std::string("symbol") && !sound(at / key))) {
+    names_known_ = false;
+    return;
+  }
+  const std::string name = read[key];
+  if (std::ranges::find(symbols_, name) == symbols_.end()) symbols_.push_back(name);
 }
 
 std::vector<FormulaName> SamplesReader::plain_names() const {
@@ -146,91 +169,97 @@ std::vector<FormulaName> SamplesReader::plain_names() const {
         std::none_of(spec_.formulas.begin(), spec_.formulas.end(),
                      [&](const SampleFormula& f) { return f.parameter == p.name; }))
       names.push_back({p.name, p.unit});
-  for (const SampleRange& range : spec_.ranges)
-    if (const Parameter* number = find_job_number(range.name))
-      names.push_back({range.name, number->unit});
-    else if (range.symbol)
-      names.push_back({range.name, ""});  // its unit is not known: a bare number
+  for (const std::string& name : symbols_) {
+    const Parameter* number = find_job_number(name);
+    names.push_back({name, number ? number->unit : ""});  // a symbol's unit is not known
+  }
   return names;
 }
 
 void SamplesReader::read_spread(json& read) {
+  if (!method_known_) return;
   if (spec_.method == SampleMethod::grid || spec_.method == SampleMethod::list) {
-    const std::string method = read["method"];
+    const std::string method = name_in_job(spec_.method);
     refuse_keys(read, at_, {"count", "seed"},
-                fmt::format("\"method\": \"{}\" is neither counted nor random", method));
+                fmt::format("\"method\": \"{}\" is neither counted nor random", method), faults_);
   } else {
-    read["count"] = spec_.count = read.value("count", spec_.count);
-    read["seed"] = spec_.seed = read.value("seed", spec_.seed);
+    read.update(samples_table().write(spec_));
   }
   if (spec_.method != SampleMethod::grid)
-    refuse_keys(read, at_, {"points"}, "only \"method\": \"grid\" has points");
+    refuse_keys(read, at_, {"points"}, "only \"method\": \"grid\" has points", faults_);
   else
     read["points"] = grid_points_ = read.value("points", grid_points_);
   if (spec_.method != SampleMethod::list)
-    refuse_keys(read, at_, {"designs"}, "only \"method\": \"list\" has designs");
+    refuse_keys(read, at_, {"designs"}, "only \"method\": \"list\" has designs", faults_);
 }
 
 void SamplesReader::read_designs(json& read) {
-  if (!read.contains("designs"))
-    throw SpecError((at_ / "designs").to_string(), "nothing",
-                    "it is required for \"method\": \"list\"");
+  if (!read.contains("designs")) {
+    faults_.add((at_ / "designs").to_string(), "nothing",
+                "it is required for \"method\": \"list\"");
+    return;
+  }
   for (std::size_t i = 0; i < read["designs"].size(); ++i) {
+    if (!sound(at_ / "designs" / i)) continue;
     ParameterValues values;
     for (const auto& [name, value] : read["designs"][i].items()) {
-      const Pointer here = at_ / "designs" / i / name;
+      const std::string here = (at_ / "designs" / i / name).to_string();
       if (const auto why = without_number(family_, design_.choices, name))
-        throw SpecError(here.to_string(), shown(value), *why);
+        faults_.add(here, shown(value), *why);
       for (const SampleFormula& f : spec_.formulas)
-        if (f.parameter == name)
-          throw SpecError(here.to_string(), shown(value), "it is given by " + f.pointer);
+        if (f.parameter == name) faults_.add(here, shown(value), "it is given by " + f.pointer);
       if (design_.expressions.contains(name))
-        throw SpecError(here.to_string(), shown(value), "it is given by a formula of the design");
+        faults_.add(here, shown(value), "it is given by a formula of the design");
       values[name] = value;
     }
     spec_.designs.push_back(std::move(values));
   }
 }
 
+void SamplesReader::read_formulas(const json& read, const StrokeRequest& request) {
+  std::vector<FormulaName> known = plain_names();
+  const auto parse = [&](SampleFormula& f, const std::string& unit) {
+    f.may_use = known;
+    faults_.attempt(
+        [&] { Expression(f.formula, f.may_use, f.pointer).formula().check_unit(unit); });
+  };
+  for (SampleFormula& f : spec_.formulas) {
+    const std::string unit = find_parameter(family_, f.parameter)->unit;
+    parse(f, unit);
+    known.push_back({f.parameter, unit});
+  }
+  if (!read.contains("largest_stroke")) return;
+  for (const auto& [parameter, formula] : design_.expressions)
+    known.push_back({parameter, find_parameter(family_, parameter)->unit});
+  SampleFormula& f = spec_.largest_stroke;
+  f.pointer = (at_ / "largest_stroke").to_string();
+  f.formula = read["largest_stroke"];
+  parse(f, is_rotation(family_.drive) ? "rad" : "m");
+  if (faults_.sound("/stroke") &&
+      std::ranges::all_of(request.points, [](double s) { return s == 0; }))
+    faults_.add(f.pointer, f.formula, "the job's stroke is zero: there is nothing to scale");
+}
+
 SamplesSpec SamplesReader::read(json& read, const StrokeRequest& request) {
-  const std::string method = read["method"];
-  spec_.method = method == "sobol"             ? SampleMethod::sobol
-                 : method == "latin_hypercube" ? SampleMethod::latin_hypercube
-                 : method == "grid"            ? SampleMethod::grid
-                                               : SampleMethod::list;
+  samples_table().read(read, spec_);
+  method_known_ = sound(at_ / "method");
   read_spread(read);
-  for (std::size_t i = 0; i < read["vary"].size(); ++i)
-    read_entry(read["vary"][i], at_ / "vary" / i);
-  if (spec_.method == SampleMethod::list) read_designs(read);
-  if (spec_.method != SampleMethod::list && spec_.ranges.empty())
-    throw SpecError((at_ / "vary").to_string(), shown(read["vary"]),
-                    "nothing differs from design to design: give at least one range");
+  const bool list = spec_.method == SampleMethod::list;
+  for (std::size_t i = 0; i < read["vary"].size(); ++i) {
+    const Pointer here = at_ / "vary" / i;
+    if (sound(here)) faults_.attempt([&] { read_entry(read["vary"][i], here); });
+    if (!sound(here)) note_wrong_entry(read["vary"][i], here);
+  }
+  if (list) read_designs(read);
+  if (!list && method_known_ && sound(at_ / "vary") && spec_.ranges.empty())
+    faults_.add((at_ / "vary").to_string(), shown(read["vary"]),
+                "nothing differs from design to design: give at least one range");
   double designs = 1;
   for (const SampleRange& range : spec_.ranges) designs *= range.points;
   if (spec_.method == SampleMethod::grid && designs > most_designs)
-    throw SpecError((at_ / "vary").to_string(), fmt::format("{:g} designs", designs),
-                    fmt::format("a grid of at most {} designs", most_designs));
-
-  std::vector<FormulaName> known = plain_names();
-  for (SampleFormula& f : spec_.formulas) {
-    f.may_use = known;
-    const std::string unit = find_parameter(family_, f.parameter)->unit;
-    Expression(f.formula, f.may_use, f.pointer).formula().check_unit(unit);
-    known.push_back({f.parameter, unit});
-  }
-  if (read.contains("largest_stroke")) {
-    for (const auto& [parameter, formula] : design_.expressions)
-      known.push_back({parameter, find_parameter(family_, parameter)->unit});
-    SampleFormula& f = spec_.largest_stroke;
-    f.pointer = (at_ / "largest_stroke").to_string();
-    f.may_use = known;
-    f.formula = read["largest_stroke"];
-    Expression(f.formula, f.may_use, f.pointer)
-        .formula()
-        .check_unit(is_rotation(family_.drive) ? "rad" : "m");
-    if (std::all_of(request.points.begin(), request.points.end(), [](double s) { return s == 0; }))
-      throw SpecError(f.pointer, f.formula, "the job's stroke is zero: there is nothing to scale");
-  }
+    faults_.add((at_ / "vary").to_string(), fmt::format("{:g} designs", designs),
+                fmt::format("a grid of at most {} designs", most_designs));
+  if (names_known_) read_formulas(read, request);
   return std::move(spec_);
 }
 
@@ -243,38 +272,50 @@ json overlaid(const json& model, const json& entry, const Pointer& at) {
 }
 
 ModelChoice model_choice(const std::string& name, const json& whole, const DesignSpec& design,
-                         const Pointer& at) {
-  const ModelChoice choice{name, read_model(whole, at), read_newton(whole)};
-  check_leaf_model(design, choice.model, at);
+                         const Pointer& at, FaultList& faults) {
+  ModelChoice choice = read_model(whole, at, faults);
+  choice.name = name;
+  if (faults.sound("/design")) faults.attempt([&] { check_leaf_model(design, choice.model, at); });
   return choice;
+}
+
+/// The entries of "models", completed with the keys of "model".
+std::vector<ModelChoice> read_models(json& read, const DesignSpec& design, FaultList& faults) {
+  std::vector<ModelChoice> models;
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < read["models"].size(); ++i) {
+    const Pointer at = Pointer("/models") / i;
+    json& entry = read["models"][i];
+    if (!faults.sound((at / "name").to_string())) continue;
+    const bool sound = faults.sound(at.to_string()) && faults.sound("/model");
+    const std::string name = entry["name"];
+    if (!names.insert(name).second)
+      faults.add((at / "name").to_string(), '"' + name + '"', "another model has this name");
+    if (!sound) continue;
+    json whole = overlaid(read["model"], entry, at);
+    models.push_back(model_choice(name, whole, design, at, faults));
+    whole["name"] = name;
+    entry = std::move(whole);
+  }
+  return models;
 }
 
 }  // namespace
 
-CompareSpec read_compare(json& read, const Family& family, const Job& job) {
-  const DesignSpec& design = job.design;
+CompareSpec read_compare(json& read, const Family& family, const Job& job, FaultList& faults) {
   const StrokeRequest& request = job.request;
   CompareSpec spec;
   if (!request.loads.driven() && read["samples"].contains("largest_stroke"))
-    throw SpecError("/samples/largest_stroke", shown(read["samples"]["largest_stroke"]),
-                    "a load_path has no stroke to scale");
-  spec.samples = SamplesReader(family, design).read(read["samples"], request);
-  const json& model = read["model"];
-  spec.full = model_choice("full", overlaid(model, {{"accuracy", "full"}}, Pointer("/model")),
-                           design, Pointer("/model"));
+    faults.add("/samples/largest_stroke", shown(read["samples"]["largest_stroke"]),
+               "a load_path has no stroke to scale");
+  spec.samples = SamplesReader(family, job.design, faults).read(read["samples"], request);
+  const Pointer at("/model");
+  if (faults.sound("/model"))
+    spec.full = model_choice("full", overlaid(read["model"], {{"accuracy", "full"}}, at),
+                             job.design, at, faults);
   if (!read.contains("models"))
     read["models"] = json::array({{{"name", "default"}, {"accuracy", "reduced"}}});
-  for (std::size_t i = 0; i < read["models"].size(); ++i) {
-    const Pointer at = Pointer("/models") / i;
-    const std::string name = read["models"][i]["name"];
-    for (const ModelChoice& other : spec.models)
-      if (other.name == name)
-        throw SpecError((at / "name").to_string(), '"' + name + '"', "another model has this name");
-    json whole = overlaid(model, read["models"][i], at);
-    spec.models.push_back(model_choice(name, whole, design, at));
-    whole["name"] = name;
-    read["models"][i] = std::move(whole);
-  }
+  spec.models = read_models(read, job.design, faults);
   return spec;
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/response/quantities.hpp"
 #include "core/spec/json_file.hpp"
@@ -13,6 +15,7 @@
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_tables.hpp"
 #include "optim/solvers/problem.hpp"
 
 namespace flexopt {
@@ -30,6 +33,7 @@ struct Context {
   std::vector<Quantity> quantities;
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<FormulaName> names;  ///< of these, the family's first
+  FaultList& faults;
 
   const Quantity* find_quantity(const std::string& name) const {
     const auto it = std::find_if(quantities.begin(), quantities.end(),
@@ -130,8 +134,12 @@ Variable read_variable(json& read, const Context& context, const Pointer& at,
   if (const auto why = without_number(context.family, context.design.choices, variable.parameter))
     throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"', *why);
   const Shape shape = parameter_shape(*find_parameter(context.family, variable.parameter));
-  variable.min = read_quantity(shape, read["min"], at / "min");
-  variable.max = read_quantity(shape, read["max"], at / "max");
+  const bool bounded = context.faults.attempt([&] {
+    variable.min = read_quantity(shape, read["min"], at / "min");
+  }) & context.faults.attempt([&] {
+    variable.max = read_quantity(shape, read["max"], at / "max");
+  });
+  if (!bounded) return variable;
   if (!(variable.min < variable.max))
     throw SpecError((at / "min").to_string(), shown(read["min"]),
                     fmt::format("expected min < max = {}", shown(read["max"])));
@@ -160,8 +168,6 @@ Variable read_variable(json& read, const Context& context, const Pointer& at,
   return variable;
 }
 
-std::string name_of(OverStroke over) { return over_stroke_names()[static_cast<std::size_t>(over)]; }
-
 void forbid_over_stroke(const json& read, const Pointer& at) {
   if (read.contains("over_stroke"))
     throw SpecError((at / "over_stroke").to_string(), shown(read["over_stroke"]),
@@ -170,7 +176,7 @@ void forbid_over_stroke(const json& read, const Pointer& at) {
 
 Objective read_objective(json& read, const Context& context) {
   const Pointer at("/optimise/objective");
-  Objective objective;
+  Objective objective = objective_table().read(read);
   objective.maximise = read.contains("maximise");
   if (objective.maximise == read.contains("minimise"))
     throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
@@ -184,15 +190,14 @@ Objective read_objective(json& read, const Context& context) {
     return objective;
   }
   objective.quantity = context.quantity(goal, at / key).name;
-  objective.over_stroke = read.contains("over_stroke")
-                              ? over_stroke_of(read["over_stroke"])
-                              : (objective.maximise ? OverStroke::min : OverStroke::max);
-  read["over_stroke"] = name_of(objective.over_stroke);
+  if (!read.contains("over_stroke"))
+    objective.over_stroke = objective.maximise ? OverStroke::min : OverStroke::max;
+  read["over_stroke"] = name_in_job(objective.over_stroke);
   return objective;
 }
 
 Constraint read_constraint(json& read, const Context& context, const Pointer& at) {
-  Constraint constraint;
+  Constraint constraint = constraint_table().read(read);
   if (read.contains("quantity") == read.contains("expression"))
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
   if (!read.contains("min") && !read.contains("max"))
@@ -200,32 +205,30 @@ Constraint read_constraint(json& read, const Context& context, const Pointer& at
   std::function<double(const char*)> bound;
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
-    const Expression formula(read["expression"], context.names, (at / "expression").to_string());
+    const Expression formula(constraint.expression, context.names, (at / "expression").to_string());
     constraint.expression = constraint.label = formula.text();
     bound = [&, formula](const char* key) {
       return formula_bound(formula.formula(), read[key], at / key);
     };
   } else {
-    const Quantity& quantity = context.quantity(read["quantity"], at / "quantity");
-    constraint.quantity = quantity.name;
-    if (read.contains("over_stroke")) {
-      constraint.over_stroke = over_stroke_of(read["over_stroke"]);
-    } else if (read.contains("min") && read.contains("max")) {
+    const Quantity& quantity = context.quantity(constraint.quantity, at / "quantity");
+    const bool said = read.contains("over_stroke"), least = read.contains("min"),
+               largest = read.contains("max");
+    if (!said && least && largest)
       throw SpecError((at / "over_stroke").to_string(), "nothing",
                       "with min and max it must be said which value over the stroke is meant: "
                       "min, max, max_abs, first, last");
-    } else {
-      constraint.over_stroke = read.contains("max") ? OverStroke::max : OverStroke::min;
-    }
-    read["over_stroke"] = name_of(constraint.over_stroke);
+    if (!said) constraint.over_stroke = largest ? OverStroke::max : OverStroke::min;
+    read["over_stroke"] = name_in_job(constraint.over_stroke);
     constraint.label =
-        fmt::format("{} {} over stroke", quantity.name, name_of(constraint.over_stroke));
+        fmt::format("{} {} over stroke", quantity.name, name_in_job(constraint.over_stroke));
     bound = [&, unit = quantity.unit](const char* key) {
       return read_quantity(shape::quantity(unit), read[key], at / key);
     };
   }
-  if (read.contains("min")) read["min"] = *(constraint.min = bound("min"));
-  if (read.contains("max")) read["max"] = *(constraint.max = bound("max"));
+  for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
+    if (read.contains(key))
+      context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
   if (constraint.min && constraint.max && !(*constraint.min <= *constraint.max))
     throw SpecError((at / "min").to_string(), fmt::format("{:g}", *constraint.min),
                     fmt::format("expected min <= max = {:g}", *constraint.max));
@@ -234,8 +237,7 @@ Constraint read_constraint(json& read, const Context& context, const Pointer& at
 
 Algorithm read_algorithm(json& read) {
   const Pointer at("/optimise/algorithm");
-  Algorithm algorithm;
-  algorithm.library = read["library"];
+  Algorithm algorithm = algorithm_table().read(read);
   if (algorithm.library == "ipopt") {
     if (read.contains("name"))
       throw SpecError((at / "name").to_string(), shown(read["name"]),
@@ -246,52 +248,43 @@ Algorithm read_algorithm(json& read) {
     algorithm.name.clear();
     return algorithm;
   }
-  algorithm.name = read.value("name", algorithm.name);
   std::vector<std::string> names;
   for (const std::string& offered : algorithms())
     if (offered.starts_with("nlopt ")) names.push_back(offered.substr(6));
   if (std::find(names.begin(), names.end(), algorithm.name) == names.end())
     throw SpecError((at / "name").to_string(), '"' + algorithm.name + '"',
                     "unknown algorithm; " + known_names(algorithm.name, names));
-  read["name"] = algorithm.name;
   OptimiserOptions options;
   options.library = algorithm.library;
   options.name = algorithm.name;
   const std::vector<std::string> locals = local_algorithms(options);
-  if (read.contains("local")) {
-    algorithm.local = read["local"];
-    if (locals.empty())
-      throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
-                      algorithm.name + " runs no other algorithm inside; AUGLAG and MLSL do");
-    if (std::find(locals.begin(), locals.end(), algorithm.local) == locals.end())
-      throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
-                      fmt::format("{} may run inside: {}", algorithm.name,
-                                  known_names(algorithm.local, locals)));
-  } else if (!locals.empty()) {
-    algorithm.local = locals.front();
-    read["local"] = algorithm.local;
-  }
+  if (!algorithm.local.empty() && locals.empty())
+    throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
+                    algorithm.name + " runs no other algorithm inside; AUGLAG and MLSL do");
+  if (algorithm.local.empty() && !locals.empty()) algorithm.local = locals.front();
+  if (!locals.empty() && std::ranges::find(locals, algorithm.local) == locals.end())
+    throw SpecError(
+        (at / "local").to_string(), '"' + algorithm.local + '"',
+        fmt::format("{} may run inside: {}", algorithm.name, known_names(algorithm.local, locals)));
+  read = algorithm_table().write(algorithm);
   return algorithm;
 }
 
 ParetoSpec read_pareto(json& read, const Objective& objective, const Context& context) {
   const Pointer at("/optimise/pareto");
-  ParetoSpec front;
+  ParetoSpec front = pareto_table().read(read);
   if (read.contains("quantity") == read.contains("expression"))
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
-  front.maximise = read["sense"] == "maximise";
-  front.points = read["points"];
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
     front.expression = front.label =
-        Expression(read["expression"], context.names, (at / "expression").to_string()).text();
+        Expression(front.expression, context.names, (at / "expression").to_string()).text();
   } else {
-    front.quantity = context.quantity(read["quantity"], at / "quantity").name;
-    front.over_stroke = read.contains("over_stroke")
-                            ? over_stroke_of(read["over_stroke"])
-                            : (front.maximise ? OverStroke::min : OverStroke::max);
-    read["over_stroke"] = name_of(front.over_stroke);
-    front.label = fmt::format("{} {} over stroke", front.quantity, name_of(front.over_stroke));
+    front.quantity = context.quantity(front.quantity, at / "quantity").name;
+    if (!read.contains("over_stroke"))
+      front.over_stroke = front.maximise ? OverStroke::min : OverStroke::max;
+    read["over_stroke"] = name_in_job(front.over_stroke);
+    front.label = fmt::format("{} {} over stroke", front.quantity, name_in_job(front.over_stroke));
   }
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
       (!front.expression.empty() || front.over_stroke == objective.over_stroke))
@@ -301,42 +294,54 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
   return front;
 }
 
-}  // namespace
-
-OptimiseSpec read_optimise(json& read, const Family& family, Job& job) {
-  Context context{family, job.design, job.request, quantities(family.drive), {}, {}};
-  for (const Parameter& p : family.parameters) context.names.push_back({p.name, p.unit});
+Context context_of(const Family& family, const Job& job, FaultList& faults) {
+  Context context{family, job.design, job.request, quantities(family.drive), {}, {}, faults};
   context.values = job.design.parameters;
+  for (const Parameter& p : family.parameters) {
+    context.names.push_back({p.name, p.unit});
+    // a parameter whose value is wrong: any number will do to find out the unit of a formula
+    context.values.try_emplace(p.name, p.standard.value_or(std::clamp(0.1, p.min, p.max)));
+  }
   for (const auto& [name, value] : numbers_of(job.design.material, job.end_effector))
     if (!without_number(family, job.design.choices, name)) {
       context.names.push_back({name, find_job_number(name)->unit});
       context.values[name] = value;
     }
+  return context;
+}
+
+}  // namespace
+
+OptimiseSpec read_optimise(json& read, const Family& family, Job& job, FaultList& faults) {
+  const Context context = context_of(family, job, faults);
   const Pointer at("/optimise");
-  OptimiseSpec spec;
-  for (std::size_t i = 0; i < read["variables"].size(); ++i) {
+  const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
+  OptimiseSpec spec = search_table().read(read);
+  std::set<std::string> taken;
+  for (std::size_t i = 0; read.contains("variables") && i < read["variables"].size(); ++i) {
     const Pointer here = at / "variables" / i;
-    Variable variable = read_variable(read["variables"][i], context, here, job.notes);
-    for (const Variable& other : spec.variables)
-      if (other.parameter == variable.parameter)
-        throw SpecError((here / "parameter").to_string(), '"' + variable.parameter + '"',
-                        "it is a variable already");
-    spec.variables.push_back(std::move(variable));
+    json& item = read["variables"][i];
+    if (sound(here / "parameter") && !taken.insert(item["parameter"].get<std::string>()).second)
+      faults.add((here / "parameter").to_string(), shown(item["parameter"]),
+                 "it is a variable already");
+    if (sound(here))
+      faults.attempt(
+          [&] { spec.variables.push_back(read_variable(item, context, here, job.notes)); });
   }
-  spec.objective = read_objective(read["objective"], context);
-  for (std::size_t i = 0; i < read["constraints"].size(); ++i)
-    spec.constraints.push_back(
-        read_constraint(read["constraints"][i], context, at / "constraints" / i));
-  spec.algorithm = read_algorithm(read["algorithm"]);
-  spec.starts = read["starts"];
-  spec.spread = read["spread"] == "latin_hypercube" ? Spread::latin_hypercube : Spread::sobol;
-  spec.seed = read["seed"];
-  if (read.contains("pareto")) spec.pareto = read_pareto(read["pareto"], spec.objective, context);
-  if (read.contains("verify"))
-    spec.verify = VerifySpec{read["verify"]["tolerance"], read["verify"]["max_full_evaluations"]};
-  spec.max_evaluations = read["max_evaluations"];
-  spec.tolerance = read["tolerance"];
-  spec.constraint_tolerance = read["constraint_tolerance"];
+  if (sound(at / "objective"))
+    faults.attempt([&] { spec.objective = read_objective(read["objective"], context); });
+  for (std::size_t i = 0; i < read["constraints"].size(); ++i) {
+    const Pointer here = at / "constraints" / i;
+    if (sound(here))
+      faults.attempt([&] {
+        spec.constraints.push_back(read_constraint(read["constraints"][i], context, here));
+      });
+  }
+  if (sound(at / "algorithm"))
+    faults.attempt([&] { spec.algorithm = read_algorithm(read["algorithm"]); });
+  if (read.contains("pareto") && sound(at / "pareto"))
+    faults.attempt([&] { spec.pareto = read_pareto(read["pareto"], spec.objective, context); });
+  if (read.contains("verify")) spec.verify = verify_table().read(read["verify"]);
   return spec;
 }
 

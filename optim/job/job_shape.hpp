@@ -19,26 +19,21 @@ Shape parameter_shape(const Parameter& parameter);
 Shape model_shape();
 Shape model_entry_shape();
 
-/// What the section "model" says; `at` is its place. Throws SpecError.
-ModelOptions read_model(const nlohmann::json& read, const nlohmann::json::json_pointer& at);
+/// What the section "model" says; `at` is its place. What its keys contradict is added to `faults`.
+ModelChoice read_model(const nlohmann::json& read, const JsonPointer& at, FaultList& faults);
 
 /// Refuses a model that the design's leaves do not allow: plates of wires, or of a material with a
 /// Poisson's ratio above a half. Throws SpecError.
-void check_leaf_model(const DesignSpec& design, const ModelOptions& model,
-                      const nlohmann::json::json_pointer& at);
-NewtonOptions read_newton(const nlohmann::json& read);
-
-/// Names of the enums as the job file writes them.
-const std::vector<std::string>& over_stroke_names();
-OverStroke over_stroke_of(const std::string& name);
+void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const JsonPointer& at);
 
 /// Fills in the section "optimise". `read` has passed its table; bounds get their units here, and
 /// `read` is completed with what was decided; `job` is read but for its sections, and takes notes.
-/// Throws SpecError.
-OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, Job& job);
+/// What is wrong is added to `faults`; parts that depend on something wrong are not checked.
+OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, Job& job, FaultList& faults);
 
 /// Fills in the sections "samples" and "models" of a job that has passed its table, and completes
-/// them in `read` with what was decided. Throws SpecError.
-CompareSpec read_compare(nlohmann::json& read, const Family& family, const Job& job);
+/// them in `read` with what was decided. Faults as in read_optimise.
+CompareSpec read_compare(nlohmann::json& read, const Family& family, const Job& job,
+                         FaultList& faults);
 
 }  // namespace flexopt

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
@@ -85,7 +86,7 @@ Stage stage_named(const std::string& name) {
 }
 
 json log_identity(const Job& job, const std::string& version) {
-  json identity = job.as_read;
+  json identity = document_of(job);
   assert(identity.is_object());
   for (const char* key : {"name", "expect"}) identity.erase(key);
   if (identity.contains("optimise"))

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
@@ -64,7 +65,7 @@ int run_job(const CommandLine& line) {
   fmt::print("{}results: {}\n", summary_of(record), line.folder);
   for (const std::string& failure : written.failed_expectations)
     fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
-  return usable(written.result) ? exit_usable : exit_not_usable;
+  return usable(*written.result) ? exit_usable : exit_not_usable;
 }
 
 int validate_job(const CommandLine& line) {

@@ -29,7 +29,11 @@ int main(int argc, char** argv) try {
   }
   return exit_bug;
 } catch (const flexopt::SpecError& error) {
-  fmt::print(stderr, "flexopt: {}\n", error.what());
+  const auto& faults = error.faults();
+  const bool placed = !faults.front().source.empty();  // lines that editors can follow
+  fmt::print(stderr, "{}{}\n", placed ? "" : "flexopt: ", error.what());
+  if (faults.size() > 1)
+    fmt::print(stderr, "flexopt: {} faults in the input; nothing was run\n", faults.size());
   return flexopt::exit_wrong_input;
 } catch (const std::exception& error) {
   fmt::print(stderr, "flexopt: a bug of ours, please report it: {}\n", error.what());

@@ -1,6 +1,7 @@
 // The object "comparison" of result.json.
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "results/files/result_json.hpp"
 

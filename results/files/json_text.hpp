@@ -1,6 +1,6 @@
 #pragma once
 // JSON as text that a person can read: one line for what fits on a line, such as a matrix row.
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

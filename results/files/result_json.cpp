@@ -6,6 +6,7 @@
 #include <cassert>
 #include <map>
 #include <set>
+#include <nlohmann/json.hpp>
 
 #include "core/elements/plate/leaf_validity.hpp"
 #include "core/response/quantities.hpp"
@@ -312,7 +313,7 @@ OrderedJson make_result(const RunRecord& record) {
     path.push_back(make_path_point(point, record.mechanism, record.job.request));
 
   Json result = {{"flexopt", {{"version", version()}, {"commit", commit()}}},
-                 {"job", Json(record.job.as_read)},
+                 {"job", Json(document_of(record.job))},
                  {"status", record.status},
                  {"message", record.message},
                  {"notes", record.job.notes},

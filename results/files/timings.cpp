@@ -1,3 +1,5 @@
+#include <nlohmann/json.hpp>
+
 #include "results/files/timings.hpp"
 
 #include "results/files/folder.hpp"

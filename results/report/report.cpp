@@ -1,6 +1,7 @@
 #include "results/report/report.hpp"
 
 #include <cassert>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "results/files/folder.hpp"

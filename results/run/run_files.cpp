@@ -1,5 +1,8 @@
 #include "results/run/run_files.hpp"
 
+#include <nlohmann/json.hpp>
+#include <utility>
+
 #include "core/spec/spec_error.hpp"
 #include "results/files/csv.hpp"
 #include "results/files/expectations.hpp"
@@ -28,13 +31,13 @@ OrderedJson read_json(const fs::path& file) {
 }  // namespace
 
 void write_job(const fs::path& folder, const Job& job) {
-  write_file(folder / "job.json", json_text(OrderedJson(job.as_read)));
+  write_file(folder / "job.json", json_text(OrderedJson(document_of(job))));
 }
 
 WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   WrittenRun written;
-  written.result = make_result(record);
-  written.failed_expectations = check_expectations(record.job.expect, written.result);
+  OrderedJson result = make_result(record);
+  written.failed_expectations = check_expectations(record.job.expect, result);
   fs::remove(folder / (record.comparison ? "path.csv" : "comparison.csv"));  // of an earlier run
   if (record.comparison)
     write_comparison_csv(folder, record);
@@ -47,8 +50,9 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
     fs::remove(folder / "pareto.csv");
   write_shapes(folder, response_of(record).path);
   write_timings(folder, record.timings);
-  write_report(folder, written.result);
-  write_result(folder, written.result);
+  write_report(folder, result);
+  write_result(folder, result);
+  written.result = std::make_shared<const OrderedJson>(std::move(result));
   return written;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // All files of a run in its folder.
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,7 @@ namespace flexopt {
 
 /// What write_run wrote.
 struct WrittenRun {
-  OrderedJson result;
+  std::shared_ptr<const OrderedJson> result;
   std::vector<std::string> failed_expectations;  ///< a sentence each
 };
 

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 namespace fs = std::filesystem;
 using Catch::Matchers::Contains;
@@ -93,6 +94,87 @@ TEST_CASE("every wrong job ends with exit code 2, place and rule, and writes not
     ++cases;
   }
   CHECK(cases >= 40);
+}
+
+TEST_CASE("a job with several faults has a line for each, in the order of the file", "[jobs]") {
+  const Workplace place;
+  const std::string text = R"({
+  "flexopt": 1, "name": "guide", "jop": "evaluate",
+  "design": {
+    "family": "parallel_guide",
+    "parameters": {"length": "100 N", "width": "30 mm",
+                   "thicknes": "0.5 mm", "spacing": "60 mm"},
+    "material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
+                 "density": "7800 kg/m^3", "density": "7900 kg/m^3"}
+  },
+  "end_effector": {"mass": -1},
+  "stroke": {"from": 0, "points": 3},
+  "loads": [{"force": [0, 0, "5 kg"]}],
+  "model": {"accuracy": "fulll", "degree": 6},
+  "frequencies": 4
+})";
+  const fs::path file = place.write("job.json", text);
+  const std::string at = file.string() + ":";
+  const std::vector<std::vector<std::string>> expected{
+      {at + "2:34: /jop = \"evaluate\"", "did you mean 'job'"},
+      {at + "5:30: /design/parameters/length = \"100 N\"", "a length"},
+      {at + "6:20: /design/parameters/thicknes = \"0.5 mm\"", "did you mean 'thickness'"},
+      {at + "8:44: /design/material/density", "stands twice in one object, in line 8"},
+      {at + "10:28: /end_effector/mass = -1", "0 <= value"},
+      {at + "11:13: /stroke/to = nothing", "it is required"},
+      {at + "12:30: /loads/0/force/2 = \"5 kg\"", "a force"},
+      {at + "13:25: /model/accuracy = \"fulll\"", "did you mean 'full'"},
+      {at + "13:44: /model/degree = 6", "5 or 7"},
+      {"--set: /frequencies = \"many\"", "a whole number"},
+      {"--set: /parasitic/skip/0 = \"leafs\"", "did you mean 'leaf'"}};
+  const std::string sets = " --set /frequencies=many --set '/parasitic={\"skip\": [\"leafs\"]}'";
+  for (const std::string& command : {"validate " + quoted(file), "check-gradients " + quoted(file),
+                                     "run " + quoted(file) + " --out " + quoted(place / "new")}) {
+    INFO(command);
+    const Outcome outcome = run(place, command + sets);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.output.empty());
+    std::vector<std::string> lines;
+    std::istringstream stream(outcome.errors);
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    INFO(outcome.errors);
+    REQUIRE(lines.size() == expected.size() + 1);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      CHECK_THAT(lines[i], Catch::Matchers::StartsWith(expected[i][0]));
+      CHECK_THAT(lines[i], Contains(expected[i][1]));
+    }
+    CHECK(lines.back() == "flexopt: 11 faults in the input; nothing was run");
+    CHECK(place.contents() == std::vector<std::string>{"job.json"});
+  }
+}
+
+TEST_CASE("every fault of a job reaches stderr with its place, and nothing is written", "[jobs]") {
+  const Workplace place;
+  for (const json& item : table()["several"]) {
+    INFO(item["name"].get<std::string>());
+    const json job = table()["bases"][item["base"].get<std::string>()].patch(item["patch"]);
+    const fs::path file = place.write("job.json", job.dump(2));
+    const Outcome outcome = run(place, "run " + quoted(file) + " --out " + quoted(place / "new"));
+    CHECK(outcome.code == 2);
+    CHECK(outcome.output.empty());
+    for (const json& fault : item["faults"]) {
+      CHECK_THAT(outcome.errors, Contains(": " + fault["pointer"].get<std::string>() + " = "));
+      for (const json& part : fault["says"])
+        CHECK_THAT(outcome.errors, Contains(part.get<std::string>()));
+    }
+    CHECK(place.contents() == std::vector<std::string>{"job.json"});
+  }
+}
+
+TEST_CASE("of very many faults the first 50 are shown and the others counted", "[jobs]") {
+  const Workplace place;
+  json job = json::parse(base());
+  job["loads"] = json::array();
+  for (int i = 0; i < 60; ++i) job["loads"].push_back({{"force", {0, 0, "5 kg"}}});
+  const Outcome outcome = run(place, "validate " + quoted(place.write("job.json", job.dump(2))));
+  CHECK(outcome.code == 2);
+  CHECK_THAT(outcome.errors, Contains("/loads/49/force/2") && Contains("... and 10 more") &&
+                                 !Contains("/loads/50/"));
 }
 
 TEST_CASE("what is no job file ends with exit code 2 and its name", "[jobs]") {

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
 
@@ -117,7 +118,7 @@ Job hinge_job() {
   job.design.material = steel();
   job.end_effector = {1, 1e-3 * Matrix3d::Identity(), Vector3d::Zero()};
   job.request.points = {-20 * degree, -10 * degree, 0, 10 * degree, 20 * degree};
-  job.as_read = {
+  const nlohmann::json document = {
       {"flexopt", 1},
       {"name", job.name},
       {"job", "evaluate"},
@@ -125,6 +126,7 @@ Job hinge_job() {
        {{"family", "cross_hinge"}, {"parameters", job.design.parameters}, {"material", "steel"}}},
       {"end_effector", {{"mass", 1.0}, {"inertia", {1e-3, 1e-3, 1e-3}}}},
       {"model", {{"flexure", "plate"}, {"accuracy", "reduced"}, {"mesh", {8, 4}}}}};
+  job.as_read = std::make_shared<const nlohmann::json>(document);
   return job;
 }
 
@@ -161,7 +163,9 @@ RunRecord optimised_hinge() {
   RunRecord record = evaluated_hinge();
   Job& job = record.job;
   job.kind = JobKind::optimise;
-  job.as_read["job"] = "optimise";
+  nlohmann::json document = *job.as_read;
+  document["job"] = "optimise";
+  job.as_read = std::make_shared<const nlohmann::json>(std::move(document));
   OptimiseSpec spec;
   spec.variables = {{"thickness", 1e-4, 1e-3, {}}, {"half_angle", 30 * degree, 60 * degree, {}}};
   spec.objective.quantity = "parasitic_frequency";

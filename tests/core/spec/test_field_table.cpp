@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/spec/field_table.hpp"
 #include "core/spec/spec_error.hpp"
@@ -79,6 +80,45 @@ TEST_CASE("every complaint has pointer, value, rule and what is allowed", "[spec
   CHECK_THAT(complaint(R"({"length": 1, "note": "more than ten"})"), Contains("1 to 10 letters"));
   CHECK_THAT(complaint(R"({"length": 1, "on": 1})"), Contains("true or false"));
   CHECK_THAT(complaint(R"({"length": 1, "a/b~": 1})"), Contains("/leaf/a~1b~0"));
+}
+
+namespace {
+
+/// Pointers of all that is wrong, one a line.
+std::string wrong_places(const std::string& document) {
+  FaultList faults;
+  read_value(leaf_table(), json::parse(document), json::json_pointer("/leaf"), faults);
+  std::string all;
+  for (const Fault& fault : faults.faults()) all += fault.pointer + " ";
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("reading collects all that is wrong and goes on", "[spec][fields]") {
+  CHECK(
+      wrong_places(R"({"length": "3 N", "count": 12, "kind": "plat", "on": 1, "colour": 2,
+                         "inertia": [1, "2 m", "x"]})") ==
+      "/leaf/colour /leaf/length /leaf/count /leaf/kind /leaf/inertia/1 /leaf/inertia/2 /leaf/on ");
+  CHECK(wrong_places("{}") == "/leaf/length ");
+  CHECK(wrong_places("3") == "/leaf ");
+  CHECK(wrong_places(R"({"length": 1})").empty());
+}
+
+TEST_CASE("a misspelt key is not missed as well", "[spec][fields]") {
+  CHECK(wrong_places(R"({"lenght": 1})") == "/leaf/lenght ");
+  CHECK(wrong_places(R"({"lenght": 1, "length": 1})") == "/leaf/lenght ");
+  CHECK(wrong_places(R"({"colour": 1})") == "/leaf/colour /leaf/length ");
+}
+
+TEST_CASE("a wrong value is read as its default, or as nothing", "[spec][fields]") {
+  FaultList faults;
+  const json read = read_value(
+      leaf_table(), json::parse(R"({"length": 0, "count": 12, "inertia": [1, 2, "x"], "on": 3})"),
+      json::json_pointer(), faults);
+  CHECK(faults.faults().size() == 4);
+  CHECK(read == json::parse(R"({"angle": 0.5, "count": 3, "kind": "plate",
+                                "inertia": [0.0, 0.0, 0.0]})"));
 }
 
 TEST_CASE("the schema says what reading enforces", "[spec][fields]") {

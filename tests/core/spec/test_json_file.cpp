@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
@@ -33,6 +34,10 @@ std::string override_complaint(json document, const std::string& assignment) {
 TEST_CASE("broken JSON is refused with line and column", "[spec][json]") {
   CHECK_THAT(parse_complaint("{\n  \"a\": 1,\n"), Contains("job.json") && Contains("line 3"));
   CHECK_THAT(parse_complaint("{\"a\": 1,}"), Contains("line 1, column 9"));
+  CHECK_THAT(parse_complaint("{\"a\": 1,}"), Catch::Matchers::StartsWith("job.json:1:9: not JSON"));
+  CHECK_THAT(parse_complaint("[1,\n,2]"), Catch::Matchers::StartsWith("job.json:2:1: not JSON"));
+  CHECK_THAT(parse_complaint("[1,\n  1e999]"),
+             Catch::Matchers::StartsWith("job.json:2:3: not JSON"));
   CHECK_THAT(parse_complaint("{\"a\": 1} x"), Contains("line 1"));
   CHECK_THAT(parse_complaint("{\"a\": NaN}"), Contains("line 1"));
   CHECK_THAT(parse_complaint("{\"a\": 1e999}"), Contains("out of range") || Contains("overflow"));
@@ -44,6 +49,95 @@ TEST_CASE("broken JSON is refused with line and column", "[spec][json]") {
 TEST_CASE("a key that stands twice in one object is refused", "[spec][json]") {
   CHECK_THAT(parse_complaint(R"({"a": 1, "b": {"c": 1, "c": 2}})"), Contains("\"c\" stands twice"));
   CHECK(parse_json(R"({"a": {"a": 1}, "b": [{"a": 1}, {"a": 2}]})", "").size() == 2);
+}
+
+TEST_CASE("a key that stands twice is refused with both its lines", "[spec][json]") {
+  const JsonText text{"{\n  \"a\": 1,\n  \"b\": [{\"c\": 1,\n\n     \"c\": 2}],\n  \"a\": 3}",
+                      "job.json"};
+  std::vector<Fault> faults;
+  const json document = parse_json(text, faults);
+  CHECK(document == json::parse(R"({"a": 3, "b": [{"c": 2}]})"));
+  REQUIRE(faults.size() == 2);
+  CHECK(faults[0].pointer == "/b/0/c");
+  CHECK(faults[0].line == 5);
+  CHECK(faults[0].column == 6);
+  CHECK_THAT(faults[0].text(), Contains("job.json:5:6: /b/0/c = 2; ") && Contains("lines 3 and 5"));
+  CHECK(faults[1].pointer == "/a");
+  CHECK_THAT(faults[1].text(), Contains("job.json:6:3: /a") && Contains("lines 2 and 6"));
+}
+
+TEST_CASE("every value is found at its line and column", "[spec][json]") {
+  // keys with escapes and quotes, letters of several bytes, nested lists, numbers of all forms
+  const std::string text =
+      "\xEF\xBB\xBF{\"a\\\"b\": \"x\\\\\",\n"
+      "  \"\xC3\xBC/\xE2\x82\xAC~\" : [ -1.5e+3,[true,{ \"k\":null }],\r\n"
+      "\t[[]] , \"\xF0\x9F\x98\x80\\u00e9 ]}\", 7],\n"
+      "\n"
+      "\"empty\":{},\"last\":false}";
+  const json document = json::parse(text);
+  struct Case {
+    const char* pointer;
+    int line, column;
+  };
+  for (const Case& c : {Case{"", 1, 1},
+                        {"/a\"b", 1, 10},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0", 2, 12},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0/0", 2, 14},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0/1", 2, 22},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0/1/0", 2, 23},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0/1/1", 2, 28},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0/1/1/k", 2, 34},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0/2", 3, 2},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0/2/0", 3, 3},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0/3", 3, 9},
+                        {"/\xC3\xBC~1\xE2\x82\xAC~0/4", 3, 23},
+                        {"/empty", 5, 9},
+                        {"/empty/missing/part", 5, 9},
+                        {"/last", 5, 19}}) {
+    INFO(c.pointer);
+    std::vector<Fault> faults{{.pointer = c.pointer, .value = "", .rule = ""}};
+    locate(faults, {text, "job.json"}, {});
+    CHECK(faults[0].source == "job.json");
+    CHECK(faults[0].line == c.line);
+    CHECK(faults[0].column == c.column);
+  }
+}
+
+TEST_CASE("the line and column of each value are those of its own text", "[spec][json]") {
+  json document =
+      json::parse(R"({"a": [1, {"b": [[], {}, "q\"[{", [2, [3.5, null]]]}], "z": "\n"})");
+  const std::string text = document.dump(3);
+  std::vector<std::string> lines{""};
+  for (const char c : text)
+    if (c == '\n')
+      lines.emplace_back();
+    else
+      lines.back() += c;
+  const json flat = document.flatten();
+  for (const auto& [pointer, leaf] : flat.items()) {
+    INFO(pointer);
+    std::vector<Fault> faults{{.pointer = pointer, .value = "", .rule = ""}};
+    locate(faults, {text, "f"}, {});
+    const std::string rest = lines.at(faults[0].line - 1).substr(faults[0].column - 1);
+    const json& value = document.at(json::json_pointer(pointer));
+    CHECK_THAT(rest, Catch::Matchers::StartsWith(value.dump()));
+  }
+}
+
+TEST_CASE("faults are sorted by place, those of --set last and without a line", "[spec][json]") {
+  const JsonText text{"{\"b\": 1,\n \"a\": {\"c\": 2}}", "job.json"};
+  std::vector<Fault> faults{{.pointer = "/a/c", .value = "2", .rule = "r"},
+                            {.pointer = "/new/x", .value = "3", .rule = "r"},
+                            {.pointer = "/a/none", .value = "nothing", .rule = "r"},
+                            {.pointer = "/b", .value = "1", .rule = "r", .of_key = true},
+                            {.pointer = "/b", .value = "1", .rule = "r"}};
+  locate(faults, text, {"/new"});
+  std::string all;
+  for (const Fault& fault : faults) all += fault.text() + "\n";
+  CHECK(all ==
+        "job.json:1:2: /b = 1; r\njob.json:1:7: /b = 1; r\n"
+        "job.json:2:7: /a/none = nothing; r\njob.json:2:13: /a/c = 2; r\n"
+        "--set: /new/x = 3; r\n");
 }
 
 TEST_CASE("bottomless nesting is refused", "[spec][json]") {
@@ -76,6 +170,15 @@ TEST_CASE("an override replaces, adds and appends", "[spec][json]") {
   CHECK(document == json::parse(R"({"stroke": {"to": "20 mm", "points": 5},
       "loads": [{"force": [0, 0, -3.5]}, {"moment": [0, 0, "1 N m"]}],
       "model": {"accuracy": "full"}, "name": "a=b"})"));
+}
+
+TEST_CASE("an override names the outermost value that is new", "[spec][json]") {
+  json document = json::parse(R"({"stroke": {"to": 1}, "loads": [{"force": [0, 0, 0]}]})");
+  CHECK(apply_override(document, "/stroke/to=2") == "/stroke/to");
+  CHECK(apply_override(document, "/loads/-={}") == "/loads/1");
+  CHECK(apply_override(document, "/model/a/b=1") == "/model");
+  CHECK(apply_override(document, "/model/a/c=1") == "/model/a/c");
+  CHECK(apply_override(document, "/loads/0/x~1y=1") == "/loads/0/x~1y");
 }
 
 TEST_CASE("an override that leads nowhere is refused", "[spec][json]") {

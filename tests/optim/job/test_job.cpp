@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <regex>
 #include <set>
@@ -188,7 +189,7 @@ TEST_CASE("a beam may be of any E and G; a Poisson's ratio above a half is noted
   REQUIRE(!job.notes.empty());
   CHECK_THAT(job.notes[0], Contains("E/(2G) - 1 is 6.5"));
   // what the result shows as the job reads as the same job
-  CHECK(parse_job(job.as_read).design.material.poissons_ratio == Approx(6.5));
+  CHECK(parse_job(*job.as_read).design.material.poissons_ratio == Approx(6.5));
   document["model"]["flexure"] = "plate";
   CHECK_THROWS_WITH(parse_job(document), Contains("a beam (/model/flexure) takes any"));
 }
@@ -216,7 +217,7 @@ TEST_CASE("a built-in material is found by name and shown with its constants", "
     document["design"]["material"] = named.material.name;
     const Job job = parse_job(document);
     CHECK(job.design.material.youngs_modulus == named.material.youngs_modulus);
-    CHECK(job.as_read["design"]["material"]["density"] == named.material.density);
+    CHECK((*job.as_read)["design"]["material"]["density"] == named.material.density);
   }
 }
 
@@ -365,8 +366,8 @@ TEST_CASE("stock sizes, steps, a front and the verification are read", "[optim][
   CHECK(spec.verify->max_full_evaluations == 6);
   CHECK(spec.spread == Spread::latin_hypercube);
   CHECK(spec.algorithm.local == "LD_SLSQP");
-  CHECK(parse_job(job.as_read).as_read == job.as_read);  // as shown, it reads as the same
-  CHECK(parse_job(job.as_read).optimise->variables[1].stock == spec.variables[1].stock);
+  CHECK(*parse_job(*job.as_read).as_read == *job.as_read);  // as shown, it reads as the same
+  CHECK(parse_job(*job.as_read).optimise->variables[1].stock == spec.variables[1].stock);
 
   o["pareto"] = {{"expression", "inner_width*length"}, {"sense", "maximise"}, {"points", 4}};
   o["algorithm"] = {{"name", "LN_AUGLAG"}};
@@ -400,8 +401,8 @@ TEST_CASE("parameters out of range make no mechanism", "[optim][job]") {
 
 TEST_CASE("a job as read reads as itself", "[optim][job]") {
   for (const char* name : {"evaluate", "optimise"}) {
-    const json once = parse_job(base(name)).as_read;
-    CHECK(parse_job(once).as_read == once);
+    const json once = *parse_job(base(name)).as_read;
+    CHECK(*parse_job(once).as_read == once);
   }
 }
 

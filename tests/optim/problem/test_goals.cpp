@@ -1,6 +1,7 @@
 #include "optim/problem/goals.hpp"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"

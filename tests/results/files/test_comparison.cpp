@@ -1,6 +1,7 @@
 // A comparison's files: result.json as the contract names it, comparison.csv, summary, report.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "optim/compare/compare.hpp"
@@ -43,7 +44,7 @@ TEST_CASE("A comparison is written as the contract names it", "[results][compare
   const test::TemporaryFolder folder;
   const RunRecord record = run(folder.path());
   const WrittenRun written = write_run(folder.path(), record);
-  const OrderedJson& result = written.result;
+  const OrderedJson& result = *written.result;
   CHECK(result["status"] == "ok");
   CHECK(usable(result));
   CHECK(result["path"].empty());
@@ -104,7 +105,7 @@ TEST_CASE("An interrupted comparison's report tells what its log holds", "[resul
 }
 
 TEST_CASE("A comparison without one design to compare is not usable", "[results][compare]") {
-  nlohmann::json document = batch().as_read;
+  nlohmann::json document = *batch().as_read;
   document["samples"]["designs"] = nlohmann::json::parse(R"([{"length": 0.006}])");
   document["stroke"] = {{"at", {0.011}}};
   RunRecord record;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "results/files/csv.hpp"
 #include "results/files/result_json.hpp"
@@ -13,7 +14,7 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
   const RunRecord record = test::evaluated_hinge();
   const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
   CHECK(result["status"] == "ok");
-  CHECK(result["job"] == OrderedJson(record.job.as_read));
+  CHECK(result["job"] == OrderedJson(*record.job.as_read));
   CHECK(result["flexopt"]["version"].get<std::string>().size() >= 5);
   CHECK_FALSE(result["flexopt"]["commit"].get<std::string>().empty());
   REQUIRE(result["path"].size() == 5);

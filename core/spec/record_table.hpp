@@ -1,0 +1,160 @@
+#pragma once
+// A record of the input, declared once: every row has a key, what it may hold, what it means, and
+// the member that it goes to. The rows drive reading, defaults, ranges, messages, the JSON Schema
+// and writing back.
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/spec/field_table.hpp"
+
+namespace flexopt {
+
+/// A member from what its shape read, and back (null, also of an empty text or list: nothing to
+/// write). Defined for bool, int, unsigned, double, std::string, std::optional of int and double,
+/// std::array<int, 2> and std::vector<double>; other rooms specialise them for their own types.
+template <class T>
+void read_member(const nlohmann::json& read, T& member);
+template <class T>
+nlohmann::json written_member(const T& member);
+
+/// The names of an enum's values, as the input writes them.
+template <class Enum>
+using EnumNames = std::vector<std::pair<const char*, Enum>>;
+
+/// `Where` is a pointer to a member of Record, or a function that gives a reference into a record,
+/// constant or not: [](auto& record) -> auto& { return record.part.member; }.
+template <class Record>
+class RecordTable {
+ public:
+  using Read = std::function<void(const nlohmann::json&, Record&)>;
+  using Write = std::function<nlohmann::json(const Record&)>;
+
+  /// A key that must be there.
+  template <class Where>
+  RecordTable& required(std::string name, Shape shape, Where where, std::string meaning) {
+    return row(shape::required(std::move(name), std::move(shape), std::move(meaning)), where);
+  }
+
+  /// A key whose default is what a new Record holds.
+  template <class Where>
+  RecordTable& standard(std::string name, Shape shape, Where where, std::string meaning) {
+    const Record fresh{};
+    return row(shape::standard(std::move(name), std::move(shape),
+                               written_member(std::invoke(where, fresh)), std::move(meaning)),
+               where);
+  }
+
+  /// A key that may be left out; the member then keeps its value.
+  template <class Where>
+  RecordTable& optional(std::string name, Shape shape, Where where, std::string meaning) {
+    return row(shape::optional(std::move(name), std::move(shape), std::move(meaning)), where);
+  }
+
+  /// One of an enum's names; the default is what a new Record holds.
+  template <class Enum, class Where>
+  RecordTable& choice(std::string name, const EnumNames<Enum>& names, Where where,
+                      std::string meaning) {
+    const Record fresh{};
+    return enum_row(
+        shape::standard(std::move(name), shape_of(names),
+                        name_among(names, std::invoke(where, fresh)), std::move(meaning)),
+        names, where);
+  }
+
+  /// The same, and the key may be left out.
+  template <class Enum, class Where>
+  RecordTable& optional_choice(std::string name, const EnumNames<Enum>& names, Where where,
+                               std::string meaning) {
+    return enum_row(shape::optional(std::move(name), shape_of(names), std::move(meaning)), names,
+                    where);
+  }
+
+  /// A key with its own way to go into a record and back. `write` gives null for nothing.
+  RecordTable& row(Field field, Read read, Write write) {
+    fields_.push_back(std::move(field));
+    reads_.push_back(std::move(read));
+    writes_.push_back(std::move(write));
+    return *this;
+  }
+
+  template <class Where>
+  RecordTable& row(Field field, Where where) {
+    return row(
+        std::move(field),
+        [where](const nlohmann::json& read, Record& record) {
+          read_member(read, std::invoke(where, record));
+        },
+        [where](const Record& record) { return written_member(std::invoke(where, record)); });
+  }
+
+  /// A key that no member takes: code reads it, because other keys decide what it means.
+  RecordTable& other(Field field) {
+    return row(
+        std::move(field), [](const nlohmann::json&, Record&) {},
+        [](const Record&) { return nlohmann::json(); });
+  }
+
+  const std::vector<Field>& fields() const { return fields_; }
+  Shape shape() const { return shape::record(fields_); }
+
+  /// Fills in the members whose keys are there. `section` has passed the shape.
+  void read(const nlohmann::json& section, Record& record) const {
+    for (std::size_t i = 0; i < fields_.size(); ++i)
+      if (const auto item = section.find(fields_[i].name); item != section.end())
+        reads_[i](*item, record);
+  }
+
+  Record read(const nlohmann::json& section) const {
+    Record record{};
+    read(section, record);
+    return record;
+  }
+
+  /// All members under their keys, as reading takes them.
+  nlohmann::json write(const Record& record) const {
+    nlohmann::json section = nlohmann::json::object();
+    for (std::size_t i = 0; i < fields_.size(); ++i)
+      if (nlohmann::json item = writes_[i](record); !item.is_null())
+        section[fields_[i].name] = std::move(item);
+    return section;
+  }
+
+ private:
+  template <class Enum, class Where>
+  RecordTable& enum_row(Field field, const EnumNames<Enum>& names, Where where) {
+    return row(
+        std::move(field),
+        [names, where](const nlohmann::json& read, Record& record) {
+          std::string text;
+          read_member(read, text);
+          for (const auto& [name, value] : names)
+            if (text == name) std::invoke(where, record) = value;
+        },
+        [names, where](const Record& record) {
+          return name_among(names, std::invoke(where, record));
+        });
+  }
+
+  template <class Enum>
+  static Shape shape_of(const EnumNames<Enum>& names) {
+    std::vector<std::string> choices;
+    for (const auto& [name, value] : names) choices.emplace_back(name);
+    return shape::choice(std::move(choices));
+  }
+
+  template <class Enum>
+  static nlohmann::json name_among(const EnumNames<Enum>& names, Enum wanted) {
+    for (const auto& [name, value] : names)
+      if (value == wanted) return name;
+    return nullptr;
+  }
+
+  std::vector<Field> fields_;
+  std::vector<Read> reads_;  ///< in the order of the fields
+  std::vector<Write> writes_;
+};
+
+}  // namespace flexopt

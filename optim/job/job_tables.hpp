@@ -1,0 +1,65 @@
+#pragma once
+// The sections of a job that go to plain structs, each declared once: key, shape, meaning, member.
+#include <string>
+#include <vector>
+
+#include "core/spec/record_table.hpp"
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+/// Larger forces, masses, stiffnesses are slips of the pen [SI].
+inline constexpr double largest_number = 1e12;
+
+/// Three numbers of this unit, each at most `largest`.
+Shape vector3(const std::string& unit, double largest);
+
+/// The stroke as a job writes it.
+struct StrokeSpec {
+  std::optional<double> from, to;  ///< [m or rad]
+  std::optional<int> points;
+  std::vector<double> at;  ///< [m or rad]
+};
+
+/// A dead load at O; `points` are those of a load path.
+struct LoadSpec {
+  Vector3d force = Vector3d::Zero(), moment = Vector3d::Zero();  ///< [N], [N m]
+  int points = 11;
+};
+
+struct ProbeSpec {
+  std::string name;
+  Vector3d at = Vector3d::Zero();  ///< [m]
+};
+
+/// Name, kind and frequencies of a job.
+const RecordTable<Job>& head_table();
+const RecordTable<Material>& material_table();
+const RecordTable<EndEffector>& end_effector_table();
+/// Without a family the unit of the stroke is not known.
+RecordTable<StrokeSpec> stroke_table(const Family* family);
+const RecordTable<LoadSpec>& load_table();
+const RecordTable<LoadSpec>& load_path_table();
+const RecordTable<ProbeSpec>& probe_table();
+const RecordTable<Expectation>& expectation_table();
+const RecordTable<ModelChoice>& model_table();
+
+/// The keys of "optimise" that are plain numbers and names.
+const RecordTable<OptimiseSpec>& search_table();
+const RecordTable<Objective>& objective_table();
+const RecordTable<Constraint>& constraint_table();
+const RecordTable<Algorithm>& algorithm_table();
+const RecordTable<VerifySpec>& verify_table();
+const RecordTable<ParetoSpec>& pareto_table();
+
+/// Method, count and seed of "samples".
+const RecordTable<SamplesSpec>& samples_table();
+/// Spread and points of an entry of "vary".
+const RecordTable<SampleRange>& range_table();
+
+/// The names of a reduction and of a value over the stroke.
+std::string name_in_job(Reduction method);
+std::string name_in_job(OverStroke over);
+std::string name_in_job(SampleMethod method);
+
+}  // namespace flexopt
