@@ -1,5 +1,5 @@
 #pragma once
-// The conditions Ψ(q) = 0 of all joints of a mechanism: equation (9b) of README.md. None for a
+// The conditions Ψ(q) = 0 of all joints of a mechanism: equation (Q2) of README.md. None for a
 // mechanism without joints.
 #include <vector>
 

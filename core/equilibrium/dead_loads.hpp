@@ -1,5 +1,5 @@
 #pragma once
-// Dead loads on the bodies of a mechanism: README.md (9a).
+// Dead loads on the bodies of a mechanism: README.md (Q3).
 #include <vector>
 
 #include "core/equilibrium/body_pose.hpp"

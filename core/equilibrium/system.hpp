@@ -52,7 +52,8 @@ class System {
   /// Second derivative of energy and load energy along exp(hat δ) R; symmetric.
   const MatrixXd& tangent_stiffness() const { return tangent_; }
   /// Derivative of internal_force − load by (displacement, spin) of the bodies, joints' multipliers
-  /// held: spins do not commute, README.md (9). Rows of held coordinates are those of the identity.
+  /// held: spins do not commute, README.md (Q1). Rows of held coordinates are those of the
+  /// identity.
   MatrixXd residual_derivative() const;
   double correction() const { return correction_; }  ///< largest of the leaves
   double strain() const { return strain_; }          ///< largest mid-surface stretch of the leaves

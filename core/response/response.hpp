@@ -30,7 +30,7 @@ struct Mode {
 };
 
 /// How the square of a natural frequency, drive free, leaves its value at the undeflected state
-/// (dead load applied) along the path of equilibria: equations (21) to (24) of README.md.
+/// (dead load applied) along the path of equilibria: equations (S1) to (S4) of README.md.
 struct FrequencyDerivatives {
   int index = 0;                                   ///< among the undeflected frequencies, ascending
   Mode mode;                                       ///< at the undeflected state
@@ -58,7 +58,7 @@ struct PathPoint {
   std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
   std::vector<Mode> modes_free, modes_locked;
   std::optional<double> parasitic_frequency;  ///< [Hz]
-  /// The same foretold from the undeflected state: README.md (25) [Hz].
+  /// The same foretold from the undeflected state: README.md (S5) [Hz].
   std::optional<double> parasitic_frequency_screening;
   std::optional<StressPeak> max_stress;
   /// The largest of the local maxima of all leaves, from `max_stress` down to 0.8 of it; as many

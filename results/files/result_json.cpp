@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cassert>
 #include <map>
-#include <set>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/elements/plate/leaf_validity.hpp"
 #include "core/response/quantities.hpp"

@@ -3,7 +3,7 @@
 // Figures 1 to 3 as CSV on standard output: a cantilever
 // of 10 beam elements (w/L = 0.1, t/L = 1/100), its vibration modes, its Craig–Bampton modes (right
 // node free), the modal derivatives of both, and its shapes under a tip load, full and projected on
-// two modes and three derivatives. Then, as a Markdown table, what leaving out the inertia of (19)
+// two modes and three derivatives. Then, as a Markdown table, what leaving out the inertia of (M2)
 // means. `modal_derivative_paper/figures.py` draws the figures.
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 // What a leaf's force and quadratic forms yᵀK y, yᵀM y change by when its state, its shape or the
 // place of its edges changes: the leaf's share of every exact gradient, whichever model it is.
-// Equations (26)–(32) of core/response/README.md. Leaf axes, lengths over L, energies over D,
+// Equations (S6)–(S12) of core/response/README.md. Leaf axes, lengths over L, energies over D,
 // masses over ρ t L⁴; vectors are those of LeafRows. S: double at one state, Jet along a path of
 // states.
 #include <array>

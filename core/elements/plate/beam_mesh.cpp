@@ -1,4 +1,4 @@
-// The elements of a beam leaf: beams.md (1).
+// The elements of a beam leaf: beams.md (B1).
 #include <cassert>
 #include <cmath>
 

@@ -57,7 +57,7 @@ S shear_ratio(const S& poissons_ratio) {
   return 0.5 / (1.0 + poissons_ratio);
 }
 
-/// What the energy and mass of a beam take of its section: beams.md (1), over D and L. Rectangles
+/// What the energy and mass of a beam take of its section: beams.md (B1), over D and L. Rectangles
 /// and circles alike.
 template <class S>
 struct BeamEnergyT {

@@ -158,7 +158,8 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   const int a = static_cast<int>(moving.size());
 
   // x = X q + Ψ ξ + Y η: static shapes, modes, and the static answer to the static shapes' own
-  // inertia, Y = K⁻¹ M X, without which the modes left out cost (ω/ω_cut)²: (7) of README.md
+  // inertia, Y = K⁻¹ M X, without which the modes left out cost (ω/ω_cut)²: (E7) of
+  // core/elements/README.md
   MatrixXd X = MatrixXd::Zero(n + 12, a);
   X.topRows(n) = plate.static_shapes(moving);
   for (int k = 0; k < a; ++k)

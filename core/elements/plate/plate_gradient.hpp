@@ -1,5 +1,5 @@
 #pragma once
-// The share of a full leaf in exact gradients. Equations (26)–(29) and (32) of
+// The share of a full leaf in exact gradients. Equations (S6)–(S9) and (S12) of
 // core/response/README.md.
 #include <array>
 #include <memory>
@@ -40,9 +40,9 @@ class PlateGradient final : public LeafGradient<S> {
   std::unique_ptr<LeafFields> fields(
       const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const override;
 
-  /// (28) of the stiffness for nodes that move as N0 + ε N1 + ½ ε² N2 on every line: per line
+  /// (S8) of the stiffness for nodes that move as N0 + ε N1 + ½ ε² N2 on every line: per line
   /// functions × (3 components of each column), N2 empty where zero. Values and derivatives in the
-  /// shape, and n0, n1 of (29); that of N2 is nodal_force().
+  /// shape, and n0, n1 of (S9); that of N2 is nodal_force().
   struct NodalQuadratic {
     LeafQuadratic<S> value;
     std::vector<Matrix> n0, n1;

@@ -1,6 +1,6 @@
 #pragma once
 // The full plate leaf: geometrically exact thin plate between two rigid edges, in the scaled units
-// of plate_mesh.hpp (length L, energy D). Equations (1)–(4) of README.md.
+// of plate_mesh.hpp (length L, energy D). Equations (E1)–(E4) of core/elements/README.md.
 #include <memory>
 #include <vector>
 
@@ -170,7 +170,8 @@ class PlateLeaf {
   double energy_ = 0, correction_ = 0, strain_ = 0;
   int negative_ = 0;
 
-  // The material point c(x, q) = u with its force λ: equations (5) and (6) of README.md.
+  // The material point c(x, q) = u with its force λ: equations (E5) and (E6) of
+  // core/elements/README.md.
   Vector3d point_place_;            ///< Σ weight · nodal of the undeflected leaf
   MatrixXd Yc_;                     ///< L⁻¹ (∂c/∂x)ᵀ
   Eigen::Matrix<double, 3, 12> G_;  ///< ∂c/∂x K⁻¹ K_fb − ∂c/∂q

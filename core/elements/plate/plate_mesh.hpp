@@ -18,7 +18,7 @@ struct PlateShape {
   double thickness = 5e-3;  ///< t/L
   double poissons_ratio = 0.3;
   std::array<int, 2> mesh{10, 4};  ///< elements along, across
-  bool free_edge_torsion = true;   ///< see README.md (4)
+  bool free_edge_torsion = true;   ///< see core/elements/README.md (E2)
   Flexure flexure = Flexure::plate;
   Section section = Section::rectangular;  ///< of a beam; circular: width = thickness = diameter
   Warping warping = Warping::clamped;      ///< of the ends of a beam of rectangular section
@@ -118,7 +118,7 @@ class PlateMesh {
   /// Weak bending stiffness of the whole section over D L.
   double bending_stiffness() const { return bending_stiffness_; }
 
-  /// The slopes that a rigid edge leaves free, for each of its nodes: README.md (3).
+  /// The slopes that a rigid edge leaves free, for each of its nodes: core/elements/README.md (E3).
   const std::vector<EdgeSlope>& edge_slopes() const { return edge_slopes_; }
   int edge_unknowns() const { return static_cast<int>(edge_slopes_.size()) * nodes_per_line(); }
 

@@ -1,4 +1,4 @@
-// The share of the material point in PlateGradient: equation (32) of core/response/README.md.
+// The share of the material point in PlateGradient: equation (S12) of core/response/README.md.
 #include "core/elements/plate/plate_gradient.hpp"
 
 namespace flexopt {

@@ -92,7 +92,7 @@ void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Serie
       for (int c = 0; c < 3; ++c)
         force_[o][w.line][c * n + w.function] -= w.weight * point.force[o][c];
 
-  // H of (22): second derivatives of the edges' map times the nodal force
+  // H of (S2): second derivatives of the edges' map times the nodal force
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : last;
     if (!is_rigid_edge(line)) continue;

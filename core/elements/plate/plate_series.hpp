@@ -2,7 +2,7 @@
 // A plate leaf along a path of states: LeafSeries. The energy is a polynomial of fourth degree in
 // the nodal dofs and the edges turn by an exponential map, so that its second to fourth derivatives
 // contract to products of series, element by element. Scaled units of plate_mesh.hpp; equations
-// (21), (22) of core/response/README.md.
+// (S1), (S2) of core/response/README.md.
 #include <memory>
 #include <vector>
 

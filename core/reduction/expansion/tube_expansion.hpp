@@ -1,7 +1,7 @@
 #pragma once
 // Expansion of a leaf's mixed potential W*(s, f) about a bent state by static perturbation of the
 // full plate leaf: the coefficients of the tube and the fields to rebuild the leaf from.
-// Scaled units of plate_mesh.hpp. Equations (5)–(8) of README.md.
+// Scaled units of plate_mesh.hpp. Equations (R1)–(R4) of core/reduction/README.md.
 #include <memory>
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 // The residual and the potential of a plate leaf as polynomials in x = (σ, τ, φ, N, M1, M2), from
-// its fields as such: what its expansion is made of. README.md (6)–(8).
+// its fields as such: what its expansion is made of. core/reduction/README.md (R2)–(R4).
 #include <algorithm>
 #include <array>
 #include <cmath>

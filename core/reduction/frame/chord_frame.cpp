@@ -71,7 +71,7 @@ ChordFrame chord_frame(const EdgePoses& edges, double length) {
     c.to_rate[a] = Matrix3d::Identity() - 0.5 * K + g.value * K * K;
   }
 
-  // Spin of the frame in its own axes: ψy = −E3·ḋ/l, ψz = E2·ḋ/l, and ψx from (1):
+  // Spin of the frame in its own axes: ψy = −E3·ḋ/l, ψz = E2·ḋ/l, and ψx from (F1):
   // Σ_a (J_a⁻¹ (ωa − ψ))_x = 0.
   const Matrix3d Et = c.axes.transpose();
   Rows3x12& psi = c.spin_local;

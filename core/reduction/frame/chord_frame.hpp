@@ -2,8 +2,8 @@
 // The floating frame of a leaf between two edges and the six deformations seen from it.
 //
 //     E1 along the chord p2 − p1,  E2 towards the mean width axis,  rolled about E1 until
-//     θ1x + θ2x = 0,  θa = log(Eᵀ Ra)                                                       (1)
-//     e = (u = l − L, θ1y, θ1z, θ2y, θ2z, φx = θ2x − θ1x)                                   (2)
+//     θ1x + θ2x = 0,  θa = log(Eᵀ Ra)                                                       (F1)
+//     e = (u = l − L, θ1y, θ1z, θ2y, θ2z, φx = θ2x − θ1x)                                   (F2)
 //
 // q = (dp1, dω1, dp2, dω2): displacements and spins in the axes of the given poses, varied as
 // p ← p + dp, R ← exp(hat dω) R.
@@ -24,7 +24,7 @@ struct ChordFrame {
   bool converged = false;    ///< else: edges coincide, or width axes oppose each other or the chord
   double roll_residual = 0;  ///< |θ1x + θ2x| reached [rad]
   double chord = 0;          ///< l [m]
-  Vector6d e;                ///< deformations (2)
+  Vector6d e;                ///< deformations (F2)
   Matrix3d axes;             ///< columns E1, E2, E3
   Rows6x12 B;                ///< de = B dq
   Rows3x12 spin;             ///< spin of the frame ψ = spin · dq

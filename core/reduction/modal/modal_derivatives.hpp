@@ -1,7 +1,7 @@
 #pragma once
 // Modal derivatives: how the boundary modes and the vibration modes of a leaf change when it is
 // deformed. Exact, from the polynomial energy of the leaf. Scaled units of plate_mesh.hpp;
-// equations (18)–(22) of modal_derivatives.md.
+// equations (M1)–(M5) of core/reduction/modal/README.md.
 #include <utility>
 #include <vector>
 

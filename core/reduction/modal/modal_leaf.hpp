@@ -1,6 +1,6 @@
 #pragma once
 // A leaf, or a segment of one, whose full model is projected on its Craig–Bampton modes and their
-// modal derivatives, in the chord frame. Equations (23)–(27) of modal_derivatives.md.
+// modal derivatives, in the chord frame. Equations (M6)–(M9) of core/reduction/modal/README.md.
 #include <memory>
 
 #include "core/elements/plate/full_leaf.hpp"

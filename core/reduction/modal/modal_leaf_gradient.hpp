@@ -1,7 +1,7 @@
 #pragma once
 // The share of a ModalLeaf in exact gradients: its internal unknowns are the amplitudes, and the
-// plate follows them and the chord frame through (23) or (25). Equations (30), (31) of
-// modal_derivatives.md.
+// plate follows them and the chord frame through (M6) or (M8). Equations (M12), (M13) of
+// core/reduction/modal/README.md.
 #include <memory>
 #include <vector>
 

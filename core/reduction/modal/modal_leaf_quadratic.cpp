@@ -1,4 +1,5 @@
-// The quadratic forms of a leaf of modal derivatives and what they change by. Equations (30), (31).
+// The quadratic forms of a leaf of modal derivatives and what they change by. Equations (M12),
+// (M13).
 #include "core/reduction/modal/modal_leaf_gradient.hpp"
 
 #include "core/math/dual.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 // Derivatives of a ModalModel in w/L, t/L, ν: its fields follow from the undeflected leaf by linear
-// solves, whose derivatives are solves by the same factor. Equations (28), (29) of
-// modal_derivatives.md.
+// solves, whose derivatives are solves by the same factor. Equations (M10), (M11) of
+// core/reduction/modal/README.md.
 #include <array>
 #include <memory>
 

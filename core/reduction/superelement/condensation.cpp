@@ -84,7 +84,7 @@ Condensation::Condensation(const PlateBody& body, const PlateCondensation& conde
   factor_.compute(SparseMatrix(free_.transpose() * stiffness_ * free_));
   assert(factor_.info() == Eigen::Success);
 
-  // boundary modes Φ = B − F K_ff⁻¹ Fᵀ K B, vibration modes F ψ (15)
+  // boundary modes Φ = B − F K_ff⁻¹ Fᵀ K B, vibration modes F ψ (R11)
   const MatrixXd KB = stiffness_ * c.boundary;
   boundary_ = c.boundary - free_ * factor_.solve(MatrixXd(free_.transpose() * KB));
   kept_ = std::min(condensation.vibration_modes, free.unknowns / 4);

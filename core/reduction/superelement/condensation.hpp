@@ -1,7 +1,7 @@
 #pragma once
 // Static condensation of a linear plate or beam to its interface nodes with its lowest
 // fixed-interface modes, and the exact derivatives of both in the shape on the same factor:
-// equation (15) of README.md.
+// equation (R11) of core/reduction/README.md.
 #include <Eigen/SparseCholesky>
 #include <array>
 #include <memory>

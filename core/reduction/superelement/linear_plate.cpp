@@ -253,7 +253,7 @@ InterfacesOf<S> mesh_nodes(const PlateMesh& mesh, const Shape<S>& shape,
 
 // Sides between four corners. Along a side (tangent s, normal n; length a): w the cubic of the
 // ends' values and slopes, the slope across it linear; the tangential displacement linear; the
-// normal one linear plus Allman's parabola of the ends' drilling rotations (16)
+// normal one linear plus Allman's parabola of the ends' drilling rotations (R12)
 template <class S>
 InterfacesOf<S> corners(const PlateMesh& mesh, const Shape<S>& shape, FreeDofs& free) {
   const Dofs dof(mesh);
@@ -324,7 +324,7 @@ InterfacesOf<S> corners(const PlateMesh& mesh, const Shape<S>& shape, FreeDofs& 
   }
 
   // Hughes and Brezzi's penalty on the difference of mean drilling rotation and mean continuum
-  // rotation ½ ∮ (v nx − u ny) ds / ab: without it equal drilling rotations store no energy (17)
+  // rotation ½ ∮ (v nx − u ny) ds / ab: without it equal drilling rotations store no energy (R13)
   std::array<S, 24> difference{};
   for (int k = 0; k < 4; ++k) {
     difference[6 * k + 5] = S(0.25);

@@ -1,5 +1,5 @@
 #pragma once
-// A linear plate or beam on its mesh and how interface nodes hold it: equations (15)–(17) of
+// A linear plate or beam on its mesh and how interface nodes hold it: equations (R11)–(R13) of
 // README.md, with the derivatives of both in the shape (w/L, t/L, ν). Lengths over L, energies over
 // D, masses over ρ t L⁴.
 #include <Eigen/SparseCore>

@@ -18,16 +18,16 @@ struct PlateBody {
   std::array<int, 2> mesh{4, 4};
   /// Thickness of each cell over that of the plate; 0: the cell is left out. Empty: uniform.
   MatrixXd cells;
-  /// Sides y = ∓w/2 with the torsion layer of a free edge, (2) of core/elements.
+  /// Sides y = ∓w/2 with the torsion layer of a free edge, (E2) of core/elements.
   std::array<bool, 2> free_edges{false, false};
 };
 
 /// How interface nodes hold a body.
 enum class Interface {
-  /// Two nodes: the middles of the edges x = 0 and x = L, each edge rigid as in a leaf (3).
+  /// Two nodes: the middles of the edges x = 0 and x = L, each edge rigid as in a leaf (E3).
   rigid_edges,
   /// Four nodes: the corners (0, −), (0, +), (L, −), (L, +). The sides between them are
-  /// interpolated, so that constant strains, curvatures and twist pass exactly (16), (17).
+  /// interpolated, so that constant strains, curvatures and twist pass exactly (R12), (R13).
   corners,
   /// Nodes of the mesh, their displacement and mean rotation; all else is free.
   mesh_nodes

@@ -172,13 +172,13 @@ bool Superelement::evaluate(std::span<const NodePose> nodes, const VectorXd* str
   const int m = static_cast<int>(nodes.size()), n = 6 * m;
   const auto K = model_->stiffness.topLeftCorner(n, n);
 
-  // dq = D T b for increments b in frame axes, T = 1 − Φ_rig Z                                (11)
+  // dq = D T b for increments b in frame axes, T = 1 − Φ_rig Z                                (R7)
   DT_.noalias() = -Phi_rig_ * Z_;
   DT_.diagonal().array() += 1;
   for (int a = 0; a < m; ++a)
     DT_.middleRows<3>(6 * a + 3) = (to_rate_[a] * DT_.middleRows<3>(6 * a + 3)).eval();
 
-  // Forces in frame axes f = Dᵀ(K q − Φ_CBᵀ λ) with λ such that Φ_rigᵀ f = 0                   (12)
+  // Forces in frame axes f = Dᵀ(K q − Φ_CBᵀ λ) with λ such that Φ_rigᵀ f = 0                   (R8)
   const SmallLu<6> lu(A_.transpose());
   const auto forces = [&](const VectorXd& q) {
     s_.noalias() = K * q;
@@ -195,7 +195,7 @@ bool Superelement::evaluate(std::span<const NodePose> nodes, const VectorXd* str
   for (int i = 0; i < n; i += 3) force_.segment<3>(i) = frame_.axes * f_.segment<3>(i);
   if (stress_coordinates) forces(*stress_coordinates);
 
-  // K_T = R̂ [ Tᵀ(Dᵀ K + G) D T − Zᵀ S D T − hat(f) Z_ψ ] R̂ᵀ, symmetrised                      (13)
+  // K_T = R̂ [ Tᵀ(Dᵀ K + G) D T − Zᵀ S D T − hat(f) Z_ψ ] R̂ᵀ, symmetrised                      (R9)
   work_.noalias() = K * DT_;
   tangent_.noalias() = DT_.transpose() * work_;
   Eigen::Matrix<double, 3, Eigen::Dynamic> turning = Eigen::MatrixXd::Zero(3, n);

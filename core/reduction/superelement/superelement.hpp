@@ -1,6 +1,7 @@
 #pragma once
 // A linear superelement: any linear body reduced to the six coordinates of its interface nodes,
-// placed by a floating frame that takes up its rigid motion. Equations (10)–(14) of README.md.
+// placed by a floating frame that takes up its rigid motion. Equations (R6)–(R10) of
+// core/reduction/README.md.
 #include <optional>
 #include <span>
 #include <string>

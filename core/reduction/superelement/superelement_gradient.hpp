@@ -1,9 +1,9 @@
 #pragma once
 // How force, tangent and mass of a superelement change with the places of its nodes and with its
-// data: equations (17c), (17d) of README.md. Its energy is the stationary value of ½ qᵀKq − λᵀΦq
-// over the frame and the forces λ that hold it, so that yᵀ K_T y is its second variation along y
-// and the frame's first-order answer, and the derivative of that the third variation with
-// first-order answers only.
+// data: equations (R16), (R17) of core/reduction/README.md. Its energy is the stationary value of ½
+// qᵀKq − λᵀΦq over the frame and the forces λ that hold it, so that yᵀ K_T y is its second
+// variation along y and the frame's first-order answer, and the derivative of that the third
+// variation with first-order answers only.
 #include <span>
 
 #include "core/math/small_lu.hpp"

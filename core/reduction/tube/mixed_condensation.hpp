@@ -5,8 +5,8 @@
 // s = (θ1y, θ2y, φx) soft deformations, ub = (u, θ1z, θ2z) stiff ones, f their conjugate forces
 // over the scale c (diagonal):
 //
-//     W(e) = stat_f W*(s, f) + f · c ub,     R = ∂W*/∂f + c ub = 0                           (1)
-//     W_s = ∂W*/∂s,  W_ub = c f,  W_ee = [W*_ss 0; 0 0] − hᵀ F⁻¹ h,  h = dR/de,  F = W*_ff   (2)
+//     W(e) = stat_f W*(s, f) + f · c ub,     R = ∂W*/∂f + c ub = 0                           (C1)
+//     W_s = ∂W*/∂s,  W_ub = c f,  W_ee = [W*_ss 0; 0 0] − hᵀ F⁻¹ h,  h = dR/de,  F = W*_ff   (C2)
 //
 // Off stationarity (R ≠ 0): W −= ½ Rᵀ F⁻¹ R and W_e −= hᵀ F⁻¹ R, correct to first order in R.
 #include "core/reduction/frame/chord_frame.hpp"
@@ -31,7 +31,7 @@ struct MixedEnergy {
   Vector3d gap;  ///< R over the force scale: how far (u, θ1z, θ2z) and f still disagree [m, rad]
 };
 
-/// Evaluates (1), (2) at the forces that the state holds and stores R, h, F there.
+/// Evaluates (C1), (C2) at the forces that the state holds and stores R, h, F there.
 MixedEnergy condense(const TubePotential& potential, const Vector6d& e, MixedState& state);
 
 /// Moves the forces with the linearised deformation: f ← f − F⁻¹ (R + h de), where de = B dq with

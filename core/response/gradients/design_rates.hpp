@@ -1,7 +1,7 @@
 #pragma once
 // What the residual and the quadratic forms yᵀ(K − λM)y of a mechanism change by
 // when a design parameter moves: at one equilibrium (S = double) or along the stroke from it (S =
-// Jet). Equations (26), (28)–(32) of README.md.
+// Jet). Equations (S6), (S8)–(S12) of core/response/README.md.
 #include <memory>
 #include <vector>
 
@@ -31,9 +31,9 @@ class DesignRates {
   DesignRates(const MechanismFactor& factor, LeafGradients<S> leaves, MechanismState<S> state,
               const std::vector<Mechanism>& directions, const ModelOptions& model);
 
-  /// (26): of the residual of every row at a constant state, rows × parameters.
+  /// (S6): of the residual of every row at a constant state, rows × parameters.
   Matrix residual() const;
-  /// (28)–(30): of q = yᵀ(K − λM)y of every column y of Y, columns × parameters, while the state
+  /// (S8)–(S10): of q = yᵀ(K − λM)y of every column y of Y, columns × parameters, while the state
   /// moves by `state_rates` (rows × parameters).
   Matrix quadratic(const Matrix& Y, const Vector& lambda, const Matrix& state_rates) const;
 

@@ -1,6 +1,6 @@
 #pragma once
-// The joints' share of exact gradients: conditions Ψ(q; p) held by multipliers μ. Equations (26)
-// and (31) of README.md. S: double or Jet.
+// The joints' share of exact gradients: conditions Ψ(q; p) held by multipliers μ. Equations (S6)
+// and (S11) of core/response/README.md. S: double or Jet.
 #include "core/response/gradients/mechanism_state.hpp"
 
 namespace flexopt {

@@ -1,5 +1,5 @@
 #pragma once
-// What dead forces on arms add to the derivatives along the design: README.md (30).
+// What dead forces on arms add to the derivatives along the design: core/response/README.md (S10).
 #include "core/response/gradients/mechanism_state.hpp"
 
 namespace flexopt {

@@ -108,7 +108,7 @@ ModeColumns mode_columns(const MechanismFactor& factor, const ExactModes& exact,
 }
 
 // Of every column along the parameters. A static shape x = −K⁻¹ K_b q of a leaf changes by
-// −K⁻¹ K′y: that adds 2λ wᵀK′y with the lag w, from the forms of y ± w. Equation (36).
+// −K⁻¹ K′y: that adds 2λ wᵀK′y with the lag w, from the forms of y ± w. Equation (S14).
 MatrixXd column_rates(const DesignRates<double>& design, const std::vector<Column>& columns,
                       const MatrixXd& state_rates) {
   const auto own = static_cast<Eigen::Index>(columns.size());
@@ -293,7 +293,7 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
   const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
                                    model);
 
-  // (27)
+  // (S7)
   std::optional<Eigen::RowVectorXd> same_stroke;
   if (request.loads.driven())
     same_stroke = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(directions.size()));

@@ -1,6 +1,6 @@
 #pragma once
 // Exact derivatives of everything a point of the path answers with respect to design parameters.
-// Equations (26)–(30) of README.md.
+// Equations (S6)–(S10) of core/response/README.md.
 #include <vector>
 
 #include "core/response/gradients/design_rates.hpp"

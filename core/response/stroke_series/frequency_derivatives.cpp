@@ -159,14 +159,14 @@ struct ModeSeries {
   int kept() const { return modes.kept; }
 };
 
-// (23), (24)
+// (S3), (S4)
 std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const MechanismSeries& series,
                                       Modes found, bool exact, std::string& message) {
   const System& system = factor.system();
   ModeSeries result{std::move(found), {}, {}, {}, {}, {}, {}};
   Modes& modes = result.modes;
   const int p = modes.kept;
-  // (23), cluster by cluster
+  // (S3), cluster by cluster
   Series<MatrixXd>&K = result.K_phi, &M = result.M_phi;
   K = series.tangent_times(modes.phi.leftCols(p));
   M = series.mass_times(modes.phi.leftCols(p));
@@ -222,9 +222,9 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
     return std::nullopt;
   }
   result.rate = std::move(*modal);
-  // (24) is a small difference of large terms
+  // (S4) is a small difference of large terms
   const MatrixXd residual = shifted_residual(factor, series, modes.lambda, B, result.rate);
-  // (24), family by family
+  // (S4), family by family
   const MatrixXd B2 = K[2] - M[2] * lambda - M[1] * first.asDiagonal(),
                  beside = B1(0, p) - residual, phi = modes.phi.leftCols(p), rate = result.rate;
   for (const Range& f : families) {
@@ -255,7 +255,7 @@ std::optional<MatrixXd> second_rates(const MechanismFactor& factor, const Mechan
   return solve_shifted_exactly(factor, series, path.modes, path.cluster_of, B);
 }
 
-// Along the design: (28)–(30) of the modes φ(s), over φᵀMφ(s), in powers of s.
+// Along the design: (S8)–(S10) of the modes φ(s), over φᵀMφ(s), in powers of s.
 std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const MechanismFactor& factor,
                                                                       const MechanismSeries& series,
                                                                       const ModeSeries& path,

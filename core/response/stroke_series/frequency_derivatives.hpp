@@ -1,6 +1,6 @@
 #pragma once
 // First and second derivatives of the natural frequencies along the stroke, from one state: closed
-// formulas, no differences. Equations (21) to (25) of README.md.
+// formulas, no differences. Equations (S1) to (S5) of core/response/README.md.
 #include <string>
 #include <vector>
 
@@ -57,12 +57,12 @@ struct ScreeningFrequency {
   std::size_t mode;  ///< in the list
   double value;      ///< [Hz]
 };
-/// (25) of one mode; nothing where its parabola is not positive.
+/// (S5) of one mode; nothing where its parabola is not positive.
 std::optional<double> screening_frequency(const FrequencyDerivatives& mode, double stroke);
 /// Of every mode that counts as parasitic, ascending.
 std::vector<ScreeningFrequency> screening_frequencies(
     const std::vector<FrequencyDerivatives>& modes, const ParasiticRule& rule, double stroke);
-/// Derivative of (25) along the design.
+/// Derivative of (S5) along the design.
 VectorXd screening_gradient(const FrequencyDerivatives& mode,
                             const FrequencyDerivativeGradients& gradients, double stroke);
 

@@ -1,6 +1,6 @@
 #pragma once
-// Vibration modes of a whole mechanism of full leaves and their modal derivatives: equations (19)
-// and (20) of core/reduction/modal/README.md, over all degrees of freedom.
+// Vibration modes of a whole mechanism of full leaves and their modal derivatives: equations (M2)
+// and (M3) of core/reduction/modal/README.md, over all degrees of freedom.
 #include <optional>
 
 #include "core/equilibrium/system.hpp"

@@ -245,7 +245,7 @@ void MechanismSeries::set(int order, const VectorXd& y) {
   }
 }
 
-// (21), twice.
+// (S1), twice.
 void MechanismSeries::expand_along_stroke() {
   const auto step = [&](const VectorXd& b, double stroke) {
     return VectorXd(

@@ -1,6 +1,7 @@
 #pragma once
 // A mechanism about an equilibrium and along its stroke: K(s) and M(s) of all
-// degrees of freedom as power series in the stroke, exact to s². Equations (21), (22) of README.md.
+// degrees of freedom as power series in the stroke, exact to s². Equations (S1), (S2) of
+// core/response/README.md.
 #include <memory>
 #include <vector>
 
@@ -27,7 +28,7 @@ class MechanismSeries {
   MechanismState<Jet> path() const;
   /// Shares of the leaves in exact gradients along it.
   LeafGradients<Jet> leaf_gradients(LeafRates& rates) const;
-  /// State rates that balance forces B(s) along the path at a constant stroke: (27). Along the
+  /// State rates that balance forces B(s) along the path at a constant stroke: (S7). Along the
   /// stroke's path only.
   Eigen::MatrixX<Jet> balance(const Eigen::MatrixX<Jet>& B) const;
   /// K(s) Y and M(s) Y of constant columns Y, the lowest `orders` of them (others are empty).
@@ -47,7 +48,7 @@ class MechanismSeries {
   MechanismSeries(const MechanismFactor& factor, std::vector<std::unique_ptr<LeafSeries>> leaves);
   void expand();
   void set(int order, const VectorXd& y);
-  /// K̃(s) Y of (27).
+  /// K̃(s) Y of (S7).
   Series<MatrixXd> tilted_tangent_times(const MatrixXd& Y, int orders) const;
   /// Of the stroke, along the displacement or the spin of the end-effector.
   Series<Vector3d> stroke_gradient() const;

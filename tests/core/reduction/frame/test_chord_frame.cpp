@@ -11,7 +11,7 @@ using flexopt::synthetic::Random;
 
 namespace {
 
-// The definition (1), (2) of the deformations once more in extended precision, without any
+// The definition (F1), (F2) of the deformations once more in extended precision, without any
 // derivative: differences of it are good to twelve digits.
 using Real = long double;
 using R3 = Eigen::Matrix<Real, 3, 1>;

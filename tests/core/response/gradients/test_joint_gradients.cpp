@@ -1,4 +1,4 @@
-// Exact derivatives of mechanisms with joints: (31), and clusters of frequencies through joints.
+// Exact derivatives of mechanisms with joints: (S11), and clusters of frequencies through joints.
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <cmath>

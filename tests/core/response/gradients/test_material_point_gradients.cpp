@@ -1,4 +1,4 @@
-// Exact derivatives of mechanisms in which bodies follow material points of leaves: (32).
+// Exact derivatives of mechanisms in which bodies follow material points of leaves: (S12).
 #include <catch2/catch.hpp>
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // Exact derivatives of every quantity at every point against extrapolated differences of the whole
-// path, with respect to geometry, material and payload: (26)–(30).
+// path, with respect to geometry, material and payload: (S6)–(S10).
 #include <catch2/catch.hpp>
 
 #include <cmath>
