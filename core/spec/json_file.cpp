@@ -243,6 +243,17 @@ JsonText read_text(const std::string& file) {
   return {std::move(text), file};
 }
 
+namespace {
+/// `byte`: where the text stops being JSON, if the parser says so.
+SpecError not_json(Watch& watch, std::string why, std::optional<std::size_t> byte) {
+  Fault fault = watch.fault(why, byte).faults().front();
+  if (const auto lead = why.find(": "); why.starts_with("line ") && lead != std::string::npos)
+    why.erase(0, lead + 2);
+  fault.rule = fmt::format("not JSON: line {}, column {}: {}", fault.line, fault.column, why);
+  return SpecError({fault});
+}
+}  // namespace
+
 json parse_json(const JsonText& text, std::vector<Fault>& faults) {
   if (text.text.find_first_not_of(" \t\r\n") == std::string::npos)
     throw SpecError("", text.origin, "it is empty; expected a JSON object");
@@ -255,17 +266,10 @@ json parse_json(const JsonText& text, std::vector<Fault>& faults) {
       faults.push_back(std::move(fault));
     }
     return document;
+  } catch (const json::parse_error& error) {
+    throw not_json(watch, reason(error), std::max<std::size_t>(error.byte, 1) - 1);
   } catch (const json::exception& error) {
-    std::string why = reason(error);
-    std::optional<std::size_t> byte;
-    if (const auto* syntax = dynamic_cast<const json::parse_error*>(&error))
-      byte = std::max<std::size_t>(syntax->byte, 1) - 1;
-    const SpecError found = watch.fault(why, byte);
-    if (const auto lead = why.find(": "); why.starts_with("line ") && lead != std::string::npos)
-      why.erase(0, lead + 2);
-    Fault fault = found.faults().front();
-    fault.rule = fmt::format("not JSON: line {}, column {}: {}", fault.line, fault.column, why);
-    throw SpecError({fault});
+    throw not_json(watch, reason(error), std::nullopt);
   }
 }
 

@@ -20,6 +20,8 @@ set(tested_by
   core/elements/plate/plate_series core/response/stroke_series/test_frequency_derivatives
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/system core/equilibrium/test_joints
+  core/math/eigenvalue_branches core/response/test_principal_stiffness
+  core/mechanism/load_case core/equilibrium/test_dead_loads
   core/math/deflated_solve core/reduction/modal/test_modal_derivatives
   core/math/nearest_rotation core/math/test_rotation
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
@@ -40,7 +42,11 @@ set(tested_by
   core/response/path/stiffness core/response/path/test_response
   core/response/probe core/response/path/test_material_points
   core/response/quantities core/response/path/test_response
-  core/response/stroke_gradients core/response/gradients/test_stroke_gradients
+  core/response/request core/response/path/test_response
+  core/response/gradients/load_gradients core/equilibrium/test_dead_loads
+  core/response/path/branch core/response/path/test_response
+  core/response/path/full_finish core/response/gradients/test_point_gradients
+  core/response/path/point_outputs core/response/path/test_response
   core/response/stroke_series/mechanism_series
     core/response/stroke_series/test_frequency_derivatives
   core/spec/formula_parser core/spec/test_formula
@@ -52,6 +58,7 @@ set(tested_by
   optim/job/job_numbers optim/job/test_job
   optim/job/job_optimise optim/job/test_job
   optim/job/job_shape optim/job/test_job
+  optim/job/job_tables optim/job/test_job
   optim/numerics/parallel optim/compare/test_compare
   optim/problem/check_gradients results/cli/test_command_line
   optim/problem/design_problem optim/search/test_exact_gradients
