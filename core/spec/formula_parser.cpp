@@ -15,7 +15,7 @@ namespace flexopt {
 namespace {
 
 constexpr std::size_t longest = 10000;
-constexpr int deepest = 200;  // a pair of parentheses counts twice
+constexpr int deepest_nesting = 200;  // a pair of parentheses counts twice
 
 using std::numbers::ln10;
 using std::numbers::ln2;
@@ -421,7 +421,7 @@ void FormulaParser::measure_power(Part& result, const Part& base, const Part& ex
 
 FormulaParser::Part FormulaParser::choice() {
   const Deeper deeper(depth_);
-  if (depth_ > deepest) throw no_formula("it is nested too deeply", token().begin);
+  if (depth_ > deepest_nesting) throw no_formula("it is nested too deeply", token().begin);
   const Part condition = either();
   if (!accept("?")) return condition;
   const Part yes = choice();
@@ -499,7 +499,7 @@ FormulaParser::Part FormulaParser::product() {
 
 FormulaParser::Part FormulaParser::factor() {
   const Deeper deeper(depth_);
-  if (depth_ > deepest) throw no_formula("it is nested too deeply", token().begin);
+  if (depth_ > deepest_nesting) throw no_formula("it is nested too deeply", token().begin);
   const std::size_t begin = token().begin;
   if (accept("+")) return factor();
   const bool minus = accept("-");

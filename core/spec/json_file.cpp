@@ -25,7 +25,7 @@ using nlohmann::json;
 namespace {
 
 constexpr std::size_t largest_file = 16u << 20;  // [bytes]
-constexpr int deepest = 32;                      // levels; a job needs 6
+constexpr int deepest_level = 32;                // levels; a job needs 6
 
 /// nlohmann's message without its "[json.exception.parse_error.101] parse error at ".
 std::string reason(const json::exception& error) {
@@ -122,7 +122,8 @@ class Watch {
 
   bool operator()(int depth, Event event, json& parsed) {
     cursor_.find_token();
-    if (depth > deepest) throw fault(fmt::format("nested deeper than {} levels", deepest));
+    if (depth > deepest_level)
+      throw fault(fmt::format("nested deeper than {} levels", deepest_level));
     if (event == Event::object_end || event == Event::array_end) {
       levels_.pop_back();
     } else if (event == Event::key) {

@@ -11,8 +11,6 @@ namespace {
 
 using Json = OrderedJson;
 
-Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
 Json figures_json(const std::optional<ErrorFigures>& figures,
                   const std::vector<ComparedDesign>& designs) {
   if (!figures) return {{"worst", nullptr}, {"p99", nullptr}, {"median", nullptr}, {"count", 0}};

@@ -78,4 +78,8 @@ std::vector<std::string> remove_non_finite(OrderedJson& document, const std::str
   return found;
 }
 
+OrderedJson optional_json(const std::optional<double>& value) {
+  return value ? OrderedJson(*value) : OrderedJson();
+}
+
 }  // namespace flexopt

@@ -1,6 +1,7 @@
 #pragma once
 // JSON as text that a person can read: one line for what fits on a line, such as a matrix row.
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,9 @@ using OrderedJson = nlohmann::ordered_json;
 
 /// Numbers in the shortest form that reads back to the same double. Ends with a newline.
 std::string json_text(const OrderedJson& document);
+
+/// The number, or null.
+OrderedJson optional_json(const std::optional<double>& value);
 
 /// JSON has no NaN and no infinity: these become null. Returns the pointers of what was replaced.
 std::vector<std::string> remove_non_finite(OrderedJson& document, const std::string& pointer = "");

@@ -15,8 +15,6 @@ namespace {
 
 using Json = OrderedJson;
 
-Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
 Json goal_json(const std::string& quantity, const std::string& expression, OverStroke over,
                Direction drive) {
   if (!expression.empty()) return {{"expression", expression}, {"unit", "SI"}};

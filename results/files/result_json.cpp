@@ -33,8 +33,6 @@ Json matrix_json(const Matrix6d& m) {
   return rows;
 }
 
-Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
 Json mode_json(const Mode& mode, const char* drive) {
   return {{"frequency", mode.frequency},
           {"kind", name_of(mode.kind)},

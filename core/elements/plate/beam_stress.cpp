@@ -19,8 +19,6 @@ template <class S>
 using MeasuresT = Eigen::Matrix<S, measures, 1>;
 using Measures = MeasuresT<double>;
 
-constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
-
 template <class S>
 MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValues& X, bool circular,
                          BeamStrain strain) {

@@ -55,8 +55,6 @@ S von_mises(const Vector3<S>& strain, const S& nu, const S& modulus) {
   return square > 0.0 ? S(sqrt(square)) : S(0.0 * square);  // no stress has no slope
 }
 
-constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
-
 std::vector<double> gauss_stations(const std::vector<double>& points) {
   std::vector<double> s;
   for (std::size_t i = 0; i + 1 < points.size(); ++i)
