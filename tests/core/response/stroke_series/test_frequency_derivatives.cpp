@@ -146,8 +146,7 @@ TEST_CASE("frequency derivatives agree with differences of the path") {
 TEST_CASE("derivatives through a rigid joint are those of direct assembly") {
   for (const Mechanism& m : {lopsided(models::guide(0.1, 0.03, 5e-4), 0.1),
                              lopsided(models::three_leaf_hinge(0.06, 0.04, 4e-4), 0.1)}) {
-    Vector6d load;
-    load << 20, 1, -3, 0.02, 0.05, 0.01;
+    const LoadCase load{.constant = {{.force = {20, 1, -3}, .moment = {0.02, 0.05, 0.01}}}};
     const auto direct = frequency_derivatives(m, ModelOptions{}, load, {.tolerance = 1e-12}, 5);
     const auto joint = frequency_derivatives(jointed(m, JointType::rigid), ModelOptions{}, load,
                                              {.tolerance = 1e-12}, 5);
@@ -168,7 +167,7 @@ TEST_CASE("derivatives through a rigid joint are those of direct assembly") {
 TEST_CASE("first derivatives of symmetric designs vanish") {
   for (const Mechanism& m : {models::guide(0.1, 0.03, 5e-4),
                              models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}})}) {
-    const auto r = frequency_derivatives(m, ModelOptions{}, Vector6d::Zero(), {}, 8);
+    const auto r = frequency_derivatives(m, ModelOptions{}, LoadCase{}, {}, 8);
     REQUIRE(r.ok);
     for (const FrequencyDerivatives& d : r.modes) {
       CHECK(d.d_omega2 == 0);
@@ -177,7 +176,7 @@ TEST_CASE("first derivatives of symmetric designs vanish") {
     CHECK(r.modes[0].mode.kind == ModeKind::drive);
   }
   const auto lop = frequency_derivatives(lopsided(models::guide(0.1, 0.03, 5e-4), 0.1),
-                                         ModelOptions{}, Vector6d::Zero(), {}, 4);
+                                         ModelOptions{}, LoadCase{}, {}, 4);
   CHECK(std::any_of(lop.modes.begin(), lop.modes.end(),
                     [](const FrequencyDerivatives& d) { return d.d_omega2 != 0; }));
 }
