@@ -27,7 +27,7 @@ int main() {
   const Mechanism guide = models::guide(0.1, 0.01, 5e-4);
   StrokeRequest request;
   request.points = {0, 0.005, 0.01, 0.015, 0.02};
-  request.stress = false;
+  request.outputs.remove(Output::stress);
   const auto last = [&](const ModelOptions& model) {
     return evaluate_stroke(guide, model, request).path.back();
   };
