@@ -11,6 +11,8 @@ template <class Scalar>
 using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
 template <class Scalar>
 using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;
+template <class Scalar>
+using Matrix6 = Eigen::Matrix<Scalar, 6, 6>;
 
 using Vector3d = Eigen::Vector3d;
 using Matrix3d = Eigen::Matrix3d;

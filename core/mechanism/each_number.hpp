@@ -63,6 +63,16 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
     entries(joint.place);
     entries(joint.axis);
   }
+  for (auto& spring : mechanism.springs) {
+    entries(spring.place);
+    if (spring.matrix) {
+      entries(*spring.matrix);
+    } else {
+      entries(spring.other_place);
+      visit(spring.stiffness);
+      visit(spring.free_length);
+    }
+  }
 }
 
 /// The material with f(x) in the place of every number x.
@@ -110,6 +120,13 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     joint.type = j.type;
     joint.body = j.body;
     joint.other = j.other;
+  }
+  for (const SpringT<From>& s : from.springs) {
+    SpringT<To>& spring = to.springs.emplace_back();
+    spring.name = s.name;
+    spring.body = s.body;
+    spring.other = s.other;
+    if (s.matrix) spring.matrix.emplace();
   }
   std::vector<To*> places;
   each_number(to, [&](To& x) { places.push_back(&x); });

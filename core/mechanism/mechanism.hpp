@@ -97,11 +97,26 @@ struct JointT {
   Vector3<Scalar> axis = Vector3<Scalar>::UnitZ();  ///< unit; of a revolute or prismatic joint
 };
 
+/// A spring between two points of two bodies, or a bushing between them: spring.hpp.
+template <class Scalar>
+struct SpringT {
+  std::string name;
+  int body = 0, other = ground;
+  Vector3<Scalar> place;        ///< end on `body`, or the bushing's; undeflected, global axes [m]
+  Vector3<Scalar> other_place;  ///< end on `other` [m]; not of a bushing
+  Scalar stiffness{};           ///< not negative [N/m]; not of a bushing
+  Scalar free_length{};         ///< length without force [m]; not of a bushing
+  /// Of a bushing: loads at `place` over displacement and rotation of `body` relative to `other`,
+  /// undeflected, global axes, symmetric and positive semidefinite [N/m, N, N m].
+  std::optional<Matrix6<Scalar>> matrix;
+};
+
 template <class Scalar>
 struct MechanismT {
   std::vector<RigidBodyT<Scalar>> bodies;  ///< the free ones
   std::vector<LeafSpringT<Scalar>> leaves;
   std::vector<JointT<Scalar>> joints;
+  std::vector<SpringT<Scalar>> springs;
   int end_effector = 0;             ///< its reference point is O
   Direction drive = Direction::uy;  ///< what the stroke prescribes of the end-effector
 };
@@ -111,6 +126,7 @@ using LeafPoint = LeafPointT<double>;
 using LeafSpring = LeafSpringT<double>;
 using RigidBody = RigidBodyT<double>;
 using Joint = JointT<double>;
+using Spring = SpringT<double>;
 using Mechanism = MechanismT<double>;
 
 /// The first broken rule of a mechanism (indices, positive sizes, unit axes, leaves meeting their

@@ -26,6 +26,8 @@ Mechanism everything() {
   m.leaves = {leaf, leaf};
   m.leaves[1].point.reset();
   m.joints.push_back({.name = "hinge", .type = JointType::spherical, .body = 0, .other = 1});
+  m.springs.push_back({.name = "spring", .body = 1, .other = 0});
+  m.springs.push_back({.name = "bushing", .body = 1, .matrix = Matrix6d::Zero()});
   m.end_effector = 0;
   m.drive = Direction::rz;
   double next = 0;
@@ -44,11 +46,13 @@ std::vector<double> numbers(const Mechanism& m) {
 TEST_CASE("every number of a mechanism is visited once", "[mechanism]") {
   const Mechanism m = everything();
   const std::vector<double> all = numbers(m);
-  // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point; joint
-  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 6);
+  // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point; joint;
+  // spring: ends, stiffness, length; bushing: place, matrix
+  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 6 + (6 + 2) + (3 + 36));
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
   CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());
-  CHECK(m.joints[0].axis.maxCoeff() == double(all.size()));
+  CHECK(m.springs[0].free_length == double(all.size()) - 39);
+  CHECK(m.springs[1].matrix->maxCoeff() == double(all.size()));
 }
 
 TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mechanism]") {
@@ -75,6 +79,12 @@ TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mec
   CHECK(twice.joints[0].name == "hinge");
   CHECK(twice.joints[0].type == JointType::spherical);
   CHECK(twice.joints[0].other == 1);
+  CHECK(twice.springs[0].name == "spring");
+  CHECK(twice.springs[0].other == 0);
+  CHECK_FALSE(twice.springs[0].matrix);
+  CHECK(twice.springs[1].body == 1);
+  CHECK(twice.springs[1].other == ground);
+  CHECK(twice.springs[1].matrix);
   for (const double x : numbers(zero_rate(m))) CHECK(x == 0);
 }
 
