@@ -1,4 +1,7 @@
-#include "designs/family.hpp"
+#include "designs/materials.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
 
 namespace flexopt {
 namespace {
@@ -37,6 +40,21 @@ const std::vector<NamedMaterial>& materials() {
        "wrought, Rp0.2 503 MPa; design stress by fatigue, 100 to 160 MPa"},
   };
   return all;
+}
+
+Material material_of(const nlohmann::json& read) {
+  if (read.is_string()) {
+    const auto named = std::ranges::find_if(
+        materials(), [&](const NamedMaterial& m) { return m.material.name == read; });
+    return named->material;
+  }
+  Material m;
+  m.name = read.value("name", "custom");
+  m.youngs_modulus = read["youngs_modulus"];
+  m.poissons_ratio = read["poissons_ratio"];
+  m.density = read["density"];
+  if (read.contains("allowable_stress")) m.allowable_stress = read["allowable_stress"];
+  return m;
 }
 
 }  // namespace flexopt

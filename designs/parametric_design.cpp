@@ -15,9 +15,10 @@ std::string pointer_to(const std::string& parameter) {
 
 }  // namespace
 
-ParametricDesign::ParametricDesign(const Family& family, FamilyChoices choices,
+ParametricDesign::ParametricDesign(std::shared_ptr<const Family> of, FamilyChoices choices,
                                    const std::map<std::string, std::string>& formulas)
-    : family_(&family), choices_(std::move(choices)) {
+    : family_(std::move(of)), choices_(std::move(choices)) {
+  const Family& family = *family_;
   std::vector<FormulaName> given;
   std::vector<int> slot_of;  // of the given ones
   for (std::size_t i = 0; i < family.parameters.size(); ++i)
@@ -91,21 +92,7 @@ Mechanism ParametricDesign::build(const ParameterValues& parameters, const Mater
 std::vector<MechanismDirection> ParametricDesign::directions(
     const ParameterValues& parameters, const Material& material, const EndEffector& payload,
     const std::vector<std::string>& names) const {
-  std::vector<std::string> own, others;
-  for (const std::string& name : names) (slot(name) >= 0 ? own : others).push_back(name);
-  std::vector<MechanismDirection> found =
-      family_->directions(parameters, choices_, material, payload, own);
-  if (!others.empty()) {
-    const Mechanism mechanism = build(parameters, material, payload);
-    for (const std::string& name : others) found.push_back(number_direction(mechanism, name));
-  }
-  std::vector<MechanismDirection> ordered;
-  for (const std::string& name : names) {
-    const auto at = std::ranges::find(found, name, &MechanismDirection::parameter);
-    ordered.push_back(std::move(*at));
-    found.erase(at);
-  }
-  return ordered;
+  return family_->directions(parameters, choices_, material, payload, names);
 }
 
 std::vector<std::string> ParametricDesign::independent_names() const {

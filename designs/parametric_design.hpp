@@ -2,8 +2,10 @@
 // A family with everything that is decided once: its options, and its formulas compiled. What is
 // left is numbers in slots: values of the parameters → mechanism, and its derivatives.
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/spec/formula.hpp"
@@ -22,8 +24,13 @@ class ParametricDesign {
  public:
   /// `formulas`: texts by the names of the parameters that they give; they may use the parameters
   /// without one. Throws SpecError for wrong ones, at /design/parameters/<name>/expression.
-  ParametricDesign(const Family& family, FamilyChoices choices,
+  ParametricDesign(std::shared_ptr<const Family> family, FamilyChoices choices,
                    const std::map<std::string, std::string>& formulas);
+  /// Of one of families(), which live as long as the program.
+  ParametricDesign(const Family& family, FamilyChoices choices,
+                   const std::map<std::string, std::string>& formulas)
+      : ParametricDesign(std::shared_ptr<const Family>(std::shared_ptr<const Family>(), &family),
+                         std::move(choices), formulas) {}
 
   const Family& family() const { return *family_; }
   const FamilyChoices& choices() const { return choices_; }
@@ -58,7 +65,7 @@ class ParametricDesign {
   std::vector<std::string> independent_names() const;
 
  private:
-  const Family* family_;  ///< one of families(), which live as long as the program
+  std::shared_ptr<const Family> family_;
   FamilyChoices choices_;
   std::vector<DependentParameter> dependents_;
 };

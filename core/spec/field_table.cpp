@@ -71,6 +71,12 @@ Shape record(std::vector<Field> fields) {
   return shape;
 }
 
+Shape map(Shape item) {
+  Shape shape{.kind = ShapeKind::map};
+  shape.inner.push_back(std::move(item));
+  return shape;
+}
+
 Shape one_of(std::vector<Shape> alternatives) {
   Shape shape{.kind = ShapeKind::one_of};
   shape.inner = std::move(alternatives);
@@ -145,6 +151,8 @@ std::string describe(const Shape& shape) {
         if (field.offered) names.push_back(field.name);
       return fmt::format("an object with the keys {}", fmt::join(names, ", "));
     }
+    case ShapeKind::map:
+      return fmt::format("an object of names, each with ({})", describe(shape.inner.front()));
     case ShapeKind::one_of: {
       std::vector<std::string> all;
       for (const Shape& alternative : shape.inner) all.push_back(describe(alternative));
@@ -176,6 +184,7 @@ bool fits_type(const Shape& shape, const json& value) {
     case ShapeKind::list:
       return value.is_array();
     case ShapeKind::record:
+    case ShapeKind::map:
       return value.is_object();
     case ShapeKind::one_of:
       return std::any_of(shape.inner.begin(), shape.inner.end(),
@@ -266,6 +275,14 @@ json read_record(const Shape& shape, const json& value, const Pointer& at, Fault
   return result;
 }
 
+json read_map(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
+  json result = json::object();
+  for (const auto& [name, item] : value.items())
+    if (json read = read_value(shape.inner.front(), item, at / name, faults); !read.is_null())
+      result[name] = std::move(read);
+  return result;
+}
+
 json read_list(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
   if (value.size() < shape.min_size || value.size() > shape.max_size) throw wrong(shape, value, at);
   json result = json::array();
@@ -293,6 +310,8 @@ json read_or_throw(const Shape& shape, const json& value, const Pointer& at, Fau
       return read_list(shape, value, at, faults);
     case ShapeKind::record:
       return read_record(shape, value, at, faults);
+    case ShapeKind::map:
+      return read_map(shape, value, at, faults);
     case ShapeKind::one_of:
       for (const Shape& inner : shape.inner)
         if (fits_type(inner, value) && fits_items(inner, value))

@@ -22,6 +22,7 @@ enum class ShapeKind {
   text,
   list,
   record,  ///< an object with known keys
+  map,     ///< an object whose keys are names of the user's own
   one_of   ///< alternatives told apart by their JSON type
 };
 
@@ -37,7 +38,8 @@ struct Shape {
   std::vector<std::string> choices;  ///< of a text; empty: any
   std::vector<std::string> later;    ///< choices of the format that this version does not offer
   std::size_t min_size = 0, max_size = 0;  ///< of a list; letters of a text
-  std::vector<Shape> inner;                ///< of a list: its one item; of one_of: the alternatives
+  /// Of a list or a map: what each of its items may be; of one_of: the alternatives.
+  std::vector<Shape> inner;
   std::vector<Field> fields;               ///< of a record
 };
 
@@ -63,6 +65,7 @@ Shape text(std::size_t longest = 500);
 Shape choice(std::vector<std::string> choices, std::vector<std::string> later = {});
 Shape list(Shape item, std::size_t min_size, std::size_t max_size);
 Shape record(std::vector<Field> fields);
+Shape map(Shape item);
 Shape one_of(std::vector<Shape> alternatives);
 
 Field required(std::string name, Shape shape, std::string meaning);

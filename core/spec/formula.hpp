@@ -23,6 +23,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/spec/quantity.hpp"
@@ -103,6 +104,10 @@ class Formula {
   std::optional<Dimension> dimension_;
   bool fits_anywhere_ = false;
 };
+
+/// Whether the word means something in every formula, so that no name may be called so: a function
+/// or pi.
+bool is_formula_word(std::string_view word);
 
 /// Rule that a formula breaks which uses none of the names.
 std::string uses_no_name(const std::vector<FormulaName>& names);

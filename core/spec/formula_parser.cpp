@@ -686,4 +686,6 @@ FormulaParser::Part FormulaParser::call() {
   return result;
 }
 
+bool is_formula_word(std::string_view word) { return word == "pi" || is_function(word); }
+
 }  // namespace flexopt

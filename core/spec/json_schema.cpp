@@ -39,6 +39,8 @@ json record_schema(const Shape& shape) {
 json json_schema(const Shape& shape) {
   switch (shape.kind) {
     case ShapeKind::quantity: {
+      if (shape.unit.empty())  // any text: a formula, where formulas are allowed
+        return {{"type", {"number", "string"}}, {"description", describe(shape)}};
       json number{{"type", "number"}};
       add_range(number, shape);
       const json with_unit{{"type", "string"},
@@ -69,6 +71,8 @@ json json_schema(const Shape& shape) {
               {"maxItems", shape.max_size}};
     case ShapeKind::record:
       return record_schema(shape);
+    case ShapeKind::map:
+      return {{"type", "object"}, {"additionalProperties", json_schema(shape.inner.front())}};
     case ShapeKind::one_of: {
       json alternatives = json::array();
       for (const Shape& inner : shape.inner) alternatives.push_back(json_schema(inner));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -26,15 +27,40 @@ namespace {
 
 const Pointer parameters_at("/design/parameters");
 
-/// The family named in the document, or null where there is none to read.
-const Family* named_family(const json& document) {
-  const Pointer at("/design/family");
-  if (!document.is_object() || !document.contains("design") || !document["design"].is_object() ||
-      !document.contains(at) || !document[at].is_string())
+/// What the document takes its design from: a family by name, a file relative to `folder`, or a
+/// mechanism that is written into it. Null where there is none that can be read.
+std::shared_ptr<const Family> design_source(const json& document, const std::string& folder,
+                                            FaultList& faults) {
+  if (!document.is_object() || !document.contains("design") || !document["design"].is_object())
     return nullptr;
-  for (const Family& family : families())
-    if (family.name == document[at].get<std::string>()) return &family;
-  return nullptr;
+  const json& design = document["design"];
+  constexpr std::array keys{"family", "file", "mechanism"};
+  const auto given = std::ranges::count_if(keys, [&](const char* key) { return design.contains(key); });
+  if (given != 1) {
+    faults.add("/design/family", design.contains("family") ? shown(design["family"]) : "nothing",
+               "give a family by name, a design file, or a mechanism, one of the three");
+    return nullptr;
+  }
+  std::shared_ptr<const Family> source;
+  if (design.contains("family") && design["family"].is_string()) {
+    for (const Family& family : families())
+      if (family.name == design["family"].get<std::string>())
+        source = std::shared_ptr<const Family>(source, &family);  // lives as long as the program
+  } else if (design.contains("file") && design["file"].is_string()) {
+    const auto file = std::filesystem::path(folder) / design["file"].get<std::string>();
+    try {
+      source = read_family_file(file.string());
+    } catch (const SpecError& error) {
+      for (Fault fault : error.faults()) {
+        if (fault.source.empty()) fault.pointer = "/design/file";  // not a place in the file
+        faults.add(std::move(fault));
+      }
+      faults.spoil("/design/file");
+    }
+  } else if (design.contains("mechanism")) {
+    source = read_family(design["mechanism"], "/design/mechanism", folder, faults);
+  }
+  return source;
 }
 
 /// `written` is what stands in the job; the material must have passed its table.
@@ -148,9 +174,13 @@ void read_request(json& read, const json& as_written, const Family* family, Faul
                                                        : ModeKind::intermediate_body);
 }
 
-bool is_wire(const DesignSpec& design) {
-  const auto section = design.choices.find("section");
-  return section != design.choices.end() && section->second == "circular";
+/// Whether the design is one leaf whose section may be a circle: its width is then its thickness.
+bool may_be_wire(const Family& family) {
+  const auto has = [&](const char* name) {
+    return std::ranges::find(family.parameters, name, &Parameter::name) != family.parameters.end();
+  };
+  return has("width") && has("thickness") &&
+         std::ranges::find(family.options, "section", &FamilyOption::name) != family.options.end();
 }
 
 /// A wire needs no width: it is the thickness.
@@ -221,8 +251,10 @@ void read_parameters(json& read, const Family& family, FaultList& faults, Design
 }
 
 /// A wire has one diameter, also while an optimiser varies it.
-void check_wire(DesignSpec& design) {
-  if (!is_wire(design) || design.expressions.contains("width")) return;
+void check_wire(const Family& family, DesignSpec& design) {
+  if (!may_be_wire(family) || design.choices.at("section") != "circular" ||
+      design.expressions.contains("width"))
+    return;
   const double width = design.parameters.at("width"), diameter = design.parameters.at("thickness");
   if (std::abs(width - diameter) > 1e-9 * diameter)
     throw SpecError((parameters_at / "width").to_string(), fmt::format("{:g} m", width),
@@ -236,21 +268,24 @@ void check_wire(DesignSpec& design) {
 /// Whether nothing is wrong with what makes the geometry.
 bool is_geometry_sound(const Family& family, const FaultList& faults) {
   return faults.sound(parameters_at.to_string()) && faults.sound("/design/family") &&
+         faults.sound("/design/file") && faults.sound("/design/mechanism") &&
          std::ranges::all_of(family.options, [&](const FamilyOption& option) {
            return faults.sound("/design/" + option.name);
          });
 }
 
 /// Without a family the material alone.
-DesignSpec read_design(json& read, const json& written, const Family* family, FaultList& faults,
+DesignSpec read_design(json& read, const json& written,
+                       const std::shared_ptr<const Family>& family, FaultList& faults,
                        std::vector<std::string>& notes) {
   DesignSpec design;
   if (family) design.family = family->name;
   if (family && read.contains("parameters")) read_parameters(read, *family, faults, design);
   if (family && is_geometry_sound(*family, faults))
     faults.attempt([&] {
-      check_wire(design);
-      design.resolved = resolve(design);
+      check_wire(*family, design);
+      design.resolved =
+          std::make_shared<const ParametricDesign>(family, design.choices, design.expressions);
     });
   if (written.contains("material"))
     design.material = read_material(read["material"], written["material"], faults, notes);
@@ -365,7 +400,8 @@ ModelChoice read_model(const json& read, const Pointer& at, FaultList& faults) {
 void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const Pointer& at) {
   const std::string where = (at / "flexure").to_string();
   if (model.flexure == Flexure::beam) return;
-  if (is_wire(design))
+  const auto resolved = resolve(design);
+  if (resolved->family().has_wires(design.choices))
     throw SpecError(where, "\"plate\"", "a leaf of circular section is a beam: expected \"beam\"");
   const Material& m = design.material;
   if (m.poissons_ratio > 0.5)
@@ -420,8 +456,12 @@ namespace {
 /// Reads a job from its document. Each part is read as far as what it depends on is sound.
 class JobReader {
  public:
-  JobReader(const json& document, FaultList& faults)
-      : document_(document), faults_(faults), family_(named_family(document)) {}
+  /// Files that the job names are relative to `folder`.
+  JobReader(const json& document, const std::string& folder, FaultList& faults)
+      : document_(document),
+        faults_(faults),
+        source_(design_source(document, folder, faults)),
+        family_(source_.get()) {}
 
   Job read();
 
@@ -432,20 +472,21 @@ class JobReader {
 
   const json& document_;
   FaultList& faults_;
-  const Family* family_;
+  std::shared_ptr<const Family> source_;
+  const Family* family_;  ///< the same
   json read_;
   Job job_;
 };
 
 Job JobReader::read() {
-  read_ = read_value(job_shape(family_), family_ ? with_width_of_wire(document_) : document_,
+  read_ = read_value(job_shape(family_), family_ && may_be_wire(*family_) ? with_width_of_wire(document_) : document_,
                      Pointer(), faults_);
   if (!read_.is_object()) return {};
   if (family_ && !document_.contains(Pointer("/model/mesh")))
     read_["model"]["mesh"] = family_->mesh;
   head_table().read(read_, job_);
   if (read_.contains("design"))
-    job_.design = read_design(read_["design"], document_["design"], family_, faults_, job_.notes);
+    job_.design = read_design(read_["design"], document_["design"], source_, faults_, job_.notes);
   job_.end_effector = read_end_effector(read_["end_effector"], faults_, job_.notes);
   const ModelChoice choice = read_model(read_["model"], Pointer("/model"), faults_);
   job_.model = choice.model;
@@ -510,7 +551,7 @@ void add_override_faults(const SpecError& error, std::vector<Fault>& faults) {
 
 Job parse_job(const json& document) {
   FaultList faults;
-  Job job = JobReader(document, faults).read();
+  Job job = JobReader(document, "", faults).read();
   faults.raise();
   return job;
 }
@@ -530,7 +571,8 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
     if (!stem.empty()) document["name"] = stem;
   }
   FaultList faults;
-  Job job = JobReader(document, faults).read();
+  const std::string folder = std::filesystem::path(file).parent_path().string();
+  Job job = JobReader(document, folder, faults).read();
   wrong.insert(wrong.end(), faults.faults().begin(), faults.faults().end());
   if (wrong.empty()) return job;
   locate(wrong, text, overridden);

@@ -133,6 +133,9 @@ Variable read_variable(json& read, const Context& context, const Pointer& at,
                                 it->second));
   if (const auto why = without_number(context.family, context.design.choices, variable.parameter))
     throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"', *why);
+  if (std::ranges::find(context.family.counts, variable.parameter) != context.family.counts.end())
+    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"',
+                    "it says how many there are of something: no variable of an optimisation");
   const Shape shape = parameter_shape(*find_parameter(context.family, variable.parameter));
   const bool bounded = context.faults.attempt([&] {
     variable.min = read_quantity(shape, read["min"], at / "min");

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/response/quantities.hpp"
+#include "designs/design_shape.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_tables.hpp"
 
@@ -33,7 +34,7 @@ Shape parameters_shape(const Family& family) {
                                   : required(p.name, shape, p.meaning));
   }
   for (const FamilyOption& option : family.options)
-    fields.push_back(standard(option.name, choice(option.choices, option.later),
+    fields.push_back(standard(option.name, choice(option.choices),
                               option.choices.front(), option.meaning));
   return record(std::move(fields));
 }
@@ -61,19 +62,23 @@ Shape design_shape(const Family* family) {
   std::vector<std::string> names;
   for (const Family& known : families()) names.push_back(known.name);
   std::vector<Field> fields{
-      required("family", choice(names), "which parametric geometry"),
-      required("parameters", family ? parameters_shape(*family) : any_parameters_shape(),
-               "sizes of the family"),
+      optional("family", choice(names), "a design that the program brings along"),
+      optional("file", text(), "or a design file, relative to the job"),
+      optional("mechanism", design_file_shape(), "or a design that is written here"),
+      standard("parameters", family ? parameters_shape(*family) : any_parameters_shape(),
+               json::object(), "what the design leaves open"),
       required("material", material_shape(), "a built-in material by name, or its constants"),
   };
-  for (const Family& known : families()) {
-    if (family && known.name != family->name) continue;
+  const auto add_options = [&](const Family& known) {
     for (const FamilyOption& option : known.options)
       if (std::none_of(fields.begin(), fields.end(),
                        [&](const Field& field) { return field.name == option.name; }))
-        fields.push_back(
-            optional(option.name, choice(option.choices, option.later), option.meaning));
-  }
+        fields.push_back(optional(option.name, choice(option.choices), option.meaning));
+  };
+  if (family)
+    add_options(*family);
+  else
+    for (const Family& known : families()) add_options(known);
   return record(std::move(fields));
 }
 

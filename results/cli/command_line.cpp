@@ -52,16 +52,35 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       ->type_name("N");
   run->add_flag("--quiet", line.quiet, "no progress on stderr");
 
-  CLI::App* validate = command("validate", "Check a job without running it", Command::validate);
-  validate->add_option("JOB", line.job, "the job file")->required()->type_name("FILE");
+  CLI::App* validate =
+      command("validate", "Check a job or a design file without running it", Command::validate);
+  validate->add_option("JOB", line.job, "the job file, or a design file")->required()->type_name("FILE");
   validate->add_option("--set", line.overrides, "change one value of the job; may be repeated")
       ->type_name("/pointer=value")
       ->allow_extra_args(false);
 
   CLI::App* designs = command("designs", "List the families, or describe one", Command::designs);
   designs->add_option("FAMILY", line.family, "the family to describe");
+  designs->add_option_function<std::string>(
+      "--export",
+      [&line](const std::string& family) {
+        line.family = family;
+        line.export_file = true;
+      },
+      "print the design file of a family, to start from");
 
-  command("schema", "Print the JSON Schema of a job", Command::schema);
+  CLI::App* expand = command(
+      "expand", "Print the mechanism of a job: no frames, parts, repeats or options, full names",
+      Command::expand);
+  expand->add_option("JOB", line.job, "the job file, or a design file that needs no parameters")
+      ->required()
+      ->type_name("FILE");
+  expand->add_option("--set", line.overrides, "change one value of the job; may be repeated")
+      ->type_name("/pointer=value")
+      ->allow_extra_args(false);
+
+  CLI::App* schema = command("schema", "Print the JSON Schema of a job", Command::schema);
+  schema->add_flag("--design", line.of_design, "that of a design file instead");
 
   CLI::App* check = command("check-gradients", "Compare gradients with independent derivatives",
                             Command::check_gradients);

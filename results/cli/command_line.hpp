@@ -6,16 +6,18 @@
 
 namespace flexopt {
 
-enum class Command { run, validate, designs, schema, check_gradients, report };
+enum class Command { run, validate, designs, expand, schema, check_gradients, report };
 
 struct CommandLine {
   Command command = Command::run;
-  std::string job;                     ///< file of run, validate, check-gradients
+  std::string job;                     ///< file of run, validate, expand, check-gradients
   std::string folder;                  ///< of report; --out of run, already with its default
   std::vector<std::string> overrides;  ///< --set /pointer=value
   int threads = 1;
   bool quiet = false;
   std::optional<std::string> family;  ///< of designs
+  bool export_file = false;           ///< of designs: print the family's file
+  bool of_design = false;             ///< of schema: that of a design file
   double tolerance = 1e-6;            ///< of check-gradients
 };
 

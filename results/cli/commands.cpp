@@ -6,8 +6,12 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
+#include "designs/design_shape.hpp"
+#include "designs/expand.hpp"
+#include "designs/library.hpp"
 #include "optim/compare/samples.hpp"
 #include "optim/problem/check_gradients.hpp"
 #include "results/cli/summary.hpp"
@@ -68,7 +72,69 @@ int run_job(const CommandLine& line) {
   return usable(*written.result) ? exit_usable : exit_not_usable;
 }
 
+namespace {
+
+/// Whether the file says that it is a design, not a job.
+bool is_design_file(const std::string& file) {
+  std::vector<Fault> faults;
+  const auto document = parse_json(read_text(file), faults);
+  return document.is_object() && document.contains("flexopt_design");
+}
+
+/// The defaults of a design's parameters; nothing where one has none.
+std::optional<ParameterValues> default_values(const Family& design) {
+  ParameterValues values;
+  for (const Parameter& p : design.parameters) {
+    if (!p.standard) return std::nullopt;
+    values[p.name] = *p.standard;
+  }
+  return values;
+}
+
+std::string names_without_default(const Family& design) {
+  std::vector<std::string> names;
+  for (const Parameter& p : design.parameters)
+    if (!p.standard) names.push_back(p.name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+int validate_design(const CommandLine& line) {
+  const auto design = read_family_file(line.job);
+  const auto values = default_values(*design);
+  if (values)
+    (void)design->make(*values, standard_choices(*design), materials().front().material, {});
+  fmt::print("{}: a valid design ({}, {} parameters)\n", line.job, design->name,
+             design->parameters.size());
+  if (!values)
+    fmt::print("note: its geometry was not built: there is no default of {}\n",
+               names_without_default(*design));
+  return exit_usable;
+}
+
+}  // namespace
+
+int expand_job(const CommandLine& line) {
+  if (is_design_file(line.job)) {
+    const auto design = read_family_file(line.job);
+    const auto values = default_values(*design);
+    if (!values)
+      throw SpecError("/parameters", names_without_default(*design),
+                      "a design without these defaults is expanded in a job that gives them");
+    fmt::print("{}\n", expanded(*design, *values, standard_choices(*design),
+                                materials().front().material)
+                           .dump(2));
+    return exit_usable;
+  }
+  const Job job = checked_job(line);
+  const ParameterValues values = complete_parameters(job.design, job.design.parameters);
+  fmt::print("{}\n", expanded(resolve(job.design)->family(), values, job.design.choices,
+                              job.design.material)
+                         .dump(2));
+  return exit_usable;
+}
+
 int validate_job(const CommandLine& line) {
+  if (is_design_file(line.job)) return validate_design(line);
   const Job job = checked_job(line);
   for (const std::string& note : job.notes) fmt::print("note: {}\n", note);
   const std::string batch =
@@ -82,13 +148,18 @@ int validate_job(const CommandLine& line) {
 }
 
 int describe_designs(const CommandLine& line) {
+  if (line.export_file) {
+    (void)find_family(*line.family, "FAMILY");
+    fmt::print("{}", library_text(*line.family));
+    return exit_usable;
+  }
   fmt::print("{}", line.family ? describe_family(find_family(*line.family, "FAMILY"))
                                : describe_families());
   return exit_usable;
 }
 
-int print_schema() {
-  fmt::print("{}\n", job_schema().dump(2));
+int print_schema(const CommandLine& line) {
+  fmt::print("{}\n", (line.of_design ? design_file_schema() : job_schema()).dump(2));
   return exit_usable;
 }
 

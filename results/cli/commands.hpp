@@ -12,7 +12,8 @@ inline constexpr int exit_bug = 3;  ///< ours
 int run_job(const CommandLine& line);
 int validate_job(const CommandLine& line);
 int describe_designs(const CommandLine& line);
-int print_schema();
+int expand_job(const CommandLine& line);
+int print_schema(const CommandLine& line);
 int check_gradients(const CommandLine& line);
 int rewrite_report(const CommandLine& line);
 

@@ -20,8 +20,10 @@ int main(int argc, char** argv) try {
       return validate_job(line);
     case Command::designs:
       return describe_designs(line);
+    case Command::expand:
+      return expand_job(line);
     case Command::schema:
-      return print_schema();
+      return print_schema(line);
     case Command::check_gradients:
       return check_gradients(line);
     case Command::report:

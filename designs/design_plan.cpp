@@ -1,0 +1,54 @@
+#include "designs/design_plan.hpp"
+
+#include <algorithm>
+
+namespace flexopt {
+
+bool ChoiceCondition::holds(const FamilyChoices& choices) const {
+  const auto chosen = [&](const Term& term) {
+    return (choices.at(term.option) == term.choice) == term.equal;
+  };
+  return alternatives.empty() ||
+         std::ranges::any_of(alternatives, [&](const std::vector<Term>& terms) {
+           return std::ranges::all_of(terms, chosen);
+         });
+}
+
+const BodyItem* DesignPlan::end_effector(const FamilyChoices& choices) const {
+  for (const BodyItem& body : bodies)
+    if (body.name == "end_effector" && body.when.holds(choices)) return &body;
+  return nullptr;
+}
+
+bool DesignPlan::has_wires(const FamilyChoices& choices) const {
+  return std::ranges::any_of(
+             leaves, [&](const LeafItem& leaf) { return leaf.wire && leaf.when.holds(choices); }) ||
+         std::ranges::any_of(parts, [&](const PartItem& part) {
+           return part.when.holds(choices) && part.design->has_wires(part.choices);
+         });
+}
+
+SpecError located(const DesignSource& source, const SpecError& error) {
+  std::vector<Fault> faults = error.faults();
+  for (Fault& fault : faults) {
+    if (!fault.source.empty() || fault.pointer.starts_with("/design/")) continue;
+    if (source.kind == DesignSource::Kind::job) {
+      fault.pointer = source.lead + fault.pointer;
+    } else if (source.kind == DesignSource::Kind::library) {
+      fault.rule += " (" + fault.pointer + " of the family " + source.text.origin + ")";
+      fault.pointer = "/design/parameters";
+    }
+  }
+  if (source.kind == DesignSource::Kind::file) {
+    // those that are of the job stay without a place: its reader knows it
+    const auto of_job = std::stable_partition(faults.begin(), faults.end(), [](const Fault& fault) {
+      return !fault.source.empty() || !fault.pointer.starts_with("/design/");
+    });
+    std::vector<Fault> in_file(faults.begin(), of_job);
+    locate(in_file, source.text, {});
+    std::copy(in_file.begin(), in_file.end(), faults.begin());
+  }
+  return SpecError(std::move(faults));
+}
+
+}  // namespace flexopt

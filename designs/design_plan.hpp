@@ -1,0 +1,176 @@
+#pragma once
+// A design file as read: checked, its formulas compiled, ready to be evaluated as often as wanted.
+// Numbers lie in slots: first the parameters, then what "let" names, then the indices of the item's
+// own "repeat".
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/mechanism/mechanism.hpp"
+#include "core/spec/formula.hpp"
+#include "core/spec/json_file.hpp"
+#include "core/spec/spec_error.hpp"
+#include "designs/parameter.hpp"
+
+namespace flexopt {
+
+/// A number of a design file.
+struct DesignNumber {
+  double constant = 0;
+  std::shared_ptr<const Formula> formula;  ///< instead of the constant
+};
+using DesignVector = std::array<DesignNumber, 3>;
+using DesignMatrix = std::vector<DesignNumber>;  ///< row by row
+
+/// "when": choices that options must have; all conditions of one alternative, any alternative.
+struct ChoiceCondition {
+  struct Term {
+    std::string option, choice;
+    bool equal = true;
+  };
+  std::vector<std::vector<Term>> alternatives;  ///< empty: always
+
+  bool holds(const FamilyChoices& choices) const;
+};
+
+/// One index of "repeat", both bounds included.
+struct RepeatIndex {
+  std::string name;
+  DesignNumber first, last;
+};
+
+/// What every item of a design file may have.
+struct DesignItem {
+  std::string pointer;  ///< into the file
+  std::string name;     ///< with {i} for indices
+  std::string frame;    ///< empty: that of the file
+  ChoiceCondition when;
+  std::vector<RepeatIndex> repeat;
+};
+
+struct FrameItem : DesignItem {
+  struct Turn {
+    int axis = 0;        ///< 0 x, 1 y, 2 z, as turned so far
+    DesignNumber angle;  ///< [rad]
+  };
+  DesignVector at;
+  std::vector<Turn> turns;
+};
+
+/// A place on a body, in the item's frame.
+struct HeldPlace {
+  std::string body;  ///< empty: none
+  DesignVector at;
+};
+
+struct BodyItem : DesignItem {
+  DesignVector at;  ///< of a material point: its place on the leaf
+  std::string leaf;  ///< of which it is a material point; empty: a rigid body
+  std::optional<DesignNumber> mass, density;
+  DesignVector center_of_mass;  ///< relative to `at`
+  DesignMatrix inertia;         ///< none, 3 principal values or 9
+  std::optional<DesignVector> box;
+  std::vector<Direction> held;  ///< along the axes of the item's frame
+};
+
+/// A size along a leaf.
+struct DesignSize {
+  DesignNumber base;
+  std::optional<DesignNumber> tip;  ///< linear from base to tip
+  /// A formula of s = 0 at the base … 1 at the tip, the slot after all others.
+  std::shared_ptr<const Formula> profile;
+};
+
+struct LeafItem : DesignItem {
+  HeldPlace base, tip;  ///< a tip without body is free
+  DesignVector across;
+  bool wire = false;
+  DesignSize width, thickness;  ///< of a wire the diameter, as `thickness`
+  std::optional<Material> material;
+  std::optional<DesignNumber> curve;  ///< subtended angle [rad]
+  struct Reinforcement {
+    DesignNumber fraction, thickness;
+  };
+  std::optional<Reinforcement> reinforcement;
+};
+
+struct JointItem : DesignItem {
+  JointType type = JointType::rigid;
+  std::string body, other;
+  DesignVector at, axis;
+};
+
+struct SpringItem : DesignItem {
+  std::string body, other;
+  DesignVector at, other_at;
+  DesignNumber stiffness;
+  std::optional<DesignNumber> free_length;
+  DesignMatrix matrix;  ///< of a bushing: 36 numbers, else none
+};
+
+struct DriveItem : DesignItem {
+  std::string body, other;
+  Direction direction = Direction::uy;
+};
+
+struct DesignPlan;
+
+struct PartItem : DesignItem {
+  std::shared_ptr<const DesignPlan> design;
+  int mirror = -1;  ///< axis that is reflected, −1: none
+  std::vector<DesignNumber> parameters;  ///< of the part, in its order
+  FamilyChoices choices;
+  std::vector<std::pair<std::string, std::string>> join;  ///< body of the part → body of this file
+};
+
+struct DesignRule {
+  std::string pointer;
+  Formula that;
+  std::string otherwise;  ///< what the user reads when it does not hold
+};
+
+/// Where a design file stands.
+struct DesignSource {
+  enum class Kind {
+    library,  ///< one of the program's families
+    file,     ///< of the user
+    job       ///< written into a job
+  };
+  Kind kind = Kind::library;
+  JsonText text;       ///< of a file
+  std::string folder;  ///< that paths in it start from
+  std::string lead;    ///< pointer of the design in a job
+};
+
+struct DesignPlan {
+  DesignSource source;
+  std::vector<Parameter> parameters;
+  std::vector<FamilyOption> options;
+  std::vector<FormulaName> lets;       ///< in an order in which each needs earlier ones alone
+  std::vector<DesignNumber> let_numbers;
+  std::vector<DesignRule> rules;
+  std::vector<FrameItem> frames;
+  std::vector<BodyItem> bodies;
+  std::vector<LeafItem> leaves;
+  std::vector<JointItem> joints;
+  std::vector<SpringItem> springs;
+  std::vector<PartItem> parts;
+  std::vector<DriveItem> drives;
+  bool named_drives = false;  ///< "drives" instead of "drive"
+
+  /// The material point or body that carries O under these choices; null if there is none.
+  const BodyItem* end_effector(const FamilyChoices& choices) const;
+  /// Whether there are leaves of circular section under these choices.
+  bool has_wires(const FamilyChoices& choices) const;
+};
+
+/// The fault with its place: line and column of a file of the user, a pointer into the job for a
+/// design that is written there.
+SpecError located(const DesignSource& source, const SpecError& error);
+
+}  // namespace flexopt

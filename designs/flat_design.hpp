@@ -1,0 +1,102 @@
+#pragma once
+// A design at given numbers: no frames, parts, repeats or options, global axes, full names. What
+// `flexopt expand` prints, and what the mechanism is made of.
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/mechanism/mechanism.hpp"
+#include "core/spec/fault_list.hpp"
+#include "designs/design_plan.hpp"
+#include "designs/end_effector.hpp"
+
+namespace flexopt {
+
+/// What an item of the flat design comes from.
+struct ItemSource {
+  const DesignSource* source = nullptr;
+  std::string pointer;   ///< into the file
+  std::string instance;  ///< " (copy i = 3 of part arm)", for messages
+};
+
+/// The error with its place, and the copy that it comes from.
+SpecError located(const ItemSource& item, const SpecError& error);
+
+template <class S>
+struct FlatBody {
+  std::string name;
+  ItemSource source;
+  Vector3<S> at;
+  bool has_mass = false;  ///< says itself what it weighs
+  S mass{};
+  Vector3<S> center_of_mass = Vector3<S>::Zero();  ///< relative to `at`
+  Matrix3<S> inertia = Matrix3<S>::Zero();
+  std::array<bool, 6> held{};
+  std::string leaf;  ///< of which it is a material point, by its full name
+};
+
+template <class S>
+struct FlatLeaf {
+  std::string name;
+  ItemSource source;
+  int base = ground, tip = ground;  ///< bodies; free_edge
+  Vector3<S> base_at, tip_at, across;
+  bool wire = false;
+  S width{}, thickness{};  ///< of a wire both the diameter
+  std::optional<Material> material;  ///< its own
+};
+
+template <class S>
+struct FlatJoint {
+  std::string name;
+  ItemSource source;
+  JointType type = JointType::rigid;
+  int body = ground, other = ground;
+  Vector3<S> at, axis = Vector3<S>::UnitZ();
+};
+
+template <class S>
+struct FlatSpring {
+  ItemSource source;
+  SpringT<S> spring;
+};
+
+template <class S>
+struct FlatDrive {
+  std::string name;
+  ItemSource source;
+  int body = 0, other = ground;
+  Direction direction = Direction::uy;
+  Matrix3<S> axes = Matrix3<S>::Identity();
+};
+
+template <class S>
+struct FlatDesign {
+  std::vector<FlatBody<S>> bodies;
+  std::vector<FlatLeaf<S>> leaves;
+  std::vector<FlatJoint<S>> joints;
+  std::vector<FlatSpring<S>> springs;
+  std::vector<FlatDrive<S>> drives;
+  bool named_drives = false;
+  int end_effector = -1;
+};
+
+/// What a design is evaluated with.
+template <class S>
+struct DesignInput {
+  std::vector<S> parameters;  ///< in the design's order
+  const FamilyChoices* choices = nullptr;
+  MaterialT<S> material;  ///< of the leaves that have none of their own
+};
+
+/// Throws SpecError with all that is wrong, each with its place.
+template <class S>
+FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input);
+
+/// The mechanism of a flat design. Throws SpecError.
+template <class S>
+MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& material,
+                           const EndEffectorT<S>& payload);
+
+}  // namespace flexopt

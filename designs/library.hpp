@@ -1,0 +1,15 @@
+#pragma once
+// The design files that the program brings along.
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace flexopt {
+
+/// Their names, in the order of the documentation.
+const std::vector<std::string>& library_names();
+
+/// The text of one, empty for an unknown name.
+std::string_view library_text(std::string_view name);
+
+}  // namespace flexopt
