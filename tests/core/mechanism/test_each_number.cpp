@@ -25,6 +25,8 @@ Mechanism everything() {
   leaf.point = LeafPoint{.body = 1, .along = 0, .across = 0, .spread_over_tip = true};
   m.leaves = {leaf, leaf};
   m.leaves[1].point.reset();
+  m.leaves[1].width_profile = {0, 0};
+  m.leaves[1].thickness_profile.resize(144);
   m.joints.push_back({.name = "hinge", .type = JointType::spherical, .body = 0, .other = 1});
   m.end_effector = 0;
   m.drive = Direction::rz;
@@ -45,7 +47,7 @@ TEST_CASE("every number of a mechanism is visited once", "[mechanism]") {
   const Mechanism m = everything();
   const std::vector<double> all = numbers(m);
   // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point; joint
-  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 6);
+  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 6 + 2 + 144);
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
   CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());
   CHECK(m.joints[0].axis.maxCoeff() == double(all.size()));
