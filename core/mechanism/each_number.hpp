@@ -53,6 +53,8 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
     visit(leaf.length);
     visit(leaf.width);
     visit(leaf.thickness);
+    for (auto& factor : leaf.width_profile) visit(factor);
+    for (auto& factor : leaf.thickness_profile) visit(factor);
     each_material_number(leaf.material, named);
     if (leaf.point) {
       visit(leaf.point->along);
@@ -106,6 +108,8 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     leaf.base = l.base;
     leaf.tip = l.tip;
     leaf.section = l.section;
+    leaf.width_profile.resize(l.width_profile.size());
+    leaf.thickness_profile.resize(l.thickness_profile.size());
     leaf.material.name = l.material.name;
     leaf.material.allowable_stress = l.material.allowable_stress;
     if (l.point) {

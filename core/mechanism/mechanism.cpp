@@ -4,13 +4,15 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <utility>
 
 #include "core/mechanism/joint.hpp"
+#include "core/mechanism/profile.hpp"
 
 namespace flexopt {
 namespace {
 
-/// A leaf as the box it fills.
+/// A leaf as the box it fills, as wide and thick as it is anywhere.
 struct Box {
   Vector3d middle, half;  ///< half sizes along the axes [m]
   Matrix3d axes;
@@ -18,7 +20,9 @@ struct Box {
 
 Box box_of(const LeafSpring& leaf) {
   return {leaf.origin + 0.5 * leaf.length * leaf.axes.col(0),
-          0.5 * Vector3d(leaf.length, leaf.width, leaf.thickness), leaf.axes};
+          0.5 * Vector3d(leaf.length, leaf.width * profile_range(leaf.width_profile).largest,
+                         leaf.thickness * profile_range(leaf.thickness_profile).largest),
+          leaf.axes};
 }
 
 /// Whether two boxes share volume: no plane separates them. The normals to try are the faces' and
@@ -50,6 +54,24 @@ std::optional<std::string> broken_rule(const Material& m, const std::string& whe
   return std::nullopt;
 }
 
+std::optional<std::string> broken_profile(const LeafSpring& leaf) {
+  for (const auto& [profile, of] :
+       {std::pair{&leaf.width_profile, "width"}, std::pair{&leaf.thickness_profile, "thickness"}}) {
+    if (!is_profile_size(profile->size()))
+      return fmt::format("{}: the profile of its {} has {} numbers; it takes none, 2 or {}",
+                         leaf.name, of, profile->size(), profile_stations().size());
+    const ProfileRange range = profile_range(*profile);
+    if (!(range.smallest > 0) || !std::isfinite(range.largest))
+      return fmt::format("{}: its {} must be positive all along", leaf.name, of);
+  }
+  const double thinnest = leaf.thickness * profile_range(leaf.thickness_profile).smallest,
+               widest = leaf.width * profile_range(leaf.width_profile).largest;
+  if (!(thinnest < leaf.length)) return leaf.name + ": it must be thinner than long";
+  if (leaf.section == Section::rectangular && !(thinnest <= widest))
+    return leaf.name + ": it must not be thicker than wide";
+  return std::nullopt;
+}
+
 std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
   const std::string& name = leaf.name;
   const auto known = [&](int body) { return body >= 0 && body < bodies; };
@@ -75,8 +97,10 @@ std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
     if (!(std::isfinite(size) && size > 0))
       return name + ": length, width and thickness must be positive";
   if (leaf.section == Section::circular &&
-      std::abs(leaf.width - leaf.thickness) > 1e-9 * leaf.thickness)
+      (std::abs(leaf.width - leaf.thickness) > 1e-9 * leaf.thickness ||
+       leaf.width_profile != leaf.thickness_profile))
     return name + ": the width of a circular section must be its thickness, the diameter";
+  if (auto rule = broken_profile(leaf)) return rule;
   if ((leaf.axes.transpose() * leaf.axes - Matrix3d::Identity()).norm() > 1e-9 ||
       leaf.axes.determinant() < 0)
     return name + ": its axes must be orthonormal and right-handed";

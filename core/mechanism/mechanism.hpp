@@ -48,8 +48,8 @@ struct LeafPointT {
 /// Cross-section of a leaf. Circular: a wire flexure, width = thickness = diameter.
 enum class Section { rectangular, circular };
 
-/// A leaf spring of uniform thickness, flat when undeformed; both short edges are clamped along
-/// their whole width to a body or to the ground; the tip edge may be free.
+/// A leaf spring, flat when undeformed; both short edges are clamped along their whole width to a
+/// body or to the ground; the tip edge may be free. Width and thickness may vary along it.
 template <class Scalar>
 struct LeafSpringT {
   std::string name;
@@ -57,12 +57,15 @@ struct LeafSpringT {
   int tip = 0;             ///< body that holds the tip edge, or free_edge
   Vector3<Scalar> origin;  ///< middle of the base edge [m]
   Matrix3<Scalar> axes;    ///< columns: along the leaf, along its width, normal to it
-  Scalar length{}, width{}, thickness{};  ///< [m]
+  Scalar length{}, width{}, thickness{};  ///< [m]; of profiles: what their factors refer to
+  /// Factors on width and thickness along the leaf: profile.hpp. Empty: uniform.
+  std::vector<Scalar> width_profile, thickness_profile;
   MaterialT<Scalar> material;
   Section section = Section::rectangular;
   std::optional<LeafPointT<Scalar>> point;
 
   Vector3<Scalar> tip_middle() const { return origin + axes.col(0) * length; }
+  bool has_profile() const { return !width_profile.empty() || !thickness_profile.empty(); }
 };
 
 enum class BodyRole { end_effector, intermediate };
