@@ -25,7 +25,7 @@ MechanismT<S> make_clamped_plate(const ClampedPlateParameters<S>& p, const Mater
                                  const EndEffector&) {
   const S middle = p.width * 0.5;
   MechanismT<S> mechanism;
-  mechanism.drive = Direction::uy;
+  mechanism.drives = {make_drive<S>(Direction::uy)};
   mechanism.bodies.push_back(make_point_body<S>({p.load_point_x, S(0), p.load_point_z}));
   mechanism.leaves.push_back(make_leaf<S>("plate", {ground, {S(0), S(0), middle}},
                                           {ground, {p.length, S(0), middle}}, z_axis<S>(),

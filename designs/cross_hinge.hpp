@@ -41,7 +41,7 @@ MechanismT<S> make_cross_hinge(const CrossHingeParameters<S>& p, const MaterialT
   const S z = (p.width + p.gap) * 0.5;
   const LeafSection<S> section{p.width, p.thickness, material};
   MechanismT<S> mechanism;
-  mechanism.drive = Direction::rz;
+  mechanism.drives = {make_drive<S>(Direction::rz)};
   mechanism.bodies.push_back(make_end_effector<S>(Vector3<S>(S(0), S(0), S(0)), payload));
   mechanism.leaves.push_back(
       make_crossing_leaf<S>("leaf 1", p.half_angle, z, p.length, p.crossing_fraction, section));
@@ -77,7 +77,7 @@ MechanismT<S> make_three_flexure_cross_hinge(const ThreeFlexureCrossHingeParamet
   const LeafSection<S> inner{p.inner_width, p.thickness, material};
   const S against = -p.half_angle;
   MechanismT<S> mechanism;
-  mechanism.drive = Direction::rz;
+  mechanism.drives = {make_drive<S>(Direction::rz)};
   mechanism.bodies.push_back(make_end_effector<S>(Vector3<S>(S(0), S(0), S(0)), payload));
   mechanism.leaves = {
       make_crossing_leaf<S>("outer +z", p.half_angle, z, p.length, p.crossing_fraction, outer),

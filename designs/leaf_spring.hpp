@@ -29,7 +29,7 @@ MechanismT<S> make_leaf_spring(const LeafSpringParameters<S>& p, const MaterialT
                                const EndEffector& payload, Tip kind = Tip::rigid) {
   const Vector3<S> foot(S(0), S(0), S(0)), tip(p.length, S(0), S(0));
   MechanismT<S> mechanism;
-  mechanism.drive = Direction::uy;
+  mechanism.drives = {make_drive<S>(Direction::uy)};
   const bool is_free = kind == Tip::free, is_hinged = kind == Tip::hinged;
   mechanism.bodies.push_back(is_free ? make_point_body<S>(tip)
                                      : make_end_effector<S>(tip, payload));

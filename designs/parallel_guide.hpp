@@ -22,7 +22,7 @@ template <class S>
 MechanismT<S> make_parallel_guide(const ParallelGuideParameters<S>& p, const MaterialT<S>& material,
                                   const EndEffector& payload) {
   MechanismT<S> mechanism;
-  mechanism.drive = Direction::uy;
+  mechanism.drives = {make_drive<S>(Direction::uy)};
   mechanism.bodies.push_back(make_end_effector<S>(Vector3<S>(p.length, S(0), S(0)), payload));
   for (const int side : {+1, -1}) {
     const S y = p.spacing * (0.5 * side);

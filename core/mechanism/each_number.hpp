@@ -63,6 +63,7 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
     entries(joint.place);
     entries(joint.axis);
   }
+  for (auto& drive : mechanism.drives) entries(drive.axes);
 }
 
 /// The material with f(x) in the place of every number x.
@@ -83,7 +84,6 @@ template <class To, class From, class F>
 MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
   MechanismT<To> to;
   to.end_effector = from.end_effector;
-  to.drive = from.drive;
   for (const RigidBodyT<From>& b : from.bodies) {
     RigidBodyT<To>& body = to.bodies.emplace_back();
     body.name = b.name;
@@ -110,6 +110,13 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     joint.type = j.type;
     joint.body = j.body;
     joint.other = j.other;
+  }
+  for (const DriveT<From>& d : from.drives) {
+    DriveT<To>& drive = to.drives.emplace_back();
+    drive.name = d.name;
+    drive.body = d.body;
+    drive.other = d.other;
+    drive.direction = d.direction;
   }
   std::vector<To*> places;
   each_number(to, [&](To& x) { places.push_back(&x); });

@@ -27,7 +27,7 @@ Mechanism everything() {
   m.leaves[1].point.reset();
   m.joints.push_back({.name = "hinge", .type = JointType::spherical, .body = 0, .other = 1});
   m.end_effector = 0;
-  m.drive = Direction::rz;
+  m.drives = {{.name = "turn", .body = 1, .other = 0, .direction = Direction::rz}};
   double next = 0;
   each_number(m, [&](double& x) { x = ++next; });
   return m;
@@ -44,11 +44,11 @@ std::vector<double> numbers(const Mechanism& m) {
 TEST_CASE("every number of a mechanism is visited once", "[mechanism]") {
   const Mechanism m = everything();
   const std::vector<double> all = numbers(m);
-  // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point; joint
-  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 6);
+  // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point; joint; drive
+  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 6 + 9);
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
   CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());
-  CHECK(m.joints[0].axis.maxCoeff() == double(all.size()));
+  CHECK(m.drives[0].axes.maxCoeff() == double(all.size()));
 }
 
 TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mechanism]") {
@@ -58,7 +58,10 @@ TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mec
   REQUIRE(after.size() == before.size());
   for (std::size_t i = 0; i < after.size(); ++i) CHECK(after[i] == 2 * before[i]);
   CHECK(twice.end_effector == m.end_effector);
-  CHECK(twice.drive == Direction::rz);
+  CHECK(drive_direction(twice) == Direction::rz);
+  CHECK(twice.drives[0].name == "turn");
+  CHECK(twice.drives[0].body == 1);
+  CHECK(twice.drives[0].other == 0);
   CHECK(twice.bodies[0].name == "end_effector");
   CHECK(twice.bodies[1].role == BodyRole::intermediate);
   CHECK(twice.bodies[1].held == m.bodies[1].held);
