@@ -62,10 +62,10 @@ class Expander {
         item["tip"] = {{"body", name_of(leaf.tip)}, {"at", numbers(leaf.tip_at)}};
       if (!leaf.across.isZero(0)) item["across"] = numbers(leaf.across);
       if (leaf.wire) {
-        item["diameter"] = leaf.thickness;
+        item["diameter"] = size(leaf.thickness);
       } else {
-        item["width"] = leaf.width;
-        item["thickness"] = leaf.thickness;
+        item["width"] = size(leaf.width);
+        item["thickness"] = size(leaf.thickness);
       }
       if (leaf.material) item["material"] = material(*leaf.material);
       list.push_back(std::move(item));
@@ -135,6 +135,12 @@ class Expander {
  private:
   std::string name_of(int body) const {
     return body == ground ? "ground" : design_.bodies[static_cast<std::size_t>(body)].name;
+  }
+
+  static Json size(const FlatSize<double>& along) {
+    if (!along.formula.empty()) return {{"profile", along.formula}};
+    if (along.values.size() == 2) return {along.values[0], along.values[1]};
+    return along.values.front();
   }
 
   static std::string frame_of(std::size_t drive) { return "drive " + std::to_string(drive + 1); }

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "core/math/dual.hpp"
+#include "core/mechanism/profile.hpp"
 #include "core/spec/names.hpp"
 
 namespace flexopt {
@@ -81,6 +82,31 @@ Dual<n> evaluated(const Formula& formula, std::span<const Dual<n>> slots, bool& 
   return value.value_or(Dual<n>(0));
 }
 
+/// The profile's text with numbers in the place of its names, s aside.
+std::string with_numbers(const Formula& profile, std::span<const double> slots) {
+  std::string result, word;
+  const auto& names = profile.names();
+  const std::string& text = profile.text();
+  for (std::size_t at = 0; at <= text.size(); ++at) {
+    const char c = at < text.size() ? text[at] : ' ';
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_') {
+      word += c;
+      continue;
+    }
+    const auto named = std::ranges::find(names, word);
+    if (!word.empty() && named != names.end() && word != "s") {
+      const auto i = static_cast<std::size_t>(named - names.begin());
+      const std::size_t slot = static_cast<std::size_t>(profile.slots()[i]);
+      result += fmt::format("({}{})", slots[slot], profile.units()[i]);
+    } else {
+      result += word;
+    }
+    word.clear();
+    if (at < text.size()) result += c;
+  }
+  return result;
+}
+
 /// Evaluates one plan and appends what it holds to the flat design.
 template <class S>
 class Flattener {
@@ -113,6 +139,7 @@ class Flattener {
   void add_spring(const SpringItem& item);
   void add_drive(const DriveItem& item);
   FlatLeaf<S> leaf_of(const LeafItem& item);
+  FlatSize<S> size_along(const DesignSize& size, const std::string& pointer, const char* what);
   std::array<bool, 6> held(const BodyItem& item, const Placement<S>& at) const;
 
   template <class Item, class Add>
@@ -425,18 +452,35 @@ FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
   leaf.across = at.across(vector(item.across));
   leaf.wire = item.wire;
   const std::string thick = item.pointer + (item.wire ? "/diameter" : "/thickness");
-  for (const DesignSize* size : {&item.width, &item.thickness})
-    if (size->tip || size->profile)
-      throw SpecError(item.pointer, "\"" + leaf.name + "\"",
-                      "this version does not offer widths and thicknesses that vary");
   if (item.curve)
     throw SpecError(item.pointer + "/curve", "\"" + leaf.name + "\"",
                     "this version does not offer curved leaves");
-  leaf.thickness = positive(item.thickness.base, thick, item.wire ? "a diameter" : "a thickness");
+  leaf.thickness = size_along(item.thickness, thick, item.wire ? "a diameter" : "a thickness");
   leaf.width = item.wire ? leaf.thickness
-                         : positive(item.width.base, item.pointer + "/width", "a width");
+                         : size_along(item.width, item.pointer + "/width", "a width");
   leaf.material = item.material;
   return leaf;
+}
+
+template <class S>
+FlatSize<S> Flattener<S>::size_along(const DesignSize& size, const std::string& pointer,
+                                     const char* what) {
+  FlatSize<S> result;
+  if (!size.profile) {
+    result.values.push_back(positive(size.base, pointer, what));
+    if (size.tip) result.values.push_back(positive(*size.tip, pointer, what));
+    return result;
+  }
+  slots_.push_back(S(0));
+  for (const double s : profile_stations()) {
+    slots_.back() = S(s);
+    result.values.push_back(positive({0, size.profile}, pointer + "/profile", what));
+  }
+  slots_.pop_back();
+  std::vector<double> numbers;
+  for (const S& x : slots_) numbers.push_back(value_of(x));
+  result.formula = with_numbers(*size.profile, numbers);
+  return result;
 }
 
 template <class S>
@@ -462,6 +506,9 @@ void Flattener<S>::add_reinforced(FlatLeaf<S> leaf, const LeafItem& item) {
   if (!(value_of(fraction) > 0 && value_of(fraction) < 1))
     throw SpecError(pointer + "/fraction", fmt::format("{:g}", value_of(fraction)),
                     "it is a part of the length: 0 < fraction < 1");
+  if (leaf.width.values.size() > 1 || leaf.thickness.values.size() > 1)
+    throw SpecError(pointer, "\"" + leaf.name + "\"", "only a uniform leaf is reinforced");
+  const S width = leaf.width.values.front();
   const Vector3<S> line = leaf.tip_at - leaf.base_at;
   const S part = (S(1) - fraction) * 0.5, length = fraction * line.norm();
   const S density = leaf.material ? S(leaf.material->density) : input_.material.density;
@@ -477,8 +524,8 @@ void Flattener<S>::add_reinforced(FlatLeaf<S> leaf, const LeafItem& item) {
   box.source = leaf.source;
   box.at = (leaf.base_at + leaf.tip_at) * S(0.5);
   box.has_mass = true;
-  box.mass = density * length * leaf.width * thickness;
-  const std::array<S, 3> l{length, leaf.width, thickness};
+  box.mass = density * length * width * thickness;
+  const std::array<S, 3> l{length, width, thickness};
   Matrix3<S> inertia = Matrix3<S>::Zero();
   for (int i = 0; i < 3; ++i) {
     const S &a = l[static_cast<std::size_t>((i + 1) % 3)],
@@ -638,6 +685,15 @@ MaterialT<S> constant_material(const Material& m) {
   return material;
 }
 
+/// The reference is the smallest value, so that a profile's factors are 1 and more.
+template <class S>
+void set_size(const FlatSize<S>& from, S& reference, std::vector<S>& profile) {
+  reference = *std::ranges::min_element(
+      from.values, [](const S& a, const S& b) { return value_of(a) < value_of(b); });
+  if (from.values.size() > 1)
+    for (const S& value : from.values) profile.push_back(value / reference);
+}
+
 template <class S>
 LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& material) {
   LeafSpringT<S> leaf;
@@ -665,8 +721,8 @@ LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& mater
                     "the width lies across the line from base to tip");
   leaf.axes.col(1) = value_of(length) == 1 ? across : Vector3<S>(across / length);
   leaf.axes.col(2) = Vector3<S>(leaf.axes.col(0)).cross(Vector3<S>(leaf.axes.col(1)));
-  leaf.width = from.width;
-  leaf.thickness = from.thickness;
+  set_size(from.width, leaf.width, leaf.width_profile);
+  set_size(from.thickness, leaf.thickness, leaf.thickness_profile);
   leaf.material = from.material ? constant_material<S>(*from.material) : material;
   if (from.wire) leaf.section = Section::circular;
   return leaf;
@@ -734,13 +790,13 @@ void add_payload(RigidBodyT<S>& body, bool has_mass, const EndEffectorT<S>& payl
 }
 
 template <class S>
-void set_drive(MechanismT<S>& mechanism, const FlatDesign<S>& design) {
-  if (design.drives.empty()) return;
-  const FlatDrive<S>& drive = design.drives.front();
-  const SpecError later(drive.source.pointer, "such a drive", "this version does not offer it");
-  if (design.drives.size() > 1 || drive.body != design.end_effector || drive.other != ground)
-    throw located(drive.source, later);
-  mechanism.drive = drive.direction;
+void set_drives(MechanismT<S>& mechanism, const FlatDesign<S>& design) {
+  for (const FlatDrive<S>& from : design.drives)
+    mechanism.drives.push_back({.name = from.name,
+                                .body = from.body,
+                                .other = from.other,
+                                .direction = from.direction,
+                                .axes = from.axes});
 }
 
 }  // namespace
@@ -798,7 +854,7 @@ MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& mate
                                 .place = from.at,
                                 .axis = from.axis});
   for (const FlatSpring<S>& from : design.springs) mechanism.springs.push_back(from.spring);
-  set_drive(mechanism, design);
+  set_drives(mechanism, design);
   faults.raise();
   return mechanism;
 }

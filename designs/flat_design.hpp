@@ -36,6 +36,13 @@ struct FlatBody {
   std::string leaf;  ///< of which it is a material point, by its full name
 };
 
+/// A size along a leaf: one value; or at base and tip; or at profile_stations().
+template <class S>
+struct FlatSize {
+  std::vector<S> values;
+  std::string formula;  ///< of a profile, with numbers for all names but s
+};
+
 template <class S>
 struct FlatLeaf {
   std::string name;
@@ -43,7 +50,7 @@ struct FlatLeaf {
   int base = ground, tip = ground;  ///< bodies; free_edge
   Vector3<S> base_at, tip_at, across;
   bool wire = false;
-  S width{}, thickness{};  ///< of a wire both the diameter
+  FlatSize<S> width, thickness;  ///< of a wire both the diameter
   std::optional<Material> material;  ///< its own
 };
 

@@ -18,7 +18,7 @@ FreeMotions::FreeMotions(const System& system, bool drive_held) : system_(&syste
       c.units().cwiseInverse().asDiagonal() * c.gradient() * scale_.asDiagonal();
   int row = c.count();
   for (const int k : system.held()) rows(row++, k) = 1;
-  if (drive_held) rows(row, 6 * m.end_effector + index(m.drive)) = 1;
+  if (drive_held) rows(row, 6 * m.end_effector + index(drive_direction(m))) = 1;
   basis_ = scale_.asDiagonal() * null_space_of_transpose(rows.transpose(), 1e-9);
 }
 

@@ -14,16 +14,16 @@ namespace flexopt {
 double present_stroke(const System& system) {
   const Mechanism& m = system.mechanism();
   const BodyPose& pose = system.pose(m.end_effector);
-  const int d = index(m.drive);
-  if (is_rotation(m.drive)) return rotation_log(pose.rotation)[d - 3];
+  const int d = index(drive_direction(m));
+  if (is_rotation(drive_direction(m))) return rotation_log(pose.rotation)[d - 3];
   return pose.position[d] - m.bodies[m.end_effector].reference[d];
 }
 
 Vector6d stroke_gradient(const System& system) {
   const Mechanism& m = system.mechanism();
-  const int d = index(m.drive);
+  const int d = index(drive_direction(m));
   Vector6d h = Vector6d::Zero();
-  if (is_rotation(m.drive)) {
+  if (is_rotation(drive_direction(m))) {
     const Vector3d v = rotation_log(system.pose(m.end_effector).rotation);
     h.tail<3>() = rotation_left_tangent_inverse(v).row(d - 3).transpose();
   } else {
@@ -36,7 +36,7 @@ int negative_pivots(const System& system, bool drive_held) {
   if (system.constraints().count() > 0)
     return system.negative_pivots() + FreeMotions(system, drive_held).negative_pivots();
   const Mechanism& m = system.mechanism();
-  const int d = 6 * m.end_effector + index(m.drive);
+  const int d = 6 * m.end_effector + index(drive_direction(m));
   const MatrixXd& K = system.tangent_stiffness();
   const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   MatrixXd H = s.asDiagonal() * K * s.asDiagonal();
@@ -69,7 +69,7 @@ std::string dependence(const System& system, bool driven) {
 Equilibrium solve_equilibrium(System& system, std::optional<double> stroke,
                               const NewtonOptions& options) {
   const Mechanism& m = system.mechanism();
-  const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(m.drive);
+  const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(drive_direction(m));
   const double L = system.length();
   Equilibrium result;
   VectorXd scale = VectorXd::Ones(n);

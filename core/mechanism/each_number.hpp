@@ -75,6 +75,7 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
       visit(spring.free_length);
     }
   }
+  for (auto& drive : mechanism.drives) entries(drive.axes);
 }
 
 /// The material with f(x) in the place of every number x.
@@ -95,7 +96,6 @@ template <class To, class From, class F>
 MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
   MechanismT<To> to;
   to.end_effector = from.end_effector;
-  to.drive = from.drive;
   for (const RigidBodyT<From>& b : from.bodies) {
     RigidBodyT<To>& body = to.bodies.emplace_back();
     body.name = b.name;
@@ -131,6 +131,13 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     spring.body = s.body;
     spring.other = s.other;
     if (s.matrix) spring.matrix.emplace();
+  }
+  for (const DriveT<From>& d : from.drives) {
+    DriveT<To>& drive = to.drives.emplace_back();
+    drive.name = d.name;
+    drive.body = d.body;
+    drive.other = d.other;
+    drive.direction = d.direction;
   }
   std::vector<To*> places;
   each_number(to, [&](To& x) { places.push_back(&x); });

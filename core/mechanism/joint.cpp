@@ -309,7 +309,7 @@ std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
           "leaves more freedom will do",
           joint.name, repeated, c.value.size());
   }
-  const int d = 6 * mechanism.end_effector + index(mechanism.drive);
+  const int d = 6 * mechanism.end_effector + index(drive_direction(mechanism));
   if (!adds(VectorXd::Unit(n, d)))
     return "the joints hold the end-effector in the direction of the drive";
   return std::nullopt;

@@ -163,7 +163,7 @@ std::optional<std::string> broken_rule(const Mechanism& mechanism) {
   const int bodies = static_cast<int>(mechanism.bodies.size());
   if (mechanism.end_effector < 0 || mechanism.end_effector >= bodies)
     return fmt::format("there is no body {} to be the end-effector", mechanism.end_effector);
-  if (mechanism.bodies[mechanism.end_effector].held[index(mechanism.drive)])
+  if (mechanism.bodies[mechanism.end_effector].held[index(drive_direction(mechanism))])
     return "the end-effector cannot move in the direction of the drive";
   if (mechanism.leaves.empty()) return "there are no leaves";
   for (const RigidBody& body : mechanism.bodies)

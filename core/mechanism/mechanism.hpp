@@ -114,15 +114,42 @@ struct SpringT {
   std::optional<Matrix6<Scalar>> matrix;
 };
 
+/// What a stroke prescribes: the motion of a body's reference point or its rotation, relative to
+/// `other`, along `direction` in axes of its own.
+template <class Scalar>
+struct DriveT {
+  std::string name;
+  int body = 0, other = ground;
+  Direction direction = Direction::uy;
+  /// Columns: x, y, z of the drive in the undeflected state, global; they turn with `other`.
+  Matrix3<Scalar> axes = Matrix3<Scalar>::Identity();
+};
+
+/// A drive against the ground along a global axis.
+template <class Scalar>
+DriveT<Scalar> make_drive(Direction direction, int body = 0) {
+  DriveT<Scalar> drive;
+  drive.direction = direction;
+  drive.body = body;
+  return drive;
+}
+
 template <class Scalar>
 struct MechanismT {
   std::vector<RigidBodyT<Scalar>> bodies;  ///< the free ones
   std::vector<LeafSpringT<Scalar>> leaves;
   std::vector<JointT<Scalar>> joints;
   std::vector<SpringT<Scalar>> springs;
-  int end_effector = 0;             ///< its reference point is O
-  Direction drive = Direction::uy;  ///< what the stroke prescribes of the end-effector
+  int end_effector = 0;  ///< its reference point is O
+  /// Up to six; none where nothing is driven.
+  std::vector<DriveT<Scalar>> drives;
 };
+
+/// Direction of the first drive; uy where there is none.
+template <class Scalar>
+Direction drive_direction(const MechanismT<Scalar>& mechanism) {
+  return mechanism.drives.empty() ? Direction::uy : mechanism.drives.front().direction;
+}
 
 using Material = MaterialT<double>;
 using LeafPoint = LeafPointT<double>;
@@ -130,6 +157,7 @@ using LeafSpring = LeafSpringT<double>;
 using RigidBody = RigidBodyT<double>;
 using Joint = JointT<double>;
 using Spring = SpringT<double>;
+using Drive = DriveT<double>;
 using Mechanism = MechanismT<double>;
 
 /// The first broken rule of a mechanism (indices, positive sizes, unit axes, leaves meeting their

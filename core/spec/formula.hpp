@@ -54,6 +54,10 @@ class Formula {
   const std::string& pointer() const { return pointer_; }
   /// The slots that it uses, ascending.
   const std::vector<int>& slots() const { return slots_; }
+  /// Their names, and the SI units of these as a text writes them behind a number (" [m]"), in the
+  /// same order.
+  const std::vector<std::string>& names() const { return names_; }
+  const std::vector<std::string>& units() const { return units_; }
   /// Nothing where the value is a bare number.
   const std::optional<Dimension>& dimension() const { return dimension_; }
   /// Whether it fits a place of any dimension, because a number in it may be a quantity in SI.
@@ -100,6 +104,7 @@ class Formula {
 
   std::string text_, pointer_;
   std::vector<int> slots_;
+  std::vector<std::string> names_, units_;
   std::vector<Step> steps_;  ///< the last one is the value
   std::optional<Dimension> dimension_;
   bool fits_anywhere_ = false;

@@ -197,6 +197,11 @@ void FormulaParser::parse() {
           static_cast<int>(std::lower_bound(sorted.begin(), sorted.end(), slot) - sorted.begin());
     }
   formula_.slots_ = std::move(sorted);
+  for (const int slot : formula_.slots_) {
+    const FormulaName& name = names_[static_cast<std::size_t>(slot)];
+    formula_.names_.push_back(name.name);
+    formula_.units_.push_back(name.unit.empty() || name.unit == "1" ? "" : " [" + name.unit + "]");
+  }
 }
 
 void FormulaParser::read_tokens() {

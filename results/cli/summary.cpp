@@ -188,7 +188,7 @@ std::string comparison_lines(const Comparison& comparison) {
 std::string summary_of(const RunRecord& record) {
   std::string text = fmt::format("{}: {}. {}\n", record.job.name.empty() ? "run" : record.job.name,
                                  record.status, record.message);
-  const Direction drive = record.mechanism.drive;
+  const Direction drive = drive_direction(record.mechanism);
   if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drive);
   return text + stroke_lines(response_of(record), drive, record.job.request);

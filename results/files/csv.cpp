@@ -295,25 +295,25 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, Directi
 
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
   write_file(folder / "path.csv",
-             path_csv(response_of(record), record.mechanism.drive, record.job.request));
+             path_csv(response_of(record), drive_direction(record.mechanism), record.job.request));
 }
 
 void write_history_csv(const std::filesystem::path& folder, const RunRecord& record) {
   assert(record.optimum);
   write_file(folder / "history.csv",
-             history_csv(record.job, *record.optimum, record.mechanism.drive));
+             history_csv(record.job, *record.optimum, drive_direction(record.mechanism)));
 }
 
 void write_pareto_csv(const std::filesystem::path& folder, const RunRecord& record) {
   assert(record.optimum && record.optimum->pareto);
   write_file(folder / "pareto.csv",
-             pareto_csv(record.job, *record.optimum->pareto, record.mechanism.drive));
+             pareto_csv(record.job, *record.optimum->pareto, drive_direction(record.mechanism)));
 }
 
 void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record) {
   assert(record.comparison);
   write_file(folder / "comparison.csv",
-             comparison_csv(record.job, *record.comparison, record.mechanism.drive));
+             comparison_csv(record.job, *record.comparison, drive_direction(record.mechanism)));
 }
 
 }  // namespace flexopt

@@ -222,13 +222,13 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   const Family& family = resolve(job.design)->family();
   Json goal = {{"sense", spec.objective.maximise ? "maximise" : "minimise"}};
   goal.update(goal_json(spec.objective.quantity, spec.objective.expression,
-                        spec.objective.over_stroke, mechanism.drive));
+                        spec.objective.over_stroke, drive_direction(mechanism)));
   return {{"status", name_of(optimum.status)},
           {"stop_reason", optimum.stop_reason},
           {"parameters", optimum.parameters},
           {"objective", optimum.status == OptimumStatus::failed ? Json() : Json(optimum.objective)},
           {"goal", std::move(goal)},
-          {"constraints", constraints_json(spec, optimum, mechanism.drive)},
+          {"constraints", constraints_json(spec, optimum, drive_direction(mechanism))},
           {"variables", variables_json(job, optimum, family)},
           {"accuracy",
            optimum.at_full_accuracy || job.model.accuracy == Accuracy::full ? "full" : "reduced"},
@@ -244,9 +244,9 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
           {"agreeing_starts", optimum.agreeing_starts},
           {"starts", starts_json(optimum)},
           {"stock", stock_json(optimum)},
-          {"pareto", pareto_json(spec, optimum, mechanism.drive)},
+          {"pareto", pareto_json(spec, optimum, drive_direction(mechanism))},
           {"verified", verified_json(spec, optimum, mechanism, job.request)},
-          {"sensitivities", sensitivities_json(spec, optimum, family, mechanism.drive)},
+          {"sensitivities", sensitivities_json(spec, optimum, family, drive_direction(mechanism))},
           {"history", history_json(optimum)}};
 }
 

@@ -130,12 +130,12 @@ void add_quantity_units(Direction drive, Json& units) {
 Json units_json(const Job& job, const Mechanism& mechanism) {
   Json parameters = Json::object();
   for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
-  Json units = {{"stroke", stroke_unit(mechanism.drive, job.request)}};
-  add_quantity_units(mechanism.drive, units);
+  Json units = {{"stroke", stroke_unit(drive_direction(mechanism), job.request)}};
+  add_quantity_units(drive_direction(mechanism), units);
   units["compliance"] = "[m m m rad rad rad] against [N N N N m N m N m]";
   units["frequency_derivatives"] =
       fmt::format("omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke in {}",
-                  stroke_unit(mechanism.drive, job.request));
+                  stroke_unit(drive_direction(mechanism), job.request));
   units["parameters"] = std::move(parameters);
   return units;
 }
@@ -164,7 +164,7 @@ Json conventions_json(const RunRecord& record) {
   if (!rule.admits(ModeKind::leaf)) parasitic += ", modes of single leaves left out";
   if (!rule.admits(ModeKind::intermediate_body))
     parasitic += ", modes of intermediate bodies left out";
-  Json json = {{"drive", std::string(direction_names[index(record.mechanism.drive)])}};
+  Json json = {{"drive", std::string(direction_names[index(drive_direction(record.mechanism))])}};
   for (const QuantityRow& row : quantity_rows())
     if (!row.meaning.empty()) json[row.name] = row.meaning;
   json["parasitic_frequency"] = parasitic;
@@ -316,7 +316,7 @@ OrderedJson make_result(const RunRecord& record) {
                  {"message", record.message},
                  {"notes", record.job.notes},
                  {"units", units_json(record.job, record.mechanism)},
-                 {"quantities", quantities_json(record.mechanism.drive)},
+                 {"quantities", quantities_json(drive_direction(record.mechanism))},
                  {"conventions", conventions_json(record)},
                  {"material", material_json(record.job.design.material)},
                  {"leaves", leaf_geometry_json(record.mechanism)},

@@ -88,7 +88,7 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
 
   const OptimiseSpec& spec = *job.optimise;
   const int total = spec.starts * spec.max_evaluations;
-  const Direction drive = make_mechanism(job, job.design.parameters).drive;
+  const Direction drive = drive_direction(make_mechanism(job, job.design.parameters));
   const std::string unit =
       spec.objective.quantity.empty() ? "" : quantity_unit(spec.objective.quantity, drive);
   options.progress = [&](const EvaluationRecord&, const Progress& progress) {

@@ -53,7 +53,7 @@ Path follow(const Mechanism& mechanism, const std::vector<double>& strokes, Leav
   Path path;
   System system(mechanism, std::move(leaves));
   std::vector<int> leaf_modes;
-  const bool turns = is_rotation(mechanism.drive);
+  const bool turns = is_rotation(drive_direction(mechanism));
   for (const double stroke : strokes) {
     const Equilibrium e = step_to(system, stroke, {});
     if (!e.converged) return path;

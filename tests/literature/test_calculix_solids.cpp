@@ -53,8 +53,8 @@ void compare(const nlohmann::json& solid, const ModelOptions& model, double bar)
     Vector3d shift, reference;
     for (int i = 0; i < 3; ++i) reference(i) = theirs.at("displacement").at(i);
     shift = ours.displacement;
-    if (!is_rotation(mechanism.drive)) shift(index(mechanism.drive)) = 0;
-    if (!is_rotation(mechanism.drive)) reference(index(mechanism.drive)) = 0;
+    if (!is_rotation(drive_direction(mechanism))) shift(index(drive_direction(mechanism))) = 0;
+    if (!is_rotation(drive_direction(mechanism))) reference(index(drive_direction(mechanism))) = 0;
     CHECK((shift - reference).cwiseAbs().maxCoeff() < bar * reference.cwiseAbs().maxCoeff());
 
     CHECK(theirs.at("support_stiffness").size() == 5);

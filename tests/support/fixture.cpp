@@ -46,7 +46,7 @@ Mechanism hinge() {
   body.inertia = 1e-3 * Matrix3d::Identity();
   mechanism.bodies = {body};
   mechanism.leaves = {leaf("leaf 1", 1), leaf("leaf 2", -1)};
-  mechanism.drive = Direction::rz;
+  mechanism.drives = {make_drive<double>(Direction::rz)};
   return mechanism;
 }
 

@@ -71,7 +71,7 @@ inline std::vector<Compared> compared_numbers(const Mechanism& mechanism,
                                               const StrokeSensitivity& exact, double load) {
   std::vector<Compared> all;
   for (std::size_t i = 0; i < exact.response.path.size(); ++i)
-    for (const Quantity& q : quantities(mechanism.drive)) {
+    for (const Quantity& q : quantities(drive_direction(mechanism))) {
       // values that are zero but for rounding count as 1e-2 of what the stroke makes of them
       const double floor = q.name.starts_with("displacement") ? 1e-2 * 0.02
                            : q.name.starts_with("rotation")   ? 1e-2 * 0.4
@@ -82,7 +82,7 @@ inline std::vector<Compared> compared_numbers(const Mechanism& mechanism,
                      exact.gradients ? q.gradient(exact.response.path[i], exact.gradients->path[i])
                                      : std::nullopt});
     }
-  const double unit = is_rotation(mechanism.drive) ? 1 : mechanism.leaves[0].length;
+  const double unit = is_rotation(drive_direction(mechanism)) ? 1 : mechanism.leaves[0].length;
   for (std::size_t k = 0; k < exact.response.frequency_derivatives.size(); ++k) {
     const FrequencyDerivatives& d = exact.response.frequency_derivatives[k];
     const std::string mode = " of mode " + std::to_string(k);

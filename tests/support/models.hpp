@@ -37,7 +37,7 @@ inline RigidBody body(const Vector3d& at, double mass, double inertia) {
 inline Mechanism single_leaf(double length, double width, double thickness,
                              Direction drive = Direction::uy, const Material& m = steel()) {
   Mechanism mechanism;
-  mechanism.drive = drive;
+  mechanism.drives = {make_drive<double>(drive)};
   mechanism.bodies = {body({length, 0, 0}, 0, 0)};
   mechanism.leaves = {leaf({0, 0, 0}, {1, 0, 0}, length, width, thickness, m)};
   return mechanism;
@@ -47,7 +47,7 @@ inline Mechanism single_leaf(double length, double width, double thickness,
 inline Mechanism guide(double length, double width, double thickness, double spacing = 0.06,
                        double mass = 0.5, double inertia = 4e-4) {
   Mechanism mechanism;
-  mechanism.drive = Direction::uy;
+  mechanism.drives = {make_drive<double>(Direction::uy)};
   mechanism.bodies = {body({length, 0, 0}, mass, inertia)};
   for (const double y : {0.5 * spacing, -0.5 * spacing})
     mechanism.leaves.push_back(leaf({0, y, 0}, {1, 0, 0}, length, width, thickness));
@@ -61,7 +61,7 @@ struct Crossing {
 inline Mechanism hinge(double length, double thickness, const std::vector<Crossing>& leaves,
                        double mass = 0.3, double inertia = 3e-4) {
   Mechanism mechanism;
-  mechanism.drive = Direction::rz;
+  mechanism.drives = {make_drive<double>(Direction::rz)};
   mechanism.bodies = {body({0, 0, 0}, mass, inertia)};
   for (const Crossing& c : leaves) {
     const Vector3d along = Vector3d(1, c.side, 0).normalized();

@@ -312,8 +312,8 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
   if (columns.empty()) return gradients;
   const MatrixXd rates = column_rates(design, columns, state_rates);
   if (stiffness)
-    set_stiffness(*stiffness, columns, rates, 6 * mechanism.end_effector, index(mechanism.drive),
-                  gradients);
+    set_stiffness(*stiffness, columns, rates, 6 * mechanism.end_effector,
+                  index(drive_direction(mechanism)), gradients);
   set_frequencies(free_columns, rates, gradients.frequencies_free, gradients.clusters_free);
   set_frequencies(locked_columns, rates, gradients.frequencies_locked, gradients.clusters_locked);
   set_parasitic_frequency(point, request.parasitic.drive, gradients);

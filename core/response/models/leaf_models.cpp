@@ -67,7 +67,7 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
                                         Meshes& meshes) {
   System system(mechanism, full_leaves(leaves_of(mechanism), model, meshes));
   system.assemble();
-  const int ee = 6 * mechanism.end_effector, d = ee + index(mechanism.drive);
+  const int ee = 6 * mechanism.end_effector, d = ee + index(drive_direction(mechanism));
   const bool joints = system.constraints().count() > 0;
   VectorXd s = system.tangent_stiffness().diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   MatrixXd K = s.asDiagonal() * system.tangent_stiffness() * s.asDiagonal();

@@ -207,7 +207,7 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
                                 std::vector<int>& leaf_modes) {
   Frequencies result;
   leaf_modes.resize(system.leaves(), std::min(1, options.leaf_modes));
-  const int d = 6 * system.mechanism().end_effector + index(system.mechanism().drive);
+  const int d = 6 * system.mechanism().end_effector + index(drive_direction(system.mechanism()));
   const bool joints = system.constraints().count() > 0;
   const auto jointed_pairs = [&](const Pencil& pencil, bool drive_locked) {
     const MatrixXd Z = FreeMotions(system, drive_locked).basis();

@@ -23,7 +23,7 @@ MechanismFactor::MechanismFactor(System& system,
                                  std::vector<std::shared_ptr<const LeafLinear>> leaves)
     : system_(&system), bodies_(system.size()), size_(system.size()) {
   const Mechanism& m = system.mechanism();
-  drive_ = 6 * m.end_effector + index(m.drive);
+  drive_ = 6 * m.end_effector + index(drive_direction(m));
   for (int i = 0; i < system.leaves(); ++i)
     add_leaf(system, i, std::move(leaves[static_cast<std::size_t>(i)]));
   size_ += joints();

@@ -40,7 +40,7 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   point.compliance_locked = c.drive_locked;
   for (int d = 0; d < 6; ++d)
     if (!c.still[d]) point.support_stiffness[d] = 1 / c.drive_locked(d, d);
-  const int d = index(system.mechanism().drive);
+  const int d = index(drive_direction(system.mechanism()));
   point.drive_stiffness = 1 / c.drive_free(d, d);
   point.negative_pivots =
       request.loads.driven() ? c.negative_pivots : negative_pivots(system, false);

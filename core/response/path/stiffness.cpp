@@ -36,7 +36,7 @@ EndEffectorCompliance jointed_compliance(const System& system) {
 EndEffectorCompliance end_effector_compliance(const System& system) {
   if (system.constraints().count() > 0) return jointed_compliance(system);
   const Mechanism& m = system.mechanism();
-  const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(m.drive);
+  const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(drive_direction(m));
   EndEffectorCompliance result;
   // unit diagonal: translations and rotations differ by many orders of magnitude
   const MatrixXd K = 0.5 * (system.tangent_stiffness() + system.tangent_stiffness().transpose());
@@ -73,7 +73,7 @@ EndEffectorCompliance end_effector_compliance(const System& system) {
   }
   result.negative_pivots = negative_pivots(system, true);
   result.still = m.bodies[m.end_effector].held;
-  result.still[index(m.drive)] = true;
+  result.still[index(drive_direction(m))] = true;
   return result;
 }
 

@@ -171,7 +171,7 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
   K = series.tangent_times(modes.phi.leftCols(p));
   M = series.mass_times(modes.phi.leftCols(p));
   // a stroke of 1 rad or a leaf length must change ω² by more than rounding
-  const double unit = is_rotation(system.mechanism().drive) ? 1.0 : system.length();
+  const double unit = is_rotation(drive_direction(system.mechanism())) ? 1.0 : system.length();
   const auto noise = [&](int i) { return rounding * std::abs(modes.lambda[i]) / unit; };
   VectorXd &first = result.first, &second = result.second;
   first = second = VectorXd::Zero(p);

@@ -294,12 +294,13 @@ Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int or
 Series<Vector3d> MechanismSeries::stroke_gradient() const {
   const Mechanism& m = factor_->system().mechanism();
   const Vector3d zero = Vector3d::Zero();
-  if (!is_rotation(m.drive)) return {Vector3d::Unit(index(m.drive)), zero, zero};
+  if (!is_rotation(drive_direction(m)))
+    return {Vector3d::Unit(index(drive_direction(m))), zero, zero};
   // ω = T θ̇, so the row g of T⁻¹ has gᵀ T = e
   const Series<Matrix3d> T = series(jet_rotation_left_tangent(jets(turn_[m.end_effector])));
   const Matrix3d inverse = T[0].inverse().transpose();
   Series<Vector3d> g;
-  g[0] = inverse.col(index(m.drive) - 3);
+  g[0] = inverse.col(index(drive_direction(m)) - 3);
   g[1] = -inverse * (T[1].transpose() * g[0]);
   g[2] = -inverse * (T[1].transpose() * g[1] + T[2].transpose() * g[0]);
   return g;
@@ -307,7 +308,7 @@ Series<Vector3d> MechanismSeries::stroke_gradient() const {
 
 Eigen::MatrixX<Jet> MechanismSeries::balance(const Eigen::MatrixX<Jet>& B) const {
   const Mechanism& m = factor_->system().mechanism();
-  const int row = 6 * m.end_effector + (is_rotation(m.drive) ? 3 : 0);
+  const int row = 6 * m.end_effector + (is_rotation(drive_direction(m)) ? 3 : 0);
   const Series<Vector3d> g = stroke_gradient();
   Series<MatrixXd> Y, force = series(B);
   Series<Eigen::RowVectorXd> stroke;

@@ -24,7 +24,7 @@ ModelOptions beams() {
 // Two leaves in a row with a body between them: ground, body 1, end-effector 0.
 Mechanism row_of_two(double length, double thickness) {
   Mechanism m;
-  m.drive = Direction::uy;
+  m.drives = {make_drive<double>(Direction::uy)};
   m.bodies = {models::body({2.1 * length, 0, 0}, 0.3, 1e-4),
               models::body({1.05 * length, 0.002, 0}, 0.2, 5e-5)};
   m.bodies[1].role = BodyRole::intermediate;
@@ -160,7 +160,7 @@ TEST_CASE("a load on an arm equals one on a massless body tied there", "[equilib
   REQUIRE(a.status == Status::ok);
   REQUIRE(b.status == Status::ok);
   for (std::size_t k = 0; k < 2; ++k)
-    for (const Quantity& q : quantities(m.drive)) {
+    for (const Quantity& q : quantities(drive_direction(m))) {
       const auto of_arm = q.value(a.path[k]), of_hook = q.value(b.path[k]);
       INFO(q.name << " at point " << k);
       REQUIRE(of_arm.has_value() == of_hook.has_value());

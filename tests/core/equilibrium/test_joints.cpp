@@ -134,7 +134,7 @@ TEST_CASE("joints do not drift over fifty steps back and forth", "[joint]") {
 // with the tip free to turn and of the clamped–clamped one with it held.
 TEST_CASE("a leaf with a spherical joint at its end is the clamped and pinned beam", "[joint]") {
   Mechanism m;
-  m.drive = Direction::rz;
+  m.drives = {make_drive<double>(Direction::rz)};
   const double L = 0.1, t = 2e-4;
   m.leaves = {plain_leaf({0, 0, 0}, {1, 0, 0}, L, 2e-3, t)};
   m.bodies = {models::body({L, 0, 0}, 0, 0)};
@@ -253,7 +253,7 @@ struct FourBar {
   /// One redundant coordinate less than with revolutes everywhere.
   Mechanism mechanism() const {
     Mechanism m;
-    m.drive = Direction::rz;
+    m.drives = {make_drive<double>(Direction::rz)};
     m.bodies = {carrier("crank", A), carrier("coupler", 0.5 * (B(0) + C(0))), carrier("rocker", D)};
     m.leaves = {leaf(2)};
     m.joints = {{"A", JointType::revolute, 0, ground, A, Vector3d::UnitZ()},
@@ -264,7 +264,7 @@ struct FourBar {
   }
   Mechanism rocker_alone() const {
     Mechanism m;
-    m.drive = Direction::rz;
+    m.drives = {make_drive<double>(Direction::rz)};
     m.bodies = {carrier("rocker", D)};
     m.leaves = {leaf(0)};
     m.joints = {{"D", JointType::spherical, ground, 0, D}};

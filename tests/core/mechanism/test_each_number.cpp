@@ -31,7 +31,7 @@ Mechanism everything() {
   m.springs.push_back({.name = "spring", .body = 1, .other = 0});
   m.springs.push_back({.name = "bushing", .body = 1, .matrix = Matrix6d::Zero()});
   m.end_effector = 0;
-  m.drive = Direction::rz;
+  m.drives = {{.name = "turn", .body = 1, .other = 0, .direction = Direction::rz}};
   double next = 0;
   each_number(m, [&](double& x) { x = ++next; });
   return m;
@@ -48,14 +48,15 @@ std::vector<double> numbers(const Mechanism& m) {
 TEST_CASE("every number of a mechanism is visited once", "[mechanism]") {
   const Mechanism m = everything();
   const std::vector<double> all = numbers(m);
-  // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point, profiles; joint;
-  // spring: ends, stiffness, length; bushing: place, matrix
-  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 2 + 144 + 6 +
-                        (6 + 2) + (3 + 36));
+  // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point, profiles;
+  // joint; spring: ends, stiffness, length; bushing: place, matrix; drive
+  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 2 + 144 + 6 + (6 + 2) +
+                            (3 + 36) + 9);
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
   CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());
-  CHECK(m.springs[0].free_length == double(all.size()) - 39);
-  CHECK(m.springs[1].matrix->maxCoeff() == double(all.size()));
+  CHECK(m.springs[0].free_length == double(all.size()) - 48);
+  CHECK(m.springs[1].matrix->maxCoeff() == double(all.size()) - 9);
+  CHECK(m.drives[0].axes.maxCoeff() == double(all.size()));
 }
 
 TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mechanism]") {
@@ -65,7 +66,10 @@ TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mec
   REQUIRE(after.size() == before.size());
   for (std::size_t i = 0; i < after.size(); ++i) CHECK(after[i] == 2 * before[i]);
   CHECK(twice.end_effector == m.end_effector);
-  CHECK(twice.drive == Direction::rz);
+  CHECK(drive_direction(twice) == Direction::rz);
+  CHECK(twice.drives[0].name == "turn");
+  CHECK(twice.drives[0].body == 1);
+  CHECK(twice.drives[0].other == 0);
   CHECK(twice.bodies[0].name == "end_effector");
   CHECK(twice.bodies[1].role == BodyRole::intermediate);
   CHECK(twice.bodies[1].held == m.bodies[1].held);

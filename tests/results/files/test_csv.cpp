@@ -53,7 +53,7 @@ TEST_CASE("path.csv has a row a stroke point and numbers that read back exactly"
           "[results][csv]") {
   const RunRecord record = test::evaluated_hinge();
   const auto columns =
-      columns_of(path_csv(record.response, record.mechanism.drive, record.job.request));
+      columns_of(path_csv(record.response, drive_direction(record.mechanism), record.job.request));
   const auto& path = record.response.path;
   REQUIRE(columns.at("stroke [rad]").size() == path.size());
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -78,7 +78,8 @@ TEST_CASE("A point without equilibrium has empty cells, never NaN", "[results][c
   RunRecord record = test::evaluated_hinge();
   record.response.path[1].status = PointStatus::not_reached;
   record.response.path[2].drive_load = std::numeric_limits<double>::quiet_NaN();
-  const std::string text = path_csv(record.response, record.mechanism.drive, record.job.request);
+  const std::string text =
+      path_csv(record.response, drive_direction(record.mechanism), record.job.request);
   const auto columns = columns_of(text);
   CHECK(columns.at("status")[1] == "not_reached");
   CHECK(columns.at("drive_load [N m]")[1].empty());
@@ -91,7 +92,8 @@ TEST_CASE("A point without equilibrium has empty cells, never NaN", "[results][c
 TEST_CASE("history.csv has a row an evaluation, failed ones with their reason", "[results][csv]") {
   const RunRecord record = test::optimised_hinge();
   const Optimum& optimum = *record.optimum;
-  const auto columns = columns_of(history_csv(record.job, optimum, record.mechanism.drive));
+  const auto columns =
+      columns_of(history_csv(record.job, optimum, drive_direction(record.mechanism)));
   REQUIRE(columns.at("start").size() == 32);
   CHECK(columns.at("ok")[2] == "false");
   CHECK(columns.at("message")[2] == optimum.history[2].message);  // has a comma and quotes

@@ -257,12 +257,12 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   CHECK(loop["steps"][1]["objective"].is_null());
   CHECK(optimum["history"]["objective"].size() == 32);  // of the starts alone
 
-  const std::string csv = pareto_csv(record.job, *o.pareto, record.mechanism.drive);
+  const std::string csv = pareto_csv(record.job, *o.pareto, drive_direction(record.mechanism));
   CHECK_THAT(csv, Catch::StartsWith("point,bound [N m],objective: parasitic_frequency min [Hz],"
                                     "second: drive_load [N m],d objective / d bound [SI],length"));
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 3);
   CHECK_THAT(csv, Catch::Contains("\n1,0.2,120.5,0.2,85,"));
-  const std::string history = history_csv(record.job, o, record.mechanism.drive);
+  const std::string history = history_csv(record.job, o, drive_direction(record.mechanism));
   CHECK_THAT(history, Catch::EndsWith(",verification,full\n"));
 }
 

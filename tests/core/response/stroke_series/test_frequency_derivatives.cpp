@@ -85,7 +85,9 @@ std::vector<Case> families() {
 
 double omega2(double hertz) { return std::pow(2 * std::numbers::pi * hertz, 2); }
 
-double unit_of(const Mechanism& m) { return is_rotation(m.drive) ? 1 : m.leaves[0].length; }
+double unit_of(const Mechanism& m) {
+  return is_rotation(drive_direction(m)) ? 1 : m.leaves[0].length;
+}
 
 }  // namespace
 
@@ -187,7 +189,8 @@ TEST_CASE("the parabola of the compliance outlives that of the squared frequency
        {models::guide(0.1, 0.03, 5e-4, 0.06, 20, 0.05),
         models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}}, 20, 0.05)}) {
     StrokeRequest request;
-    const double largest = is_rotation(m.drive) ? std::numbers::pi / 9 : 0.2 * m.leaves[0].length;
+    const double largest =
+        is_rotation(drive_direction(m)) ? std::numbers::pi / 9 : 0.2 * m.leaves[0].length;
     request.points.clear();
     for (int k = 0; k <= 20; ++k) request.points.push_back(largest * k / 20);
     request.frequencies = 6;
