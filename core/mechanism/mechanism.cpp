@@ -45,6 +45,33 @@ bool intersect(const Box& a, const Box& b) {
   return true;
 }
 
+/// Whether two clamped edges lie on one line: a fold, or leaves that meet in a hub.
+bool on_one_line(const LeafSpring& a, bool a_tip, const LeafSpring& b, bool b_tip) {
+  const Vector3d line = a.axes.col(1), other = b.axes.col(1),
+                 between = (b_tip ? b.tip_middle() : b.origin) - (a_tip ? a.tip_middle() : a.origin);
+  const double size = a.length + b.length;
+  return line.cross(other).norm() < 1e-6 && line.cross(between).norm() < 1e-6 * size;
+}
+
+/// Leaves whose edges share a line touch there with their thickness, and may: they are then tried
+/// as thin sheets that end a little before that line.
+bool intersect(const LeafSpring& a, const LeafSpring& b) {
+  Box box_a = box_of(a), box_b = box_of(b);
+  const auto draw_back = [](Box& box, const LeafSpring& leaf, bool tip) {
+    const double step = std::min(0.1 * leaf.thickness, 0.1 * leaf.length);
+    box.half[0] -= 0.5 * step;
+    box.middle += (tip ? -0.5 : 0.5) * step * leaf.axes.col(0);
+    box.half[2] = 5e-4 * leaf.thickness;
+  };
+  for (const bool a_tip : {false, true})
+    for (const bool b_tip : {false, true})
+      if (on_one_line(a, a_tip, b, b_tip)) {
+        draw_back(box_a, a, a_tip);
+        draw_back(box_b, b, b_tip);
+      }
+  return intersect(box_a, box_b);
+}
+
 std::optional<std::string> broken_rule(const Material& m, const std::string& where) {
   const bool stiff = std::isfinite(m.youngs_modulus) && m.youngs_modulus > 0;
   if (!stiff) return where + ": Young's modulus must be positive";
@@ -176,7 +203,7 @@ std::optional<std::string> broken_rule(const Mechanism& mechanism) {
   if (auto rule = dependent_joints(mechanism)) return rule;
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (intersect(box_of(mechanism.leaves[j]), box_of(mechanism.leaves[i])))
+      if (intersect(mechanism.leaves[j], mechanism.leaves[i]))
         return fmt::format("{} and {} intersect when undeflected", mechanism.leaves[j].name,
                            mechanism.leaves[i].name);
   return std::nullopt;
