@@ -69,7 +69,7 @@ struct HeldPlace {
 };
 
 struct BodyItem : DesignItem {
-  DesignVector at;  ///< of a material point: its place on the leaf
+  DesignVector at;   ///< of a material point: its place on the leaf
   std::string leaf;  ///< of which it is a material point; empty: a rigid body
   std::optional<DesignNumber> mass, density;
   DesignVector center_of_mass;  ///< relative to `at`
@@ -122,7 +122,7 @@ struct DesignPlan;
 
 struct PartItem : DesignItem {
   std::shared_ptr<const DesignPlan> design;
-  int mirror = -1;  ///< axis that is reflected, −1: none
+  int mirror = -1;                       ///< axis that is reflected, −1: none
   std::vector<DesignNumber> parameters;  ///< of the part, in its order
   FamilyChoices choices;
   std::vector<std::pair<std::string, std::string>> join;  ///< body of the part → body of this file
@@ -151,7 +151,7 @@ struct DesignPlan {
   DesignSource source;
   std::vector<Parameter> parameters;
   std::vector<FamilyOption> options;
-  std::vector<FormulaName> lets;       ///< in an order in which each needs earlier ones alone
+  std::vector<FormulaName> lets;  ///< in an order in which each needs earlier ones alone
   std::vector<DesignNumber> let_numbers;
   std::vector<DesignRule> rules;
   std::vector<FrameItem> frames;

@@ -52,8 +52,7 @@ bool is_quantity(const std::string& text) {
   std::size_t begin = text.find_first_not_of(" \t+");
   if (begin == std::string::npos) return false;
   double number = 0;
-  const auto [end, error] =
-      std::from_chars(text.data() + begin, text.data() + text.size(), number);
+  const auto [end, error] = std::from_chars(text.data() + begin, text.data() + text.size(), number);
   if (error != std::errc()) return false;
   std::string unit(end, text.data() + text.size());
   unit.erase(0, std::min(unit.find_first_not_of(" \t"), unit.size()));
@@ -145,8 +144,10 @@ std::shared_ptr<const DesignPlan> PlanReader::read(DesignHead& head) {
 void PlanReader::read_head(DesignHead& head) const {
   head.name = read_.value("name", "");
   head.summary = read_.value("summary", "");
-  if (read_.contains("drawing"))
+  if (read_.contains("drawing")) {
+    head.drawing = "\n";
     for (const json& line : read_["drawing"]) head.drawing += line.get<std::string>() + "\n";
+  }
   if (read_.contains("mesh")) head.mesh = read_["mesh"].get<std::vector<int>>();
 }
 
@@ -171,7 +172,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
   p.name = name;
   p.unit = from["unit"];
   const std::optional<Measure> unit = measured(1, p.unit);
-  if (!unit || unit->value != 1)
+  if (p.unit != "1" && (!unit || unit->value != 1))
     throw SpecError((at / "unit").to_string(), shown(from["unit"]),
                     "expected an SI unit such as \"m\", \"rad\", \"kg\", or \"1\"");
   p.meaning = from.value("meaning", "");
@@ -210,8 +211,8 @@ void PlanReader::read_parameters() {
 void PlanReader::read_options() {
   for (const auto& [name, from] : read_["options"].items()) {
     if (!faults_.sound((Pointer("/options") / name).to_string())) continue;
-    plan_.options.push_back({name, from["choices"].get<std::vector<std::string>>(),
-                             from.value("meaning", "")});
+    plan_.options.push_back(
+        {name, from["choices"].get<std::vector<std::string>>(), from.value("meaning", "")});
   }
 }
 
@@ -226,9 +227,8 @@ void PlanReader::read_lets() {
     const auto ready = std::ranges::find_if(open, [&](const auto& entry) {
       if (!entry.second.is_string()) return true;
       const auto words = words_of(entry.second.template get<std::string>());
-      return std::ranges::none_of(open, [&](const auto& other) {
-        return words.contains(other.first);
-      });
+      return std::ranges::none_of(open,
+                                  [&](const auto& other) { return words.contains(other.first); });
     });
     if (ready == open.end()) {
       std::vector<std::string> circle;
@@ -294,7 +294,8 @@ ChoiceCondition PlanReader::condition(const std::string& text, const Pointer& at
     return parts;
   };
   const auto trimmed = [](const std::string& from) {
-    const std::size_t begin = from.find_first_not_of(" \t'\""), end = from.find_last_not_of(" \t'\"");
+    const std::size_t begin = from.find_first_not_of(" \t'\""),
+                      end = from.find_last_not_of(" \t'\"");
     return begin == std::string::npos ? std::string() : from.substr(begin, end - begin + 1);
   };
   ChoiceCondition result;
@@ -452,12 +453,10 @@ void PlanReader::read_bodies() {
     if (from.contains("density") && !from.contains("box"))
       throw SpecError((at / "box").to_string(), "nothing", "a density is that of a box");
     if (from.contains("mass")) body.mass = number(from["mass"], "kg", at / "mass");
-    if (from.contains("density"))
-      body.density = number(from["density"], "kg/m^3", at / "density");
+    if (from.contains("density")) body.density = number(from["density"], "kg/m^3", at / "density");
     if (from.contains("center_of_mass"))
       body.center_of_mass = vector(from["center_of_mass"], "m", at / "center_of_mass");
-    if (from.contains("inertia"))
-      body.inertia = matrix(from["inertia"], "kg m^2", at / "inertia");
+    if (from.contains("inertia")) body.inertia = matrix(from["inertia"], "kg m^2", at / "inertia");
     if (from.contains("box")) body.box = vector(from["box"], "m", at / "box");
     if (from.contains("held"))
       for (const json& name : from["held"]) body.held.push_back(direction_of(name));
@@ -567,9 +566,9 @@ std::shared_ptr<const DesignPlan> PlanReader::plan_of_part(const std::string& de
   DesignHead head;
   const auto refuse_circle = [&](const std::string& which) {
     if (std::ranges::find(within_, which) != within_.end())
-      throw SpecError(at.to_string(), shown(design),
-                      fmt::format("a design is no part of itself: {} > {}",
-                                  fmt::join(within_, " > "), which));
+      throw SpecError(
+          at.to_string(), shown(design),
+          fmt::format("a design is no part of itself: {} > {}", fmt::join(within_, " > "), which));
   };
   std::vector<std::string> within = within_;
   if (design.ends_with(".json")) {
@@ -588,9 +587,8 @@ std::shared_ptr<const DesignPlan> PlanReader::plan_of_part(const std::string& de
   refuse_circle(design);
   within.push_back(design);
   FaultList faults;
-  auto plan = read_plan(parse_json(std::string(text), design),
-                        library_source(design),
-                        head, faults, within);
+  auto plan = read_plan(parse_json(std::string(text), design), library_source(design), head, faults,
+                        within);
   faults.raise();
   return plan;
 }
@@ -633,9 +631,8 @@ PartItem PlanReader::part(const json& from, const Pointer& at) {
 }
 
 void PlanReader::read_parts() {
-  each("parts", [&](const json& from, const Pointer& at) {
-    plan_.parts.push_back(part(from, at));
-  });
+  each("parts",
+       [&](const json& from, const Pointer& at) { plan_.parts.push_back(part(from, at)); });
 }
 
 void PlanReader::read_drives() {
@@ -680,8 +677,8 @@ std::shared_ptr<const DesignPlan> read_plan(const json& document, DesignSource s
 
 std::shared_ptr<const DesignPlan> read_design_file(const std::string& file, DesignHead& head,
                                                    std::vector<std::string> within) {
-  DesignSource source{.kind = DesignSource::Kind::file, .text = read_text(file), .folder = {},
-                      .lead = {}};
+  DesignSource source{
+      .kind = DesignSource::Kind::file, .text = read_text(file), .folder = {}, .lead = {}};
   source.folder = std::filesystem::path(file).parent_path().string();
   std::vector<Fault> wrong;
   const json document = parse_json(source.text, wrong);

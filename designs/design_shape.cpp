@@ -64,20 +64,20 @@ Shape edge(bool free) {
 Shape material() {
   std::vector<std::string> names;
   for (const NamedMaterial& named : materials()) names.push_back(named.material.name);
-  return one_of({choice(std::move(names)),
-                 record({optional("name", text(), "for the report"),
-                         required("youngs_modulus", quantity("Pa", 0, 1e13, true),
-                                  "Young's modulus E"),
-                         required("poissons_ratio", quantity("1", -1, 0.5, true),
-                                  "Poisson's ratio"),
-                         required("density", quantity("kg/m^3", 0, 1e5, true), "density"),
-                         optional("allowable_stress", quantity("Pa", 0, 1e12, true),
-                                  "von Mises stress a leaf may see; for the report")})});
+  return one_of(
+      {choice(std::move(names)),
+       record({optional("name", text(), "for the report"),
+               required("youngs_modulus", quantity("Pa", 0, 1e13, true), "Young's modulus E"),
+               required("poissons_ratio", quantity("1", -1, 0.5, true), "Poisson's ratio"),
+               required("density", quantity("kg/m^3", 0, 1e5, true), "density"),
+               optional("allowable_stress", quantity("Pa", 0, 1e12, true),
+                        "von Mises stress a leaf may see; for the report")})});
 }
 
 Shape size_along() {
-  return one_of({number(), list(number(), 2, 2),
-                 record({required("profile", text(), "formula of s = 0 at the base to 1 at the tip")})});
+  return one_of(
+      {number(), list(number(), 2, 2),
+       record({required("profile", text(), "formula of s = 0 at the base to 1 at the tip")})});
 }
 
 Shape matrix(std::size_t n) { return list(list(number(), n, n), n, n); }
@@ -94,8 +94,9 @@ Shape frames() {
 Shape bodies() {
   return items({
       optional("at", vector(), "reference point, undeflected"),
-      optional("on", record({required("leaf", reference(), "which leaf"),
-                             required("at", vector(), "where on it")}),
+      optional("on",
+               record({required("leaf", reference(), "which leaf"),
+                       required("at", vector(), "where on it")}),
                "a material point of a leaf, instead of a rigid body"),
       optional("mass", number(), "mass"),
       optional("center_of_mass", vector(), "relative to the reference point"),
@@ -128,7 +129,8 @@ Shape leaves() {
 
 Shape joints() {
   return items({
-      required("type", choice({"rigid", "revolute", "spherical", "prismatic"}), "what it lets move"),
+      required("type", choice({"rigid", "revolute", "spherical", "prismatic"}),
+               "what it lets move"),
       required("body", reference(), "one of its bodies"),
       standard("other", reference(), "ground", "the other one"),
       required("at", vector(), "its place"),

@@ -240,8 +240,8 @@ std::shared_ptr<const Family> read_family(const nlohmann::json& document,
   DesignHead head;
   FaultList own;
   auto plan = read_plan(
-      document,
-      {.kind = DesignSource::Kind::job, .text = {}, .folder = folder, .lead = pointer}, head, own);
+      document, {.kind = DesignSource::Kind::job, .text = {}, .folder = folder, .lead = pointer},
+      head, own);
   for (const Fault& fault : own.faults()) faults.add(fault);
   if (!own.faults().empty() || !plan) return nullptr;
   if (head.name.empty()) head.name = "mechanism";

@@ -46,8 +46,8 @@ struct Family {
   /// `.center_of_mass.x` …, `.inertia.xx`, `.inertia.xy` …. For what `make` accepts. Throws
   /// std::invalid_argument for another name.
   std::vector<MechanismDirection> directions(const ParameterValues& values,
-                                             const FamilyChoices& choices,
-                                             const Material& material, const EndEffector& payload,
+                                             const FamilyChoices& choices, const Material& material,
+                                             const EndEffector& payload,
                                              const std::vector<std::string>& names) const;
 };
 

@@ -50,7 +50,7 @@ struct FlatLeaf {
   int base = ground, tip = ground;  ///< bodies; free_edge
   Vector3<S> base_at, tip_at, across;
   bool wire = false;
-  FlatSize<S> width, thickness;  ///< of a wire both the diameter
+  FlatSize<S> width, thickness;      ///< of a wire both the diameter
   std::optional<Material> material;  ///< its own
 };
 

@@ -1,6 +1,10 @@
 # The design files of families/ become texts of the program, in this order.
 set(families
   leaf_spring parallel_guide cross_hinge three_flexure_cross_hinge clamped_plate
+  folded_leaf wire_flexure tapered_leaf notch_hinge
+  reinforced_guide double_parallelogram roberts_guide overconstrained_guide five_strut_guide
+  cartwheel_hinge butterfly_hinge trivot_hinge
+  folded_leaf_stage spherical_joint diaphragm bridge_amplifier hexapod
 )
 set(names "")
 set(texts "")

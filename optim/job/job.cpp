@@ -35,7 +35,8 @@ std::shared_ptr<const Family> design_source(const json& document, const std::str
     return nullptr;
   const json& design = document["design"];
   constexpr std::array keys{"family", "file", "mechanism"};
-  const auto given = std::ranges::count_if(keys, [&](const char* key) { return design.contains(key); });
+  const auto given =
+      std::ranges::count_if(keys, [&](const char* key) { return design.contains(key); });
   if (given != 1) {
     faults.add("/design/family", design.contains("family") ? shown(design["family"]) : "nothing",
                "give a family by name, a design file, or a mechanism, one of the three");
@@ -275,9 +276,8 @@ bool is_geometry_sound(const Family& family, const FaultList& faults) {
 }
 
 /// Without a family the material alone.
-DesignSpec read_design(json& read, const json& written,
-                       const std::shared_ptr<const Family>& family, FaultList& faults,
-                       std::vector<std::string>& notes) {
+DesignSpec read_design(json& read, const json& written, const std::shared_ptr<const Family>& family,
+                       FaultList& faults, std::vector<std::string>& notes) {
   DesignSpec design;
   if (family) design.family = family->name;
   if (family && read.contains("parameters")) read_parameters(read, *family, faults, design);
@@ -479,7 +479,8 @@ class JobReader {
 };
 
 Job JobReader::read() {
-  read_ = read_value(job_shape(family_), family_ && may_be_wire(*family_) ? with_width_of_wire(document_) : document_,
+  read_ = read_value(job_shape(family_),
+                     family_ && may_be_wire(*family_) ? with_width_of_wire(document_) : document_,
                      Pointer(), faults_);
   if (!read_.is_object()) return {};
   if (family_ && !document_.contains(Pointer("/model/mesh")))

@@ -34,8 +34,8 @@ Shape parameters_shape(const Family& family) {
                                   : required(p.name, shape, p.meaning));
   }
   for (const FamilyOption& option : family.options)
-    fields.push_back(standard(option.name, choice(option.choices),
-                              option.choices.front(), option.meaning));
+    fields.push_back(
+        standard(option.name, choice(option.choices), option.choices.front(), option.meaning));
   return record(std::move(fields));
 }
 

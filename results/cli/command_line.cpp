@@ -54,7 +54,9 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
 
   CLI::App* validate =
       command("validate", "Check a job or a design file without running it", Command::validate);
-  validate->add_option("JOB", line.job, "the job file, or a design file")->required()->type_name("FILE");
+  validate->add_option("JOB", line.job, "the job file, or a design file")
+      ->required()
+      ->type_name("FILE");
   validate->add_option("--set", line.overrides, "change one value of the job; may be repeated")
       ->type_name("/pointer=value")
       ->allow_extra_args(false);

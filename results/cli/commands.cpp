@@ -120,9 +120,9 @@ int expand_job(const CommandLine& line) {
     if (!values)
       throw SpecError("/parameters", names_without_default(*design),
                       "a design without these defaults is expanded in a job that gives them");
-    fmt::print("{}\n", expanded(*design, *values, standard_choices(*design),
-                                materials().front().material)
-                           .dump(2));
+    fmt::print("{}\n",
+               expanded(*design, *values, standard_choices(*design), materials().front().material)
+                   .dump(2));
     return exit_usable;
   }
   const Job job = checked_job(line);

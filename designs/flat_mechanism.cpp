@@ -1,0 +1,196 @@
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/dual.hpp"
+#include "core/spec/names.hpp"
+#include "designs/flat_design.hpp"
+
+namespace flexopt {
+namespace {
+
+/// The material with its numbers as constants.
+template <class S>
+MaterialT<S> constant_material(const Material& m) {
+  MaterialT<S> material;
+  material.name = m.name;
+  material.youngs_modulus = S(m.youngs_modulus);
+  material.poissons_ratio = S(m.poissons_ratio);
+  material.density = S(m.density);
+  material.allowable_stress = m.allowable_stress;
+  return material;
+}
+
+/// The reference is the smallest value, so that a profile's factors are 1 and more.
+template <class S>
+void set_size(const FlatSize<S>& from, S& reference, std::vector<S>& profile) {
+  reference = *std::ranges::min_element(
+      from.values, [](const S& a, const S& b) { return value_of(a) < value_of(b); });
+  if (from.values.size() > 1)
+    for (const S& value : from.values) profile.push_back(value / reference);
+}
+
+template <class S>
+LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& material) {
+  LeafSpringT<S> leaf;
+  leaf.name = from.name;
+  leaf.base = from.base;
+  leaf.tip = from.tip;
+  leaf.origin = from.base_at;
+  const Vector3<S> line = from.tip_at - from.base_at;
+  leaf.length = line.norm();
+  if (!(value_of(leaf.length) > 0))
+    throw SpecError(from.source.pointer + "/tip/at", "0 m", "base and tip stand in one place");
+  leaf.axes.col(0) = line / leaf.length;
+  Vector3<S> across = from.across;
+  if (from.wire && value_of(across.squaredNorm()) == 0) {  // any: a circle has no direction
+    int axis = 0;
+    for (int i = 1; i < 3; ++i)
+      if (std::abs(value_of(line[i])) <= std::abs(value_of(line[axis]))) axis = i;
+    across[axis] = S(1);
+  }
+  const S along = leaf.axes.col(0).dot(across);
+  if (value_of(along) != 0) across -= leaf.axes.col(0) * along;
+  const S length = across.norm();
+  if (!(value_of(length) > 1e-9 * value_of(from.across.norm()) && value_of(length) > 0))
+    throw SpecError(from.source.pointer + "/across", "a vector along the leaf",
+                    "the width lies across the line from base to tip");
+  leaf.axes.col(1) = value_of(length) == 1 ? across : Vector3<S>(across / length);
+  leaf.axes.col(2) = Vector3<S>(leaf.axes.col(0)).cross(Vector3<S>(leaf.axes.col(1)));
+  set_size(from.width, leaf.width, leaf.width_profile);
+  set_size(from.thickness, leaf.thickness, leaf.thickness_profile);
+  leaf.material = from.material ? constant_material<S>(*from.material) : material;
+  if (from.wire) leaf.section = Section::circular;
+  return leaf;
+}
+
+/// Ties a material point to its leaf.
+template <class S>
+void put_on_leaf(MechanismT<S>& mechanism, const FlatBody<S>& body, int index) {
+  const auto leaf = std::ranges::find(mechanism.leaves, body.leaf, &LeafSpringT<S>::name);
+  if (leaf == mechanism.leaves.end()) {
+    std::vector<std::string> known;
+    for (const LeafSpringT<S>& l : mechanism.leaves) known.push_back(l.name);
+    throw SpecError(body.source.pointer + "/on/leaf", "\"" + body.leaf + "\"",
+                    "there is no such leaf; " + known_names(body.leaf, known));
+  }
+  if (leaf->point)
+    throw SpecError(body.source.pointer + "/on/leaf", "\"" + body.leaf + "\"",
+                    "a leaf has one material point at most");
+  const Vector3<S> from_base = body.at - leaf->origin;
+  const S along = S(from_base.dot(leaf->axes.col(0))) / leaf->length,
+          across = S(from_base.dot(leaf->axes.col(1))) / leaf->width + 0.5,
+          off = from_base.dot(leaf->axes.col(2));
+  if (std::abs(value_of(off)) > 1e-6 * value_of(leaf->length))
+    throw SpecError(body.source.pointer + "/on/at", fmt::format("{:g} m off", value_of(off)),
+                    "a material point lies in the middle surface of its leaf");
+  LeafPointT<S> point;
+  point.body = index;
+  point.along = along;
+  point.across = across;
+  if (leaf->tip == free_edge && std::abs(value_of(along) - 1) < 1e-9 &&
+      std::abs(value_of(across) - 0.5) < 1e-9) {
+    point.spread_over_tip = true;
+    point.along = S(1);
+    point.across = S(0.5);
+  }
+  leaf->point = point;
+}
+
+/// What the file says of the end-effector, with what the job mounts on it.
+template <class S>
+void add_payload(RigidBodyT<S>& body, bool has_mass, const EndEffectorT<S>& payload) {
+  const Vector3<S> at = body.reference + payload.center_of_mass;
+  if (!has_mass) {
+    body.mass = payload.mass;
+    body.center_of_mass = at;
+    body.inertia = payload.inertia;
+    return;
+  }
+  const S mass = body.mass + payload.mass;
+  const Vector3<S> own = body.center_of_mass;
+  const Vector3<S> middle =
+      value_of(mass) > 0 ? Vector3<S>((own * body.mass + at * payload.mass) / mass) : own;
+  Matrix3<S> inertia = body.inertia + payload.inertia;
+  for (const auto& [m, place] : {std::pair<S, Vector3<S>>(body.mass, own), {payload.mass, at}}) {
+    const Vector3<S> arm = place - middle;
+    const S square = arm.squaredNorm();
+    for (int i = 0; i < 3; ++i) {
+      inertia(i, i) += m * square;
+      for (int j = 0; j < 3; ++j) inertia(i, j) -= m * arm[i] * arm[j];
+    }
+  }
+  body.mass = mass;
+  body.center_of_mass = middle;
+  body.inertia = inertia;
+}
+
+template <class S>
+void set_drives(MechanismT<S>& mechanism, const FlatDesign<S>& design) {
+  for (const FlatDrive<S>& from : design.drives)
+    mechanism.drives.push_back({.name = from.name,
+                                .body = from.body,
+                                .other = from.other,
+                                .direction = from.direction,
+                                .axes = from.axes});
+}
+
+}  // namespace
+
+template <class S>
+MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& material,
+                           const EndEffectorT<S>& payload) {
+  MechanismT<S> mechanism;
+  mechanism.end_effector = design.end_effector;
+  FaultList faults;
+  const auto attempt = [&](const ItemSource& source, const auto& action) {
+    faults.attempt([&] {
+      try {
+        action();
+      } catch (const SpecError& error) {
+        throw located(source, error);
+      }
+    });
+  };
+  for (std::size_t i = 0; i < design.bodies.size(); ++i) {
+    const FlatBody<S>& from = design.bodies[i];
+    RigidBodyT<S> body;
+    body.name = from.name;
+    body.reference = from.at;
+    body.mass = from.mass;
+    body.center_of_mass = from.at + from.center_of_mass;
+    body.inertia = from.inertia;
+    body.held = from.held;
+    const bool is_end_effector = static_cast<int>(i) == design.end_effector;
+    body.role = is_end_effector ? BodyRole::end_effector : BodyRole::intermediate;
+    if (is_end_effector && from.leaf.empty()) add_payload(body, from.has_mass, payload);
+    mechanism.bodies.push_back(std::move(body));
+  }
+  for (const FlatLeaf<S>& from : design.leaves)
+    attempt(from.source, [&] { mechanism.leaves.push_back(leaf_spring_of(from, material)); });
+  faults.raise();
+  for (std::size_t i = 0; i < design.bodies.size(); ++i)
+    if (!design.bodies[i].leaf.empty())
+      attempt(design.bodies[i].source,
+              [&] { put_on_leaf(mechanism, design.bodies[i], static_cast<int>(i)); });
+  for (const FlatJoint<S>& from : design.joints)
+    mechanism.joints.push_back({.name = from.name,
+                                .type = from.type,
+                                .body = from.body,
+                                .other = from.other,
+                                .place = from.at,
+                                .axis = from.axis});
+  for (const FlatSpring<S>& from : design.springs) mechanism.springs.push_back(from.spring);
+  set_drives(mechanism, design);
+  faults.raise();
+  return mechanism;
+}
+
+template MechanismT<double> mechanism_of(const FlatDesign<double>&, const Material&,
+                                         const EndEffector&);
+template MechanismT<Dual1> mechanism_of(const FlatDesign<Dual1>&, const MaterialT<Dual1>&,
+                                        const EndEffectorT<Dual1>&);
+
+}  // namespace flexopt

@@ -1,0 +1,306 @@
+// Design files: what they may hold, and that frames, repeats and parts are only other ways to write
+// the same mechanism.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/mechanism/each_number.hpp"
+#include "core/spec/spec_error.hpp"
+#include "designs/expand.hpp"
+#include "designs/library.hpp"
+#include "support/families.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+const Material& steel() { return materials().front().material; }
+
+std::shared_ptr<const Family> read(const json& document) {
+  FaultList faults;
+  auto family = read_family(document, "/design/mechanism", "", faults);
+  faults.raise();
+  return family;
+}
+
+Mechanism make(const json& document, const ParameterValues& values = {}) {
+  const auto family = read(document);
+  ParameterValues all = values;
+  for (const Parameter& p : family->parameters)
+    if (p.standard) all.try_emplace(p.name, *p.standard);
+  return family->make(all, standard_choices(*family), steel(), {});
+}
+
+std::string complaint(const json& document, const ParameterValues& values = {}) {
+  try {
+    make(document, values);
+  } catch (const SpecError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+/// One leaf along x with a rigid tip.
+json cantilever() {
+  return json::parse(R"({
+    "flexopt_design": 1,
+    "parameters": {"length": {"unit": "m", "above": 0, "default": "80 mm"},
+                   "count": {"unit": "1", "default": 3}},
+    "bodies": [{"name": "end_effector", "at": ["length", 0, 0]}],
+    "leaves": [{"name": "leaf", "base": {"body": "ground", "at": [0, 0, 0]},
+                "tip": {"body": "end_effector", "at": ["length", 0, 0]},
+                "across": [0, 0, 1], "width": "20 mm", "thickness": "0.3 mm"}],
+    "drive": {"direction": "uy"}})");
+}
+
+json changed(const char* pointer, const json& value) {
+  json document = cantilever();
+  document[json::json_pointer(pointer)] = value;
+  return document;
+}
+
+void check_same(const Mechanism& a, const Mechanism& b) {
+  REQUIRE(a.bodies.size() == b.bodies.size());
+  REQUIRE(a.leaves.size() == b.leaves.size());
+  std::vector<double> x, y;
+  each_number(a, [&](double number) { x.push_back(number); });
+  each_number(b, [&](double number) { y.push_back(number); });
+  CHECK(x == y);
+  for (std::size_t i = 0; i < a.leaves.size(); ++i) {
+    CHECK(a.leaves[i].name == b.leaves[i].name);
+    CHECK(a.leaves[i].base == b.leaves[i].base);
+    CHECK(a.leaves[i].tip == b.leaves[i].tip);
+  }
+  for (std::size_t i = 0; i < a.bodies.size(); ++i) {
+    CHECK(a.bodies[i].name == b.bodies[i].name);
+    CHECK(a.bodies[i].held == b.bodies[i].held);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("an expanded family is the same mechanism, and expanding it again changes nothing",
+          "[designs][files]") {
+  for (const Family& family : families())
+    for (const FamilyChoices& choices : all_choices(family)) {
+      INFO(family.name);
+      const ParameterValues values = sample_values(family);
+      const auto flat = expanded(family, values, choices, steel());
+      const auto again = read(json::parse(flat.dump()));
+      check_same(family.make(values, choices, steel(), {}), again->make({}, {}, steel(), {}));
+      CHECK(expanded(*again, {}, {}, steel()).dump() == flat.dump());
+    }
+}
+
+TEST_CASE("numbers of a design are SI, quantities or formulas in units", "[designs][files]") {
+  json document = cantilever();
+  document["let"] = {{"half", "length/2"}, {"twice", "2*half + 5 mm"}};
+  document["leaves"][0]["tip"]["at"] = {"twice - 5 mm", 0, 0};
+  document["leaves"][0]["width"] = "min(length, 2*10 mm)";
+  const Mechanism m = make(document);
+  CHECK(m.leaves[0].length == Approx(0.08).epsilon(1e-15));
+  CHECK(m.leaves[0].width == 0.02);
+}
+
+TEST_CASE("frames turn in order, each about axes as turned so far", "[designs][files]") {
+  json document = cantilever();
+  document["frames"] = json::parse(
+      R"([{"name": "arm", "at": [0.1, 0, 0], "turn": [["z", "90 deg"], ["y", "90 deg"]]},
+          {"name": "hand", "at": [0, 0, 0.2], "in": "arm"}])");
+  document["leaves"][0]["frame"] = document["bodies"][0]["frame"] = "hand";
+  const Mechanism m = make(document);
+  // the arm's x is −z of the world, its y is −x, its z is y
+  CHECK((m.leaves[0].origin - Vector3d(0.1, 0.2, 0)).norm() < 1e-15);
+  CHECK((m.leaves[0].axes.col(0) - Vector3d(0, 0, -1)).norm() < 1e-15);
+  CHECK((m.leaves[0].axes.col(1) - Vector3d(0, 1, 0)).norm() < 1e-15);
+}
+
+TEST_CASE("a repeated item is each of its copies", "[designs][files]") {
+  json repeated = cantilever(), written = cantilever();
+  repeated["leaves"][0].update(json::parse(
+      R"({"name": "leaf {i}", "repeat": {"i": [1, "count"]},
+          "base": {"body": "ground", "at": [0, "10 mm*i", 0]},
+          "tip": {"body": "end_effector", "at": ["length", "10 mm*i", 0]}})"));
+  const json one = written["leaves"][0];
+  written["leaves"] = json::array();
+  for (int i = 1; i <= 3; ++i) {
+    json copy = one;
+    copy["name"] = "leaf " + std::to_string(i);
+    copy["base"]["at"] = {0, 0.01 * i, 0};
+    copy["tip"]["at"] = {"length", 0.01 * i, 0};
+    written["leaves"].push_back(copy);
+  }
+  check_same(make(repeated), make(written));
+  CHECK_THAT(complaint(repeated, {{"count", 2.5}}), Contains("count") && Contains("whole number"));
+  CHECK_THAT(complaint(repeated, {{"count", 2000}}), Contains("at most 1000 copies"));
+}
+
+TEST_CASE("a part is its items in its frame, with the bodies that it shares", "[designs][files]") {
+  json document = json::parse(R"({
+    "flexopt_design": 1,
+    "bodies": [{"name": "end_effector", "at": [0, 0, 0]}, {"name": "stage", "at": [0.1, 0, 0]}],
+    "parts": [
+      {"name": "outer", "design": "parallel_guide", "join": {"end_effector": "stage"},
+       "parameters": {"length": "100 mm", "width": "30 mm", "thickness": "0.4 mm", "spacing": 0.08}},
+      {"name": "inner", "design": "parallel_guide", "mirror": "y", "frame": "back",
+       "join": {"ground": "stage", "end_effector": "end_effector"},
+       "parameters": {"length": "100 mm", "width": "30 mm", "thickness": "0.4 mm", "spacing": 0.06}}],
+    "frames": [{"name": "back", "at": [0.1, 0, 0], "turn": [["y", "180 deg"]]}],
+    "drive": {"direction": "uy"}})");
+  const Mechanism m = make(document);
+  REQUIRE(m.bodies.size() == 2);
+  REQUIRE(m.leaves.size() == 4);
+  CHECK(m.leaves[0].name == "outer/leaf +y");
+  CHECK(m.leaves[2].name == "inner/leaf +y");
+  CHECK(m.leaves[0].tip == 1);
+  CHECK(m.leaves[2].base == 1);
+  CHECK(m.leaves[2].tip == 0);
+  CHECK((m.leaves[2].origin - Vector3d(0.1, -0.03, 0)).norm() < 1e-15);  // mirrored in y
+  CHECK((m.leaves[2].tip_middle() - Vector3d(0, -0.03, 0)).norm() < 1e-15);
+  CHECK((m.leaves[2].axes.transpose() * m.leaves[2].axes - Matrix3d::Identity()).norm() < 1e-14);
+  CHECK(m.leaves[2].axes.determinant() == Approx(1));
+}
+
+TEST_CASE("the mirror image of a leaf has its normal on the reflected side", "[designs][files]") {
+  json document = json::parse(R"({
+    "flexopt_design": 1, "bodies": [{"name": "end_effector", "at": [0.08, 0, 0]}],
+    "parts": [{"name": "p", "design": "leaf_spring", "mirror": "y", "join": {"end_effector": "end_effector"},
+               "parameters": {"length": "80 mm", "width": "20 mm", "thickness": "0.3 mm"}}],
+    "drive": {"direction": "uy"}})");
+  const Mechanism m = make(document);
+  CHECK(m.leaves[0].axes.col(2) == Vector3d(0, 1, 0));  // -y of the part, mirrored
+}
+
+TEST_CASE("a reinforced leaf is two leaves and a box of their material", "[designs][files]") {
+  json document = cantilever();
+  document["leaves"][0]["reinforcement"] = {{"fraction", 0.5}, {"thickness", "2 mm"}};
+  const Mechanism m = make(document);
+  REQUIRE(m.leaves.size() == 2);
+  REQUIRE(m.bodies.size() == 2);
+  CHECK(m.leaves[0].length == Approx(0.02));
+  CHECK(m.leaves[1].length == Approx(0.02));
+  const double mass = steel().density * 0.04 * 0.02 * 0.002;
+  CHECK(m.bodies[1].mass == Approx(mass));
+  CHECK(m.bodies[1].inertia(1, 1) == Approx(mass * (0.04 * 0.04 + 0.02 * 0.02) / 12));
+  CHECK(m.bodies[1].inertia(2, 2) == Approx(mass * (0.04 * 0.04 + 0.002 * 0.002) / 12));
+}
+
+TEST_CASE("the end-effector weighs what the file and the job say together", "[designs][files]") {
+  json document = cantilever();
+  document["bodies"][0].update({{"mass", 2}, {"center_of_mass", {0, 0.1, 0}}});
+  EndEffector payload;
+  payload.mass = 2;
+  const auto family = read(document);
+  const Mechanism m = family->make({{"length", 0.08}, {"count", 1}}, {}, steel(), payload);
+  CHECK(m.bodies[0].mass == 4);
+  CHECK((m.bodies[0].center_of_mass - Vector3d(0.08, 0.05, 0)).norm() < 1e-15);
+  CHECK(m.bodies[0].inertia(0, 0) == Approx(4 * 0.05 * 0.05));
+}
+
+TEST_CASE("wrong design files are refused with place and rule", "[designs][files]") {
+  struct Case {
+    const char* pointer;
+    json value;
+    const char* at;
+    const char* rule;
+  };
+  const std::vector<Case> cases{
+      {"/leaves/0/tip/body", "end_efector", "/leaves/0/tip/body", "did you mean 'end_effector'"},
+      {"/leaves/0/tip/at/0", "lenght", "/leaves/0/tip/at/0", "length"},
+      {"/leaves/0/tip/at/0", "length^2", "/leaves/0/tip/at/0", "expected a length"},
+      {"/leaves/0/tip/at/0", "length + 1 s", "/leaves/0/tip/at/0", "added"},
+      {"/leaves/0/tip/at/0", "sqrt(-length)*sqrt(length)", "/leaves/0/tip/at/0", "no finite value"},
+      {"/leaves/0/tip/at/0", "5 kg", "/leaves/0/tip/at/0", "expected a length"},
+      {"/leaves/0/width", "-20 mm", "/leaves/0/width", "must be positive"},
+      {"/leaves/0/thickness", "30 mm", "/leaves/0/thickness", "thinner than long and wide"},
+      {"/leaves/0/across", {1, 0, 0}, "/leaves/0/across", "lies across"},
+      {"/leaves/0/tip/at", {0, 0, 0}, "/leaves/0/tip/at", "one place"},
+      {"/leaves/0/wide", 1, "/leaves/0/wide", "unknown key"},
+      {"/leaves/0/frame", "arm", "/leaves/0/frame", "no such frame"},
+      {"/leaves/0/when", "tip == rigid", "/leaves/0/when", "no option 'tip'"},
+      {"/leaves/0/name", "leaf {i}", "/leaves/0", "no index of its repeat"},
+      {"/leaves/0/repeat", {{"i", {1, 2}}}, "/leaves/0/name", "another leaf has this name"},
+      {"/leaves/0/repeat", {{"i", {1, 1e5}}}, "/leaves/0/repeat/i", "at most 1000 copies"},
+      {"/leaves/0/repeat", {{"length", {1, 2}}}, "/leaves/0/repeat/length", "has this name"},
+      {"/leaves/0/diameter", "1 mm", "/leaves/0/width", "diameter alone"},
+      {"/parameters/sin", {{"unit", "m"}}, "/parameters/sin", "meaning of its own"},
+      {"/parameters/a b", {{"unit", "m"}}, "/parameters/a b", "letters, digits"},
+      {"/parameters/length/unit", "mm", "/parameters/length/unit", "SI unit"},
+      {"/parameters/length/default", -1, "/parameters/length/default", "0 < value"},
+      {"/parameters/length/min", 0, "/parameters/length/above", "one of the two"},
+      {"/let", {{"a", "b"}, {"b", "a"}}, "/let/a", "in a circle"},
+      {"/let", {{"length", 1}}, "/let/length", "has this name"},
+      {"/rules", {{{"that", "length"}, {"else", "x"}}}, "/rules/0/that", "compares"},
+      {"/rules",
+       {{{"that", "length < 1 cm"}, {"else", "too long"}}},
+       "/design/parameters/length",
+       "too long"},
+      {"/bodies/0/name", "stage", "", "end_effector"},
+      {"/bodies/1",
+       {{"name", "end_effector"}, {"at", {0, 0, 0}}},
+       "/bodies/1/name",
+       "another body"},
+      {"/bodies/1", {{"name", "loose"}, {"at", {0, 0, 0}}}, "/bodies/1", "no leaf ties it"},
+      {"/bodies/1", {{"name", "ground"}, {"at", {0, 0, 0}}}, "/bodies/1/name", "there already"},
+      {"/bodies/0/density", "7800 kg/m^3", "/bodies/0/box", "of a box"},
+      {"/bodies/0/held", {"ux", "up"}, "/bodies/0/held/1", "did you mean"},
+      {"/frames",
+       {{{"name", "a"}, {"in", "b"}}, {{"name", "b"}, {"in", "a"}}},
+       "/frames/",
+       "in a circle"},
+      {"/frames",
+       {{{"name", "a"}, {"turn", json::array({json::array({"w", 1})})}}},
+       "/frames/0/turn/0/0",
+       "expected"},
+      {"/joints",
+       {{{"name", "j"}, {"type", "revolute"}, {"body", "end_effector"}, {"at", {0, 0, 0}}}},
+       "/joints/0/axis",
+       "required"},
+      {"/springs",
+       {{{"name", "s"}, {"body", "end_effector"}, {"at", {0, 0, 0}}}},
+       "/springs/0/stiffness",
+       "one of the two"},
+      {"/parts",
+       {{{"name", "p"}, {"design", "paralel_guide"}}},
+       "/parts/0/design",
+       "did you mean 'parallel_guide'"},
+      {"/parts",
+       {{{"name", "p"}, {"design", "parallel_guide"}}},
+       "/parts/0/parameters/",
+       "the part needs it"},
+      {"/drive/body", "stage", "/drive/body", "no such body"},
+      {"/drive/direction", "y", "/drive/direction", "uy"},
+  };
+  for (const Case& c : cases) {
+    const std::string text = complaint(changed(c.pointer, c.value));
+    INFO(c.pointer << " = " << c.value.dump());
+    CHECK_THAT(text, Contains(c.at) && Contains(c.rule));
+  }
+}
+
+TEST_CASE("a leaf that crosses another is refused, one that begins at its edge is not",
+          "[designs][files]") {
+  json fold = cantilever();
+  fold["bodies"].push_back({{"name", "fold"}, {"at", {"length", 0, 0}}});
+  fold["leaves"][0]["tip"]["body"] = "fold";
+  fold["leaves"].push_back(fold["leaves"][0]);
+  fold["leaves"][1].update({{"name", "second"},
+                            {"base", {{"body", "fold"}, {"at", {"length", 0, 0}}}},
+                            {"tip", {{"body", "end_effector"}, {"at", {"length", "length", 0}}}}});
+  CHECK(complaint(fold) == "accepted");
+  fold["leaves"][1]["base"]["at"] = {"length/2", "-length/2", 0};
+  fold["leaves"][1]["tip"]["at"] = {"length/2", "length", 0};
+  CHECK_THAT(complaint(fold), Contains("intersect"));
+  fold["leaves"][1]["base"]["at"] = {"length", 0, 0};
+  fold["leaves"][1]["tip"]["at"] = {0, "length*0.001", 0};  // folded back onto itself
+  CHECK_THAT(complaint(fold), Contains("intersect"));
+}
+
+TEST_CASE("a family's text is the design file that --export prints", "[designs][files]") {
+  for (const std::string& name : library_names()) {
+    const auto again = read(json::parse(library_text(name)));
+    CHECK(again->name == name);
+  }
+  CHECK(library_text("nothing").empty());
+}
