@@ -142,6 +142,7 @@ class Flattener {
  private:
   bool take_numbers();
   void check_rules();
+  std::string with_values(std::string text, const std::vector<double>& values) const;
   void collect_frames();
   Placement<S> frame(const std::string& name, const DesignItem& item);
   void add_body(const BodyItem& item);
@@ -315,6 +316,19 @@ bool Flattener<S>::take_numbers() {
     if (!sound) return false;
   }
   return true;
+}
+
+/// "at most {width}" with the value of the parameter.
+template <class S>
+std::string Flattener<S>::with_values(std::string text, const std::vector<double>& values) const {
+  for (std::size_t i = 0; i < plan_.parameters.size(); ++i) {
+    const Parameter& p = plan_.parameters[i];
+    const std::string name = "{" + p.name + "}";
+    const std::string value = fmt::format("{:g}{}", values[i], p.unit == "1" ? "" : " " + p.unit);
+    for (std::size_t at; (at = text.find(name)) != std::string::npos;)
+      text.replace(at, name.size(), value);
+  }
+  return text;
 }
 
 template <class S>

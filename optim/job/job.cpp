@@ -38,8 +38,12 @@ std::shared_ptr<const Family> design_source(const json& document, const std::str
   const auto given =
       std::ranges::count_if(keys, [&](const char* key) { return design.contains(key); });
   if (given != 1) {
+    std::vector<std::string> names;
+    for (const Family& family : families()) names.push_back(family.name);
     faults.add("/design/family", design.contains("family") ? shown(design["family"]) : "nothing",
-               "give a family by name, a design file, or a mechanism, one of the three");
+               fmt::format("it is required, or a design \"file\", or a \"mechanism\", one of the "
+                           "three; families: {}",
+                           fmt::join(names, ", ")));
     return nullptr;
   }
   std::shared_ptr<const Family> source;
