@@ -349,9 +349,10 @@ void Flattener<S>::check_rules() {
       value = fmt::format("{:g}{}", values[static_cast<std::size_t>(&p - plan_.parameters.data())],
                           p.unit == "1" ? "" : " " + p.unit);
     }
-    faults_.add(located(plan_.source, SpecError(pointer, value,
-                                                fmt::format("{} ({}){}", rule.otherwise,
-                                                            rule.that.text(), scope_.instance))));
+    faults_.add(located(plan_.source,
+                        SpecError(pointer, value,
+                                  fmt::format("{} ({}){}", with_values(rule.otherwise, values),
+                                              rule.that.text(), scope_.instance))));
   }
 }
 

@@ -7,9 +7,13 @@ std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
   std::vector<BodyLoad> acting;
   const auto add = [&](const std::vector<DeadLoad>& list, double factor) {
     if (factor == 0) return;
-    for (const DeadLoad& load : list)
-      acting.push_back({load.body.value_or(mechanism.end_effector), factor * load.force,
-                        factor * load.moment, load.arm});
+    for (const DeadLoad& load : list) {
+      const int body = load.body.value_or(mechanism.end_effector);
+      const Vector3d arm =
+          load.place ? Vector3d(*load.place - mechanism.bodies[body].reference) : load.arm;
+      acting.push_back(
+          {body, factor * load.force, factor * load.moment, arm, load.place.has_value()});
+    }
   };
   add(loads.constant, factors.constant);
   add(loads.growing, factors.growing);

@@ -11,7 +11,8 @@ namespace flexopt {
 struct BodyLoad {
   int body = 0;
   Vector3d force, moment;
-  Vector3d arm;  ///< undeflected
+  Vector3d arm;              ///< undeflected
+  bool place_stays = false;  ///< along a design parameter: the arm is from a moving reference point
 };
 
 /// All loads of a case that act, at these factors.

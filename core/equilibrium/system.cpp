@@ -12,6 +12,7 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
     : mechanism_(&mechanism),
       leaves_(std::move(leaves)),
       loads_(std::move(loads)),
+      springs_(mechanism),
       constraints_(mechanism),
       multipliers_(VectorXd::Zero(constraints_.count())) {
   assert(leaves_.size() == mechanism.leaves.size());
@@ -26,6 +27,7 @@ void System::apply(LoadFactors factors) {
   if (factors == factors_) return;
   factors_ = factors;
   acting_ = acting_loads(loads_, factors_, *mechanism_);
+  springs_.apply(factors_.constant);
   assembled_ = false;
 }
 
@@ -41,7 +43,8 @@ double System::load_energy() const {
 
 MatrixXd System::residual_derivative() const {
   MatrixXd K = tangent_;
-  // the moment that has a potential: of the leaves, the joints and the dead forces on their arms
+  // the moment that has a potential: of the leaves, the springs, the joints and the dead forces on
+  // their arms
   VectorXd turning = force_;
   for (const BodyLoad& load : acting_)
     turning.segment<3>(6 * load.body + 3) -=
@@ -117,6 +120,7 @@ void System::assemble() {
       tangent_.block<6, 3>(6 * body(i, a), p) += K.transpose();
     }
   }
+  springs_.add(poses_, energy_, force_, tangent_);
   if (constraints_.count() > 0) {
     constraints_.evaluate(poses_);
     force_ += constraints_.gradient().transpose() * multipliers_;

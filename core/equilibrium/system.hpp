@@ -1,6 +1,6 @@
 #pragma once
-// A mechanism in a configuration: rigid bodies with absolute coordinates, leaves and joints between
-// them.
+// A mechanism in a configuration: rigid bodies with absolute coordinates, leaves, joints and
+// springs between them.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -8,6 +8,7 @@
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/equilibrium/constraints.hpp"
 #include "core/equilibrium/dead_loads.hpp"
+#include "core/equilibrium/springs.hpp"
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
@@ -15,7 +16,7 @@ namespace flexopt {
 class System {
  public:
   /// One leaf element for each leaf of the mechanism. The mechanism must outlive the system. None
-  /// of the loads acts at first.
+  /// of the loads acts at first, nor does the preload of the springs.
   System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves,
          LoadCase loads = {});
 
@@ -35,15 +36,17 @@ class System {
 
   const LoadCase& loads() const { return loads_; }
   LoadFactors load_factors() const { return factors_; }
-  /// Lets so much of the loads act.
+  /// Lets so much of the loads act; the preload of springs comes with the constant ones.
   void apply(LoadFactors factors);
+  /// Whether anything comes before the stroke: constant loads, or springs with preload.
+  bool loaded_at_rest() const { return !loads_.constant.empty() || springs_.preloaded(); }
   /// Loads that act, one by one.
   const std::vector<BodyLoad>& acting() const { return acting_; }
 
   /// Evaluates every leaf at the present state, once. After it the results below hold.
   void assemble();
   double energy() const { return energy_; }
-  /// (force, moment) per body, those of the joints (Ψ_qᵀ λ) included.
+  /// (force, moment) per body, those of the springs and the joints (Ψ_qᵀ λ) included.
   const VectorXd& internal_force() const { return force_; }
   /// Force and moment of the dead loads per body, about its moved reference point.
   const VectorXd& load() const { return load_; }
@@ -106,6 +109,7 @@ class System {
   LoadCase loads_;
   LoadFactors factors_;
   std::vector<BodyLoad> acting_;
+  Springs springs_;
   Constraints constraints_;
   VectorXd multipliers_;
   double length_ = 0;

@@ -1,6 +1,7 @@
 #pragma once
 // Numbers along a path as scalars of Eigen: c[0] + c[1] s + c[2] s², cut off after s². What is
 // written for any scalar becomes a series by them.
+#include <cmath>
 #include <concepts>
 #include <type_traits>
 
@@ -51,6 +52,11 @@ struct Jet {
   friend Jet operator*(double a, Jet b) { return b *= a; }
   friend Jet operator/(Jet a, const Jet& b) { return a /= b; }
   friend bool operator==(const Jet&, const Jet&) = default;
+  /// Of a number that is positive at the start of the path.
+  friend Jet sqrt(const Jet& a) {
+    const double root = std::sqrt(a.c[0]), rate = 0.5 * a.c[1] / root;
+    return {root, rate, 0.5 * (a.c[2] - rate * rate) / root};
+  }
 };
 
 }  // namespace flexopt

@@ -10,7 +10,7 @@
 
 namespace flexopt {
 
-/// A body as its joints see it: present place of its reference point, rotation since the
+/// A body as its joints and springs see it: present place of its reference point, rotation since the
 /// undeflected state, and the reference point then. The ground is the default. S: double, or Jet
 /// along a path.
 template <class S>

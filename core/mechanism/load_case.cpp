@@ -11,7 +11,8 @@ std::optional<std::string> broken_rule(const LoadCase& loads, const Mechanism& m
       const int body = load.body.value_or(mechanism.end_effector);
       if (body < 0 || body >= bodies)
         return fmt::format("a load acts on body {}, but there are {} bodies", body, bodies);
-      if (!load.force.allFinite() || !load.moment.allFinite() || !load.arm.allFinite())
+      if (!load.force.allFinite() || !load.moment.allFinite() || !load.arm.allFinite() ||
+          !load.place.value_or(load.arm).allFinite())
         return fmt::format("a load on body {} is not finite", body);
     }
   return std::nullopt;

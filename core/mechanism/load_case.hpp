@@ -16,6 +16,10 @@ struct DeadLoad {
   /// From the body's reference point to where the force acts, undeflected, global axes [m]. It
   /// turns with the body, and stays the same where a design parameter moves the reference point.
   Vector3d arm = Vector3d::Zero();
+  /// Instead of the arm: where it acts, undeflected, global axes [m]. The place stays the same
+  /// where a design parameter moves the reference point.
+  std::optional<Vector3d> place = {};
+  std::string name = {};  ///< may be empty
 };
 
 /// A force and a moment at O: [Fx Fy Fz Mx My Mz] in N and N m.

@@ -8,6 +8,7 @@
 
 #include "core/mechanism/joint.hpp"
 #include "core/mechanism/profile.hpp"
+#include "core/mechanism/spring.hpp"
 
 namespace flexopt {
 namespace {
@@ -157,7 +158,7 @@ std::optional<std::string> broken_rule(const Joint& joint, int bodies) {
   return std::nullopt;
 }
 
-/// Bodies that no chain of leaves and joints ties to the ground.
+/// Bodies that no chain of leaves, joints and springs ties to the ground.
 std::optional<std::string> loose_body(const Mechanism& mechanism) {
   std::vector<bool> held(mechanism.bodies.size(), false);
   const auto is_held = [&](int body) {
@@ -170,17 +171,19 @@ std::optional<std::string> loose_body(const Mechanism& mechanism) {
         if (body >= 0) held[static_cast<std::size_t>(body)] = true;
       if (leaf.point) held[static_cast<std::size_t>(leaf.point->body)] = true;
     }
-    for (const Joint& joint : mechanism.joints) {
-      if (!is_held(joint.body) && !is_held(joint.other)) continue;
-      for (const int body : {joint.body, joint.other})
-        if (body >= 0) held[static_cast<std::size_t>(body)] = true;
-    }
+    const auto tie = [&](int body, int other) {
+      if (!is_held(body) && !is_held(other)) return;
+      for (const int b : {body, other})
+        if (b >= 0) held[static_cast<std::size_t>(b)] = true;
+    };
+    for (const Joint& joint : mechanism.joints) tie(joint.body, joint.other);
+    for (const Spring& spring : mechanism.springs) tie(spring.body, spring.other);
   }
   for (std::size_t i = 0; i < held.size(); ++i)
     if (!held[i])
-      return mechanism.bodies[i].name + (mechanism.joints.empty()
-                                             ? ": no leaf ties it to the ground"
-                                             : ": no leaf and no joint ties it to the ground");
+      return fmt::format("{}: no leaf{}{} ties it to the ground", mechanism.bodies[i].name,
+                         mechanism.joints.empty() ? "" : " and no joint",
+                         mechanism.springs.empty() ? "" : " and no spring");
   return std::nullopt;
 }
 
@@ -199,6 +202,8 @@ std::optional<std::string> broken_rule(const Mechanism& mechanism) {
     if (auto rule = broken_rule(leaf, bodies)) return rule;
   for (const Joint& joint : mechanism.joints)
     if (auto rule = broken_rule(joint, bodies)) return rule;
+  for (const Spring& spring : mechanism.springs)
+    if (auto rule = broken_rule(spring, bodies)) return rule;
   if (auto rule = loose_body(mechanism)) return rule;
   if (auto rule = dependent_joints(mechanism)) return rule;
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)

@@ -40,6 +40,12 @@ struct FrequencyDerivatives {
   std::optional<double> omega2_valid_to, compliance_valid_to;
 };
 
+/// How far a body is from where it was undeflected.
+struct BodyMotion {
+  Vector3d displacement = Vector3d::Zero();  ///< of its reference point [m]
+  Vector3d rotation = Vector3d::Zero();      ///< rotation vector [rad]
+};
+
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
 struct PathPoint {
   double stroke = 0;  ///< [m or rad]
@@ -69,7 +75,8 @@ struct PathPoint {
   int negative_pivots = 0;  ///< inertia of that tangent
   std::vector<LeafReport> leaves;
   std::vector<LeafShape> shapes;
-  std::vector<Vector3d> probes;  ///< displacements, in the order of the request [m]
+  std::vector<Vector3d> probes;    ///< displacements, in the order of the request [m]
+  std::vector<BodyMotion> bodies;  ///< of every body of the mechanism
 };
 
 enum class Status { ok, no_equilibrium };

@@ -12,6 +12,7 @@
 
 #include "core/reduction/superelement/superelement_grid.hpp"
 #include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -170,7 +171,8 @@ void read_request(json& read, const json& as_written, const Family* family, Faul
   for (std::size_t i = 0; i < read["loads"].size(); ++i)
     if (faults.sound((Pointer("/loads") / i).to_string())) {
       const LoadSpec load = load_table().read(read["loads"][i]);
-      request.loads.constant.push_back({.force = load.force, .moment = load.moment});
+      request.loads.constant.push_back(
+          {.force = load.force, .moment = load.moment, .place = load.at, .name = load.name});
     }
   request.parasitic.drive =
       read["parasitic"]["drive"] == "locked" ? DriveState::locked : DriveState::free;
@@ -326,11 +328,48 @@ void check_material_point(const Job& job, FaultList& faults) {
   refuse("/end_effector/inertia", job.end_effector.inertia.cwiseAbs().maxCoeff(), "inertia");
   const auto refuse_moment = [&](const char* pointer, const std::vector<DeadLoad>& loads) {
     Vector3d moment = Vector3d::Zero();
-    for (const DeadLoad& load : loads) moment += load.moment;
+    for (const DeadLoad& load : loads)
+      if (!load.body) moment += load.moment;
     refuse(pointer, moment.norm(), "rotation that a moment could turn");
   };
   refuse_moment("/loads", job.request.loads.constant);
   refuse_moment("/load_path/moment", job.request.loads.growing);
+}
+
+/// The bodies that loads name, once these are known; `loads` are those of the job that were sound.
+void find_loaded_bodies(const json& read, const Mechanism& mechanism, FaultList& faults,
+                        std::vector<DeadLoad>& loads) {
+  std::vector<std::string> known;
+  for (const RigidBody& body : mechanism.bodies) known.push_back(body.name);
+  std::set<std::string> names;
+  auto load = loads.begin();
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const Pointer at = Pointer("/loads") / i;
+    if (!faults.sound(at.to_string())) continue;
+    DeadLoad& own = *load++;
+    if (!own.name.empty() && !names.insert(own.name).second)
+      faults.add((at / "name").to_string(), shown(own.name), "names must be different");
+    if (read[i].contains("body") && read[i]["body"] != "end_effector") {
+      const std::string& wanted = read[i]["body"].get_ref<const std::string&>();
+      const auto found = std::ranges::find(known, wanted);
+      if (found == known.end()) {
+        faults.add((at / "body").to_string(), shown(wanted),
+                   "no body has this name; " + known_names(wanted, known));
+        continue;
+      }
+      own.body = static_cast<int>(found - known.begin());
+    }
+    const RigidBody& body = mechanism.bodies[own.body.value_or(mechanism.end_effector)];
+    if (!body.held[3] || !body.held[4] || !body.held[5]) continue;
+    if (own.body && !own.moment.isZero(0))
+      faults.add((at / "moment").to_string(), shown(read[i]["moment"]),
+                 "this body has no rotation that a moment could turn");
+    if (own.place && (*own.place - body.reference).norm() > 1e-9)
+      faults.add((at / "at").to_string(), shown(read[i]["at"]),
+                 fmt::format("this body has no rotation: its loads act at its reference point, "
+                             "{:g}, {:g}, {:g} m",
+                             body.reference[0], body.reference[1], body.reference[2]));
+  }
 }
 
 /// A material point of a leaf must be a node of its superelements.
@@ -508,10 +547,12 @@ Job JobReader::read() {
 void JobReader::read_mechanism() {
   std::optional<Mechanism> mechanism;
   if (family_ && is_geometry_sound(*family_, faults_)) {
-    if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
     if (sound("/design/material") && sound("/model/flexure"))
       faults_.attempt([&] { check_leaf_model(job_.design, job_.model, Pointer("/model")); });
     faults_.attempt([&] { mechanism = make_mechanism(job_, job_.design.parameters); });
+    if (mechanism)
+      find_loaded_bodies(read_["loads"], *mechanism, faults_, job_.request.loads.constant);
+    if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }
   if (mechanism && job_.model.flexure == Flexure::plate) note_thick_leaves(*mechanism, job_.notes);
   if (job_.model.flexure == Flexure::plate && job_.model.warping == Warping::free)

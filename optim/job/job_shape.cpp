@@ -207,7 +207,7 @@ Shape job_shape(const Family* family) {
       standard("probes", list(probe_table().shape(), 0, 100), json::array(),
                "material points of the undeflected leaves whose displacement is wanted"),
       standard("loads", list(load_table().shape(), 0, 100), json::array(),
-               "dead loads at O in global axes, applied before the stroke"),
+               "dead loads on bodies in global axes, applied before the stroke"),
       standard("model", model_shape(), json::object(), "how the mechanism is modelled"),
       standard("parasitic", parasitic, json::object(), "what the parasitic frequency is"),
       optional("optimise", optimise_shape(family), "the search, for job optimise"),

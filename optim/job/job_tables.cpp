@@ -167,9 +167,14 @@ RecordTable<StrokeSpec> stroke_table(const Family* family) {
 const RecordTable<LoadSpec>& load_table() {
   static const auto table =
       RecordTable<LoadSpec>()
-          .standard("force", vector3("N", largest_number), &LoadSpec::force, "dead force at O")
-          .standard("moment", vector3("N m", largest_number), &LoadSpec::moment,
-                    "dead moment at O");
+          .optional("name", text(100), &LoadSpec::name, "for the job's other sections")
+          .optional("body", text(100), &LoadSpec::body,
+                    "on which it acts; default the end-effector")
+          .optional("at", vector3("m", 1e3), &LoadSpec::at,
+                    "place on that body, undeflected, global axes; default its reference point")
+          .standard("force", vector3("N", largest_number), &LoadSpec::force,
+                    "dead force; keeps its direction")
+          .standard("moment", vector3("N m", largest_number), &LoadSpec::moment, "dead moment");
   return table;
 }
 

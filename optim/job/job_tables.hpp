@@ -23,6 +23,8 @@ struct StrokeSpec {
 
 /// A dead load at O; `points` are those of a load path.
 struct LoadSpec {
+  std::string name, body;      ///< of a dead load; empty: none, the end-effector
+  std::optional<Vector3d> at;  ///< of a dead load, undeflected, global [m]
   Vector3d force = Vector3d::Zero(), moment = Vector3d::Zero();  ///< [N], [N m]
   int points = 11;
 };

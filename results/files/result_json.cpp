@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/elements/plate/leaf_validity.hpp"
+#include "core/response/mobility/mobility.hpp"
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/folder.hpp"
@@ -63,6 +64,17 @@ Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& m
           {"surface", peak->on_positive_normal ? "positive_normal" : "negative_normal"}};
 }
 
+/// Motion of every body by its name, as that of O is given.
+Json bodies_json(const PathPoint& point, const Mechanism& mechanism) {
+  Json bodies = Json::object();
+  for (std::size_t b = 0; b < point.bodies.size(); ++b) {
+    assert(b < mechanism.bodies.size());
+    bodies[mechanism.bodies[b].name] = {{"displacement", vector_json(point.bodies[b].displacement)},
+                                        {"rotation", vector_json(point.bodies[b].rotation)}};
+  }
+  return bodies;
+}
+
 Json leaves_json(const PathPoint& point, const Mechanism& mechanism) {
   Json leaves = Json::array();
   for (std::size_t i = 0; i < point.leaves.size(); ++i) {
@@ -97,6 +109,23 @@ Json validity_json(const LeafSpring& leaf) {
             {"beam", v.beam},
             {"beam_drive_stiffness", v.beam_drive},
             {"plate", optional_json(v.plate)}}}};
+}
+
+/// What the undeflected leaves and joints leave free, and what they hold more than once.
+Json constraints_json(const Mechanism& mechanism) {
+  const Mobility m = mobility(mechanism);
+  Json redundant = Json::array();
+  for (const Redundancy& r : m.redundant)
+    redundant.push_back({{"body", r.body},
+                         {"direction", direction_names[index(r.direction)]},
+                         {"axis", vector_json(r.axis)},
+                         {"shared_by", r.shared_by},
+                         {"text", r.text}});
+  return {{"degrees_of_freedom", m.degrees_of_freedom},
+          {"end_effector_degrees_of_freedom", m.end_effector_degrees_of_freedom},
+          {"overconstraints", m.overconstraints},
+          {"redundant", std::move(redundant)},
+          {"tolerance", Mobility::tolerance}};
 }
 
 Json leaf_geometry_json(const Mechanism& mechanism) {
@@ -261,7 +290,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   if (point.status != PointStatus::converged) {
     for (const QuantityRow& row : quantity_rows()) json[key_of(row.name)] = nullptr;
     for (const char* name : {"compliance", "modes", "max_stress_place", "buckling_load_factor",
-                             "stable", "negative_pivots", "leaves"})
+                             "stable", "negative_pivots", "leaves", "bodies"})
       json[name] = nullptr;
     return json;
   }
@@ -270,6 +299,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                         {"drive_locked", matrix_json(point.compliance_locked)}};
   json["modes"] = modes_json(point);
   json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
+  json["bodies"] = bodies_json(point, mechanism);
   if (!point.probes.empty()) {
     Json probes = Json::object();
     for (std::size_t k = 0; k < point.probes.size(); ++k)
@@ -320,6 +350,7 @@ OrderedJson make_result(const RunRecord& record) {
                  {"conventions", conventions_json(record)},
                  {"material", material_json(record.job.design.material)},
                  {"leaves", leaf_geometry_json(record.mechanism)},
+                 {"constraints", constraints_json(record.mechanism)},
                  {"path", std::move(path)}};
   if (record.job.request.wants_frequency_derivatives())
     result["frequency_derivatives"] = frequency_derivatives_json(response);

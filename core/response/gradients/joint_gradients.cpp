@@ -21,12 +21,8 @@ std::array<int, 2> sides_of(const Joint& joint) { return {joint.body, joint.othe
 template <class S>
 JointState<S> present(const Mechanism& mechanism, const MechanismState<S>& state,
                       const Joint& joint, int row, int count) {
-  const auto body = [&](int b) -> JointBodyOf<S> {
-    if (b < 0) return {};
-    const typename MechanismState<S>::Body& at = state.bodies[static_cast<std::size_t>(b)];
-    return {at.position, at.rotation, mechanism.bodies[b].reference};
-  };
-  return {joint, body(joint.body), body(joint.other), state.multipliers.segment(row, count)};
+  return {joint, joint_body(mechanism, state, joint.body),
+          joint_body(mechanism, state, joint.other), state.multipliers.segment(row, count)};
 }
 
 // At constant displacements, rotations and multipliers.
@@ -34,11 +30,8 @@ template <class S>
 JointState<S> moving(const Mechanism& mechanism, const Mechanism& direction, std::size_t k,
                      int count) {
   const Joint& joint = mechanism.joints[k];
-  const auto body = [&](int b) -> JointBodyOf<S> {
-    const Vector3d moves = b < 0 ? Vector3d::Zero() : direction.bodies[b].reference;
-    return {moves.cast<S>(), Matrix3<S>::Zero(), moves};
-  };
-  return {direction.joints[k], body(joint.body), body(joint.other), Eigen::VectorX<S>::Zero(count)};
+  return {direction.joints[k], moving_joint_body<S>(direction, joint.body),
+          moving_joint_body<S>(direction, joint.other), Eigen::VectorX<S>::Zero(count)};
 }
 
 }  // namespace
@@ -83,12 +76,7 @@ void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismSta
       JointState<S> rate = moving<S>(mechanism, directions[p], k, count);
       rate.multipliers = q.segment(first + row, count);
       JointBodyOf<S>* bodies[] = {&rate.body, &rate.other};
-      for (int e = 0; e < 2; ++e)
-        if (const int b = sides_of(joint)[e]; b >= 0) {
-          const Vector3<S> spin = q.template segment<3>(6 * b + 3);
-          bodies[e]->position += q.template segment<3>(6 * b);
-          bodies[e]->rotation = hat(spin) * state.bodies[static_cast<std::size_t>(b)].rotation;
-        }
+      for (int e = 0; e < 2; ++e) add_motion<S>(state, sides_of(joint)[e], q, *bodies[e]);
       const JointRates<S> r = joint_rates(at, rate);
       rates.col(static_cast<Eigen::Index>(p)) +=
           (y.cwiseProduct(r.curvature.lazyProduct(y)) +

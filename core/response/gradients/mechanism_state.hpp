@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/math/jet.hpp"
+#include "core/mechanism/joint.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
@@ -20,5 +21,28 @@ struct MechanismState {
 
 /// Where the factor's system is.
 MechanismState<double> present_state(const MechanismFactor& factor);
+
+/// A body, or the ground, as joints and springs see it.
+template <class S>
+JointBodyOf<S> joint_body(const Mechanism& mechanism, const MechanismState<S>& state, int b) {
+  if (b < 0) return {};
+  const typename MechanismState<S>::Body& at = state.bodies[static_cast<std::size_t>(b)];
+  return {at.position, at.rotation, mechanism.bodies[b].reference};
+}
+/// How it moves along a design parameter, at constant displacement and rotation.
+template <class S>
+JointBodyOf<S> moving_joint_body(const Mechanism& direction, int b) {
+  const Vector3d moves = b < 0 ? Vector3d::Zero() : direction.bodies[b].reference;
+  return {moves.cast<S>(), Matrix3<S>::Zero(), moves};
+}
+/// What `state_rate`, the displacements and spins of all bodies, adds to that.
+template <class S, class Column>
+void add_motion(const MechanismState<S>& state, int b, const Column& state_rate,
+                JointBodyOf<S>& rate) {
+  if (b < 0) return;
+  const Vector3<S> spin = state_rate.template segment<3>(6 * b + 3);
+  rate.position += state_rate.template segment<3>(6 * b);
+  rate.rotation = hat(spin) * state.bodies[static_cast<std::size_t>(b)].rotation;
+}
 
 }  // namespace flexopt

@@ -72,7 +72,7 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
   VectorXd s = system.tangent_stiffness().diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   MatrixXd K = s.asDiagonal() * system.tangent_stiffness() * s.asDiagonal();
   const bool driven = loads.driven();
-  VectorXd P = forces_at_rest(loads, factors, mechanism);
+  VectorXd P = forces_at_rest(loads, factors, mechanism) - preload_forces(mechanism);
   for (const int k : system.held()) P[k] = 0;
   VectorXd drive = driven ? VectorXd::Unit(K.rows(), d) : P;
   drive = joints ? VectorXd(FreeMotions(system, false).answer(drive))

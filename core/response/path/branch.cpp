@@ -85,7 +85,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   const bool reduced_leads = differentiable && model.accuracy == Accuracy::reduced &&
                              model.method == Reduction::mixed_potential;
   std::optional<std::string> lost;  // why the path has ended
-  if (!request.loads.constant.empty()) {
+  if (system.loaded_at_rest()) {
     const Equilibrium loaded =
         solve_refined(system, [&] { return step_load(system, {.constant = 1}, request.newton); });
     if (!loaded.converged) lost = loaded.message;

@@ -25,7 +25,7 @@ std::unique_ptr<System> with_full_leaves(System& system) {
 // The path of full leaves from rest to one point.
 Equilibrium step_from_rest(System& system, const StrokeRequest& request, double stroke) {
   if (!request.loads.driven()) return step_load(system, {1, stroke}, request.newton);
-  if (!request.loads.constant.empty())
+  if (system.loaded_at_rest())
     if (Equilibrium loaded = step_load(system, {.constant = 1}, request.newton); !loaded.converged)
       return loaded;
   return step_to(system, stroke, request.newton);

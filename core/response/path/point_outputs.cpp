@@ -25,6 +25,12 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
       point.displacement =
           system.leaf(i).material_point(follows->along, follows->across) - body.reference;
   }
+  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
+    const BodyPose& at = system.pose(static_cast<int>(b));
+    point.bodies.push_back(
+        {at.position - mechanism.bodies[b].reference, rotation_log(at.rotation)});
+  }
+  point.bodies[static_cast<std::size_t>(mechanism.end_effector)].displacement = point.displacement;
   for (const Probe& probe : request.probes) {
     const LeafSpring& leaf = mechanism.leaves[probe.leaf];
     const Vector3d place = leaf.origin + leaf.axes.col(0) * (probe.along * leaf.length) +

@@ -354,7 +354,7 @@ FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
                                                  const ExactDerivatives* exact) {
   System system(mechanism, make_full_leaves(mechanism, model), loads);
   system.assemble();
-  if (!loads.constant.empty()) {
+  if (system.loaded_at_rest()) {
     const Equilibrium loaded = step_load(system, {.constant = 1}, newton);
     if (!loaded.converged)
       return {.ok = false, .message = loaded.message, .modes = {}, .gradients = {}};

@@ -6,6 +6,7 @@
 
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
+#include "core/mechanism/spring.hpp"
 
 namespace flexopt {
 
@@ -71,6 +72,7 @@ void MechanismSeries::expand() {
     body_mass_.push_back(M);
   }
   if (factor_->joints() > 0) expand_joints();
+  expand_springs();
   for (Leaf& leaf : leaves_) {
     const LeafScale& scale = leaf.linear->linear->scale();
     std::array<EdgeBodySeries, 2> edges;
@@ -160,6 +162,33 @@ void MechanismSeries::expand_joints() {
     for (MatrixXd& G : joints_.gradient) G.col(k).setZero();
 }
 
+void MechanismSeries::expand_springs() {
+  const Mechanism& m = factor_->system().mechanism();
+  if (m.springs.empty()) return;
+  for (int o = 0; o < 3; ++o) {
+    springs_.force[o] = VectorXd::Zero(bodies_);
+    springs_.tangent[o] = MatrixXd::Zero(bodies_, bodies_);
+  }
+  const MechanismState<Jet> state = path();
+  for (const Spring& spring : m.springs) {
+    const SpringForcesOf<Jet> f = spring_forces(spring, joint_body(m, state, spring.body),
+                                                joint_body(m, state, spring.other));
+    const std::array<int, 2> sides{spring.body, spring.other};
+    for (int o = 0; o < 3; ++o) {
+      const Vector12d force = coefficients(f.force, o);
+      const Matrix12d tangent = coefficients(f.tangent, o);
+      for (int e = 0; e < 2; ++e) {
+        if (sides[e] < 0) continue;
+        springs_.force[o].segment<6>(6 * sides[e]) += force.segment<6>(6 * e);
+        for (int g = 0; g < 2; ++g)
+          if (sides[g] >= 0)
+            springs_.tangent[o].block<6, 6>(6 * sides[e], 6 * sides[g]) +=
+                tangent.block<6, 6>(6 * e, 6 * g);
+      }
+    }
+  }
+}
+
 void MechanismSeries::add_joints(const MatrixXd& Y, int order, MatrixXd& result) const {
   const int m = factor_->joints();
   if (m == 0) return;
@@ -192,6 +221,8 @@ Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y, int orders) c
       result[o].middleRows(r, 3) += arm_stiffness(load.force, arm) * Y.middleRows(r, 3);
     }
     add_joints(Y, o, result[o]);
+    if (!factor_->system().mechanism().springs.empty())
+      result[o].topRows(bodies_) += springs_.tangent[o] * Y.topRows(bodies_);
     factor_->clear_held(result[o]);
   }
   return result;
@@ -222,6 +253,8 @@ Series<VectorXd> MechanismSeries::residual() const {
     for (const BodyLoad& load : factor_->system().acting())
       sum[o].middleRows(6 * load.body + 3, 3) -=
           (rotation_[load.body][o] * load.arm).cross(load.force);
+    if (!factor_->system().mechanism().springs.empty())
+      sum[o].topRows(bodies_) += springs_.force[o];
     factor_->clear_held(sum[o]);
     result[o] = sum[o];
     if (factor_->joints() == 0) continue;

@@ -61,6 +61,12 @@ class MechanismSeries {
     Series<MatrixXd> gradient, curvature;
   };
   void expand_joints();
+  /// Forces of the springs on the bodies, and their tangent, along the path.
+  struct Springs {
+    Series<VectorXd> force;
+    Series<MatrixXd> tangent;
+  };
+  void expand_springs();
   void add_joints(const MatrixXd& Y, int order, MatrixXd& result) const;
 
   const MechanismFactor* factor_;
@@ -68,6 +74,7 @@ class MechanismSeries {
   std::vector<Leaf> leaves_;
   Series<VectorXd> multipliers_;
   Joints joints_;
+  Springs springs_;
   std::vector<Series<Vector3d>> place_, turn_;  ///< of every body: reference point, rotation vector
   std::vector<Series<Matrix3d>> rotation_;
   std::vector<Series<Matrix6d>> body_mass_;

@@ -187,6 +187,23 @@ TEST_CASE("derivatives along the design know loads on arms and on other bodies",
   CHECK(check_gradients(family, beams(), request_with(on_the_body_between())) > 50);
 }
 
+TEST_CASE("a force at a place that stays has its arm from the moving reference point",
+          "[equilibrium][loads]") {
+  using namespace flexopt::test;
+  const LoadCase at_a_place{
+      .constant = {{.force = {0.4, 0.3, -0.5}, .body = 1, .place = Vector3d(0.07, -0.02, 0.015)}}};
+  const Mechanism m = row_of_two(0.06, 4e-4);
+  LoadCase on_an_arm = at_a_place;
+  on_an_arm.constant[0].place.reset();
+  on_an_arm.constant[0].arm = Vector3d(0.07, -0.02, 0.015) - m.bodies[1].reference;
+  CHECK(forces_at_rest(at_a_place, {1, 0}, m) == forces_at_rest(on_an_arm, {1, 0}, m));
+  const test::Family family{[](const test::Values& p) { return row_of_two(p[0], p[1]); },
+                            {{"length", 0.06}, {"thickness", 4e-4}},
+                            {0},
+                            1.0};
+  CHECK(check_gradients(family, beams(), request_with(at_a_place)) > 25);
+}
+
 TEST_CASE("a growing load on another body moves the end-effector undriven",
           "[equilibrium][loads]") {
   const Mechanism m = row_of_two(0.06, 4e-4);

@@ -108,6 +108,30 @@ TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[o
   CHECK(job.request.newton.tolerance == 1e-10);
 }
 
+TEST_CASE("loads act on any body at any place", "[optim][job]") {
+  json document = base("cantilever");
+  document["design"]["tip"] = "hinged";
+  document["loads"] = json::parse(R"([
+    {"name": "payload", "force": [0, 0, "-2 N"]},
+    {"name": "push", "body": "tip edge", "at": ["90 mm", "2 mm", 0], "force": [1, 0, 0],
+     "moment": [0, 0, "3 N mm"]},
+    {"body": "end_effector", "at": [0.1, 0, "5 mm"], "force": [0, 1, 0]}])");
+  const Job job = parse_job(document);
+  const std::vector<DeadLoad>& loads = job.request.loads.constant;
+  REQUIRE(loads.size() == 3);
+  CHECK(loads[0].name == "payload");
+  CHECK_FALSE(loads[0].body);
+  CHECK_FALSE(loads[0].place);
+  const Mechanism mechanism = make_mechanism(job, job.design.parameters);
+  REQUIRE(loads[1].body);
+  CHECK(mechanism.bodies[*loads[1].body].name == "tip edge");
+  CHECK(loads[1].place == Vector3d(0.09, 2e-3, 0));
+  CHECK(loads[1].moment == Vector3d(0, 0, 3e-3));
+  CHECK_FALSE(loads[2].body);
+  CHECK(loads[2].place == Vector3d(0.1, 0, 5e-3));
+  CHECK_FALSE(broken_rule(job.request.loads, mechanism));
+}
+
 TEST_CASE("the reduction and the cut of the leaves are read", "[optim][job]") {
   json document = base("evaluate");
   CHECK(parse_job(document).model.method == Reduction::mixed_potential);

@@ -110,6 +110,39 @@ TEST_CASE("Frequency derivatives are in the result, under the contract's names",
   CHECK_FALSE(make_result(record).contains("frequency_derivatives"));
 }
 
+TEST_CASE("Every body has its motion at every point of the result", "[results][json]") {
+  RunRecord record = test::evaluated_hinge();
+  RigidBody second = record.mechanism.bodies[0];
+  second.name = "second";
+  record.mechanism.bodies.push_back(second);
+  for (PathPoint& point : record.response.path)
+    point.bodies = {{point.displacement, point.rotation}, {{1e-3, 0, 2e-3}, {0, 0.1, -0.2}}};
+  const OrderedJson result = make_result(record);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const auto& json = result["path"][i];
+    REQUIRE(json["bodies"].size() == 2);
+    CHECK(json["bodies"]["shuttle"]["displacement"] == json["displacement"]);
+    CHECK(json["bodies"]["shuttle"]["rotation"] == json["rotation"]);
+    CHECK(json["bodies"]["second"]["displacement"] == OrderedJson({1e-3, 0.0, 2e-3}));
+    CHECK(json["bodies"]["second"]["rotation"] == OrderedJson({0.0, 0.1, -0.2}));
+  }
+}
+
+TEST_CASE("What holds a mechanism twice is in the result, in words", "[results][json]") {
+  const OrderedJson constraints = make_result(test::evaluated_hinge())["constraints"];
+  CHECK(constraints["degrees_of_freedom"] == 1);
+  CHECK(constraints["end_effector_degrees_of_freedom"] == 1);
+  CHECK(constraints["overconstraints"] == 1);
+  CHECK(constraints["tolerance"] == 1e-8);
+  REQUIRE(constraints["redundant"].size() == 1);
+  const OrderedJson& redundant = constraints["redundant"][0];
+  CHECK(redundant["body"] == "shuttle");
+  CHECK(redundant["direction"] == "uz");
+  CHECK(redundant["shared_by"] == OrderedJson({"leaf 1", "leaf 2"}));
+  CHECK(redundant["text"] ==
+        "displacement of `shuttle` along z is held twice, by `leaf 1` and `leaf 2`");
+}
+
 TEST_CASE("Keys stand in the contract's order and a matrix row on one line", "[results][json]") {
   const std::string text = json_text(make_result(test::evaluated_hinge()));
   const auto at = [&](const char* key) { return text.find(std::string("\n  \"") + key + "\":"); };

@@ -1,0 +1,58 @@
+#include "core/equilibrium/springs.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace flexopt {
+
+Springs::Springs(const Mechanism& mechanism)
+    : mechanism_(&mechanism),
+      acting_(mechanism.springs),
+      preloaded_(std::ranges::any_of(mechanism.springs, is_preloaded)) {
+  apply(0);
+}
+
+void Springs::apply(double share) {
+  for (std::size_t k = 0; k < acting_.size(); ++k) {
+    if (acting_[k].matrix) continue;
+    const double free = mechanism_->springs[k].free_length, built = built_length(acting_[k]);
+    acting_[k].free_length = share == 1 ? free : built + share * (free - built);
+  }
+}
+
+void Springs::add(const std::vector<BodyPose>& poses, double& energy, VectorXd& force,
+                  MatrixXd& tangent) const {
+  const auto at = [&](int b) -> JointBody {
+    if (b < 0) return {};
+    const BodyPose& pose = poses[static_cast<std::size_t>(b)];
+    return {pose.position, pose.rotation, mechanism_->bodies[b].reference};
+  };
+  for (const Spring& spring : acting_) {
+    const SpringForces f = spring_forces(spring, at(spring.body), at(spring.other));
+    energy += f.energy;
+    const std::array<int, 2> body{spring.body, spring.other};
+    for (int a = 0; a < 2; ++a) {
+      if (body[a] < 0) continue;
+      force.segment<6>(6 * body[a]) += f.force.segment<6>(6 * a);
+      for (int b = 0; b < 2; ++b)
+        if (body[b] >= 0)
+          tangent.block<6, 6>(6 * body[a], 6 * body[b]) += f.tangent.block<6, 6>(6 * a, 6 * b);
+    }
+  }
+}
+
+VectorXd preload_forces(const Mechanism& mechanism) {
+  const auto n = 6 * static_cast<Eigen::Index>(mechanism.bodies.size());
+  std::vector<BodyPose> poses;
+  for (const RigidBody& body : mechanism.bodies)
+    poses.push_back({body.reference, Matrix3d::Identity()});
+  Springs springs(mechanism);
+  springs.apply(1);
+  double energy = 0;
+  VectorXd force = VectorXd::Zero(n);
+  MatrixXd tangent = MatrixXd::Zero(n, n);
+  springs.add(poses, energy, force, tangent);
+  return force;
+}
+
+}  // namespace flexopt

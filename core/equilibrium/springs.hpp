@@ -1,0 +1,34 @@
+#pragma once
+// The springs of a mechanism as part of its energy: README.md (Q4).
+#include <vector>
+
+#include "core/equilibrium/body_pose.hpp"
+#include "core/mechanism/spring.hpp"
+
+namespace flexopt {
+
+class Springs {
+ public:
+  /// At first without preload: as if their free lengths were those as built. The mechanism must
+  /// outlive it.
+  explicit Springs(const Mechanism& mechanism);
+
+  /// Whether one of them pulls or pushes in the undeflected state.
+  bool preloaded() const { return preloaded_; }
+  /// Lets so much of the difference between free and built lengths act, 0 … 1.
+  void apply(double share);
+
+  /// Adds energy, forces on the bodies and tangent at these poses.
+  void add(const std::vector<BodyPose>& poses, double& energy, VectorXd& force,
+           MatrixXd& tangent) const;
+
+ private:
+  const Mechanism* mechanism_;
+  std::vector<Spring> acting_;
+  bool preloaded_ = false;
+};
+
+/// Forces on the bodies in the undeflected state, preload acting.
+VectorXd preload_forces(const Mechanism& mechanism);
+
+}  // namespace flexopt

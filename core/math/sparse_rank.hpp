@@ -1,0 +1,27 @@
+#pragma once
+// Rank and dependent rows of a sparse matrix, by the rank-revealing QR of SuiteSparse (SPQR).
+#include <utility>
+#include <vector>
+
+namespace flexopt {
+
+/// One entry of a sparse matrix; entries of the same place add up.
+struct SparseEntry {
+  int row = 0, column = 0;
+  double value = 0;
+};
+
+struct DependentRows {
+  int rank = 0;
+  /// One for each row that is a combination of others: those rows with their factors (row, factor),
+  /// then the row itself with the factor −1. Their sums are zero, and they span all such sums.
+  /// Where rows repeat each other it is a later one, unless that has a single entry.
+  std::vector<std::vector<std::pair<int, double>>> sums;
+};
+
+/// A row counts as dependent where what the others leave of it is shorter than `tolerance` times
+/// its own length. A row without entries depends on no other. Throws std::bad_alloc.
+DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntry>& entries,
+                             double tolerance);
+
+}  // namespace flexopt

@@ -1,0 +1,32 @@
+#pragma once
+// Degrees of freedom and overconstraints of the undeflected mechanism: README.md (K1).
+#include <string>
+#include <vector>
+
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+/// A condition that others already hold: a state of stress that no load makes.
+struct Redundancy {
+  std::string body;                     ///< on which it acts, or "ground"
+  Direction direction = Direction::ux;  ///< nearest to the axis
+  Vector3d axis;                        ///< unit vector, global axes
+  std::vector<std::string> shared_by;   ///< leaves and joints; "<body> (held)" for held directions
+  std::string text;                     ///< a sentence
+};
+
+struct Mobility {
+  /// What a condition must have of its own to count [-]: of its gradient, lengths over the longest
+  /// leaf.
+  static constexpr double tolerance = 1e-8;
+
+  int degrees_of_freedom = 0;               ///< of all bodies together
+  int end_effector_degrees_of_freedom = 0;  ///< independent motions of the end-effector
+  int overconstraints = 0;
+  std::vector<Redundancy> redundant;  ///< one for each overconstraint
+};
+
+Mobility mobility(const Mechanism& mechanism);
+
+}  // namespace flexopt

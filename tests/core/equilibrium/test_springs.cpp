@@ -1,0 +1,224 @@
+// Mechanisms with springs: closed forms, and that motions of the whole change nothing.
+#include "core/equilibrium/springs.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/rotation.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+
+namespace {
+
+ModelOptions model_of(Accuracy accuracy) {
+  return {.accuracy = accuracy, .flexure = Flexure::beam, .mesh = {8, 1}};
+}
+
+StrokeRequest request_of(std::vector<double> points, int frequencies = 0) {
+  StrokeRequest request;
+  request.points = std::move(points);
+  request.frequencies = frequencies;
+  request.outputs.remove(Output::frequency_derivatives);
+  request.newton.tolerance = 1e-12;
+  return request;
+}
+
+Spring between(const Vector3d& place, const Vector3d& other, double stiffness, double free) {
+  return {.name = "spring",
+          .place = place,
+          .other_place = other,
+          .stiffness = stiffness,
+          .free_length = free};
+}
+
+// A guide whose body moves along y only, so that the leaves do not feel what pulls it aside.
+Mechanism straight_guide() {
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.bodies[0].held = {true, false, true, true, true, true};
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("a spring beside a guide adds its stiffness", "[spring]") {
+  const ModelOptions model = model_of(GENERATE(Accuracy::full, Accuracy::reduced));
+  const Mechanism alone = models::guide(0.1, 0.03, 5e-4);
+  Mechanism with = alone;
+  with.springs = {between({0.1, 0, 0}, {0.1, -0.5, 0}, 2e3, 0.5)};
+  REQUIRE_FALSE(broken_rule(with));
+  const StrokeRequest request = request_of({0, 0.015});
+  const StrokeResponse a = evaluate_stroke(alone, model, request),
+                       b = evaluate_stroke(with, model, request);
+  REQUIRE(b.status == Status::ok);
+  CHECK(b.path[0].drive_stiffness - a.path[0].drive_stiffness == Approx(2e3).epsilon(1e-9));
+  // beside the stroke, the guide moves a little towards the ground: the spring turns with it
+  const double along = 0.515, aside = b.path[1].displacement[0], length = std::hypot(along, aside),
+               pull = 2e3 * (length - 0.5);
+  CHECK(b.path[1].drive_load - a.path[1].drive_load == Approx(pull * along / length).epsilon(1e-4));
+}
+
+TEST_CASE("a preloaded spring across the stroke has its geometric stiffness", "[spring]") {
+  const ModelOptions model = model_of(GENERATE(Accuracy::full, Accuracy::reduced));
+  const Mechanism alone = straight_guide();
+  const double built = 0.2, k = 5e3;
+  const double free = GENERATE(0.15, 0.23, 0.0);  // it pulls, it pushes, it has no length
+  Mechanism with = alone;
+  with.springs = {between({0.1, 0, 0}, {0.1 + built, 0, 0}, k, free)};
+  REQUIRE_FALSE(broken_rule(with));
+  const StrokeRequest request = request_of({0, 0.012});
+  const StrokeResponse a = evaluate_stroke(alone, model, request),
+                       b = evaluate_stroke(with, model, request);
+  REQUIRE(b.status == Status::ok);
+  CHECK(b.path[0].drive_stiffness - a.path[0].drive_stiffness ==
+        Approx(k * (built - free) / built).epsilon(1e-8));
+  const double length = std::hypot(built, 0.012);
+  CHECK(b.path[1].drive_load - a.path[1].drive_load ==
+        Approx(k * (length - free) * 0.012 / length).epsilon(1e-8));
+}
+
+TEST_CASE("two springs that push balance a guide", "[spring]") {
+  // k (l0 − b)/b of each against the guide's own stiffness: the drive needs next to no force
+  Mechanism m = straight_guide();
+  const StrokeRequest request = request_of({0, 1e-4});
+  const ModelOptions model = model_of(Accuracy::full);
+  const double stiffness = evaluate_stroke(m, model, request).path[0].drive_stiffness;
+  const double built = 0.05, k = 2e4, free = built * (1 + 0.5 * stiffness / k);
+  for (const double side : {1.0, -1.0}) {
+    m.springs.push_back(between({0.1, 0, 0}, {0.1, 0, side * built}, k, free));
+    m.springs.back().name += side > 0 ? " up" : " down";
+  }
+  const StrokeResponse balanced = evaluate_stroke(m, model, request);
+  REQUIRE(balanced.status == Status::ok);
+  CHECK(std::abs(balanced.path[0].drive_stiffness) < 1e-8 * stiffness);
+  CHECK(std::abs(balanced.path[1].drive_load) < 1e-4 * stiffness * 1e-4);
+}
+
+TEST_CASE("a bushing beside a guide adds its matrix at rest", "[spring]") {
+  const ModelOptions model = model_of(Accuracy::full);
+  const Mechanism alone = models::guide(0.1, 0.03, 5e-4);
+  Mechanism with = alone;
+  Matrix6d K = Matrix6d::Zero();
+  K.diagonal() << 1e4, 2e4, 3e4, 2, 3, 4;
+  K(0, 1) = K(1, 0) = 5e3;
+  K(2, 3) = K(3, 2) = 20;
+  const Vector3d place(0.12, 0.01, -0.02);
+  with.springs = {{.name = "bushing", .body = ground, .other = 0, .place = place, .matrix = K}};
+  REQUIRE_FALSE(broken_rule(with));
+  const auto stiffness = [&](const Mechanism& m) {
+    System system(m, make_full_leaves(m, model));
+    system.assemble();
+    return Matrix6d(system.tangent_stiffness());
+  };
+  Matrix6d at_O = Matrix6d::Identity();
+  at_O.topRightCorner<3, 3>() = -hat(place - alone.bodies[0].reference);
+  const Matrix6d added = at_O.transpose() * K * at_O;
+  CHECK((stiffness(with) - stiffness(alone) - added).norm() < 1e-9 * stiffness(alone).norm());
+}
+
+TEST_CASE("a mass on a spring has its frequency", "[spring]") {
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.bodies.push_back(models::body({0.3, 0, 0}, 0.2, 1e-5));
+  m.bodies[1].name = "counterweight";
+  m.bodies[1].role = BodyRole::intermediate;
+  m.bodies[1].held = {true, false, true, true, true, true};
+  CHECK_THAT(broken_rule(m).value_or(""), Contains("counterweight: no leaf ties it to the ground"));
+  m.springs = {between({0.3, 0, 0}, {0.3, 0.1, 0}, 900, 0.1)};
+  m.springs[0].body = 1;
+  REQUIRE_FALSE(broken_rule(m));
+  const StrokeResponse r = evaluate_stroke(m, model_of(Accuracy::full), request_of({0, 0.01}, 6));
+  REQUIRE(r.status == Status::ok);
+  const double expected = std::sqrt(900 / 0.2) / (2 * std::numbers::pi);
+  for (const PathPoint& p : r.path) {
+    double nearest = 1e9;
+    for (const double f : p.frequencies_free)
+      if (std::abs(f - expected) < std::abs(nearest - expected)) nearest = f;
+    CHECK(nearest == Approx(expected).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("a mechanism with springs that is put elsewhere answers the same", "[spring]") {
+  // axes x, y, z become y, z, x, and everything is shifted
+  Matrix3d R = Matrix3d::Zero();
+  R(1, 0) = R(2, 1) = R(0, 2) = 1;
+  const Vector3d shift(0.3, -0.2, 0.5);
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.springs = {between({0.11, 0.02, 0.01}, {0.2, 0.1, 0.05}, 3e3, 0.1)};
+  Matrix6d K = Matrix6d::Zero();
+  K.diagonal() << 1e3, 2e3, 3e3, 2, 3, 4;
+  K(0, 5) = K(5, 0) = 30;
+  m.springs.push_back({.name = "bushing", .place = {0.09, 0.01, 0.02}, .matrix = K});
+  const auto put = [&](const Vector3d& v) { return Vector3d(R * v + shift); };
+  Mechanism there = m;
+  there.drive = Direction::uz;
+  RigidBody& body = there.bodies[0];
+  body.reference = put(body.reference);
+  body.center_of_mass = put(body.center_of_mass);
+  body.inertia = R * body.inertia * R.transpose();
+  for (LeafSpring& leaf : there.leaves) {
+    leaf.origin = put(leaf.origin);
+    leaf.axes = R * leaf.axes;
+  }
+  there.springs[0].place = put(m.springs[0].place);
+  there.springs[0].other_place = put(m.springs[0].other_place);
+  there.springs[1].place = put(m.springs[1].place);
+  Matrix6d turn = Matrix6d::Zero();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = R;
+  there.springs[1].matrix = turn * K * turn.transpose();
+  REQUIRE_FALSE(broken_rule(there));
+  const ModelOptions model = model_of(GENERATE(Accuracy::full, Accuracy::reduced));
+  const StrokeRequest request = request_of({0, 0.015}, 4);
+  const StrokeResponse a = evaluate_stroke(m, model, request),
+                       b = evaluate_stroke(there, model, request);
+  REQUIRE(a.status == Status::ok);
+  REQUIRE(b.status == Status::ok);
+  for (std::size_t k = 0; k < a.path.size(); ++k) {
+    CHECK(b.path[k].drive_load == Approx(a.path[k].drive_load).epsilon(1e-9).margin(1e-8));
+    CHECK((b.path[k].displacement - R * a.path[k].displacement).norm() < 1e-11);
+    CHECK((b.path[k].rotation - R * a.path[k].rotation).norm() < 1e-10);
+    for (int i = 0; i < 4; ++i)
+      CHECK(b.path[k].frequencies_locked[i] ==
+            Approx(a.path[k].frequencies_locked[i]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("force and tangent are the derivatives of the energy of leaves and springs",
+          "[equilibrium][spring]") {
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.springs = {between({0.11, 0.02, 0.01}, {0.2, 0.1, 0.05}, 3e3, 0.08)};
+  System system(m, make_full_leaves(m, model_of(Accuracy::full)));
+  REQUIRE(system.loaded_at_rest());
+  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
+  system.assemble();
+  // the drive alone holds what the spring pulls
+  VectorXd rest = system.internal_force();
+  rest[1] = 0;
+  CHECK(rest.norm() < 1e-7 * system.internal_force().norm());
+  CHECK(system.internal_force().norm() > 1);
+  const VectorXd force = system.internal_force();
+  const double energy = system.energy();
+  const MatrixXd K = system.residual_derivative();
+  Vector6d y;
+  y << 1e-4, -2e-4, 1e-4, 1e-3, 2e-3, -1e-3;
+  VectorXd change = VectorXd::Zero(6);
+  double work = 0;
+  const auto start = system.save();
+  for (const double side : {0.01, -0.01}) {
+    system.restore(start);
+    system.move(side * y);
+    system.assemble();
+    for (int i = 0; i < 20 && system.correction() > 1e-13; ++i) {
+      system.move(VectorXd::Zero(6));  // the leaves' interiors
+      system.assemble();
+    }
+    change += system.internal_force() * side / 2e-4;
+    work += (system.energy() - energy) * side / 2e-4;
+  }
+  CHECK(work == Approx(force.dot(y)).epsilon(1e-5));
+  CHECK((change - K * y).norm() < 1e-4 * (K * y).norm());
+}
