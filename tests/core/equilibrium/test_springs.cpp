@@ -155,7 +155,7 @@ TEST_CASE("a mechanism with springs that is put elsewhere answers the same", "[s
   m.springs.push_back({.name = "bushing", .place = {0.09, 0.01, 0.02}, .matrix = K});
   const auto put = [&](const Vector3d& v) { return Vector3d(R * v + shift); };
   Mechanism there = m;
-  there.drive = Direction::uz;
+  there.drives = {make_drive<double>(Direction::uz)};
   RigidBody& body = there.bodies[0];
   body.reference = put(body.reference);
   body.center_of_mass = put(body.center_of_mass);
