@@ -6,19 +6,25 @@
 
 namespace flexopt {
 
-FreeMotions::FreeMotions(const System& system, bool drive_held) : system_(&system) {
-  const Mechanism& m = system.mechanism();
+FreeMotions::FreeMotions(const System& system, bool drives_held) : system_(&system) {
   const int n = system.size();
   const Constraints& c = system.constraints();
   scale_ = VectorXd::Ones(n);
   for (int b = 0; b < n; b += 6) scale_.segment<3>(b).setConstant(system.length());
-  const int others = static_cast<int>(system.held().size()) + drive_held;
-  MatrixXd rows = MatrixXd::Zero(c.count() + others, n);
-  rows.topRows(c.count()) =
-      c.units().cwiseInverse().asDiagonal() * c.gradient() * scale_.asDiagonal();
-  int row = c.count();
-  for (const int k : system.held()) rows(row++, k) = 1;
-  if (drive_held) rows(row, 6 * m.end_effector + index(drive_direction(m))) = 1;
+  std::vector<int> fixed = system.held();
+  if (drives_held)
+    for (const int k : system.driven_coordinates()) fixed.push_back(k);
+  const int conditions = drives_held ? c.count() : c.joints();
+  MatrixXd rows = MatrixXd::Zero(conditions + static_cast<Eigen::Index>(fixed.size()), n);
+  rows.topRows(conditions) =
+      (c.units().cwiseInverse().asDiagonal() * c.gradient() * scale_.asDiagonal())
+          .topRows(conditions);
+  int row = conditions;
+  for (const int k : fixed) rows(row++, k) = 1;
+  if (rows.rows() == 0) {
+    basis_ = scale_.asDiagonal();
+    return;
+  }
   basis_ = scale_.asDiagonal() * null_space_of_transpose(rows.transpose(), 1e-9);
 }
 
@@ -35,6 +41,7 @@ MatrixXd scaled(const MatrixXd& K, VectorXd& s) {
 }  // namespace
 
 MatrixXd FreeMotions::answer(const MatrixXd& forces) const {
+  if (count() == 0) return MatrixXd::Zero(basis_.rows(), forces.cols());
   VectorXd s;
   const MatrixXd K = scaled(basis_.transpose() * system_->tangent_stiffness() * basis_, s);
   const MatrixXd F = s.asDiagonal() * (basis_.transpose() * forces);

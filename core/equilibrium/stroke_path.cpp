@@ -11,40 +11,62 @@
 
 namespace flexopt {
 
-double present_stroke(const System& system) {
+VectorXd present_strokes(const System& system) {
   const Mechanism& m = system.mechanism();
-  const BodyPose& pose = system.pose(m.end_effector);
-  const int d = index(drive_direction(m));
-  if (is_rotation(drive_direction(m))) return rotation_log(pose.rotation)[d - 3];
-  return pose.position[d] - m.bodies[m.end_effector].reference[d];
-}
-
-Vector6d stroke_gradient(const System& system) {
-  const Mechanism& m = system.mechanism();
-  const int d = index(drive_direction(m));
-  Vector6d h = Vector6d::Zero();
-  if (is_rotation(drive_direction(m))) {
-    const Vector3d v = rotation_log(system.pose(m.end_effector).rotation);
-    h.tail<3>() = rotation_left_tangent_inverse(v).row(d - 3).transpose();
-  } else {
-    h[d] = 1;
+  VectorXd strokes(static_cast<Eigen::Index>(m.drives.size()));
+  for (std::size_t k = 0; k < m.drives.size(); ++k) {
+    const Drive& drive = m.drives[k];
+    const auto body = [&](int b) -> JointBody {
+      if (b < 0) return {};
+      return {system.pose(b).position, system.pose(b).rotation, m.bodies[b].reference};
+    };
+    const int d = index(drive.direction);
+    double& stroke = strokes[static_cast<Eigen::Index>(k)];
+    if (!system.drives()[k].coordinate)
+      stroke =
+          drive_stroke<double>(drive, DriveLoad::conjugate, body(drive.body), body(drive.other))
+              .value;
+    else if (is_rotation(drive.direction))
+      stroke = rotation_log(system.pose(drive.body).rotation)[d - 3];
+    else
+      stroke = system.pose(drive.body).position[d] - m.bodies[drive.body].reference[d];
   }
-  return h;
+  return strokes;
 }
 
-int negative_pivots(const System& system, bool drive_held) {
-  if (system.constraints().count() > 0)
-    return system.negative_pivots() + FreeMotions(system, drive_held).negative_pivots();
+double present_stroke(const System& system) { return present_strokes(system)[0]; }
+
+MatrixXd stroke_gradients(const System& system) {
   const Mechanism& m = system.mechanism();
-  const int d = 6 * m.end_effector + index(drive_direction(m));
+  MatrixXd H = MatrixXd::Zero(static_cast<Eigen::Index>(m.drives.size()), system.size());
+  for (std::size_t k = 0; k < m.drives.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const Drive& drive = m.drives[k];
+    const int d = index(drive.direction);
+    if (const System::DriveRow& at = system.drives()[k]; !at.coordinate) {
+      H.row(row) = system.constraints().stroke_gradient().row(*at.condition);
+    } else if (is_rotation(drive.direction)) {
+      const Vector3d v = rotation_log(system.pose(drive.body).rotation);
+      H.block<1, 3>(row, 6 * drive.body + 3) = rotation_left_tangent_inverse(v).row(d - 3);
+    } else {
+      H(row, *at.coordinate) = 1;
+    }
+  }
+  return H;
+}
+
+int negative_pivots(const System& system, bool drives_held) {
+  if (system.constraints().count() > 0)
+    return system.negative_pivots() + FreeMotions(system, drives_held).negative_pivots();
   const MatrixXd& K = system.tangent_stiffness();
   const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   MatrixXd H = s.asDiagonal() * K * s.asDiagonal();
-  if (drive_held) {  // a decoupled positive one in the drive's place
-    H.row(d).setZero();
-    H.col(d).setZero();
-    H(d, d) = 1;
-  }
+  if (drives_held)  // a decoupled positive one in the place of each drive
+    for (const int d : system.driven_coordinates()) {
+      H.row(d).setZero();
+      H.col(d).setZero();
+      H(d, d) = 1;
+    }
   return system.negative_pivots() +
          static_cast<int>((symmetric_eigenvalues(H).array() < 0).count());
 }
@@ -53,11 +75,12 @@ namespace {
 
 constexpr double violation_weight = 1e4;
 
-// What is wrong where the joints' conditions, and the stroke's if one is held, depend on each other
-// at this state; empty if they do not.
+// What is wrong where the joints' conditions, and the strokes' if they are held, depend on each
+// other at this state; empty if they do not.
 std::string dependence(const System& system, bool driven) {
+  const int drives = static_cast<int>(system.drives().size());
   const int wanted = static_cast<int>(system.size() - system.held().size()) -
-                     system.constraints().count() - driven;
+                     system.constraints().joints() - (driven ? drives : 0);
   const int free = FreeMotions(system, driven).count();
   if (free == wanted) return {};
   return fmt::format("{} of the conditions of joints{} repeat others here (a dead point)",
@@ -66,62 +89,92 @@ std::string dependence(const System& system, bool driven) {
 
 }  // namespace
 
-Equilibrium solve_equilibrium(System& system, std::optional<double> stroke,
+Equilibrium solve_equilibrium(System& system, double stroke, const NewtonOptions& options) {
+  return solve_equilibrium(system, std::optional<VectorXd>(VectorXd::Constant(1, stroke)), options);
+}
+
+Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& strokes,
                               const NewtonOptions& options) {
-  const Mechanism& m = system.mechanism();
-  const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(drive_direction(m));
+  const int n = system.size(), drives = static_cast<int>(system.drives().size());
   const double L = system.length();
   Equilibrium result;
   VectorXd scale = VectorXd::Ones(n);
   for (int b = 0; b < n; b += 6) scale.segment<3>(b).setConstant(L);
 
-  const int m_joints = system.constraints().count();
+  std::vector<int> owned;  // drives of a coordinate: their loads are unknowns here
+  for (int k = 0; k < drives; ++k)
+    if (system.drives()[static_cast<std::size_t>(k)].coordinate) owned.push_back(k);
+  const int loads = static_cast<int>(owned.size()), conditions = system.constraints().count(),
+            first = n + loads;
+  const auto coordinate = [&](int j) {
+    return *system.drives()[static_cast<std::size_t>(owned[static_cast<std::size_t>(j)])]
+                .coordinate;
+  };
 
-  double lambda = 0, previous = 0;
+  VectorXd lambda = VectorXd::Zero(loads);
+  double previous = 0;
   system.assemble();
-  if (m_joints > 0) {
-    result.message = dependence(system, stroke.has_value());
+  if (conditions > 0) {
+    result.message = dependence(system, strokes.has_value());
     if (!result.message.empty()) return result;
   }
   for (int it = 0;; ++it) {
     // [K  −e  Ψ_qᵀ; hᵀ  0  0; Ψ_q  0  0] (dq, λ, dμ) = (load − f, stroke − s, −Ψ), scaled to
     // lengths over L; or λ = 0
-    MatrixXd A = MatrixXd::Zero(n + 1 + m_joints, n + 1 + m_joints);
-    VectorXd b(n + 1 + m_joints);
-    double unit = system.tangent_stiffness()(d, d);
-    if (m_joints > 0)  // no leaf may hang on the end-effector itself
-      unit = (scale.asDiagonal() * system.tangent_stiffness() * scale.asDiagonal())
-                 .diagonal()
-                 .cwiseAbs()
-                 .maxCoeff() /
-             (scale[d] * scale[d]);
+    MatrixXd A = MatrixXd::Zero(first + conditions, first + conditions);
+    VectorXd b(first + conditions);
+    const Constraints& c = system.constraints();
+    double energy = 0;  // where there are joints no leaf may hang on the body that is driven
+    if (conditions > 0)
+      energy = (scale.asDiagonal() * system.tangent_stiffness() * scale.asDiagonal())
+                   .diagonal()
+                   .cwiseAbs()
+                   .maxCoeff();
+    VectorXd unit(loads);
     A.topLeftCorner(n, n) = scale.asDiagonal() * system.residual_derivative() * scale.asDiagonal();
-    if (stroke) {
-      A(d, n) = -scale[d] * unit * scale[d];
-      A.block(n, ee, 1, 6) =
-          (stroke_gradient(system).cwiseProduct(scale.segment<6>(ee))).transpose();
-      b[n] = *stroke - present_stroke(system);
-    } else {
-      A(n, n) = 1;
-      b[n] = 0;
+    const MatrixXd H = stroke_gradients(system);
+    const VectorXd present = present_strokes(system);
+    for (int j = 0; j < loads; ++j) {
+      const int d = coordinate(j), k = owned[static_cast<std::size_t>(j)];
+      unit[j] = conditions > 0 ? energy / (scale[d] * scale[d]) : system.tangent_stiffness()(d, d);
+      if (strokes) {
+        A(d, n + j) = -scale[d] * unit[j] * scale[d];
+        A.row(n + j).head(n) = H.row(k).cwiseProduct(scale.transpose());
+        b[n + j] = (*strokes)[k] - present[k];
+      } else {
+        A(n + j, n + j) = 1;
+        b[n + j] = 0;
+      }
     }
     b.head(n) = scale.cwiseProduct(system.load() - system.internal_force());
-    VectorXd reaction;  // joints: multipliers in the unit of the drive's, conditions in their own
-    if (m_joints > 0) {
-      const Constraints& c = system.constraints();
-      reaction = unit * scale[d] * scale[d] * c.units().cwiseInverse();
-      A.block(0, n + 1, n, m_joints) =
+    VectorXd reaction;      // multipliers in the unit of the drive's, conditions in their own
+    double off_stroke = 0;  // of the conditions of drives
+    if (conditions > 0) {
+      reaction = energy * c.units().cwiseInverse();
+      A.block(0, first, n, conditions) =
           scale.asDiagonal() * c.gradient().transpose() * reaction.asDiagonal();
-      A.block(n + 1, 0, m_joints, n) =
+      A.block(first, 0, conditions, n) =
           c.units().cwiseInverse().asDiagonal() * c.gradient() * scale.asDiagonal();
-      b.tail(m_joints) = -c.value().cwiseQuotient(c.units());
+      b.tail(conditions) = -c.value().cwiseQuotient(c.units());
+      for (int j = c.joints(); j < conditions; ++j) {
+        const int k = c.drives()[static_cast<std::size_t>(j - c.joints())];
+        if (strokes) {
+          A.row(first + j).head(n) = H.row(k).cwiseProduct(scale.transpose()) / c.units()[j];
+          b[first + j] = ((*strokes)[k] - c.value()[j]) / c.units()[j];
+          off_stroke = std::max(off_stroke, std::abs(b[first + j]));
+        } else {  // no load
+          A.row(first + j).setZero();
+          A(first + j, first + j) = 1;
+          b[first + j] = -system.multipliers()[j] / reaction[j];
+        }
+      }
     }
     const VectorXd x = Lu(A).solve(b);
-    lambda = x[n] * unit * scale[d];
+    for (int j = 0; j < loads; ++j) lambda[j] = x[n + j] * unit[j] * scale[coordinate(j)];
     result.step = x.head(n).cwiseAbs().maxCoeff();
     // steps within the tolerance, conditions far within it: they must not drift
-    const double size = std::max(
-        {result.step, system.correction(), violation_weight * system.constraints().violation()});
+    const double size = std::max({result.step, system.correction(),
+                                  violation_weight * c.violation(), violation_weight * off_stroke});
     result.iterations = it;
     if (!std::isfinite(size)) {
       result.message = fmt::format("Newton met a singular tangent in iteration {}", it + 1);
@@ -131,7 +184,13 @@ Equilibrium solve_equilibrium(System& system, std::optional<double> stroke,
     const bool stalled = it > 1 && size < 1e-6 && size > 0.3 * previous;
     if (it > 0 && (size < options.tolerance || stalled)) {
       result.converged = true;
-      result.drive_load = lambda;
+      result.drive_loads = VectorXd::Zero(drives);
+      for (int j = 0; j < loads; ++j)
+        result.drive_loads[owned[static_cast<std::size_t>(j)]] = lambda[j];
+      for (int k = 0; k < drives; ++k)
+        if (const auto& row = system.drives()[static_cast<std::size_t>(k)].condition)
+          result.drive_loads[k] = -(system.multipliers()[*row] + reaction[*row] * x[first + *row]);
+      if (drives > 0) result.drive_load = result.drive_loads[0];
       return result;
     }
     if (result.step > 2 || it == options.max_iterations) {
@@ -143,7 +202,7 @@ Equilibrium solve_equilibrium(System& system, std::optional<double> stroke,
     }
     previous = size;
     system.move(scale.cwiseProduct(x.head(n)));
-    if (m_joints > 0) system.add_to_multipliers(reaction.cwiseProduct(x.tail(m_joints)));
+    if (conditions > 0) system.add_to_multipliers(reaction.cwiseProduct(x.tail(conditions)));
     system.assemble();
   }
 }
@@ -198,26 +257,42 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
 
 }  // namespace
 
-Equilibrium step_to(System& system, double stroke, const NewtonOptions& options) {
-  const double start = present_stroke(system);
+namespace {
+std::string listed(const VectorXd& strokes) {
+  std::string text;
+  for (Eigen::Index k = 0; k < strokes.size(); ++k)
+    text += fmt::format("{}{:.6g}", k == 0 ? "" : ", ", strokes[k]);
+  return strokes.size() == 1 ? text : "(" + text + ")";
+}
+}  // namespace
+
+Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions& options) {
+  const VectorXd start = present_strokes(system);
   Equilibrium result = step_parameter(system, options, "stroke", true, [&](double s) {
-    return solve_equilibrium(system, s == 1 ? stroke : start + s * (stroke - start), options);
+    return solve_equilibrium(
+        system, std::optional<VectorXd>(s == 1 ? strokes : VectorXd(start + s * (strokes - start))),
+        options);
   });
   if (!result.converged)
-    result.message = fmt::format("stroke {:.6g} to {:.6g}: {}", start, stroke, result.message);
+    result.message =
+        fmt::format("stroke {} to {}: {}", listed(start), listed(strokes), result.message);
   return result;
+}
+
+Equilibrium step_to(System& system, double stroke, const NewtonOptions& options) {
+  return step_to(system, VectorXd::Constant(1, stroke), options);
 }
 
 Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options) {
   const LoadFactors from = system.load_factors();
   const bool driven = system.loads().driven();
-  const std::optional<double> stroke =
-      driven ? std::optional(present_stroke(system)) : std::nullopt;
+  const std::optional<VectorXd> strokes =
+      driven ? std::optional(present_strokes(system)) : std::nullopt;
   return step_parameter(system, options, "load", driven, [&](double s) {
     system.apply(s == 1 ? to
                         : LoadFactors{from.constant + s * (to.constant - from.constant),
                                       from.growing + s * (to.growing - from.growing)});
-    return solve_equilibrium(system, stroke, options);
+    return solve_equilibrium(system, strokes, options);
   });
 }
 

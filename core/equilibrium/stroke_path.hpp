@@ -7,30 +7,33 @@
 
 namespace flexopt {
 
-/// The stroke of the drive at the present state: displacement of O along a global axis [m], or the
-/// component of the end-effector's rotation vector about it [rad].
+/// The strokes of all drives at the present state [m, rad]: drive_stroke() of core/mechanism.
+VectorXd present_strokes(const System& system);
+/// That of the only drive.
 double present_stroke(const System& system);
-/// Its derivative with respect to (displacement, spin) of the end-effector.
-Vector6d stroke_gradient(const System& system);
+/// Their derivatives with respect to (displacement, spin) of the bodies: one row for each drive.
+MatrixXd stroke_gradients(const System& system);
 
-/// Negative eigenvalues of the whole tangent with the drive held or not, leaf interiors included
+/// Negative eigenvalues of the whole tangent with the drives held or not, leaf interiors included
 /// (inertia adds up over static condensation: Haynsworth). The system must be assembled.
-int negative_pivots(const System& system, bool drive_held);
+int negative_pivots(const System& system, bool drives_held);
 
 struct Equilibrium {
   bool converged = false;
   int iterations = 0;  ///< linear solves of the last (sub-)step
   int sub_steps = 1;
-  double drive_load = 0;  ///< [N or N m]
+  double drive_load = 0;  ///< of the first drive [N or N m]
+  VectorXd drive_loads;   ///< one for each drive
   double step = 0;        ///< size of the last Newton step, lengths / L [-]
   std::string message;    ///< why not, with the figures
 };
 
-/// Solves internal_force − load − λ e_drive = 0 under the loads that act, with the stroke held at
-/// `stroke`, from the present state; without a stroke nothing is driven and λ = 0. The system stays
+/// Solves internal_force − load − Σ λ e_drive = 0 under the loads that act, with the drives held at
+/// `strokes`, from the present state; without strokes nothing is driven and λ = 0. The system stays
 /// assembled at the last iterate.
-Equilibrium solve_equilibrium(System& system, std::optional<double> stroke,
+Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& strokes,
                               const NewtonOptions& options);
+Equilibrium solve_equilibrium(System& system, double stroke, const NewtonOptions& options);
 
 /// Largest stretch of a leaf's mid-surface that is still taken for a flexure at work; far beyond
 /// any elastic metal or polymer leaf.
@@ -38,11 +41,13 @@ inline constexpr double largest_strain = 0.05;
 
 /// The same, halving the step when Newton fails, when stability is lost over it (a large step may
 /// land on another branch) or when a leaf would be stretched beyond `largest_strain`; on failure
-/// the system is left where the last sub-step converged.
+/// the system is left where the last sub-step converged. Several strokes go straight from where
+/// they are.
+Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions& options);
 Equilibrium step_to(System& system, double stroke, const NewtonOptions& options);
 
 /// Brings the loads from those that act to these factors, in halved steps where needed: at the
-/// present stroke, or with nothing driven where the load case says so.
+/// present strokes, or with nothing driven where the load case says so.
 Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options);
 
 }  // namespace flexopt

@@ -21,6 +21,29 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
     for (int d = 0; d < 6; ++d)
       if (mechanism.bodies[b].held[d]) held_.push_back(6 * b + d);
+  int row = constraints_.joints();
+  for (std::size_t k = 0; k < mechanism.drives.size(); ++k) {
+    const std::optional<int> coordinate = coordinate_of(mechanism, k);
+    drives_.push_back({coordinate, coordinate ? std::nullopt : std::optional(row++)});
+  }
+}
+
+std::vector<int> System::driven_coordinates() const {
+  std::vector<int> driven;
+  for (const DriveRow& drive : drives_)
+    if (drive.coordinate) driven.push_back(*drive.coordinate);
+  return driven;
+}
+
+MatrixXd System::drive_forces() const {
+  MatrixXd forces = MatrixXd::Zero(size(), static_cast<Eigen::Index>(drives_.size()));
+  for (std::size_t k = 0; k < drives_.size(); ++k)
+    if (drives_[k].coordinate)
+      forces(*drives_[k].coordinate, static_cast<Eigen::Index>(k)) = 1;
+    else
+      forces.col(static_cast<Eigen::Index>(k)) =
+          constraints_.gradient().row(*drives_[k].condition).transpose();
+  return forces;
 }
 
 void System::apply(LoadFactors factors) {
@@ -43,6 +66,7 @@ double System::load_energy() const {
 
 MatrixXd System::residual_derivative() const {
   MatrixXd K = tangent_;
+  constraints_.add_winding(poses_, multipliers_, K);
   // the moment that has a potential: of the leaves, the springs, the joints and the dead forces on
   // their arms
   VectorXd turning = force_;

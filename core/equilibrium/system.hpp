@@ -3,6 +3,7 @@
 // springs between them.
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/elements/leaf/leaf_element.hpp"
@@ -67,9 +68,21 @@ class System {
     return std::find(held_.begin(), held_.end(), coordinate) != held_.end();
   }
 
-  /// The joints' conditions at the present state, and the forces that hold them.
+  /// The conditions of joints and drives at the present state, and the forces that hold them: of a
+  /// drive the negative of its load.
   const Constraints& constraints() const { return constraints_; }
   const VectorXd& multipliers() const { return multipliers_; }  ///< λ [N, N m]
+  /// How a stroke is prescribed: one of both.
+  struct DriveRow {
+    std::optional<int> coordinate;  ///< of the bodies
+    std::optional<int> condition;   ///< row of constraints()
+  };
+  /// One for each drive of the mechanism.
+  const std::vector<DriveRow>& drives() const { return drives_; }
+  /// Coordinates of bodies that drives hold.
+  std::vector<int> driven_coordinates() const;
+  /// Forces of unit drive loads, one column for each drive; after assemble().
+  MatrixXd drive_forces() const;
   void add_to_multipliers(const VectorXd& change) {
     multipliers_ += change;
     assembled_ = false;
@@ -111,6 +124,7 @@ class System {
   std::vector<BodyLoad> acting_;
   Springs springs_;
   Constraints constraints_;
+  std::vector<DriveRow> drives_;
   VectorXd multipliers_;
   double length_ = 0;
   std::vector<int> held_;

@@ -138,6 +138,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     drive.body = d.body;
     drive.other = d.other;
     drive.direction = d.direction;
+    drive.axes_change = d.axes_change;
   }
   std::vector<To*> places;
   each_number(to, [&](To& x) { places.push_back(&x); });

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "core/math/rotation.hpp"
+#include "core/mechanism/drive.hpp"
 
 namespace flexopt {
 namespace {
@@ -268,7 +269,9 @@ template JointRates<double> joint_rates(const JointState<double>&, const JointSt
 template JointRates<Jet> joint_rates(const JointState<Jet>&, const JointState<Jet>&);
 
 std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
-  if (mechanism.joints.empty()) return std::nullopt;
+  const bool simple =
+      mechanism.drives.empty() || (mechanism.drives.size() == 1 && coordinate_of(mechanism, 0));
+  if (mechanism.joints.empty() && simple) return std::nullopt;
   const int n = 6 * static_cast<int>(mechanism.bodies.size());
   double length = 0;
   for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
@@ -309,9 +312,24 @@ std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
           "leaves more freedom will do",
           joint.name, repeated, c.value.size());
   }
-  const int d = 6 * mechanism.end_effector + index(drive_direction(mechanism));
-  if (!adds(VectorXd::Unit(n, d)))
-    return "the joints hold the end-effector in the direction of the drive";
+  for (std::size_t k = 0; k < mechanism.drives.size(); ++k) {
+    const Drive& drive = mechanism.drives[k];
+    const DriveStroke<double> s = drive_stroke<double>(drive, load_of_rotations(mechanism),
+                                                       place_of(drive.body), place_of(drive.other));
+    VectorXd row = VectorXd::Zero(n);
+    const int sides[] = {drive.body, drive.other};
+    for (int side = 0; side < 2; ++side)
+      if (const int b = sides[side]; b >= 0) {
+        row.segment<3>(6 * b) = length * s.gradient.segment<3>(6 * side);
+        row.segment<3>(6 * b + 3) = s.gradient.segment<3>(6 * side + 3);
+      }
+    if (!is_rotation(drive.direction)) row /= length;
+    if (adds(row)) continue;
+    if (k == 0 && drive.body == mechanism.end_effector && drive.other == ground)
+      return "the joints hold the end-effector in the direction of the drive";
+    const std::string who = drive.name.empty() ? "the drive" : "drive " + drive.name;
+    return who + (k == 0 ? ": the joints hold it" : ": joints and other drives already hold it");
+  }
   return std::nullopt;
 }
 

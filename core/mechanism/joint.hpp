@@ -67,8 +67,8 @@ extern template JointRates<double> joint_rates(const JointState<double>&,
                                                const JointState<double>&);
 extern template JointRates<Jet> joint_rates(const JointState<Jet>&, const JointState<Jet>&);
 
-/// Why the undeflected joints do not fit together: conditions that others already fix, or all of
-/// them together holding the end-effector in the direction of the drive.
+/// Why the undeflected joints and drives do not fit together: conditions that others already fix,
+/// or strokes that joints and the drives before them hold.
 std::optional<std::string> dependent_joints(const Mechanism& mechanism);
 
 /// For every body the one that stands for all that rigid joints tie to it: the ground, the

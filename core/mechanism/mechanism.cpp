@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/mechanism/drive.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/mechanism/spring.hpp"
@@ -193,8 +194,7 @@ std::optional<std::string> broken_rule(const Mechanism& mechanism) {
   const int bodies = static_cast<int>(mechanism.bodies.size());
   if (mechanism.end_effector < 0 || mechanism.end_effector >= bodies)
     return fmt::format("there is no body {} to be the end-effector", mechanism.end_effector);
-  if (mechanism.bodies[mechanism.end_effector].held[index(drive_direction(mechanism))])
-    return "the end-effector cannot move in the direction of the drive";
+  if (auto rule = broken_drive_rule(mechanism)) return rule;
   if (mechanism.leaves.empty()) return "there are no leaves";
   for (const RigidBody& body : mechanism.bodies)
     if (auto rule = broken_rule(body)) return rule;

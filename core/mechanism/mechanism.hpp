@@ -123,6 +123,7 @@ struct DriveT {
   Direction direction = Direction::uy;
   /// Columns: x, y, z of the drive in the undeflected state, global; they turn with `other`.
   Matrix3<Scalar> axes = Matrix3<Scalar>::Identity();
+  bool axes_change = false;  ///< along a design: the stroke then is a condition in any case
 };
 
 /// A drive against the ground along a global axis.

@@ -6,6 +6,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/mechanism/drive.hpp"
 #include "core/response/principal_stiffness.hpp"
 
 namespace flexopt {
@@ -53,57 +54,69 @@ std::vector<std::string> ranks() {
   return names;
 }
 
+// Of drive k; the first one's stand alone too.
+std::optional<double> of_drive(double first, const std::vector<double>& all, int k) {
+  return k == 0 ? std::optional(first) : entry(all, k);
+}
+std::optional<VectorXd> of_drive(const VectorXd& first, const MatrixXd& all, int k) {
+  return k == 0 ? filled(first) : row_of(all, k);
+}
+
 std::vector<QuantityRow> load_and_motion() {
-  return {{.name = "drive_load",
-           .label = "drive load",
-           .needs = {Output::equilibrium},
-           .unit = load_of_drive,
-           .value = [](const PathPoint& p, int) { return std::optional(p.drive_load); },
-           .gradient = [](const PathPoint&, const PointGradients& g,
-                          int) { return filled(g.drive_load); },
-           .in_summary = SummaryLine::number,
-           .in_report = true},
-          {.name = "drive_stiffness",
-           .label = "drive stiffness",
-           .meaning = "1/C_dd with the drive free",
-           .needs = {Output::stiffness},
-           .unit = stiffness_of_drive,
-           .value = [](const PathPoint& p, int) { return std::optional(p.drive_stiffness); },
-           .gradient = [](const PathPoint&, const PointGradients& g,
-                          int) { return filled(g.drive_stiffness); },
-           .in_report = true},
-          {.name = "support_stiffness",
-           .components = directions(),
-           .layout = Layout::object,
-           .label = "support stiffness",
-           .meaning = "1/C_dd with the drive locked, all other directions free",
-           .needs = {Output::stiffness},
-           .unit = stiffness_of_component,
-           .value = [](const PathPoint& p,
-                       int d) { return p.support_stiffness[static_cast<std::size_t>(d)]; },
-           .gradient = [](const PathPoint&, const PointGradients& g,
-                          int d) { return g.support_stiffness[static_cast<std::size_t>(d)]; },
-           .of_supports = true,
-           .in_summary = SummaryLine::weakest,
-           .in_report = true},
-          {.name = "displacement",
-           .components = axes(),
-           .layout = Layout::list,
-           .label = "displacement of O",
-           .needs = {Output::equilibrium},
-           .unit = metre,
-           .value = [](const PathPoint& p, int k) { return entry(p.displacement, k); },
-           .gradient = [](const PathPoint&, const PointGradients& g,
-                          int k) { return row_of(g.displacement, k); }},
-          {.name = "rotation",
-           .components = axes(),
-           .layout = Layout::list,
-           .label = "rotation of the end-effector",
-           .needs = {Output::equilibrium},
-           .unit = radian,
-           .value = [](const PathPoint& p, int k) { return entry(p.rotation, k); },
-           .gradient = [](const PathPoint&, const PointGradients& g,
-                          int k) { return row_of(g.rotation, k); }}};
+  return {
+      {.name = "drive_load",
+       .label = "drive load",
+       .needs = {Output::equilibrium},
+       .unit = load_of_drive,
+       .value = [](const PathPoint& p, int k) { return of_drive(p.drive_load, p.drive_loads, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return of_drive(g.drive_load, g.drive_loads, k); },
+       .of_drives = true,
+       .in_summary = SummaryLine::number,
+       .in_report = true},
+      {.name = "drive_stiffness",
+       .label = "drive stiffness",
+       .meaning = "1/C_dd with the drive free",
+       .needs = {Output::stiffness},
+       .unit = stiffness_of_drive,
+       .value = [](const PathPoint& p,
+                   int k) { return of_drive(p.drive_stiffness, p.drive_stiffnesses, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return of_drive(g.drive_stiffness, g.drive_stiffnesses, k); },
+       .of_drives = true,
+       .in_report = true},
+      {.name = "support_stiffness",
+       .components = directions(),
+       .layout = Layout::object,
+       .label = "support stiffness",
+       .meaning = "1/C_dd with the drive locked, all other directions free",
+       .needs = {Output::stiffness},
+       .unit = stiffness_of_component,
+       .value = [](const PathPoint& p,
+                   int d) { return p.support_stiffness[static_cast<std::size_t>(d)]; },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int d) { return g.support_stiffness[static_cast<std::size_t>(d)]; },
+       .of_supports = true,
+       .in_summary = SummaryLine::weakest,
+       .in_report = true},
+      {.name = "displacement",
+       .components = axes(),
+       .layout = Layout::list,
+       .label = "displacement of O",
+       .needs = {Output::equilibrium},
+       .unit = metre,
+       .value = [](const PathPoint& p, int k) { return entry(p.displacement, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return row_of(g.displacement, k); }},
+      {.name = "rotation",
+       .components = axes(),
+       .layout = Layout::list,
+       .label = "rotation of the end-effector",
+       .needs = {Output::equilibrium},
+       .unit = radian,
+       .value = [](const PathPoint& p, int k) { return entry(p.rotation, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return row_of(g.rotation, k); }}};
 }
 
 std::vector<QuantityRow> frequencies_and_stress() {
@@ -238,26 +251,69 @@ std::optional<VectorXd> Quantity::gradient(const PathPoint& point,
   return row->gradient(point, gradients, component);
 }
 
-std::vector<Quantity> quantities(Direction drive) {
+DriveList::DriveList(Direction drive) : items{{{}, drive}} {
+  prescribed[static_cast<std::size_t>(index(drive))] = true;
+}
+
+DriveList::DriveList(const Mechanism& mechanism) : prescribed(prescribed_directions(mechanism)) {
+  for (const Drive& drive : mechanism.drives) items.push_back({drive.name, drive.direction});
+}
+
+std::vector<Quantity> quantities(const DriveList& drives) {
   std::vector<Quantity> list;
-  for (const QuantityRow& row : quantity_rows())
-    for (int k = 0; k < components_of(row); ++k) {
-      if (row.of_supports && k == index(drive)) continue;
-      list.push_back(named(row, k));
-      list.back().unit = row.unit(drive, k);
+  for (const QuantityRow& row : quantity_rows()) {
+    if (row.of_drives) {
+      for (std::size_t k = 0; k < drives.items.size(); ++k) {
+        const auto& [name, direction] = drives.items[k];
+        Quantity q{row.name, row.unit(direction, 0), row.label, &row, static_cast<int>(k)};
+        if (drives.named()) {
+          q.name += "." + name;
+          q.label += " " + name;
+        }
+        list.push_back(std::move(q));
+      }
+      continue;
     }
+    for (int k = 0; k < components_of(row); ++k) {
+      if (row.of_supports && drives.prescribed[static_cast<std::size_t>(k)]) continue;
+      list.push_back(named(row, k));
+      list.back().unit = row.unit(drives.first(), k);
+    }
+  }
   return list;
 }
 
+namespace {
+
+// "drive_load.x": the row, of the drive of that name where the point has it.
+std::optional<Quantity> of_named_drive(const PathPoint& point, std::string_view name) {
+  const std::size_t dot = name.find('.');
+  if (dot == std::string_view::npos) return std::nullopt;
+  const auto drive = std::ranges::find(point.drive_names, name.substr(dot + 1));
+  for (const QuantityRow& row : quantity_rows())
+    if (row.of_drives && row.name == name.substr(0, dot) && drive != point.drive_names.end())
+      return Quantity{
+          std::string(name), {}, {}, &row, static_cast<int>(drive - point.drive_names.begin())};
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<double> value_of(const PathPoint& point, std::string_view name) {
-  return find(name).value(point);
+  const auto of_drive = of_named_drive(point, name);
+  return of_drive ? of_drive->value(point) : find(name).value(point);
 }
 
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name) {
-  return find(name).gradient(point, gradients);
+  const auto of_drive = of_named_drive(point, name);
+  return of_drive ? of_drive->gradient(point, gradients) : find(name).gradient(point, gradients);
 }
 
-const Outputs& needs_of(std::string_view name) { return find(name).row->needs; }
+const Outputs& needs_of(std::string_view name) {
+  for (const QuantityRow& row : quantity_rows())
+    if (row.of_drives && name.starts_with(row.name + ".")) return row.needs;
+  return find(name).row->needs;
+}
 
 }  // namespace flexopt

@@ -3,6 +3,7 @@
 // and units of result.json, the columns of path.csv, the summary, the report, check-gradients and
 // the schema of a job are made from it: a new number is one row here beside the mechanics behind
 // it.
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,25 @@ namespace flexopt {
 
 std::string load_unit(Direction direction);       ///< N | N m
 std::string stiffness_unit(Direction direction);  ///< N/m | N m/rad
+
+/// What the table must know of the drives of a mechanism.
+struct DriveList {
+  struct Item {
+    std::string name;
+    Direction direction = Direction::uy;
+  };
+  std::vector<Item> items;
+  std::array<bool, 6> prescribed{};  ///< directions of the end-effector
+
+  DriveList() = default;
+  /// One drive of the end-effector along a global axis.
+  DriveList(Direction drive);
+  explicit DriveList(const Mechanism& mechanism);
+
+  /// Whether strokes, loads and stiffnesses stand under the names of the drives.
+  bool named() const { return items.size() > 1 || (!items.empty() && !items[0].name.empty()); }
+  Direction first() const { return items.empty() ? Direction::uy : items.front().direction; }
+};
 
 /// How the numbers of a row stand in result.json.
 enum class Layout {
@@ -48,7 +68,8 @@ struct QuantityRow {
   /// Unit vector that belongs to the number, if one does; result.json then has
   /// {"value", "direction"}.
   std::optional<Vector3d> (*direction)(const PathPoint&) = nullptr;
-  bool of_supports = false;  ///< the components are directions; the drive's is not offered
+  bool of_supports = false;  ///< the components are directions; a drive's is not offered
+  bool of_drives = false;    ///< of drives with names the components are the drives
   bool in_csv = true;        ///< as columns of their own; the frequencies have their kinds beside
   SummaryLine in_summary = SummaryLine::none;
   bool in_report = false;  ///< a row of the report's tables
@@ -70,10 +91,11 @@ struct Quantity {
   std::optional<VectorXd> gradient(const PathPoint& point, const PointGradients& gradients) const;
 };
 
-/// Every quantity of the table for this drive, in its order.
-std::vector<Quantity> quantities(Direction drive);
+/// Every quantity of the table for these drives, in its order.
+std::vector<Quantity> quantities(const DriveList& drives);
 
-/// The same by name. Throw std::invalid_argument for a name that the table does not have.
+/// The same by name ("drive_load.x" of a drive with a name: the point knows which one that is).
+/// Throw std::invalid_argument for a name that the table does not have.
 std::optional<double> value_of(const PathPoint& point, std::string_view name);
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name);

@@ -8,6 +8,13 @@ bool ParasiticRule::admits(ModeKind kind) const {
   return kind != ModeKind::drive && std::ranges::find(skipped, kind) == skipped.end();
 }
 
+VectorXd StrokeRequest::strokes_at(std::size_t point, std::size_t drives) const {
+  if (!strokes.empty()) return strokes[point];
+  VectorXd first = VectorXd::Zero(static_cast<Eigen::Index>(drives));
+  if (drives > 0) first[0] = points[point];
+  return first;
+}
+
 int StrokeRequest::frequencies_of(DriveState drive) const {
   const Output list =
       drive == DriveState::free ? Output::frequencies_free : Output::frequencies_locked;

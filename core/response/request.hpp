@@ -104,6 +104,8 @@ struct StrokeRequest {
   /// Stroke of the drive, in the order wanted [m or rad]; factors of the growing loads where the
   /// load case has some.
   std::vector<double> points{0.0};
+  /// Of several drives: the strokes of all of them, point by point; `points` are the first ones'.
+  std::vector<VectorXd> strokes;
   LoadCase loads;
   /// What is wanted. Other numbers of a path point may come along where they cost nothing.
   Outputs outputs = Outputs::numbers();
@@ -115,6 +117,8 @@ struct StrokeRequest {
   std::vector<Probe> probes;
   NewtonOptions newton;
 
+  /// Strokes of all drives of a mechanism at a point.
+  VectorXd strokes_at(std::size_t point, std::size_t drives) const;
   /// How many natural frequencies of a list have to be found.
   int frequencies_of(DriveState drive) const;
   bool wants_frequency_derivatives() const;

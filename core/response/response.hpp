@@ -32,6 +32,7 @@ struct Mode {
 /// How the square of a natural frequency, drive free, leaves its value at the undeflected state
 /// (dead load applied) along the path of equilibria: equations (S1) to (S4) of README.md.
 struct FrequencyDerivatives {
+  int drive = 0;                                   ///< whose stroke, the others held
   int index = 0;                                   ///< among the undeflected frequencies, ascending
   Mode mode;                                       ///< at the undeflected state
   double omega2 = 0, d_omega2 = 0, d2_omega2 = 0;  ///< [rad²/s²], per stroke, per stroke²
@@ -47,20 +48,25 @@ struct BodyMotion {
 };
 
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
+/// Stroke, drive load and drive stiffness of several drives: those of the first, and lists.
 struct PathPoint {
-  double stroke = 0;  ///< [m or rad]
+  double stroke = 0;                     ///< [m or rad]
+  std::vector<double> strokes;           ///< of each drive; a point of a load path has none
+  std::vector<std::string> drive_names;  ///< of drives with names
   PointStatus status = PointStatus::not_reached;
   std::string message;
   int newton_iterations = 0;  ///< of the last step onto this point
   int sub_steps = 1;
 
   double drive_load = 0;                          ///< [N or N m]
+  std::vector<double> drive_loads;                ///< of each drive
   Vector3d displacement = Vector3d::Zero();       ///< of O [m]
   Vector3d rotation = Vector3d::Zero();           ///< rotation vector of the end-effector [rad]
   Matrix6d compliance_free = Matrix6d::Zero();    ///< drive free
-  Matrix6d compliance_locked = Matrix6d::Zero();  ///< drive held; zero row and column at the drive
+  Matrix6d compliance_locked = Matrix6d::Zero();  ///< drives held; zero row and column at a drive
   std::array<std::optional<double>, 6> support_stiffness;    ///< 1/C_dd locked [N/m or N m/rad]
-  double drive_stiffness = 0;                                ///< 1/C_dd free
+  double drive_stiffness = 0;                                ///< own load by own stroke
+  std::vector<double> drive_stiffnesses;                     ///< of each drive, the others held
   std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
   std::vector<Mode> modes_free, modes_locked;
   std::optional<double> parasitic_frequency;  ///< [Hz]

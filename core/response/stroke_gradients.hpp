@@ -24,8 +24,9 @@ struct FrequencyCluster {
 /// Derivatives at one point of the path. Without rows (or nothing) where the point has no such
 /// number or it was not asked for.
 struct PointGradients {
-  VectorXd drive_load, drive_stiffness;  ///< along the parameters
-  MatrixXd displacement, rotation;       ///< 3 × parameters
+  VectorXd drive_load, drive_stiffness;     ///< along the parameters, of the first drive
+  MatrixXd drive_loads, drive_stiffnesses;  ///< drives × parameters
+  MatrixXd displacement, rotation;          ///< 3 × parameters
   std::array<std::optional<VectorXd>, 6> support_stiffness;
   /// Of the translations' block of `PathPoint::compliance_locked`, for each parameter; zero rows
   /// and columns where the block has them.

@@ -17,6 +17,7 @@
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {
@@ -119,34 +120,6 @@ EndEffector read_end_effector(const json& read, FaultList& faults,
   return body;
 }
 
-std::vector<double> read_stroke(json& read, const json& as_written, const Family& family) {
-  const Pointer at("/stroke");
-  const RecordTable<StrokeSpec> table = stroke_table(&family);
-  StrokeSpec spec = table.read(read);
-  if (!spec.at.empty()) {
-    for (const char* key : {"from", "to", "points"})
-      if (read.contains(key))
-        throw SpecError((at / key).to_string(), shown(as_written[key]),
-                        "the stroke is given by 'at', or by from, to and points, not by both");
-    return spec.at;
-  }
-  if (!spec.to)
-    throw SpecError((at / "to").to_string(), "nothing",
-                    "it is required: the last point of the stroke (or give 'at')");
-  const double from = spec.from.value_or(0), to = *spec.to;
-  const int points = spec.points.value_or(11);
-  if (points == 1 && from != to)
-    throw SpecError((at / "points").to_string(), "1",
-                    "both ends are included: expected at least 2 points between different ends");
-  spec.from = from;
-  spec.points = points;
-  read = table.write(spec);
-  std::vector<double> stroke;
-  for (int i = 0; i < points; ++i)
-    stroke.push_back(i + 1 == points ? to : from + (to - from) * i / (points - 1));
-  return stroke;
-}
-
 void read_load_path(const json& read, StrokeRequest& request) {
   const LoadSpec path = load_path_table().read(read);
   request.loads.growing = {{.force = path.force, .moment = path.moment}};
@@ -160,12 +133,14 @@ void read_load_path(const json& read, StrokeRequest& request) {
 /// Adds to `request`, which holds what stands at the head of the job.
 void read_request(json& read, const json& as_written, const Family* family, FaultList& faults,
                   StrokeRequest& request) {
-  if (as_written.contains("stroke") == as_written.contains("load_path"))
+  const bool drives = !family || !drives_of(*family).items.empty();
+  if (as_written.contains("stroke") == as_written.contains("load_path") &&
+      (drives || as_written.contains("stroke")))
     faults.add("/stroke", as_written.contains("stroke") ? shown(as_written["stroke"]) : "nothing",
                "give a stroke or a load_path, one of the two");
   if (family && read.contains("stroke") && faults.sound("/stroke"))
     faults.attempt(
-        [&] { request.points = read_stroke(read["stroke"], as_written["stroke"], *family); });
+        [&] { read_stroke(read["stroke"], as_written["stroke"], drives_of(*family), request); });
   if (read.contains("load_path") && faults.sound("/load_path"))
     faults.attempt([&] { read_load_path(read["load_path"], request); });
   for (std::size_t i = 0; i < read["loads"].size(); ++i)

@@ -11,6 +11,7 @@
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {
@@ -234,7 +235,11 @@ void SamplesReader::read_formulas(const json& read, const StrokeRequest& request
   SampleFormula& f = spec_.largest_stroke;
   f.pointer = (at_ / "largest_stroke").to_string();
   f.formula = read["largest_stroke"];
-  parse(f, is_rotation(family_.drive) ? "rad" : "m");
+  if (drives_of(family_).named()) {
+    faults_.add(f.pointer, f.formula, "drives with names keep the strokes of the job");
+    return;
+  }
+  parse(f, is_rotation(drives_of(family_).first()) ? "rad" : "m");
   if (faults_.sound("/stroke") &&
       std::ranges::all_of(request.points, [](double s) { return s == 0; }))
     faults_.add(f.pointer, f.formula, "the job's stroke is zero: there is nothing to scale");

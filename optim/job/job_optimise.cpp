@@ -15,6 +15,7 @@
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
 #include "optim/solvers/problem.hpp"
 
@@ -298,7 +299,7 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
 }
 
 Context context_of(const Family& family, const Job& job, FaultList& faults) {
-  Context context{family, job.design, job.request, quantities(family.drive), {}, {}, faults};
+  Context context{family, job.design, job.request, quantities(drives_of(family)), {}, {}, faults};
   context.values = job.design.parameters;
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});

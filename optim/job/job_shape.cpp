@@ -6,6 +6,7 @@
 #include "core/response/quantities.hpp"
 #include "designs/design_shape.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {
@@ -94,7 +95,7 @@ std::vector<std::string> names_of(const Family& family) {
 Shape with_quantities(Shape section, const Family* family) {
   if (!family) return section;
   std::vector<std::string> names;
-  for (const Quantity& q : quantities(family->drive)) names.push_back(q.name);
+  for (const Quantity& q : quantities(drives_of(*family))) names.push_back(q.name);
   for (Field& field : section.fields)
     if (field.name == "quantity") field.shape = choice(names);
   return section;
@@ -188,6 +189,7 @@ Shape parameter_shape(const Parameter& p) {
 }
 
 Shape job_shape(const Family* family) {
+  const DriveList drives = family ? drives_of(*family) : DriveList();
   const Shape parasitic = record({
       standard("drive", choice({"locked", "free"}), "locked", "which list of frequencies"),
       standard("skip", list(choice({"leaf", "intermediate_body"}), 0, 2), json::array(),
@@ -200,7 +202,8 @@ Shape job_shape(const Family* family) {
       required("design", design_shape(family), "the mechanism"),
       standard("end_effector", end_effector_table().shape(), json::object(),
                "what the leaves carry"),
-      optional("stroke", stroke_table(family).shape(), "where the drive goes; or give load_path"),
+      optional("stroke", stroke_shape(family ? &drives : nullptr),
+               "where the drive goes; or give load_path"),
       optional("load_path", load_path_table().shape(),
                "a dead load at O that grows from zero, beside loads; nothing is driven, and stroke "
                "in the results is the load factor"),

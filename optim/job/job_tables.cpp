@@ -159,13 +159,15 @@ const RecordTable<EndEffector>& end_effector_table() {
   return table;
 }
 
-RecordTable<StrokeSpec> stroke_table(const Family* family) {
+Shape stroke_place(Direction direction) {
   constexpr double farthest = 100;  // [m]
-  Shape place = quantity("");
-  if (family && is_rotation(family->drive))
-    place = quantity("rad", -std::numbers::pi, std::numbers::pi, true, true);
-  else if (family)
-    place = quantity("m", -farthest, farthest);
+  if (is_rotation(direction))
+    return quantity("rad", -std::numbers::pi, std::numbers::pi, true, true);
+  return quantity("m", -farthest, farthest);
+}
+
+RecordTable<StrokeSpec> stroke_table(std::optional<Direction> drive) {
+  const Shape place = drive ? stroke_place(*drive) : quantity("");
   return RecordTable<StrokeSpec>()
       .optional("from", place, &StrokeSpec::from, "first point of the stroke; default 0")
       .optional("to", place, &StrokeSpec::to, "last point of the stroke")

@@ -38,8 +38,10 @@ struct ProbeSpec {
 const RecordTable<Job>& head_table();
 const RecordTable<Material>& material_table();
 const RecordTable<EndEffector>& end_effector_table();
-/// Without a family the unit of the stroke is not known.
-RecordTable<StrokeSpec> stroke_table(const Family* family);
+/// One stroke of such a drive.
+Shape stroke_place(Direction direction);
+/// Of one drive without a name. Without a direction the unit of the stroke is not known.
+RecordTable<StrokeSpec> stroke_table(std::optional<Direction> drive);
 const RecordTable<LoadSpec>& load_table();
 const RecordTable<LoadSpec>& load_path_table();
 const RecordTable<ProbeSpec>& probe_table();

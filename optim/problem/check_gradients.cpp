@@ -12,6 +12,7 @@
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/job/job_stroke.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "optim/problem/goals.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
@@ -184,9 +185,9 @@ class Checker {
     listed_ = request_.frequencies;
     if (listed_ > 0) request_.frequencies += 2;
     columns_ = columns_of(job);
-    const Direction drive = resolve(job.design)->family().drive;
-    names_ = quantities(drive);
-    turns_ = is_rotation(drive);
+    const DriveList drives = drives_of(resolve(job.design)->family());
+    names_ = quantities(drives);
+    turns_ = is_rotation(drives.first());
   }
 
   const std::vector<std::string>& parameters() const { return columns_.parameters; }

@@ -73,19 +73,20 @@ std::vector<const PathPoint*> shown_points(const StrokeResponse& response) {
 
 /// The line of a row, or the two of its weakest translation and rotation.
 std::string quantity_lines(const QuantityRow& row, const StrokeResponse& response,
-                           const std::vector<const PathPoint*>& points, Direction drive) {
+                           const std::vector<const PathPoint*>& points, Direction drive,
+                           int component = 0, const std::string& suffix = {}) {
   std::vector<std::string> cells;
   if (row.in_summary == SummaryLine::number) {
     double largest = 0;
     for (const PathPoint& p : response.path)
       if (p.status == PointStatus::converged)
-        largest = std::max(largest, std::abs(row.value(p, 0).value_or(0)));
+        largest = std::max(largest, std::abs(row.value(p, component).value_or(0)));
     for (const PathPoint* p : points) {
-      std::optional<double> value = row.value(*p, 0);
+      std::optional<double> value = row.value(*p, component);
       if (value) value = without_noise(*value, largest);
       cells.push_back(shown(value, row.unit(drive, 0)));
     }
-    return line(row.label, cells);
+    return line(row.label + suffix, cells);
   }
   std::string text;
   for (const auto& [first, kind] : {std::pair{0, "translation"}, {3, "rotation"}}) {
@@ -96,19 +97,36 @@ std::string quantity_lines(const QuantityRow& row, const StrokeResponse& respons
   return text;
 }
 
-std::string stroke_lines(const StrokeResponse& response, Direction drive,
+std::string stroke_lines(const StrokeResponse& response, const DriveList& drives,
                          const StrokeRequest& request) {
   const auto points = shown_points(response);
   if (points.empty()) return "";
-  std::vector<std::string> strokes;
-  for (const PathPoint* p : points)
-    strokes.push_back(shown(p->stroke, stroke_unit(drive, request)));
-  std::string text =
-      line(request.loads.driven() ? "stroke " + std::string(direction_names[index(drive)])
-                                  : "load factor",
-           strokes);
-  for (const QuantityRow& row : quantity_rows())
-    if (row.in_summary != SummaryLine::none) text += quantity_lines(row, response, points, drive);
+  std::string text;
+  if (drives.named() && request.loads.driven()) {
+    for (std::size_t k = 0; k < drives.items.size(); ++k) {
+      std::vector<std::string> strokes;
+      for (const PathPoint* p : points)
+        strokes.push_back(
+            shown(p->strokes[k], is_rotation(drives.items[k].direction) ? "rad" : "m"));
+      text += line("stroke " + drives.items[k].name, strokes);
+    }
+  } else {
+    std::vector<std::string> strokes;
+    for (const PathPoint* p : points)
+      strokes.push_back(shown(p->stroke, stroke_unit(drives, request)));
+    const std::string direction(direction_names[static_cast<std::size_t>(index(drives.first()))]);
+    text += line(request.loads.driven() ? "stroke " + direction : "load factor", strokes);
+  }
+  for (const QuantityRow& row : quantity_rows()) {
+    if (row.in_summary == SummaryLine::none) continue;
+    if (!row.of_drives) {
+      text += quantity_lines(row, response, points, drives.first());
+      continue;
+    }
+    for (std::size_t k = 0; k < drives.items.size(); ++k)
+      text += quantity_lines(row, response, points, drives.items[k].direction, static_cast<int>(k),
+                             drives.named() ? " " + drives.items[k].name : "");
+  }
   return text;
 }
 
@@ -120,7 +138,7 @@ std::string bound_of(const ConstraintState& state, const std::string& unit) {
   return state.max ? "<= " + shown(state.max, unit) : ">= " + shown(state.min, unit);
 }
 
-std::string optimum_lines(const Job& job, const Optimum& optimum, Direction drive) {
+std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveList& drives) {
   if (optimum.status == OptimumStatus::failed) return "";
   const OptimiseSpec& spec = *job.optimise;
   const Family& family = resolve(job.design)->family();
@@ -131,7 +149,7 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, Direction driv
       text += line(variable.parameter,
                    {shown(found->second, parameter_unit(family, variable.parameter))});
   const auto unit = [&](const std::string& quantity) {
-    return quantity.empty() ? std::string("(SI)") : quantity_unit(quantity, drive);
+    return quantity.empty() ? std::string("(SI)") : quantity_unit(quantity, drives);
   };
   const bool verified = optimum.verified && optimum.verified->response.status == Status::ok;
   std::vector<std::string> header{"value", "bound"};
@@ -188,10 +206,10 @@ std::string comparison_lines(const Comparison& comparison) {
 std::string summary_of(const RunRecord& record) {
   std::string text = fmt::format("{}: {}. {}\n", record.job.name.empty() ? "run" : record.job.name,
                                  record.status, record.message);
-  const Direction drive = drive_direction(record.mechanism);
+  const DriveList drives(record.mechanism);
   if (record.comparison) return text + comparison_lines(*record.comparison);
-  if (record.optimum) text += optimum_lines(record.job, *record.optimum, drive);
-  return text + stroke_lines(response_of(record), drive, record.job.request);
+  if (record.optimum) text += optimum_lines(record.job, *record.optimum, drives);
+  return text + stroke_lines(response_of(record), drives, record.job.request);
 }
 
 }  // namespace flexopt

@@ -83,16 +83,24 @@ void add_frequencies(std::vector<Column>& columns, const StrokeResponse& respons
   }
 }
 
-std::vector<Column> path_columns(const StrokeResponse& response, Direction drive,
+std::vector<Column> path_columns(const StrokeResponse& response, const DriveList& drives,
                                  const StrokeRequest& request) {
-  std::vector<Column> columns{
-      {headed("stroke", stroke_unit(drive, request)),
-       [](const PathPoint& point) { return number_cell(point.stroke); }},
+  std::vector<Column> columns;
+  if (drives.named() && request.loads.driven())
+    for (std::size_t k = 0; k < drives.items.size(); ++k)
+      columns.push_back({headed("stroke." + drives.items[k].name,
+                                is_rotation(drives.items[k].direction) ? "rad" : "m"),
+                         [k](const PathPoint& point) { return number_cell(point.strokes[k]); }});
+  else
+    columns.push_back({headed("stroke", stroke_unit(drives, request)),
+                       [](const PathPoint& point) { return number_cell(point.stroke); }});
+  const std::vector<Column> solution{
       {"status", [](const PathPoint& point) { return name_of(point.status); }},
       {"newton_iterations",
        [](const PathPoint& point) { return fmt::format("{}", point.newton_iterations); }},
       {"sub_steps", [](const PathPoint& point) { return fmt::format("{}", point.sub_steps); }}};
-  for (const Quantity& quantity : quantities(drive)) {
+  columns.insert(columns.end(), solution.begin(), solution.end());
+  for (const Quantity& quantity : quantities(drives)) {
     if (!quantity.row->in_csv) continue;  // the frequencies follow below, each with its kind
     columns.push_back({headed(quantity.name, quantity.unit), [=](const PathPoint& point) {
                          return converged(point) ? number_cell(quantity.value(point)) : "";
@@ -119,7 +127,8 @@ std::vector<Column> path_columns(const StrokeResponse& response, Direction drive
   return columns;
 }
 
-std::vector<std::string> history_header(const Job& job, const Family& family, Direction drive) {
+std::vector<std::string> history_header(const Job& job, const Family& family,
+                                        const DriveList& drives) {
   const OptimiseSpec& spec = *job.optimise;
   const Objective& goal = spec.objective;
   std::vector<std::string> cells{"start", "number", "ok", "difference"};
@@ -128,10 +137,10 @@ std::vector<std::string> history_header(const Job& job, const Family& family, Di
   const std::string objective =
       goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke) : goal.expression;
   cells.push_back(headed("objective: " + objective,
-                         goal.expression.empty() ? quantity_unit(goal.quantity, drive) : "SI"));
+                         goal.expression.empty() ? quantity_unit(goal.quantity, drives) : "SI"));
   for (const Constraint& constraint : spec.constraints)
     cells.push_back(headed(constraint.label, constraint.expression.empty()
-                                                 ? quantity_unit(constraint.quantity, drive)
+                                                 ? quantity_unit(constraint.quantity, drives)
                                                  : "SI"));
   cells.insert(cells.end(), {"violation [1]", "best", "message", "stage", "accuracy"});
   return cells;
@@ -148,19 +157,19 @@ std::optional<double> worst_at(const std::vector<PointError>& errors, int design
   return worst;
 }
 
-std::vector<std::string> comparison_header(const Job& job, Direction drive) {
+std::vector<std::string> comparison_header(const Job& job, const DriveList& drives) {
   std::vector<std::string> cells{"design", "model", "status"};
   for (const Parameter& p : parameters_of(job)) cells.push_back(headed(p.name, p.unit));
   for (const SampleRange& range : job.compare->samples.ranges)
     if (range.symbol) cells.push_back(headed(range.name, "SI"));
   cells.insert(cells.end(),
-               {headed("largest stroke", stroke_unit(drive, job.request)), "length/width [1]",
+               {headed("largest stroke", stroke_unit(drives, job.request)), "length/width [1]",
                 "thickness/length [1]", "width^2/(length thickness) [1]", "points",
                 "points at full accuracy", "fallback points"});
   for (const char* name : compared_names)
     cells.push_back(headed(std::string("error: ") + name, "1"));
   for (int d = 0; d < 6; ++d)
-    if (d != index(drive))
+    if (!drives.prescribed[static_cast<std::size_t>(d)])
       cells.push_back(headed(
           fmt::format("error: support_stiffness.{}", direction_names[static_cast<std::size_t>(d)]),
           "1"));
@@ -170,9 +179,9 @@ std::vector<std::string> comparison_header(const Job& job, Direction drive) {
 
 }  // namespace
 
-std::string path_csv(const StrokeResponse& response, Direction drive,
+std::string path_csv(const StrokeResponse& response, const DriveList& drives,
                      const StrokeRequest& request) {
-  const auto columns = path_columns(response, drive, request);
+  const auto columns = path_columns(response, drives, request);
   std::vector<std::string> cells;
   for (const Column& column : columns) cells.push_back(column.header);
   std::string text = row(cells);
@@ -184,10 +193,10 @@ std::string path_csv(const StrokeResponse& response, Direction drive,
   return text;
 }
 
-std::string history_csv(const Job& job, const Optimum& optimum, Direction drive) {
+std::string history_csv(const Job& job, const Optimum& optimum, const DriveList& drives) {
   assert(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
-  std::string text = row(history_header(job, resolve(job.design)->family(), drive));
+  std::string text = row(history_header(job, resolve(job.design)->family(), drives));
   std::optional<double> best;
   for (const EvaluationRecord& record : optimum.history) {
     const bool feasible = record.ok && !record.difference && !record.full &&
@@ -219,11 +228,11 @@ std::string history_csv(const Job& job, const Optimum& optimum, Direction drive)
   return text;
 }
 
-std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive) {
+std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList& drives) {
   assert(job.optimise && job.optimise->pareto);
   const OptimiseSpec& spec = *job.optimise;
   const auto unit = [&](const std::string& quantity) {
-    return quantity.empty() ? std::string("SI") : quantity_unit(quantity, drive);
+    return quantity.empty() ? std::string("SI") : quantity_unit(quantity, drives);
   };
   const Objective& goal = spec.objective;
   const std::string first =
@@ -252,9 +261,9 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive
   return text;
 }
 
-std::string comparison_csv(const Job& job, const Comparison& comparison, Direction drive) {
+std::string comparison_csv(const Job& job, const Comparison& comparison, const DriveList& drives) {
   assert(job.compare);
-  std::string text = row(comparison_header(job, drive));
+  std::string text = row(comparison_header(job, drives));
   for (std::size_t d = 0; d < comparison.designs.size(); ++d) {
     const ComparedDesign& design = comparison.designs[d];
     const Sample& sample = design.sample;
@@ -283,7 +292,7 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, Directi
       for (int q = 0; q < static_cast<int>(compared_names.size()); ++q)
         cells.push_back(number_cell(worst_at(model.errors, at, static_cast<Compared>(q))));
       for (int k = 0; k < 6; ++k)
-        if (k != index(drive))
+        if (!drives.prescribed[static_cast<std::size_t>(k)])
           cells.push_back(number_cell(worst_at(model.errors, at, Compared::support_stiffness, k)));
       cells.push_back(text_cell(result.fallback_reason));
       cells.push_back(text_cell(design.failed ? design.message : result.message));
@@ -295,25 +304,25 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, Directi
 
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
   write_file(folder / "path.csv",
-             path_csv(response_of(record), drive_direction(record.mechanism), record.job.request));
+             path_csv(response_of(record), DriveList(record.mechanism), record.job.request));
 }
 
 void write_history_csv(const std::filesystem::path& folder, const RunRecord& record) {
   assert(record.optimum);
   write_file(folder / "history.csv",
-             history_csv(record.job, *record.optimum, drive_direction(record.mechanism)));
+             history_csv(record.job, *record.optimum, DriveList(record.mechanism)));
 }
 
 void write_pareto_csv(const std::filesystem::path& folder, const RunRecord& record) {
   assert(record.optimum && record.optimum->pareto);
   write_file(folder / "pareto.csv",
-             pareto_csv(record.job, *record.optimum->pareto, drive_direction(record.mechanism)));
+             pareto_csv(record.job, *record.optimum->pareto, DriveList(record.mechanism)));
 }
 
 void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record) {
   assert(record.comparison);
   write_file(folder / "comparison.csv",
-             comparison_csv(record.job, *record.comparison, drive_direction(record.mechanism)));
+             comparison_csv(record.job, *record.comparison, DriveList(record.mechanism)));
 }
 
 }  // namespace flexopt

@@ -3,23 +3,25 @@
 #include <filesystem>
 #include <string>
 
+#include "core/response/quantities.hpp"
 #include "results/files/run_record.hpp"
 
 namespace flexopt {
 
 /// One row a stroke point; a cell without value is empty.
-std::string path_csv(const StrokeResponse& response, Direction drive, const StrokeRequest& request);
+std::string path_csv(const StrokeResponse& response, const DriveList& drives,
+                     const StrokeRequest& request);
 
 /// One row an evaluated design, in the order start, number; `best` is the objective of the best
 /// feasible design up to and including this row, `difference` marks neighbours for derivatives.
-std::string history_csv(const Job& job, const Optimum& optimum, Direction drive);
+std::string history_csv(const Job& job, const Optimum& optimum, const DriveList& drives);
 
 /// A row a design of the front of two objectives.
-std::string pareto_csv(const Job& job, const ParetoFront& front, Direction drive);
+std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList& drives);
 
 /// One row a design and model: parameters and symbols, ratios of the widest leaf, points reached,
 /// and the worst error of each quantity.
-std::string comparison_csv(const Job& job, const Comparison& comparison, Direction drive);
+std::string comparison_csv(const Job& job, const Comparison& comparison, const DriveList& drives);
 
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record);
 void write_history_csv(const std::filesystem::path& folder, const RunRecord& record);

@@ -16,11 +16,11 @@ namespace {
 using Json = OrderedJson;
 
 Json goal_json(const std::string& quantity, const std::string& expression, OverStroke over,
-               Direction drive) {
+               const DriveList& drives) {
   if (!expression.empty()) return {{"expression", expression}, {"unit", "SI"}};
   return {{"quantity", quantity},
           {"over_stroke", name_of(over)},
-          {"unit", quantity_unit(quantity, drive)}};
+          {"unit", quantity_unit(quantity, drives)}};
 }
 
 /// The bound that the margin is measured from.
@@ -30,14 +30,14 @@ Json nearest_bound(const ConstraintState& state) {
   return state.value - *state.min < *state.max - state.value ? *state.min : *state.max;
 }
 
-Json constraints_json(const OptimiseSpec& spec, const Optimum& optimum, Direction drive) {
+Json constraints_json(const OptimiseSpec& spec, const Optimum& optimum, const DriveList& drives) {
   assert(optimum.constraints.size() == spec.constraints.size() || optimum.constraints.empty());
   Json constraints = Json::array();
   for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
     const ConstraintState& state = optimum.constraints[i];
     const Constraint& asked = spec.constraints[i];
     Json json = {{"label", state.label}};
-    json.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drive));
+    json.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drives));
     json.update({{"value", state.value},
                  {"bound", nearest_bound(state)},
                  {"min", optional_json(state.min)},
@@ -113,12 +113,12 @@ Json stock_json(const Optimum& optimum) {
       {"chosen", stock.chosen < 0 ? Json() : Json(stock.chosen)}};
 }
 
-Json pareto_json(const OptimiseSpec& spec, const Optimum& optimum, Direction drive) {
+Json pareto_json(const OptimiseSpec& spec, const Optimum& optimum, const DriveList& drives) {
   if (!optimum.pareto) return nullptr;
   assert(spec.pareto);
   const ParetoSpec& asked = *spec.pareto;
   Json second = {{"label", asked.label}, {"sense", asked.maximise ? "maximise" : "minimise"}};
-  second.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drive));
+  second.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drives));
   Json points = Json::array();
   for (const ParetoPoint& p : optimum.pareto->points)
     points.push_back({{"bound", optional_json(p.bound)},
@@ -180,19 +180,19 @@ Json verified_json(const OptimiseSpec& spec, const Optimum& optimum, const Mecha
 }
 
 /// SI unit of the goal with this label; that of the objective where no constraint has it.
-std::string goal_unit(const OptimiseSpec& spec, const std::string& label, Direction drive) {
+std::string goal_unit(const OptimiseSpec& spec, const std::string& label, const DriveList& drives) {
   const auto found = std::ranges::find(spec.constraints, label, &Constraint::label);
   const bool constraint = found != spec.constraints.end();
   const std::string& quantity = constraint ? found->quantity : spec.objective.quantity;
-  return quantity.empty() ? "SI" : quantity_unit(quantity, drive);
+  return quantity.empty() ? "SI" : quantity_unit(quantity, drives);
 }
 
 Json sensitivities_json(const OptimiseSpec& spec, const Optimum& optimum, const Family& family,
-                        Direction drive) {
+                        const DriveList& drives) {
   Json sensitivities = Json::array();
   for (const Sensitivity& s : optimum.sensitivities)
     sensitivities.push_back({{"of", s.of},
-                             {"unit", goal_unit(spec, s.of, drive)},
+                             {"unit", goal_unit(spec, s.of, drives)},
                              {"parameter", s.parameter},
                              {"per", parameter_unit(family, s.parameter)},
                              {"value", s.value}});
@@ -222,13 +222,13 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   const Family& family = resolve(job.design)->family();
   Json goal = {{"sense", spec.objective.maximise ? "maximise" : "minimise"}};
   goal.update(goal_json(spec.objective.quantity, spec.objective.expression,
-                        spec.objective.over_stroke, drive_direction(mechanism)));
+                        spec.objective.over_stroke, DriveList(mechanism)));
   return {{"status", name_of(optimum.status)},
           {"stop_reason", optimum.stop_reason},
           {"parameters", optimum.parameters},
           {"objective", optimum.status == OptimumStatus::failed ? Json() : Json(optimum.objective)},
           {"goal", std::move(goal)},
-          {"constraints", constraints_json(spec, optimum, drive_direction(mechanism))},
+          {"constraints", constraints_json(spec, optimum, DriveList(mechanism))},
           {"variables", variables_json(job, optimum, family)},
           {"accuracy",
            optimum.at_full_accuracy || job.model.accuracy == Accuracy::full ? "full" : "reduced"},
@@ -244,9 +244,9 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
           {"agreeing_starts", optimum.agreeing_starts},
           {"starts", starts_json(optimum)},
           {"stock", stock_json(optimum)},
-          {"pareto", pareto_json(spec, optimum, drive_direction(mechanism))},
+          {"pareto", pareto_json(spec, optimum, DriveList(mechanism))},
           {"verified", verified_json(spec, optimum, mechanism, job.request)},
-          {"sensitivities", sensitivities_json(spec, optimum, family, drive_direction(mechanism))},
+          {"sensitivities", sensitivities_json(spec, optimum, family, DriveList(mechanism))},
           {"history", history_json(optimum)}};
 }
 

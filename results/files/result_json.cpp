@@ -144,43 +144,75 @@ Json leaf_geometry_json(const Mechanism& mechanism) {
 std::string key_of(const std::string& name) { return name.substr(0, name.find('.')); }
 
 /// One unit for all numbers of a key, or one for each component.
-void add_quantity_units(Direction drive, Json& units) {
+void add_quantity_units(const DriveList& drives, Json& units) {
   std::map<std::string, std::set<std::string>> of_key;
-  for (const Quantity& q : quantities(drive)) of_key[key_of(q.name)].insert(q.unit);
-  for (const Quantity& q : quantities(drive)) {
+  for (const Quantity& q : quantities(drives)) of_key[key_of(q.name)].insert(q.unit);
+  for (const Quantity& q : quantities(drives)) {
     const std::string key = key_of(q.name);
     if (of_key[key].size() == 1)
       units[key] = q.unit;
     else
-      units[key][q.row->components[static_cast<std::size_t>(q.component)]] = q.unit;
+      units[key][q.name.substr(key.size() + 1)] = q.unit;
   }
 }
 
 Json units_json(const Job& job, const Mechanism& mechanism) {
   Json parameters = Json::object();
   for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
-  Json units = {{"stroke", stroke_unit(drive_direction(mechanism), job.request)}};
-  add_quantity_units(drive_direction(mechanism), units);
+  const DriveList drives(mechanism);
+  Json units = {{"stroke", stroke_unit(drives, job.request)}};
+  if (drives.named() && job.request.loads.driven()) {
+    units["stroke"] = Json::object();
+    for (const DriveList::Item& drive : drives.items)
+      units["stroke"][drive.name] = is_rotation(drive.direction) ? "rad" : "m";
+  }
+  add_quantity_units(drives, units);
   units["compliance"] = "[m m m rad rad rad] against [N N N N m N m N m]";
   units["frequency_derivatives"] =
       fmt::format("omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke in {}",
-                  stroke_unit(drive_direction(mechanism), job.request));
+                  stroke_unit(drives, job.request));
+  if (drives.named())
+    units["frequency_derivatives"] =
+        "omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke of the drive in m or rad";
   units["parameters"] = std::move(parameters);
   return units;
 }
 
 /// What the report's tables show: labels, units, and where the values stand in a path point.
-Json quantities_json(Direction drive) {
+Json quantities_json(const DriveList& drives) {
   Json list = Json::array();
-  for (const Quantity& q : quantities(drive)) {
+  for (const Quantity& q : quantities(drives)) {
     if (!q.row->in_report) continue;
     Json at = {key_of(q.name)};
-    if (!q.row->components.empty())
-      at.push_back(q.row->components[static_cast<std::size_t>(q.component)]);
+    if (const std::size_t dot = q.name.find('.'); dot != std::string::npos)
+      at.push_back(q.name.substr(dot + 1));
     if (q.row->direction) at.push_back("value");
     list.push_back({{"name", q.name}, {"label", q.label}, {"unit", q.unit}, {"at", std::move(at)}});
   }
   return list;
+}
+
+/// The direction of the drive, in words where it is not one of the end-effector along a global
+/// axis; of drives with names under these.
+Json drive_json(const Mechanism& mechanism) {
+  const auto body = [&](int b) {
+    return b < 0 ? std::string("ground") : mechanism.bodies[static_cast<std::size_t>(b)].name;
+  };
+  const auto one = [&](const Drive& drive) -> Json {
+    const std::string direction(direction_names[static_cast<std::size_t>(index(drive.direction))]);
+    const bool own_axes = drive.axes != Matrix3d::Identity();
+    if (!own_axes && drive.body == mechanism.end_effector && drive.other == ground)
+      return direction;
+    std::string text = direction + " of " + body(drive.body);
+    if (drive.other != ground) text += " relative to " + body(drive.other);
+    if (own_axes) text += " in axes of its own";
+    return text;
+  };
+  if (mechanism.drives.empty()) return nullptr;
+  if (!DriveList(mechanism).named()) return one(mechanism.drives.front());
+  Json json = Json::object();
+  for (const Drive& drive : mechanism.drives) json[drive.name] = one(drive);
+  return json;
 }
 
 /// What the numbers refer to, so that nobody has to guess.
@@ -193,7 +225,7 @@ Json conventions_json(const RunRecord& record) {
   if (!rule.admits(ModeKind::leaf)) parasitic += ", modes of single leaves left out";
   if (!rule.admits(ModeKind::intermediate_body))
     parasitic += ", modes of intermediate bodies left out";
-  Json json = {{"drive", std::string(direction_names[index(drive_direction(record.mechanism))])}};
+  Json json = {{"drive", drive_json(record.mechanism)}};
   for (const QuantityRow& row : quantity_rows())
     if (!row.meaning.empty()) json[row.name] = row.meaning;
   json["parasitic_frequency"] = parasitic;
@@ -253,6 +285,12 @@ namespace {
 
 /// The numbers of a row, as many as the point has.
 Json row_json(const QuantityRow& row, const PathPoint& point) {
+  if (row.of_drives && !point.drive_names.empty()) {
+    Json values = Json::object();
+    for (std::size_t k = 0; k < point.drive_names.size(); ++k)
+      values[point.drive_names[k]] = optional_json(row.value(point, static_cast<int>(k)));
+    return values;
+  }
   if (row.layout == Layout::number) {
     Json value = optional_json(row.value(point, 0));
     if (!row.direction) return value;
@@ -282,7 +320,13 @@ void add_quantities(const PathPoint& point, Json& json) {
 
 OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                             const StrokeRequest& request) {
-  Json json = {{"stroke", point.stroke},
+  Json stroke = point.stroke;
+  if (!point.drive_names.empty() && request.loads.driven()) {
+    stroke = Json::object();
+    for (std::size_t k = 0; k < point.drive_names.size(); ++k)
+      stroke[point.drive_names[k]] = point.strokes[k];
+  }
+  Json json = {{"stroke", std::move(stroke)},
                {"status", name_of(point.status)},
                {"message", point.message},
                {"newton_iterations", point.newton_iterations},
@@ -315,9 +359,10 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
 
 namespace {
 
-Json frequency_derivatives_json(const StrokeResponse& response) {
+Json frequency_derivatives_json(const StrokeResponse& response, const Mechanism& mechanism) {
   Json list = Json::array();
-  for (const FrequencyDerivatives& d : response.frequency_derivatives)
+  const bool named = DriveList(mechanism).named();
+  for (const FrequencyDerivatives& d : response.frequency_derivatives) {
     list.push_back({{"mode", d.index},
                     {"kind", name_of(d.mode.kind)},
                     {"drive", "free"},
@@ -329,6 +374,8 @@ Json frequency_derivatives_json(const StrokeResponse& response) {
                     {"valid_to",
                      {{"omega2", optional_json(d.omega2_valid_to)},
                       {"compliance", optional_json(d.compliance_valid_to)}}}});
+    if (named) list.back()["stroke"] = mechanism.drives[static_cast<std::size_t>(d.drive)].name;
+  }
   return list;
 }
 
@@ -346,14 +393,14 @@ OrderedJson make_result(const RunRecord& record) {
                  {"message", record.message},
                  {"notes", record.job.notes},
                  {"units", units_json(record.job, record.mechanism)},
-                 {"quantities", quantities_json(drive_direction(record.mechanism))},
+                 {"quantities", quantities_json(DriveList(record.mechanism))},
                  {"conventions", conventions_json(record)},
                  {"material", material_json(record.job.design.material)},
                  {"leaves", leaf_geometry_json(record.mechanism)},
                  {"constraints", constraints_json(record.mechanism)},
                  {"path", std::move(path)}};
   if (record.job.request.wants_frequency_derivatives())
-    result["frequency_derivatives"] = frequency_derivatives_json(response);
+    result["frequency_derivatives"] = frequency_derivatives_json(response, record.mechanism);
   if (record.optimum)
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);
   if (record.comparison) result["comparison"] = make_comparison_json(*record.comparison);

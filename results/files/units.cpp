@@ -6,13 +6,13 @@
 
 namespace flexopt {
 
-std::string stroke_unit(Direction drive, const StrokeRequest& request) {
+std::string stroke_unit(const DriveList& drives, const StrokeRequest& request) {
   if (!request.loads.driven()) return "1";
-  return is_rotation(drive) ? "rad" : "m";
+  return is_rotation(drives.first()) ? "rad" : "m";
 }
 
-std::string quantity_unit(const std::string& quantity, Direction drive) {
-  const auto known = quantities(drive);
+std::string quantity_unit(const std::string& quantity, const DriveList& drives) {
+  const auto known = quantities(drives);
   const auto found = std::ranges::find(known, quantity, &Quantity::name);
   return found == known.end() ? "" : found->unit;
 }

@@ -7,9 +7,9 @@
 
 namespace flexopt {
 
-/// m | rad, or 1 for a load path
-std::string stroke_unit(Direction drive, const StrokeRequest& request);
-std::string quantity_unit(const std::string& quantity, Direction drive);  ///< "" if unknown
+/// m | rad of the first drive, or 1 for a load path
+std::string stroke_unit(const DriveList& drives, const StrokeRequest& request);
+std::string quantity_unit(const std::string& quantity, const DriveList& drives);  ///< "" if unknown
 std::string parameter_unit(const Family& family, const std::string& parameter);
 
 }  // namespace flexopt

@@ -6,11 +6,15 @@ const path = result.path ?? [];
 const converged = path.filter((point) => point.status === "converged");
 const optimum = result.optimum ?? null;
 const comparison = result.comparison ?? null;
-const drive = result.conventions?.drive ?? "";
-const stroke_unit = result.units?.stroke ?? "";
+/// Drives with names: the figures then show their points one after the other.
+const drive_units = typeof result.units?.stroke === "object" ? result.units.stroke : null;
+if (drive_units) path.forEach((point, k) => { point.strokes = point.stroke; point.stroke = k; });
+const drive = drive_units ? "" : result.conventions?.drive ?? "";
+const stroke_unit = drive_units ? "1" : result.units?.stroke ?? "";
 const load_unit = result.units?.drive_load ?? "";
+const load_unit_of = (name) => load_unit[name] ?? load_unit;
 const load_path = job.load_path !== undefined;  // nothing is driven: stroke is the load factor
-const stroke_label = load_path ? "load factor [1]" : `stroke ${drive} [${shown_unit(stroke_unit)}]`;
+const stroke_label = load_path ? "load factor [1]" : drive_units ? "point [1]" : `stroke ${drive} [${shown_unit(stroke_unit)}]`;
 const allowable = result.material?.allowable_stress ?? null;
 const supports = Object.keys(result.units?.support_stiffness ?? {}).filter((d) => converged.some((p) => p.support_stiffness?.[d] !== undefined));
 
@@ -26,7 +30,8 @@ const over_stroke = (value, factor = 1, points = converged) => points.map((p) =>
   return {x: p.stroke * shown_factor(stroke_unit), y: y === null || y === undefined ? NaN : y * factor};
 });
 const section = (title, ...children) => report.append(element("h2", {}, title), ...children.filter(Boolean));
-const at_stroke = (point) => `at ${load_path ? "load factor " : ""}${quantity_text(point.stroke, stroke_unit)}`;
+const strokes_text = (point) => Object.entries(point.strokes).map(([name, s]) => `${name} ${quantity_text(s, drive_units[name])}`).join(", ");
+const at_stroke = (point) => drive_units ? `at ${strokes_text(point)}` : `at ${load_path ? "load factor " : ""}${quantity_text(point.stroke, stroke_unit)}`;
 /// The stroke point of least value.
 const least_at = (value) => d3.least(converged.filter((p) => value(p) !== null && value(p) !== undefined), value);
 
@@ -42,8 +47,10 @@ function header() {
   const parameters = Object.entries(optimum?.parameters ?? job.design?.parameters ?? {}).filter(([, value]) => typeof value === "number");
   const facts = [
     load_path ? ["Load path", `force (${job.load_path.force.map((x) => number_text(x)).join(", ")}) N, moment (${job.load_path.moment.map((x) => number_text(x)).join(", ")}) N m at O; nothing is driven`]
-      : ["Drive", drive && `${drive}, ${stroke_unit === "rad" ? "rotation" : "translation"} of the end-effector`],
-    [load_path ? "Load factor" : "Stroke", strokes.length && `${quantity_text(d3.min(strokes), stroke_unit)} to ${quantity_text(d3.max(strokes), stroke_unit)}, ${strokes.length} point${strokes.length === 1 ? "" : "s"}`],
+      : drive_units ? ["Drives", Object.entries(result.conventions.drive).map(([name, text]) => `${name}: ${text}`).join("; ")]
+      : ["Drive", drive && !/^[ur][xyz]$/.test(drive) ? drive : drive && `${drive}, ${stroke_unit === "rad" ? "rotation" : "translation"} of the end-effector`],
+    drive_units ? ["Strokes", `${strokes.length} point${strokes.length === 1 ? "" : "s"}, ` + Object.keys(drive_units).map((name) => `${name} ${quantity_text(d3.min(path, (p) => p.strokes[name]), drive_units[name])} to ${quantity_text(d3.max(path, (p) => p.strokes[name]), drive_units[name])}`).join(", ")]
+      : [load_path ? "Load factor" : "Stroke", strokes.length && `${quantity_text(d3.min(strokes), stroke_unit)} to ${quantity_text(d3.max(strokes), stroke_unit)}, ${strokes.length} point${strokes.length === 1 ? "" : "s"}`],
     ["Model", [model.accuracy && `${model.accuracy} accuracy`, model.flexure, model.mesh && `mesh ${model.mesh.join(" × ")} a leaf`].filter(Boolean).join(", ")],
     ["Material", [material.name, material.youngs_modulus && `E ${number_text(material.youngs_modulus * 1e-9)} GPa`, material.poissons_ratio !== undefined && `ν ${number_text(material.poissons_ratio)}`, material.density && `ρ ${number_text(material.density)} kg/m³`].filter(Boolean).join(", ")],
     ["Payload", end.mass !== undefined && `${number_text(end.mass)} kg, J ${inertia.map((v) => number_text(v)).join(", ")} kg m² about its centre of mass`],
@@ -78,7 +85,11 @@ function tiles() {
     if (weakest) add(`Weakest support: ${weakest.d}`, weakest.p.support_stiffness[weakest.d], result.units.support_stiffness[weakest.d], `${at_stroke(weakest.p)}, of all ${name}s, drive locked`);
   }
   const hardest = least_at((p) => -Math.abs(p.drive_load));
-  if (!load_path) add("Largest drive load", Math.abs(hardest.drive_load), load_unit, at_stroke(hardest));
+  for (const name of load_path ? [] : Object.keys(drive_units ?? {})) {
+    const most = least_at((p) => -Math.abs(p.drive_load[name]));
+    add(`Largest load of ${name}`, Math.abs(most.drive_load[name]), load_unit_of(name), at_stroke(most));
+  }
+  if (!load_path && !drive_units && drive) add("Largest drive load", Math.abs(hardest.drive_load), load_unit, at_stroke(hardest));
   const hottest = least_at((p) => p.max_stress === null ? null : -p.max_stress);
   if (hottest) add("Largest von Mises stress", hottest.max_stress, "Pa",
     at_stroke(hottest) + (hottest.max_stress_place ? `, ${hottest.max_stress_place.leaf}` : "") + (allowable ? `; allowed ${quantity_text(allowable, "Pa", 3)}` : ""));
@@ -224,7 +235,7 @@ function frequency_chart(which) {
 /// Lowest frequency beside the drive's, along the path and as the undeflected state foretells it.
 function foretold_chart() {
   const modes = (result.frequency_derivatives ?? []).filter((d) => d.kind !== "drive");
-  if (modes.length === 0 || load_path) return null;
+  if (modes.length === 0 || load_path || drive_units) return null;
   const lowest = (p) => (p.modes ?? []).filter((m) => m.drive === "free" && m.kind !== "drive").map((m) => m.frequency);
   const [low, high] = d3.extent(converged, (p) => p.stroke);
   if (!(high > low)) return null;
@@ -284,7 +295,9 @@ function stroke_figures() {
     stiffness(supports.filter((d) => d[0] === "r"), "Support stiffness, rotations", "N m/rad"),
     moved ? line_chart({title: "Retention of support stiffness", note: `relative to stroke ${quantity_text(rest.stroke, stroke_unit)}; drive locked`, x: stroke_label, y: "K / K₀ [1]",
       lines: supports.map((d) => ({name: d, color: direction_colors[d], points: over_stroke((p) => p.support_stiffness[d] / rest.support_stiffness[d])}))}) : null,
-    load_path ? null : line_chart({title: stroke_unit === "rad" ? "Drive moment" : "Drive force", note: "that holds the stroke", x: stroke_label, y: `${drive} load [${load_unit}]`,
+    ...(load_path ? [] : Object.keys(drive_units ?? {})).map((name) => line_chart({title: `Load of ${name}`, note: "that holds its stroke", x: stroke_label, y: `load [${load_unit_of(name)}]`,
+      lines: [{name: "", color: "var(--accent)", points: over_stroke((p) => p.drive_load[name])}]})),
+    load_path || drive_units || !drive ? null : line_chart({title: stroke_unit === "rad" ? "Drive moment" : "Drive force", note: "that holds the stroke", x: stroke_label, y: `${drive} load [${load_unit}]`,
       lines: [{name: "", color: "var(--accent)", points: over_stroke((p) => p.drive_load)}]}),
     frequency_chart("locked"), frequency_chart("free"), foretold_chart(),
     line_chart({title: "Largest von Mises stress", note: "in the leaves" + (allowable ? "; dashed: allowable" : ""), x: stroke_label, y: "stress [MPa]", empty: "The job asked for no stress.",
@@ -296,7 +309,7 @@ function stroke_figures() {
 function shapes() {
   if (!(result.shapes ?? []).length) return;
   section("Deformed shape", element("p", {class: "soft"}, "True scale, mid-surfaces. Black edges: base; grey: end-effector; dashed: undeflected. Drag a turned view to turn all."),
-    shape_panels(result.shapes, stroke_unit));
+    shape_panels(result.shapes, drive_units ? Object.values(drive_units)[0] : stroke_unit));
 }
 
 function stroke_table() {

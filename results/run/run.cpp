@@ -88,9 +88,9 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
 
   const OptimiseSpec& spec = *job.optimise;
   const int total = spec.starts * spec.max_evaluations;
-  const Direction drive = drive_direction(make_mechanism(job, job.design.parameters));
+  const DriveList drives(make_mechanism(job, job.design.parameters));
   const std::string unit =
-      spec.objective.quantity.empty() ? "" : quantity_unit(spec.objective.quantity, drive);
+      spec.objective.quantity.empty() ? "" : quantity_unit(spec.objective.quantity, drives);
   options.progress = [&](const EvaluationRecord&, const Progress& progress) {
     display.step(progress.evaluations, total, progress_text(progress, unit));
   };

@@ -71,11 +71,11 @@ inline std::vector<Compared> compared_numbers(const Mechanism& mechanism,
                                               const StrokeSensitivity& exact, double load) {
   std::vector<Compared> all;
   for (std::size_t i = 0; i < exact.response.path.size(); ++i)
-    for (const Quantity& q : quantities(drive_direction(mechanism))) {
+    for (const Quantity& q : quantities(DriveList(mechanism))) {
       // values that are zero but for rounding count as 1e-2 of what the stroke makes of them
       const double floor = q.name.starts_with("displacement") ? 1e-2 * 0.02
                            : q.name.starts_with("rotation")   ? 1e-2 * 0.4
-                           : q.name == "drive_load"           ? 1e-2 * load
+                           : q.row->name == "drive_load"      ? 1e-2 * load
                                                               : 0.0;
       all.push_back({q.name + " at point " + std::to_string(i),
                      q.value(exact.response.path[i]).value_or(0), floor,

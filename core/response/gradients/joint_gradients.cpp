@@ -1,6 +1,6 @@
 #include "core/response/gradients/joint_gradients.hpp"
 
-#include "core/mechanism/joint.hpp"
+#include "core/mechanism/drive.hpp"
 
 namespace flexopt {
 namespace {
@@ -34,13 +34,42 @@ JointState<S> moving(const Mechanism& mechanism, const Mechanism& direction, std
           moving_joint_body<S>(direction, joint.other), Eigen::VectorX<S>::Zero(count)};
 }
 
+// The same of drives that are conditions: `visit(drive, row)`.
+template <class Visit>
+void for_each_drive(const MechanismFactor& factor, const Visit& visit) {
+  const Constraints& c = factor.system().constraints();
+  for (std::size_t j = 0; j < c.drives().size(); ++j)
+    visit(static_cast<std::size_t>(c.drives()[j]), c.joints() + static_cast<int>(j));
+}
+
+template <class S>
+StrokeState<S> drive_state(const Mechanism& mechanism, const MechanismState<S>& state,
+                           const Drive& drive) {
+  const auto body = [&](int b) -> JointBodyOf<S> {
+    if (b < 0) return {};
+    const typename MechanismState<S>::Body& at = state.bodies[static_cast<std::size_t>(b)];
+    return {at.position, at.rotation, mechanism.bodies[b].reference};
+  };
+  return {drive, body(drive.body), body(drive.other)};
+}
+
+template <class S>
+StrokeState<S> drive_moves(const Mechanism& direction, std::size_t k) {
+  const auto body = [&](int b) -> JointBodyOf<S> {
+    const Vector3d moves = b < 0 ? Vector3d::Zero() : direction.bodies[b].reference;
+    return {moves.cast<S>(), Matrix3<S>::Zero(), moves};
+  };
+  const Drive& drive = direction.drives[k];
+  return {drive, body(drive.body), body(drive.other)};
+}
+
 }  // namespace
 
 template <class S>
 void add_joint_residual_rates(const MechanismFactor& factor, const MechanismState<S>& state,
                               const std::vector<Mechanism>& directions, Eigen::MatrixX<S>& R) {
   const Mechanism& mechanism = factor.system().mechanism();
-  const int first = factor.size() - factor.joints();
+  const int first = factor.size() - factor.conditions();
   for_each_joint(mechanism, [&](std::size_t k, int row, int count) {
     const Joint& joint = mechanism.joints[k];
     const JointState<S> at = present(mechanism, state, joint, row, count);
@@ -55,6 +84,21 @@ void add_joint_residual_rates(const MechanismFactor& factor, const MechanismStat
               c.gradient.template middleCols<6>(6 * e).transpose().lazyProduct(at.multipliers);
     }
   });
+  const DriveLoad load = load_of_rotations(mechanism);
+  for_each_drive(factor, [&](std::size_t k, int row) {
+    const Drive& drive = mechanism.drives[k];
+    const StrokeState<S> at = drive_state(mechanism, state, drive);
+    const S multiplier = state.multipliers[row];
+    for (std::size_t p = 0; p < directions.size(); ++p) {
+      const DriveStroke<S> stroke = drive_stroke_rate(at, load, drive_moves<S>(directions[p], k));
+      auto column = R.col(static_cast<Eigen::Index>(p));
+      column[first + row] += stroke.value;
+      const int sides[] = {drive.body, drive.other};
+      for (int e = 0; e < 2; ++e)
+        if (const int b = sides[e]; b >= 0)
+          column.template segment<6>(6 * b) += multiplier * stroke.load.template segment<6>(6 * e);
+    }
+  });
 }
 
 template <class S>
@@ -63,7 +107,7 @@ void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismSta
                                const Eigen::MatrixX<S>& state_rates, const Eigen::MatrixX<S>& Y,
                                Eigen::MatrixX<S>& rates) {
   const Mechanism& mechanism = factor.system().mechanism();
-  const int first = factor.size() - factor.joints();
+  const int first = factor.size() - factor.conditions();
   for_each_joint(mechanism, [&](std::size_t k, int row, int count) {
     const Joint& joint = mechanism.joints[k];
     const JointState<S> at = present(mechanism, state, joint, row, count);
@@ -84,6 +128,37 @@ void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismSta
               .colwise()
               .sum()
               .transpose();
+    }
+  });
+  const DriveLoad load = load_of_rotations(mechanism);
+  for_each_drive(factor, [&](std::size_t k, int row) {
+    const Drive& drive = mechanism.drives[k];
+    const int sides[] = {drive.body, drive.other};
+    const StrokeState<S> at = drive_state(mechanism, state, drive);
+    const Eigen::Matrix<S, 12, 12> curvature =
+        drive_stroke(drive, load, at.body, at.other).curvature;
+    const S multiplier = state.multipliers[row];
+    Eigen::MatrixX<S> y = Eigen::MatrixX<S>::Zero(12, Y.cols());
+    for (int e = 0; e < 2; ++e)
+      if (const int b = sides[e]; b >= 0) y.middleRows(6 * e, 6) = Y.middleRows(6 * b, 6);
+    for (std::size_t p = 0; p < directions.size(); ++p) {
+      const auto q = state_rates.col(static_cast<Eigen::Index>(p));
+      StrokeState<S> rate = drive_moves<S>(directions[p], k);
+      JointBodyOf<S>* bodies[] = {&rate.body, &rate.other};
+      for (int e = 0; e < 2; ++e)
+        if (const int b = sides[e]; b >= 0) {
+          const Vector3<S> spin = q.template segment<3>(6 * b + 3);
+          bodies[e]->position += q.template segment<3>(6 * b);
+          bodies[e]->rotation = hat(spin) * state.bodies[static_cast<std::size_t>(b)].rotation;
+        }
+      const DriveStroke<S> r = drive_stroke_rate(at, load, rate);
+      const Eigen::Matrix<S, 12, 12> H = multiplier * r.curvature + S(q[first + row]) * curvature;
+      for (Eigen::Index c = 0; c < Y.cols(); ++c) {
+        S sum = 2.0 * Y(first + row, c) * r.load.dot(y.col(c));
+        for (int i = 0; i < 12; ++i)
+          for (int j = 0; j < 12; ++j) sum += y(i, c) * H(i, j) * y(j, c);
+        rates(c, static_cast<Eigen::Index>(p)) += sum;
+      }
     }
   });
 }

@@ -1,12 +1,12 @@
 #pragma once
-// The joints' share of exact gradients: conditions Ψ(q; p) held by multipliers μ. Equations (S6)
-// and (S11) of core/response/README.md. S: double or Jet.
+// The share of joints and drives in exact gradients: conditions Ψ(q; p) held by multipliers μ.
+// Equations (S6) and (S11) of core/response/README.md. S: double or Jet.
 #include "core/response/gradients/mechanism_state.hpp"
 
 namespace flexopt {
 
-/// R += what the residual of every row changes by at a constant state: Ψ_qᵀμ on the bodies and Ψ,
-/// one column for each direction.
+/// R += what the residual of every row changes by at a constant state: Ψ_qᵀμ on the bodies and Ψ
+/// (of drives the stroke), one column for each direction.
 template <class S>
 void add_joint_residual_rates(const MechanismFactor& factor, const MechanismState<S>& state,
                               const std::vector<Mechanism>& directions, Eigen::MatrixX<S>& R);

@@ -16,7 +16,7 @@ struct MechanismState {
     Matrix3<S> rotation;  ///< since the undeflected state
   };
   std::vector<Body> bodies;
-  Eigen::VectorX<S> multipliers;  ///< of the joints
+  Eigen::VectorX<S> multipliers;  ///< of joints and drives
 };
 
 /// Where the factor's system is.

@@ -177,17 +177,18 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
   }
 }
 
-// The answers y = K⁻¹ e of the end-effector to unit loads, as columns: of the drive, of every
-// support with the drive held, and the sums of two translations.
+// As columns: the motions of unit strokes, drive by drive, the answers y = K⁻¹ e of the
+// end-effector to unit loads of every support with the drives held, and the sums of two
+// translations.
 struct StiffnessColumns {
-  int first = 0;
+  int first = 0, drives = 0;
   std::vector<int> supports;
   struct Pair {
     int a, b, column;  ///< directions of support
   };
   std::vector<Pair> pairs;
 
-  int column(std::size_t support) const { return first + 1 + static_cast<int>(support); }
+  int column(std::size_t support) const { return first + drives + static_cast<int>(support); }
 };
 
 StiffnessColumns stiffness_columns(const MechanismFactor& factor, const PathPoint& point,
@@ -195,13 +196,14 @@ StiffnessColumns stiffness_columns(const MechanismFactor& factor, const PathPoin
   const int ee = 6 * factor.system().mechanism().end_effector;
   StiffnessColumns result;
   result.first = static_cast<int>(columns.size());
+  result.drives = factor.drives();
   for (int k = 0; k < 6; ++k)
     if (point.support_stiffness[k]) result.supports.push_back(k);
   MatrixXd loads = MatrixXd::Zero(factor.size(), static_cast<Eigen::Index>(result.supports.size()));
   for (Eigen::Index k = 0; k < loads.cols(); ++k)
     loads(ee + result.supports[static_cast<std::size_t>(k)], k) = 1;
-  const MatrixXd answers = factor.solve_locked(loads);
-  columns.push_back({0, factor.drive_answer()});
+  const MatrixXd answers = factor.solve_locked(loads), shapes = factor.drive_shapes();
+  for (Eigen::Index k = 0; k < shapes.cols(); ++k) columns.push_back({0, shapes.col(k)});
   for (Eigen::Index k = 0; k < answers.cols(); ++k) columns.push_back({0, answers.col(k)});
   for (std::size_t i = 0; i < result.supports.size(); ++i)
     for (std::size_t j = i + 1; j < result.supports.size() && result.supports[j] < 3; ++j) {
@@ -213,14 +215,15 @@ StiffnessColumns stiffness_columns(const MechanismFactor& factor, const PathPoin
   return result;
 }
 
-// A compliance eᵀK⁻¹e changes by −yᵀK′y.
+// A compliance eᵀK⁻¹e changes by −yᵀK′y, the stiffness yᵀK y of a drive by yᵀK′y.
 void set_stiffness(const StiffnessColumns& of, const std::vector<Column>& columns,
-                   const MatrixXd& rates, int ee, int drive, PointGradients& gradients) {
+                   const MatrixXd& rates, int ee, PointGradients& gradients) {
   const auto stiffness = [&](int column, int direction) {
     const double c = columns[static_cast<std::size_t>(column)].y[ee + direction];
     return VectorXd(rates.row(column).transpose() / (c * c));
   };
-  gradients.drive_stiffness = stiffness(of.first, drive);
+  gradients.drive_stiffnesses = rates.middleRows(of.first, of.drives);
+  if (of.drives > 0) gradients.drive_stiffness = gradients.drive_stiffnesses.row(0).transpose();
   for (std::size_t s = 0; s < of.supports.size(); ++s)
     gradients.support_stiffness[of.supports[s]] = stiffness(of.column(s), of.supports[s]);
   gradients.translation_compliance.assign(static_cast<std::size_t>(rates.cols()), Matrix3d::Zero());
@@ -242,7 +245,9 @@ void set_motion(const MechanismFactor& factor, const PathPoint& point,
   const System& system = factor.system();
   const Mechanism& mechanism = system.mechanism();
   const int ee = 6 * mechanism.end_effector;
-  gradients.drive_load = moved.row(factor.size()).transpose();
+  gradients.drive_loads = moved.bottomRows(factor.drives());
+  gradients.drive_load = factor.drives() > 0 ? VectorXd(gradients.drive_loads.row(0).transpose())
+                                             : VectorXd::Zero(moved.cols());
   gradients.displacement = moved.middleRows(ee, 3);
   for (int i = 0; i < system.leaves(); ++i)
     if (const auto& follows = mechanism.leaves[i].point;
@@ -294,9 +299,9 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
                                    model);
 
   // (S7)
-  std::optional<Eigen::RowVectorXd> same_stroke;
+  std::optional<MatrixXd> same_stroke;
   if (request.loads.driven())
-    same_stroke = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+    same_stroke = MatrixXd::Zero(factor.drives(), static_cast<Eigen::Index>(directions.size()));
   const MatrixXd moved = factor.balance(-design.residual(), same_stroke),
                  state_rates = moved.topRows(factor.size());
   MovingFields fields(factor, design, state_rates);
@@ -311,9 +316,7 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
                     locked_columns = mode_columns(factor, lists.locked, columns);
   if (columns.empty()) return gradients;
   const MatrixXd rates = column_rates(design, columns, state_rates);
-  if (stiffness)
-    set_stiffness(*stiffness, columns, rates, 6 * mechanism.end_effector,
-                  index(drive_direction(mechanism)), gradients);
+  if (stiffness) set_stiffness(*stiffness, columns, rates, 6 * mechanism.end_effector, gradients);
   set_frequencies(free_columns, rates, gradients.frequencies_free, gradients.clusters_free);
   set_frequencies(locked_columns, rates, gradients.frequencies_locked, gradients.clusters_locked);
   set_parasitic_frequency(point, request.parasitic.drive, gradients);

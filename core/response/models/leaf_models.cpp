@@ -60,30 +60,34 @@ struct LinearMotion {
   double axial = 0;  ///< N under the dead load, drive held; over D/L
 };
 
-// Linear statics of the undeflected mechanism, leaf by leaf, for a unit stroke beside the load or,
-// where nothing is driven, for the load.
+// Linear statics of the undeflected mechanism, leaf by leaf: for the strokes beside the load or,
+// where nothing is driven, for the load. Of several strokes those that bend the leaf most.
 std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelOptions& model,
                                         const LoadCase& loads, LoadFactors factors,
-                                        Meshes& meshes) {
+                                        const std::vector<VectorXd>& strokes, Meshes& meshes) {
   System system(mechanism, full_leaves(leaves_of(mechanism), model, meshes));
   system.assemble();
-  const int ee = 6 * mechanism.end_effector, d = ee + index(drive_direction(mechanism));
-  const bool joints = system.constraints().count() > 0;
+  const bool conditions = system.constraints().count() > 0;
   VectorXd s = system.tangent_stiffness().diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   MatrixXd K = s.asDiagonal() * system.tangent_stiffness() * s.asDiagonal();
   const bool driven = loads.driven();
   VectorXd P = forces_at_rest(loads, factors, mechanism) - preload_forces(mechanism);
   for (const int k : system.held()) P[k] = 0;
-  VectorXd drive = driven ? VectorXd::Unit(K.rows(), d) : P;
-  drive = joints ? VectorXd(FreeMotions(system, false).answer(drive))
-                 : VectorXd(s.asDiagonal() * Lu(K).solve(s.asDiagonal() * drive));
-  if (driven) drive /= drive[d];
-  P[d] = 0;
-  K.row(d).setZero();
-  K.col(d).setZero();
-  K(d, d) = 1;
-  const VectorXd loaded = joints ? VectorXd(FreeMotions(system, true).answer(P))
-                                 : VectorXd(s.asDiagonal() * Lu(K).solve(s.asDiagonal() * P));
+  const MatrixXd forces = driven ? system.drive_forces() : MatrixXd(P);
+  MatrixXd drive = MatrixXd::Zero(system.size(), forces.cols());
+  if (forces.cols() > 0)
+    drive = conditions ? FreeMotions(system, false).answer(forces)
+                       : MatrixXd(s.asDiagonal() * Lu(K).solve(s.asDiagonal() * forces));
+  if (driven && forces.cols() > 0)
+    drive = (drive * Lu(MatrixXd(system.drive_forces().transpose() * drive)).inverse()).eval();
+  for (const int d : system.driven_coordinates()) {
+    P[d] = 0;
+    K.row(d).setZero();
+    K.col(d).setZero();
+    K(d, d) = 1;
+  }
+  const VectorXd loaded = conditions ? VectorXd(FreeMotions(system, true).answer(P))
+                                     : VectorXd(s.asDiagonal() * Lu(K).solve(s.asDiagonal() * P));
 
   std::vector<LinearMotion> motion(system.leaves());
   for (int i = 0; i < system.leaves(); ++i) {
@@ -97,8 +101,16 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
     };
     const ChordFrame frame = chord_frame(
         {scale.scaled(system.edge_pose(i, 0)), scale.scaled(system.edge_pose(i, 1))}, 1.0);
-    const Vector6d e = frame.B * scale.scaled_increment(edge_increment(drive));
-    motion[i].bending = {e[theta1y], e[theta2y]};
+    const auto bending = [&](const VectorXd& q) -> Eigen::Vector2d {
+      const Vector6d e = frame.B * scale.scaled_increment(edge_increment(q));
+      return {e[theta1y], e[theta2y]};
+    };
+    if (!driven) motion[i].bending = bending(drive.col(0));
+    if (driven && drive.cols() > 0)
+      for (const VectorXd& stroke : strokes)
+        if (const Eigen::Vector2d b = bending(drive * stroke);
+            b.cwiseAbs().maxCoeff() > motion[i].bending.cwiseAbs().maxCoeff())
+          motion[i].bending = b;
     const Vector12d force = system.leaf(i).evaluation().tangent * edge_increment(loaded);
     motion[i].axial = l.axes.col(0).dot(force.segment<3>(6)) * scale.length / scale.energy;
   }
@@ -184,18 +196,19 @@ std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mech
   return full_leaves(leaves_of(mechanism), model, meshes);
 }
 
-std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
-                                                              const ModelOptions& model,
-                                                              double largest,
-                                                              const LoadCase& loads) {
+std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
+    const Mechanism& mechanism, const ModelOptions& model, double largest, const LoadCase& loads,
+    const std::vector<VectorXd>& several) {
   Meshes meshes;
   const std::vector<LeafSpring> springs = leaves_of(mechanism);
   if (model.method == Reduction::linear_craig_bampton) return linear_leaves(springs, model, meshes);
   if (model.method == Reduction::modal_derivatives || model.method == Reduction::quadratic_manifold)
     return modal_leaves(springs, model, meshes);
   const bool driven = loads.driven();
-  const std::vector<LinearMotion> motion =
-      linear_motion(mechanism, model, loads, {1, driven ? 0 : largest}, meshes);
+  const std::vector<VectorXd> one{
+      VectorXd::Ones(static_cast<Eigen::Index>(mechanism.drives.size()))};
+  const std::vector<LinearMotion> motion = linear_motion(
+      mechanism, model, loads, {1, driven ? 0 : largest}, several.empty() ? one : several, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<TubeModel>> models;
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
@@ -216,7 +229,9 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
         range.ray[k] = std::round(range.ray[k] * 1e9) * 1e-9;
     }
     // linear kinematics overrates a large load; the tube grows where it does not
-    range.sigma_max = driven ? 1.12 * size * largest : std::min(0.5, 1.12 * size);
+    range.sigma_max = !driven           ? std::min(0.5, 1.12 * size)
+                      : several.empty() ? 1.12 * size * largest
+                                        : 1.12 * size;
     const double scale = tube_force_scale(mesh->shape())[0];
     const double buckling = 4 * std::numbers::pi * std::numbers::pi * mesh->bending_stiffness();
     if (driven && std::abs(motion[i].axial) > 0.01 * buckling)

@@ -17,18 +17,18 @@ constexpr int guards = 4;
 // Residual of the Ritz pairs, relative, and where rounding holds it up.
 constexpr double tolerance = 1e-9, tolerance_of_rounding = 1e-6;
 
-// The drive's static shape c of unit stroke: K⁻¹ = K_l⁻¹ + c cᵀ/k, l with the drive held.
-struct DriveShape {
-  VectorXd shape, mass;  ///< c, M c
-  double stiffness = 0;  ///< k
+// The drives' static shapes C of unit strokes: K⁻¹ = K_l⁻¹ + C D Cᵀ, l with the drives held.
+struct DriveShapes {
+  MatrixXd shapes, mass;  ///< C, M C
+  MatrixXd compliance;    ///< D
 };
 
-// Ritz pairs X = V of_V + c of_c of one list in the Krylov space, values θ = 1/λ.
+// Ritz pairs X = V of_V + C of_C of one list in the Krylov space, values θ = 1/λ.
 struct RitzPairs {
   VectorXd values;
   MatrixXd of_V;
-  Eigen::RowVectorXd of_c;  ///< empty where the drive is held
-  double residual = 0;      ///< largest of those asked for, relative
+  MatrixXd of_C;        ///< empty where the drives are held
+  double residual = 0;  ///< largest of those asked for, relative
 };
 
 void set_residual(const BlockKrylov& krylov, int count, RitzPairs& pairs) {
@@ -55,23 +55,39 @@ RitzPairs locked_pairs(const BlockKrylov& krylov, int count) {
   return pairs;
 }
 
-// In the basis [V, ĉ], ĉ = (c − V w)/n, w = VᵀM c; K_l⁻¹M c, given, is in V.
-RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShape& drive, const VectorXd& inertial,
+// In the basis [V, Ĉ], Ĉ = (C − V W) L⁻ᵀ, W = VᵀM C, L Lᵀ = CᵀM C − WᵀW; K_l⁻¹M C, given, is in V.
+RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const MatrixXd& inertial,
                      int count) {
   const int k = krylov.columns();
+  const auto d = drive.shapes.cols();
   const MatrixXd T = krylov.T();
-  const VectorXd w = krylov.V().transpose() * drive.mass, g = krylov.MV().transpose() * inertial,
-                 Tw = T * w;
-  const double n = std::sqrt(drive.shape.dot(drive.mass) - w.squaredNorm());
-  MatrixXd F(k + 1, k + 1);
-  F.topLeftCorner(k, k) = T + w * w.transpose() / drive.stiffness;
-  F.topRightCorner(k, 1) = (g - Tw) / n + w * (n / drive.stiffness);
-  F.bottomLeftCorner(1, k) = F.topRightCorner(k, 1).transpose();
-  F(k, k) =
-      (drive.mass.dot(inertial) - 2 * w.dot(g) + w.dot(Tw)) / (n * n) + n * n / drive.stiffness;
+  if (d == 0) return locked_pairs(krylov, count);
+  const MatrixXd W = krylov.V().transpose() * drive.mass, G = krylov.MV().transpose() * inertial,
+                 TW = T * W;
+  const MatrixXd size = drive.shapes.transpose() * drive.mass - W.transpose() * W;
+  const Cholesky factor(size);
+  if (!factor.positive_definite()) {  // they lie in V
+    LargestPairs in_V = largest_pairs(T + W * drive.compliance * W.transpose(), count + guards);
+    RitzPairs pairs{std::move(in_V.values), std::move(in_V.vectors), {}};
+    pairs.of_C = MatrixXd::Zero(d, pairs.of_V.cols());
+    set_residual(krylov, count, pairs);
+    return pairs;
+  }
+  const MatrixXd L = factor.solve_lower(size).transpose(), WD = W * drive.compliance;
+  const auto beside = [&](const MatrixXd& A) {  // A L⁻ᵀ
+    return MatrixXd(factor.solve_lower(A.transpose()).transpose());
+  };
+  MatrixXd F(k + d, k + d);
+  F.topLeftCorner(k, k) = T + WD * W.transpose();
+  F.topRightCorner(k, d) = beside(G - TW) + WD * L;
+  F.bottomLeftCorner(d, k) = F.topRightCorner(k, d).transpose();
+  const MatrixXd inner = drive.mass.transpose() * inertial - W.transpose() * G - G.transpose() * W +
+                         W.transpose() * TW;
+  F.bottomRightCorner(d, d) =
+      beside(beside(inner).transpose()) + L.transpose() * drive.compliance * L;
   LargestPairs largest = largest_pairs(F, count + guards);
-  RitzPairs pairs{std::move(largest.values), {}, largest.vectors.bottomRows(1) / n};
-  pairs.of_V = largest.vectors.topRows(k) - w * pairs.of_c;
+  RitzPairs pairs{std::move(largest.values), {}, factor.solve_upper(largest.vectors.bottomRows(d))};
+  pairs.of_V = largest.vectors.topRows(k) - W * pairs.of_C;
   set_residual(krylov, count, pairs);
   return pairs;
 }
@@ -110,12 +126,20 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
   MatrixXd rest = phi, M_rest = M_phi;
   VectorXd of_drive = VectorXd::Zero(count);
   if (!drive_locked) {
-    const VectorXd &drive = factor.drive_answer(), M_drive = factor.mass(drive);
-    const double b = drive.dot(M_drive);
-    const Eigen::RowVectorXd a = drive.transpose() * M_phi;
-    of_drive = (a.cwiseAbs2() / b).cwiseMin(1.0).transpose();
-    rest -= drive * (a / b);
-    M_rest -= M_drive * (a / b);
+    MatrixXd shapes = factor.drive_answers(), M_shapes = factor.mass(shapes);
+    for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
+      for (Eigen::Index j = 0; j < k; ++j) {  // M-orthogonal, one after the other
+        const double by = M_shapes.col(j).dot(shapes.col(k)) / M_shapes.col(j).dot(shapes.col(j));
+        shapes.col(k) -= by * shapes.col(j);
+        M_shapes.col(k) -= by * M_shapes.col(j);
+      }
+      const double b = shapes.col(k).dot(M_shapes.col(k));
+      const Eigen::RowVectorXd a = shapes.col(k).transpose() * M_phi;
+      of_drive += (a.cwiseAbs2() / b).transpose();
+      rest -= shapes.col(k) * (a / b);
+      M_rest -= M_shapes.col(k) * (a / b);
+    }
+    of_drive = of_drive.cwiseMin(1.0);
   }
   const VectorXd all = rest.cwiseProduct(M_rest).colwise().sum();
   const MatrixXd carried = factor.condensed(M_rest);
@@ -141,17 +165,16 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
   if (free == 0 && locked == 0) return found;
   const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
-  DriveShape drive;
-  drive.stiffness = 1 / factor.drive_answer()[factor.drive()];
-  drive.shape = factor.drive_answer() * drive.stiffness;
-  drive.mass = factor.mass(drive.shape);
+  DriveShapes drive{factor.drive_shapes(), {}, factor.drive_compliance()};
+  drive.mass = factor.mass(drive.shapes);
 
   const int width = std::max(4, static_cast<int>(factor.leaves().size())),
             most = std::min(factor.size(), 6 * (std::max(free, locked) + guards) + 20 * width + 40);
-  MatrixXd start(factor.size(), width + 1);
-  start << mass(start_columns(factor.size(), width)), drive.mass;
+  MatrixXd start(factor.size(), width + factor.drives());
+  start.leftCols(width) = mass(start_columns(factor.size(), width));
+  start.rightCols(factor.drives()) = drive.mass;
   start = solve(start);
-  const VectorXd inertial = start.col(width);
+  const MatrixXd inertial = start.rightCols(factor.drives());
   BlockKrylov krylov(start, most, solve, mass);
   RitzPairs of_free, of_locked;
   Convergence free_convergence, locked_convergence;
@@ -183,12 +206,16 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
   };
   if (f > 0) {
     KY.leftCols(f).noalias() = krylov.MV() * times_lambda(of_free.of_V, of_free);
-    KY.leftCols(f).noalias() += drive.mass * times_lambda(of_free.of_c, of_free);
+    if (of_free.of_C.size() > 0)
+      KY.leftCols(f).noalias() += drive.mass * times_lambda(of_free.of_C, of_free);
   }
   if (l > 0) KY.rightCols(l).noalias() = krylov.MV() * times_lambda(of_locked.of_V, of_locked);
   MatrixXd Y = solve(KY);
-  const Eigen::RowVectorXd along = drive.shape.transpose() * KY.leftCols(f) / drive.stiffness;
-  Y.leftCols(f).noalias() += drive.shape * along;
+  if (drive.shapes.cols() > 0) {
+    const MatrixXd along = drive.compliance * (drive.shapes.transpose() * KY.leftCols(f));
+    Y.leftCols(f).noalias() += drive.shapes * along;
+    for (const int row : factor.drive_rows()) Y.row(row).head(f).setZero();
+  }
   const MatrixXd MY = mass(Y);
   if (free > 0)
     found.free = rayleigh_ritz(factor, false, free, Y.leftCols(f), MY.leftCols(f), KY.leftCols(f));
@@ -225,6 +252,9 @@ ExactModeLists static_modes(const MechanismFactor& factor, int free, int locked)
     const MatrixXd q = (X * eigen.eigenvectors()(Eigen::all, order)).topRows(bodies);
     ExactModes found{std::min(count, static_cast<int>(order.size())), lambda, {}, {}, true};
     found.phi = factor.static_motion(q * lambda.cwiseAbs().asDiagonal());
+    found.phi.bottomRows(factor.conditions()) =
+        (X * eigen.eigenvectors()(Eigen::all, order)).bottomRows(factor.conditions()) *
+        lambda.cwiseAbs().asDiagonal();
     const auto phi = found.phi.leftCols(found.exact);
     found.modes =
         classified_modes(factor, drive_locked, lambda.head(found.exact), phi, factor.mass(phi));

@@ -113,18 +113,19 @@ double hertz(double omega2) {
   return std::copysign(std::sqrt(std::abs(omega2)), omega2) / (2 * std::numbers::pi);
 }
 
-// Shares of the modal kinetic energy. The drive's is that of the static motion under a drive load;
-// the rest is split between the coordinates, mixed terms half each.
+// Shares of the modal kinetic energy. The drives' is that of the static motions under drive loads,
+// which are M-orthogonal; the rest is split between the coordinates, mixed terms half each.
 Mode classify(const Pencil& pencil, const System& system, double omega2, const VectorXd& phi,
-              const VectorXd& drive_shape) {
+              const MatrixXd& drive_shapes) {
   double drive = 0, end_effector = 0, intermediate = 0;
   VectorXd rest = phi;
-  if (drive_shape.size() > 0) {
-    const VectorXd Mx = pencil.M * drive_shape;
-    const double a = Mx.dot(phi), b = Mx.dot(drive_shape);
-    drive = std::clamp(a * a / b, 0.0, 1.0);
-    rest -= a / b * drive_shape;
+  for (const auto& shape : drive_shapes.colwise()) {
+    const VectorXd Mx = pencil.M * shape;
+    const double a = Mx.dot(phi), b = Mx.dot(shape);
+    drive += a * a / b;
+    rest -= a / b * shape;
   }
+  drive = std::clamp(drive, 0.0, 1.0);
   const VectorXd share = rest.cwiseProduct(pencil.M * rest);
   for (int b = 0; b < pencil.bodies / 6; ++b) {
     const double e = std::max(0.0, share.segment<6>(6 * b).sum());
@@ -137,6 +138,27 @@ Mode classify(const Pencil& pencil, const System& system, double omega2, const V
   Mode mode = mode_of_shares(omega2, drive, end_effector, intermediate, leaf);
   mode.motion = pencil.motion * phi;
   return mode;
+}
+
+// Static motions of the bodies under the drive loads, M-orthogonal.
+MatrixXd drive_shapes_of(const Pencil& pencil, const System& system) {
+  const MatrixXd forces = system.drive_forces();
+  MatrixXd shapes = MatrixXd::Zero(pencil.K.rows(), forces.cols());
+  if (forces.cols() == 0) return shapes;
+  if (system.constraints().count() > 0)
+    shapes.topRows(pencil.bodies) = FreeMotions(system, false).answer(forces);
+  else
+    shapes.topRows(pencil.bodies) =
+        Lu(pencil.K.topLeftCorner(pencil.bodies, pencil.bodies)).solve(forces);
+  for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
+    auto x = shapes.col(k);
+    x /= x.cwiseAbs().maxCoeff();
+    for (Eigen::Index j = 0; j < k; ++j) {
+      const VectorXd Mx = pencil.M * shapes.col(j);
+      x -= Mx.dot(x) / Mx.dot(shapes.col(j)) * shapes.col(j);
+    }
+  }
+  return shapes;
 }
 
 constexpr int most_leaf_modes = 48;
@@ -207,8 +229,8 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
                                 std::vector<int>& leaf_modes) {
   Frequencies result;
   leaf_modes.resize(system.leaves(), std::min(1, options.leaf_modes));
-  const int d = 6 * system.mechanism().end_effector + index(drive_direction(system.mechanism()));
-  const bool joints = system.constraints().count() > 0;
+  const std::vector<int> driven = system.driven_coordinates();
+  const bool conditions = system.constraints().count() > 0;
   const auto jointed_pairs = [&](const Pencil& pencil, bool drive_locked) {
     const MatrixXd Z = FreeMotions(system, drive_locked).basis();
     const Eigen::Index inner = pencil.K.rows() - Z.rows();
@@ -221,11 +243,12 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
     return found;
   };
   const auto pairs = [&](const Pencil& pencil, bool drive_locked) {
-    if (joints) return jointed_pairs(pencil, drive_locked);
+    if (conditions) return jointed_pairs(pencil, drive_locked);
     std::vector<int> kept;
     const int n = static_cast<int>(pencil.K.rows());
     for (int i = 0; i < n; ++i)
-      if (!system.is_held(i) && !(drive_locked && i == d)) kept.push_back(i);
+      if (!system.is_held(i) && !(drive_locked && std::ranges::find(driven, i) != driven.end()))
+        kept.push_back(i);
     EigenPairs found = solve(pencil.K(kept, kept), pencil.M(kept, kept), options.count);
     MatrixXd shape = MatrixXd::Zero(n, found.shape.cols());
     shape(kept, Eigen::all) = found.shape;
@@ -237,26 +260,19 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
     const int n = static_cast<int>(pencil.K.rows());
     const EigenPairs locked = pairs(pencil, true);
     const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
-    const int unknowns = joints ? n - pencil.bodies + FreeMotions(system, true).count()
-                                : n - 1 - static_cast<int>(system.held().size());
+    const int unknowns = conditions ? n - pencil.bodies + FreeMotions(system, true).count()
+                                    : n - static_cast<int>(driven.size() + system.held().size());
     if (options.leaf_modes > 0 &&
         grow(leaf_modes, pencil.highest, highest, options.count - unknowns, options))
       continue;
     const EigenPairs free = pairs(pencil, false);
-    VectorXd drive_shape = VectorXd::Zero(n);
-    if (joints) {
-      const VectorXd x = FreeMotions(system, false).answer(VectorXd::Unit(pencil.bodies, d));
-      drive_shape.head(pencil.bodies) = x / x.cwiseAbs().maxCoeff();
-    } else {
-      const MatrixXd K = pencil.K.topLeftCorner(pencil.bodies, pencil.bodies);
-      VectorXd x = Lu(K).solve(VectorXd::Unit(pencil.bodies, d));
-      drive_shape.head(pencil.bodies) = x / x.cwiseAbs().maxCoeff();
-    }
+    const MatrixXd drive_shapes = drive_shapes_of(pencil, system);
     for (int k = 0; k < free.omega2.size(); ++k)
       result.free.push_back(
-          classify(pencil, system, free.omega2[k], free.shape.col(k), drive_shape));
+          classify(pencil, system, free.omega2[k], free.shape.col(k), drive_shapes));
     for (int k = 0; k < locked.omega2.size(); ++k)
-      result.locked.push_back(classify(pencil, system, locked.omega2[k], locked.shape.col(k), {}));
+      result.locked.push_back(
+          classify(pencil, system, locked.omega2[k], locked.shape.col(k), MatrixXd(n, 0)));
     result.check = pencil.check;
     return result;
   }

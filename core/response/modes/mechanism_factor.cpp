@@ -22,14 +22,32 @@ Answer<MechanismFactor> MechanismFactor::of(System& system) {
 MechanismFactor::MechanismFactor(System& system,
                                  std::vector<std::shared_ptr<const LeafLinear>> leaves)
     : system_(&system), bodies_(system.size()), size_(system.size()) {
-  const Mechanism& m = system.mechanism();
-  drive_ = 6 * m.end_effector + index(drive_direction(m));
   for (int i = 0; i < system.leaves(); ++i)
     add_leaf(system, i, std::move(leaves[static_cast<std::size_t>(i)]));
-  size_ += joints();
+  size_ += conditions();
   factorise();
   body_mass_ = system.body_mass();
-  drive_answer_ = solve(VectorXd::Unit(size_, drive_));
+  MatrixXd forces = MatrixXd::Zero(size_, drives());
+  forces.topRows(bodies_) = system.drive_forces();
+  drive_answers_ = solve(forces);
+  drive_compliance_ = system.drive_forces().transpose() * drive_answers_.topRows(bodies_);
+}
+
+MatrixXd MechanismFactor::drive_shapes() const {
+  if (drives() == 0) return MatrixXd(size_, 0);
+  const MatrixXd stiffness = Lu(drive_compliance_).inverse();
+  MatrixXd shapes = drive_answers_ * stiffness;
+  for (int k = 0; k < drives(); ++k)
+    if (const auto& row = system_->drives()[static_cast<std::size_t>(k)].condition)
+      shapes.row(size_ - conditions() + *row) = -stiffness.row(k);
+  return shapes;
+}
+
+std::vector<int> MechanismFactor::drive_rows() const {
+  std::vector<int> rows;
+  for (const System::DriveRow& drive : system_->drives())
+    if (drive.condition) rows.push_back(size_ - conditions() + *drive.condition);
+  return rows;
 }
 
 void MechanismFactor::add_leaf(const System& system, int i,
@@ -74,7 +92,7 @@ void MechanismFactor::add_leaf(const System& system, int i,
 
 void MechanismFactor::factorise() {
   const MatrixXd& K = system_->tangent_stiffness();
-  const int n = bodies_, m = joints();
+  const int n = bodies_, m = conditions();
   if (m == 0) {
     scale_ = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     set_tangent(K);
@@ -96,10 +114,15 @@ void MechanismFactor::factorise() {
 
 void MechanismFactor::set_tangent(MatrixXd A) {
   A = scale_.asDiagonal() * A * scale_.asDiagonal();
-  tangent_.compute(A);
-  A.row(drive_).setZero();
-  A.col(drive_).setZero();
-  A(drive_, drive_) = 1;
+  const auto release = [&](MatrixXd& of, int row) {
+    of.row(row).setZero();
+    of.col(row).setZero();
+    of(row, row) = 1;
+  };
+  MatrixXd free = A;
+  for (const int row : drive_rows()) release(free, row - size_ + conditions() + bodies_);
+  tangent_.compute(free);
+  for (const int row : system_->driven_coordinates()) release(A, row);
   locked_tangent_.compute(A);
 }
 
@@ -141,8 +164,8 @@ MatrixXd point_shift(const MechanismFactor::Leaf& leaf, const MatrixXd& B) {
 
 // K̂ [q; u − h] − Xᵀ b_x = b_q with X the static shapes and h the shift of the point.
 MatrixXd MechanismFactor::condensed(const MatrixXd& B) const {
-  MatrixXd b(bodies_ + joints(), B.cols());
-  b << B.topRows(bodies_), B.bottomRows(joints());
+  MatrixXd b(bodies_ + conditions(), B.cols());
+  b << B.topRows(bodies_), B.bottomRows(conditions());
   for (const Leaf& leaf : leaves_) {
     MatrixXd f = leaf.shapes.transpose() * B.middleRows(leaf.offset, leaf.rows.unknowns);
     if (leaf.rows.point > 0) f += leaf.point_stiffness.transpose() * point_shift(leaf, B);
@@ -156,7 +179,7 @@ MatrixXd MechanismFactor::condensed(const MatrixXd& B) const {
 MatrixXd MechanismFactor::expanded(const MatrixXd& B, const MatrixXd& q) const {
   MatrixXd Y(size_, B.cols());
   Y.topRows(bodies_) = q.topRows(bodies_);
-  Y.bottomRows(joints()) = q.bottomRows(joints());
+  Y.bottomRows(conditions()) = q.bottomRows(conditions());
   for (const Leaf& leaf : leaves_) {
     const LeafScale& scale = leaf.linear->scale();
     const auto bx = B.middleRows(leaf.offset, leaf.rows.unknowns);
@@ -181,23 +204,24 @@ MatrixXd MechanismFactor::expanded(const MatrixXd& B, const MatrixXd& q) const {
 }
 
 MatrixXd MechanismFactor::solve(const MatrixXd& B) const {
-  return expanded(
-      B, scale_.asDiagonal() * tangent_.solve(MatrixXd(scale_.asDiagonal() * condensed(B))));
+  MatrixXd b = condensed(B);
+  for (const int row : drive_rows()) b.row(row - size_ + conditions() + bodies_).setZero();
+  return expanded(B, scale_.asDiagonal() * tangent_.solve(MatrixXd(scale_.asDiagonal() * b)));
 }
 
 MatrixXd MechanismFactor::solve_locked(const MatrixXd& B) const {
   MatrixXd b = condensed(B);
-  b.row(drive_).setZero();
+  for (const int row : system_->driven_coordinates()) b.row(row).setZero();
   return expanded(B,
                   scale_.asDiagonal() * locked_tangent_.solve(MatrixXd(scale_.asDiagonal() * b)));
 }
 
 MatrixXd MechanismFactor::solve_held(const MatrixXd& B) const {
-  return expanded(B, MatrixXd::Zero(bodies_ + joints(), B.cols()));
+  return expanded(B, MatrixXd::Zero(bodies_ + conditions(), B.cols()));
 }
 
 MatrixXd MechanismFactor::static_motion(const MatrixXd& q) const {
-  MatrixXd all = MatrixXd::Zero(bodies_ + joints(), q.cols());
+  MatrixXd all = MatrixXd::Zero(bodies_ + conditions(), q.cols());
   all.topRows(bodies_) = q;
   return expanded(MatrixXd::Zero(size_, q.cols()), all);
 }
@@ -230,37 +254,59 @@ MatrixXd MechanismFactor::motion(const MatrixXd& Y) const {
   return all;
 }
 
-// K̂ − ½ hat(m), for spins do not commute, bordered by the joints, the drive load and the stroke.
-MatrixXd MechanismFactor::balance(const MatrixXd& B,
-                                  const std::optional<Eigen::RowVectorXd>& stroke) const {
-  const Mechanism& m = system_->mechanism();
-  const int bodies = bodies_, n = bodies_ + joints();
-  MatrixXd A = MatrixXd::Zero(n + 1, n + 1);
+// K̂ − ½ hat(m), for spins do not commute, bordered by the joints, the drive loads and the strokes.
+MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixXd>& strokes) const {
+  const int bodies = bodies_, n = bodies_ + conditions();
+  std::vector<int> owned;  // drives of a coordinate
+  for (int k = 0; k < drives(); ++k)
+    if (system_->drives()[static_cast<std::size_t>(k)].coordinate) owned.push_back(k);
+  const int loads = static_cast<int>(owned.size());
+  MatrixXd A = MatrixXd::Zero(n + loads, n + loads);
   A.topLeftCorner(bodies, bodies) = system_->residual_derivative();
-  A.block(bodies, 0, joints(), bodies) = system_->constraints().gradient();
-  A.block(0, bodies, bodies, joints()) = system_->constraints().gradient().transpose();
+  A.block(bodies, 0, conditions(), bodies) = system_->constraints().gradient();
+  A.block(0, bodies, bodies, conditions()) = system_->constraints().gradient().transpose();
   for (const int k : system_->held()) {
     A.row(k).setZero();
     A(k, k) = 1;
   }
-  VectorXd scale(n + 1);
-  scale << scale_, 1 / scale_[drive_];  // the drive load in units of the drive's stiffness
-  if (stroke) {
-    A(drive_, n) = -1;
-    A.block(n, 6 * m.end_effector, 1, 6) = stroke_gradient(*system_).transpose();
-  } else {
-    A(n, n) = 1 / (scale[n] * scale[n]);
-  }
-  MatrixXd rhs(n + 1, B.cols());
+  VectorXd scale(n + loads);
+  scale.head(n) = scale_;
+  MatrixXd rhs = MatrixXd::Zero(n + loads, B.cols());
   rhs.topRows(n) = condensed(B);
-  rhs.row(n).setZero();
-  if (stroke) rhs.row(n) = *stroke;
+  const MatrixXd gradients = stroke_gradients(*system_);
+  for (int j = 0; j < loads; ++j) {
+    const int k = owned[static_cast<std::size_t>(j)],
+              d = *system_->drives()[static_cast<std::size_t>(k)].coordinate;
+    scale[n + j] = 1 / scale_[d];  // the drive load in units of the drive's stiffness
+    if (strokes) {
+      A(d, n + j) = -1;
+      A.row(n + j).head(bodies) = gradients.row(k);
+      rhs.row(n + j) = strokes->row(k);
+    } else {
+      A(n + j, n + j) = 1 / (scale[n + j] * scale[n + j]);
+    }
+  }
+  for (int k = 0; k < drives(); ++k)
+    if (const auto& condition = system_->drives()[static_cast<std::size_t>(k)].condition) {
+      const int row = bodies + *condition;
+      if (strokes) {
+        A.row(row).head(bodies) = gradients.row(k);
+        rhs.row(row) += strokes->row(k);
+      } else {  // no load
+        A.row(row).setZero();
+        A(row, row) = 1 / (scale[row] * scale[row]);
+        rhs.row(row).setZero();
+      }
+    }
   const MatrixXd x =
       scale.asDiagonal() *
       Lu(scale.asDiagonal() * A * scale.asDiagonal()).solve(MatrixXd(scale.asDiagonal() * rhs));
-  MatrixXd Y(size_ + 1, B.cols());
+  MatrixXd Y(size_ + drives(), B.cols());
   Y.topRows(size_) = expanded(B, x.topRows(n));
-  Y.row(size_) = x.row(n);
+  for (int j = 0; j < loads; ++j) Y.row(size_ + owned[static_cast<std::size_t>(j)]) = x.row(n + j);
+  for (int k = 0; k < drives(); ++k)
+    if (const auto& condition = system_->drives()[static_cast<std::size_t>(k)].condition)
+      Y.row(size_ + k) = -x.row(bodies + *condition);
   return Y;
 }
 

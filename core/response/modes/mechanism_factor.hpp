@@ -15,8 +15,9 @@
 namespace flexopt {
 
 /// Vectors are (displacement, spin) of every body, then of every leaf its internal unknowns and the
-/// force at its material point, if it has one, then the multipliers of the joints. The row of such
-/// a force or multiplier is its condition.
+/// force at its material point, if it has one, then the multipliers of the joints and of the drives
+/// that are no coordinates. The row of such a force or multiplier is its condition. Free drives
+/// have no multiplier, and nothing counts in its row.
 class MechanismFactor {
  public:
   /// The system must be assembled at an equilibrium; its state is kept. None where a leaf has no
@@ -24,20 +25,21 @@ class MechanismFactor {
   static Answer<MechanismFactor> of(System& system);
 
   int size() const { return size_; }
-  int bodies() const { return bodies_; }  ///< coordinates of the bodies
-  int joints() const { return system_->constraints().count(); }
+  int bodies() const { return bodies_; }                             ///< coordinates of the bodies
+  int conditions() const { return system_->constraints().count(); }  ///< of joints and drives
+  int drives() const { return static_cast<int>(system_->drives().size()); }
   const System& system() const { return *system_; }
 
-  MatrixXd solve(const MatrixXd& B) const;         ///< drive free
-  MatrixXd solve_locked(const MatrixXd& B) const;  ///< drive held
+  MatrixXd solve(const MatrixXd& B) const;         ///< drives free
+  MatrixXd solve_locked(const MatrixXd& B) const;  ///< drives held
   MatrixXd solve_held(const MatrixXd& B) const;    ///< all bodies held
   MatrixXd mass(const MatrixXd& B) const;
   /// Motions that bodies moving by the columns of q leave the leaves in, without force on them.
   MatrixXd static_motion(const MatrixXd& q) const;
 
-  /// State and drive load (last row) that balance forces B while the stroke grows by `stroke`
-  /// (column by column), or where nothing is driven.
-  MatrixXd balance(const MatrixXd& B, const std::optional<Eigen::RowVectorXd>& stroke) const;
+  /// State and drive loads (last rows) that balance forces B while the strokes (rows) grow by
+  /// `strokes` (column by column), or where nothing is driven.
+  MatrixXd balance(const MatrixXd& B, const std::optional<MatrixXd>& strokes) const;
 
   struct Leaf {
     std::shared_ptr<const LeafLinear> linear;
@@ -54,14 +56,20 @@ class MechanismFactor {
     int row(const Side& side) const { return rows.internal() + side.column; }
   };
   const std::vector<Leaf>& leaves() const { return leaves_; }
-  /// Forces B on the bodies and the joints, those on the leaves carried there by their static
+  /// Forces B on the bodies and the conditions, those on the leaves carried there by their static
   /// shapes.
   MatrixXd condensed(const MatrixXd& B) const;
   /// What natural_frequencies() calls Mode::motion.
   MatrixXd motion(const MatrixXd& Y) const;
-  /// K⁻¹ e of the drive.
-  const VectorXd& drive_answer() const { return drive_answer_; }
-  int drive() const { return drive_; }  ///< its row
+  /// K⁻¹ E of the forces E of unit drive loads, a column for each drive.
+  const MatrixXd& drive_answers() const { return drive_answers_; }
+  /// Eᵀ K⁻¹ E: strokes by drive loads, all drives free.
+  const MatrixXd& drive_compliance() const { return drive_compliance_; }
+  /// Motions of unit strokes, one drive each, the others held, and of conditions the multipliers
+  /// that this takes.
+  MatrixXd drive_shapes() const;
+  /// Rows of drives that are conditions.
+  std::vector<int> drive_rows() const;
 
   /// Rows of a leaf.
   MatrixXd leaf_rows(const Leaf& leaf, const MatrixXd& Y) const;
@@ -74,16 +82,16 @@ class MechanismFactor {
   void add_leaf(const System& system, int i, std::shared_ptr<const LeafLinear> linear);
   void factorise();
   void set_tangent(MatrixXd A);
-  /// Of the bodies and the joints, once they moved by q.
+  /// Of the bodies and the conditions, once they moved by q.
   MatrixXd expanded(const MatrixXd& B, const MatrixXd& q) const;
 
   const System* system_;
-  int bodies_ = 0, size_ = 0, drive_ = 0;
+  int bodies_ = 0, size_ = 0;
   std::vector<Leaf> leaves_;
   VectorXd scale_;
-  /// Of the bodies and the joints, scaled.
+  /// Of the bodies and the conditions, scaled.
   Lu tangent_, locked_tangent_;
-  VectorXd drive_answer_;  ///< K⁻¹ e of the drive
+  MatrixXd drive_answers_, drive_compliance_;
   MatrixXd body_mass_;
 };
 

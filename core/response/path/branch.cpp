@@ -25,7 +25,11 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
   double largest = 0;
   for (const double s : request.points) largest = std::max(largest, std::abs(s));
-  return make_reduced_leaves(mechanism, model, largest, request.loads);
+  std::vector<VectorXd> several;
+  if (mechanism.drives.size() > 1)
+    for (std::size_t k = 0; k < request.points.size(); ++k)
+      several.push_back(request.strokes_at(k, mechanism.drives.size()));
+  return make_reduced_leaves(mechanism, model, largest, request.loads, several);
 }
 
 using Solve = std::function<Equilibrium()>;
@@ -63,11 +67,13 @@ Equilibrium solve_refined(System& system, const Solve& solve) {
   return equilibrium;
 }
 
-// To a stroke, or to a factor of the growing loads.
-Equilibrium advance(System& system, const StrokeRequest& request, double to) {
+// To the strokes of a point, or to its factor of the growing loads.
+Equilibrium advance(System& system, const StrokeRequest& request, std::size_t k) {
   return solve_refined(system, [&] {
-    return request.loads.driven() ? step_to(system, to, request.newton)
-                                  : step_load(system, {1, to}, request.newton);
+    return request.loads.driven()
+               ? step_to(system, request.strokes_at(k, system.mechanism().drives.size()),
+                         request.newton)
+               : step_load(system, {1, request.points[k]}, request.newton);
   });
 }
 
@@ -77,38 +83,51 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
                    DifferentiablePath* differentiable, StrokeResponse& response) {
   auto start = Clock::now();
-  System system(mechanism, make_leaves(mechanism, model, request), request.loads);
+  auto system =
+      std::make_unique<System>(mechanism, make_leaves(mechanism, model, request), request.loads);
   response.seconds_coefficients += seconds_since(start);
   start = Clock::now();
 
   PointOutputs outputs(mechanism, model, request, differentiable);
   const bool reduced_leads = differentiable && model.accuracy == Accuracy::reduced &&
                              model.method == Reduction::mixed_potential;
+  const bool several = !request.strokes.empty();
   std::optional<std::string> lost;  // why the path has ended
-  if (system.loaded_at_rest()) {
+  const auto load = [&] {
+    if (!system->loaded_at_rest()) return;
     const Equilibrium loaded =
-        solve_refined(system, [&] { return step_load(system, {.constant = 1}, request.newton); });
+        solve_refined(*system, [&] { return step_load(*system, {.constant = 1}, request.newton); });
     if (!loaded.converged) lost = loaded.message;
-  }
+  };
+  load();
+  bool from_rest = true;
   for (const int k : order) {
     PathPoint& point = response.path[k];
     if (lost) {
       point.message = *lost;
       continue;
     }
-    Equilibrium equilibrium = advance(system, request, point.stroke);
+    Equilibrium equilibrium = advance(*system, request, static_cast<std::size_t>(k));
+    if (several && !equilibrium.converged && !from_rest) {
+      system = std::make_unique<System>(mechanism, make_leaves(mechanism, model, request),
+                                        request.loads);
+      load();
+      equilibrium = advance(*system, request, static_cast<std::size_t>(k));
+    }
+    from_rest = false;
     std::unique_ptr<System> full;
     if (reduced_leads && equilibrium.converged)
-      full = finish_on_full_leaves(system, model, request, point.stroke, equilibrium);
+      full =
+          finish_on_full_leaves(*system, model, request, static_cast<std::size_t>(k), equilibrium);
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
       point.message = equilibrium.message;
       point.newton_iterations = equilibrium.iterations;
-      lost = fmt::format("the path ended before: {}", equilibrium.message);
+      if (!several) lost = fmt::format("the path ended before: {}", equilibrium.message);
       continue;
     }
     const bool gradients = differentiable && !differentiable->directions.empty();
-    outputs.evaluate(full ? *full : system, equilibrium, point,
+    outputs.evaluate(full ? *full : *system, equilibrium, point,
                      gradients ? &differentiable->gradients.path[k] : nullptr);
   }
   response.seconds_path += seconds_since(start);

@@ -7,8 +7,9 @@
 namespace flexopt {
 
 /// Follows the path from the undeflected state through the points of the response in `order` (all
-/// on one side, outward) and evaluates each. `differentiable`: null for points as they are
-/// modelled. After a point without equilibrium the rest is not reached.
+/// on one side, outward; of several drives any) and evaluates each. `differentiable`: null for
+/// points as they are modelled. After a point without equilibrium the rest is not reached; several
+/// drives start again from the undeflected state where a point was not reached from the one before.
 void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
                    DifferentiablePath* differentiable, StrokeResponse& response);

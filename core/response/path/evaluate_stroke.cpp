@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/mechanism/joint.hpp"
@@ -21,6 +22,24 @@ std::array<std::vector<int>, 2> outward(const std::vector<double>& points) {
     std::stable_sort(side.begin(), side.end(),
                      [&](int a, int b) { return std::abs(points[a]) < std::abs(points[b]); });
   return sides;
+}
+
+// Order of the points of several drives: from rest always to the nearest that is left.
+std::vector<int> nearest_first(const std::vector<VectorXd>& strokes) {
+  VectorXd at = VectorXd::Zero(strokes.front().size()), unit = at;
+  for (const VectorXd& s : strokes) unit = unit.cwiseMax(s.cwiseAbs());
+  unit = (unit.array() == 0).select(1.0, unit);
+  std::vector<int> left(strokes.size()), order;
+  std::iota(left.begin(), left.end(), 0);
+  while (!left.empty()) {
+    const auto next = std::ranges::min_element(left, {}, [&](int k) {
+      return (strokes[static_cast<std::size_t>(k)] - at).cwiseQuotient(unit).squaredNorm();
+    });
+    order.push_back(*next);
+    at = strokes[static_cast<std::size_t>(*next)];
+    left.erase(next);
+  }
+  return order;
 }
 
 void add_screening(const FrequencyDerivativesResult& found, const StrokeRequest& request,
@@ -60,8 +79,10 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
     return;
   }
   response.frequency_derivatives = std::move(found.modes);
-  set_validity(response.frequency_derivatives, response.path);
-  add_screening(found, request, differentiable, response);
+  if (mechanism.drives.size() == 1) {  // a parabola is one of one stroke
+    set_validity(response.frequency_derivatives, response.path);
+    add_screening(found, request, differentiable, response);
+  }
   if (differentiable) differentiable->gradients.frequency_derivatives = std::move(found.gradients);
 }
 
@@ -85,9 +106,21 @@ void summarise(StrokeResponse& response) {
 StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
                         const StrokeRequest& request, DifferentiablePath* differentiable) {
   StrokeResponse response;
-  for (const double stroke : request.points) response.path.emplace_back().stroke = stroke;
+  for (std::size_t k = 0; k < request.points.size(); ++k) {
+    PathPoint& point = response.path.emplace_back();
+    point.stroke = request.points[k];
+    if (mechanism.drives.size() > 1 ||
+        (!mechanism.drives.empty() && !mechanism.drives[0].name.empty()))
+      for (const Drive& drive : mechanism.drives) point.drive_names.push_back(drive.name);
+    if (!request.loads.driven()) continue;
+    const VectorXd strokes = request.strokes_at(k, mechanism.drives.size());
+    point.strokes.assign(strokes.begin(), strokes.end());
+  }
   auto rule = dependent_joints(mechanism);
   if (!rule) rule = broken_rule(request.loads, mechanism);
+  if (!rule && mechanism.drives.empty() && request.loads.driven() &&
+      std::ranges::any_of(request.points, [](double stroke) { return stroke != 0; }))
+    rule = "the mechanism has no drive that a stroke could prescribe";
   if (rule) {
     response.status = Status::no_equilibrium;
     response.message = *rule;
@@ -95,7 +128,10 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
     return response;
   }
   const bool path = request.outputs.need_path();
-  if (path)
+  if (path && !request.strokes.empty())
+    follow_branch(mechanism, model, request, nearest_first(request.strokes), differentiable,
+                  response);
+  if (path && request.strokes.empty())
     for (const std::vector<int>& side : outward(request.points))
       if (!side.empty()) follow_branch(mechanism, model, request, side, differentiable, response);
   if (request.wants_frequency_derivatives())
@@ -134,8 +170,12 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
                                             const ModelOptions& model,
                                             const StrokeRequest& request) {
   StrokeSensitivity result;
-  if (auto reason = leaves_a_node(mechanism, directions, model)) {
-    result.response = evaluate_stroke(mechanism, model, request);
+  Mechanism own = mechanism;  // drives whose axes a parameter turns are conditions
+  for (const MechanismDirection& d : directions)
+    for (std::size_t k = 0; k < own.drives.size(); ++k)
+      own.drives[k].axes_change |= !d.rate.drives[k].axes.isZero(0);
+  if (auto reason = leaves_a_node(own, directions, model)) {
+    result.response = evaluate_stroke(own, model, request);
     result.message = std::move(*reason);
     return result;
   }
@@ -145,7 +185,7 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
     shared.directions.push_back(d.rate);
   }
   shared.gradients.path.resize(request.points.size());
-  result.response = evaluate(mechanism, model, request, &shared);
+  result.response = evaluate(own, model, request, &shared);
   result.gradients = std::move(shared.gradients);
   return result;
 }

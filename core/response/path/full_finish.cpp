@@ -23,29 +23,31 @@ std::unique_ptr<System> with_full_leaves(System& system) {
 }
 
 // The path of full leaves from rest to one point.
-Equilibrium step_from_rest(System& system, const StrokeRequest& request, double stroke) {
-  if (!request.loads.driven()) return step_load(system, {1, stroke}, request.newton);
+Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::size_t point) {
+  if (!request.loads.driven()) return step_load(system, {1, request.points[point]}, request.newton);
   if (system.loaded_at_rest())
     if (Equilibrium loaded = step_load(system, {.constant = 1}, request.newton); !loaded.converged)
       return loaded;
-  return step_to(system, stroke, request.newton);
+  return step_to(system, request.strokes_at(point, system.mechanism().drives.size()),
+                 request.newton);
 }
 
 }  // namespace
 
 std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
-                                              const StrokeRequest& request, double stroke,
+                                              const StrokeRequest& request, std::size_t point,
                                               Equilibrium& equilibrium) {
   auto full = with_full_leaves(system);
   const bool driven = request.loads.driven();
   const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
-  equilibrium =
-      solve_equilibrium(*full, driven ? std::optional(stroke) : std::nullopt, request.newton);
+  std::optional<VectorXd> strokes;
+  if (driven) strokes = request.strokes_at(point, system.mechanism().drives.size());
+  equilibrium = solve_equilibrium(*full, strokes, request.newton);
   if (!equilibrium.converged || full->strain() > largest_strain ||
       negative_pivots(*full, driven) > negative_pivots(system, driven)) {
     full = std::make_unique<System>(system.mechanism(), make_full_leaves(system.mechanism(), model),
                                     system.loads());
-    equilibrium = step_from_rest(*full, request, stroke);
+    equilibrium = step_from_rest(*full, request, point);
   }
   equilibrium.iterations += before;
   equilibrium.sub_steps = std::max(equilibrium.sub_steps, steps);

@@ -8,12 +8,12 @@
 
 namespace flexopt {
 
-/// The system on full leaves at this stroke or load factor, by Newton's method from the state of
+/// The system on full leaves at this point of the request, by Newton's method from the state of
 /// the reduced ones; where that leads astray (to no equilibrium, to one that is less stable, or to
 /// one that is stretched too far), along the path from rest. `equilibrium`: that of the reduced
 /// leaves, replaced by the one of the full leaves.
 std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
-                                              const StrokeRequest& request, double stroke,
+                                              const StrokeRequest& request, std::size_t point,
                                               Equilibrium& equilibrium);
 
 }  // namespace flexopt

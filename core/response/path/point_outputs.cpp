@@ -46,11 +46,16 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   point.compliance_locked = c.drive_locked;
   for (int d = 0; d < 6; ++d)
     if (!c.still[d]) point.support_stiffness[d] = 1 / c.drive_locked(d, d);
-  const int d = index(drive_direction(system.mechanism()));
-  point.drive_stiffness = 1 / c.drive_free(d, d);
+  point.drive_stiffnesses.assign(c.drive_stiffness.begin(), c.drive_stiffness.end());
+  if (!point.drive_stiffnesses.empty()) point.drive_stiffness = point.drive_stiffnesses.front();
   point.negative_pivots =
       request.loads.driven() ? c.negative_pivots : negative_pivots(system, false);
   point.stable = point.negative_pivots == 0;
+}
+
+bool is_at_rest(const PathPoint& point) {
+  return point.stroke == 0 &&
+         std::ranges::all_of(point.strokes, [](double stroke) { return stroke == 0; });
 }
 
 void add_reports(System& system, PathPoint& point) {
@@ -128,7 +133,7 @@ bool PointOutputs::add_exact_frequencies(const MechanismFactor& factor, ExactMod
   if (model_->leaf_modes == 0) {
     lists = static_modes(factor, free, locked);
   } else {
-    const bool at_rest = request_->wants_frequency_derivatives() && point.stroke == 0 &&
+    const bool at_rest = request_->wants_frequency_derivatives() && is_at_rest(point) &&
                          std::all_of(factor.leaves().begin(), factor.leaves().end(),
                                      [](const MechanismFactor::Leaf& leaf) { return leaf.full; });
     const int needed = at_rest ? std::min(modes_needed(request_->frequencies), factor.size()) : 0;
@@ -182,6 +187,7 @@ void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, Path
   point.newton_iterations = equilibrium.iterations;
   point.sub_steps = equilibrium.sub_steps;
   point.drive_load = equilibrium.drive_load;
+  point.drive_loads.assign(equilibrium.drive_loads.begin(), equilibrium.drive_loads.end());
   add_motion(system, *request_, point);
   add_stiffness(system, *request_, point);
   add_reports(system, point);

@@ -1,6 +1,7 @@
 #include "core/response/path/stiffness.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 #include "core/equilibrium/free_motions.hpp"
@@ -10,8 +11,16 @@
 namespace flexopt {
 namespace {
 
+// Of the compliance EᵀK⁻¹E of all drives: 1 over it, where there are several the diagonal of its
+// inverse.
+VectorXd stiffness_of(const MatrixXd& compliance) {
+  if (compliance.rows() == 0) return {};
+  if (compliance.rows() == 1) return compliance.diagonal().cwiseInverse();
+  return Lu(compliance).inverse().diagonal();
+}
+
 // Z (Zᵀ K Z)⁻¹ Zᵀ at the end-effector.
-EndEffectorCompliance jointed_compliance(const System& system) {
+EndEffectorCompliance constrained_compliance(const System& system) {
   const int n = system.size(), ee = 6 * system.mechanism().end_effector;
   EndEffectorCompliance result;
   for (const bool locked : {false, true}) {
@@ -26,17 +35,23 @@ EndEffectorCompliance jointed_compliance(const System& system) {
       if (locked) result.still[d] = true;
     }
     (locked ? result.drive_locked : result.drive_free) = C;
-    if (locked) result.negative_pivots = system.negative_pivots() + motions.negative_pivots();
+    if (locked) {
+      result.negative_pivots = system.negative_pivots() + motions.negative_pivots();
+    } else if (const MatrixXd forces = system.drive_forces(); forces.cols() > 0) {
+      result.drive_stiffness = stiffness_of(forces.transpose() * motions.answer(forces));
+    }
   }
+  const std::array<bool, 6> prescribed = prescribed_directions(system.mechanism());
+  for (int d = 0; d < 6; ++d) result.still[d] = result.still[d] || prescribed[d];
   return result;
 }
 
 }  // namespace
 
 EndEffectorCompliance end_effector_compliance(const System& system) {
-  if (system.constraints().count() > 0) return jointed_compliance(system);
+  if (system.constraints().count() > 0) return constrained_compliance(system);
   const Mechanism& m = system.mechanism();
-  const int n = system.size(), ee = 6 * m.end_effector, d = ee + index(drive_direction(m));
+  const int n = system.size(), ee = 6 * m.end_effector;
   EndEffectorCompliance result;
   // unit diagonal: translations and rotations differ by many orders of magnitude
   const MatrixXd K = 0.5 * (system.tangent_stiffness() + system.tangent_stiffness().transpose());
@@ -45,22 +60,27 @@ EndEffectorCompliance end_effector_compliance(const System& system) {
   const MatrixXd C = s.asDiagonal() * Lu(A).inverse() * s.asDiagonal();
   result.drive_free = C.block<6, 6>(ee, ee);
   result.drive_free = (0.5 * (result.drive_free + result.drive_free.transpose())).eval();
+  const std::vector<int> driven = system.driven_coordinates();
+  const MatrixXd of_drives = C(driven, driven);
+  result.drive_stiffness = stiffness_of(0.5 * (of_drives + of_drives.transpose()));
 
-  // held drive: delete its row and column
-  MatrixXd H(n - 1, n - 1);
-  for (int j = 0, q = 0; j < n; ++j) {
-    if (j == d) continue;
-    for (int i = 0, p = 0; i < n; ++i)
-      if (i != d) H(p++, q) = A(i, j);
-    ++q;
-  }
-  const MatrixXd X = Lu(H).inverse();
+  // held drives: delete their rows and columns
+  std::vector<int> kept;
+  for (int i = 0; i < n; ++i)
+    if (std::ranges::find(driven, i) == driven.end()) kept.push_back(i);
+  const MatrixXd X = Lu(MatrixXd(A(kept, kept))).inverse();
+  const auto at = [&](int coordinate) {
+    return static_cast<int>(std::ranges::find(kept, coordinate) - kept.begin());
+  };
+  const auto is_kept = [&](int coordinate) {
+    return at(coordinate) < static_cast<int>(kept.size());
+  };
   for (int j = 0; j < 6; ++j) {
-    if (ee + j == d) continue;
-    const int q = ee + j - (ee + j > d);
+    if (!is_kept(ee + j)) continue;
+    const int q = at(ee + j);
     for (int i = 0; i < 6; ++i) {
-      if (ee + i == d) continue;
-      const int p = ee + i - (ee + i > d);
+      if (!is_kept(ee + i)) continue;
+      const int p = at(ee + i);
       result.drive_locked(i, j) = 0.5 * (X(p, q) + X(q, p)) * s[ee + i] * s[ee + j];
     }
   }
@@ -73,7 +93,8 @@ EndEffectorCompliance end_effector_compliance(const System& system) {
   }
   result.negative_pivots = negative_pivots(system, true);
   result.still = m.bodies[m.end_effector].held;
-  result.still[index(drive_direction(m))] = true;
+  for (const int d : driven)
+    if (d >= ee && d < ee + 6) result.still[d - ee] = true;
   return result;
 }
 

@@ -8,8 +8,11 @@ namespace flexopt {
 struct EndEffectorCompliance {
   Matrix6d drive_free = Matrix6d::Zero();
   Matrix6d drive_locked = Matrix6d::Zero();  ///< zero row and column at the drive
-  int negative_pivots = 0;  ///< of the whole tangent with the drive held, leaf interiors included
-  /// Directions in which the end-effector cannot move with the drive held, the drive among them.
+  /// Of each drive: its own load over its own stroke, other drives held.
+  VectorXd drive_stiffness;
+  int negative_pivots = 0;  ///< of the whole tangent with the drives held, leaf interiors included
+  /// Directions in which the end-effector cannot move with the drives held, those that a drive
+  /// prescribes among them.
   std::array<bool, 6> still{};
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <utility>
 
@@ -161,7 +162,7 @@ struct ModeSeries {
 
 // (S3), (S4)
 std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const MechanismSeries& series,
-                                      Modes found, bool exact, std::string& message) {
+                                      int drive, Modes found, bool exact, std::string& message) {
   const System& system = factor.system();
   ModeSeries result{std::move(found), {}, {}, {}, {}, {}, {}};
   Modes& modes = result.modes;
@@ -171,7 +172,8 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
   K = series.tangent_times(modes.phi.leftCols(p));
   M = series.mass_times(modes.phi.leftCols(p));
   // a stroke of 1 rad or a leaf length must change ω² by more than rounding
-  const double unit = is_rotation(drive_direction(system.mechanism())) ? 1.0 : system.length();
+  const Drive& along = system.mechanism().drives[static_cast<std::size_t>(drive)];
+  const double unit = is_rotation(along.direction) ? 1.0 : system.length();
   const auto noise = [&](int i) { return rounding * std::abs(modes.lambda[i]) / unit; };
   VectorXd &first = result.first, &second = result.second;
   first = second = VectorXd::Zero(p);
@@ -296,35 +298,20 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
   return gradients;
 }
 
-}  // namespace
-
-FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
-                                                 const ExactDerivatives* exact,
-                                                 const ExactModes* known) {
-  FrequencyDerivativesResult result;
-  const Answer<MechanismSeries> along = MechanismSeries::of(factor);
-  if (!along.value) {
-    result.message = along.reason;
-    return result;
-  }
-  MechanismSeries& series = *along.value;
-  std::optional<Modes> found = lowest_modes(factor, count, exact != nullptr, known);
-  if (!found) {
-    result.message =
-        fmt::format("the lowest {} modes of {} unknowns were not found", count, factor.size());
-    return result;
-  }
-  series.expand_along_stroke();
+// Along the stroke of one drive: appended to the result. False where it was not found.
+bool add_along(int drive, const MechanismFactor& factor, MechanismSeries& series, int count,
+               const ExactDerivatives* exact, Modes found, FrequencyDerivativesResult& result) {
+  series.expand_along_stroke(drive);
   const auto path =
-      mode_series(factor, series, std::move(*found), exact != nullptr, result.message);
-  if (!path) return result;
-
+      mode_series(factor, series, drive, std::move(found), exact != nullptr, result.message);
+  if (!path) return false;
   const int listed = std::min(count, path->kept());
   std::vector<Mode> classified =
       classified_modes(factor, false, path->modes.lambda.head(listed),
                        path->modes.phi.leftCols(listed), path->modes.M_phi.leftCols(listed));
   for (int i = 0; i < listed; ++i) {
     FrequencyDerivatives d;
+    d.drive = drive;
     d.index = i;
     d.omega2 = path->modes.lambda[i];
     d.d_omega2 = path->first[i];
@@ -340,9 +327,37 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
     auto gradients = gradients_of(factor, series, *path, *exact, listed);
     if (!gradients) {
       result.message = "the second derivatives of the modes were not found in 200 iterations";
-      return result;
+      return false;
     }
-    result.gradients = std::move(*gradients);
+    std::ranges::move(*gradients, std::back_inserter(result.gradients));
+  }
+  return true;
+}
+
+}  // namespace
+
+FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
+                                                 const ExactDerivatives* exact,
+                                                 const ExactModes* known) {
+  FrequencyDerivativesResult result;
+  if (factor.drives() == 0) {
+    result.message = "nothing is driven";
+    return result;
+  }
+  Answer<MechanismSeries> along = MechanismSeries::of(factor);
+  if (!along.value) {
+    result.message = along.reason;
+    return result;
+  }
+  const std::optional<Modes> found = lowest_modes(factor, count, exact != nullptr, known);
+  if (!found) {
+    result.message =
+        fmt::format("the lowest {} modes of {} unknowns were not found", count, factor.size());
+    return result;
+  }
+  for (int drive = 0; drive < factor.drives(); ++drive) {
+    if (drive > 0) along = MechanismSeries::of(factor);
+    if (!add_along(drive, factor, *along.value, count, exact, *found, result)) return result;
   }
   result.ok = true;
   return result;

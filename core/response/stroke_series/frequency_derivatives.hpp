@@ -23,16 +23,16 @@ struct ExactDerivatives {
 struct FrequencyDerivativesResult {
   bool ok = false;
   std::string message;                                  ///< why not, with the figures
-  std::vector<FrequencyDerivatives> modes;              ///< ascending; valid_to not set
+  std::vector<FrequencyDerivatives> modes;              ///< drive by drive, ascending; no valid_to
   std::vector<FrequencyDerivativeGradients> gradients;  ///< mode by mode, if asked for
 };
 
 /// Modes that the derivatives of the lowest `count` ones take, at least.
 constexpr int modes_needed(int count) { return count + 3; }
 
-/// Of the lowest `count` modes, drive free, at the equilibrium that the factor stands at. Leaves
-/// must have a series, as full leaves do. `known`: modes of the factor with the drive free, if
-/// there are some.
+/// Of the lowest `count` modes, drives free, along each stroke, at the equilibrium that the factor
+/// stands at. Leaves must have a series, as full leaves do. `known`: modes of the factor with the
+/// drive free, if there are some.
 FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
                                                  const ExactDerivatives* exact = nullptr,
                                                  const ExactModes* known = nullptr);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/math/rotation.hpp"
+#include "core/mechanism/drive.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/mechanism/spring.hpp"
 
@@ -31,7 +32,7 @@ MechanismSeries::MechanismSeries(const MechanismFactor& factor,
     leaves_.push_back(
         {&factor.leaves()[i], std::move(leaves[i]), {x, none, none}, {force, zero, zero}});
   }
-  const VectorXd none = VectorXd::Zero(factor.joints());
+  const VectorXd none = VectorXd::Zero(factor.conditions());
   multipliers_ = {system.multipliers(), none, none};
   for (int b = 0; b < bodies_ / 6; ++b) {
     place_.push_back({system.pose(b).position, zero, zero});
@@ -71,7 +72,7 @@ void MechanismSeries::expand() {
     }
     body_mass_.push_back(M);
   }
-  if (factor_->joints() > 0) expand_joints();
+  if (factor_->conditions() > 0) expand_conditions();
   expand_springs();
   for (Leaf& leaf : leaves_) {
     const LeafScale& scale = leaf.linear->linear->scale();
@@ -107,14 +108,16 @@ void MechanismSeries::expand() {
   }
 }
 
-// Ψ, Ψ_q and λ·Ψ_qq are polynomials of second degree in the places and rotation matrices X of the
-// bodies, for which differences are exact: f(X0 + X1 s + X2 s²) from f at X0, X0 ± X1, X0 ± X2.
-void MechanismSeries::expand_joints() {
+// Of joints, Ψ, Ψ_q and λ·Ψ_qq are polynomials of second degree in the places and rotation matrices
+// X of the bodies, for which differences are exact: f(X0 + X1 s + X2 s²) from f at X0, X0 ± X1, X0
+// ± X2.
+void MechanismSeries::expand_conditions() {
   const Mechanism& m = factor_->system().mechanism();
   for (int o = 0; o < 3; ++o) {
-    joints_.value[o] = VectorXd::Zero(factor_->joints());
-    joints_.gradient[o] = MatrixXd::Zero(factor_->joints(), bodies_);
-    joints_.curvature[o] = MatrixXd::Zero(bodies_, bodies_);
+    conditions_.value[o] = VectorXd::Zero(factor_->conditions());
+    conditions_.gradient[o] = MatrixXd::Zero(factor_->conditions(), bodies_);
+    conditions_.stroke[o] = conditions_.gradient[o];
+    conditions_.curvature[o] = conditions_.winding[o] = MatrixXd::Zero(bodies_, bodies_);
   }
   const auto body = [&](int b, int order, double sign) {
     JointBody at;
@@ -142,10 +145,10 @@ void MechanismSeries::expand_joints() {
     const Series<MatrixXd> gradient = series(
         [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).gradient; });
     for (int o = 0; o < 3; ++o) {
-      joints_.value[o].segment(row, k) = value[o];
+      conditions_.value[o].segment(row, k) = value[o];
       for (int e = 0; e < 2; ++e)
         if (sides[e] >= 0)
-          joints_.gradient[o].block(row, 6 * sides[e], k, 6) = gradient[o].middleCols(6 * e, 6);
+          conditions_.gradient[o].block(row, 6 * sides[e], k, 6) = gradient[o].middleCols(6 * e, 6);
       const VectorXd weights = multipliers_[o].segment(row, k);
       const Series<MatrixXd> H = series(
           [&](const JointBody& a, const JointBody& b) { return curvature(joint, a, b, weights); });
@@ -153,13 +156,48 @@ void MechanismSeries::expand_joints() {
         for (int e = 0; e < 2; ++e)
           for (int f = 0; f < 2; ++f)
             if (sides[e] >= 0 && sides[f] >= 0)
-              joints_.curvature[o + p].block<6, 6>(6 * sides[e], 6 * sides[f]) +=
+              conditions_.curvature[o + p].block<6, 6>(6 * sides[e], 6 * sides[f]) +=
                   H[p].block<6, 6>(6 * e, 6 * f);
     }
     row += k;
   }
+  const DriveLoad load = load_of_rotations(m);
+  for (const int k : factor_->system().constraints().drives()) {
+    const Drive& drive = m.drives[static_cast<std::size_t>(k)];
+    const auto body = [&](int b) -> JointBodyOf<Jet> {
+      if (b < 0) return {};
+      return {jets(place_[b]), jets(rotation_[b]), m.bodies[b].reference};
+    };
+    const DriveStroke<Jet> stroke = drive_stroke(drive, load, body(drive.body), body(drive.other));
+    const int sides[] = {drive.body, drive.other};
+    for (int o = 0; o < 3; ++o) {
+      conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
+      const MatrixXd g = coefficients(stroke.load, o), h = coefficients(stroke.gradient, o);
+      for (int e = 0; e < 2; ++e) {
+        if (sides[e] < 0) continue;
+        conditions_.gradient[o].block<1, 6>(row, 6 * sides[e]) = g.middleRows(6 * e, 6).transpose();
+        conditions_.stroke[o].block<1, 6>(row, 6 * sides[e]) = h.middleRows(6 * e, 6).transpose();
+      }
+      for (int p = 0; o + p < 3; ++p) {
+        const MatrixXd H = multipliers_[o][row] * coefficients(stroke.curvature, p),
+                       W = multipliers_[o][row] * coefficients(stroke.winding, p);
+        for (int e = 0; e < 2; ++e)
+          for (int f = 0; f < 2; ++f) {
+            if (sides[e] < 0 || sides[f] < 0) continue;
+            conditions_.curvature[o + p].block<6, 6>(6 * sides[e], 6 * sides[f]) +=
+                H.block<6, 6>(6 * e, 6 * f);
+            conditions_.winding[o + p].block<6, 6>(6 * sides[e], 6 * sides[f]) +=
+                W.block<6, 6>(6 * e, 6 * f);
+          }
+      }
+    }
+    ++row;
+  }
   for (const int k : factor_->system().held())
-    for (MatrixXd& G : joints_.gradient) G.col(k).setZero();
+    for (int o = 0; o < 3; ++o) {
+      conditions_.gradient[o].col(k).setZero();
+      conditions_.stroke[o].col(k).setZero();
+    }
 }
 
 void MechanismSeries::expand_springs() {
@@ -189,12 +227,12 @@ void MechanismSeries::expand_springs() {
   }
 }
 
-void MechanismSeries::add_joints(const MatrixXd& Y, int order, MatrixXd& result) const {
-  const int m = factor_->joints();
+void MechanismSeries::add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const {
+  const int m = factor_->conditions();
   if (m == 0) return;
-  result.topRows(bodies_) += joints_.curvature[order] * Y.topRows(bodies_) +
-                             joints_.gradient[order].transpose() * Y.bottomRows(m);
-  result.bottomRows(m) = joints_.gradient[order] * Y.topRows(bodies_);
+  result.topRows(bodies_) += conditions_.curvature[order] * Y.topRows(bodies_) +
+                             conditions_.gradient[order].transpose() * Y.bottomRows(m);
+  result.bottomRows(m) = conditions_.gradient[order] * Y.topRows(bodies_);
 }
 
 template <class Apply>
@@ -211,6 +249,13 @@ Series<MatrixXd> MechanismSeries::leaf_products(const MatrixXd& Y, int orders,
 }
 
 Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = bordered_tangent_times(Y, orders);
+  for (int o = 0; o < orders; ++o)
+    for (const int row : factor_->drive_rows()) result[o].row(row).setZero();
+  return result;
+}
+
+Series<MatrixXd> MechanismSeries::bordered_tangent_times(const MatrixXd& Y, int orders) const {
   Series<MatrixXd> result = leaf_products(Y, orders, [&](const Leaf& leaf, const MatrixXd& rows) {
     return std::pair(leaf.linear->linear->scale().energy, leaf.series->tangent_times(rows, orders));
   });
@@ -220,7 +265,7 @@ Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y, int orders) c
       const Vector3d arm = rotation_[load.body][o] * load.arm;
       result[o].middleRows(r, 3) += arm_stiffness(load.force, arm) * Y.middleRows(r, 3);
     }
-    add_joints(Y, o, result[o]);
+    add_conditions(Y, o, result[o]);
     if (!factor_->system().mechanism().springs.empty())
       result[o].topRows(bodies_) += springs_.tangent[o] * Y.topRows(bodies_);
     factor_->clear_held(result[o]);
@@ -257,16 +302,16 @@ Series<VectorXd> MechanismSeries::residual() const {
       sum[o].topRows(bodies_) += springs_.force[o];
     factor_->clear_held(sum[o]);
     result[o] = sum[o];
-    if (factor_->joints() == 0) continue;
-    result[o].tail(factor_->joints()) = joints_.value[o];
+    if (factor_->conditions() == 0) continue;
+    result[o].tail(factor_->conditions()) = conditions_.value[o];
     for (int p = 0; p <= o; ++p)
-      result[o].head(bodies_) += joints_.gradient[p].transpose() * multipliers_[o - p];
+      result[o].head(bodies_) += conditions_.gradient[p].transpose() * multipliers_[o - p];
   }
   return result;
 }
 
 void MechanismSeries::set(int order, const VectorXd& y) {
-  multipliers_[order] = y.tail(factor_->joints());
+  multipliers_[order] = y.tail(factor_->conditions());
   for (int b = 0; b < bodies_ / 6; ++b) {
     place_[b][order] = y.segment<3>(6 * b);
     turn_[b][order] = rotation_left_tangent_inverse(turn_[b][0]) * y.segment<3>(6 * b + 3);
@@ -279,10 +324,11 @@ void MechanismSeries::set(int order, const VectorXd& y) {
 }
 
 // (S1), twice.
-void MechanismSeries::expand_along_stroke() {
+void MechanismSeries::expand_along_stroke(int drive) {
   const auto step = [&](const VectorXd& b, double stroke) {
-    return VectorXd(
-        factor_->balance(b, Eigen::RowVectorXd::Constant(1, stroke)).topRows(factor_->size()));
+    MatrixXd strokes = MatrixXd::Zero(factor_->drives(), 1);
+    strokes(drive, 0) = stroke;
+    return VectorXd(factor_->balance(b, strokes).topRows(factor_->size()));
   };
   const VectorXd none = VectorXd::Zero(factor_->size());
   rate_ = step(none, 1);
@@ -314,9 +360,15 @@ LeafGradients<Jet> MechanismSeries::leaf_gradients(LeafRates& rates) const {
 }
 
 Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int orders) const {
-  Series<MatrixXd> result = tangent_times(Y, orders);
+  Series<MatrixXd> result = bordered_tangent_times(Y, orders);
   const Series<VectorXd> force = residual();
   for (int o = 0; o < orders; ++o) {
+    if (factor_->conditions() > 0)
+      result[o].topRows(bodies_) += conditions_.winding[o] * Y.topRows(bodies_);
+    for (const int row : factor_->drive_rows())
+      result[o].row(row) =
+          conditions_.stroke[o].row(row - factor_->size() + factor_->conditions()) *
+          Y.topRows(bodies_);
     for (int b = 3; b < bodies_; b += 6)
       result[o].middleRows(b, 3) -= 0.5 * hat(force[o].segment<3>(b)) * Y.middleRows(b, 3);
     factor_->clear_held(result[o]);
@@ -324,35 +376,43 @@ Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int or
   return result;
 }
 
-Series<Vector3d> MechanismSeries::stroke_gradient() const {
-  const Mechanism& m = factor_->system().mechanism();
-  const Vector3d zero = Vector3d::Zero();
-  if (!is_rotation(drive_direction(m)))
-    return {Vector3d::Unit(index(drive_direction(m))), zero, zero};
-  // ω = T θ̇, so the row g of T⁻¹ has gᵀ T = e
-  const Series<Matrix3d> T = series(jet_rotation_left_tangent(jets(turn_[m.end_effector])));
-  const Matrix3d inverse = T[0].inverse().transpose();
-  Series<Vector3d> g;
-  g[0] = inverse.col(index(drive_direction(m)) - 3);
-  g[1] = -inverse * (T[1].transpose() * g[0]);
-  g[2] = -inverse * (T[1].transpose() * g[1] + T[2].transpose() * g[0]);
-  return g;
+Series<MatrixXd> MechanismSeries::stroke_gradients() const {
+  const System& system = factor_->system();
+  Series<MatrixXd> gradients;
+  for (MatrixXd& g : gradients) g = MatrixXd::Zero(factor_->drives(), bodies_);
+  for (int k = 0; k < factor_->drives(); ++k) {
+    const Drive& drive = system.mechanism().drives[static_cast<std::size_t>(k)];
+    const auto& coordinate = system.drives()[static_cast<std::size_t>(k)].coordinate;
+    if (!coordinate) continue;
+    if (!is_rotation(drive.direction)) {
+      gradients[0](k, *coordinate) = 1;
+      continue;
+    }
+    // ω = T θ̇, so the row g of T⁻¹ has gᵀ T = e
+    const Series<Matrix3d> T = series(jet_rotation_left_tangent(jets(turn_[drive.body])));
+    const Matrix3d inverse = T[0].inverse().transpose();
+    const Vector3d g0 = inverse.col(index(drive.direction) - 3),
+                   g1 = -inverse * (T[1].transpose() * g0),
+                   g2 = -inverse * (T[1].transpose() * g1 + T[2].transpose() * g0);
+    const int at = 6 * drive.body + 3;
+    gradients[0].block<1, 3>(k, at) = g0.transpose();
+    gradients[1].block<1, 3>(k, at) = g1.transpose();
+    gradients[2].block<1, 3>(k, at) = g2.transpose();
+  }
+  return gradients;
 }
 
 Eigen::MatrixX<Jet> MechanismSeries::balance(const Eigen::MatrixX<Jet>& B) const {
-  const Mechanism& m = factor_->system().mechanism();
-  const int row = 6 * m.end_effector + (is_rotation(drive_direction(m)) ? 3 : 0);
-  const Series<Vector3d> g = stroke_gradient();
-  Series<MatrixXd> Y, force = series(B);
-  Series<Eigen::RowVectorXd> stroke;
-  for (Eigen::RowVectorXd& s : stroke) s = Eigen::RowVectorXd::Zero(B.cols());
+  const Series<MatrixXd> g = stroke_gradients();
+  Series<MatrixXd> Y, force = series(B), stroke;
+  for (MatrixXd& s : stroke) s = MatrixXd::Zero(factor_->drives(), B.cols());
   for (int o = 0; o < 3; ++o) {
     Y[o] = factor_->balance(force[o], stroke[o]).topRows(factor_->size());
     if (o == 2) break;
     const Series<MatrixXd> KY = tilted_tangent_times(Y[o], 3 - o);
     for (int k = 1; o + k < 3; ++k) {
       force[o + k] -= KY[k];
-      stroke[o + k] -= g[k].transpose() * Y[o].middleRows<3>(row);
+      stroke[o + k] -= g[k] * Y[o].topRows(bodies_);
     }
   }
   return jets(Y);

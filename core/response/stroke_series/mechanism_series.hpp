@@ -18,8 +18,9 @@ class MechanismSeries {
   /// None where a leaf has no series: only full leaves have.
   static Answer<MechanismSeries> of(const MechanismFactor& factor);
 
-  /// The path of equilibria q(s), x(s) to s²: expands every leaf about it.
-  void expand_along_stroke();
+  /// The path of equilibria q(s), x(s) to s² along the stroke of a drive, the others held: expands
+  /// every leaf about it.
+  void expand_along_stroke(int drive = 0);
   /// Instead: the states that leave the present one along a constant vector, rotation vectors of
   /// the bodies by exp(hat θ) R. Coefficients of s hold.
   void expand_along(const VectorXd& direction);
@@ -28,10 +29,11 @@ class MechanismSeries {
   MechanismState<Jet> path() const;
   /// Shares of the leaves in exact gradients along it.
   LeafGradients<Jet> leaf_gradients(LeafRates& rates) const;
-  /// State rates that balance forces B(s) along the path at a constant stroke: (S7). Along the
+  /// State rates that balance forces B(s) along the path at constant strokes: (S7). Along a
   /// stroke's path only.
   Eigen::MatrixX<Jet> balance(const Eigen::MatrixX<Jet>& B) const;
-  /// K(s) Y and M(s) Y of constant columns Y, the lowest `orders` of them (others are empty).
+  /// K(s) Y and M(s) Y of constant columns Y, the lowest `orders` of them (others are empty),
+  /// drives free.
   Series<MatrixXd> tangent_times(const MatrixXd& Y, int orders = 3) const;
   Series<MatrixXd> mass_times(const MatrixXd& Y, int orders = 3) const;
   /// Residual of all rows along the path so far expanded; the drive load and what is constant of
@@ -48,33 +50,36 @@ class MechanismSeries {
   MechanismSeries(const MechanismFactor& factor, std::vector<std::unique_ptr<LeafSeries>> leaves);
   void expand();
   void set(int order, const VectorXd& y);
-  /// K̃(s) Y of (S7).
+  /// The same with the conditions of drives.
+  Series<MatrixXd> bordered_tangent_times(const MatrixXd& Y, int orders) const;
+  /// K̃(s) Y of (S7), likewise.
   Series<MatrixXd> tilted_tangent_times(const MatrixXd& Y, int orders) const;
-  /// Of the stroke, along the displacement or the spin of the end-effector.
-  Series<Vector3d> stroke_gradient() const;
+  /// Of the strokes that are coordinates, along the bodies: drives × bodies.
+  Series<MatrixXd> stroke_gradients() const;
   template <class Apply>
   Series<MatrixXd> leaf_products(const MatrixXd& Y, int orders, const Apply& apply) const;
 
-  /// Ψ, Ψ_q and λ·Ψ_qq of the joints along the path.
-  struct Joints {
+  /// Ψ, Ψ_q and λ·Ψ_qq of joints and drives along the path; of drives the derivative of the
+  /// stroke, and what the residual's derivative has beside the curvature.
+  struct Conditions {
     Series<VectorXd> value;
-    Series<MatrixXd> gradient, curvature;
+    Series<MatrixXd> gradient, stroke, curvature, winding;
   };
-  void expand_joints();
   /// Forces of the springs on the bodies, and their tangent, along the path.
   struct Springs {
     Series<VectorXd> force;
     Series<MatrixXd> tangent;
   };
   void expand_springs();
-  void add_joints(const MatrixXd& Y, int order, MatrixXd& result) const;
+  void expand_conditions();
+  void add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const;
 
   const MechanismFactor* factor_;
   int bodies_ = 0;
   std::vector<Leaf> leaves_;
   Series<VectorXd> multipliers_;
-  Joints joints_;
   Springs springs_;
+  Conditions conditions_;
   std::vector<Series<Vector3d>> place_, turn_;  ///< of every body: reference point, rotation vector
   std::vector<Series<Matrix3d>> rotation_;
   std::vector<Series<Matrix6d>> body_mass_;

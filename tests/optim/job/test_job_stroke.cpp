@@ -1,0 +1,92 @@
+// Strokes of drives with names, as a job writes them.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/spec/spec_error.hpp"
+#include "optim/job/job_stroke.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+DriveList two() {
+  DriveList drives;
+  drives.items = {{"x", Direction::uy}, {"turn", Direction::rz}};
+  return drives;
+}
+
+StrokeRequest read(const char* text, const DriveList& drives = two()) {
+  const json written = json::parse(text);
+  json filled = read_value(stroke_shape(&drives), written, json::json_pointer("/stroke"));
+  StrokeRequest request;
+  read_stroke(filled, written, drives, request);
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("strokes by the names of the drives, point by point", "[job][drive]") {
+  const StrokeRequest r =
+      read(R"({"at": [{"x": "1 mm", "turn": 0}, {"turn": "10 deg"}, {"x": -2e-3}]})");
+  REQUIRE(r.strokes.size() == 3);
+  CHECK(r.strokes[0] == Eigen::Vector2d(1e-3, 0));
+  CHECK(r.strokes[1][1] == Approx(0.17453292519943));
+  CHECK(r.strokes[2] == Eigen::Vector2d(-2e-3, 0));
+  CHECK(r.points == std::vector{1e-3, 0.0, -2e-3});
+}
+
+TEST_CASE("a grid of strokes, the last drive fastest", "[job][drive]") {
+  const StrokeRequest r = read(R"({"grid": {"x": {"from": 0, "to": "4 mm", "points": 3},
+                                            "turn": {"from": -0.1, "to": 0.1, "points": 2}}})");
+  REQUIRE(r.strokes.size() == 6);
+  CHECK(r.strokes[0] == Eigen::Vector2d(0, -0.1));
+  CHECK(r.strokes[1] == Eigen::Vector2d(0, 0.1));
+  CHECK(r.strokes[2] == Eigen::Vector2d(2e-3, -0.1));
+  CHECK(r.strokes[5] == Eigen::Vector2d(4e-3, 0.1));
+  const StrokeRequest line = read(R"({"grid": {"turn": {"to": 0.2}}})");
+  REQUIRE(line.strokes.size() == 11);
+  CHECK(line.strokes[10] == Eigen::Vector2d(0, 0.2));
+}
+
+TEST_CASE("strokes that cannot be are refused", "[job][drive]") {
+  const auto refuses = [](const char* text, const char* rule) {
+    INFO(text);
+    CHECK_THROWS_WITH(read(text), Contains(rule));
+  };
+  refuses(R"({"at": [{"x": 0}], "grid": {"x": {"to": 1e-3}}})", "one of the two");
+  refuses(R"({"at": [{"y": 0}]})", "/stroke/at/0/y");
+  refuses(R"({"at": [{"x": "3 deg"}]})", "/stroke/at/0/x");
+  refuses(R"({"grid": {"x": {"to": 1e-3, "points": 1}}})", "both ends are included");
+  refuses(R"({"grid": {"x": {"to": 1e-3, "points": 200}, "turn": {"to": 0.1, "points": 200}}})",
+          "more than 10001");
+  refuses(R"({"to": 1e-3})", "/stroke/to");
+  StrokeRequest request;
+  json written = json::parse(R"({"to": 1})");
+  CHECK_THROWS_WITH(read_stroke(written, written, DriveList(), request), Contains("no drive"));
+}
+
+TEST_CASE("quantities of drives with names have their names", "[job][drive]") {
+  PathPoint point;
+  point.status = PointStatus::converged;
+  point.drive_names = {"x", "turn"};
+  point.drive_load = 3;
+  point.drive_loads = {3, 4};
+  point.drive_stiffness = 5;
+  point.drive_stiffnesses = {5, 6};
+  CHECK(value_of(point, "drive_load.x") == 3.0);
+  CHECK(value_of(point, "drive_load.turn") == 4.0);
+  CHECK(value_of(point, "drive_stiffness.turn") == 6.0);
+  CHECK_THROWS_AS(value_of(point, "drive_load.other"), std::invalid_argument);
+  CHECK(needs_of("drive_stiffness.turn") == Outputs{Output::stiffness});
+  std::vector<std::string> names;
+  for (const Quantity& q : quantities(two())) names.push_back(q.name + " [" + q.unit + "]");
+  const auto has = [&](const char* name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  CHECK(has("drive_load.x [N]"));
+  CHECK(has("drive_load.turn [N m]"));
+  CHECK(has("drive_stiffness.turn [N m/rad]"));
+  CHECK_FALSE(has("drive_load [N]"));
+}
