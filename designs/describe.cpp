@@ -37,8 +37,10 @@ std::string describe_families() {
 
 std::string describe_family(const Family& family) {
   std::string text = fmt::format("{}: {}\n{}\n", family.name, family.summary, family.drawing);
-  text += fmt::format("drive: {}\n\nparameters:\n",
-                      direction_names[static_cast<std::size_t>(index(family.drive))]);
+  for (const DriveList::Item& drive : family.drives.items)
+    text += fmt::format("drive{}: {}\n", drive.name.empty() ? "" : " " + drive.name,
+                        direction_names[static_cast<std::size_t>(index(drive.direction))]);
+  text += "\nparameters:\n";
   for (const Parameter& p : family.parameters)
     text += fmt::format("  {:<18} {:<4} {}\n  {:<18} {:<4} {}; {}\n", p.name, p.unit, p.meaning, "",
                         "", range_in_words(p),

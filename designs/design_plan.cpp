@@ -20,12 +20,14 @@ const BodyItem* DesignPlan::end_effector(const FamilyChoices& choices) const {
   return nullptr;
 }
 
-bool DesignPlan::has_wires(const FamilyChoices& choices) const {
-  return std::ranges::any_of(
-             leaves, [&](const LeafItem& leaf) { return leaf.wire && leaf.when.holds(choices); }) ||
-         std::ranges::any_of(parts, [&](const PartItem& part) {
-           return part.when.holds(choices) && part.design->has_wires(part.choices);
-         });
+bool DesignPlan::has_leaves(bool wires, const FamilyChoices& choices) const {
+  const auto is_such = [&](const LeafItem& leaf) {
+    return leaf.wire == wires && leaf.when.holds(choices);
+  };
+  const auto has_such = [&](const PartItem& part) {
+    return part.when.holds(choices) && part.design->has_leaves(wires, part.choices);
+  };
+  return std::ranges::any_of(leaves, is_such) || std::ranges::any_of(parts, has_such);
 }
 
 SpecError located(const DesignSource& source, const SpecError& error) {

@@ -165,8 +165,8 @@ struct DesignPlan {
 
   /// The material point or body that carries O under these choices; null if there is none.
   const BodyItem* end_effector(const FamilyChoices& choices) const;
-  /// Whether there are leaves of circular section under these choices.
-  bool has_wires(const FamilyChoices& choices) const;
+  /// Whether there are leaves of this kind under these choices: of circular section, or others.
+  bool has_leaves(bool wires, const FamilyChoices& choices) const;
 };
 
 /// The fault with its place: line and column of a file of the user, a pointer into the job for a

@@ -52,6 +52,16 @@ std::vector<std::string> counts_of(const DesignPlan& plan) {
   return names;
 }
 
+DriveList drives_of(const DesignPlan& plan) {
+  DriveList list;
+  for (const DriveItem& drive : plan.drives) {
+    list.items.push_back({drive.name, drive.direction});
+    if (drive.body == "end_effector" && drive.other == "ground" && drive.frame.empty())
+      list.prescribed[static_cast<std::size_t>(index(drive.direction))] = true;
+  }
+  return list;
+}
+
 Family family_of(std::shared_ptr<const DesignPlan> plan, const DesignHead& head) {
   Family family;
   family.name = head.name;
@@ -59,7 +69,7 @@ Family family_of(std::shared_ptr<const DesignPlan> plan, const DesignHead& head)
   family.drawing = head.drawing;
   family.parameters = plan->parameters;
   family.options = plan->options;
-  if (!plan->drives.empty()) family.drive = plan->drives.front().direction;
+  family.drives = drives_of(*plan);
   if (!head.mesh.empty()) family.mesh = {head.mesh[0], head.mesh[1]};
   family.counts = counts_of(*plan);
   family.plan = std::move(plan);
@@ -154,7 +164,9 @@ bool Family::has_end_effector(const FamilyChoices& choices) const {
   return body == nullptr || body->leaf.empty();
 }
 
-bool Family::has_wires(const FamilyChoices& choices) const { return plan->has_wires(choices); }
+bool Family::is_of_wires(const FamilyChoices& choices) const {
+  return plan->has_leaves(true, choices) && !plan->has_leaves(false, choices);
+}
 
 Mechanism Family::make(const ParameterValues& values, const FamilyChoices& choices,
                        const Material& material, const EndEffector& payload) const {

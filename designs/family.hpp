@@ -8,6 +8,7 @@
 
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
+#include "core/response/quantities.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "core/spec/fault_list.hpp"
 #include "designs/end_effector.hpp"
@@ -23,7 +24,7 @@ struct Family {
   std::string name;
   std::string summary;  ///< one sentence
   std::string drawing;  ///< ASCII sketch with the parameters
-  Direction drive = Direction::uy;
+  DriveList drives;     ///< what the stroke prescribes
   std::vector<Parameter> parameters;
   std::vector<FamilyOption> options;
   std::array<int, 2> mesh = ModelOptions{}.mesh;  ///< that its leaves want when none is asked for
@@ -34,8 +35,8 @@ struct Family {
   /// Whether a rigid end-effector carries O; else O is a material point of a leaf: no mass, no
   /// moments.
   bool has_end_effector(const FamilyChoices& choices) const;
-  /// Whether leaves of circular section are among its leaves.
-  bool has_wires(const FamilyChoices& choices) const;
+  /// Whether all of its leaves are wires.
+  bool is_of_wires(const FamilyChoices& choices) const;
   /// Values must hold every parameter, in range, and choices every option. Throws SpecError with
   /// all that is wrong: at /design/parameters/… where parameters contradict each other, else with
   /// the place in the design file.

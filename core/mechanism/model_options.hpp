@@ -2,6 +2,8 @@
 // How a mechanism is modelled and solved. Plain data.
 #include <array>
 
+#include "core/mechanism/mechanism.hpp"
+
 namespace flexopt {
 
 enum class Accuracy { reduced, full };
@@ -51,6 +53,11 @@ struct ModelOptions {
   /// shape, so that leaves only move as their edges make them.
   int leaf_modes = 2;
 };
+
+/// A wire is a beam, whatever the other leaves are.
+inline Flexure flexure_of(const LeafSpring& leaf, const ModelOptions& model) {
+  return leaf.section == Section::circular ? Flexure::beam : model.flexure;
+}
 
 /// Newton's iteration and the step control of the path.
 struct NewtonOptions {

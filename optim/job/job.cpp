@@ -133,14 +133,14 @@ void read_load_path(const json& read, StrokeRequest& request) {
 /// Adds to `request`, which holds what stands at the head of the job.
 void read_request(json& read, const json& as_written, const Family* family, FaultList& faults,
                   StrokeRequest& request) {
-  const bool drives = !family || !drives_of(*family).items.empty();
+  const bool drives = !family || !family->drives.items.empty();
   if (as_written.contains("stroke") == as_written.contains("load_path") &&
       (drives || as_written.contains("stroke")))
     faults.add("/stroke", as_written.contains("stroke") ? shown(as_written["stroke"]) : "nothing",
                "give a stroke or a load_path, one of the two");
   if (family && read.contains("stroke") && faults.sound("/stroke"))
     faults.attempt(
-        [&] { read_stroke(read["stroke"], as_written["stroke"], drives_of(*family), request); });
+        [&] { read_stroke(read["stroke"], as_written["stroke"], family->drives, request); });
   if (read.contains("load_path") && faults.sound("/load_path"))
     faults.attempt([&] { read_load_path(read["load_path"], request); });
   for (std::size_t i = 0; i < read["loads"].size(); ++i)
@@ -419,7 +419,7 @@ void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const
   const std::string where = (at / "flexure").to_string();
   if (model.flexure == Flexure::beam) return;
   const auto resolved = resolve(design);
-  if (resolved->family().has_wires(design.choices))
+  if (resolved->family().is_of_wires(design.choices))
     throw SpecError(where, "\"plate\"", "a leaf of circular section is a beam: expected \"beam\"");
   const Material& m = design.material;
   if (m.poissons_ratio > 0.5)

@@ -235,11 +235,11 @@ void SamplesReader::read_formulas(const json& read, const StrokeRequest& request
   SampleFormula& f = spec_.largest_stroke;
   f.pointer = (at_ / "largest_stroke").to_string();
   f.formula = read["largest_stroke"];
-  if (drives_of(family_).named()) {
+  if (family_.drives.named()) {
     faults_.add(f.pointer, f.formula, "drives with names keep the strokes of the job");
     return;
   }
-  parse(f, is_rotation(drives_of(family_).first()) ? "rad" : "m");
+  parse(f, is_rotation(family_.drives.first()) ? "rad" : "m");
   if (faults_.sound("/stroke") &&
       std::ranges::all_of(request.points, [](double s) { return s == 0; }))
     faults_.add(f.pointer, f.formula, "the job's stroke is zero: there is nothing to scale");

@@ -299,7 +299,7 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
 }
 
 Context context_of(const Family& family, const Job& job, FaultList& faults) {
-  Context context{family, job.design, job.request, quantities(drives_of(family)), {}, {}, faults};
+  Context context{family, job.design, job.request, quantities(family.drives), {}, {}, faults};
   context.values = job.design.parameters;
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});

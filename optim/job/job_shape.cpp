@@ -95,7 +95,7 @@ std::vector<std::string> names_of(const Family& family) {
 Shape with_quantities(Shape section, const Family* family) {
   if (!family) return section;
   std::vector<std::string> names;
-  for (const Quantity& q : quantities(drives_of(*family))) names.push_back(q.name);
+  for (const Quantity& q : quantities(family->drives)) names.push_back(q.name);
   for (Field& field : section.fields)
     if (field.name == "quantity") field.shape = choice(names);
   return section;
@@ -189,7 +189,7 @@ Shape parameter_shape(const Parameter& p) {
 }
 
 Shape job_shape(const Family* family) {
-  const DriveList drives = family ? drives_of(*family) : DriveList();
+  const DriveList drives = family ? family->drives : DriveList();
   const Shape parasitic = record({
       standard("drive", choice({"locked", "free"}), "locked", "which list of frequencies"),
       standard("skip", list(choice({"leaf", "intermediate_body"}), 0, 2), json::array(),

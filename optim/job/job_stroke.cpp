@@ -111,8 +111,6 @@ std::vector<VectorXd> read_named(const json& read, const json& as_written,
 
 }  // namespace
 
-DriveList drives_of(const Family& family) { return family.drive; }
-
 Shape stroke_shape(const DriveList* drives) {
   if (!drives) return stroke_table(std::nullopt).shape();
   return drives->named() ? named_shape(*drives) : stroke_table(drives->first()).shape();

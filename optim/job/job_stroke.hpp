@@ -8,9 +8,6 @@
 
 namespace flexopt {
 
-/// The drives of every design of a family.
-DriveList drives_of(const Family& family);
-
 /// What "stroke" may hold. Without drives (null) its unit is not known.
 Shape stroke_shape(const DriveList* drives);
 

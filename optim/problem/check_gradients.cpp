@@ -185,7 +185,7 @@ class Checker {
     listed_ = request_.frequencies;
     if (listed_ > 0) request_.frequencies += 2;
     columns_ = columns_of(job);
-    const DriveList drives = drives_of(resolve(job.design)->family());
+    const DriveList drives = resolve(job.design)->family().drives;
     names_ = quantities(drives);
     turns_ = is_rotation(drives.first());
   }

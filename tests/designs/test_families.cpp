@@ -74,7 +74,7 @@ TEST_CASE("every family makes a mechanism that breaks no rule", "[designs]") {
     INFO(name);
     const Mechanism m = make(name, values);
     CHECK_FALSE(broken_rule(m));
-    CHECK(drive_direction(m) == find_family(name, "").drive);
+    CHECK(drive_direction(m) == find_family(name, "").drives.first());
     REQUIRE(m.bodies.size() == 1);
     CHECK(m.end_effector == 0);
     const RigidBody& body = m.bodies[0];

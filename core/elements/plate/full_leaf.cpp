@@ -29,7 +29,7 @@ PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh) {
 
 PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model) {
   PlateShape shape = plate_shape(leaf, model.mesh, model.free_edge_torsion);
-  if (model.flexure == Flexure::plate) return shape;
+  if (flexure_of(leaf, model) == Flexure::plate) return shape;
   // what a beam does not depend on is left out, so that equal beams share one mesh
   shape.flexure = Flexure::beam;
   shape.mesh[1] = 1;

@@ -285,7 +285,7 @@ std::vector<NodeShare> point_shares(const LeafSpring& leaf, const SuperelementGr
 }
 
 std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOptions& model) {
-  if (model.flexure == Flexure::beam && model.superelements[1] != 0)
+  if (flexure_of(leaf, model) == Flexure::beam && model.superelements[1] != 0)
     return "a beam is cut along only: expected the number of superelements along";
   if (!leaf.point || leaf.point->spread_over_tip) return std::nullopt;
   const auto [along, across] = model.superelements;

@@ -76,7 +76,7 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
   v.length = relative(L, d.length);
   const double t = relative(leaf.thickness, d.thickness);
   v.energy = relative(leaf.material.youngs_modulus, d.material.youngs_modulus) + 3 * t;
-  if (model.flexure == Flexure::plate)
+  if (flexure_of(leaf, model) == Flexure::plate)
     v.energy += 2 * nu * d.material.poissons_ratio / (1 - nu * nu);
   v.mass = (leaf.material.density > 0 ? relative(leaf.material.density, d.material.density) : 0) +
            t + 4 * v.length;

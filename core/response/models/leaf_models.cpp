@@ -92,7 +92,7 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
   std::vector<LinearMotion> motion(system.leaves());
   for (int i = 0; i < system.leaves(); ++i) {
     const LeafSpring& l = mechanism.leaves[i];
-    const LeafScale scale(l, model.flexure);
+    const LeafScale scale(l, flexure_of(l, model));
     auto edge_increment = [&](const VectorXd& q) {
       Vector12d dq = Vector12d::Zero();
       if (l.base >= 0) dq.head<6>() = system.edge_map(i, 0) * q.segment<6>(6 * l.base);

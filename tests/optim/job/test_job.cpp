@@ -569,7 +569,7 @@ TEST_CASE("the schema accepts the shipped jobs and refuses slips", "[optim][job]
 
 TEST_CASE("every quantity's unit is one that bounds can be written in", "[optim][job]") {
   for (const Family& family : families())
-    for (const Quantity& quantity : quantities(family.drive)) {
+    for (const Quantity& quantity : quantities(family.drives)) {
       INFO(quantity.name << " in " << quantity.unit);
       CHECK(is_known_unit(quantity.unit));
     }
