@@ -1,6 +1,6 @@
 #pragma once
-// Linear equations of fixed small size, compiled once.
-#include <array>
+// Eigen's linear equations of fixed small size, compiled once.
+#include <Eigen/LU>
 
 #include "core/math/types.hpp"
 
@@ -19,10 +19,7 @@ class SmallLu {
   Columns solve_columns(const Columns& B) const;
 
  private:
-  void solve(double* b) const;
-  Matrix lu_;                      ///< L below the diagonal, of unit diagonal, and U
-  std::array<double, n> inverse_;  ///< of the diagonal of U
-  std::array<int, n> pivot_;       ///< the row that was exchanged with this one
+  Eigen::PartialPivLU<Matrix> lu_;
 };
 
 extern template class SmallLu<3>;

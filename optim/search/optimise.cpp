@@ -86,7 +86,7 @@ std::string what_stops(const std::vector<ConstraintState>& constraints, const Sc
 }
 
 /// What the stages hand on: the design that is the answer, and how it was posed.
-struct Answer {
+struct Chosen {
   Pose pose;
   Candidate best;
   std::vector<double> multipliers;  ///< of the goals 1, 2, …; empty where unknown
@@ -94,7 +94,7 @@ struct Answer {
 
 /// Sensitivities of the objective and the active constraints, and multipliers of the constraints,
 /// at the answer: from the derivatives of all goals there.
-void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Answer& answer,
+void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Chosen& answer,
                      Optimum& optimum) {
   int cost = 0;
   const VectorXd& x = answer.best.x;
@@ -210,7 +210,7 @@ int best_of(const DesignProblem& problem, const std::vector<Start>& starts) {
 }
 
 /// Optimality, feasibility and what they rest on.
-void judge(const DesignProblem& problem, const Scales& scales, const Answer& answer, bool converged,
+void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer, bool converged,
            Optimum& optimum) {
   optimum.parameters = problem.parameters(problem.variables(answer.best.x));
   optimum.objective = answer.best.objective;
@@ -263,7 +263,7 @@ Optimum optimise(const Job& job, const OptimiseOptions& options) {
   } else {
     optimum.agreeing_starts =
         mark_agreeing(optimum.starts, optimum.starts[static_cast<std::size_t>(best)]);
-    Answer answer{job_pose(problem), *chosen.result.best, chosen.result.multipliers};
+    Chosen answer{job_pose(problem), *chosen.result.best, chosen.result.multipliers};
     judge(problem, campaign.scales, answer, chosen.result.summary.reason == StopReason::converged,
           optimum);
     optimum.stop_reason = chosen.result.summary.message;

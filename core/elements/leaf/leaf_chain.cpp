@@ -248,6 +248,11 @@ Answer<LeafLinear> LeafChain::linearise() {
   return {std::make_unique<LeafChainLinear>(*this, std::move(segments))};
 }
 
+bool LeafChain::has_linearised_interior() const {
+  return std::ranges::all_of(
+      segments_, [](const auto& segment) { return segment->has_linearised_interior(); });
+}
+
 LeafShape LeafChain::shape() {
   std::vector<LeafShape> own;
   LeafShape shape;

@@ -88,6 +88,8 @@ class LeafElement {
   /// The leaf about its present state with all interior unknowns; the leaf must outlive it and keep
   /// its state. After evaluate(). None unless the model has such unknowns.
   virtual Answer<LeafLinear> linearise();
+  /// Whether linearise() has an answer, at any state.
+  virtual bool has_linearised_interior() const { return false; }
 
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;

@@ -42,6 +42,7 @@ class FullLeaf final : public LeafElement {
   bool is_full() const override { return true; }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;
+  bool has_linearised_interior() const override { return true; }
 
   PlateLeaf& plate() { return plate_; }
   const PlateLeaf& plate() const { return plate_; }

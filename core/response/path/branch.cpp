@@ -43,7 +43,8 @@ Equilibrium solve_again_on_full_leaves(System& system, const Solve& solve,
       system.replace_leaf(i, system.leaf(i).full_model("no equilibrium with reduced leaves"));
       replaced = true;
     }
-  return replaced ? solve() : equilibrium;
+  if (replaced) equilibrium = solve();
+  return equilibrium;
 }
 
 // Solves, then again as long as a leaf of limited range wants its model changed.
@@ -77,6 +78,13 @@ Equilibrium advance(System& system, const StrokeRequest& request, std::size_t k)
   });
 }
 
+// Whether every leaf can give exact modes and derivatives.
+bool has_linearised_interiors(const System& system) {
+  for (int i = 0; i < system.leaves(); ++i)
+    if (!system.leaf(i).has_linearised_interior()) return false;
+  return true;
+}
+
 }  // namespace
 
 void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
@@ -89,8 +97,6 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   start = Clock::now();
 
   PointOutputs outputs(mechanism, model, request, differentiable);
-  const bool reduced_leads = differentiable && model.accuracy == Accuracy::reduced &&
-                             model.method == Reduction::mixed_potential;
   const bool several = !request.strokes.empty();
   std::optional<std::string> lost;  // why the path has ended
   const auto load = [&] {
@@ -116,7 +122,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     }
     from_rest = false;
     std::unique_ptr<System> full;
-    if (reduced_leads && equilibrium.converged)
+    if (differentiable && equilibrium.converged && !has_linearised_interiors(*system))
       full =
           finish_on_full_leaves(*system, model, request, static_cast<std::size_t>(k), equilibrium);
     if (!equilibrium.converged) {

@@ -96,8 +96,6 @@ TEST_CASE("only what the goals need is asked of the mechanics", "[optim]") {
   document["frequencies"] = 3;
   document["optimise"]["constraints"].erase(0);  // the stress
   document["optimise"]["max_evaluations"] = 5;
-  StrokeRequest seen;
-  OptimiseOptions options;
   const Job job = parse_job(document);
   const DesignProblem problem(job, {evaluator(calls), by_differences});
   const DesignValues v = problem.evaluate({0.1, 0.5e-3});
