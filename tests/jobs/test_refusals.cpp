@@ -265,3 +265,39 @@ TEST_CASE("a stroke out of reach ends with exit code 1 and the points that conve
   CHECK(result["path"][3]["status"] == "converged");
   CHECK(result["path"][15]["status"] != "converged");
 }
+
+TEST_CASE("a wrong design file is refused with its own file, line and column", "[jobs]") {
+  const Workplace place;
+  const char* design = R"({
+  "flexopt_design": 1,
+  "parameters": {"length": {"unit": "m", "default": "80 mm"}},
+  "bodies": [{"name": "end_effector", "at": ["length", 0, 0]}],
+  "leaves": [{"name": "leaf {i}", "repeat": {"i": [0, 1]},
+              "base": {"body": "ground", "at": [0, "10 mm*i", 0]},
+              "tip": {"body": "end_efector", "at": ["length", "10 mm*i", 0]},
+              "across": [0, 0, 1], "width": "20 mm", "thickness": "0.3 s"}],
+  "drive": {"direction": "uy"}
+})";
+  const fs::path file = place.write("stage.json", design);
+  const Outcome wrong = run(place, "validate " + file.string());
+  CHECK(wrong.code == 2);
+  CHECK_THAT(wrong.errors, Contains("stage.json:8:") && Contains("/leaves/0/thickness = ") &&
+                               Contains("expected a length"));
+  std::string text = design;
+  text.replace(text.find("0.3 s"), 5, "0.3 mm");
+  place.write("stage.json", text);
+  place.write("job.json", R"({"flexopt": 1, "design": {"file": "stage.json",
+    "material": "stavax"}, "stroke": {"to": "1 mm"}})");
+  const Outcome loose = run(place, "run " + (place / "job.json").string());
+  CHECK(loose.code == 2);
+  CHECK_THAT(loose.errors, Contains("stage.json:7:") && Contains("did you mean 'end_effector'") &&
+                               Contains("copy i = 1"));
+  text.replace(text.find("end_efector"), 11, "end_effector");
+  place.write("stage.json", text);
+  CHECK(run(place, "validate " + file.string()).code == 0);
+  CHECK(run(place, "validate " + (place / "job.json").string()).code == 0);
+  const Outcome flat = run(place, "expand " + (place / "job.json").string());
+  CHECK(flat.code == 0);
+  CHECK_THAT(flat.output, Contains("\"leaf 1\"") && !Contains("repeat"));
+  CHECK(place.contents() == std::vector<std::string>{"job.json", "stage.json"});
+}

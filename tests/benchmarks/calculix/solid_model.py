@@ -17,7 +17,9 @@ FIRST_MASS = 3              # six point masses, then the nodes of the leaves
 class Leaf:
     base: tuple
     tip: tuple
-    width: float
+    width: float                    # at the base
+    across: tuple = (0.0, 0.0, 1.0)  # direction of the width
+    tip_width: float = None          # another one at the tip, linear between
 
 
 @dataclass
@@ -60,10 +62,14 @@ def mesh_leaf(leaf, thickness, mesh, first_node):
     base, tip = np.array(leaf.base), np.array(leaf.tip)
     along = tip - base
     length = np.linalg.norm(along)
-    ex, ez = along / length, np.array([0.0, 0.0, 1.0])
+    ex = along / length
+    ez = np.array(leaf.across) - ex * np.dot(ex, leaf.across)
+    ez /= np.linalg.norm(ez)
     ey = np.cross(ez, ex)
     xs = graded(mesh.along, mesh.grade) * length
-    zs = (graded(mesh.across, mesh.grade) - 0.5) * leaf.width
+    tip_width = leaf.width if leaf.tip_width is None else leaf.tip_width
+    widths = leaf.width + (tip_width - leaf.width) * xs / length
+    zs = graded(mesh.across, mesh.grade) - 0.5
     ys = (np.linspace(0, 1, 2 * mesh.through + 1) - 0.5) * thickness
     number, nodes = {}, {}
     for i in range(len(xs)):
@@ -73,7 +79,7 @@ def mesh_leaf(leaf, thickness, mesh, first_node):
                     continue  # serendipity: corners and mid-sides only
                 n = first_node + len(nodes)
                 number[i, j, k] = n
-                nodes[n] = base + ex * xs[i] + ey * ys[j] + ez * zs[k]
+                nodes[n] = base + ex * xs[i] + ey * ys[j] + ez * zs[k] * widths[i]
     # Corner order 1-8, then mid-sides 9-20 of a C3D20 in offsets (x, y, z) of half elements.
     order = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2),
              (0, 2, 2), (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2),
