@@ -19,6 +19,16 @@ json written_member(const Vector3d& member) {
   return {member[0], member[1], member[2]};
 }
 
+template <>
+void read_member(const json& read, std::optional<Vector3d>& member) {
+  read_member(read, member.emplace());
+}
+
+template <>
+json written_member(const std::optional<Vector3d>& member) {
+  return member ? written_member(*member) : json();
+}
+
 /// Three principal values or three rows.
 template <>
 void read_member(const json& read, Matrix3d& member) {
