@@ -1,5 +1,5 @@
 #pragma once
-// The springs of a mechanism as part of its energy: README.md (Q4).
+// The springs of a mechanism as part of its energy: README.md (Q6).
 #include <vector>
 
 #include "core/equilibrium/body_pose.hpp"

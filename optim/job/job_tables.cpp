@@ -21,8 +21,7 @@ json written_member(const Vector3d& member) {
 
 template <>
 void read_member(const json& read, std::optional<Vector3d>& member) {
-  member.emplace();
-  read_member(read, *member);
+  read_member(read, member.emplace());
 }
 
 template <>

@@ -1,5 +1,5 @@
 #pragma once
-// The springs' share of exact gradients: (S17) of core/response/README.md. S: double or Jet.
+// The springs' share of exact gradients: (S18) of core/response/README.md. S: double or Jet.
 #include "core/response/gradients/mechanism_state.hpp"
 
 namespace flexopt {

@@ -123,8 +123,8 @@ TEST_CASE("Every body has its motion at every point of the result", "[results][j
     REQUIRE(json["bodies"].size() == 2);
     CHECK(json["bodies"]["shuttle"]["displacement"] == json["displacement"]);
     CHECK(json["bodies"]["shuttle"]["rotation"] == json["rotation"]);
-    CHECK(json["bodies"]["second"]["displacement"] == OrderedJson({1e-3, 0.0, 2e-3}));
-    CHECK(json["bodies"]["second"]["rotation"] == OrderedJson({0.0, 0.1, -0.2}));
+    CHECK(json["bodies"]["second"]["displacement"] == OrderedJson::array({1e-3, 0.0, 2e-3}));
+    CHECK(json["bodies"]["second"]["rotation"] == OrderedJson::array({0.0, 0.1, -0.2}));
   }
 }
 
@@ -138,7 +138,7 @@ TEST_CASE("What holds a mechanism twice is in the result, in words", "[results][
   const OrderedJson& redundant = constraints["redundant"][0];
   CHECK(redundant["body"] == "shuttle");
   CHECK(redundant["direction"] == "uz");
-  CHECK(redundant["shared_by"] == OrderedJson({"leaf 1", "leaf 2"}));
+  CHECK(redundant["shared_by"] == OrderedJson::array({"leaf 1", "leaf 2"}));
   CHECK(redundant["text"] ==
         "displacement of `shuttle` along z is held twice, by `leaf 1` and `leaf 2`");
 }
