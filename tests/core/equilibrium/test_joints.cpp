@@ -161,6 +161,7 @@ TEST_CASE("a leaf with a spherical joint at its end is the clamped and pinned be
 TEST_CASE("a hinge at a leaf's tip takes three quarters of its stiffness", "[joint]") {
   const double L = 0.1;
   Mechanism m;
+  m.drives = {make_drive<double>(Direction::uy)};
   m.leaves = {plain_leaf({0, 0, 0}, {1, 0, 0}, L, 5e-3, 2e-4)};
   m.bodies = {models::body({L, 0, 0}, 0.2, 1e-4), carrier("tip", {L, 0, 0})};
   m.bodies[0].held = {false, false, true, true, true, true};
@@ -188,6 +189,7 @@ TEST_CASE("a hinge at a leaf's tip takes three quarters of its stiffness", "[joi
 TEST_CASE("a leaf on a slider is stretched as von Karman says", "[joint]") {
   const double L = 0.1, t = 5e-4, w = 5e-3;
   Mechanism m;
+  m.drives = {make_drive<double>(Direction::uy)};
   m.leaves = {plain_leaf({0, 0, 0}, {1, 0, 0}, L, w, t)};
   m.bodies = {models::body({L, 0, 0}, 0.1, 1e-5)};
   m.joints = {{"slider", JointType::prismatic, ground, 0, {L, 0, 0}, Vector3d::UnitY()}};

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/math/ridders.hpp"
+#include "core/mechanism/each_number.hpp"
 #include "core/response/quantities.hpp"
 #include "support/models.hpp"
 
@@ -124,18 +125,7 @@ TEST_CASE("the gradient of the principal stiffness is that of its differences", 
     m.leaves[0].thickness = thickness;
     return m;
   };
-  MechanismDirection thicker{"thickness", hinge(3.5e-4)};
-  for (RigidBody& b : thicker.rate.bodies) {
-    b.reference = b.center_of_mass = Vector3d::Zero();
-    b.mass = 0;
-    b.inertia.setZero();
-  }
-  for (LeafSpring& l : thicker.rate.leaves) {
-    l.origin.setZero();
-    l.axes.setZero();
-    l.length = l.width = l.thickness = 0;
-    l.material.youngs_modulus = l.material.poissons_ratio = l.material.density = 0;
-  }
+  MechanismDirection thicker{"thickness", zero_rate(hinge(3.5e-4))};
   thicker.rate.leaves[0].thickness = 1;
   const StrokeSensitivity s = evaluate_stroke_gradients(hinge(3.5e-4), {thicker}, beams, request);
   REQUIRE(s.gradients);

@@ -74,6 +74,30 @@ TEST_CASE("path.csv has a row a stroke point and numbers that read back exactly"
   }
 }
 
+TEST_CASE("path.csv has a column for each drive with a name", "[results][csv][drive]") {
+  RunRecord record = test::evaluated_hinge();
+  record.mechanism.drives = {{.name = "x", .direction = Direction::ux},
+                             {.name = "turn", .direction = Direction::rz}};
+  for (PathPoint& p : record.response.path) {
+    p.drive_names = {"x", "turn"};
+    p.strokes = {1e-3, p.stroke};
+    p.drive_loads = {p.drive_load, 7};
+    p.drive_stiffnesses = {p.drive_stiffness, 9};
+  }
+  const auto columns =
+      columns_of(path_csv(record.response, DriveList(record.mechanism), record.job.request));
+  CHECK(columns.count("stroke [rad]") == 0);
+  CHECK(columns.count("support_stiffness.ux [N/m]") == 0);
+  const auto& path = record.response.path;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    CHECK(number(columns.at("stroke.x [m]")[i]) == 1e-3);
+    CHECK(number(columns.at("stroke.turn [rad]")[i]) == path[i].stroke);
+    CHECK(number(columns.at("drive_load.x [N]")[i]) == path[i].drive_load);
+    CHECK(number(columns.at("drive_load.turn [N m]")[i]) == 7);
+    CHECK(number(columns.at("drive_stiffness.turn [N m/rad]")[i]) == 9);
+  }
+}
+
 TEST_CASE("A point without equilibrium has empty cells, never NaN", "[results][csv]") {
   RunRecord record = test::evaluated_hinge();
   record.response.path[1].status = PointStatus::not_reached;

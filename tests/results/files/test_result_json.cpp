@@ -3,11 +3,50 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "core/math/rotation.hpp"
 #include "results/files/csv.hpp"
 #include "results/files/result_json.hpp"
 #include "support/fixture.hpp"
 
 using namespace flexopt;
+
+TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these",
+          "[results][json][drive]") {
+  RunRecord record = test::evaluated_hinge();
+  record.mechanism.drives = {{.name = "x", .direction = Direction::ux},
+                             {.name = "turn", .direction = Direction::rz}};
+  record.response.frequency_derivatives.resize(2);
+  record.response.frequency_derivatives[1].drive = 1;
+  record.job.request.frequencies = 1;
+  for (PathPoint& p : record.response.path) {
+    p.drive_names = {"x", "turn"};
+    p.strokes = {1e-3, p.stroke};
+    p.drive_loads = {p.drive_load, 7};
+    p.drive_stiffnesses = {p.drive_stiffness, 9};
+  }
+  record.response.path[1].status = PointStatus::not_reached;
+  const OrderedJson result = make_result(record);
+  const PathPoint& point = record.response.path[0];
+  const OrderedJson& written = result["path"][0];
+  CHECK(written["stroke"]["x"] == 1e-3);
+  CHECK(written["stroke"]["turn"] == point.stroke);
+  CHECK(written["drive_load"]["x"] == point.drive_load);
+  CHECK(written["drive_load"]["turn"] == 7);
+  CHECK(written["drive_stiffness"]["turn"] == 9);
+  CHECK(result["path"][1]["stroke"]["x"] == 1e-3);
+  CHECK(result["path"][1]["drive_load"].is_null());
+  CHECK(result["units"]["stroke"]["x"] == "m");
+  CHECK(result["units"]["stroke"]["turn"] == "rad");
+  CHECK(result["units"]["drive_load"]["turn"] == "N m");
+  CHECK(result["conventions"]["drive"]["turn"] == "rz");
+  CHECK(result["frequency_derivatives"][1]["stroke"] == "turn");
+  // one drive that is not along an axis of the end-effector
+  record.mechanism.drives = {{.direction = Direction::uy, .axes = rotation_exp({0.1, 0, 0})}};
+  for (PathPoint& p : record.response.path) p.drive_names.clear();
+  const OrderedJson one = make_result(record);
+  CHECK(one["path"][0]["stroke"] == point.stroke);
+  CHECK(one["conventions"]["drive"] == "uy of shuttle in axes of its own");
+}
 
 TEST_CASE("Every number of a stroke point is in the result, under the contract's name",
           "[results][json]") {

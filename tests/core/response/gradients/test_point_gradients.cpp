@@ -270,19 +270,8 @@ TEST_CASE("equal leaves: derivatives of double frequencies are those of their cl
   request.frequencies = 10;
   request.outputs.remove(Output::frequency_derivatives);
   request.outputs.remove(Output::stress);
-  MechanismDirection thicker{"thickness", m};
-  for (RigidBody& b : thicker.rate.bodies) {
-    b.reference = b.center_of_mass = Vector3d::Zero();
-    b.mass = 0;
-    b.inertia.setZero();
-  }
-  for (LeafSpring& l : thicker.rate.leaves) {
-    l.origin.setZero();
-    l.axes.setZero();
-    l.length = l.width = 0;
-    l.material.youngs_modulus = l.material.poissons_ratio = l.material.density = 0;
-    l.thickness = 1;
-  }
+  MechanismDirection thicker{"thickness", zero_rate(m)};
+  for (LeafSpring& l : thicker.rate.leaves) l.thickness = 1;
   const StrokeSensitivity s = evaluate_stroke_gradients(m, {thicker}, model, request);
   REQUIRE(s.gradients);
   const PointGradients& g = s.gradients->path[0];
