@@ -46,6 +46,7 @@ void check(bool linear, Flexure flexure, Accuracy accuracy, std::vector<std::siz
   request.points = {0, 0.012};
   request.frequencies = 3;
   request.outputs.add(Output::stress);
+  request.outputs.add(Output::frequency_derivatives);
   Vector6d load;
   load << 1, 0, -2, 0.01, 0.02, -0.01;
   request.loads.constant = {load_at_O(load)};
