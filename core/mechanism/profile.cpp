@@ -32,12 +32,16 @@ std::array<double, m> cardinal_functions(double z, int order) {
     row[1] = d == 0 ? z : d == 1 ? 1 : 0;
     for (int j = 1; j + 1 < m; ++j) row[j + 1] = 2 * z * row[j] + 2 * d * lower[j] - row[j - 1];
   }
+  static const auto at_points = [] {
+    std::array<std::array<double, m>, m> T{};
+    for (int k = 0; k < m; ++k)
+      for (int j = 0; j < m; ++j)
+        T[k][j] = (j == 0 ? 1.0 : 2.0) / m * std::cos(j * std::acos(chebyshev_points()[k]));
+    return T;
+  }();
   std::array<double, m> weight{};
-  for (int k = 0; k < m; ++k) {
-    const double angle = std::acos(chebyshev_points()[k]);
-    for (int j = 0; j < m; ++j)
-      weight[k] += (j == 0 ? 1.0 : 2.0) / m * std::cos(j * angle) * row[j];
-  }
+  for (int k = 0; k < m; ++k)
+    for (int j = 0; j < m; ++j) weight[k] += at_points[k][j] * row[j];
   return weight;
 }
 
@@ -88,6 +92,13 @@ double profile_at(std::span<const double> numbers, double s, int order) {
   double value = 0;
   for (int k = 0; k < w.count; ++k) value += w.weight[k] * numbers[w.first + k];
   return value;
+}
+
+double profile_mean(std::span<const double> numbers) {
+  if (numbers.empty()) return 1;
+  double sum = 0;
+  for (const double factor : numbers) sum += factor;
+  return sum / static_cast<double>(numbers.size());
 }
 
 ProfileRange profile_range(std::span<const double> numbers) {

@@ -32,6 +32,9 @@ ProfileWeights profile_weights(std::size_t numbers, double s, int order = 0);
 /// The value at s, or a derivative of it.
 double profile_at(std::span<const double> numbers, double s, int order = 0);
 
+/// Mean of the numbers; 1 of none.
+double profile_mean(std::span<const double> numbers);
+
 /// Smallest and largest value over [0, 1], sampled at the stations, between them and at the ends.
 struct ProfileRange {
   double smallest = 1, largest = 1;

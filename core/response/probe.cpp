@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/mechanism/profile.hpp"
 #include "core/response/response.hpp"
 
 namespace flexopt {
@@ -14,15 +15,18 @@ std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, cons
     const LeafSpring& leaf = mechanism.leaves[i];
     const Vector3d local = leaf.axes.transpose() * (place - leaf.origin);
     const double slack = 1e-9 * (leaf.length + leaf.width), height = std::abs(local[2]);
+    const double along = std::clamp(local[0] / leaf.length, 0.0, 1.0),
+                 width = leaf.width * profile_at(leaf.width_profile, along),
+                 thickness = leaf.thickness * profile_at(leaf.thickness_profile, along);
     if (local[0] < -slack || local[0] > leaf.length + slack ||
-        std::abs(local[1]) > 0.5 * leaf.width + slack || height > 0.5 * leaf.thickness + slack)
+        std::abs(local[1]) > 0.5 * width + slack || height > 0.5 * thickness + slack)
       continue;
     if (found && height >= nearest) continue;
     found = true;
     nearest = height;
     probe.leaf = i;
-    probe.along = std::clamp(local[0] / leaf.length, 0.0, 1.0);
-    probe.across = std::clamp(local[1] / leaf.width + 0.5, 0.0, 1.0);
+    probe.along = along;
+    probe.across = std::clamp(local[1] / width + 0.5, 0.0, 1.0);
   }
   if (!found) return std::nullopt;
   return probe;

@@ -40,7 +40,8 @@ json json_schema(const Shape& shape) {
   switch (shape.kind) {
     case ShapeKind::quantity: {
       if (shape.unit.empty())  // any text: a formula, where formulas are allowed
-        return {{"type", {"number", "string"}}, {"description", describe(shape)}};
+        return {{"anyOf", {json{{"type", "number"}}, json{{"type", "string"}}}},
+                {"description", describe(shape)}};
       json number{{"type", "number"}};
       add_range(number, shape);
       const json with_unit{{"type", "string"},

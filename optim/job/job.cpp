@@ -347,13 +347,16 @@ void find_loaded_bodies(const json& read, const Mechanism& mechanism, FaultList&
   }
 }
 
-/// A material point of a leaf must be a node of its superelements.
+/// Every leaf must be one that the method reduces: a material point a node of its superelements.
 void check_superelements(const Mechanism& mechanism, const ModelOptions& model, const json& read) {
-  if (model.method != Reduction::linear_craig_bampton || model.accuracy == Accuracy::full) return;
+  if (model.method == Reduction::mixed_potential || model.accuracy == Accuracy::full) return;
   for (const LeafSpring& leaf : mechanism.leaves)
-    if (const auto rule = broken_rule(leaf, model))
+    if (const auto rule = broken_rule(leaf, model)) {
+      if (leaf.has_profile())
+        throw SpecError("/model/method", read["method"].dump(), leaf.name + ": " + *rule);
       throw SpecError("/model/superelements",
                       read.contains("superelements") ? read["superelements"].dump() : "1", *rule);
+    }
 }
 
 /// `mechanism`: null where the geometry is not known.

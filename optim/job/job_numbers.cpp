@@ -19,7 +19,7 @@ constexpr double most = 1e12;  // SI, as the job's own sections have it
 Parameter described(const std::string& section, const std::string& name) {
   Parameter p;
   p.name = section + "." + name;
-  p.max = most;
+  p.min = 0, p.max = most;
   if (name == "youngs_modulus") {
     p.unit = "Pa", p.meaning = "Young's modulus", p.max = 10 * most, p.open_min = true;
   } else if (name == "poissons_ratio") {

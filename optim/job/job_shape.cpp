@@ -59,6 +59,12 @@ Shape material_shape() {
   return one_of({choice(names), material_table().shape()});
 }
 
+/// Whether there are parameters without default.
+bool demands_parameters(const Family* family) {
+  return family && std::ranges::any_of(family->parameters,
+                                       [](const Parameter& p) { return !p.standard.has_value(); });
+}
+
 Shape design_shape(const Family* family) {
   std::vector<std::string> names;
   for (const Family& known : families()) names.push_back(known.name);
@@ -66,8 +72,10 @@ Shape design_shape(const Family* family) {
       optional("family", choice(names), "a design that the program brings along"),
       optional("file", text(), "or a design file, relative to the job"),
       optional("mechanism", design_file_shape(), "or a design that is written here"),
-      standard("parameters", family ? parameters_shape(*family) : any_parameters_shape(),
-               json::object(), "what the design leaves open"),
+      demands_parameters(family)
+          ? required("parameters", parameters_shape(*family), "what the design leaves open")
+          : standard("parameters", family ? parameters_shape(*family) : any_parameters_shape(),
+                     json::object(), "what the design leaves open"),
       required("material", material_shape(), "a built-in material by name, or its constants"),
   };
   const auto add_options = [&](const Family& known) {

@@ -7,12 +7,13 @@ cmake_minimum_required(VERSION 3.25)
 set(tested_by
   core/elements/leaf/leaf_chain core/reduction/modal/test_modal_leaf
   core/elements/leaf/leaf_chain_gradient core/response/gradients/test_point_gradients
-  core/elements/plate/beam_mesh core/elements/plate/test_beam_leaf
   core/elements/plate/beam_section core/elements/plate/test_beam_leaf
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
   core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
   core/elements/plate/full_model core/elements/leaf/test_full_model
   core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
+  core/elements/leaf/leaf_rates core/response/gradients/test_profile_gradients
+  core/elements/plate/mesh_numbers core/elements/plate/test_leaf_profiles
   core/elements/plate/plate_gradient core/response/gradients/test_point_gradients
   core/elements/plate/plate_mesh core/elements/plate/test_plate_leaf
   core/elements/plate/plate_mesh_rate core/response/gradients/test_point_gradients

@@ -20,6 +20,7 @@ template <class S>
 struct LeafVariation {
   double energy = 0, mass = 0;        ///< of LeafScale, relative
   Vector3d shape = Vector3d::Zero();  ///< of w/L, t/L, ν
+  VectorXd profile;                   ///< along the ProfileDirections of the leaf
   Matrix3d turn = Matrix3d::Zero();   ///< Ȧᵀ A of the leaf axes A: increments turn by it
   double length = 0;                  ///< L̇/L
   Eigen::Vector2d point{0, 0};        ///< of the place (along, across) of the material point
@@ -45,6 +46,7 @@ struct LeafQuadratic {
   Eigen::VectorX<S> stiffness, mass;           ///< yᵀK y, yᵀM y
   Eigen::MatrixX<S> state;                     ///< size × columns
   Eigen::Matrix3X<S> shape;                    ///< of w/L, t/L, ν: operators only
+  Eigen::MatrixX<S> profile;                   ///< along the leaf's ProfileDirections
   Eigen::Matrix2X<S> point;                    ///< along the place of the material point
   struct Edge {                                ///< zero where the edge is free
     Matrix3<S> rotation = Matrix3<S>::Zero();  ///< ∂q/∂(rotation of the edge's axes)
@@ -56,11 +58,12 @@ struct LeafQuadratic {
   };
   std::vector<std::array<Edge, 2>> edge;  ///< per column
 
-  LeafQuadratic(int size, int columns)
+  LeafQuadratic(int size, int columns, int profiles = 0)
       : stiffness(Eigen::VectorX<S>::Zero(columns)),
         mass(Eigen::VectorX<S>::Zero(columns)),
         state(Eigen::MatrixX<S>::Zero(size, columns)),
         shape(Eigen::Matrix3X<S>::Zero(3, columns)),
+        profile(Eigen::MatrixX<S>::Zero(profiles, columns)),
         point(Eigen::Matrix2X<S>::Zero(2, columns)),
         edge(static_cast<std::size_t>(columns)) {}
 };

@@ -1,17 +1,50 @@
 #pragma once
 // Derivatives that equal leaves share, each made once in an evaluation.
+#include <compare>
 #include <map>
 #include <memory>
 #include <typeindex>
 #include <typeinfo>
 #include <utility>
+#include <vector>
+
+#include "core/math/types.hpp"
+#include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
+
+/// Derivatives of the factors of a leaf's profiles along one direction: as many as there are
+/// factors, or none where they are constant. Also the factors themselves.
+struct ProfileRate {
+  std::vector<double> width, thickness;
+  bool is_zero() const { return width.empty() && thickness.empty(); }
+  auto operator<=>(const ProfileRate&) const = default;
+};
+
+/// The different directions in which design parameters change the profiles of equal leaves.
+class ProfileDirections {
+ public:
+  ProfileDirections() = default;
+  /// `directions`: derivative of every number of the mechanism along each parameter.
+  ProfileDirections(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
+
+  /// Those of leaves that have these profiles.
+  const std::vector<ProfileRate>& of(const ProfileRate& profiles) const;
+  /// Coordinates of a leaf's change along one of the parameters: 1 for its direction.
+  VectorXd coordinates(const LeafSpring& leaf, const LeafSpring& direction) const;
+
+ private:
+  std::map<ProfileRate, std::vector<ProfileRate>> directions_;
+};
 
 /// A store that leaves fill themselves: every model of a leaf keeps there what it derives from the
 /// data that it shares with others (a mesh, a reduced model), under these data.
 class LeafRates {
  public:
+  LeafRates() = default;
+  explicit LeafRates(ProfileDirections profiles) : profiles_(std::move(profiles)) {}
+  const ProfileDirections& profiles() const { return profiles_; }
+
   /// The T of `data`. Where there is none yet, `make()` makes it, as a T.
   template <class T, class Make>
   std::shared_ptr<const T> of(const std::shared_ptr<const void>& data, const Make& make) {
@@ -21,6 +54,7 @@ class LeafRates {
   }
 
  private:
+  ProfileDirections profiles_;
   std::map<std::pair<std::shared_ptr<const void>, std::type_index>, std::shared_ptr<const void>>
       kept_;
 };

@@ -63,26 +63,31 @@ template <class S>
 struct BeamEnergyT {
   S bend, twist, warp;      ///< of |r0,xx|², |d,x|², |d,xx|²
   S stretch, shear;         ///< of (e11)² and (2 e12)², over the area weights
-  S area, rotary;           ///< mass: ∫dA/t of r0, polar moment/t of d
+  S area, rotary;           ///< mass: ∫dA/t of r0, polar moment/t of d; t = unit
   std::array<S, 4> across;  ///< area weights of the points across
 };
 /// The weights across give the area exactly, and of the strong bending stiffness what |r0,xx|² and
-/// |d,x|² do not give already. `place`: of the points, over w, from the middle.
+/// |d,x|² do not give already. `place`: of the points, over w, from the middle. `unit`: the
+/// thickness that D, the stretch and the masses refer to. `thick`: where the rectangle is thicker
+/// than about w/2, no weight is negative, and bending in its plane is stiffer than it should be:
+/// for the thick ends of a notch.
 template <class S>
-BeamEnergyT<S> beam_energy(Section section, const S& w, const S& t, const S& nu,
-                           const std::array<double, 4>& place) {
+BeamEnergyT<S> beam_energy(Section section, const S& w, const S& t, const S& nu, const S& unit,
+                           const std::array<double, 4>& place, bool thick = false) {
   const BeamSectionT<S> s = beam_section<S>(section, w, t, nu);
-  const S per_D = 12.0 / (t * t * t);  // E over D/L³
+  const S per_D = 12.0 / (unit * unit * unit);  // E over D/L³
   BeamEnergyT<S> e;
-  e.stretch = 12.0 / (t * t);
+  e.stretch = 12.0 / (unit * unit);
   e.shear = s.shear * shear_ratio(nu) * e.stretch;
   e.bend = per_D * s.I_weak;
   e.twist = per_D * shear_ratio(nu) * s.J;
   e.warp = per_D * s.C_w;
-  e.area = s.area / t;
-  e.rotary = (s.I_weak + s.I_strong) / t;  // the spin about x exactly
-  const S second = (per_D * s.I_strong - e.bend - e.twist) / e.stretch;
+  e.area = s.area / unit;
+  e.rotary = (s.I_weak + s.I_strong) / unit;  // the spin about x exactly
+  S second = (per_D * s.I_strong - e.bend - e.twist) / e.stretch;
   const S y_out = w * place[3], y_in = w * place[2];
+  if (thick && section == Section::rectangular && second < e.area * y_in * y_in)
+    second = e.area * y_in * y_in;
   const S outer = 0.5 * (second - e.area * y_in * y_in) / (y_out * y_out - y_in * y_in);
   const S inner = 0.5 * e.area - outer;
   e.across = {outer, inner, inner, outer};

@@ -6,6 +6,7 @@
 
 #include "core/elements/plate/beam_section.hpp"
 #include "core/elements/plate/full_leaf.hpp"
+#include "core/elements/plate/mesh_numbers.hpp"
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/math/dual.hpp"
 
@@ -20,9 +21,9 @@ using MeasuresT = Eigen::Matrix<S, measures, 1>;
 using Measures = MeasuresT<double>;
 
 template <class S>
-MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValues& X, bool circular,
+MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValuesT<S>& X, bool circular,
                          BeamStrain strain) {
-  auto sum = [&](const std::array<double, 4>& h, int k) -> Vector3<S> {
+  auto sum = [&](const std::array<S, 4>& h, int k) -> Vector3<S> {
     Vector3<S> r;
     for (int c = 0; c < 3; ++c)
       r[c] = U(k, c) * h[0] + U(k + 1, c) * h[1] + U(k + 4, c) * h[2] + U(k + 5, c) * h[3];
@@ -120,12 +121,16 @@ constexpr int stations_across = 9;
 // Largest von Mises stress of a section, at the stations across or only at `fraction`.
 class SectionStress {
  public:
-  explicit SectionStress(const PlateShape& shape)
-      : shape_(shape),
-        section_(beam_section(shape.section, shape.width, shape.thickness, shape.poissons_ratio)) {
+  SectionStress(const PlateShape& shape, double along)
+      : shape_{.width = shape.width_at(along),
+               .thickness = shape.thickness_at(along),
+               .poissons_ratio = shape.poissons_ratio,
+               .section = shape.section},
+        section_(
+            beam_section(shape.section, shape_.width, shape_.thickness, shape.poissons_ratio)) {
     for (int k = 0; k < stations_across; ++k) {
       fraction_[k] = -1 + 2.0 * k / (stations_across - 1);
-      factor_[k] = torsion_stress_factor(shape.width, shape.thickness, fraction_[k]);
+      factor_[k] = torsion_stress_factor(shape_.width, shape_.thickness, fraction_[k]);
     }
   }
 
@@ -161,26 +166,38 @@ class SectionStress {
     return {positive ? up : down, fraction_[k], positive};
   }
 
-  PlateShape shape_;
+  PlateShape shape_;  // a uniform one
   BeamSection section_;
   std::array<double, stations_across> fraction_, factor_;
+};
+
+// That of every place along: one where the leaf is uniform.
+class SectionStresses {
+ public:
+  explicit SectionStresses(const PlateShape& shape) : shape_(&shape), uniform_(shape, 0) {}
+  SectionStress at(double along) const {
+    return shape_->has_profile() ? SectionStress(*shape_, along) : uniform_;
+  }
+
+ private:
+  const PlateShape* shape_;
+  SectionStress uniform_;
 };
 
 }  // namespace
 
 namespace {
 
-constexpr int intervals = 32;
-
 /// The largest stress of the section at each station along.
 std::vector<StressPeak> section_peaks(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                                       double youngs_modulus, int index, BeamStrain strain) {
   const RecoveredMeasures field(mesh, nodal, strain);
-  const SectionStress section(mesh.shape());
+  const SectionStresses section(mesh.shape());
+  const int intervals = mesh.shape().thickness_profile.empty() ? 32 : 96;
   std::vector<StressPeak> peaks;
   for (int k = 0; k <= intervals; ++k) {
     const double x = static_cast<double>(k) / intervals;
-    const Place p = section.largest(field.at(x));
+    const Place p = section.at(x).largest(field.at(x));
     peaks.push_back(
         {youngs_modulus * p.value, index, x, 0.5 * (1 + p.fraction), Vector3d::Zero(), p.positive});
   }
@@ -217,26 +234,30 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
                         BeamStrain strain) {
   const PlateShape& shape = mesh.shape();
   const bool circular = shape.section == Section::circular;
-  const Dual1 w(shape.width, {rate.shape[0]}), t(shape.thickness, {rate.shape[1]}),
-      nu(shape.poissons_ratio, {rate.shape[2]});
-  std::vector<double> x;
+  const MeshNumbers<Dual1> numbers(shape, rate.shape);
+  const Dual1 w = numbers.width * numbers.width_factor(Dual1(peak.along)),
+              t = numbers.thickness * numbers.thickness_factor(Dual1(peak.along)),
+              nu = numbers.poissons_ratio;
+  std::vector<Dual1> x;
   for (int i = 0; i < mesh.elements_along(); ++i)
-    for (const double s : station) x.push_back(mesh.x()[i] + s * (mesh.x()[i + 1] - mesh.x()[i]));
+    for (const double s : station)
+      x.push_back(numbers.x[i] + s * (numbers.x[i + 1] - numbers.x[i]));
   std::size_t k = 0;
-  while (k + 2 < x.size() && peak.along > x[k + 1]) ++k;
+  while (k + 2 < x.size() && peak.along > x[k + 1].value) ++k;
   const auto at = [&](std::size_t station_index) {
     const int i = static_cast<int>(station_index) / 2;
     Eigen::Matrix<Dual1, 8, 3> U;
     for (int f = 0; f < 8; ++f)
       for (int c = 0; c < 3; ++c)
         U(f, c) = {nodal[i + f / 4](f % 4, c), {rate.nodal[i + f / 4](f % 4, c)}};
-    return measures_at<Dual1>(U, hermite(station[station_index % 2], mesh.x()[i + 1] - mesh.x()[i]),
-                              circular, strain);
+    return measures_at<Dual1>(
+        U, hermite<Dual1>(station[station_index % 2], numbers.x[i + 1] - numbers.x[i]), circular,
+        strain);
   };
-  const double s = (peak.along - x[k]) / (x[k + 1] - x[k]);
+  const Dual1 s = (peak.along - x[k]) / (x[k + 1] - x[k]);
   MeasuresT<Dual1> m = at(k);
   const MeasuresT<Dual1> next = at(k + 1);
-  for (int i = 0; i < measures; ++i) m[i] = (1 - s) * m[i] + s * next[i];
+  for (int i = 0; i < measures; ++i) m[i] = (1.0 - s) * m[i] + s * next[i];
   if (m[lateral] < 0.0) m[lateral] = 0;
   Dual1 stress;
   if (circular) {
@@ -254,18 +275,19 @@ LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>
                               const LeafSpring& leaf, const LeafScale& scale, BeamStrain strain) {
   LeafShape shape;
   const RecoveredMeasures field(mesh, nodal, strain);
-  const SectionStress section(mesh.shape());
+  const SectionStresses section(mesh.shape());
   shape.points_along = mesh.lines();
   shape.points_across = 2;
   for (const bool positive : {false, true})
     for (int i = 0; i < mesh.lines(); ++i) {
-      const double y = 0.5 * mesh.shape().width * (positive ? 1 : -1);
+      const double y = 0.5 * mesh.shape().width_at(mesh.x()[i]) * (positive ? 1 : -1);
       const Vector3d r = (nodal[i].row(0) + y * nodal[i].row(2)).transpose();
       shape.undeflected.push_back(scale.origin +
                                   scale.axes * Vector3d(mesh.x()[i], y, 0) * scale.length);
       shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
-      shape.von_mises.push_back(leaf.material.youngs_modulus *
-                                section.at_edge(field.at(mesh.x()[i]), positive).value);
+      shape.von_mises.push_back(
+          leaf.material.youngs_modulus *
+          section.at(mesh.x()[i]).at_edge(field.at(mesh.x()[i]), positive).value);
     }
   return shape;
 }

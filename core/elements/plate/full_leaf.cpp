@@ -5,13 +5,17 @@
 
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/math/decompositions.hpp"
+#include "core/mechanism/profile.hpp"
 
 namespace flexopt {
 
 PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
                        bool free_edge_torsion) {
-  return {leaf.width / leaf.length, leaf.thickness / leaf.length, leaf.material.poissons_ratio,
-          mesh, free_edge_torsion};
+  PlateShape shape{leaf.width / leaf.length, leaf.thickness / leaf.length,
+                   leaf.material.poissons_ratio, mesh, free_edge_torsion};
+  shape.width_profile = leaf.width_profile;
+  shape.thickness_profile = leaf.thickness_profile;
+  return shape;
 }
 
 PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh) {
@@ -19,6 +23,8 @@ PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh) {
   support.free_tip = leaf.tip == free_edge;
   if (!leaf.point) return support;
   const LeafPoint& p = *leaf.point;
+  support.place = {p.along, p.across};
+  support.spread_over_tip = p.spread_over_tip;
   support.point =
       p.spread_over_tip ? tip_mean_weights(mesh) : point_weights(mesh, p.along, p.across);
   if (!p.spread_over_tip)
@@ -29,6 +35,9 @@ PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh) {
 
 PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model) {
   PlateShape shape = plate_shape(leaf, model.mesh, model.free_edge_torsion);
+  // a notch bends where it is thin: twice the elements, and closer together there
+  const ProfileRange thickness = profile_range(leaf.thickness_profile);
+  if (thickness.largest > 1.5 * thickness.smallest) shape.mesh[0] *= 2;
   if (flexure_of(leaf, model) == Flexure::plate) return shape;
   // what a beam does not depend on is left out, so that equal beams share one mesh
   shape.flexure = Flexure::beam;
@@ -115,7 +124,8 @@ void FullLeaf::restore(const LeafState& state) {
 MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T) {
   // leaf mass ρ t w L = mass · (w/L) / L², motion · L
   const int stations = plate.mesh().lines() - 2;
-  return std::sqrt(scale.mass * plate.mesh().shape().width / stations) * plate.station_rates(T);
+  return std::sqrt(scale.mass * plate.mesh().shape().mean_width() / stations) *
+         plate.station_rates(T);
 }
 
 namespace {

@@ -24,18 +24,22 @@ class SampledField {
     const double y = mesh_->shape().is_beam() ? 0.5 : 0.5 + mesh_->y()[node] / w;
     const double x0 = std::max(x - spacing, 0.0), x1 = std::min(x + spacing, 1.0);
     // lines across a beam are straight
-    const double by = mesh_->shape().is_beam() ? 0.5 : spacing;
-    const double y0 = std::max(y - by, 0.0), y1 = std::min(y + by, 1.0), dx = x1 - x0,
-                 dy = (y1 - y0) * w;
+    const bool beam = mesh_->shape().is_beam();
+    const double by = beam ? 0.5 : spacing;
+    const double y0 = std::max(y - by, 0.0), y1 = std::min(y + by, 1.0), dx = x1 - x0;
+    const auto across = [&](double at) -> Vector3d {
+      return (place(at, y1) - place(at, y0)) /
+             ((y1 - y0) * (beam ? mesh_->shape().width_at(at) : w));
+    };
     switch (function) {
       case 0:
         return place(x, y);
       case 1:
         return (place(x1, y) - place(x0, y)) / dx;
       case 2:
-        return (place(x, y1) - place(x, y0)) / dy;
+        return across(x);
       default:
-        return (place(x1, y1) - place(x1, y0) - place(x0, y1) + place(x0, y0)) / (dx * dy);
+        return (across(x1) - across(x0)) / dx;
     }
   }
 
@@ -66,11 +70,13 @@ PlateLeaf::State sampled_state(const PlateLeaf& plate, const SampledField& field
       continue;
     }
     const Matrix3d& axes = scaled.edges[i == 0 ? 0 : 1].axes;
-    for (int j = 0; j < mesh.nodes_per_line(); ++j)
+    for (int j = 0; j < mesh.nodes_per_line(); ++j) {
+      const auto reference = mesh.reference_node(i, j);
       for (const PlateMesh::EdgeSlope& slope : slopes) {
         const Vector3d v = axes.transpose() * field(i, j, slope.function);
-        *x++ = v[slope.axis] - (slope.function == 1 && slope.axis == 0 ? 1 : 0);
+        *x++ = v[slope.axis] - reference[static_cast<std::size_t>(slope.function)][slope.axis];
       }
+    }
   }
   return state;
 }

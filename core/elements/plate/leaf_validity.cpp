@@ -4,11 +4,13 @@
 #include <cmath>
 
 #include "core/elements/plate/beam_section.hpp"
+#include "core/mechanism/profile.hpp"
 
 namespace flexopt {
 
 LeafValidity leaf_validity(const LeafSpring& leaf) {
-  const double L = leaf.length, w = leaf.width, t = leaf.thickness,
+  const double L = leaf.length, w = leaf.width * profile_mean(leaf.width_profile),
+               t = leaf.thickness * profile_mean(leaf.thickness_profile),
                nu = leaf.material.poissons_ratio;
   LeafValidity v;
   v.aspect = L / w;

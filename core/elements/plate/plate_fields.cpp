@@ -7,16 +7,18 @@
 namespace flexopt {
 
 PlateFields::PlateFields(const PlateMesh& mesh, std::vector<MatrixXd> nodal,
-                         std::vector<MatrixXd> rates, std::vector<Vector3d> shape)
+                         std::vector<MatrixXd> rates, std::vector<ShapeRate> shape)
     : mesh_(&mesh), nodal_(std::move(nodal)), rates_(std::move(rates)), shape_(std::move(shape)) {}
 
 MatrixXd PlateFields::place_rates(double along, double across) const {
   MatrixXd rates = MatrixXd::Zero(3, static_cast<Eigen::Index>(shape_.size()));
-  for (int p = 0; p < rates.cols(); ++p)
-    for (const NodalWeight& w : point_weights(*mesh_, along, across))
-      rates.col(p) +=
-          w.weight * rates_[w.line].block<1, 3>(w.function, 3 * p).transpose() +
-          width_slope(*mesh_, w) * shape_[p][0] * nodal_[w.line].row(w.function).transpose();
+  const std::vector<NodalWeight> weights = point_weights(*mesh_, along, across);
+  for (int p = 0; p < rates.cols(); ++p) {
+    for (const NodalWeight& w : weights)
+      rates.col(p) += w.weight * rates_[w.line].block<1, 3>(w.function, 3 * p).transpose();
+    for (const NodalWeight& w : point_weight_rates(*mesh_, shape_[p], along, across))
+      rates.col(p) += w.weight * nodal_[w.line].row(w.function).transpose();
+  }
   return rates;
 }
 

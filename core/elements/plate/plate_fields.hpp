@@ -11,9 +11,9 @@ namespace flexopt {
 class PlateFields final : public LeafFields {
  public:
   /// `nodal`: functions × 3 of every line, leaf axes; `rates`: functions × (3 components of each
-  /// parameter); `shape`: of w/L, t/L, ν for each parameter. The mesh must outlive this.
+  /// parameter); `shape`: how it changes along each parameter. The mesh must outlive this.
   PlateFields(const PlateMesh& mesh, std::vector<MatrixXd> nodal, std::vector<MatrixXd> rates,
-              std::vector<Vector3d> shape);
+              std::vector<ShapeRate> shape);
 
   MatrixXd place_rates(double along, double across) const override;
   VectorXd stress_rates(const StressPeak& peak, double modulus,
@@ -22,7 +22,7 @@ class PlateFields final : public LeafFields {
  private:
   const PlateMesh* mesh_;
   std::vector<MatrixXd> nodal_, rates_;
-  std::vector<Vector3d> shape_;
+  std::vector<ShapeRate> shape_;
 };
 
 }  // namespace flexopt

@@ -32,6 +32,15 @@ PlateGradient<S>::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Pl
       rate_(std::move(rate)),
       state_(std::move(state)) {
   const auto& slopes = mesh_->edge_slopes();
+  const PlateSupport& support = plate.support();
+  for (const ShapeRate& along : rate_->direction) {
+    point_rates_.emplace_back();
+    if (support.point.empty()) continue;
+    point_rates_.back() =
+        support.spread_over_tip
+            ? tip_mean_weight_rates(*mesh_, along)
+            : point_weight_rates(*mesh_, along, support.place[0], support.place[1]);
+  }
   for (int e = 0; e < 2; ++e) {
     EdgeNodes& edge = edges_[e];
     edge.line = e == 0 ? 0 : mesh_->lines() - 1;
@@ -40,8 +49,10 @@ PlateGradient<S>::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Pl
     edge.axes = state_.axes[e];
     const Vector3d arm = plate.state().edges[e].axes.transpose() * rows.lever[e];
     for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
-      std::array<Vector3<S>, 4> w{Vector3<S>((arm + mesh_->y()[j] * Vector3d::UnitY()).cast<S>()),
-                                  Vector3<S>::UnitX(), Vector3<S>::UnitY(), Vector3<S>::Zero()};
+      std::array<Vector3d, 4> reference = mesh_->reference_node(edge.line, j);
+      reference[0] += arm;
+      std::array<Vector3<S>, 4> w;
+      for (int k = 0; k < 4; ++k) w[k] = reference[k].template cast<S>();
       const S* a =
           state_.x.data() + plate.block_offset(edge.line) + static_cast<int>(slopes.size()) * j;
       for (const PlateMesh::EdgeSlope& s : slopes) w[s.function][s.axis] += *a++;
@@ -83,7 +94,7 @@ void PlateGradient<S>::prepare() {
   const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
             ny = mesh_->elements_across();
   nodal_force_.assign(nx + 1, Matrix::Zero(n, 3));
-  for (int p = 0; p < 3; ++p) shape_force_[p].assign(nx + 1, Matrix::Zero(n, 3));
+  shape_force_.assign(directions(), std::vector<Matrix>(nx + 1, Matrix::Zero(n, 3)));
   a0_.resize(nx * ny);
   strain_.resize(nx * ny);
   n0_.resize(nx * ny);
@@ -112,7 +123,7 @@ void PlateGradient<S>::prepare() {
       assign_product(F, G.transpose(), s);
       add_part(element.bending.topLeftCorner<2 * Side, 2 * Side>(), U);
       add(nodal_force_, F);
-      for (int p = 0; p < 3; ++p) {
+      for (int p = 0; p < directions(); ++p) {
         const PlateMeshRate::Shape& by = rate_->shape[p];
         Stress<S> dn = weighted(stress_of(by.membrane, e), element.weight);
         if (!by.weight.empty()) dn += weighted(bare, by.weight[k]);
@@ -168,12 +179,13 @@ auto PlateGradient<S>::edge_nodal_rates(const std::vector<LeafVariation<S>>& var
       const LeafVariation<S>& v = variations[k];
       for (int s = 0; s < n; ++s) {
         Vector3<S> r = v.edge[e].rotation * edges_[e].local[s];
-        if (s % 4 == 0)
-          r += v.edge[e].position +
-               edges_[e].axes *
-                   Vector3d(v.edge[e].arm + v.shape[0] / mesh_->shape().width *
-                                                (mesh_->shape().is_beam() ? 0 : mesh_->y()[s / 4]) *
-                                                Vector3d::UnitY());
+        Vector3d local = s % 4 == 0 ? v.edge[e].arm : Vector3d(Vector3d::Zero());
+        for (int p = 0; p < directions(); ++p)
+          if (!rate_->shape[p].reference.empty())
+            local +=
+                coordinate(v, p) * rate_->shape[p].reference[edges_[e].line].row(s).transpose();
+        r += edges_[e].axes * local;
+        if (s % 4 == 0) r += v.edge[e].position;
         rates[e].template block<1, 3>(s, 3 * k) = r.transpose();
       }
     }
@@ -213,8 +225,9 @@ std::unique_ptr<LeafFields> PlateGradient<S>::fields(
       rates.push_back(line_rates(i, rows));
       if (const int e = edge_at(i); e >= 0) rates.back() += edges[e];
     }
-    return std::make_unique<PlateFields>(*mesh_, state_.nodal, std::move(rates),
-                                         shapes_of(variations));
+    std::vector<ShapeRate> shapes;
+    for (const LeafVariation<S>& v : variations) shapes.push_back(rate_->along(v.shape, v.profile));
+    return std::make_unique<PlateFields>(*mesh_, state_.nodal, std::move(rates), std::move(shapes));
   } else {
     return nullptr;
   }
@@ -229,8 +242,9 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
   std::vector<Matrix> F(nx + 1, Matrix::Zero(n, 3 * columns));
   for (int line = 0; line <= nx; ++line)
     for (int k = 0; k < columns; ++k)
-      for (int p = 0; p < 3; ++p)
-        F[line].template middleCols<3>(3 * k) += variations[k].shape[p] * shape_force_[p][line];
+      for (int p = 0; p < directions(); ++p)
+        F[line].template middleCols<3>(3 * k) +=
+            coordinate(variations[k], p) * shape_force_[p][line];
 
   const Eigen::RowVector3<S> point_force = state_.point_force.transpose();
   for (int a = 0; a < 2; ++a)
@@ -318,9 +332,15 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
     for (int k = 0; k < columns; ++k)
       add(k, A.template middleCols<3>(3 * k).cwiseProduct(B.template middleCols<3>(3 * k)).sum());
   };
-  PointBlock a1, a2, da1, da2, s0(16, 3 * columns), s1(16, 3 * columns);
+  PointBlock a1, a2, s0(16, 3 * columns), s1(16, 3 * columns);
   Block U1, U2, BU, BU2, F0, F1;
-  Gradient<S> da0;
+  struct Along {
+    bool moves = false, weighs = false;
+    Gradient<S> da0;
+    PointBlock da1, da2;
+    Stress<S> dn_0;
+  };
+  std::vector<Along> along_shape(static_cast<std::size_t>(directions()));
   ElementBlock BU0;
   const auto stress_rate = [&](const PlateMeshRate::Shape& by, int element, const Stress<S>& e) {
     Stress<S> n = Stress<S>::Zero();
@@ -348,17 +368,18 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
                           j);
         assign_product(a2, G, U2);
       }
-      const PlateMeshRate::Shape& by_w = rate_->shape[PlateMeshRate::width];
-      const auto dG = by_w.gradient[element_index].template leftCols<functions>();
-      assign_product(da0, dG, U0);
-      assign_product(da1, dG, U1);
-      if (curved) assign_product(da2, dG, U2);
-      std::array<Stress<S>, 3> dn_0;  // of the stresses by the shape, the strains being constant
-      std::array<bool, 3> by_shape{};
-      for (int p = 0; p < 3; ++p) {
+      // of the gradients, and of the stresses by the shape, the strains being constant
+      for (int p = 0; p < directions(); ++p) {
         const PlateMeshRate::Shape& by = rate_->shape[p];
-        by_shape[p] = changes(by.membrane) || !by.weight.empty();
-        if (by_shape[p]) dn_0[p] = stress_rate(by, element_index, e0);
+        Along& a = along_shape[p];
+        a.moves = !by.gradient.empty();
+        a.weighs = changes(by.membrane) || !by.weight.empty();
+        if (a.weighs) a.dn_0 = stress_rate(by, element_index, e0);
+        if (!a.moves) continue;
+        const auto dG = by.gradient[element_index].template leftCols<functions>();
+        assign_product(a.da0, dG, U0);
+        assign_product(a.da1, dG, U1);
+        if (curved) assign_product(a.da2, dG, U2);
       }
 
       for (int k = 0; k < columns; ++k) {
@@ -375,15 +396,19 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
         s0.template middleCols<3>(3 * k) = c0;
         s1.template middleCols<3>(3 * k) = c1;
         // shape: the operators alone
-        q.shape(0, k) +=
-            c0.cwiseProduct(da0).sum() + c1.cwiseProduct(da1.template middleCols<3>(3 * k)).sum();
-        if (curved)
-          q.shape(0, k) +=
-              stress_times(n_0, a0).cwiseProduct(da2.template middleCols<3>(3 * k)).sum();
-        for (int p = 0; p < 3; ++p)
-          if (by_shape[p])
-            q.shape(p, k) +=
-                sum(stress_rate(rate_->shape[p], element_index, e1), e1) + sum(dn_0[p], e2);
+        for (int p = 0; p < directions(); ++p) {
+          const Along& a = along_shape[p];
+          if (a.moves) {
+            along(q, p, k) += c0.cwiseProduct(a.da0).sum() +
+                              c1.cwiseProduct(a.da1.template middleCols<3>(3 * k)).sum();
+            if (curved)
+              along(q, p, k) +=
+                  stress_times(n_0, a0).cwiseProduct(a.da2.template middleCols<3>(3 * k)).sum();
+          }
+          if (a.weighs)
+            along(q, p, k) +=
+                sum(stress_rate(rate_->shape[p], element_index, e1), e1) + sum(a.dn_0, e2);
+        }
       }
       assign_product(BU, B, U1);
       column_dots(U1, BU, [&](int k, const S& d) { q.stiffness[k] += d; });
@@ -398,22 +423,22 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
         for (int k = 0; k < columns; ++k)
           q.stiffness[k] += U0.cwiseProduct(BU2.template middleCols<3>(3 * k)).sum();
       }
-      for (int p = 0; p < 3; ++p) {
+      for (int p = 0; p < directions(); ++p) {
         const PlateMeshRate::Shape& by = rate_->shape[p];
         const auto dB = by.bending[element_index].template topLeftCorner<functions, functions>();
         if (!dB.isZero(0)) {
           assign_product(BU, dB, U1);
-          column_dots(U1, BU, [&](int k, const S& d) { q.shape(p, k) += d; });
+          column_dots(U1, BU, [&](int k, const S& d) { along(q, p, k) += d; });
           if (curved) {
             assign_product(BU0, dB, U0);
             for (int k = 0; k < columns; ++k)
-              q.shape(p, k) += BU0.cwiseProduct(U2.template middleCols<3>(3 * k)).sum();
+              along(q, p, k) += BU0.cwiseProduct(U2.template middleCols<3>(3 * k)).sum();
           }
         }
         if (!by.mass.empty()) {
           const auto dM = by.mass[element_index].template topLeftCorner<functions, functions>();
           assign_product(BU, dM, U1);
-          column_dots(U1, BU, [&](int k, const S& d) { q.shape(p, k) -= mu[k] * d; });
+          column_dots(U1, BU, [&](int k, const S& d) { along(q, p, k) -= mu[k] * d; });
         }
       }
       assign_product(BU, M, U1);
@@ -457,7 +482,7 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
       }
     }
   }
-  LeafQuadratic<S> q(size(), columns);
+  LeafQuadratic<S> q(size(), columns, profiles());
   if (mesh_->functions_per_side() == 8)
     this->template quadratic_elements<8>(N1, N2, mu, q, n0, n1);
   else
@@ -487,8 +512,10 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
           g.position += f0;
           g.displacement += f1;
           g.arm += R.transpose() * c;
-          if (!mesh_->shape().is_beam()) g.across += mesh_->y()[s / 4] * R.col(1).dot(c);
         }
+        for (int p = 0; p < directions(); ++p)
+          if (!rate_->shape[p].reference.empty())
+            along(q, p, k) += c.dot(R * rate_->shape[p].reference[line].row(s).transpose());
         for (int d = 0; d < per_node; ++d) {
           if (slopes[d].function != s % 4) continue;
           const int row = plate_->block_offset(line) + per_node * (s / 4) + d;
@@ -513,7 +540,7 @@ auto PlateGradient<S>::nodal_quadratic(const std::vector<Matrix>& N1,
   const int n = mesh_->functions_per_line(), lines = mesh_->lines(),
             columns = static_cast<int>(N1[0].cols() / 3);
   const std::vector<Matrix> none(static_cast<std::size_t>(lines), Matrix::Zero(n, 3 * columns));
-  NodalQuadratic result{LeafQuadratic<S>(0, columns), none, none};
+  NodalQuadratic result{LeafQuadratic<S>(0, columns, profiles()), none, none};
   const Vector mu = Vector::Zero(columns);
   if (mesh_->functions_per_side() == 8)
     this->template quadratic_elements<8>(N1, N2, mu, result.value, result.n0, result.n1);

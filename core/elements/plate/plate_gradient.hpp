@@ -50,7 +50,7 @@ class PlateGradient final : public LeafGradient<S> {
   NodalQuadratic nodal_quadratic(const std::vector<Matrix>& N1,
                                  const std::vector<Matrix>& N2) const;
   const std::vector<Matrix>& nodal_force() const { return nodal_force_; }  ///< per line, n × 3
-  /// Derivatives of it in w/L, t/L, ν at constant nodes.
+  /// Derivatives of it along the directions of the mesh rate, w/L, t/L and ν first.
   const std::vector<Matrix>& shape_force(int p) const { return shape_force_[p]; }
 
  private:
@@ -62,6 +62,15 @@ class PlateGradient final : public LeafGradient<S> {
     std::vector<Vector3<S>> local, arm;  ///< w and v = R w of every function
   };
   int edge_at(int line) const;
+  int directions() const { return rate_->directions(); }
+  int profiles() const { return directions() - PlateMeshRate::sizes; }
+  static double coordinate(const LeafVariation<S>& v, int p) {
+    return p < PlateMeshRate::sizes ? v.shape[p] : v.profile[p - PlateMeshRate::sizes];
+  }
+  static S& along(LeafQuadratic<S>& q, int p, int column) {
+    return p < PlateMeshRate::sizes ? q.shape(p, column)
+                                    : q.profile(p - PlateMeshRate::sizes, column);
+  }
   template <int Side>
   void prepare();
   template <int Side>
@@ -88,7 +97,8 @@ class PlateGradient final : public LeafGradient<S> {
   std::vector<Eigen::Matrix<S, 16, 3>> a0_;                         ///< gradients at the points
   std::vector<Eigen::Array<S, PlateMesh::points, 3>> strain_, n0_;  ///< and stresses × weight
   std::vector<Matrix> nodal_force_;                                 ///< per line, n × 3
-  std::array<std::vector<Matrix>, 3> shape_force_;  ///< derivative of it in w/L, t/L, ν
+  std::vector<std::vector<NodalWeight>> point_rates_;  ///< of PlateSupport::point, by direction
+  std::vector<std::vector<Matrix>> shape_force_;  ///< derivative of it along every direction
 };
 
 extern template class PlateGradient<double>;

@@ -17,11 +17,10 @@ using Gradient = Eigen::Matrix<double, 16, 3>;
 using PointArray = Eigen::Array<double, points, 1>;
 
 // Nodal vectors (r − t, r,x, r,y, r,xy) of an edge node: function k of node j.
-std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, double y,
+std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, std::array<Vector3d, 4> v,
                                      const std::vector<PlateMesh::EdgeSlope>& slopes,
                                      const double* a) {
-  const Vector3d e1 = axes.col(0), e2 = axes.col(1);
-  std::array<Vector3d, 4> v{y * e2, e1, e2, Vector3d::Zero()};
+  for (Vector3d& w : v) w = (axes * w).eval();
   for (const PlateMesh::EdgeSlope& s : slopes) v[s.function] += *a++ * axes.col(s.axis);
   return v;
 }
@@ -62,12 +61,9 @@ PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh, bool free_tip) {
   state.x = VectorXd::Zero(m + last * 3 * n + (free_tip ? 0 : m));
   for (int i = 1; i <= last; ++i) {
     const int o = m + (i - 1) * 3 * n;
-    for (int j = 0; j < mesh.nodes_per_line(); ++j) {
-      state.x[o + 4 * j] = mesh.x()[i];
-      state.x[o + 4 * j + 1] = 1;
-      state.x[o + n + 4 * j] = mesh.y()[j];
-      state.x[o + n + 4 * j + 2] = 1;
-    }
+    MatrixXd nodes = mesh.reference(i);
+    for (int j = 0; j < mesh.nodes_per_line(); ++j) nodes(4 * j, 0) += mesh.x()[i];
+    state.x.segment(o, 3 * n) = nodes.reshaped();
   }
   return state;
 }
@@ -137,11 +133,14 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
   stress_is_linearised_ = true;
 }
 
-MatrixXd PlateLeaf::edge_nodal(const PlateMesh& mesh, const EdgePose& pose, const double* slopes) {
+MatrixXd PlateLeaf::edge_nodal(const PlateMesh& mesh, int edge, const EdgePose& pose,
+                               const double* slopes) {
+  const int line = edge == 0 ? 0 : mesh.lines() - 1;
   MatrixXd nodal(mesh.functions_per_line(), 3);
   const int per_node = static_cast<int>(mesh.edge_slopes().size());
   for (int j = 0; j < mesh.nodes_per_line(); ++j) {
-    const auto v = edge_vectors(pose.axes, mesh.y()[j], mesh.edge_slopes(), slopes + per_node * j);
+    const auto v = edge_vectors(pose.axes, mesh.reference_node(line, j), mesh.edge_slopes(),
+                                slopes + per_node * j);
     for (int k = 0; k < 4; ++k) nodal.row(4 * j + k) = v[k].transpose();
     nodal.row(4 * j) += pose.position.transpose();
   }
@@ -156,7 +155,7 @@ void PlateLeaf::update_nodal() {
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : last;
     if (!is_rigid_edge(line)) continue;
-    nodal_[line] = edge_nodal(*mesh_, state_.edges[e], state_.x.data() + K_.offset[line]);
+    nodal_[line] = edge_nodal(*mesh_, e, state_.edges[e], state_.x.data() + K_.offset[line]);
   }
 }
 

@@ -16,6 +16,9 @@ struct PlateSupport {
   std::vector<NodalWeight> point;  ///< of a material point with a prescribed displacement; or empty
   /// Derivatives of them along and across; empty where they cannot move.
   std::array<std::vector<NodalWeight>, 2> point_slopes;
+  /// Its place: {along, across}, or the mean of the tip edge.
+  std::array<double, 2> place{1, 0.5};
+  bool spread_over_tip = false;
 };
 
 /// State of a plate leaf and the linear algebra about it. The unknowns, in the order of the blocks:
@@ -61,8 +64,9 @@ class PlateLeaf {
   MatrixXd line_shapes() const;
   /// The factor of the interior lines' tangent that they come from.
   BlockTridiagonal line_factor() const;
-  /// Nodal values (functions_per_line × 3) of an edge with these slopes.
-  static MatrixXd edge_nodal(const PlateMesh& mesh, const EdgePose& pose, const double* slopes);
+  /// Nodal values (functions_per_line × 3) of an edge (0 base, 1 tip) with these slopes.
+  static MatrixXd edge_nodal(const PlateMesh& mesh, int edge, const EdgePose& pose,
+                             const double* slopes);
 
   double energy() const { return energy_; }
   double correction() const { return correction_; }

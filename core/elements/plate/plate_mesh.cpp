@@ -3,9 +3,12 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <utility>
+
+#include "core/elements/plate/mesh_numbers.hpp"
+#include "core/mechanism/profile.hpp"
 
 namespace flexopt {
-using Row16 = Eigen::Matrix<double, 16, 1>;
 
 GaussRule gauss_rule(int n) {
   if (n == 2) {
@@ -31,70 +34,56 @@ std::vector<double> graded_points(double a, double b, int intervals, double g) {
   return points;
 }
 
+double PlateShape::width_at(double x) const { return width * profile_at(width_profile, x); }
+double PlateShape::thickness_at(double x) const {
+  return thickness * profile_at(thickness_profile, x);
+}
+double PlateShape::mean_thickness() const { return thickness * profile_mean(thickness_profile); }
+double PlateShape::mean_width() const { return width * profile_mean(width_profile); }
+
 PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
   if (shape.is_beam()) shape_.mesh[1] = 1;
   assert(shape.mesh[0] >= 2 && shape.mesh[1] >= 1);
-  x_ = graded_points(0, 1, shape.mesh[0], 0.5);
-  elements_.resize(shape_.mesh[0] * shape_.mesh[1]);
-  if (shape.is_beam())
-    make_beam_elements();
-  else
-    make_plate_elements();
+  assert(shape.poissons_ratio > -1);
+  const MeshNumbers<double> numbers(shape_);
+  x_ = numbers.x;
+  y_ = numbers.y;
+  for (const auto& w : numbers.line_width) line_width_.push_back({w.factor, w.slope});
+  const auto membrane = numbers.membrane();
+  membrane_ = {membrane.A11, membrane.A12, membrane.A33};
+  bending_stiffness_ = numbers.bending_stiffness();
+
+  edge_slopes_ = {{1, 0}, {1, 1}, {3, 0}, {3, 1}};
+  if (shape.is_beam()) {
+    assert(shape.section != Section::circular ||
+           std::abs(shape.width - shape.thickness) < 1e-12 * shape.thickness);
+    // A wire is free of shear in both planes and of restrained warping at its ends.
+    if (shape.section == Section::circular)
+      edge_slopes_ = {{1, 0}, {3, 0}, {3, 2}};
+    else if (shape.warping == Warping::free)
+      edge_slopes_ = {{1, 0}, {1, 1}, {3, 0}, {3, 1}, {3, 2}};
+  } else {
+    assert(shape.poissons_ratio <= 0.5 && shape.section == Section::rectangular);
+  }
+  for (int i = 0; i < elements_along(); ++i)
+    for (int j = 0; j < elements_across(); ++j) elements_.push_back(numbers.element(i, j));
   assemble_mass();
 }
 
-void PlateMesh::make_plate_elements() {
-  const int nx = shape_.mesh[0], ny = shape_.mesh[1];
-  const double nu = shape_.poissons_ratio;
-  assert(nu > -1 && nu <= 0.5 && shape_.section == Section::rectangular);
-  y_ = graded_points(-shape_.width / 2, shape_.width / 2, ny, 0.7);
-  const double A11 = 12 / (shape_.thickness * shape_.thickness);
-  membrane_ = {A11, nu * A11, 0.5 * (1 - nu) * A11};
-  bending_stiffness_ = shape_.width;
-  edge_slopes_ = {{1, 0}, {1, 1}, {3, 0}, {3, 1}};
+std::array<Vector3d, 4> PlateMesh::reference_node(int line, int node) const {
+  const LineWidth& w = line_width_[line];
+  const double y = y_[node];
+  return {Vector3d(0, y * w.factor, 0), Vector3d(1, y * w.slope, 0), Vector3d(0, w.factor, 0),
+          Vector3d(0, w.slope, 0)};
+}
 
-  const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
-  // −½ G c t⁴ ∫ |r,xy|² ds with c = 0.105 for each free edge, over D.
-  const double edge = shape_.free_edge_torsion ? 0.105 * 6 * (1 - nu) * shape_.thickness : 0.0;
-
-  for (int i = 0; i < nx; ++i)
-    for (int j = 0; j < ny; ++j) {
-      Element& element = elements_[i * ny + j];
-      const double hx = x_[i + 1] - x_[i], hy = y_[j + 1] - y_[j];
-      element.bending.setZero();
-      element.mass.setZero();
-      for (int a = 0; a < 4; ++a) {
-        const HermiteValues X = hermite(full.point[a], hx);
-        for (int b = 0; b < 4; ++b) {
-          const HermiteValues Y = hermite(full.point[b], hy);
-          const double w = full.weight[a] * full.weight[b] * hx * hy;
-          const Row16 N = hermite_products(X.value, Y.value),
-                      Nxx = hermite_products(X.curvature, Y.value),
-                      Nyy = hermite_products(X.value, Y.curvature),
-                      Nxy = hermite_products(X.slope, Y.slope);
-          const Row16 laplace = Nxx + Nyy;
-          element.bending += w * ((1 - nu) * (Nxx * Nxx.transpose() + Nyy * Nyy.transpose() +
-                                              2 * Nxy * Nxy.transpose()) +
-                                  nu * laplace * laplace.transpose());
-          element.mass += w * N * N.transpose();
-        }
-        for (int side = 0; side < 2; ++side) {
-          if (side == 0 ? j != 0 : j != ny - 1) continue;
-          const Row16 Nxy = hermite_products(X.slope, hermite(side, hy).slope);
-          element.bending -= edge * full.weight[a] * hx * Nxy * Nxy.transpose();
-        }
-      }
-      for (int a = 0; a < 2; ++a) {
-        const HermiteValues X = hermite(membrane_x.point[a], hx);
-        for (int b = 0; b < 4; ++b) {
-          const HermiteValues Y = hermite(full.point[b], hy);
-          const int g = 4 * a + b;
-          element.gradient.row(g) = hermite_products(X.slope, Y.value).transpose();
-          element.gradient.row(points + g) = hermite_products(X.value, Y.slope).transpose();
-          element.weight[g] = membrane_x.weight[a] * full.weight[b] * hx * hy;
-        }
-      }
-    }
+MatrixXd PlateMesh::reference(int line) const {
+  MatrixXd nodes(functions_per_line(), 3);
+  for (int j = 0; j < nodes_per_line(); ++j) {
+    const auto node = reference_node(line, j);
+    for (int k = 0; k < 4; ++k) nodes.row(4 * j + k) = node[k].transpose();
+  }
+  return nodes;
 }
 
 void PlateMesh::assemble_mass() {
@@ -113,42 +102,26 @@ void PlateMesh::assemble_mass() {
 
 std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across,
                                        std::array<int, 2> derivative) {
-  assert(derivative[0] <= 1 && derivative[1] <= 1);
-  const auto &x = mesh.x(), &y = mesh.y();
-  auto locate = [](const std::vector<double>& points, double s) {
-    int i = 0;
-    while (i + 2 < static_cast<int>(points.size()) && s > points[i + 1]) ++i;
-    return i;
-  };
-  const double sx = x.front() + along * (x.back() - x.front());
-  const double sy = y.front() + across * (y.back() - y.front());
-  const int i = locate(x, sx);
-  const double hx = x[i + 1] - x[i], length = x.back() - x.front();
+  const MeshNumbers<double> numbers(mesh.shape(), mesh.x());
   std::vector<NodalWeight> weights;
-  const auto functions = [](double s, double h, int derivative, double size) {
-    const HermiteValues values = hermite(s, h);
-    std::array<double, 4> f = derivative == 0 ? values.value : values.slope;
-    for (double& v : f) v *= derivative == 0 ? 1 : size;
-    return f;
-  };
-  const std::array<double, 4> X = functions((sx - x[i]) / hx, hx, derivative[0], length);
-  if (mesh.shape().is_beam()) {  // r0 + y d
-    const double width = mesh.shape().width, middle = derivative[1] == 0 ? 1 : 0,
-                 beside = derivative[1] == 0 ? (across - 0.5) * width : width;
-    for (int p = 0; p < 2; ++p)
-      for (int k = 0; k < 2; ++k)
-        for (const auto& [function, factor] : {std::pair{k, middle}, {2 + k, beside}})
-          if (std::abs(factor * X[2 * p + k]) > 1e-14)
-            weights.push_back({i + p, function, factor * X[2 * p + k]});
-    return weights;
-  }
-  const int j = locate(y, sy);
-  const double hy = y[j + 1] - y[j];
-  const auto N =
-      hermite_products(X, functions((sy - y[j]) / hy, hy, derivative[1], y.back() - y.front()));
-  for (int f = 0; f < 16; ++f)
-    if (std::abs(N[f]) > 1e-14) weights.push_back({i + f / 8, 4 * j + f % 8, N[f]});
+  for (const auto& w : numbers.point_weights(along, across, derivative))
+    weights.push_back({w.line, w.function, w.weight});
   return weights;
+}
+
+std::vector<NodalWeight> point_weight_rates(const PlateMesh& mesh, const ShapeRate& rate,
+                                            double along, double across) {
+  const MeshNumbers<Dual1> numbers(mesh.shape(), rate);
+  std::vector<NodalWeight> rates;
+  for (const auto& w : numbers.point_weights(along, across))
+    if (w.weight.derivatives[0] != 0) rates.push_back({w.line, w.function, w.weight.derivatives[0]});
+  return rates;
+}
+
+std::vector<NodalWeight> tip_mean_weight_rates(const PlateMesh& mesh, const ShapeRate& rate) {
+  std::vector<NodalWeight> rates = tip_mean_weights(mesh);
+  for (NodalWeight& w : rates) w.weight = width_slope(mesh, w) * rate.size[0];
+  return rates;
 }
 
 std::vector<NodalWeight> tip_mean_weights(const PlateMesh& mesh) {

@@ -2,8 +2,9 @@
 // Bogner–Fox–Schmit bicubic plate on a graded tensor mesh, or the beam that is left of it when the
 // lines across stay straight: everything of a leaf that does not depend on its state. Lengths in
 // units of the leaf length L, energies in units of D = E t³ / 12(1 − ν²) (beam: E t³ / 12): only
-// the shape (w/L, t/L, ν) is left.
+// the shape (w/L, t/L, ν and the profiles of w and t) is left.
 #include <array>
+#include <span>
 #include <vector>
 
 #include "core/math/types.hpp"
@@ -22,9 +23,27 @@ struct PlateShape {
   Flexure flexure = Flexure::plate;
   Section section = Section::rectangular;  ///< of a beam; circular: width = thickness = diameter
   Warping warping = Warping::clamped;      ///< of the ends of a beam of rectangular section
+  /// Factors on width and thickness along the leaf: core/mechanism/profile.hpp.
+  std::vector<double> width_profile{}, thickness_profile{};
 
   bool is_beam() const { return flexure == Flexure::beam; }
+  bool has_profile() const { return !width_profile.empty() || !thickness_profile.empty(); }
+  double width_at(double x) const;      ///< over L, at x in [0, 1]
+  double thickness_at(double x) const;  ///< over L
+  /// Over L, means of the values that a profile is made of.
+  double mean_width() const;
+  double mean_thickness() const;
   auto operator<=>(const PlateShape&) const = default;
+};
+
+/// How a shape changes along one direction.
+struct ShapeRate {
+  Vector3d size = Vector3d::Zero();  ///< of w/L, t/L, ν
+  /// Of the factors of the profiles; empty where none of them changes.
+  std::vector<double> width_profile{}, thickness_profile{};
+
+  ShapeRate() = default;
+  ShapeRate(const Vector3d& size) : size(size) {}
 };
 
 /// Mesh points from a to b, graded towards both ends: g = 0 uniform, g = 1 Chebyshev–Lobatto.
@@ -53,10 +72,9 @@ HermiteValuesT<S> hermite(double s, const S& h) {
 inline HermiteValues hermite(double s, double h) { return hermite<double>(s, h); }
 
 /// The 16 products X[2p + kx] Y[2q + ky], at function 8p + 4q + kx + 2ky of an element.
-template <class S>
-Eigen::Matrix<S, 16, 1> hermite_products(const std::array<double, 4>& X,
-                                         const std::array<S, 4>& Y) {
-  Eigen::Matrix<S, 16, 1> row;
+template <class A, class B>
+auto hermite_products(const std::array<A, 4>& X, const std::array<B, 4>& Y) {
+  Eigen::Matrix<decltype(A() * B()), 16, 1> row;
   for (int p = 0; p < 2; ++p)
     for (int q = 0; q < 2; ++q)
       for (int k = 0; k < 4; ++k) row[8 * p + 4 * q + k] = X[2 * p + k % 2] * Y[2 * q + k / 2];
@@ -65,9 +83,9 @@ Eigen::Matrix<S, 16, 1> hermite_products(const std::array<double, 4>& X,
 
 /// Functions 4p + k of (r0, r0,x, d, d,x) of a beam: X[2p + k % 2] times `middle` (k < 2) or
 /// `across`.
-inline Eigen::Matrix<double, 16, 1> beam_functions(const std::array<double, 4>& X, double middle,
-                                                   double across) {
-  Eigen::Matrix<double, 16, 1> row = Eigen::Matrix<double, 16, 1>::Zero();
+template <class S>
+Eigen::Matrix<S, 16, 1> beam_functions(const std::array<S, 4>& X, double middle, double across) {
+  Eigen::Matrix<S, 16, 1> row = Eigen::Matrix<S, 16, 1>::Zero();
   for (int p = 0; p < 2; ++p)
     for (int k = 0; k < 4; ++k) row[4 * p + k] = X[2 * p + k % 2] * (k < 2 ? middle : across);
   return row;
@@ -111,11 +129,22 @@ class PlateMesh {
   /// Functions of an element on one of its two lines.
   int functions_per_side() const { return shape_.is_beam() ? 4 : 8; }
   const std::vector<double>& x() const { return x_; }
+  /// Places across in a leaf of the width w; where the width varies, the coordinate y0 of (P2).
   const std::vector<double>& y() const { return y_; }
+  /// Factor on y0 on every line along and its d/dx: y = y0 f(x) in between, f a cubic Hermite
+  /// polynomial. A beam counts y from its middle: 1 and 0.
+  struct LineWidth {
+    double factor = 1, slope = 0;
+  };
+  const LineWidth& line_width(int line) const { return line_width_[line]; }
+  /// Nodal values of the undeflected leaf, from the middle of the line: functions × 3.
+  MatrixXd reference(int line) const;
+  /// The same of one node, function by function.
+  std::array<Vector3d, 4> reference_node(int line, int node) const;
   const Element& element(int i, int j) const { return elements_[i * elements_across() + j]; }
 
   const Membrane& membrane() const { return membrane_; }
-  /// Weak bending stiffness of the whole section over D L.
+  /// Weak bending stiffness of the whole section over D L; its harmonic mean where it varies.
   double bending_stiffness() const { return bending_stiffness_; }
 
   /// The slopes that a rigid edge leaves free, for each of its nodes: core/elements/README.md (E3).
@@ -127,8 +156,6 @@ class PlateMesh {
   const MatrixXd& mass_below(int i) const { return mass_below_[i]; }
 
  private:
-  void make_plate_elements();
-  void make_beam_elements();
   void assemble_mass();
 
   PlateShape shape_;
@@ -136,6 +163,7 @@ class PlateMesh {
   double bending_stiffness_ = 0;
   std::vector<EdgeSlope> edge_slopes_;
   std::vector<double> x_, y_;
+  std::vector<LineWidth> line_width_;
   std::vector<Element> elements_;
   std::vector<MatrixXd> mass_diagonal_, mass_below_;
 };
@@ -155,5 +183,11 @@ std::vector<NodalWeight> tip_mean_weights(const PlateMesh& mesh);
 inline double width_slope(const PlateMesh& mesh, const NodalWeight& w) {
   return w.function % 4 / 2 * w.weight / mesh.shape().width;
 }
+/// Derivatives of point_weights along a direction of the shape, at a constant place: those that are
+/// not zero.
+std::vector<NodalWeight> point_weight_rates(const PlateMesh& mesh, const ShapeRate& rate,
+                                            double along, double across);
+/// The same of tip_mean_weights.
+std::vector<NodalWeight> tip_mean_weight_rates(const PlateMesh& mesh, const ShapeRate& rate);
 
 }  // namespace flexopt

@@ -1,33 +1,33 @@
 #pragma once
 // Derivatives of the element operators of plate_mesh.hpp with respect to the shape of the leaf:
-// width w/L, thickness t/L, Poisson's ratio.
-#include <array>
+// width w/L, thickness t/L, Poisson's ratio, and along directions of its profiles.
 #include <memory>
 #include <vector>
 
+#include "core/elements/leaf/leaf_rates.hpp"
 #include "core/elements/plate/plate_mesh.hpp"
 
 namespace flexopt {
 
-class LeafRates;
-
 struct PlateMeshRate {
-  /// Parts that a parameter does not enter are left empty.
   struct Shape {
-    std::vector<PlateMesh::Matrix16> gradient, bending, mass;        ///< of every element
-    std::vector<Eigen::Array<double, PlateMesh::points, 1>> weight;  ///< of every element
+    /// Of every element; left empty where a direction changes none of them, but for the bending.
+    std::vector<PlateMesh::Matrix16> gradient, bending, mass;
+    std::vector<Eigen::Array<double, PlateMesh::points, 1>> weight;
     PlateMesh::Membrane membrane;
+    /// Of the undeflected nodal values, functions × 3 of every line; empty where constant.
+    std::vector<MatrixXd> reference;
   };
-  static constexpr int width = 0, thickness = 1, poissons_ratio = 2;
-  std::array<Shape, 3> shape;
+  static constexpr int width = 0, thickness = 1, poissons_ratio = 2, sizes = 3;
+  std::vector<ShapeRate> direction;  ///< the three sizes, then those of the profiles
+  std::vector<Shape> shape;          ///< along each of them
 
-  /// Plates by the powers of w and t that every entry is made of; beams through the constants of
-  /// their section.
-  explicit PlateMeshRate(const PlateMesh& mesh);
+  /// `profiles`: directions in which the profiles change.
+  explicit PlateMeshRate(const PlateMesh& mesh, const std::vector<ProfileRate>& profiles = {});
 
- private:
-  void plate(const PlateMesh& mesh);
-  void beam(const PlateMesh& mesh);
+  int directions() const { return static_cast<int>(shape.size()); }
+  /// The direction with these coordinates.
+  ShapeRate along(const Vector3d& sizes, const VectorXd& profiles) const;
 };
 
 /// Those of a mesh that leaves share, made when first asked for.

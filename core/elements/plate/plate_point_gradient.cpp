@@ -7,10 +7,11 @@ namespace flexopt {
 template <class S>
 void PlateGradient<S>::add_point_force() {
   const Eigen::RowVector3<S> f = state_.point_force.transpose();
-  for (const NodalWeight& w : plate_->support().point) {
+  for (const NodalWeight& w : plate_->support().point)
     nodal_force_[w.line].row(w.function) -= w.weight * f;
-    shape_force_[PlateMeshRate::width][w.line].row(w.function) -= width_slope(*mesh_, w) * f;
-  }
+  for (int p = 0; p < directions(); ++p)
+    for (const NodalWeight& w : point_rates_[p])
+      shape_force_[p][w.line].row(w.function) -= w.weight * f;
 }
 
 // The row of the condition u − Σ w N + c0, c0 the undeflected place, and what moving weights do.
@@ -19,7 +20,23 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
                                        const std::vector<LeafVariation<S>>& variations,
                                        Matrix& rows) const {
   if (rows_.point == 0) return;
-  const double width = mesh_->shape().width;
+  // of the undeflected place, along the leaf, across it and by the shape
+  const auto rest = [&](const NodalWeight& w) {
+    Vector3d r = mesh_->reference(w.line).row(w.function).transpose();
+    if (w.function % 4 == 0) r[0] += mesh_->x()[w.line];
+    return r;
+  };
+  std::array<Vector3d, 2> by_place{Vector3d::Zero(), Vector3d::Zero()};
+  for (int a = 0; a < 2; ++a)
+    for (const NodalWeight& w : plate_->support().point_slopes[a])
+      by_place[a] += w.weight * rest(w);
+  std::vector<Vector3d> by_shape(static_cast<std::size_t>(directions()), Vector3d::Zero());
+  for (int p = 0; p < directions(); ++p) {
+    for (const NodalWeight& w : point_rates_[p]) by_shape[p] += w.weight * rest(w);
+    if (rate_->shape[p].reference.empty()) continue;
+    for (const NodalWeight& w : plate_->support().point)
+      by_shape[p] += w.weight * rate_->shape[p].reference[w.line].row(w.function).transpose();
+  }
   const auto nodal = [&](const NodalWeight& w) -> Vector3<S> {
     return state_.nodal[w.line].row(w.function).transpose();
   };
@@ -27,10 +44,12 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
     const LeafVariation<S>& v = variations[k];
     const Vector3<S>& u = state_.point;
     Vector3<S> rate = v.turn * u - v.length * u;
-    rate[0] += v.point[0];
-    rate[1] += v.point[1] * width + plate_->point_place()[1] * v.shape[0] / width;
+    for (int a = 0; a < 2; ++a) rate += (v.point[a] * by_place[a]).template cast<S>();
+    for (int p = 0; p < directions(); ++p) {
+      rate += (coordinate(v, p) * by_shape[p]).template cast<S>();
+      for (const NodalWeight& w : point_rates_[p]) rate -= coordinate(v, p) * w.weight * nodal(w);
+    }
     for (const NodalWeight& w : plate_->support().point) {
-      rate -= width_slope(*mesh_, w) * v.shape[0] * nodal(w);
       if (const int e = edge_at(w.line); e >= 0)
         rate -= w.weight * edge_rates[e].template block<1, 3>(w.function, 3 * k).transpose();
     }
@@ -60,13 +79,14 @@ void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Ma
     for (const NodalWeight& w : plate_->support().point) {
       const S share = product(w);
       q.stiffness[k] -= w.weight * share;
-      q.shape(PlateMeshRate::width, k) -= width_slope(*mesh_, w) * share;
       const int e = edge_at(w.line);
       if (e < 0) continue;
       n1[w.line].template block<1, 3>(w.function, 3 * k) -= (2.0 * w.weight) * y_f.transpose();
       q.state.template block<3, 1>(rows_.unknowns, k) -=
           w.weight * N2[w.line].template block<1, 3>(w.function, 3 * k).transpose();
     }
+    for (int p = 0; p < directions(); ++p)
+      for (const NodalWeight& w : point_rates_[p]) along(q, p, k) -= w.weight * product(w);
     for (int a = 0; a < 2; ++a)
       for (const NodalWeight& w : plate_->support().point_slopes[a])
         q.point(a, k) -= w.weight * product(w);

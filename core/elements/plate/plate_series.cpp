@@ -132,10 +132,8 @@ void PlateSeries::expand_edge(int e, const EdgeBodySeries& body, const Series<Ve
     const int k = s % 4;
     Series<Vector3d> w;
     for (Vector3d& c : w) c.setZero();
-    const double y = mesh_->y()[s / 4];
-    if (k == 0) w[0] = body.arm + y * Vector3d::UnitY();
-    if (k == 1) w[0] = Vector3d::UnitX();
-    if (k == 2) w[0] = Vector3d::UnitY();
+    w[0] = mesh_->reference_node(line, s / 4)[static_cast<std::size_t>(k)];
+    if (k == 0) w[0] += body.arm;
     for (int d = 0; d < slopes; ++d) {
       const PlateMesh::EdgeSlope& slope = mesh_->edge_slopes()[d];
       if (slope.function != k) continue;

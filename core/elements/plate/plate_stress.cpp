@@ -8,7 +8,9 @@
 
 #include "core/elements/plate/beam_stress.hpp"
 #include "core/elements/plate/full_leaf.hpp"
+#include "core/elements/plate/mesh_numbers.hpp"
 #include "core/math/dual.hpp"
+#include "core/mechanism/profile.hpp"
 
 namespace flexopt {
 namespace {
@@ -21,10 +23,11 @@ Gradient dofs(const std::vector<MatrixXd>& nodal, int i, int j) {
   return U;
 }
 
+// `map` and `y0`: null where the width does not vary.
 template <class S>
-StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
-                    const HermiteValuesT<S>& Y) {
-  const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
+StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X,
+                    const HermiteValuesT<S>& Y, const WidthMap<S>* map, const S& y0) {
+  const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
     Vector3<S> r = Vector3<S>::Zero();
     for (int f = 0; f < 16; ++f) {
       const S N = y[2 * (f / 4 % 2) + f % 4 / 2] * x[2 * (f / 8) + f % 2];
@@ -32,12 +35,14 @@ StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
     }
     return r;
   };
-  const Vector3<S> a1 = at(X.slope, Y.value), a2 = at(X.value, Y.slope);
+  MappedDerivatives<Vector3<S>> r{at(X.slope, Y.value), at(X.value, Y.slope),
+                                  at(X.curvature, Y.value), at(X.slope, Y.slope),
+                                  at(X.value, Y.curvature)};
+  if (map) r = mapped<S, Vector3<S>>(*map, y0, r.x, r.y, r.xx, r.xy, r.yy);
+  const Vector3<S>&a1 = r.x, &a2 = r.y, &r11 = r.xx, &r12 = r.xy, &r22 = r.yy;
   const Vector3<S> m = a1.cross(a2);
   using std::sqrt;
   const Vector3<S> n = m / sqrt(m.squaredNorm());
-  const Vector3<S> r11 = at(X.curvature, Y.value), r22 = at(X.value, Y.curvature),
-                   r12 = at(X.slope, Y.slope);
   StrainsT<S> e;
   // a fibre on the side of the normal is stretched by −r,ab · n
   e << 0.5 * (a1.squaredNorm() - 1.0), 0.5 * (a2.squaredNorm() - 1.0), a1.dot(a2), -r11.dot(n),
@@ -55,8 +60,9 @@ S von_mises(const Vector3<S>& strain, const S& nu, const S& modulus) {
   return square > 0.0 ? S(sqrt(square)) : S(0.0 * square);  // no stress has no slope
 }
 
-std::vector<double> gauss_stations(const std::vector<double>& points) {
-  std::vector<double> s;
+template <class S>
+std::vector<S> gauss_stations(const std::vector<S>& points) {
+  std::vector<S> s;
   for (std::size_t i = 0; i + 1 < points.size(); ++i)
     for (const double a : station) s.push_back(points[i] + a * (points[i + 1] - points[i]));
   return s;
@@ -66,13 +72,17 @@ std::vector<double> gauss_stations(const std::vector<double>& points) {
 // (Second derivatives jump from element to element; read anywhere else they are a saw-tooth.)
 StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal) {
   std::vector<Strains> values;
+  const MeshNumbers<double> numbers(mesh.shape(), mesh.x());
   for (int i = 0; i < mesh.elements_along(); ++i)
     for (const double a : station) {
       const HermiteValues X = hermite(a, mesh.x()[i + 1] - mesh.x()[i]);
+      const WidthMap<double> map = numbers.map(i, a);
       for (int j = 0; j < mesh.elements_across(); ++j) {
         const Gradient U = dofs(nodal, i, j);
+        const double hy = mesh.y()[j + 1] - mesh.y()[j];
         for (const double b : station)
-          values.push_back(strains<double>(U, X, hermite(b, mesh.y()[j + 1] - mesh.y()[j])));
+          values.push_back(strains<double>(
+              U, X, hermite(b, hy), numbers.width_varies() ? &map : nullptr, mesh.y()[j] + b * hy));
       }
     }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values)};
@@ -109,8 +119,9 @@ Strains StrainField::at(double x, double y) const {
   return (1 - s) * ((1 - t) * low[0] + t * low[1]) + s * ((1 - t) * high[0] + t * high[1]);
 }
 
-SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus) {
-  const double nu = shape.poissons_ratio, half = 0.5 * shape.thickness;
+SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus,
+                             double along) {
+  const double nu = shape.poissons_ratio, half = 0.5 * shape.thickness_at(along);
   return {von_mises<double>(e.head<3>() + half * e.tail<3>(), nu, youngs_modulus),
           von_mises<double>(e.head<3>() - half * e.tail<3>(), nu, youngs_modulus)};
 }
@@ -119,18 +130,21 @@ namespace {
 
 /// Stations of a plate's stress, and what is not to be read there.
 struct Stations {
-  std::vector<double> x, y;  // over L
-  double width, margin;      // of the squares at the corners
+  std::vector<double> x, y;           // over L
+  double width, margin, margin_side;  // of the squares at the corners: along, across
 
   explicit Stations(const PlateShape& shape) : width(shape.width) {
-    const double zone = 0.1 * std::min(1.0, width);
+    const double zone = 0.1 * std::min(1.0, shape.mean_width()),
+                 side = zone * (width / shape.mean_width());
     margin = zone * (1 - 1e-9);
-    x = stations(0, 1, 16, zone);
-    y = stations(-width / 2, width / 2, 8, zone);
+    margin_side = side * (1 - 1e-9);
+    // closer where the thickness varies: at places that do not depend on the mesh, nor the profile
+    x = stations(0, 1, shape.thickness_profile.empty() ? 16 : 64, zone);
+    y = stations(-width / 2, width / 2, 8, side);
   }
   bool in_corner(double sx, double sy) const {
     const bool at_clamp = std::min(sx, 1 - sx) < margin;
-    const bool at_free_edge = std::min(sy + width / 2, width / 2 - sy) < margin;
+    const bool at_free_edge = std::min(sy + width / 2, width / 2 - sy) < margin_side;
     return at_clamp && at_free_edge;
   }
 };
@@ -145,7 +159,7 @@ StressPeak largest_stress(const StrainField& field, const PlateShape& shape, dou
   for (const double sx : at.x)
     for (const double sy : at.y) {
       if (at.in_corner(sx, sy)) continue;
-      const SurfaceStress s = surface_stress(shape, field.at(sx, sy), youngs_modulus);
+      const SurfaceStress s = surface_stress(shape, field.at(sx, sy), youngs_modulus, sx);
       // both surfaces of a symmetric state are equal but for rounding: prefer the positive one
       const bool positive = s.positive >= s.negative * (1 - 1e-9);
       const double value = positive ? s.positive : s.negative;
@@ -174,7 +188,8 @@ std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape&
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < ny; ++j) {
       if (at.in_corner(at.x[i], at.y[j])) continue;
-      const SurfaceStress s = surface_stress(shape, field.at(at.x[i], at.y[j]), youngs_modulus);
+      const SurfaceStress s =
+          surface_stress(shape, field.at(at.x[i], at.y[j]), youngs_modulus, at.x[i]);
       positive(i, j) = s.positive;
       negative(i, j) = s.negative;
     }
@@ -202,23 +217,35 @@ StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& 
 }
 
 // By dual numbers, only at the four stations around the place.
-double stress_rate(const PlateShape& shape, const std::vector<double>& xs,
+double stress_rate(const PlateShape& shape, const std::vector<Dual1>& xs,
                    const std::vector<double>& ys,
                    const std::function<StrainRate(int, int)>& strains_at, const StressPeak& peak,
                    double youngs_modulus, const StressRate& rate) {
-  const Dual1 width(shape.width, {rate.shape[0]}), thickness(shape.thickness, {rate.shape[1]}),
-      nu(shape.poissons_ratio, {rate.shape[2]}), modulus(youngs_modulus, {rate.youngs_modulus});
+  const Dual1 width(shape.width, {rate.shape.size[0]}),
+      thickness(shape.thickness, {rate.shape.size[1]}),
+      nu(shape.poissons_ratio, {rate.shape.size[2]}),
+      modulus(youngs_modulus, {rate.youngs_modulus});
   // places over L; the border of the corner zones moves with the width of narrow leaves
-  const double zone = 0.1 * std::min(1.0, shape.width), across = (peak.across - 0.5) * shape.width;
-  const auto at_border = [&](double distance) { return std::abs(distance - zone) < 1e-9 * zone; };
+  Dual1 mean = width;
+  if (!shape.width_profile.empty()) {
+    const std::vector<double>& by = rate.shape.width_profile;
+    mean = width * Dual1(profile_mean(shape.width_profile), {by.empty() ? 0 : profile_mean(by)});
+  }
+  const Dual1 moving = mean.value < 1 ? 0.1 * mean : Dual1(0.1),
+              moving_side = moving * (width / mean);
+  const double across = (peak.across - 0.5) * shape.width;
+  const auto at_border = [](double distance, const Dual1& zone) {
+    return std::abs(distance - zone.value) < 1e-9 * zone.value;
+  };
   Dual1 x = peak.along, y = (peak.across - 0.5) * width;
-  const Dual1 moving = shape.width < 1 ? 0.1 * width : Dual1(0.1);
-  if (at_border(peak.along)) x = moving;
-  if (at_border(1 - peak.along)) x = 1.0 - moving;
-  if (at_border(across + shape.width / 2)) y = moving - 0.5 * width;
-  if (at_border(shape.width / 2 - across)) y = 0.5 * width - moving;
+  if (at_border(peak.along, moving)) x = moving;
+  if (at_border(1 - peak.along, moving)) x = 1.0 - moving;
+  if (at_border(across + shape.width / 2, moving_side)) y = moving_side - 0.5 * width;
+  if (at_border(shape.width / 2 - across, moving_side)) y = 0.5 * width - moving_side;
 
-  const auto [i, s0] = bracket(xs, peak.along);
+  std::vector<double> at_x;
+  for (const Dual1& place : xs) at_x.push_back(place.value);
+  const auto [i, s0] = bracket(at_x, peak.along);
   const auto [j, t0] = bracket(ys, across);
   const Dual1 per_width = width / shape.width;
   const Dual1 s = (x - xs[i]) / (xs[i + 1] - xs[i]),
@@ -233,7 +260,13 @@ double stress_rate(const PlateShape& shape, const std::vector<double>& xs,
     e[k] =
         (1.0 - s) * ((1.0 - t) * at(e00) + t * at(e01)) + s * ((1.0 - t) * at(e10) + t * at(e11));
   }
-  const Dual1 half = thickness * (peak.on_positive_normal ? 0.5 : -0.5);
+  Dual1 half = thickness * (peak.on_positive_normal ? 0.5 : -0.5);
+  if (!shape.thickness_profile.empty()) {
+    const std::vector<double>& by = rate.shape.thickness_profile;
+    const double slope = profile_at(shape.thickness_profile, peak.along, 1);
+    half *= Dual1(profile_at(shape.thickness_profile, peak.along),
+                  {(by.empty() ? 0 : profile_at(by, peak.along)) + slope * x.derivatives[0]});
+  }
   Vector3<Dual1> strain;
   for (int k = 0; k < 3; ++k) strain[k] = e[k] + half * e[k + 3];
   return von_mises<Dual1>(strain, nu, modulus).derivatives[0];
@@ -243,7 +276,7 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
                          const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
   const PlateShape& shape = mesh.shape();
   if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
-  const Dual1 per_width(1, {rate.shape[0] / shape.width});
+  const MeshNumbers<Dual1> numbers(shape, rate.shape);
   const auto strains_at = [&](int a, int b) {
     const int ei = a / 2, ej = b / 2;
     Eigen::Matrix<Dual1, 16, 3> U;
@@ -251,9 +284,12 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
       for (int c = 0; c < 3; ++c)
         U(f, c) = {nodal[ei + f / 8](4 * ej + f % 8, c),
                    {rate.nodal[ei + f / 8](4 * ej + f % 8, c)}};
-    const StrainsT<Dual1> e = strains<Dual1>(
-        U, hermite(station[a % 2], mesh.x()[ei + 1] - mesh.x()[ei]),
-        hermite<Dual1>(station[b % 2], (mesh.y()[ej + 1] - mesh.y()[ej]) * per_width));
+    const Dual1 hy = numbers.y[ej + 1] - numbers.y[ej];
+    const WidthMap<Dual1> map = numbers.map(ei, station[a % 2]);
+    const StrainsT<Dual1> e =
+        strains<Dual1>(U, hermite<Dual1>(station[a % 2], numbers.x[ei + 1] - numbers.x[ei]),
+                       hermite<Dual1>(station[b % 2], hy), numbers.width_varies() ? &map : nullptr,
+                       numbers.y[ej] + station[b % 2] * hy);
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = e[k].value;
@@ -261,7 +297,7 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
     }
     return result;
   };
-  return stress_rate(shape, gauss_stations(mesh.x()), gauss_stations(mesh.y()), strains_at, peak,
+  return stress_rate(shape, gauss_stations(numbers.x), gauss_stations(mesh.y()), strains_at, peak,
                      youngs_modulus, rate);
 }
 
@@ -276,11 +312,11 @@ LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd
   for (int j = 0; j <= ny; ++j)
     for (int i = 0; i <= nx; ++i) {
       const Vector3d r = nodal[i].row(4 * j).transpose();
-      shape.undeflected.push_back(
-          scale.origin + scale.axes * Vector3d(mesh.x()[i], mesh.y()[j], 0) * scale.length);
+      const Vector3d place = mesh.reference_node(i, j)[0] + Vector3d(mesh.x()[i], 0, 0);
+      shape.undeflected.push_back(scale.origin + scale.axes * place * scale.length);
       shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
       const SurfaceStress s = surface_stress(mesh.shape(), field.at(mesh.x()[i], mesh.y()[j]),
-                                             leaf.material.youngs_modulus);
+                                             leaf.material.youngs_modulus, mesh.x()[i]);
       shape.von_mises.push_back(std::max(s.positive, s.negative));
     }
   return shape;

@@ -5,6 +5,7 @@
 
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/elements/plate/plate_mesh.hpp"
+#include "core/math/dual.hpp"
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
@@ -20,7 +21,7 @@ using StrainsT = Eigen::Matrix<S, 6, 1>;
 using Strains = StrainsT<double>;
 
 /// Strains known at a tensor grid of stations over the leaf, and between them by bilinear
-/// interpolation. Places over L: x from 0, y from −w/2.
+/// interpolation. Places over L: x from 0, y from −w/2; where the width varies, the y0 of (P2).
 class StrainField {
  public:
   /// `values`: stations across run fastest.
@@ -36,7 +37,9 @@ class StrainField {
 struct SurfaceStress {
   double positive = 0, negative = 0;
 };
-SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus);
+/// Where the leaf is as thick as at the place `along` in [0, 1].
+SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus,
+                             double along = 0);
 
 /// Largest von Mises stress of a strain field, its position left open; stations and corners as
 /// below.
@@ -67,7 +70,7 @@ std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
 /// How a leaf changes along a design parameter, for the stress in it.
 struct StressRate {
   std::vector<MatrixXd> nodal;  ///< of the nodal dofs, per line
-  Vector3d shape;               ///< of w/L, t/L, ν
+  ShapeRate shape;
   double youngs_modulus = 0;
 };
 /// Derivative of the stress at a peak found by plate_max_stress: at the same station, which keeps
@@ -80,7 +83,7 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
 struct StrainRate {
   Strains value, rate;
 };
-double stress_rate(const PlateShape& shape, const std::vector<double>& x,
+double stress_rate(const PlateShape& shape, const std::vector<Dual1>& x,
                    const std::vector<double>& y, const std::function<StrainRate(int, int)>& strains,
                    const StressPeak& peak, double youngs_modulus, const StressRate& rate);
 

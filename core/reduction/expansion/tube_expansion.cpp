@@ -12,7 +12,7 @@
 namespace flexopt {
 
 Vector3d tube_force_scale(const PlateShape& shape) {
-  const double w = shape.width;
+  const double w = shape.mean_width();
   return {w, w * w, w * w};
 }
 
@@ -223,6 +223,10 @@ class VaryingMesh {
   };
   const Membrane& membrane() const { return membrane_; }
   const std::vector<Dual1>& y() const { return y_; }
+  struct LineWidth {
+    Dual1 factor = 1.0, slope = 0.0;
+  };
+  LineWidth line_width(int) const { return {}; }  // leaves of uniform width alone
   const Element& element(int i, int j) const { return elements_[i * across_ + j]; }
 
  private:

@@ -129,7 +129,13 @@ class TubeSeries {
         const int o = leaf_.plate().block_offset(line) + static_cast<int>(slopes.size()) * j;
         for (int c = 0; c < 3; ++c) {
           const P &e1 = axis_[e][0][c], &e2 = axis_[e][1][c];
-          std::array<P, 4> v{e2 * operators_.y()[j], e1, e2, P::constant(0)};
+          const auto w = operators_.line_width(line);
+          const S y = operators_.y()[j];
+          std::array<P, 4> v{e2 * S(y * w.factor), e1, e2 * S(w.factor), P::constant(0)};
+          if (w.slope != 0.0) {
+            v[1] += e2 * S(y * w.slope);
+            v[3] += e2 * S(w.slope);
+          }
           if (e == 1 && c == 0) {
             v[0] += stiff_[0];
             v[0][0] += 1;

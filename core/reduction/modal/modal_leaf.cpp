@@ -173,8 +173,8 @@ MatrixXd ModalModel::derivatives_times(const Vector6d& e) const {
 
 VectorXd ModalModel::edge_nodal(const EdgePoses& edges, const VectorXd& x) const {
   VectorXd b(6 * mesh_->functions_per_line());
-  b << PlateLeaf::edge_nodal(*mesh_, edges[0], x.data()).reshaped(),
-      PlateLeaf::edge_nodal(*mesh_, edges[1], x.data() + x.size() - slopes_).reshaped();
+  b << PlateLeaf::edge_nodal(*mesh_, 0, edges[0], x.data()).reshaped(),
+      PlateLeaf::edge_nodal(*mesh_, 1, edges[1], x.data() + x.size() - slopes_).reshaped();
   return b;
 }
 

@@ -135,7 +135,7 @@ void ModalLeafGradient::set_shape_rates() {
   VectorXd b_rest(2 * n3);
   for (int a = 0; a < 2; ++a)
     b_rest.segment(a * n3, n3) =
-        PlateLeaf::edge_nodal(*mesh_, rest.edges[a], rest.x.data() + (a == 0 ? 0 : n_ - u_))
+        PlateLeaf::edge_nodal(*mesh_, a, rest.edges[a], rest.x.data() + (a == 0 ? 0 : n_ - u_))
             .reshaped();
   for (int p = 0; p < 3; ++p) {
     const ModalModelRate::Shape& by = rate_->shape[p];
@@ -301,8 +301,9 @@ std::unique_ptr<LeafFields> ModalLeafGradient::fields(
     const Lines N = nodal_rates(rows.col(k), variations[static_cast<std::size_t>(k)]);
     for (std::size_t i = 0; i < N.size(); ++i) rates[i].middleCols<3>(3 * k) = N[i];
   }
-  return std::make_unique<PlateFields>(*mesh_, leaf_->nodal(), std::move(rates),
-                                       shapes_of(variations));
+  std::vector<ShapeRate> shapes;
+  for (const LeafVariation<double>& v : variations) shapes.emplace_back(v.shape);
+  return std::make_unique<PlateFields>(*mesh_, leaf_->nodal(), std::move(rates), std::move(shapes));
 }
 
 MatrixXd ModalLeafGradient::force_rates(

@@ -55,7 +55,7 @@ EdgeTorsion edge_torsion(const PlateMesh& mesh, int i, int j, int side, double c
   for (const auto& [at, weight] :
        {std::pair{-offset, 5.0 / 18}, std::pair{0.0, 8.0 / 18}, std::pair{offset, 5.0 / 18}}) {
     const Eigen::Matrix<Dual3, 16, 1> Nxy =
-        hermite_products<Dual3>(hermite(0.5 + 0.5 * at, hx).slope, hermite<Dual3>(side, hy).slope);
+        hermite_products(hermite(0.5 + 0.5 * at, hx).slope, hermite<Dual3>(side, hy).slope);
     const Dual3 by = factor * (weight * hx);
     for (int g = 0; g < 16; ++g)
       for (int f = 0; f < 16; ++f) {
@@ -370,9 +370,9 @@ MatrixX<S> motion_of_middle(const PlateMesh& mesh, const Shape<S>& shape) {
     j = locate(mesh.y(), 0);
     const HermiteValuesT<S> Y =
         hermite<S>(-mesh.y()[j] / (mesh.y()[j + 1] - mesh.y()[j]), shape.y[j + 1] - shape.y[j]);
-    N = hermite_products<S>(X.value, Y.value);
-    Nx = hermite_products<S>(X.slope, Y.value);
-    Ny = hermite_products<S>(X.value, Y.slope);
+    N = hermite_products(X.value, Y.value);
+    Nx = hermite_products(X.slope, Y.value);
+    Ny = hermite_products(X.value, Y.slope);
   }
   MatrixX<S> rows = MatrixX<S>::Constant(6, dof.count(), S(0));
   for (int f = 0; f < 2 * side; ++f) {

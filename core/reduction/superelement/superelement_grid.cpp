@@ -125,7 +125,7 @@ template <class S>
 StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
                            const HermiteValuesT<S>& Y, double a) {
   const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
-    const Eigen::Matrix<S, 16, 1> N = hermite_products<S>(x, y);
+    const Eigen::Matrix<S, 16, 1> N = hermite_products(x, y);
     Vector3<S> r = Vector3<S>::Zero();
     for (int f = 0; f < 16; ++f)
       for (int c = 0; c < 3; ++c) r[c] += N[f] * U(f, c);
@@ -190,7 +190,7 @@ double SuperelementGrid::stress_rate(const State& state, const std::vector<Vecto
                                      const StressPeak& peak, const StressRate& rate) const {
   const PlateMesh& mesh = *kinds_[0]->mesh;
   const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  const Dual1 per_width(1, {rate.shape[0] / shape_.width});
+  const Dual1 per_width(1, {rate.shape.size[0] / shape_.width});
   const auto strains_at = [&](int x, int y) {
     const int p = x / 2 % nx, q = y / 2 % ny, e = x / (2 * nx) * rows() + y / (2 * ny);
     const Gradient value = element_dofs(mesh, model(e).recovery * *state.q[e], p, q),
@@ -208,8 +208,9 @@ double SuperelementGrid::stress_rate(const State& state, const std::vector<Vecto
     }
     return result;
   };
-  return flexopt::stress_rate(shape_, strain_stations_along(), strain_stations_across(), strains_at,
-                              peak, youngs_modulus_, rate);
+  const std::vector<double> along = strain_stations_along();
+  return flexopt::stress_rate(shape_, {along.begin(), along.end()}, strain_stations_across(),
+                              strains_at, peak, youngs_modulus_, rate);
 }
 
 SuperelementGrid::Point SuperelementGrid::locate(double along, double across) const {
@@ -285,6 +286,10 @@ std::vector<NodeShare> point_shares(const LeafSpring& leaf, const SuperelementGr
 }
 
 std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOptions& model) {
+  if (leaf.has_profile())
+    return "its width or thickness varies, and this method takes leaves of one width and thickness "
+           "alone: expected \"mixed_potential\", or \"accuracy\": \"full\"";
+  if (model.method != Reduction::linear_craig_bampton) return std::nullopt;
   if (flexure_of(leaf, model) == Flexure::beam && model.superelements[1] != 0)
     return "a beam is cut along only: expected the number of superelements along";
   if (!leaf.point || leaf.point->spread_over_tip) return std::nullopt;

@@ -70,8 +70,9 @@ double SuperelementLeaf::stress_rate(const StressPeak& peak, const std::vector<V
   const PlateMesh& mesh = *grid_->plate(e).mesh;
   StressPeak own = peak;
   own.along = peak.along * n - e;
-  StressRate of_segment{
-      {}, {n * rate.shape[0], n * rate.shape[1], rate.shape[2]}, rate.youngs_modulus};
+  StressRate of_segment;
+  of_segment.shape = Vector3d(rate.shape.size.cwiseProduct(Vector3d(n, n, 1)));
+  of_segment.youngs_modulus = rate.youngs_modulus;
   for (int i = 0; i < mesh.lines(); ++i)
     of_segment.nodal.push_back(fields[e].segment<12>(12 * i).reshaped(4, 3));
   return beam_stress_rate(mesh, grid_->beam_displacements(state, e), own,

@@ -21,7 +21,8 @@ TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& ran
   if (range.ray[0] * range.ray[1] < 0) directions_.col(1) *= -1;
 
   const PlateShape& shape = mesh_->shape();
-  const double slenderness = shape.width * shape.width / shape.thickness;  // w²/(L t)
+  const double width = shape.mean_width();
+  const double slenderness = width * width / shape.mean_thickness();  // w²/(L t)
   std::vector<double> sigma{0};
   // the transition to a stiffened, wide leaf lies at small curvature
   if (slenderness > 20 && range.sigma_max > 0.05) sigma.push_back(0.03);
@@ -232,7 +233,8 @@ PlateLeaf& TubeLeaf::condensed() {
     // The rebuilt state's error in the membrane force, over the buckling load: small, and its
     // stiffness will do for the internal shapes (0.1 % in their frequencies).
     const PlateShape& shape = model_->mesh()->shape();
-    const double force = plate_->correction() / shape.thickness * std::sqrt(12 / shape.width) /
+    const double force = plate_->correction() / shape.thickness *
+                         std::sqrt(12 / shape.mean_width()) /
                          (4 * std::numbers::pi * std::numbers::pi);
     plate_->set_state(state);
     plate_is_exact_ = force > 0.02;

@@ -58,16 +58,18 @@ DesignRates<S>::DesignRates(const MechanismFactor& factor, LeafGradients<S> leav
       directions_(&directions),
       state_(std::move(state)),
       leaves_(std::move(leaves)) {
+  const ProfileDirections profiles(factor.system().mechanism(), directions);
   for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
     variations_.emplace_back();
     for (const Mechanism& direction : directions)
-      variations_.back().push_back(variation(static_cast<int>(i), direction, model));
+      variations_.back().push_back(variation(static_cast<int>(i), direction, profiles, model));
   }
 }
 
 // The leaf seen from its own axes and scales, along one parameter.
 template <class S>
 LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
+                                           const ProfileDirections& profiles,
                                            const ModelOptions& model) const {
   const Mechanism& mechanism = factor_->system().mechanism();
   const LeafSpring &leaf = mechanism.leaves[i], &d = direction.leaves[i];
@@ -82,6 +84,7 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
            t + 4 * v.length;
   v.shape = {(d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
              d.material.poissons_ratio};
+  v.profile = profiles.coordinates(leaf, d);
   v.turn = d.axes.transpose() * leaf.axes;
   if (leaf.point && !leaf.point->spread_over_tip) v.point = {d.point->along, d.point->across};
   const std::array<int, 2> body{leaf.base, leaf.tip};

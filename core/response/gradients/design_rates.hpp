@@ -44,7 +44,8 @@ class DesignRates {
   }
 
  private:
-  LeafVariation<S> variation(int leaf, const Mechanism& direction, const ModelOptions& model) const;
+  LeafVariation<S> variation(int leaf, const Mechanism& direction,
+                             const ProfileDirections& profiles, const ModelOptions& model) const;
   S body_mass_rate(const Mechanism& direction, const Vector& y, const Vector& state_rate) const;
 
   const MechanismFactor* factor_;

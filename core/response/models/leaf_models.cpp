@@ -144,9 +144,10 @@ std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpr
   const ModelOptions own = segment_options(model);
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
-    if (leaf.point || leaf.tip == free_edge) {
+    const bool held = !leaf.point && leaf.tip != free_edge;
+    if (const auto rule = broken_rule(leaf, model); rule || !held) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i,
-                                                  "it has no two rigid edges"));
+                                                  rule.value_or("it has no two rigid edges")));
       continue;
     }
     const auto mesh = mesh_of(n == 1 ? leaf : leaf_segment(leaf, 0, n), own, meshes);

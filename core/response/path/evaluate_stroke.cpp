@@ -184,6 +184,7 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
     shared.gradients.parameters.push_back(d.parameter);
     shared.directions.push_back(d.rate);
   }
+  shared.rates = LeafRates(ProfileDirections(mechanism, shared.directions));
   shared.gradients.path.resize(request.points.size());
   result.response = evaluate(own, model, request, &shared);
   result.gradients = std::move(shared.gradients);

@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "core/math/rotation.hpp"
+#include "core/mechanism/profile.hpp"
 #include "core/response/gradients/point_gradients.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/path/stiffness.hpp"
@@ -34,7 +35,8 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
   for (const Probe& probe : request.probes) {
     const LeafSpring& leaf = mechanism.leaves[probe.leaf];
     const Vector3d place = leaf.origin + leaf.axes.col(0) * (probe.along * leaf.length) +
-                           leaf.axes.col(1) * ((probe.across - 0.5) * leaf.width);
+                           leaf.axes.col(1) * ((probe.across - 0.5) * leaf.width *
+                                               profile_at(leaf.width_profile, probe.along));
     point.probes.push_back(system.leaf(probe.leaf).material_point(probe.along, probe.across) -
                            place);
   }

@@ -133,7 +133,7 @@ TEST_CASE("the derivative of a stress peak is that of the stress at its station"
     return std::vector<double>{peak.on_positive_normal ? s.positive : s.negative};
   };
   StressRate rate;
-  rate.shape = {0, thickness_rate, poisson_rate};
+  rate.shape = Vector3d(0, thickness_rate, poisson_rate);
   rate.youngs_modulus = modulus_rate;
   const auto at_station = [](int i, int j) {
     const double x = stations_x[i], y = stations_y[j];
@@ -141,6 +141,7 @@ TEST_CASE("the derivative of a stress peak is that of the stress at its station"
   };
   const double expected = ridders(value, 0, 0.05).value[0];
   REQUIRE(std::abs(expected) > 1e6);
-  CHECK(stress_rate(shape, stations_x, stations_y, at_station, peak, E, rate) ==
+  const std::vector<Dual1> along(stations_x.begin(), stations_x.end());
+  CHECK(stress_rate(shape, along, stations_y, at_station, peak, E, rate) ==
         Approx(expected).epsilon(1e-8));
 }

@@ -1,0 +1,49 @@
+#include "core/elements/leaf/leaf_rates.hpp"
+
+#include <algorithm>
+
+namespace flexopt {
+namespace {
+
+ProfileRate rate_of(const LeafSpring& direction) {
+  const auto changes = [](const std::vector<double>& factors) {
+    return std::any_of(factors.begin(), factors.end(), [](double x) { return x != 0; });
+  };
+  ProfileRate rate;
+  if (changes(direction.width_profile)) rate.width = direction.width_profile;
+  if (changes(direction.thickness_profile)) rate.thickness = direction.thickness_profile;
+  return rate;
+}
+
+}  // namespace
+
+ProfileDirections::ProfileDirections(const Mechanism& mechanism,
+                                     const std::vector<Mechanism>& directions) {
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
+    const LeafSpring& leaf = mechanism.leaves[i];
+    if (!leaf.has_profile()) continue;
+    std::vector<ProfileRate>& own = directions_[{leaf.width_profile, leaf.thickness_profile}];
+    for (const Mechanism& direction : directions) {
+      ProfileRate rate = rate_of(direction.leaves[i]);
+      if (!rate.is_zero() && std::find(own.begin(), own.end(), rate) == own.end())
+        own.push_back(std::move(rate));
+    }
+  }
+}
+
+const std::vector<ProfileRate>& ProfileDirections::of(const ProfileRate& profiles) const {
+  static const std::vector<ProfileRate> none;
+  const auto found = directions_.find(profiles);
+  return found == directions_.end() ? none : found->second;
+}
+
+VectorXd ProfileDirections::coordinates(const LeafSpring& leaf, const LeafSpring& direction) const {
+  if (!leaf.has_profile()) return {};
+  const std::vector<ProfileRate>& own = of({leaf.width_profile, leaf.thickness_profile});
+  VectorXd along = VectorXd::Zero(static_cast<Eigen::Index>(own.size()));
+  const auto found = std::find(own.begin(), own.end(), rate_of(direction));
+  if (found != own.end()) along[found - own.begin()] = 1;
+  return along;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,84 @@
+#pragma once
+// The numbers that the elements of a mesh are made of, as S = double or, along a direction of the
+// shape, as S = Dual1; and the operators of an element made of them.
+#include <vector>
+
+#include "core/elements/plate/plate_mesh.hpp"
+#include "core/math/dual.hpp"
+
+namespace flexopt {
+
+/// How y = y0 f(x) maps at a place: equation (P2) of core/elements/README.md.
+template <class S>
+struct WidthMap {
+  S factor = S(1), slope = S(0), curvature = S(0);  ///< f, f'/f, f''/f
+};
+
+/// Derivatives of a function of (x, y) from those in (x, y0), at y0: equation (P3).
+template <class V>
+struct MappedDerivatives {
+  V x, y, xx, xy, yy;
+};
+template <class S, class V>
+MappedDerivatives<V> mapped(const WidthMap<S>& map, const S& y0, const V& x, const V& y,
+                            const V& xx, const V& xy, const V& yy) {
+  const S g = -y0 * map.slope, per = 1.0 / map.factor;
+  const S bend = y0 * (2.0 * map.slope * map.slope - map.curvature);
+  const S gg = g * g, twice = 2.0 * g, squared = per * per;
+  return {V(x + g * y), V(per * y), V(xx + twice * xy + gg * yy + bend * y),
+          V(per * (xy - map.slope * y + g * yy)), V(squared * yy)};
+}
+
+template <class S>
+class MeshNumbers {
+ public:
+  /// `rate`: of the shape, read where S = Dual1. Both must outlive this.
+  explicit MeshNumbers(const PlateShape& shape, const ShapeRate& rate = constant());
+  /// Of a mesh that has its lines along already.
+  MeshNumbers(const PlateShape& shape, const std::vector<S>& lines);
+
+  S width, thickness, poissons_ratio;
+  /// Lines along: graded, and closer together where the leaf is thin: (P4). Lines across.
+  std::vector<S> x, y;
+  struct LineWidth {
+    S factor = S(1), slope = S(0);
+  };
+  std::vector<LineWidth> line_width;  ///< PlateMesh::line_width
+
+  const PlateShape& shape() const { return *shape_; }
+  bool width_varies() const { return !shape_->width_profile.empty(); }
+  S width_factor(const S& x, int order = 0) const;
+  S thickness_factor(const S& x) const;
+  /// In element i along, at s of it.
+  WidthMap<S> map(int i, double s) const;
+
+  struct Membrane {
+    S A11, A12, A33;
+  };
+  Membrane membrane() const;
+  S bending_stiffness() const;  ///< PlateMesh::bending_stiffness
+  struct Weight {
+    int line, function;
+    S weight;
+  };
+  /// flexopt::point_weights.
+  std::vector<Weight> point_weights(double along, double across,
+                                    std::array<int, 2> derivative = {0, 0}) const;
+  /// The operators of an element, or their derivatives.
+  PlateMesh::Element element(int i, int j) const;
+
+ private:
+  static const ShapeRate& constant();
+  void set_lines();
+  std::vector<S> lines_along() const;
+  PlateMesh::Element plate_element(int i, int j) const;
+  PlateMesh::Element beam_element(int i) const;
+
+  const PlateShape* shape_;
+  const ShapeRate* rate_;
+};
+
+extern template class MeshNumbers<double>;
+extern template class MeshNumbers<Dual1>;
+
+}  // namespace flexopt

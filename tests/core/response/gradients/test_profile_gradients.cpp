@@ -1,0 +1,103 @@
+// Exact derivatives with respect to sizes and factors of leaves with profiles, against differences.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/mechanism/profile.hpp"
+#include "tests/support/gradient_checks.hpp"
+#include "tests/support/models.hpp"
+
+using namespace flexopt;
+using namespace flexopt::test;
+
+namespace {
+
+const std::vector<Number> parameters{{"length", 0.1},  {"width", 0.03}, {"thickness", 0.5e-3},
+                                     {"poisson", 0.3}, {"taper", 0.6},  {"notch", 1.2},
+                                     {"place", 0.45},  {"along", 0.7}};
+
+Mechanism guide(const Values& p, bool linear) {
+  const Material material{"steel", 2e11, p[3], 7800, {}};
+  Mechanism m;
+  m.drive = Direction::uy;
+  m.bodies = {models::body({p[0], 0.001, 0.002}, 0.4, 3e-4)};
+  for (const double y : {0.03, -0.03}) {
+    LeafSpring l = models::leaf({0, y, 0}, {1, 0.02, 0}, p[0], p[1], p[2], material);
+    if (linear) {
+      l.width_profile = {1, p[4]};
+      l.thickness_profile = {p[5], 1};
+    } else {
+      l.width_profile.clear();
+      for (const double s : profile_stations()) {
+        l.width_profile.push_back(1 - (1 - p[4]) * s * s);
+        l.thickness_profile.push_back(1 + p[5] * (s - p[6]) * (s - p[6]));
+      }
+    }
+    m.leaves.push_back(l);
+  }
+  return m;
+}
+
+void check(bool linear, Flexure flexure, Accuracy accuracy, std::vector<std::size_t> along) {
+  ModelOptions model;
+  model.accuracy = accuracy;
+  model.flexure = flexure;
+  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
+  StrokeRequest request;
+  request.points = {0, 0.012};
+  request.frequencies = 3;
+  request.outputs.add(Output::stress);
+  request.outputs.add(Output::frequency_derivatives);
+  Vector6d load;
+  load << 1, 0, -2, 0.01, 0.02, -0.01;
+  request.loads.constant = {load_at_O(load)};
+  const int compared = check_gradients(
+      {[&](const Values& p) { return guide(p, linear); }, parameters, along, 10.0}, model, request);
+  CHECK(compared >= 2 * 15 * static_cast<int>(along.size()));
+}
+
+}  // namespace
+
+TEST_CASE("gradients of tapered leaves", "[profile][gradients]") {
+  check(true, Flexure::beam, Accuracy::full, {0, 1, 2, 4, 5});
+  check(true, Flexure::plate, Accuracy::full, {1, 3, 4, 5});
+}
+
+TEST_CASE("gradients of leaves with a profile", "[profile][gradients]") {
+  check(false, Flexure::beam, Accuracy::full, {2, 4, 5, 6});
+  check(false, Flexure::plate, Accuracy::full, {2, 4, 6});
+}
+
+TEST_CASE("gradients of the default method with profiles", "[profile][gradients]") {
+  check(false, Flexure::plate, Accuracy::reduced, {4, 5});
+}
+
+TEST_CASE("gradients of a driven point of a leaf with profiles", "[profile][gradients]") {
+  for (const Flexure flexure : {Flexure::beam, Flexure::plate}) {
+    const auto make = [](const Values& p) {
+      Mechanism m;
+      m.drive = Direction::uy;
+      m.bodies = {models::body({p[7] * p[0], 0, 0}, 0, 0)};
+      LeafSpring l = models::leaf({0, 0, 0}, {1, 0, 0}, p[0], p[1], p[2]);
+      l.base = ground;
+      l.tip = ground;
+      for (const double s : profile_stations()) {
+        l.width_profile.push_back(1 - (1 - p[4]) * s * s);
+        l.thickness_profile.push_back(1 + p[5] * (s - p[6]) * (s - p[6]));
+      }
+      l.point = LeafPoint{.body = 0, .along = p[7], .across = 0.4};
+      m.bodies[0].reference[2] = -0.1 * p[1] * (1 - (1 - p[4]) * p[7] * p[7]);
+      m.bodies[0].center_of_mass = m.bodies[0].reference;
+      m.bodies[0].held = {false, false, false, true, true, true};
+      m.leaves = {l};
+      return m;
+    };
+    ModelOptions model;
+    model.accuracy = Accuracy::full;
+    model.flexure = flexure;
+    model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
+    StrokeRequest request;
+    request.points = {0.5e-3};
+    request.frequencies = 2;
+    CHECK(check_gradients({make, parameters, {1, 4, 5, 6, 7}, 10.0}, model, request) > 20);
+  }
+}
