@@ -91,14 +91,15 @@ void multiply_maps(Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>> c, Write
                                                                                  nullptr);
 }
 
-// The same matrix without gaps inside its columns, if it has any.
-Numbers dense(const Numbers& a, Eigen::MatrixXd& copy) {
-  if (a.row_step == 1 || a.col_step == 1) return a;
+bool has_gaps(const Numbers& a) { return a.row_step != 1 && a.col_step != 1; }
+
+Eigen::MatrixXd without_gaps(const Numbers& a) {
   using Steps = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
-  copy = Eigen::Map<const Eigen::MatrixXd, 0, Steps>(a.data, a.rows, a.cols,
+  return Eigen::Map<const Eigen::MatrixXd, 0, Steps>(a.data, a.rows, a.cols,
                                                      Steps(a.col_step, a.row_step));
-  return {copy.data(), a.rows, a.cols, 1, a.rows};
 }
+
+Numbers numbers(const Eigen::MatrixXd& a) { return {a.data(), a.rows(), a.cols(), 1, a.rows()}; }
 
 Strided<const double> transposed(const Numbers& a) {
   return {a.data, a.cols, a.rows, a.col_step, a.row_step};
@@ -109,18 +110,42 @@ void set_zero(const Strided<double>& c) {
     for (Index i = 0; i < c.rows; ++i) c.data[i * c.row_step + j * c.col_step] = 0;
 }
 
+// A product of which a factor has gaps inside its columns.
+void multiply_copies(const Strided<double>& c, Write write, double factor, const Numbers& a,
+                     const Numbers& b) {
+  if (has_gaps(a)) {
+    const Eigen::MatrixXd copy = without_gaps(a);
+    multiply(c, write, factor, numbers(copy), b);
+  } else {
+    const Eigen::MatrixXd copy = without_gaps(b);
+    multiply(c, write, factor, a, numbers(copy));
+  }
+}
+
+// A product into a matrix with gaps inside its columns.
+void multiply_into_gaps(const Strided<double>& c, Write write, double factor, const Numbers& a,
+                        const Numbers& b) {
+  Eigen::MatrixXd sum(c.rows, c.cols);
+  multiply({sum.data(), c.rows, c.cols, 1, c.rows}, Write::set, factor, a, b);
+  if (write == Write::set) set_zero(c);
+  for (Index j = 0; j < c.cols; ++j)
+    for (Index i = 0; i < c.rows; ++i) c.data[i * c.row_step + j * c.col_step] += sum(i, j);
+}
+
 }  // namespace
 
-void multiply(const Strided<double>& c, Write write, double factor, const Numbers& a_given,
-              const Numbers& b_given) {
-  assert(c.rows == a_given.rows && c.cols == b_given.cols && a_given.cols == b_given.rows);
+void multiply(const Strided<double>& c, Write write, double factor, const Numbers& a,
+              const Numbers& b) {
+  assert(c.rows == a.rows && c.cols == b.cols && a.cols == b.rows);
   if (c.rows == 0 || c.cols == 0) return;
-  if (a_given.cols == 0) {
+  if (a.cols == 0) {
     if (write == Write::set) set_zero(c);
     return;
   }
-  Eigen::MatrixXd a_copy, b_copy;
-  const Numbers a = dense(a_given, a_copy), b = dense(b_given, b_copy);
+  if (has_gaps(a) || has_gaps(b)) {
+    multiply_copies(c, write, factor, a, b);
+    return;
+  }
   if ((c.cols == 1 || c.rows == 1) && !is_small(c.rows, a.cols, c.cols)) {
     if (write == Write::set) set_zero(c);
     if (c.cols == 1)
@@ -134,11 +159,7 @@ void multiply(const Strided<double>& c, Write write, double factor, const Number
     return;
   }
   if (c.row_step != 1) {
-    Eigen::MatrixXd sum(c.rows, c.cols);
-    multiply({sum.data(), c.rows, c.cols, 1, c.rows}, Write::set, factor, a, b);
-    if (write == Write::set) set_zero(c);
-    for (Index j = 0; j < c.cols; ++j)
-      for (Index i = 0; i < c.rows; ++i) c.data[i * c.row_step + j * c.col_step] += sum(i, j);
+    multiply_into_gaps(c, write, factor, a, b);
     return;
   }
   const Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>> target(

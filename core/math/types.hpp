@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "core/math/dense_products.hpp"
+#include "core/math/eigen_layout.hpp"
 
 namespace flexopt {
 

@@ -86,6 +86,7 @@ set(untested
   core/elements/plate/plate_fields "tables of strain operators, used by every test of a plate"
   core/elements/leaf/leaf_gradient "sums of what leaves answer, used by every test of a gradient"
   core/elements/leaf/leaf_scale "units of a leaf, used by every test of a leaf"
+  core/math/eigen_layout "one symbol, tested by the programs that must not link (architecture)"
   core/elements/leaf/leaf_element "the answer of a leaf that cannot do something"
   results/cli/main "one line that calls run_command_line"
   results/files/version "the version and commit of the build"

@@ -34,6 +34,15 @@ TEST_CASE("an array of numbers stands on one line, of whatever length", "[result
   CHECK(json_text(document).find("[1, 2]") != std::string::npos);
 }
 
+TEST_CASE("separators on a line are followed by a blank, those inside of strings stay",
+          "[results]") {
+  const OrderedJson document{{"a,b", "c:\"d,e\\"}, {"f", -1}, {"g", nullptr}};
+  CHECK(json_text(document) == R"({"a,b": "c:\"d,e\\", "f": -1, "g": null})"
+                               "\n");
+  CHECK(json_text(OrderedJson::array()) == "[]\n");
+  CHECK(json_text(OrderedJson::object()) == "{}\n");
+}
+
 TEST_CASE("text that is no UTF-8 is repaired, not thrown over", "[results]") {
   const std::string text = json_text(OrderedJson{{"name", "caf\xe9"}});
   CHECK(OrderedJson::parse(text)["name"].get<std::string>().substr(0, 3) == "caf");
