@@ -98,7 +98,7 @@ class PlateGradient final : public LeafGradient<S> {
   std::vector<Eigen::Array<S, PlateMesh::points, 3>> strain_, n0_;  ///< and stresses × weight
   std::vector<Matrix> nodal_force_;                                 ///< per line, n × 3
   std::vector<std::vector<NodalWeight>> point_rates_;  ///< of PlateSupport::point, by direction
-  std::vector<std::vector<Matrix>> shape_force_;  ///< derivative of it along every direction
+  std::vector<std::vector<Matrix>> shape_force_;       ///< derivative of it along every direction
 };
 
 extern template class PlateGradient<double>;

@@ -114,7 +114,8 @@ std::vector<NodalWeight> point_weight_rates(const PlateMesh& mesh, const ShapeRa
   const MeshNumbers<Dual1> numbers(mesh.shape(), rate);
   std::vector<NodalWeight> rates;
   for (const auto& w : numbers.point_weights(along, across))
-    if (w.weight.derivatives[0] != 0) rates.push_back({w.line, w.function, w.weight.derivatives[0]});
+    if (w.weight.derivatives[0] != 0)
+      rates.push_back({w.line, w.function, w.weight.derivatives[0]});
   return rates;
 }
 

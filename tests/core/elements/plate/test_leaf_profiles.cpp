@@ -83,7 +83,7 @@ TEST_CASE("a leaf of any profile is at rest, and where it is moved rigidly", "[p
   for (const Flexure flexure : {Flexure::plate, Flexure::beam}) {
     PlateLeaf leaf(std::make_shared<PlateMesh>(shape(flexure)));
     leaf.assemble();
-    CHECK(std::abs(leaf.energy()) < 1e-11);  // rounding of the products with the stiffness
+    CHECK(std::abs(leaf.energy()) < 2e-10);  // rounding: entries of the stiffness are of size 2e5
     CHECK(leaf.residual().norm() < 1e-7);
     CHECK(leaf.edge_force().norm() < 1e-7);
     CHECK(leaf.negative_pivots() == 0);
