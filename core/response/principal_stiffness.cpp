@@ -11,19 +11,21 @@ namespace {
 // Eigenvalues nearer than this, relative, are equal: their derivatives are those of branches.
 constexpr double equal = 1e-6;
 
-// Columns: the global axes along which the end-effector may translate with the drive held.
-MatrixXd free_translations(const PathPoint& point) {
+// Columns: the global axes along which the end-effector may translate (first 0) or about which it
+// may turn (first 3) with the drive held.
+MatrixXd free_axes(const PathPoint& point, int first = 0) {
   MatrixXd axes(3, 0);
   for (int d = 0; d < 3; ++d) {
-    if (!point.support_stiffness[static_cast<std::size_t>(d)]) continue;
+    if (!point.support_stiffness[static_cast<std::size_t>(first + d)]) continue;
     axes.conservativeResize(3, axes.cols() + 1);
     axes.rightCols(1) = Vector3d::Unit(d);
   }
   return axes;
 }
 
-SymmetricEigen eigen_of(const PathPoint& point, const MatrixXd& axes) {
-  return SymmetricEigen(axes.transpose() * point.compliance_locked.topLeftCorner<3, 3>() * axes);
+SymmetricEigen eigen_of(const PathPoint& point, const MatrixXd& axes, int first = 0) {
+  return SymmetricEigen(axes.transpose() * point.compliance_locked.block<3, 3>(first, first) *
+                        axes);
 }
 
 Vector3d signed_by_largest(const Vector3d& v) {
@@ -36,18 +38,28 @@ Vector3d signed_by_largest(const Vector3d& v) {
 
 }  // namespace
 
+std::vector<PrincipalStiffness> principal_stiffnesses(const PathPoint& point, bool rotations) {
+  const int first = rotations ? 3 : 0;
+  const MatrixXd axes = free_axes(point, first);
+  std::vector<PrincipalStiffness> all;
+  if (axes.cols() == 0) return all;
+  const SymmetricEigen eigen = eigen_of(point, axes, first);
+  for (Eigen::Index k = axes.cols() - 1; k >= 0; --k)
+    if (eigen.eigenvalues()[k] != 0)
+      all.push_back(
+          {1 / eigen.eigenvalues()[k], signed_by_largest(axes * eigen.eigenvectors().col(k))});
+  return all;
+}
+
 std::optional<PrincipalStiffness> principal_stiffness(const PathPoint& point) {
-  const MatrixXd axes = free_translations(point);
-  if (axes.cols() == 0) return std::nullopt;
-  const SymmetricEigen eigen = eigen_of(point, axes);
-  if (eigen.eigenvalues()[axes.cols() - 1] == 0) return std::nullopt;
-  return PrincipalStiffness{1 / eigen.eigenvalues()[axes.cols() - 1],
-                            signed_by_largest(axes * eigen.eigenvectors().col(axes.cols() - 1))};
+  const std::vector<PrincipalStiffness> all = principal_stiffnesses(point, false);
+  if (all.empty()) return std::nullopt;
+  return all.front();
 }
 
 std::optional<VectorXd> principal_stiffness_gradient(const PathPoint& point,
                                                      const PointGradients& gradients) {
-  const MatrixXd axes = free_translations(point);
+  const MatrixXd axes = free_axes(point);
   if (axes.cols() == 0 || gradients.translation_compliance.empty()) return std::nullopt;
   const SymmetricEigen eigen = eigen_of(point, axes);
   const VectorXd& values = eigen.eigenvalues();

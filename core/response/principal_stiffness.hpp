@@ -1,6 +1,7 @@
 #pragma once
 // The softest translation of the end-effector with the drive held, whatever its direction.
 #include <optional>
+#include <vector>
 
 #include "core/response/response.hpp"
 #include "core/response/stroke_gradients.hpp"
@@ -8,7 +9,7 @@
 namespace flexopt {
 
 struct PrincipalStiffness {
-  double value = 0;  ///< [N/m]
+  double value = 0;  ///< [N/m], or [N m/rad]
   /// Unit vector, global axes; of its two signs the one whose largest component is positive. Any
   /// of a plane where the softest translations are equally stiff.
   Vector3d direction = Vector3d::Zero();
@@ -18,6 +19,10 @@ struct PrincipalStiffness {
 /// free: 1 over the largest eigenvalue of the translations' block of the drive-locked compliance.
 /// Nothing where no translation is left. The point must have converged.
 std::optional<PrincipalStiffness> principal_stiffness(const PathPoint& point);
+
+/// All of them, ascending: of translations, or of rotations [N m/rad] about the moved O, each block
+/// of the drive-locked compliance by itself. Directions that drive and guides prescribe are none.
+std::vector<PrincipalStiffness> principal_stiffnesses(const PathPoint& point, bool rotations);
 
 /// Its derivative along the parameters [N/m per SI]; nothing where `gradients` has none of the
 /// compliance. Of equal eigenvalues (within 1e-6) that of one branch.

@@ -10,6 +10,7 @@
 
 #include "core/elements/plate/leaf_validity.hpp"
 #include "core/response/mobility/mobility.hpp"
+#include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/folder.hpp"
@@ -283,6 +284,14 @@ void flag_non_finite(Json& result) {
 
 namespace {
 
+/// All principal support stiffnesses, ascending: N/m of translations, N m/rad of rotations.
+Json principal_json(const PathPoint& point, bool rotations) {
+  Json list = Json::array();
+  for (const PrincipalStiffness& p : principal_stiffnesses(point, rotations))
+    list.push_back({{"value", p.value}, {"direction", vector_json(p.direction)}});
+  return list;
+}
+
 /// The numbers of a row, as many as the point has.
 Json row_json(const QuantityRow& row, const PathPoint& point) {
   if (row.of_drives && !point.drive_names.empty()) {
@@ -296,7 +305,10 @@ Json row_json(const QuantityRow& row, const PathPoint& point) {
     if (!row.direction) return value;
     const auto direction = row.direction(point);
     if (value.is_null() || !direction) return nullptr;
-    return {{"value", std::move(value)}, {"direction", vector_json(*direction)}};
+    return {{"value", std::move(value)},
+            {"direction", vector_json(*direction)},
+            {"translations", principal_json(point, false)},
+            {"rotations", principal_json(point, true)}};
   }
   Json values = row.layout == Layout::list ? Json::array() : Json::object();
   if (row.layout == Layout::list)

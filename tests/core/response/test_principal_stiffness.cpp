@@ -144,3 +144,24 @@ TEST_CASE("the gradient of the principal stiffness is that of its differences", 
     CHECK((*g)[0] == Approx(d.value[k]).epsilon(1e-7).margin(5 * d.error[k]));
   }
 }
+
+TEST_CASE("principal directions are normal to each other and their compliances make up the block",
+          "[response]") {
+  const PathPoint p =
+      point_of(models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.03}}), 0.3);
+  for (const bool rotations : {false, true}) {
+    const auto all = principal_stiffnesses(p, rotations);
+    REQUIRE(all.size() == (rotations ? 2u : 3u));  // the drive turns about z
+    Matrix3d sum = Matrix3d::Zero();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      sum += all[i].direction * all[i].direction.transpose() / all[i].value;
+      if (i > 0) CHECK(all[i].value >= all[i - 1].value);
+      for (std::size_t j = 0; j < i; ++j)
+        CHECK(std::abs(all[i].direction.dot(all[j].direction)) < 1e-10);
+    }
+    const int first = rotations ? 3 : 0;
+    const Matrix3d block = p.compliance_locked.block<3, 3>(first, first);
+    CHECK((sum - block).norm() < 1e-10 * block.norm());
+  }
+  CHECK(principal_stiffness(p)->value == principal_stiffnesses(p, false).front().value);
+}
