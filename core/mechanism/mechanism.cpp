@@ -8,6 +8,7 @@
 
 #include "core/mechanism/drive.hpp"
 #include "core/mechanism/joint.hpp"
+#include "core/mechanism/loose_direction.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/mechanism/spring.hpp"
 
@@ -211,7 +212,7 @@ std::optional<std::string> broken_rule(const Mechanism& mechanism) {
       if (intersect(mechanism.leaves[j], mechanism.leaves[i]))
         return fmt::format("{} and {} intersect when undeflected", mechanism.leaves[j].name,
                            mechanism.leaves[i].name);
-  return std::nullopt;
+  return loose_direction(mechanism);
 }
 
 }  // namespace flexopt

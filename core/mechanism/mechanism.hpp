@@ -163,7 +163,7 @@ using Mechanism = MechanismT<double>;
 
 /// The first broken rule of a mechanism (indices, positive sizes, unit axes, leaves meeting their
 /// bodies, joints that repeat each other or stand against the drive, leaves that intersect when
-/// undeflected), or nothing.
+/// undeflected, a direction of a body without stiffness), or nothing.
 std::optional<std::string> broken_rule(const Mechanism& mechanism);
 
 }  // namespace flexopt

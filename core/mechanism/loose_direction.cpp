@@ -1,0 +1,122 @@
+#include "core/mechanism/loose_direction.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/math/decompositions.hpp"
+#include "core/math/rotation.hpp"
+#include "core/mechanism/joint.hpp"
+#include "core/mechanism/spring.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr double nothing = 1e-12;  // of the largest, both squares of motions
+
+/// Sum of the squares of all that resists, over the motions of the bodies: displacements over
+/// `length`, and rotations.
+class Resistance {
+ public:
+  explicit Resistance(const Mechanism& mechanism) : mechanism_(mechanism) {
+    for (const LeafSpring& leaf : mechanism.leaves) length_ = std::max(length_, leaf.length);
+    const auto n = 6 * static_cast<Eigen::Index>(mechanism.bodies.size());
+    sum_ = MatrixXd::Zero(n, n);
+    for (const LeafSpring& leaf : mechanism.leaves) add_leaf(leaf);
+    for (const Joint& joint : mechanism.joints) add_joint(joint);
+    for (const Spring& spring : mechanism.springs) add_spring(spring);
+    for (std::size_t b = 0; b < mechanism.bodies.size(); ++b)
+      for (std::size_t d = 0; d < 6; ++d)
+        if (mechanism.bodies[b].held[d])
+          sum_(static_cast<Eigen::Index>(6 * b + d), static_cast<Eigen::Index>(6 * b + d)) += 1;
+  }
+
+  const MatrixXd& sum() const { return sum_; }
+
+ private:
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 6>;
+
+  /// Rows over (displacement, rotation) of two bodies, in SI.
+  void add(int body, const Rows& of_body, int other, const Rows& of_other) {
+    MatrixXd rows = MatrixXd::Zero(of_body.rows(), sum_.cols());
+    const auto put = [&](int b, const Rows& r) {
+      if (b < 0) return;
+      rows.middleCols(6 * b, 3) += r.leftCols(3) * length_;
+      rows.middleCols(6 * b + 3, 3) += r.rightCols(3);
+    };
+    put(body, of_body);
+    put(other, of_other);
+    for (Eigen::Index k = 0; k < rows.rows(); ++k)
+      if (const double size = rows.row(k).norm(); size > 0) rows.row(k) /= size;
+    sum_ += rows.transpose() * rows;
+  }
+
+  /// What a place that moves with a body does: its displacement, and its rotation.
+  Eigen::Matrix<double, 6, 6> carried(int body, const Vector3d& place) const {
+    Matrix6d map = Matrix6d::Identity();
+    if (body >= 0) map.topRightCorner<3, 3>() = -hat(place - mechanism_.bodies[body].reference);
+    return map;
+  }
+
+  void add_leaf(const LeafSpring& leaf) {
+    const Vector3d tip = leaf.tip_middle();
+    if (leaf.tip != free_edge)
+      add(leaf.tip, carried(leaf.tip, tip), leaf.base, -carried(leaf.base, tip));
+    if (!leaf.point) return;
+    const int body = leaf.point->body;
+    const Vector3d place = mechanism_.bodies[body].reference;
+    add(body, carried(body, place).topRows<3>(), leaf.base,
+        -carried(leaf.base, place).topRows<3>());
+  }
+
+  JointBody at_rest(int body) const {
+    JointBody place;
+    if (body >= 0) place.position = place.reference = mechanism_.bodies[body].reference;
+    return place;
+  }
+
+  void add_joint(const Joint& joint) {
+    const MatrixXd g = conditions(joint, at_rest(joint.body), at_rest(joint.other)).gradient;
+    add(joint.body, g.leftCols(6), joint.other, g.rightCols(6));
+  }
+
+  /// By the motions that change its forces, whatever their sign.
+  void add_spring(const Spring& spring) {
+    Matrix12d tangent = spring_forces(spring, at_rest(spring.body), at_rest(spring.other)).tangent;
+    Eigen::Matrix<double, 12, 1> scale;
+    for (int i = 0; i < 12; ++i) scale[i] = i % 6 < 3 ? length_ : 1;
+    tangent = scale.asDiagonal() * tangent * scale.asDiagonal();
+    const SymmetricEigen eigen{MatrixXd(tangent)};
+    const double largest = eigen.eigenvalues().cwiseAbs().maxCoeff();
+    for (int k = 0; k < 12; ++k) {
+      if (!(std::abs(eigen.eigenvalues()[k]) > 1e-9 * largest)) continue;
+      const Eigen::Matrix<double, 1, 12> row =
+          eigen.eigenvectors().col(k).cwiseQuotient(scale).transpose();
+      add(spring.body, row.leftCols<6>(), spring.other, row.rightCols<6>());
+    }
+  }
+
+  const Mechanism& mechanism_;
+  double length_ = 0;
+  MatrixXd sum_;
+};
+
+}  // namespace
+
+std::optional<std::string> loose_direction(const Mechanism& mechanism) {
+  const Resistance resistance(mechanism);
+  const double least = nothing * resistance.sum().diagonal().maxCoeff();
+  const auto size = resistance.sum().rows();
+  if (Cholesky(resistance.sum() - least * MatrixXd::Identity(size, size)).positive_definite())
+    return std::nullopt;  // the usual case, a tenth of the work
+  const SymmetricEigen eigen(resistance.sum());
+  const VectorXd& values = eigen.eigenvalues();
+  if (values.size() == 0 || values[0] > least) return std::nullopt;
+  Eigen::Index most = 0;
+  eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&most);
+  return fmt::format("{}: nothing gives it stiffness in {}",
+                     mechanism.bodies[static_cast<std::size_t>(most / 6)].name,
+                     direction_names[static_cast<std::size_t>(most % 6)]);
+}
+
+}  // namespace flexopt
