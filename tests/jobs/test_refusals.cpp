@@ -291,7 +291,7 @@ TEST_CASE("a wrong design file is refused with its own file, line and column", "
   const Outcome loose = run(place, "run " + (place / "job.json").string());
   CHECK(loose.code == 2);
   CHECK_THAT(loose.errors, Contains("stage.json:7:") && Contains("did you mean 'end_effector'") &&
-                               Contains("copy i = 1"));
+                               Contains("copy i = 0"));
   text.replace(text.find("end_efector"), 11, "end_effector");
   place.write("stage.json", text);
   CHECK(run(place, "validate " + file.string()).code == 0);

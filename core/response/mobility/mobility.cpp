@@ -185,6 +185,7 @@ Redundancy redundancy(const Mechanism& mechanism, const Conditions& conditions,
   Eigen::Index k = 0;
   r.axis.cwiseAbs().maxCoeff(&k);
   if (r.axis[k] < 0) r.axis = -r.axis;
+  r.axis += Vector3d::Zero();  // 0 for -0
   r.direction = static_cast<Direction>(k + (turns ? 3 : 0));
   const std::string direction = (turns ? "about " : "along ") + described(r.axis);
   if (r.shared_by.size() == 1)
