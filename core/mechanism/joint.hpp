@@ -10,9 +10,9 @@
 
 namespace flexopt {
 
-/// A body as its joints and springs see it: present place of its reference point, rotation since the
-/// undeflected state, and the reference point then. The ground is the default. S: double, or Jet
-/// along a path.
+/// A body as its joints and springs see it: present place of its reference point, rotation since
+/// the undeflected state, and the reference point then. The ground is the default. S: double, or
+/// Jet along a path.
 template <class S>
 struct JointBodyOf {
   Vector3<S> position = Vector3<S>::Zero();

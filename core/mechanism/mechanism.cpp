@@ -51,7 +51,8 @@ bool intersect(const Box& a, const Box& b) {
 /// Whether two clamped edges lie on one line: a fold, or leaves that meet in a hub.
 bool on_one_line(const LeafSpring& a, bool a_tip, const LeafSpring& b, bool b_tip) {
   const Vector3d line = a.axes.col(1), other = b.axes.col(1),
-                 between = (b_tip ? b.tip_middle() : b.origin) - (a_tip ? a.tip_middle() : a.origin);
+                 between =
+                     (b_tip ? b.tip_middle() : b.origin) - (a_tip ? a.tip_middle() : a.origin);
   const double size = a.length + b.length;
   return line.cross(other).norm() < 1e-6 && line.cross(between).norm() < 1e-6 * size;
 }

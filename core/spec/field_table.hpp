@@ -40,7 +40,7 @@ struct Shape {
   std::size_t min_size = 0, max_size = 0;  ///< of a list; letters of a text
   /// Of a list or a map: what each of its items may be; of one_of: the alternatives.
   std::vector<Shape> inner;
-  std::vector<Field> fields;               ///< of a record
+  std::vector<Field> fields;  ///< of a record
 };
 
 /// A key of a record.

@@ -50,8 +50,8 @@ TEST_CASE("every number of a mechanism is visited once", "[mechanism]") {
   const std::vector<double> all = numbers(m);
   // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point, profiles;
   // joint; spring: ends, stiffness, length; bushing: place, matrix; drive
-  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 2 + 144 + 6 + (6 + 2) +
-                            (3 + 36) + 9);
+  REQUIRE(all.size() ==
+          2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 2 + 144 + 6 + (6 + 2) + (3 + 36) + 9);
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
   CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());
   CHECK(m.springs[0].free_length == double(all.size()) - 48);
