@@ -148,7 +148,7 @@ class Mechanism:
         return [d for d in DIRECTIONS if d != self.drive and d not in held]
 
 
-def solve(name, flexopt, folder):
+def solve(name, flexopt, folder, with_supports):
     """CalculiX's answers; flexopt's stiffness serves only to choose the size of small loads."""
     _, _, strokes, mesh = CASES[name]
     os.makedirs(folder, exist_ok=True)
@@ -174,7 +174,7 @@ def solve(name, flexopt, folder):
     for step, stroke in enumerate(strokes, 1):
         at, force = printed[2 * step - 2], printed[2 * step - 1]
         supports = {}
-        for direction in model.free():
+        for direction in model.free() if with_supports else []:
             n, d = model.degree("end_effector", direction)
             ends = []
             # a load that moves it by some 2 um or 20 urad: well above the printed digits
@@ -219,6 +219,8 @@ def main():
     parser.add_argument("--flexopt", required=True)
     parser.add_argument("--work", required=True, help="scratch folder")
     parser.add_argument("--case", action="append", choices=list(CASES))
+    parser.add_argument("--supports", action="store_true",
+                        help="support stiffnesses too: two more nonlinear steps each")
     parser.add_argument("--store", help="write CalculiX's numbers here")
     options = parser.parse_args()
     stored = {}
@@ -227,7 +229,7 @@ def main():
     print("|---|---|---|---|" + "---|" * 7)
     for name in options.case or CASES:
         folder = os.path.join(options.work, name)
-        solid = solve(name, options.flexopt, folder)
+        solid = solve(name, options.flexopt, folder, options.supports)
         stored[name] = solid
         for accuracy in ("full", "reduced"):
             ours = run_flexopt(options.flexopt, name, accuracy, folder)
