@@ -177,6 +177,11 @@ Mechanism Family::make(const ParameterValues& values, const FamilyChoices& choic
   const auto plain = [](const std::string&, double x) { return x; };
   const FlatDesign<double> flat =
       flatten(*plan, input_of<double>(*this, values, choices, material, plain));
+  if (flat.drives.size() != drives.items.size())
+    throw located(plan->source,
+                  SpecError("/drives",
+                            fmt::format("{} of {} drives", flat.drives.size(), drives.items.size()),
+                            "drives do not depend on options: the job's stroke names all of them"));
   Mechanism mechanism = mechanism_of(flat, material, payload);
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
     check_thin(*this, values, flat.leaves[i], mechanism.leaves[i]);

@@ -2,7 +2,6 @@
 // A design at given numbers: no frames, parts, repeats or options, global axes, full names. What
 // `flexopt expand` prints, and what the mechanism is made of.
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 

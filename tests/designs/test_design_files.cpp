@@ -297,6 +297,13 @@ TEST_CASE("a leaf that crosses another is refused, one that begins at its edge i
   CHECK_THAT(complaint(fold), Contains("intersect"));
 }
 
+TEST_CASE("a drive that options take away is refused", "[designs][files]") {
+  json document = cantilever();
+  document["options"] = {{"motor", {{"choices", {"none", "one"}}}}};
+  document["drive"]["when"] = "motor == one";
+  CHECK_THAT(complaint(document), Contains("drives do not depend on options"));
+}
+
 TEST_CASE("a family's text is the design file that --export prints", "[designs][files]") {
   for (const std::string& name : library_names()) {
     const auto again = read(json::parse(library_text(name)));
