@@ -93,6 +93,7 @@ struct LeafItem : DesignItem {
   std::optional<DesignNumber> curve;  ///< subtended angle [rad]
   struct Reinforcement {
     DesignNumber fraction, thickness;
+    bool rigid = true;  ///< a box; else an elastic plate between rigid lines
   };
   std::optional<Reinforcement> reinforcement;
 };

@@ -1,15 +1,12 @@
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <map>
 
 #include "core/math/dual.hpp"
-#include "core/mechanism/profile.hpp"
 #include "core/spec/names.hpp"
-#include "designs/flat_design.hpp"
+#include "designs/flattener.hpp"
+#include "designs/formula_words.hpp"
 
 namespace flexopt {
 
@@ -24,51 +21,6 @@ namespace {
 
 constexpr long most_copies = 1000;
 
-/// Where an item's frame stands: global place = origin + axes · place. The axes are orthonormal,
-/// and left-handed where a part is mirrored.
-template <class S>
-struct Placement {
-  Vector3<S> origin = Vector3<S>::Zero();
-  Matrix3<S> axes = Matrix3<S>::Identity();
-  bool mirrored = false;
-  bool plain = true;  ///< that of the file: nothing to compute, nothing to round
-
-  Vector3<S> direction(const Vector3<S>& v) const {
-    return plain ? v : Vector3<S>(axes.lazyProduct(v));
-  }
-  Vector3<S> place(const Vector3<S>& v) const {
-    return plain ? v : Vector3<S>(origin + direction(v));
-  }
-  /// The direction of a leaf's width: its normal is reflected with the leaf, not against it.
-  Vector3<S> across(const Vector3<S>& v) const {
-    return mirrored ? Vector3<S>(-direction(v)) : direction(v);
-  }
-  Matrix3<S> tensor(const Matrix3<S>& t) const {
-    if (plain) return t;
-    const Matrix3<S> left = axes.lazyProduct(t);
-    return left.lazyProduct(axes.transpose());
-  }
-  Placement inside(const Vector3<S>& at, const Matrix3<S>& turned, bool reflects) const {
-    Placement inner;
-    inner.origin = place(at);
-    inner.axes = plain ? turned : Matrix3<S>(axes.lazyProduct(turned));
-    inner.mirrored = mirrored != reflects;
-    inner.plain = false;
-    return inner;
-  }
-};
-
-template <class S>
-Matrix3<S> turn_about(int axis, const S& angle) {
-  using std::cos, std::sin;
-  const int j = (axis + 1) % 3, k = (axis + 2) % 3;
-  Matrix3<S> turn = Matrix3<S>::Identity();
-  turn(j, j) = turn(k, k) = cos(angle);
-  turn(k, j) = sin(angle);
-  turn(j, k) = -turn(k, j);
-  return turn;
-}
-
 double evaluated(const Formula& formula, std::span<const double> slots, bool& finite) {
   const std::optional<double> value = formula.value(slots);
   finite = value.has_value();
@@ -82,110 +34,7 @@ Dual<n> evaluated(const Formula& formula, std::span<const Dual<n>> slots, bool& 
   return value.value_or(Dual<n>(0));
 }
 
-bool is_word_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
-
-/// Where a word stands in a text; npos where it does not.
-std::size_t word_in(const std::string& text, const std::string& word) {
-  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
-    const std::size_t end = at + word.size();
-    if ((at == 0 || !is_word_letter(text[at - 1])) &&
-        (end == text.size() || !is_word_letter(text[end])))
-      return at;
-  }
-  return std::string::npos;
-}
-
-/// The profile's text with numbers in the place of its names, s aside.
-std::string with_numbers(const Formula& profile, std::span<const double> slots) {
-  std::string result, word;
-  const auto& names = profile.names();
-  const std::string& text = profile.text();
-  for (std::size_t at = 0; at <= text.size(); ++at) {
-    const char c = at < text.size() ? text[at] : ' ';
-    if (is_word_letter(c)) {
-      word += c;
-      continue;
-    }
-    const auto named = std::ranges::find(names, word);
-    if (!word.empty() && named != names.end() && word != "s") {
-      const auto i = static_cast<std::size_t>(named - names.begin());
-      const std::size_t slot = static_cast<std::size_t>(profile.slots()[i]);
-      result += fmt::format("({}{})", slots[slot], profile.units()[i]);
-    } else {
-      result += word;
-    }
-    word.clear();
-    if (at < text.size()) result += c;
-  }
-  return result;
-}
-
-/// Evaluates one plan and appends what it holds to the flat design.
-template <class S>
-class Flattener {
- public:
-  /// Where the plan stands: `prefix` before names, `instance` for messages, and the bodies that are
-  /// those of the file around it.
-  struct Scope {
-    Placement<S> placement;
-    std::string prefix, instance;
-    std::map<std::string, int> joined;
-  };
-
-  Flattener(const DesignPlan& plan, const DesignInput<S>& input, Scope scope, FlatDesign<S>& out,
-            FaultList& faults)
-      : plan_(plan), input_(input), scope_(std::move(scope)), out_(out), faults_(faults) {}
-
-  /// The bodies of the plan by their names in it.
-  std::map<std::string, int> run();
-
- private:
-  bool take_numbers();
-  void check_rules();
-  std::string with_values(std::string text, const std::vector<double>& values) const;
-  void collect_frames();
-  Placement<S> frame(const std::string& name, const DesignItem& item);
-  void add_body(const BodyItem& item);
-  void add_part(const PartItem& item);
-  void add_leaf(const LeafItem& item);
-  void add_reinforced(FlatLeaf<S> leaf, const LeafItem& item);
-  void add_joint(const JointItem& item);
-  void add_spring(const SpringItem& item);
-  void add_drive(const DriveItem& item);
-  FlatLeaf<S> leaf_of(const LeafItem& item);
-  FlatSize<S> size_along(const DesignSize& size, const std::string& pointer, const char* what);
-  std::array<bool, 6> held(const BodyItem& item, const Placement<S>& at) const;
-
-  template <class Item, class Add>
-  void each(const std::vector<Item>& items, Add add);
-  template <class Item, class Add>
-  void each_copy(const Item& item, std::size_t index, Add add);
-
-  S number(const DesignNumber& n) const;
-  Vector3<S> vector(const DesignVector& v) const {
-    return {number(v[0]), number(v[1]), number(v[2])};
-  }
-  S positive(const DesignNumber& n, const std::string& pointer, const char* what) const;
-  std::string instance_name(const DesignItem& item, const std::string& text) const;
-  int body(const DesignItem& item, const std::string& name, const char* key) const;
-  ItemSource source_of(const DesignItem& item) const;
-
-  const DesignPlan& plan_;
-  const DesignInput<S>& input_;
-  Scope scope_;
-  FlatDesign<S>& out_;
-  FaultList& faults_;
-  std::vector<S> slots_;
-  std::vector<std::pair<std::string, long>> copy_;  ///< indices of the copy at hand
-  std::map<std::string, int> bodies_;
-  struct Frame {
-    const FrameItem* item;
-    std::vector<S> slots;
-    std::vector<std::pair<std::string, long>> copy;
-  };
-  std::map<std::string, Frame> frames_;
-  std::vector<std::string> inside_;  ///< frames that are being resolved
-};
+}  // namespace
 
 template <class S>
 S Flattener<S>::number(const DesignNumber& n) const {
@@ -404,212 +253,6 @@ Placement<S> Flattener<S>::frame(const std::string& name, const DesignItem& item
 }
 
 template <class S>
-std::array<bool, 6> Flattener<S>::held(const BodyItem& item, const Placement<S>& at) const {
-  std::array<bool, 6> result{};
-  for (const Direction direction : item.held) {
-    const int axis = index(direction) % 3;
-    int global = -1;
-    for (int i = 0; i < 3; ++i)
-      if (std::abs(std::abs(value_of(at.axes(i, axis))) - 1) < 1e-12) global = i;
-    if (global < 0)
-      throw SpecError(item.pointer + "/held", std::string(direction_names[index(direction)]),
-                      "a held direction lies along a global axis: its frame may stand in quarter "
-                      "turns only");
-    result[static_cast<std::size_t>(global + (is_rotation(direction) ? 3 : 0))] = true;
-  }
-  return result;
-}
-
-template <class S>
-void Flattener<S>::add_body(const BodyItem& item) {
-  const std::string name = instance_name(item, item.name);
-  if (bodies_.contains(name)) {
-    if (scope_.joined.contains(name)) return;  // the body of the file around it stands for it
-    throw SpecError(item.pointer + "/name", "\"" + name + "\"", "another body has this name");
-  }
-  const Placement<S> at = frame(item.frame, item);
-  FlatBody<S> body;
-  body.name = scope_.prefix + name;
-  body.source = source_of(item);
-  body.at = at.place(vector(item.at));
-  if (!item.leaf.empty()) {
-    body.leaf = scope_.prefix + instance_name(item, item.leaf);
-    body.held = {false, false, false, true, true, true};
-  } else {
-    body.held = held(item, at);
-    body.has_mass = item.mass || item.density || !item.inertia.empty();
-    body.center_of_mass = at.direction(vector(item.center_of_mass));
-    if (item.mass) body.mass = number(*item.mass);
-    Matrix3<S> inertia = Matrix3<S>::Zero();
-    if (item.inertia.size() == 3)
-      for (int i = 0; i < 3; ++i) inertia(i, i) = number(item.inertia[static_cast<std::size_t>(i)]);
-    if (item.inertia.size() == 9)
-      for (int i = 0; i < 9; ++i)
-        inertia(i / 3, i % 3) = number(item.inertia[static_cast<std::size_t>(i)]);
-    if (item.box) {
-      std::array<S, 3> l;
-      for (std::size_t i = 0; i < 3; ++i)
-        l[i] = positive((*item.box)[i], item.pointer + "/box", "the lengths of a box");
-      if (item.density) {
-        body.mass = number(*item.density) * l[0] * l[1] * l[2];
-        for (int i = 0; i < 3; ++i) {
-          const S &a = l[static_cast<std::size_t>((i + 1) % 3)],
-                  &b = l[static_cast<std::size_t>((i + 2) % 3)];
-          inertia(i, i) = body.mass * (a * a + b * b) / 12.0;
-        }
-      }
-    }
-    body.inertia = at.tensor(inertia);
-  }
-  bodies_[name] = static_cast<int>(out_.bodies.size());
-  if (scope_.prefix.empty() && name == "end_effector")
-    out_.end_effector = static_cast<int>(out_.bodies.size());
-  out_.bodies.push_back(std::move(body));
-}
-
-template <class S>
-FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
-  const Placement<S> at = frame(item.frame, item);
-  FlatLeaf<S> leaf;
-  leaf.name = scope_.prefix + instance_name(item, item.name);
-  leaf.source = source_of(item);
-  leaf.base = body(item, item.base.body, "/base/body");
-  leaf.tip = item.tip.body.empty() ? free_edge : body(item, item.tip.body, "/tip/body");
-  leaf.base_at = at.place(vector(item.base.at));
-  leaf.tip_at = at.place(vector(item.tip.at));
-  leaf.across = at.across(vector(item.across));
-  leaf.wire = item.wire;
-  const std::string thick = item.pointer + (item.wire ? "/diameter" : "/thickness");
-  if (item.curve)
-    throw SpecError(item.pointer + "/curve", "\"" + leaf.name + "\"",
-                    "this version does not offer curved leaves");
-  leaf.thickness = size_along(item.thickness, thick, item.wire ? "a diameter" : "a thickness");
-  leaf.width =
-      item.wire ? leaf.thickness : size_along(item.width, item.pointer + "/width", "a width");
-  leaf.material = item.material;
-  return leaf;
-}
-
-template <class S>
-FlatSize<S> Flattener<S>::size_along(const DesignSize& size, const std::string& pointer,
-                                     const char* what) {
-  FlatSize<S> result;
-  if (!size.profile) {
-    result.values.push_back(positive(size.base, pointer, what));
-    if (size.tip) result.values.push_back(positive(*size.tip, pointer, what));
-    return result;
-  }
-  slots_.push_back(S(0));
-  for (const double s : profile_stations()) {
-    slots_.back() = S(s);
-    result.values.push_back(positive({0, size.profile}, pointer + "/profile", what));
-  }
-  slots_.pop_back();
-  std::vector<double> numbers;
-  for (const S& x : slots_) numbers.push_back(value_of(x));
-  result.formula = with_numbers(*size.profile, numbers);
-  return result;
-}
-
-template <class S>
-void Flattener<S>::add_leaf(const LeafItem& item) {
-  FlatLeaf<S> leaf = leaf_of(item);
-  if (std::ranges::find(out_.leaves, leaf.name, &FlatLeaf<S>::name) != out_.leaves.end())
-    throw SpecError(item.pointer + "/name", "\"" + leaf.name + "\"", "another leaf has this name");
-  if (item.reinforcement)
-    add_reinforced(std::move(leaf), item);
-  else
-    out_.leaves.push_back(std::move(leaf));
-}
-
-/// Two leaves and a rigid box between them.
-template <class S>
-void Flattener<S>::add_reinforced(FlatLeaf<S> leaf, const LeafItem& item) {
-  using std::sqrt;
-  const std::string pointer = item.pointer + "/reinforcement";
-  const S fraction = number(item.reinforcement->fraction);
-  const S thickness = positive(item.reinforcement->thickness, pointer + "/thickness",
-                               "the thickness of a reinforcement");
-  if (!(value_of(fraction) > 0 && value_of(fraction) < 1))
-    throw SpecError(pointer + "/fraction", fmt::format("{:g}", value_of(fraction)),
-                    "it is a part of the length: 0 < fraction < 1");
-  if (leaf.width.values.size() > 1 || leaf.thickness.values.size() > 1)
-    throw SpecError(pointer, "\"" + leaf.name + "\"", "only a uniform leaf is reinforced");
-  const S width = leaf.width.values.front();
-  const Vector3<S> line = leaf.tip_at - leaf.base_at;
-  const S part = (S(1) - fraction) * 0.5, length = fraction * line.norm();
-  const S density = leaf.material ? S(leaf.material->density) : input_.material.density;
-  Matrix3<S> axes;
-  axes.col(0) = line / line.norm();
-  const S along = axes.col(0).dot(leaf.across);
-  axes.col(1) = leaf.across - axes.col(0) * along;
-  axes.col(1) /= S(axes.col(1).norm());
-  axes.col(2) = Vector3<S>(axes.col(0)).cross(Vector3<S>(axes.col(1)));
-
-  FlatBody<S> box;
-  box.name = leaf.name + "/reinforcement";
-  box.source = leaf.source;
-  box.at = (leaf.base_at + leaf.tip_at) * S(0.5);
-  box.has_mass = true;
-  box.mass = density * length * width * thickness;
-  const std::array<S, 3> l{length, width, thickness};
-  Matrix3<S> inertia = Matrix3<S>::Zero();
-  for (int i = 0; i < 3; ++i) {
-    const S &a = l[static_cast<std::size_t>((i + 1) % 3)],
-            &b = l[static_cast<std::size_t>((i + 2) % 3)];
-    inertia(i, i) = box.mass * (a * a + b * b) / 12.0;
-  }
-  const Matrix3<S> left = axes.lazyProduct(inertia);
-  box.inertia = left.lazyProduct(axes.transpose());
-  const int middle = static_cast<int>(out_.bodies.size());
-  out_.bodies.push_back(std::move(box));
-
-  FlatLeaf<S> first = leaf, second = leaf;
-  first.name += "/base";
-  first.tip = middle;
-  first.tip_at = leaf.base_at + line * part;
-  second.name += "/tip";
-  second.base = middle;
-  second.base_at = leaf.tip_at - line * part;
-  out_.leaves.push_back(std::move(first));
-  out_.leaves.push_back(std::move(second));
-}
-
-template <class S>
-void Flattener<S>::add_joint(const JointItem& item) {
-  const Placement<S> at = frame(item.frame, item);
-  FlatJoint<S> joint;
-  joint.name = scope_.prefix + instance_name(item, item.name);
-  if (std::ranges::find(out_.joints, joint.name, &FlatJoint<S>::name) != out_.joints.end())
-    throw SpecError(item.pointer + "/name", "\"" + joint.name + "\"",
-                    "another joint has this name");
-  joint.source = source_of(item);
-  joint.type = item.type;
-  joint.body = body(item, item.body, "/body");
-  joint.other = body(item, item.other, "/other");
-  joint.at = at.place(vector(item.at));
-  const Vector3<S> axis = at.direction(vector(item.axis));
-  const S length = axis.norm();
-  if (!(value_of(length) > 0))
-    throw SpecError(item.pointer + "/axis", "0", "an axis has a direction");
-  joint.axis = value_of(length) == 1 ? axis : Vector3<S>(axis / length);
-  out_.joints.push_back(std::move(joint));
-}
-
-template <class S>
-void Flattener<S>::add_drive(const DriveItem& item) {
-  const Placement<S> at = frame(item.frame, item);
-  FlatDrive<S> drive;
-  drive.name = item.name;
-  drive.source = source_of(item);
-  drive.body = body(item, item.body, "/body");
-  drive.other = body(item, item.other, "/other");
-  drive.direction = item.direction;
-  drive.axes = at.axes;
-  out_.drives.push_back(std::move(drive));
-}
-
-template <class S>
 void Flattener<S>::add_part(const PartItem& item) {
   const std::string name = instance_name(item, item.name);
   DesignInput<S> input;
@@ -672,36 +315,8 @@ std::map<std::string, int> Flattener<S>::run() {
   return bodies_;
 }
 
-template <class S>
-void Flattener<S>::add_spring(const SpringItem& item) {
-  const Placement<S> at = frame(item.frame, item);
-  SpringT<S> spring;
-  spring.name = scope_.prefix + instance_name(item, item.name);
-  spring.body = body(item, item.body, "/body");
-  spring.other = body(item, item.other, "/other");
-  spring.place = at.place(vector(item.at));
-  spring.other_place = spring.place;
-  if (item.matrix.empty()) {
-    spring.other_place = at.place(vector(item.other_at));
-    spring.stiffness = number(item.stiffness);
-    spring.free_length = item.free_length ? number(*item.free_length)
-                                          : S(Vector3<S>(spring.other_place - spring.place).norm());
-  } else {
-    Matrix6<S> matrix, turn = Matrix6<S>::Zero();
-    for (int i = 0; i < 36; ++i)
-      matrix(i / 6, i % 6) = number(item.matrix[static_cast<std::size_t>(i)]);
-    turn.template topLeftCorner<3, 3>() = at.axes;
-    turn.template bottomRightCorner<3, 3>() = at.mirrored ? Matrix3<S>(-at.axes) : at.axes;
-    if (!at.plain) {
-      const Matrix6<S> left = turn.lazyProduct(matrix);
-      matrix = left.lazyProduct(turn.transpose());
-    }
-    spring.matrix = matrix;
-  }
-  out_.springs.push_back({source_of(item), std::move(spring)});
-}
-
-}  // namespace
+template class Flattener<double>;
+template class Flattener<Dual1>;
 
 template <class S>
 FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input) {

@@ -50,10 +50,9 @@ Shape text(std::size_t longest) {
   return shape;
 }
 
-Shape choice(std::vector<std::string> choices, std::vector<std::string> later) {
+Shape choice(std::vector<std::string> choices) {
   Shape shape = text();
   shape.choices = std::move(choices);
-  shape.later = std::move(later);
   return shape;
 }
 
@@ -101,14 +100,6 @@ Field standard(std::string name, Shape shape, const json& value, std::string mea
           .standard = std::make_shared<const json>(value)};
 }
 
-Field not_offered(std::string name, std::string meaning) {
-  Field field;
-  field.name = std::move(name);
-  field.meaning = std::move(meaning);
-  field.offered = false;
-  return field;
-}
-
 }  // namespace shape
 
 std::string describe_range(const Shape& shape, const std::string& unit) {
@@ -147,8 +138,7 @@ std::string describe(const Shape& shape) {
                          describe(shape.inner.front()));
     case ShapeKind::record: {
       std::vector<std::string> names;
-      for (const Field& field : shape.fields)
-        if (field.offered) names.push_back(field.name);
+      for (const Field& field : shape.fields) names.push_back(field.name);
       return fmt::format("an object with the keys {}", fmt::join(names, ", "));
     }
     case ShapeKind::map:
@@ -163,8 +153,6 @@ std::string describe(const Shape& shape) {
 }
 
 namespace {
-
-constexpr const char* later_rule = "this version does not offer it";
 
 SpecError wrong(const Shape& shape, const json& value, const Pointer& at) {
   return {at.to_string(), shown(value), "expected " + describe(shape)};
@@ -211,9 +199,6 @@ json read_text(const Shape& shape, const json& value, const Pointer& at) {
   const auto among = [&](const std::vector<std::string>& names) {
     return std::find(names.begin(), names.end(), string) != names.end();
   };
-  if (among(shape.later))
-    throw SpecError(at.to_string(), shown(value),
-                    fmt::format("{}; expected {}", later_rule, describe(shape)));
   if (!shape.choices.empty() && !among(shape.choices))
     throw SpecError(at.to_string(), shown(value), known_names(string, shape.choices));
   if (string.size() < shape.min_size || string.size() > shape.max_size)
@@ -228,31 +213,23 @@ bool fits_items(const Shape& shape, const json& value) {
 }
 
 /// Names of the keys that a record may have.
-std::vector<std::string> offered_names(const Shape& shape) {
+std::vector<std::string> key_names(const Shape& shape) {
   std::vector<std::string> names;
-  for (const Field& field : shape.fields)
-    if (field.offered) names.push_back(field.name);
+  for (const Field& field : shape.fields) names.push_back(field.name);
   return names;
 }
 
 /// Complains of keys that the record does not know. A key that is missing because it was misspelt
 /// is not complained of again.
 void check_keys(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
-  const std::vector<std::string> names = offered_names(shape);
+  const std::vector<std::string> names = key_names(shape);
   for (const auto& [key, item] : value.items()) {
-    const auto field = std::find_if(shape.fields.begin(), shape.fields.end(),
-                                    [&](const Field& known) { return known.name == key; });
-    if (field != shape.fields.end() && field->offered) continue;
+    if (std::ranges::find(names, key) != names.end()) continue;
     Fault fault{.pointer = (at / key).to_string(), .value = shown(item)};
     fault.of_key = true;
-    if (field == shape.fields.end()) {
-      fault.rule = "unknown key; " + known_names(key, names);
-      if (const auto meant = nearest_name(key, names); meant && !value.contains(*meant))
-        faults.spoil((at / *meant).to_string());
-    } else {
-      fault.rule = fmt::format("{} ({}); offered here: {}", later_rule, field->meaning,
-                               fmt::join(names, ", "));
-    }
+    fault.rule = "unknown key; " + known_names(key, names);
+    if (const auto meant = nearest_name(key, names); meant && !value.contains(*meant))
+      faults.spoil((at / *meant).to_string());
     faults.add(std::move(fault));
   }
 }
@@ -264,7 +241,7 @@ json read_record(const Shape& shape, const json& value, const Pointer& at, Fault
     const Pointer here = at / field.name;
     const auto item = value.find(field.name);
     json read;  // null where it cannot be used
-    if (item != value.end() && field.offered)
+    if (item != value.end())
       read = read_value(field.shape, *item, here, faults);
     else if (field.required)
       faults.add(here.to_string(), "nothing",

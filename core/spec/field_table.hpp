@@ -35,8 +35,7 @@ struct Shape {
       unit;  ///< of a quantity, SI; empty: it depends on other keys, the value is left as is
   double min = -infinity, max = infinity;  ///< of a quantity or an integer
   bool open_min = false, open_max = false;
-  std::vector<std::string> choices;  ///< of a text; empty: any
-  std::vector<std::string> later;    ///< choices of the format that this version does not offer
+  std::vector<std::string> choices;        ///< of a text; empty: any
   std::size_t min_size = 0, max_size = 0;  ///< of a list; letters of a text
   /// Of a list or a map: what each of its items may be; of one_of: the alternatives.
   std::vector<Shape> inner;
@@ -50,7 +49,6 @@ struct Field {
   std::string meaning;
   bool required = false;
   std::shared_ptr<const nlohmann::json> standard;  ///< default; null: the key may be left out
-  bool offered = true;  ///< false: part of the format, but not of this version
 };
 
 /// Short ways to write a Shape or a Field.
@@ -62,7 +60,7 @@ Shape quantity(std::string unit, double min, double max, bool open_min = false,
 Shape integer(double min, double max);
 Shape boolean();
 Shape text(std::size_t longest = 500);
-Shape choice(std::vector<std::string> choices, std::vector<std::string> later = {});
+Shape choice(std::vector<std::string> choices);
 Shape list(Shape item, std::size_t min_size, std::size_t max_size);
 Shape record(std::vector<Field> fields);
 Shape map(Shape item);
@@ -71,7 +69,6 @@ Shape one_of(std::vector<Shape> alternatives);
 Field required(std::string name, Shape shape, std::string meaning);
 Field optional(std::string name, Shape shape, std::string meaning);
 Field standard(std::string name, Shape shape, const nlohmann::json& value, std::string meaning);
-Field not_offered(std::string name, std::string meaning);
 
 }  // namespace shape
 

@@ -5,84 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <charconv>
-#include <cmath>
 #include <numbers>
 
+#include "core/spec/formula_functions.hpp"
 #include "core/spec/names.hpp"
 
 namespace flexopt {
 namespace {
 
-constexpr std::size_t longest = 10000;
 constexpr int deepest_nesting = 200;  // a pair of parentheses counts twice
-
-using std::numbers::ln10;
-using std::numbers::ln2;
-using enum FormulaMeasure;
-
-// Lambdas pick the overload for double.
-constexpr std::array functions{
-    FormulaFunction{"abs", [](double x) { return std::abs(x); },
-                    [](double x, double) { return x < 0   ? -1.0
-                                                  : x > 0 ? 1.0
-                                                          : 0.0; }, keeps},
-    FormulaFunction{"sign", [](double x) { return x < 0   ? -1.0
-                                                  : x > 0 ? 1.0
-                                                          : 0.0; }, nullptr,
-                    forgets},
-    FormulaFunction{"rint", [](double x) { return std::floor(x + 0.5); }, nullptr, keeps},
-    FormulaFunction{"round", [](double x) { return std::floor(x + 0.5); }, nullptr, keeps},
-    FormulaFunction{"sqrt", [](double x) { return std::sqrt(x); },
-                    [](double, double y) { return 0.5 / y; }, root},
-    FormulaFunction{"exp", [](double x) { return std::exp(x); }, [](double, double y) { return y; },
-                    plain},
-    FormulaFunction{"ln", [](double x) { return std::log(x); },
-                    [](double x, double) { return 1 / x; }, plain},
-    FormulaFunction{"log", [](double x) { return std::log(x); },
-                    [](double x, double) { return 1 / x; }, plain},
-    FormulaFunction{"log2", [](double x) { return std::log2(x); },
-                    [](double x, double) { return 1 / (x * ln2); }, plain},
-    FormulaFunction{"log10", [](double x) { return std::log10(x); },
-                    [](double x, double) { return 1 / (x * ln10); }, plain},
-    FormulaFunction{"sin", [](double x) { return std::sin(x); },
-                    [](double x, double) { return std::cos(x); }, plain},
-    FormulaFunction{"cos", [](double x) { return std::cos(x); },
-                    [](double x, double) { return -std::sin(x); }, plain},
-    FormulaFunction{"tan", [](double x) { return std::tan(x); },
-                    [](double, double y) { return 1 + y * y; }, plain},
-    FormulaFunction{"asin", [](double x) { return std::asin(x); },
-                    [](double x, double) { return 1 / std::sqrt(1 - x * x); },
-                    FormulaMeasure::angle},
-    FormulaFunction{"acos", [](double x) { return std::acos(x); },
-                    [](double x, double) { return -1 / std::sqrt(1 - x * x); },
-                    FormulaMeasure::angle},
-    FormulaFunction{"atan", [](double x) { return std::atan(x); },
-                    [](double x, double) { return 1 / (1 + x * x); }, FormulaMeasure::angle},
-    FormulaFunction{"sinh", [](double x) { return std::sinh(x); },
-                    [](double x, double) { return std::cosh(x); }, plain},
-    FormulaFunction{"cosh", [](double x) { return std::cosh(x); },
-                    [](double x, double) { return std::sinh(x); }, plain},
-    FormulaFunction{"tanh", [](double x) { return std::tanh(x); },
-                    [](double, double y) { return 1 - y * y; }, plain},
-    FormulaFunction{"asinh", [](double x) { return std::asinh(x); },
-                    [](double x, double) { return 1 / std::sqrt(x * x + 1); }, plain},
-    FormulaFunction{"acosh", [](double x) { return std::acosh(x); },
-                    [](double x, double) { return 1 / std::sqrt(x * x - 1); }, plain},
-    FormulaFunction{"atanh", [](double x) { return std::atanh(x); },
-                    [](double x, double) { return 1 / (1 - x * x); }, plain},
-};
-
-/// Functions of several arguments: how many, and the operation that joins them.
-struct ListFunction {
-  std::string_view name;
-  FormulaOp op;
-  std::size_t most;  ///< arguments
-};
-constexpr std::array list_functions{
-    ListFunction{"min", FormulaOp::least, longest},
-    ListFunction{"max", FormulaOp::largest, longest}, ListFunction{"sum", FormulaOp::add, longest},
-    ListFunction{"avg", FormulaOp::add, longest}, ListFunction{"atan2", FormulaOp::angle, 2}};
 
 struct Comparison {
   std::string_view sign;
@@ -92,35 +23,6 @@ constexpr std::array comparisons{
     Comparison{"<", FormulaOp::less},    Comparison{"<=", FormulaOp::less_equal},
     Comparison{">", FormulaOp::greater}, Comparison{">=", FormulaOp::greater_equal},
     Comparison{"==", FormulaOp::equal},  Comparison{"!=", FormulaOp::unequal}};
-
-template <class List>
-auto find(const List& list, std::string_view name) {
-  const auto found =
-      std::find_if(list.begin(), list.end(), [&](const auto& entry) { return entry.name == name; });
-  return found == list.end() ? nullptr : &*found;
-}
-
-std::vector<std::string> function_names() {
-  std::vector<std::string> names;
-  for (const FormulaFunction& f : functions) names.emplace_back(f.name);
-  for (const ListFunction& f : list_functions) names.emplace_back(f.name);
-  return names;
-}
-
-bool is_function(std::string_view name) {
-  return find(functions, name) || find(list_functions, name);
-}
-
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-/// Of unit symbols: µ, ° and Ω in UTF-8 as well.
-bool is_unit_letter(char c) { return is_letter(c) || c == '%' || static_cast<signed char>(c) < 0; }
-
-constexpr std::string_view two_letter_signs[] = {"<=", ">=", "==", "!=", "&&", "||"};
-constexpr std::string_view one_letter_signs = "+-*/^()<>!?:,=";
-
-std::string position(std::size_t at) { return fmt::format("position {}", at + 1); }
 
 /// Counts how deep the parts of a formula stand in each other.
 class Deeper {
@@ -139,43 +41,10 @@ FormulaParser::FormulaParser(Formula& formula, const std::vector<FormulaName>& n
                              BareNumbers bare)
     : formula_(formula), names_(names), may_be_si_(bare == BareNumbers::may_be_si) {}
 
-SpecError FormulaParser::refuse(const std::string& rule) const {
-  constexpr std::size_t shown = 500;
-  const std::string& text = formula_.text_;
-  return {formula_.pointer_, text.size() > shown ? text.substr(0, shown) + "..." : text, rule};
-}
-
-SpecError FormulaParser::no_formula(const std::string& what, std::size_t at) const {
-  return refuse(fmt::format("not a formula: {} ({})", what, position(at)));
-}
-
-SpecError FormulaParser::unexpected() const {
-  if (token().kind == Kind::end)
-    return no_formula("it ends where a value is expected", token().begin);
-  return no_formula(fmt::format("unexpected '{}'", token().text), token().begin);
-}
-
-SpecError FormulaParser::unknown(const Token& name) const {
-  std::vector<std::string> known;
-  for (const FormulaName& n : names_) known.push_back(n.name);
-  std::string rule =
-      fmt::format("unknown name '{}' ({}); {}", name.text, position(name.begin),
-                  known.empty() ? "a formula has no names here" : known_names(name.text, known));
-  // 5 N/mm: the name after a number with a unit
-  const auto at = static_cast<std::size_t>(&name - tokens_.data());
-  if (at >= 2 && !tokens_[at - 2].unit.empty() &&
-      (tokens_[at - 1].text == "/" || tokens_[at - 1].text == "*") &&
-      measured(1, std::string(name.text)))
-    rule +=
-        fmt::format("; a unit of several symbols stands in brackets: {} [{}{}{}]",
-                    tokens_[at - 2].text, tokens_[at - 2].unit, tokens_[at - 1].text, name.text);
-  return refuse(rule);
-}
-
 void FormulaParser::parse() {
   const std::string& text = formula_.text_;
-  if (text.size() > longest)
-    throw refuse(fmt::format("{} letters, expected at most {}", text.size(), longest));
+  if (text.size() > longest_formula)
+    throw refuse(fmt::format("{} letters, expected at most {}", text.size(), longest_formula));
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     std::vector<std::string> known;
     for (const FormulaName& n : names_) known.push_back(n.name);
@@ -204,103 +73,6 @@ void FormulaParser::parse() {
   }
 }
 
-void FormulaParser::read_tokens() {
-  const std::string_view text = formula_.text_;
-  std::size_t at = 0;
-  while (true) {
-    while (at < text.size() && is_space(text[at])) ++at;
-    Token token;
-    token.begin = token.end = at;
-    if (at == text.size()) {
-      tokens_.push_back(token);
-      break;
-    }
-    const char c = text[at];
-    if (is_digit(c) || (c == '.' && at + 1 < text.size() && is_digit(text[at + 1]))) {
-      token = read_number(at);
-    } else if (is_letter(c)) {
-      token.kind = Kind::name;
-      while (token.end < text.size() &&
-             (is_letter(text[token.end]) || is_digit(text[token.end]) || text[token.end] == '.'))
-        ++token.end;
-      token.text = text.substr(at, token.end - at);
-      for (const FormulaName& n : names_)
-        has_fraction_ = has_fraction_ || (n.unit.empty() && n.name == token.text);
-    } else {
-      token.kind = Kind::sign;
-      token.text = text.substr(at, 2);
-      if (std::ranges::find(two_letter_signs, token.text) == std::end(two_letter_signs))
-        token.text = text.substr(at, 1);
-      token.end = at + token.text.size();
-      if (c == '"' || c == '\'') throw no_formula("a formula holds numbers, no texts", at);
-      if (token.text.size() == 1 && one_letter_signs.find(c) == std::string_view::npos)
-        throw no_formula(c > ' ' && c <= '~' ? fmt::format("unexpected '{}'", c)
-                                             : std::string("an unexpected letter"),
-                         at);
-      if (token.text == "=")
-        throw refuse(fmt::format(
-            "a formula has a value, it does not assign: '=' is not allowed ({})", position(at)));
-    }
-    at = token.end;
-    has_unit_ = has_unit_ || !token.unit.empty();
-    has_fraction_ = has_fraction_ || (token.fraction && token.unit.empty());
-    tokens_.push_back(std::move(token));
-  }
-}
-
-FormulaParser::Token FormulaParser::read_number(std::size_t begin) const {
-  const std::string_view text = formula_.text_;
-  Token token;
-  token.kind = Kind::number;
-  token.begin = begin;
-  const auto [end, error] =
-      std::from_chars(text.data() + begin, text.data() + text.size(), token.number);
-  if (error != std::errc{}) throw no_formula("the number is out of range", begin);
-  token.end = static_cast<std::size_t>(end - text.data());
-  token.text = text.substr(begin, token.end - begin);
-  token.fraction = token.text.find_first_of(".eE") != std::string_view::npos;
-  read_unit(token);
-  return token;
-}
-
-void FormulaParser::read_unit(Token& number) const {
-  const std::string_view text = formula_.text_;
-  std::size_t begin = number.end;
-  while (begin < text.size() && is_space(text[begin])) ++begin;
-  if (begin == text.size()) return;
-  std::size_t end = begin;
-  const bool brackets = text[begin] == '[';
-  if (brackets) {
-    end = text.find(']', begin);
-    if (end == std::string_view::npos) throw no_formula("']' is missing", begin);
-    number.unit = text.substr(begin + 1, end - begin - 1);
-    ++end;
-  } else {
-    if (!is_unit_letter(text[begin])) return;
-    while (end < text.size() && (is_unit_letter(text[end]) || is_digit(text[end]))) ++end;
-    number.unit = text.substr(begin, end - begin);
-    const bool known = std::ranges::find(names_, number.unit, &FormulaName::name) != names_.end();
-    std::size_t after = end;
-    while (after < text.size() && is_space(text[after])) ++after;
-    const char next = after < text.size() ? text[after] : ' ';
-    if (number.unit == "pi" || next == '(' || (known && !measured(1, number.unit)))
-      throw no_formula(fmt::format("'{}' follows a number; a product needs '*'", number.unit),
-                       begin);
-    if (next == '^' && measured(1, number.unit))
-      throw no_formula(fmt::format("'{0} {1}^' can be read in two ways: write {0} [{1}^2] or "
-                                   "({0} {1})^2",
-                                   number.text, number.unit),
-                       begin);
-  }
-  const std::optional<Measure> value = measured(number.number, number.unit);
-  if (!value)
-    throw refuse(
-        fmt::format("unknown unit '{}' ({}); expected a multiple of SI units, such as mm "
-                    "or [N/m]",
-                    number.unit, position(begin)));
-  number.end = end;
-}
-
 bool FormulaParser::is(std::string_view sign) const {
   return token().kind == Kind::sign && token().text == sign;
 }
@@ -317,13 +89,6 @@ void FormulaParser::expect(std::string_view sign, const char* why) {
     throw no_formula(fmt::format("'{}' is missing {}", sign, why), token().begin);
   throw no_formula(fmt::format("unexpected '{}', expected '{}' {}", token().text, sign, why),
                    token().begin);
-}
-
-std::string FormulaParser::shown(const Part& part) const {
-  constexpr std::size_t most = 40;
-  std::string text = formula_.text_.substr(part.begin, part.end - part.begin);
-  if (text.size() > most) text = text.substr(0, most) + "...";
-  return fmt::format("'{}' ({})", text, position(part.begin));
 }
 
 bool FormulaParser::is_constant(const Part& part) const {
@@ -362,66 +127,11 @@ FormulaParser::Part FormulaParser::make(FormulaOp op, const Part& a, const Part&
   return make(step, a.begin, b.end);
 }
 
-/// A bare part takes the dimension of the other.
-void FormulaParser::measure_alike(Part& result, const Part& a, const Part& b,
-                                  const char* verb) const {
-  using enum Part::Measure;
-  if (a.measure == bare && b.measure == bare) {
-    result.measure = bare;
-    result.fraction = a.fraction || b.fraction;
-    return;
-  }
-  const Part& leads = a.measure == bare || (a.measure == loose && b.measure == known) ? b : a;
-  result.measure = leads.measure;
-  result.dimension = leads.dimension;
-  if (a.measure == bare || b.measure == bare || a.dimension == b.dimension) return;
-  if (a.measure == known && b.measure == known)
-    throw refuse(fmt::format("{} is {} and {} is {}: they cannot be {}", shown(a),
-                             describe(a.dimension), shown(b), describe(b.dimension), verb));
-}
-
 FormulaParser::Part FormulaParser::alike(FormulaOp op, const Part& a, const Part& b,
                                          const char* verb) {
   Part result = make(op, a, b);
   measure_alike(result, a, b, verb);
   return result;
-}
-
-void FormulaParser::measure_product(Part& result, const Part& a, const Part& b,
-                                    bool quotient) const {
-  using enum Part::Measure;
-  if (a.measure == bare && b.measure == bare) {
-    result.fraction = a.fraction || b.fraction;
-    return;
-  }
-  result.measure = known;
-  const auto hides = [&](const Part& part) {
-    return part.measure == loose ||
-           (part.measure == bare && part.fraction && may_be_si_ && !has_unit_);
-  };
-  if (hides(a) || hides(b)) result.measure = loose;
-  result.dimension = quotient ? a.dimension / b.dimension : a.dimension * b.dimension;
-}
-
-void FormulaParser::measure_power(Part& result, const Part& base, const Part& exponent) const {
-  using enum Part::Measure;
-  if (exponent.measure == known && !exponent.dimension.is_plain())
-    throw refuse(fmt::format("the exponent {} is {}, expected a plain number", shown(exponent),
-                             describe(exponent.dimension)));
-  if (base.measure == bare) {
-    result.measure = exponent.measure == bare ? bare : known;
-    result.fraction = base.fraction;
-    if (base.fraction && exponent.measure != bare) result.measure = loose;
-    return;
-  }
-  result.measure = base.measure;
-  if (is_constant(exponent)) {
-    const double power = formula_.steps_[static_cast<std::size_t>(exponent.step)].number;
-    result.dimension = base.dimension.power(power);
-  } else if (base.measure == known && !base.dimension.is_plain()) {
-    throw refuse(fmt::format("{} is {}: its exponent {} must be a constant", shown(base),
-                             describe(base.dimension), shown(exponent)));
-  }
 }
 
 FormulaParser::Part FormulaParser::choice() {
@@ -590,7 +300,7 @@ FormulaParser::Part FormulaParser::name() {
   Formula::Step step;
   const auto found = std::ranges::find(names_, name.text, &FormulaName::name);
   if (found == names_.end()) {
-    if (is_function(name.text))
+    if (is_formula_word(name.text) && name.text != "pi")
       throw no_formula(fmt::format("'{}' is a function: expected '('", name.text), name.end);
     if (name.text != "pi") throw unknown(name);
     step.number = std::numbers::pi;
@@ -614,46 +324,11 @@ FormulaParser::Part FormulaParser::name() {
   return result;
 }
 
-FormulaParser::Part FormulaParser::apply(const FormulaFunction& function, const Part& argument,
-                                         const Token& name) {
-  using enum Part::Measure;
-  Formula::Step step;
-  step.op = FormulaOp::function;
-  step.function = &function;
-  step.a = step.b = step.c = argument.step;
-  Part result = make(step, name.begin, argument.end);
-  result.measure = argument.measure;
-  result.fraction = argument.fraction;
-  const bool wants_plain = function.measure == plain || function.measure == FormulaMeasure::angle;
-  if (wants_plain && argument.measure == known && !argument.dimension.is_plain())
-    throw refuse(fmt::format("the argument {} of {} is {}, expected a plain number{}",
-                             shown(argument), name.text, describe(argument.dimension),
-                             function.measure == plain ? " or an angle" : ""));
-  switch (function.measure) {
-    case keeps:
-      result.dimension = argument.dimension;
-      break;
-    case forgets:
-      result.measure = known;
-      break;
-    case root:
-      result.dimension = argument.dimension.power(0.5);
-      break;
-    case plain:
-      break;
-    case FormulaMeasure::angle:
-      result.measure = known;
-      result.dimension = dimension_of("rad");
-      break;
-  }
-  return result;
-}
-
 FormulaParser::Part FormulaParser::call() {
   const Token& name = token();
   at_ += 2;
-  const FormulaFunction* one = find(functions, name.text);
-  const ListFunction* many = find(list_functions, name.text);
+  const FormulaFunction* one = find_function(name.text);
+  const ListFunction* many = find_list_function(name.text);
   if (!one && !many)
     throw no_formula(fmt::format("unknown function '{}'; {}", name.text,
                                  known_names(name.text, function_names())),
@@ -690,7 +365,5 @@ FormulaParser::Part FormulaParser::call() {
   result.end = close.end;
   return result;
 }
-
-bool is_formula_word(std::string_view word) { return word == "pi" || is_function(word); }
 
 }  // namespace flexopt

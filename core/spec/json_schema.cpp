@@ -19,7 +19,6 @@ json record_schema(const Shape& shape) {
   json schema{{"type", "object"}, {"additionalProperties", false}};
   json properties = json::object(), required = json::array();
   for (const Field& field : shape.fields) {
-    if (!field.offered) continue;
     json property = json_schema(field.shape);
     property["description"] =
         property.contains("description")

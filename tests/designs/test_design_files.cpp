@@ -186,6 +186,26 @@ TEST_CASE("a reinforced leaf is two leaves and a box of their material", "[desig
   CHECK(m.bodies[1].inertia(2, 2) == Approx(mass * (0.04 * 0.04 + 0.002 * 0.002) / 12));
 }
 
+TEST_CASE("an elastic reinforcement is a thicker leaf between lines without mass",
+          "[designs][files]") {
+  json document = cantilever();
+  document["leaves"][0]["reinforcement"] = {
+      {"fraction", 0.5}, {"thickness", "2 mm"}, {"rigid", false}};
+  const Mechanism m = make(document);
+  REQUIRE(m.leaves.size() == 3);
+  REQUIRE(m.bodies.size() == 3);
+  double length = 0, mass = 0;
+  for (const LeafSpring& leaf : m.leaves) length += leaf.length;
+  for (const RigidBody& body : m.bodies) mass += body.mass;
+  CHECK(length == Approx(0.08));
+  CHECK(mass == 0);
+  CHECK(m.leaves[1].length == Approx(0.04));
+  CHECK(m.leaves[1].thickness == 0.002);
+  CHECK(m.leaves[0].thickness == m.leaves[2].thickness);
+  CHECK(m.leaves[1].base == m.leaves[0].tip);
+  CHECK(m.leaves[1].tip == m.leaves[2].base);
+}
+
 TEST_CASE("the end-effector weighs what the file and the job say together", "[designs][files]") {
   json document = cantilever();
   document["bodies"][0].update({{"mass", 2}, {"center_of_mass", {0, 0.1, 0}}});

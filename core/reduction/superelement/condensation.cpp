@@ -88,6 +88,7 @@ Condensation::Condensation(const PlateBody& body, const PlateCondensation& conde
   const MatrixXd KB = stiffness_ * c.boundary;
   boundary_ = c.boundary - free_ * factor_.solve(MatrixXd(free_.transpose() * KB));
   kept_ = std::min(condensation.vibration_modes, free.unknowns / 4);
+  modes_.resize(free.unknowns, 0);
   if (kept_ > 0) {
     free_mass_ = free_.transpose() * mass_ * free_;
     const LowestPairs pairs = lowest_pairs(

@@ -1,0 +1,191 @@
+// Frames, bodies, leaves, joints, springs and drives of a design file.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "designs/materials.hpp"
+#include "designs/plan_reader.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using Pointer = json::json_pointer;
+
+namespace {
+
+Direction direction_of(const json& name) {
+  const auto at = std::ranges::find(direction_names, name.get_ref<const std::string&>());
+  return static_cast<Direction>(at - direction_names.begin());
+}
+
+}  // namespace
+
+void PlanReader::read_frames() {
+  each("frames", [&](const json& from, const Pointer& at) {
+    FrameItem frame;
+    read_item(from, at, "frame", frame);
+    if (from.contains("in")) frame.frame = from["in"];
+    frame.at = vector(from["at"], "m", at / "at");
+    for (std::size_t i = 0; i < from["turn"].size(); ++i) {
+      const json& turn = from["turn"][i];
+      const Pointer here = at / "turn" / i;
+      const std::string axis = turn[0].is_string() ? turn[0].get<std::string>() : "";
+      if (axis != "x" && axis != "y" && axis != "z")
+        throw SpecError((here / 0).to_string(), shown(turn[0]), "expected \"x\", \"y\" or \"z\"");
+      frame.turns.push_back({axis[0] - 'x', number(turn[1], "rad", here / 1)});
+    }
+    plan_.frames.push_back(std::move(frame));
+  });
+}
+
+void PlanReader::read_bodies() {
+  each("bodies", [&](const json& from, const Pointer& at) {
+    BodyItem body;
+    read_item(from, at, "body", body);
+    if (body.name == "ground")
+      throw SpecError((at / "name").to_string(), "\"ground\"", "the ground is there already");
+    if (from.contains("at") == from.contains("on"))
+      throw SpecError((at / "at").to_string(), from.contains("at") ? shown(from["at"]) : "nothing",
+                      "give a place, or \"on\" for a point of a leaf, one of the two");
+    if (from.contains("on")) {
+      body.leaf = from["on"]["leaf"];
+      body.at = vector(from["on"]["at"], "m", at / "on" / "at");
+      for (const char* key : {"mass", "density", "inertia", "box", "center_of_mass", "held"})
+        if (from.contains(key))
+          throw SpecError((at / key).to_string(), shown(from[key]),
+                          "a point of a leaf is no rigid body: it has none of this");
+    } else {
+      body.at = vector(from["at"], "m", at / "at");
+    }
+    if (from.contains("density") && (from.contains("mass") || from.contains("inertia")))
+      throw SpecError((at / "density").to_string(), shown(from["density"]),
+                      "give the density of a box, or mass and inertia");
+    if (from.contains("density") && !from.contains("box"))
+      throw SpecError((at / "box").to_string(), "nothing", "a density is that of a box");
+    if (from.contains("mass")) body.mass = number(from["mass"], "kg", at / "mass");
+    if (from.contains("density")) body.density = number(from["density"], "kg/m^3", at / "density");
+    if (from.contains("center_of_mass"))
+      body.center_of_mass = vector(from["center_of_mass"], "m", at / "center_of_mass");
+    if (from.contains("inertia")) body.inertia = matrix(from["inertia"], "kg m^2", at / "inertia");
+    if (from.contains("box")) body.box = vector(from["box"], "m", at / "box");
+    if (from.contains("held"))
+      for (const json& name : from["held"]) body.held.push_back(direction_of(name));
+    plan_.bodies.push_back(std::move(body));
+  });
+}
+
+void PlanReader::read_leaves() {
+  each("leaves", [&](const json& from, const Pointer& at) {
+    LeafItem leaf;
+    read_item(from, at, "leaf", leaf);
+    leaf.base = {from["base"]["body"], vector(from["base"]["at"], "m", at / "base" / "at")};
+    leaf.tip = {from["tip"].value("body", ""), vector(from["tip"]["at"], "m", at / "tip" / "at")};
+    leaf.wire = from.contains("diameter");
+    for (const char* key : {"across", "width", "thickness"}) {
+      if (leaf.wire && from.contains(key) && std::string(key) != "across")
+        throw SpecError((at / key).to_string(), shown(from[key]), "a wire has its diameter alone");
+      if (!leaf.wire && !from.contains(key))
+        throw SpecError((at / key).to_string(), "nothing",
+                        "a leaf has across, width and thickness; a wire has a diameter");
+    }
+    if (leaf.wire) {
+      leaf.thickness = size(from["diameter"], at / "diameter");
+    } else {
+      leaf.width = size(from["width"], at / "width");
+      leaf.thickness = size(from["thickness"], at / "thickness");
+    }
+    if (from.contains("across")) {
+      leaf.across = vector(from["across"], "1", at / "across");
+    } else {
+      leaf.across = DesignVector{};
+    }
+    if (from.contains("material")) leaf.material = material_of(from["material"]);
+    if (from.contains("curve"))
+      leaf.curve = number(from["curve"]["angle"], "rad", at / "curve" / "angle");
+    if (from.contains("reinforcement")) {
+      const json& thick = from["reinforcement"];
+      const Pointer here = at / "reinforcement";
+      if (leaf.wire || leaf.curve)
+        throw SpecError(here.to_string(), shown(thick), "of a flat leaf of given width only");
+      leaf.reinforcement = {number(thick["fraction"], "1", here / "fraction"),
+                            number(thick["thickness"], "m", here / "thickness"), thick["rigid"]};
+    }
+    plan_.leaves.push_back(std::move(leaf));
+  });
+}
+
+void PlanReader::read_joints() {
+  each("joints", [&](const json& from, const Pointer& at) {
+    JointItem joint;
+    read_item(from, at, "joint", joint);
+    const std::string type = from["type"];
+    joint.type = type == "rigid"       ? JointType::rigid
+                 : type == "revolute"  ? JointType::revolute
+                 : type == "spherical" ? JointType::spherical
+                                       : JointType::prismatic;
+    joint.body = from["body"];
+    joint.other = from["other"];
+    joint.at = vector(from["at"], "m", at / "at");
+    joint.axis[2].constant = 1;
+    const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic;
+    if (has_axis != from.contains("axis"))
+      throw SpecError((at / "axis").to_string(), has_axis ? "nothing" : shown(from["axis"]),
+                      has_axis ? "it is required: the axis of the joint"
+                               : fmt::format("a {} joint has no axis", type));
+    if (has_axis) joint.axis = vector(from["axis"], "1", at / "axis");
+    plan_.joints.push_back(std::move(joint));
+  });
+}
+
+void PlanReader::read_springs() {
+  each("springs", [&](const json& from, const Pointer& at) {
+    SpringItem spring;
+    read_item(from, at, "spring", spring);
+    spring.body = from["body"];
+    spring.other = from["other"];
+    spring.at = vector(from["at"], "m", at / "at");
+    if (from.contains("matrix") == from.contains("stiffness"))
+      throw SpecError((at / "stiffness").to_string(),
+                      from.contains("stiffness") ? shown(from["stiffness"]) : "nothing",
+                      "give a stiffness, or the matrix of a bushing, one of the two");
+    const bool bushing = from.contains("matrix");
+    for (const char* key : {"other_at", "free_length"})
+      if (bushing && from.contains(key))
+        throw SpecError((at / key).to_string(), shown(from[key]), "a bushing has one place");
+    if (bushing) {
+      spring.matrix = matrix(from["matrix"], "", at / "matrix");
+    } else {
+      if (!from.contains("other_at"))
+        throw SpecError((at / "other_at").to_string(), "nothing",
+                        "it is required: the spring's end on the other body");
+      spring.other_at = vector(from["other_at"], "m", at / "other_at");
+      spring.stiffness = number(from["stiffness"], "N/m", at / "stiffness");
+      if (from.contains("free_length"))
+        spring.free_length = number(from["free_length"], "m", at / "free_length");
+    }
+    plan_.springs.push_back(std::move(spring));
+  });
+}
+
+void PlanReader::read_drives() {
+  const auto read = [&](const json& from, const Pointer& at) {
+    if (!from.is_object() || !faults_.sound(at.to_string())) return;
+    faults_.attempt([&] {
+      DriveItem drive;
+      read_item(from, at, nullptr, drive);
+      drive.body = from["body"];
+      drive.other = from["other"];
+      drive.direction = direction_of(from["direction"]);
+      plan_.drives.push_back(std::move(drive));
+    });
+  };
+  plan_.named_drives = read_.contains("drives");
+  if (plan_.named_drives && read_.contains("drive"))
+    faults_.add("/drive", shown(read_["drive"]), "give a drive or drives, one of the two");
+  if (read_.contains("drive")) read(read_["drive"], Pointer("/drive"));
+  if (plan_.named_drives)
+    for (std::size_t i = 0; i < read_["drives"].size(); ++i)
+      read(read_["drives"][i], Pointer("/drives") / i);
+}
+
+}  // namespace flexopt

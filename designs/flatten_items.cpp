@@ -1,0 +1,149 @@
+// Bodies, joints, springs and drives of a design file, in global axes.
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/dual.hpp"
+#include "designs/flattener.hpp"
+
+namespace flexopt {
+
+template <class S>
+std::array<bool, 6> Flattener<S>::held(const BodyItem& item, const Placement<S>& at) const {
+  std::array<bool, 6> result{};
+  for (const Direction direction : item.held) {
+    const int axis = index(direction) % 3;
+    int global = -1;
+    for (int i = 0; i < 3; ++i)
+      if (std::abs(std::abs(value_of(at.axes(i, axis))) - 1) < 1e-12) global = i;
+    if (global < 0)
+      throw SpecError(item.pointer + "/held", std::string(direction_names[index(direction)]),
+                      "a held direction lies along a global axis: its frame may stand in quarter "
+                      "turns only");
+    result[static_cast<std::size_t>(global + (is_rotation(direction) ? 3 : 0))] = true;
+  }
+  return result;
+}
+
+template <class S>
+void Flattener<S>::add_body(const BodyItem& item) {
+  const std::string name = instance_name(item, item.name);
+  if (bodies_.contains(name)) {
+    if (scope_.joined.contains(name)) return;  // the body of the file around it stands for it
+    throw SpecError(item.pointer + "/name", "\"" + name + "\"", "another body has this name");
+  }
+  const Placement<S> at = frame(item.frame, item);
+  FlatBody<S> body;
+  body.name = scope_.prefix + name;
+  body.source = source_of(item);
+  body.at = at.place(vector(item.at));
+  if (!item.leaf.empty()) {
+    body.leaf = scope_.prefix + instance_name(item, item.leaf);
+    body.held = {false, false, false, true, true, true};
+  } else {
+    body.held = held(item, at);
+    body.has_mass = item.mass || item.density || !item.inertia.empty();
+    body.center_of_mass = at.direction(vector(item.center_of_mass));
+    if (item.mass) body.mass = number(*item.mass);
+    Matrix3<S> inertia = Matrix3<S>::Zero();
+    if (item.inertia.size() == 3)
+      for (int i = 0; i < 3; ++i) inertia(i, i) = number(item.inertia[static_cast<std::size_t>(i)]);
+    if (item.inertia.size() == 9)
+      for (int i = 0; i < 9; ++i)
+        inertia(i / 3, i % 3) = number(item.inertia[static_cast<std::size_t>(i)]);
+    if (item.box) {
+      std::array<S, 3> l;
+      for (std::size_t i = 0; i < 3; ++i)
+        l[i] = positive((*item.box)[i], item.pointer + "/box", "the lengths of a box");
+      if (item.density) {
+        body.mass = number(*item.density) * l[0] * l[1] * l[2];
+        for (int i = 0; i < 3; ++i) {
+          const S &a = l[static_cast<std::size_t>((i + 1) % 3)],
+                  &b = l[static_cast<std::size_t>((i + 2) % 3)];
+          inertia(i, i) = body.mass * (a * a + b * b) / 12.0;
+        }
+      }
+    }
+    body.inertia = at.tensor(inertia);
+  }
+  bodies_[name] = static_cast<int>(out_.bodies.size());
+  if (scope_.prefix.empty() && name == "end_effector")
+    out_.end_effector = static_cast<int>(out_.bodies.size());
+  out_.bodies.push_back(std::move(body));
+}
+
+template <class S>
+void Flattener<S>::add_joint(const JointItem& item) {
+  const Placement<S> at = frame(item.frame, item);
+  FlatJoint<S> joint;
+  joint.name = scope_.prefix + instance_name(item, item.name);
+  if (std::ranges::find(out_.joints, joint.name, &FlatJoint<S>::name) != out_.joints.end())
+    throw SpecError(item.pointer + "/name", "\"" + joint.name + "\"",
+                    "another joint has this name");
+  joint.source = source_of(item);
+  joint.type = item.type;
+  joint.body = body(item, item.body, "/body");
+  joint.other = body(item, item.other, "/other");
+  joint.at = at.place(vector(item.at));
+  const Vector3<S> axis = at.direction(vector(item.axis));
+  const S length = axis.norm();
+  if (!(value_of(length) > 0))
+    throw SpecError(item.pointer + "/axis", "0", "an axis has a direction");
+  joint.axis = value_of(length) == 1 ? axis : Vector3<S>(axis / length);
+  out_.joints.push_back(std::move(joint));
+}
+
+template <class S>
+void Flattener<S>::add_spring(const SpringItem& item) {
+  const Placement<S> at = frame(item.frame, item);
+  SpringT<S> spring;
+  spring.name = scope_.prefix + instance_name(item, item.name);
+  spring.body = body(item, item.body, "/body");
+  spring.other = body(item, item.other, "/other");
+  spring.place = at.place(vector(item.at));
+  spring.other_place = spring.place;
+  if (item.matrix.empty()) {
+    spring.other_place = at.place(vector(item.other_at));
+    spring.stiffness = number(item.stiffness);
+    spring.free_length = item.free_length ? number(*item.free_length)
+                                          : S(Vector3<S>(spring.other_place - spring.place).norm());
+  } else {
+    Matrix6<S> matrix, turn = Matrix6<S>::Zero();
+    for (int i = 0; i < 36; ++i)
+      matrix(i / 6, i % 6) = number(item.matrix[static_cast<std::size_t>(i)]);
+    turn.template topLeftCorner<3, 3>() = at.axes;
+    turn.template bottomRightCorner<3, 3>() = at.mirrored ? Matrix3<S>(-at.axes) : at.axes;
+    if (!at.plain) {
+      const Matrix6<S> left = turn.lazyProduct(matrix);
+      matrix = left.lazyProduct(turn.transpose());
+    }
+    spring.matrix = matrix;
+  }
+  out_.springs.push_back({source_of(item), std::move(spring)});
+}
+
+template <class S>
+void Flattener<S>::add_drive(const DriveItem& item) {
+  const Placement<S> at = frame(item.frame, item);
+  FlatDrive<S> drive;
+  drive.name = item.name;
+  drive.source = source_of(item);
+  drive.body = body(item, item.body, "/body");
+  drive.other = body(item, item.other, "/other");
+  drive.direction = item.direction;
+  drive.axes = at.axes;
+  out_.drives.push_back(std::move(drive));
+}
+
+template void Flattener<double>::add_body(const BodyItem&);
+template void Flattener<Dual1>::add_body(const BodyItem&);
+template void Flattener<double>::add_joint(const JointItem&);
+template void Flattener<Dual1>::add_joint(const JointItem&);
+template void Flattener<double>::add_spring(const SpringItem&);
+template void Flattener<Dual1>::add_spring(const SpringItem&);
+template void Flattener<double>::add_drive(const DriveItem&);
+template void Flattener<Dual1>::add_drive(const DriveItem&);
+
+}  // namespace flexopt

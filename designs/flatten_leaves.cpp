@@ -1,0 +1,150 @@
+// Leaves of a design file, in global axes; a reinforced one as what it consists of.
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+
+#include "core/math/dual.hpp"
+#include "core/mechanism/profile.hpp"
+#include "designs/flattener.hpp"
+#include "designs/formula_words.hpp"
+
+namespace flexopt {
+
+template <class S>
+FlatSize<S> Flattener<S>::size_along(const DesignSize& size, const std::string& pointer,
+                                     const char* what) {
+  FlatSize<S> result;
+  if (!size.profile) {
+    result.values.push_back(positive(size.base, pointer, what));
+    if (size.tip) result.values.push_back(positive(*size.tip, pointer, what));
+    return result;
+  }
+  slots_.push_back(S(0));
+  for (const double s : profile_stations()) {
+    slots_.back() = S(s);
+    result.values.push_back(positive({0, size.profile}, pointer + "/profile", what));
+  }
+  slots_.pop_back();
+  std::vector<double> numbers;
+  for (const S& x : slots_) numbers.push_back(value_of(x));
+  result.formula = with_numbers(*size.profile, numbers);
+  return result;
+}
+
+template <class S>
+FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
+  const Placement<S> at = frame(item.frame, item);
+  FlatLeaf<S> leaf;
+  leaf.name = scope_.prefix + instance_name(item, item.name);
+  leaf.source = source_of(item);
+  leaf.base = body(item, item.base.body, "/base/body");
+  leaf.tip = item.tip.body.empty() ? free_edge : body(item, item.tip.body, "/tip/body");
+  leaf.base_at = at.place(vector(item.base.at));
+  leaf.tip_at = at.place(vector(item.tip.at));
+  leaf.across = at.across(vector(item.across));
+  leaf.wire = item.wire;
+  const std::string thick = item.pointer + (item.wire ? "/diameter" : "/thickness");
+  if (item.curve)
+    throw SpecError(item.pointer + "/curve", "\"" + leaf.name + "\"",
+                    "this version does not offer curved leaves");
+  leaf.thickness = size_along(item.thickness, thick, item.wire ? "a diameter" : "a thickness");
+  leaf.width =
+      item.wire ? leaf.thickness : size_along(item.width, item.pointer + "/width", "a width");
+  leaf.material = item.material;
+  return leaf;
+}
+
+template <class S>
+void Flattener<S>::add_leaf(const LeafItem& item) {
+  FlatLeaf<S> leaf = leaf_of(item);
+  if (std::ranges::find(out_.leaves, leaf.name, &FlatLeaf<S>::name) != out_.leaves.end())
+    throw SpecError(item.pointer + "/name", "\"" + leaf.name + "\"", "another leaf has this name");
+  if (item.reinforcement)
+    add_reinforced(leaf, item);
+  else
+    out_.leaves.push_back(std::move(leaf));
+}
+
+/// A box of the leaf's material between the places, its middle the body's reference point.
+template <class S>
+FlatBody<S> Flattener<S>::box_between(const FlatLeaf<S>& leaf, const Vector3<S>& from,
+                                      const Vector3<S>& to, const S& thickness) const {
+  const S density = leaf.material ? S(leaf.material->density) : input_.material.density;
+  const Vector3<S> line = to - from;
+  const std::array<S, 3> l{line.norm(), leaf.width.values.front(), thickness};
+  Matrix3<S> axes;
+  axes.col(0) = line / l[0];
+  const S along = axes.col(0).dot(leaf.across);
+  axes.col(1) = leaf.across - axes.col(0) * along;
+  axes.col(1) /= S(axes.col(1).norm());
+  axes.col(2) = Vector3<S>(axes.col(0)).cross(Vector3<S>(axes.col(1)));
+  FlatBody<S> box;
+  box.source = leaf.source;
+  box.at = (from + to) * S(0.5);
+  box.has_mass = true;
+  box.mass = density * l[0] * l[1] * l[2];
+  Matrix3<S> inertia = Matrix3<S>::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const S &a = l[static_cast<std::size_t>((i + 1) % 3)],
+            &b = l[static_cast<std::size_t>((i + 2) % 3)];
+    inertia(i, i) = box.mass * (a * a + b * b) / 12.0;
+  }
+  const Matrix3<S> left = axes.lazyProduct(inertia);
+  box.inertia = left.lazyProduct(axes.transpose());
+  return box;
+}
+
+/// Two leaves and a rigid box between them; or three leaves between rigid lines without mass.
+template <class S>
+void Flattener<S>::add_reinforced(const FlatLeaf<S>& leaf, const LeafItem& item) {
+  const std::string pointer = item.pointer + "/reinforcement";
+  const LeafItem::Reinforcement& middle = *item.reinforcement;
+  const S fraction = number(middle.fraction);
+  const S thickness =
+      positive(middle.thickness, pointer + "/thickness", "the thickness of a reinforcement");
+  if (!(value_of(fraction) > 0 && value_of(fraction) < 1))
+    throw SpecError(pointer + "/fraction", fmt::format("{:g}", value_of(fraction)),
+                    "it is a part of the length: 0 < fraction < 1");
+  if (leaf.width.values.size() > 1 || leaf.thickness.values.size() > 1)
+    throw SpecError(pointer, "\"" + leaf.name + "\"", "only a uniform leaf is reinforced");
+  const Vector3<S> line = leaf.tip_at - leaf.base_at;
+  const S part = (S(1) - fraction) * 0.5;
+  FlatLeaf<S> first = leaf, second = leaf;
+  first.name += "/base";
+  first.tip_at = leaf.base_at + line * part;
+  second.name += "/tip";
+  second.base_at = leaf.tip_at - line * part;
+  const auto add = [&](FlatBody<S> body, const char* name) {
+    body.name = leaf.name + name;
+    out_.bodies.push_back(std::move(body));
+    return static_cast<int>(out_.bodies.size()) - 1;
+  };
+  if (middle.rigid) {
+    first.tip = second.base =
+        add(box_between(leaf, first.tip_at, second.base_at, thickness), "/reinforcement");
+    out_.leaves.push_back(std::move(first));
+  } else {
+    FlatBody<S> step;
+    step.source = leaf.source;
+    step.at = first.tip_at;
+    first.tip = add(step, "/step at base");
+    step.at = second.base_at;
+    second.base = add(step, "/step at tip");
+    FlatLeaf<S> plate = leaf;
+    plate.name += "/reinforcement";
+    plate.base = first.tip;
+    plate.base_at = first.tip_at;
+    plate.tip = second.base;
+    plate.tip_at = second.base_at;
+    plate.thickness.values.front() = thickness;
+    out_.leaves.push_back(std::move(first));
+    out_.leaves.push_back(std::move(plate));
+  }
+  out_.leaves.push_back(std::move(second));
+}
+
+template void Flattener<double>::add_leaf(const LeafItem&);
+template void Flattener<Dual1>::add_leaf(const LeafItem&);
+
+}  // namespace flexopt

@@ -1,0 +1,82 @@
+#pragma once
+// Private to flatten.cpp and its companions: flatten_items.cpp, flatten_leaves.cpp.
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "designs/flat_design.hpp"
+#include "designs/placement.hpp"
+
+namespace flexopt {
+
+/// Evaluates one plan and appends what it holds to the flat design.
+template <class S>
+class Flattener {
+ public:
+  /// Where the plan stands: `prefix` before names, `instance` for messages, and the bodies that are
+  /// those of the file around it.
+  struct Scope {
+    Placement<S> placement;
+    std::string prefix, instance;
+    std::map<std::string, int> joined;
+  };
+
+  Flattener(const DesignPlan& plan, const DesignInput<S>& input, Scope scope, FlatDesign<S>& out,
+            FaultList& faults)
+      : plan_(plan), input_(input), scope_(std::move(scope)), out_(out), faults_(faults) {}
+
+  /// The bodies of the plan by their names in it.
+  std::map<std::string, int> run();
+
+ private:
+  bool take_numbers();
+  void check_rules();
+  std::string with_values(std::string text, const std::vector<double>& values) const;
+  void collect_frames();
+  Placement<S> frame(const std::string& name, const DesignItem& item);
+  void add_body(const BodyItem& item);
+  void add_part(const PartItem& item);
+  void add_leaf(const LeafItem& item);
+  void add_reinforced(const FlatLeaf<S>& leaf, const LeafItem& item);
+  FlatBody<S> box_between(const FlatLeaf<S>& leaf, const Vector3<S>& from, const Vector3<S>& to,
+                          const S& thickness) const;
+  void add_joint(const JointItem& item);
+  void add_spring(const SpringItem& item);
+  void add_drive(const DriveItem& item);
+  FlatLeaf<S> leaf_of(const LeafItem& item);
+  FlatSize<S> size_along(const DesignSize& size, const std::string& pointer, const char* what);
+  std::array<bool, 6> held(const BodyItem& item, const Placement<S>& at) const;
+
+  template <class Item, class Add>
+  void each(const std::vector<Item>& items, Add add);
+  template <class Item, class Add>
+  void each_copy(const Item& item, std::size_t index, Add add);
+
+  S number(const DesignNumber& n) const;
+  Vector3<S> vector(const DesignVector& v) const {
+    return {number(v[0]), number(v[1]), number(v[2])};
+  }
+  S positive(const DesignNumber& n, const std::string& pointer, const char* what) const;
+  std::string instance_name(const DesignItem& item, const std::string& text) const;
+  int body(const DesignItem& item, const std::string& name, const char* key) const;
+  ItemSource source_of(const DesignItem& item) const;
+
+  const DesignPlan& plan_;
+  const DesignInput<S>& input_;
+  Scope scope_;
+  FlatDesign<S>& out_;
+  FaultList& faults_;
+  std::vector<S> slots_;
+  std::vector<std::pair<std::string, long>> copy_;  ///< indices of the copy at hand
+  std::map<std::string, int> bodies_;
+  struct Frame {
+    const FrameItem* item;
+    std::vector<S> slots;
+    std::vector<std::pair<std::string, long>> copy;
+  };
+  std::map<std::string, Frame> frames_;
+  std::vector<std::string> inside_;  ///< frames that are being resolved
+};
+
+}  // namespace flexopt

@@ -1,0 +1,81 @@
+#pragma once
+// Private to design_reader.cpp and its companions: design_items.cpp, design_parts.cpp.
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "designs/design_reader.hpp"
+#include "designs/design_shape.hpp"
+
+namespace flexopt {
+
+class PlanReader {
+ public:
+  PlanReader(const nlohmann::json& document, DesignSource source, FaultList& faults,
+             std::vector<std::string> within)
+      : faults_(faults), within_(std::move(within)) {
+    plan_.source = std::move(source);
+    read_ = read_value(design_file_shape(), document, nlohmann::json::json_pointer(), faults_);
+  }
+
+  std::shared_ptr<const DesignPlan> read(DesignHead& head);
+
+ private:
+  void read_head(DesignHead& head) const;
+  void read_parameters();
+  void read_parameter(const std::string& name, const nlohmann::json& from,
+                      const nlohmann::json::json_pointer& at);
+  void read_options();
+  void read_lets();
+  void read_rules();
+  void read_frames();
+  void read_bodies();
+  void read_leaves();
+  void read_joints();
+  void read_springs();
+  void read_parts();
+  void read_drives();
+  PartItem part(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
+  std::shared_ptr<const DesignPlan> plan_of_part(const std::string& design,
+                                                 const nlohmann::json::json_pointer& at);
+
+  /// Every sound record of a list.
+  template <class Read>
+  void each(const char* list, Read read);
+  void read_item(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
+                 const char* kind, DesignItem& item);
+  void read_repeat(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
+                   DesignItem& item);
+  ChoiceCondition condition(const std::string& text, const nlohmann::json::json_pointer& at);
+
+  /// Numbers in the names of the item at hand.
+  DesignNumber number(const nlohmann::json& from, const std::string& unit,
+                      const nlohmann::json::json_pointer& at);
+  DesignVector vector(const nlohmann::json& from, const std::string& unit,
+                      const nlohmann::json::json_pointer& at);
+  DesignMatrix matrix(const nlohmann::json& from, const std::string& unit,
+                      const nlohmann::json::json_pointer& at);
+  DesignSize size(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
+  void check_name(const std::string& name, const nlohmann::json::json_pointer& at);
+
+  FaultList& faults_;
+  std::vector<std::string> within_;
+  nlohmann::json read_;
+  DesignPlan plan_;
+  std::vector<FormulaName> names_;  ///< of parameters and lets; then of the item's indices
+};
+
+template <class Read>
+void PlanReader::each(const char* list, Read read) {
+  const std::vector<FormulaName> names = names_;
+  for (std::size_t i = 0; i < read_[list].size(); ++i) {
+    const nlohmann::json::json_pointer at =
+        nlohmann::json::json_pointer("/" + std::string(list)) / i;
+    const nlohmann::json& from = read_[list][i];
+    if (!from.is_object() || !faults_.sound(at.to_string())) continue;
+    faults_.attempt([&] { read(from, at); });
+    names_ = names;
+  }
+}
+
+}  // namespace flexopt

@@ -1,0 +1,137 @@
+#include "optim/job/job_loads.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/job/job_numbers.hpp"
+#include "optim/job/job_stroke.hpp"
+#include "optim/job/job_tables.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using Pointer = json::json_pointer;
+
+namespace {
+
+/// The inertia of a body, made symmetric to rounding. Throws SpecError.
+Matrix3d checked_inertia(const Matrix3d& inertia) {
+  const Pointer at("/end_effector/inertia");
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < i; ++j)
+      if (std::abs(inertia(i, j) - inertia(j, i)) > 1e-9 * inertia.cwiseAbs().maxCoeff())
+        throw SpecError((at / i / j).to_string(), fmt::format("{:g} kg m^2", inertia(i, j)),
+                        fmt::format("an inertia is symmetric: expected {:g} kg m^2 as in row {}",
+                                    inertia(j, i), j));
+  const Matrix3d symmetric = 0.5 * (inertia + inertia.transpose());
+  check_inertia(symmetric);
+  return symmetric;
+}
+
+void read_load_path(const json& read, StrokeRequest& request) {
+  const LoadSpec path = load_path_table().read(read);
+  request.loads.growing = {{.force = path.force, .moment = path.moment}};
+  if (path.force.isZero() && path.moment.isZero())
+    throw SpecError("/load_path/force", shown(read["force"]),
+                    "a load path has a force or a moment");
+  request.points.clear();
+  for (int i = 0; i < path.points; ++i) request.points.push_back(i / (path.points - 1.0));
+}
+
+}  // namespace
+
+EndEffector read_end_effector(const json& read, FaultList& faults,
+                              std::vector<std::string>& notes) {
+  EndEffector body = end_effector_table().read(read);
+  if (!faults.attempt([&] { body.inertia = checked_inertia(body.inertia); }))
+    body.inertia.setZero();
+  else if (faults.sound("/end_effector") && body.mass > 0 && body.inertia.isZero(0))
+    notes.push_back("The end-effector has mass but no inertia: it is a point mass.");
+  return body;
+}
+
+void read_request(json& read, const json& as_written, const Family* family, FaultList& faults,
+                  StrokeRequest& request) {
+  const bool drives = !family || !family->drives.items.empty();
+  if (as_written.contains("stroke") == as_written.contains("load_path") &&
+      (drives || as_written.contains("stroke")))
+    faults.add("/stroke", as_written.contains("stroke") ? shown(as_written["stroke"]) : "nothing",
+               "give a stroke or a load_path, one of the two");
+  if (family && read.contains("stroke") && faults.sound("/stroke"))
+    faults.attempt(
+        [&] { read_stroke(read["stroke"], as_written["stroke"], family->drives, request); });
+  if (read.contains("load_path") && faults.sound("/load_path"))
+    faults.attempt([&] { read_load_path(read["load_path"], request); });
+  for (std::size_t i = 0; i < read["loads"].size(); ++i)
+    if (faults.sound((Pointer("/loads") / i).to_string())) {
+      const LoadSpec load = load_table().read(read["loads"][i]);
+      request.loads.constant.push_back(
+          {.force = load.force, .moment = load.moment, .place = load.at, .name = load.name});
+    }
+  request.parasitic.drive =
+      read["parasitic"]["drive"] == "locked" ? DriveState::locked : DriveState::free;
+  for (const json& kind : read["parasitic"]["skip"])
+    request.parasitic.skipped.push_back(kind == "leaf" ? ModeKind::leaf
+                                                       : ModeKind::intermediate_body);
+}
+
+void check_material_point(const Job& job, FaultList& faults) {
+  const auto refuse = [&](const char* pointer, double value, const char* what) {
+    if (value != 0)
+      faults.add(pointer, fmt::format("{:g}", value),
+                 fmt::format("O is a material point of a leaf here: it has no {}", what));
+  };
+  refuse("/end_effector/mass", job.end_effector.mass, "mass of its own");
+  refuse("/end_effector/inertia", job.end_effector.inertia.cwiseAbs().maxCoeff(), "inertia");
+  const auto refuse_moment = [&](const char* pointer, const std::vector<DeadLoad>& loads) {
+    Vector3d moment = Vector3d::Zero();
+    for (const DeadLoad& load : loads)
+      if (!load.body) moment += load.moment;
+    refuse(pointer, moment.norm(), "rotation that a moment could turn");
+  };
+  refuse_moment("/loads", job.request.loads.constant);
+  refuse_moment("/load_path/moment", job.request.loads.growing);
+}
+
+void find_loaded_bodies(const json& read, const Mechanism& mechanism, FaultList& faults,
+                        std::vector<DeadLoad>& loads) {
+  std::vector<std::string> known;
+  for (const RigidBody& body : mechanism.bodies) known.push_back(body.name);
+  std::set<std::string> names;
+  auto load = loads.begin();
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const Pointer at = Pointer("/loads") / i;
+    if (!faults.sound(at.to_string())) continue;
+    DeadLoad& own = *load++;
+    if (!own.name.empty() && !names.insert(own.name).second)
+      faults.add((at / "name").to_string(), shown(own.name), "names must be different");
+    if (read[i].contains("body") && read[i]["body"] != "end_effector") {
+      const std::string& wanted = read[i]["body"].get_ref<const std::string&>();
+      const auto found = std::ranges::find(known, wanted);
+      if (found == known.end()) {
+        faults.add((at / "body").to_string(), shown(wanted),
+                   "no body has this name; " + known_names(wanted, known));
+        continue;
+      }
+      own.body = static_cast<int>(found - known.begin());
+    }
+    const RigidBody& body = mechanism.bodies[own.body.value_or(mechanism.end_effector)];
+    if (!body.held[3] || !body.held[4] || !body.held[5]) continue;
+    if (own.body && !own.moment.isZero(0))
+      faults.add((at / "moment").to_string(), shown(read[i]["moment"]),
+                 "this body has no rotation that a moment could turn");
+    if (own.place && (*own.place - body.reference).norm() > 1e-9)
+      faults.add((at / "at").to_string(), shown(read[i]["at"]),
+                 fmt::format("this body has no rotation: its loads act at its reference point, "
+                             "{:g}, {:g}, {:g} m",
+                             body.reference[0], body.reference[1], body.reference[2]));
+  }
+}
+
+}  // namespace flexopt
