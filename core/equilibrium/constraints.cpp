@@ -20,8 +20,13 @@ Constraints::Constraints(const Mechanism& mechanism) : mechanism_(&mechanism) {
   units_ = Eigen::Map<const VectorXd>(units.data(), static_cast<Eigen::Index>(units.size()));
   value_ = VectorXd::Zero(count());
   loads_ = load_of_rotations(mechanism);
-  gradient_ = stroke_gradient_ =
-      MatrixXd::Zero(count(), 6 * static_cast<Eigen::Index>(mechanism.bodies.size()));
+  for (const Joint& joint : mechanism.joints)
+    rows_.resize(rows_.size() + static_cast<std::size_t>(size_of(joint.type).conditions),
+                 {{joint.body, joint.other}, Vector12d::Zero(), Vector12d::Zero()});
+  for (const int k : drives_) {
+    const Drive& drive = mechanism.drives[static_cast<std::size_t>(k)];
+    rows_.push_back({{drive.body, drive.other}, Vector12d::Zero(), Vector12d::Zero()});
+  }
 }
 
 JointBody Constraints::body(const std::vector<BodyPose>& poses, int b) const {
@@ -35,8 +40,8 @@ void Constraints::evaluate(const std::vector<BodyPose>& poses) {
     const JointConditions c = conditions(joint, body(poses, joint.body), body(poses, joint.other));
     const int k = static_cast<int>(c.value.size());
     value_.segment(row, k) = c.value;
-    if (joint.body >= 0) gradient_.block(row, 6 * joint.body, k, 6) = c.gradient.leftCols<6>();
-    if (joint.other >= 0) gradient_.block(row, 6 * joint.other, k, 6) = c.gradient.rightCols<6>();
+    for (int i = 0; i < k; ++i)
+      rows_[static_cast<std::size_t>(row + i)].gradient = c.gradient.row(i).transpose();
     row += k;
   }
   for (const int k : drives_) {
@@ -44,34 +49,50 @@ void Constraints::evaluate(const std::vector<BodyPose>& poses) {
     const DriveStroke<double> s =
         drive_stroke<double>(drive, loads_, body(poses, drive.body), body(poses, drive.other));
     value_[row] = s.value;
-    const auto set = [&](MatrixXd& of, const Eigen::Matrix<double, 12, 1>& values) {
-      of.block<1, 6>(row, 6 * drive.body) = values.head<6>().transpose();
-      if (drive.other >= 0) of.block<1, 6>(row, 6 * drive.other) = values.tail<6>().transpose();
-    };
-    set(gradient_, s.load);
-    set(stroke_gradient_, s.gradient);
+    rows_[static_cast<std::size_t>(row)].gradient = s.load;
+    rows_[static_cast<std::size_t>(row)].stroke = s.gradient;
     ++row;
   }
-  for (int b = 0; b < static_cast<int>(poses.size()); ++b)
-    for (int d = 0; d < 6; ++d)
-      if (mechanism_->bodies[b].held[d]) {
-        gradient_.col(6 * b + d).setZero();
-        stroke_gradient_.col(6 * b + d).setZero();
-      }
+  for (Row& r : rows_)
+    for (int e = 0; e < 2; ++e)
+      for (int d = 0; d < 6; ++d)
+        if (r.body[e] < 0 || mechanism_->bodies[r.body[e]].held[d])
+          r.gradient[6 * e + d] = r.stroke[6 * e + d] = 0;
+}
+
+MatrixXd Constraints::gradient() const {
+  MatrixXd all = MatrixXd::Zero(count(), 6 * static_cast<Eigen::Index>(mechanism_->bodies.size()));
+  for (int k = 0; k < count(); ++k) {
+    const Row& r = rows_[static_cast<std::size_t>(k)];
+    for (int e = 0; e < 2; ++e)
+      if (r.body[e] >= 0)
+        all.block<1, 6>(k, 6 * r.body[e]) += r.gradient.segment<6>(6 * e).transpose();
+  }
+  return all;
+}
+
+VectorXd Constraints::forces(const VectorXd& multipliers) const {
+  VectorXd all = VectorXd::Zero(6 * static_cast<Eigen::Index>(mechanism_->bodies.size()));
+  for (int k = 0; k < count(); ++k) {
+    const Row& r = rows_[static_cast<std::size_t>(k)];
+    for (int e = 0; e < 2; ++e)
+      if (r.body[e] >= 0)
+        all.segment<6>(6 * r.body[e]) += multipliers[k] * r.gradient.segment<6>(6 * e);
+  }
+  return all;
 }
 
 namespace {
-void add_between(const Matrix12d& H, int body, int other, MatrixXd& K) {
+void add_between(const Matrix12d& H, int body, int other, BlockMatrix& K) {
   const int at[2] = {body, other};
   for (int a = 0; a < 2; ++a)
     for (int b = 0; b < 2; ++b)
-      if (at[a] >= 0 && at[b] >= 0)
-        K.block<6, 6>(6 * at[a], 6 * at[b]) += H.block<6, 6>(6 * a, 6 * b);
+      if (at[a] >= 0 && at[b] >= 0) K.block(at[a], at[b]) += H.block<6, 6>(6 * a, 6 * b);
 }
 }  // namespace
 
 void Constraints::add_curvature(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
-                                MatrixXd& K) const {
+                                BlockMatrix& K) const {
   int row = 0;
   for (const Joint& joint : mechanism_->joints) {
     const int k = size_of(joint.type).conditions;
@@ -91,7 +112,7 @@ void Constraints::add_curvature(const std::vector<BodyPose>& poses, const Vector
 }
 
 void Constraints::add_winding(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
-                              MatrixXd& K) const {
+                              BlockMatrix& K) const {
   int row = joints_;
   for (const int k : drives_) {
     const double multiplier = multipliers[row++];

@@ -1,9 +1,11 @@
 #pragma once
 // The conditions Ψ(q) = 0 of all joints of a mechanism: equation (Q2) of README.md; after them the
 // strokes g(q) of the drives that are no coordinates: (Q4). None for a mechanism without either.
+#include <array>
 #include <vector>
 
 #include "core/equilibrium/body_pose.hpp"
+#include "core/math/block_matrix.hpp"
 #include "core/mechanism/drive.hpp"
 
 namespace flexopt {
@@ -24,16 +26,22 @@ class Constraints {
   /// results below hold.
   void evaluate(const std::vector<BodyPose>& poses);
   const VectorXd& value() const { return value_; }
-  const MatrixXd& gradient() const { return gradient_; }  ///< count × 6 bodies
-  /// In the rows of drives the derivative of the stroke, which gradient() need not be: there stands
-  /// what the drive load does work on.
-  const MatrixXd& stroke_gradient() const { return stroke_gradient_; }
+  /// One row of Ψ_q: what differs from zero, of two bodies.
+  struct Row {
+    std::array<int, 2> body;  ///< or ground
+    Vector12d gradient;       ///< by (displacement, spin) of the one, then of the other
+    Vector12d stroke;         ///< of a drive the derivative of the stroke, which `gradient`
+                              ///< need not be: there stands what the drive load works on
+  };
+  const std::vector<Row>& rows() const { return rows_; }
+  MatrixXd gradient() const;                           ///< written out: count × 6 bodies
+  VectorXd forces(const VectorXd& multipliers) const;  ///< Ψ_qᵀ λ
   /// K += λ·Ψ_qq at these poses, rotations varied as exp(hat δ) R.
   void add_curvature(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
-                     MatrixXd& K) const;
+                     BlockMatrix& K) const;
   /// The rest of the derivative of Ψ_qᵀ λ: DriveStroke::winding.
   void add_winding(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
-                   MatrixXd& K) const;
+                   BlockMatrix& K) const;
   /// Largest |Ψ| of the joints over its unit.
   double violation() const;
 
@@ -45,7 +53,7 @@ class Constraints {
   std::vector<int> drives_;
   DriveLoad loads_ = DriveLoad::about_axis;
   VectorXd units_, value_;
-  MatrixXd gradient_, stroke_gradient_;
+  std::vector<Row> rows_;
 };
 
 }  // namespace flexopt

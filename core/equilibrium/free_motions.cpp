@@ -1,12 +1,15 @@
 #include "core/equilibrium/free_motions.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 #include "core/math/decompositions.hpp"
 
 namespace flexopt {
 
-FreeMotions::FreeMotions(const System& system, bool drives_held) : system_(&system) {
+FreeMotions::FreeMotions(const System& system, bool drives_held)
+    : system_(&system), drives_held_(drives_held) {
+  if (system.analyses()) return;
   const int n = system.size();
   const Constraints& c = system.constraints();
   scale_ = VectorXd::Ones(n);
@@ -28,8 +31,23 @@ FreeMotions::FreeMotions(const System& system, bool drives_held) : system_(&syst
   basis_ = scale_.asDiagonal() * null_space_of_transpose(rows.transpose(), 1e-9);
 }
 
-bool FreeMotions::is_still(int coordinate) const {
-  return !(basis_.row(coordinate).norm() > 1e-9 * scale_[coordinate]);
+int FreeMotions::count() const {
+  return system_->analyses() ? system_->size() - rank_of_conditions(*system_, drives_held_)
+                             : static_cast<int>(basis_.cols());
+}
+
+std::array<bool, 6> FreeMotions::still(int body) const {
+  std::array<bool, 6> still{};
+  std::vector<int> coordinates;
+  for (int d = 0; d < 6; ++d) coordinates.push_back(6 * body + d);
+  if (system_->analyses()) {
+    const std::vector<bool> found = still_coordinates(*system_, drives_held_, coordinates);
+    std::ranges::copy(found, still.begin());
+  } else {
+    for (const int k : coordinates)
+      still[static_cast<std::size_t>(k - 6 * body)] = !(basis_.row(k).norm() > 1e-9 * scale_[k]);
+  }
+  return still;
 }
 
 namespace {
@@ -41,17 +59,21 @@ MatrixXd scaled(const MatrixXd& K, VectorXd& s) {
 }  // namespace
 
 MatrixXd FreeMotions::answer(const MatrixXd& forces) const {
+  if (system_->analyses()) return TangentFactor(*system_, drives_held_).answer(forces);
   if (count() == 0) return MatrixXd::Zero(basis_.rows(), forces.cols());
   VectorXd s;
-  const MatrixXd K = scaled(basis_.transpose() * system_->tangent_stiffness() * basis_, s);
+  const MatrixXd K = scaled(basis_.transpose() * (system_->tangent() * basis_), s);
   const MatrixXd F = s.asDiagonal() * (basis_.transpose() * forces);
   return basis_ * (s.asDiagonal() * Lu(K).solve(F));
 }
 
 int FreeMotions::negative_pivots() const {
+  if (system_->analyses())
+    if (const std::optional<int> negative = negative_pivots_sparse(*system_, drives_held_))
+      return *negative;
   if (count() == 0) return 0;
   VectorXd s;
-  const MatrixXd K = scaled(basis_.transpose() * system_->tangent_stiffness() * basis_, s);
+  const MatrixXd K = scaled(basis_.transpose() * (system_->tangent() * basis_), s);
   return static_cast<int>((symmetric_eigenvalues(K).array() < 0).count());
 }
 

@@ -21,7 +21,7 @@ void Springs::apply(double share) {
 }
 
 void Springs::add(const std::vector<BodyPose>& poses, double& energy, VectorXd& force,
-                  MatrixXd& tangent) const {
+                  BlockMatrix& tangent) const {
   const auto at = [&](int b) -> JointBody {
     if (b < 0) return {};
     const BodyPose& pose = poses[static_cast<std::size_t>(b)];
@@ -35,8 +35,7 @@ void Springs::add(const std::vector<BodyPose>& poses, double& energy, VectorXd& 
       if (body[a] < 0) continue;
       force.segment<6>(6 * body[a]) += f.force.segment<6>(6 * a);
       for (int b = 0; b < 2; ++b)
-        if (body[b] >= 0)
-          tangent.block<6, 6>(6 * body[a], 6 * body[b]) += f.tangent.block<6, 6>(6 * a, 6 * b);
+        if (body[b] >= 0) tangent.block(body[a], body[b]) += f.tangent.block<6, 6>(6 * a, 6 * b);
     }
   }
 }
@@ -50,7 +49,7 @@ VectorXd preload_forces(const Mechanism& mechanism) {
   springs.apply(1);
   double energy = 0;
   VectorXd force = VectorXd::Zero(n);
-  MatrixXd tangent = MatrixXd::Zero(n, n);
+  BlockMatrix tangent(static_cast<int>(mechanism.bodies.size()));
   springs.add(poses, energy, force, tangent);
   return force;
 }

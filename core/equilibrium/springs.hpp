@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/equilibrium/body_pose.hpp"
+#include "core/math/block_matrix.hpp"
 #include "core/mechanism/spring.hpp"
 
 namespace flexopt {
@@ -20,7 +21,7 @@ class Springs {
 
   /// Adds energy, forces on the bodies and tangent at these poses.
   void add(const std::vector<BodyPose>& poses, double& energy, VectorXd& force,
-           MatrixXd& tangent) const;
+           BlockMatrix& tangent) const;
 
  private:
   const Mechanism* mechanism_;

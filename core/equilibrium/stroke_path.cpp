@@ -8,6 +8,7 @@
 #include "core/equilibrium/free_motions.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
+#include "core/math/sparse_solver.hpp"
 
 namespace flexopt {
 
@@ -44,7 +45,11 @@ MatrixXd stroke_gradients(const System& system) {
     const Drive& drive = m.drives[k];
     const int d = index(drive.direction);
     if (const System::DriveRow& at = system.drives()[k]; !at.coordinate) {
-      H.row(row) = system.constraints().stroke_gradient().row(*at.condition);
+      const Constraints::Row& of =
+          system.constraints().rows()[static_cast<std::size_t>(*at.condition)];
+      for (int e = 0; e < 2; ++e)
+        if (of.body[e] >= 0)
+          H.block<1, 6>(row, 6 * of.body[e]) += of.stroke.segment<6>(6 * e).transpose();
     } else if (is_rotation(drive.direction)) {
       const Vector3d v = rotation_log(system.pose(drive.body).rotation);
       H.block<1, 3>(row, 6 * drive.body + 3) = rotation_left_tangent_inverse(v).row(d - 3);
@@ -56,9 +61,9 @@ MatrixXd stroke_gradients(const System& system) {
 }
 
 int negative_pivots(const System& system, bool drives_held) {
-  if (system.constraints().count() > 0)
+  if (system.constraints().count() > 0 || system.analyses())
     return system.negative_pivots() + FreeMotions(system, drives_held).negative_pivots();
-  const MatrixXd& K = system.tangent_stiffness();
+  const MatrixXd K = system.tangent_stiffness();
   const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   MatrixXd H = s.asDiagonal() * K * s.asDiagonal();
   if (drives_held)  // a decoupled positive one in the place of each drive
@@ -121,28 +126,31 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
   for (int it = 0;; ++it) {
     // [K  −e  Ψ_qᵀ; hᵀ  0  0; Ψ_q  0  0] (dq, λ, dμ) = (load − f, stroke − s, −Ψ), scaled to
     // lengths over L; or λ = 0
-    MatrixXd A = MatrixXd::Zero(first + conditions, first + conditions);
+    SparseMatrix A(first + conditions);
     VectorXd b(first + conditions);
     const Constraints& c = system.constraints();
     double energy = 0;  // where there are joints no leaf may hang on the body that is driven
     if (conditions > 0)
-      energy = (scale.asDiagonal() * system.tangent_stiffness() * scale.asDiagonal())
-                   .diagonal()
-                   .cwiseAbs()
-                   .maxCoeff();
+      energy = system.tangent().diagonal().cwiseProduct(scale.cwiseAbs2()).cwiseAbs().maxCoeff();
     VectorXd unit(loads);
-    A.topLeftCorner(n, n) = scale.asDiagonal() * system.residual_derivative() * scale.asDiagonal();
+    A.add(system.residual_tangent(), scale, scale);
     const MatrixXd H = stroke_gradients(system);
     const VectorXd present = present_strokes(system);
+    const auto add_stroke = [&](int row, int k, double over) {
+      const Drive& drive = system.mechanism().drives[static_cast<std::size_t>(k)];
+      for (const int body : {drive.body, drive.other})
+        if (body >= 0)
+          for (int d = 6 * body; d < 6 * body + 6; ++d) A.add(row, d, H(k, d) * scale[d] / over);
+    };
     for (int j = 0; j < loads; ++j) {
       const int d = coordinate(j), k = owned[static_cast<std::size_t>(j)];
-      unit[j] = conditions > 0 ? energy / (scale[d] * scale[d]) : system.tangent_stiffness()(d, d);
+      unit[j] = conditions > 0 ? energy / (scale[d] * scale[d]) : system.tangent()(d, d);
       if (strokes) {
-        A(d, n + j) = -scale[d] * unit[j] * scale[d];
-        A.row(n + j).head(n) = H.row(k).cwiseProduct(scale.transpose());
+        A.add(d, n + j, -scale[d] * unit[j] * scale[d]);
+        add_stroke(n + j, k, 1);
         b[n + j] = (*strokes)[k] - present[k];
       } else {
-        A(n + j, n + j) = 1;
+        A.add(n + j, n + j, 1);
         b[n + j] = 0;
       }
     }
@@ -151,25 +159,30 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
     double off_stroke = 0;  // of the conditions of drives
     if (conditions > 0) {
       reaction = energy * c.units().cwiseInverse();
-      A.block(0, first, n, conditions) =
-          scale.asDiagonal() * c.gradient().transpose() * reaction.asDiagonal();
-      A.block(first, 0, conditions, n) =
-          c.units().cwiseInverse().asDiagonal() * c.gradient() * scale.asDiagonal();
       b.tail(conditions) = -c.value().cwiseQuotient(c.units());
-      for (int j = c.joints(); j < conditions; ++j) {
+      for (int j = 0; j < conditions; ++j) {
+        const Constraints::Row& row = c.rows()[static_cast<std::size_t>(j)];
+        const bool joint = j < c.joints();
+        for (int e = 0; e < 2; ++e)
+          for (int i = 0; i < 6 && row.body[e] >= 0; ++i) {
+            const int d = 6 * row.body[e] + i;
+            const double value = row.gradient[6 * e + i];
+            A.add(d, first + j, scale[d] * value * reaction[j]);
+            if (joint) A.add(first + j, d, 1 / c.units()[j] * value * scale[d]);
+          }
+        if (joint) continue;
         const int k = c.drives()[static_cast<std::size_t>(j - c.joints())];
         if (strokes) {
-          A.row(first + j).head(n) = H.row(k).cwiseProduct(scale.transpose()) / c.units()[j];
+          add_stroke(first + j, k, c.units()[j]);
           b[first + j] = ((*strokes)[k] - c.value()[j]) / c.units()[j];
           off_stroke = std::max(off_stroke, std::abs(b[first + j]));
         } else {  // no load
-          A.row(first + j).setZero();
-          A(first + j, first + j) = 1;
+          A.add(first + j, first + j, 1);
           b[first + j] = -system.multipliers()[j] / reaction[j];
         }
       }
     }
-    const VectorXd x = Lu(A).solve(b);
+    const VectorXd x = LinearSolver(A, system.analyses()).solve(b);
     for (int j = 0; j < loads; ++j) lambda[j] = x[n + j] * unit[j] * scale[coordinate(j)];
     result.step = x.head(n).cwiseAbs().maxCoeff();
     // steps within the tolerance, conditions far within it: they must not drift

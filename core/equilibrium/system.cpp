@@ -4,11 +4,12 @@
 #include <cassert>
 
 #include "core/math/rotation.hpp"
+#include "core/math/sparse_solver.hpp"
 
 namespace flexopt {
 
 System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves,
-               LoadCase loads)
+               LoadCase loads, Algebra algebra)
     : mechanism_(&mechanism),
       leaves_(std::move(leaves)),
       loads_(std::move(loads)),
@@ -21,6 +22,10 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
     for (int d = 0; d < 6; ++d)
       if (mechanism.bodies[b].held[d]) held_.push_back(6 * b + d);
+  tangent_ = BlockMatrix(static_cast<int>(poses_.size()));
+  if (algebra == Algebra::sparse ||
+      (algebra == Algebra::by_size && size() + constraints_.count() >= sparse_from))
+    analyses_ = std::make_shared<SparseAnalyses>();
   int row = constraints_.joints();
   for (std::size_t k = 0; k < mechanism.drives.size(); ++k) {
     const std::optional<int> coordinate = coordinate_of(mechanism, k);
@@ -38,11 +43,16 @@ std::vector<int> System::driven_coordinates() const {
 MatrixXd System::drive_forces() const {
   MatrixXd forces = MatrixXd::Zero(size(), static_cast<Eigen::Index>(drives_.size()));
   for (std::size_t k = 0; k < drives_.size(); ++k)
-    if (drives_[k].coordinate)
+    if (drives_[k].coordinate) {
       forces(*drives_[k].coordinate, static_cast<Eigen::Index>(k)) = 1;
-    else
-      forces.col(static_cast<Eigen::Index>(k)) =
-          constraints_.gradient().row(*drives_[k].condition).transpose();
+    } else {
+      const Constraints::Row& row =
+          constraints_.rows()[static_cast<std::size_t>(*drives_[k].condition)];
+      for (int e = 0; e < 2; ++e)
+        if (row.body[e] >= 0)
+          forces.block<6, 1>(6 * row.body[e], static_cast<Eigen::Index>(k)) +=
+              row.gradient.segment<6>(6 * e);
+    }
   return forces;
 }
 
@@ -64,8 +74,8 @@ double System::load_energy() const {
   return energy;
 }
 
-MatrixXd System::residual_derivative() const {
-  MatrixXd K = tangent_;
+BlockMatrix System::residual_tangent() const {
+  BlockMatrix K = tangent_;
   constraints_.add_winding(poses_, multipliers_, K);
   // the moment that has a potential: of the leaves, the springs, the joints and the dead forces on
   // their arms
@@ -73,12 +83,9 @@ MatrixXd System::residual_derivative() const {
   for (const BodyLoad& load : acting_)
     turning.segment<3>(6 * load.body + 3) -=
         (poses_[load.body].rotation * load.arm).cross(load.force);
-  for (int b = 0; b < size(); b += 6)
-    K.block<3, 3>(b + 3, b + 3) -= 0.5 * hat(turning.segment<3>(b + 3));
-  for (const int k : held_) {
-    K.row(k).setZero();
-    K(k, k) = 1;
-  }
+  for (int b = 0; b < K.bodies(); ++b)
+    K.block(b, b).bottomRightCorner<3, 3>() -= 0.5 * hat(turning.segment<3>(6 * b + 3));
+  K.release(held_, false);
   return K;
 }
 
@@ -106,7 +113,7 @@ void System::assemble() {
   if (assembled_) return;
   assembled_ = true;
   force_ = VectorXd::Zero(size());
-  tangent_ = MatrixXd::Zero(size(), size());
+  tangent_.set_zero();
   energy_ = correction_ = strain_ = 0;
   negative_pivots_ = 0;
   for (int i = 0; i < leaves(); ++i) {
@@ -125,41 +132,37 @@ void System::assemble() {
       force_.segment<6>(r) += Q[a].transpose() * f;
       for (int b = 0; b < 2; ++b) {
         if (body(i, b) < 0) continue;
-        tangent_.block<6, 6>(r, 6 * body(i, b)) +=
+        tangent_.block(body(i, a), body(i, b)) +=
             Q[a].transpose() * e.tangent.block<6, 6>(6 * a, 6 * b) * Q[b];
       }
       // second derivative of the lever arm under the exponential map, times the force
       const Vector3d o = lever(i, a), fo = f.head<3>();
-      tangent_.block<3, 3>(r + 3, r + 3) +=
+      tangent_.block(body(i, a), body(i, a)).bottomRightCorner<3, 3>() +=
           0.5 * (fo * o.transpose() + o * fo.transpose()) - fo.dot(o) * Matrix3d::Identity();
     }
     if (!e.point) continue;
-    const int p = 6 * mechanism_->leaves[i].point->body;
-    force_.segment<3>(p) += e.point->force;
-    tangent_.block<3, 3>(p, p) += e.point->tangent;
+    const int p = mechanism_->leaves[i].point->body;
+    force_.segment<3>(6 * p) += e.point->force;
+    tangent_.block(p, p).topLeftCorner<3, 3>() += e.point->tangent;
     for (int a = 0; a < 2; ++a) {
       if (body(i, a) < 0) continue;
       const Eigen::Matrix<double, 3, 6> K = e.point->coupling.middleCols<6>(6 * a) * Q[a];
-      tangent_.block<3, 6>(p, 6 * body(i, a)) += K;
-      tangent_.block<6, 3>(6 * body(i, a), p) += K.transpose();
+      tangent_.block(p, body(i, a)).topRows<3>() += K;
+      tangent_.block(body(i, a), p).leftCols<3>() += K.transpose();
     }
   }
   springs_.add(poses_, energy_, force_, tangent_);
   if (constraints_.count() > 0) {
     constraints_.evaluate(poses_);
-    force_ += constraints_.gradient().transpose() * multipliers_;
+    force_ += constraints_.forces(multipliers_);
     constraints_.add_curvature(poses_, multipliers_, tangent_);
   }
   load_ = forces_of(acting_, poses_);
   for (const BodyLoad& load : acting_)
-    tangent_.block<3, 3>(6 * load.body + 3, 6 * load.body + 3) +=
+    tangent_.block(load.body, load.body).bottomRightCorner<3, 3>() +=
         arm_stiffness(load.force, Vector3d(poses_[load.body].rotation * load.arm));
-  for (const int k : held_) {
-    force_[k] = load_[k] = 0;
-    tangent_.row(k).setZero();
-    tangent_.col(k).setZero();
-    tangent_(k, k) = 1;
-  }
+  for (const int k : held_) force_[k] = load_[k] = 0;
+  tangent_.release(held_, true);
 }
 
 void System::move(const VectorXd& dq) {
@@ -197,13 +200,13 @@ void System::restore(const Snapshot& snapshot) {
   for (int i = 0; i < leaves(); ++i) leaves_[i]->restore(*snapshot.leaves[i]);
 }
 
-MatrixXd System::body_mass() const {
-  MatrixXd M = MatrixXd::Zero(size(), size());
+BlockMatrix System::body_mass() const {
+  BlockMatrix M(static_cast<int>(poses_.size()));
   for (int b = 0; b < static_cast<int>(poses_.size()); ++b) {
     const RigidBody& body = mechanism_->bodies[b];
     const Matrix3d& R = poses_[b].rotation;
     const Matrix3d c = hat(R * (body.center_of_mass - body.reference));
-    auto m = M.block<6, 6>(6 * b, 6 * b);
+    Matrix6d& m = M.block(b, b);
     m.topLeftCorner<3, 3>() = body.mass * Matrix3d::Identity();
     m.topRightCorner<3, 3>() = -body.mass * c;
     m.bottomLeftCorner<3, 3>() = body.mass * c;

@@ -1,7 +1,6 @@
 #pragma once
 // A mechanism in a configuration: rigid bodies with absolute coordinates, leaves, joints and
 // springs between them.
-#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -10,16 +9,22 @@
 #include "core/equilibrium/constraints.hpp"
 #include "core/equilibrium/dead_loads.hpp"
 #include "core/equilibrium/springs.hpp"
+#include "core/math/block_matrix.hpp"
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
+
+class SparseAnalyses;
+
+/// How the equations of a mechanism are solved: dense where they are few.
+enum class Algebra { by_size, dense, sparse };
 
 class System {
  public:
   /// One leaf element for each leaf of the mechanism. The mechanism must outlive the system. None
   /// of the loads acts at first, nor does the preload of the springs.
   System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves,
-         LoadCase loads = {});
+         LoadCase loads = {}, Algebra algebra = Algebra::by_size);
 
   const Mechanism& mechanism() const { return *mechanism_; }
   int size() const { return 6 * static_cast<int>(poses_.size()); }
@@ -54,18 +59,20 @@ class System {
   /// Of the dead forces, undeflected state zero; dead moments have none.
   double load_energy() const;
   /// Second derivative of energy and load energy along exp(hat δ) R; symmetric.
-  const MatrixXd& tangent_stiffness() const { return tangent_; }
+  const BlockMatrix& tangent() const { return tangent_; }
+  MatrixXd tangent_stiffness() const { return tangent_.dense(); }  ///< written out
   /// Derivative of internal_force − load by (displacement, spin) of the bodies, joints' multipliers
   /// held: spins do not commute, README.md (Q1). Rows of held coordinates are those of the
   /// identity.
-  MatrixXd residual_derivative() const;
+  BlockMatrix residual_tangent() const;
+  MatrixXd residual_derivative() const { return residual_tangent().dense(); }  ///< written out
   double correction() const { return correction_; }  ///< largest of the leaves
   double strain() const { return strain_; }          ///< largest mid-surface stretch of the leaves
   int negative_pivots() const { return negative_pivots_; }  ///< of all leaf interiors
   /// Coordinates of bodies that cannot move: in tangent and force they are decoupled ones.
   const std::vector<int>& held() const { return held_; }
   bool is_held(int coordinate) const {
-    return std::find(held_.begin(), held_.end(), coordinate) != held_.end();
+    return mechanism_->bodies[coordinate / 6].held[coordinate % 6];
   }
 
   /// The conditions of joints and drives at the present state, and the forces that hold them: of a
@@ -105,10 +112,12 @@ class System {
   Matrix6d edge_map(int leaf, int end) const;
 
   /// Mass matrix of the rigid bodies about their moved reference points.
-  MatrixXd body_mass() const;
+  BlockMatrix body_mass() const;
 
   /// Longest leaf: the length that displacements are compared with [m].
   double length() const { return length_; }
+  /// Where the equations are solved sparse: what is kept of their patterns. Else null.
+  const std::shared_ptr<SparseAnalyses>& analyses() const { return analyses_; }
 
  private:
   int body(int leaf, int end) const {
@@ -129,7 +138,8 @@ class System {
   double length_ = 0;
   std::vector<int> held_;
   VectorXd force_, load_;
-  MatrixXd tangent_;
+  BlockMatrix tangent_;
+  std::shared_ptr<SparseAnalyses> analyses_;
   double energy_ = 0, correction_ = 0, strain_ = 0;
   int negative_pivots_ = 0;
   bool assembled_ = false;  ///< the results are those of the present state

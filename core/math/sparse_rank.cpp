@@ -16,6 +16,8 @@ struct Workspace {
   SuiteSparse_long* order = nullptr;
 
   Workspace() { cholmod_l_start(&common); }
+  void set_transposed(int columns, const std::vector<SparseEntry>& given,
+                      const std::vector<double>& lengths);
   Workspace(const Workspace&) = delete;
   Workspace& operator=(const Workspace&) = delete;
   ~Workspace() {
@@ -26,6 +28,23 @@ struct Workspace {
     cholmod_l_finish(&common);
   }
 };
+
+// Aᵀ, each column over its length.
+void Workspace::set_transposed(int columns, const std::vector<SparseEntry>& given,
+                               const std::vector<double>& lengths) {
+  entries = cholmod_l_allocate_triplet(static_cast<std::size_t>(columns), lengths.size(),
+                                       given.size(), 0, CHOLMOD_REAL, &common);
+  if (!entries) throw std::bad_alloc();
+  for (const SparseEntry& e : given) {
+    const double length = lengths[static_cast<std::size_t>(e.row)];
+    if (e.value == 0 || length == 0) continue;
+    const std::size_t k = entries->nnz++;
+    static_cast<SuiteSparse_long*>(entries->i)[k] = e.column;
+    static_cast<SuiteSparse_long*>(entries->j)[k] = e.row;
+    static_cast<double*>(entries->x)[k] = e.value / length;
+  }
+  A = cholmod_l_triplet_to_sparse(entries, entries->nnz, &common);
+}
 
 // Lengths of the rows.
 std::vector<double> lengths_of(int rows, const std::vector<SparseEntry>& entries) {
@@ -46,19 +65,7 @@ DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntr
   if (rows == 0) return result;
   const std::vector<double> lengths = lengths_of(rows, entries);
   Workspace w;
-  w.entries =
-      cholmod_l_allocate_triplet(static_cast<std::size_t>(columns), static_cast<std::size_t>(rows),
-                                 entries.size(), 0, CHOLMOD_REAL, &w.common);
-  if (!w.entries) throw std::bad_alloc();
-  for (const SparseEntry& e : entries) {
-    const double length = lengths[static_cast<std::size_t>(e.row)];
-    if (e.value == 0 || length == 0) continue;
-    const std::size_t k = w.entries->nnz++;
-    static_cast<SuiteSparse_long*>(w.entries->i)[k] = e.column;
-    static_cast<SuiteSparse_long*>(w.entries->j)[k] = e.row;
-    static_cast<double*>(w.entries->x)[k] = e.value / length;
-  }
-  w.A = cholmod_l_triplet_to_sparse(w.entries, w.entries->nnz, &w.common);
+  w.set_transposed(columns, entries, lengths);
   const SuiteSparse_long rank =
       SuiteSparseQR<double>(SPQR_ORDERING_NATURAL, tolerance, 0, w.A, &w.R, &w.order, &w.common);
   if (rank < 0 || !w.R) throw std::bad_alloc();
@@ -93,6 +100,16 @@ DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntr
     result.sums.push_back(std::move(sum));
   }
   return result;
+}
+
+int rank_of(int rows, int columns, const std::vector<SparseEntry>& entries, double tolerance) {
+  if (rows == 0) return 0;
+  Workspace w;
+  w.set_transposed(columns, entries, lengths_of(rows, entries));
+  const SuiteSparse_long rank =
+      SuiteSparseQR<double>(SPQR_ORDERING_DEFAULT, tolerance, 0, w.A, &w.R, &w.order, &w.common);
+  if (rank < 0) throw std::bad_alloc();
+  return static_cast<int>(rank);
 }
 
 }  // namespace flexopt

@@ -3,13 +3,9 @@
 #include <utility>
 #include <vector>
 
-namespace flexopt {
+#include "core/math/sparse_matrix.hpp"
 
-/// One entry of a sparse matrix; entries of the same place add up.
-struct SparseEntry {
-  int row = 0, column = 0;
-  double value = 0;
-};
+namespace flexopt {
 
 struct DependentRows {
   int rank = 0;
@@ -23,5 +19,8 @@ struct DependentRows {
 /// its own length. A row without entries depends on no other. Throws std::bad_alloc.
 DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntry>& entries,
                              double tolerance);
+
+/// The rank alone, in any order: sparser factors.
+int rank_of(int rows, int columns, const std::vector<SparseEntry>& entries, double tolerance);
 
 }  // namespace flexopt

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <memory>
 
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
+#include "core/math/sparse_solver.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/mechanism/spring.hpp"
 
@@ -20,35 +23,41 @@ class Resistance {
  public:
   explicit Resistance(const Mechanism& mechanism) : mechanism_(mechanism) {
     for (const LeafSpring& leaf : mechanism.leaves) length_ = std::max(length_, leaf.length);
-    const auto n = 6 * static_cast<Eigen::Index>(mechanism.bodies.size());
-    sum_ = MatrixXd::Zero(n, n);
+    sum_ = BlockMatrix(static_cast<int>(mechanism.bodies.size()));
+    for (int b = 0; b < sum_.bodies(); ++b) sum_.block(b, b).setZero();
     for (const LeafSpring& leaf : mechanism.leaves) add_leaf(leaf);
     for (const Joint& joint : mechanism.joints) add_joint(joint);
     for (const Spring& spring : mechanism.springs) add_spring(spring);
     for (std::size_t b = 0; b < mechanism.bodies.size(); ++b)
       for (std::size_t d = 0; d < 6; ++d)
         if (mechanism.bodies[b].held[d])
-          sum_(static_cast<Eigen::Index>(6 * b + d), static_cast<Eigen::Index>(6 * b + d)) += 1;
+          sum_.block(static_cast<int>(b), static_cast<int>(b))(static_cast<int>(d),
+                                                               static_cast<int>(d)) += 1;
   }
 
-  const MatrixXd& sum() const { return sum_; }
+  const BlockMatrix& sum() const { return sum_; }
 
  private:
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
   /// Rows over (displacement, rotation) of two bodies, in SI.
   void add(int body, const Rows& of_body, int other, const Rows& of_other) {
-    MatrixXd rows = MatrixXd::Zero(of_body.rows(), sum_.cols());
-    const auto put = [&](int b, const Rows& r) {
-      if (b < 0) return;
-      rows.middleCols(6 * b, 3) += r.leftCols(3) * length_;
-      rows.middleCols(6 * b + 3, 3) += r.rightCols(3);
+    const std::array<int, 2> at{body, other};
+    MatrixXd rows = MatrixXd::Zero(of_body.rows(), 12);
+    const auto put = [&](int e, const Rows& r) {
+      if (at[e] < 0) return;
+      rows.middleCols(6 * e, 3) += r.leftCols(3) * length_;
+      rows.middleCols(6 * e + 3, 3) += r.rightCols(3);
     };
-    put(body, of_body);
-    put(other, of_other);
+    put(0, of_body);
+    put(at[0] == at[1] ? 0 : 1, of_other);
     for (Eigen::Index k = 0; k < rows.rows(); ++k)
       if (const double size = rows.row(k).norm(); size > 0) rows.row(k) /= size;
-    sum_ += rows.transpose() * rows;
+    for (int e = 0; e < 2; ++e)
+      for (int f = 0; f < 2; ++f)
+        if (at[e] >= 0 && at[f] >= 0 && (at[0] != at[1] || (e == 0 && f == 0)))
+          sum_.block(at[e], at[f]) +=
+              rows.middleCols(6 * e, 6).transpose() * rows.middleCols(6 * f, 6);
   }
 
   /// What a place that moves with a body does: its displacement, and its rotation.
@@ -98,25 +107,58 @@ class Resistance {
 
   const Mechanism& mechanism_;
   double length_ = 0;
-  MatrixXd sum_;
+  BlockMatrix sum_;
 };
+
+// The coordinate that the loosest motion moves most; none where all are held.
+std::optional<int> loosest(const MatrixXd& sum, double least) {
+  const MatrixXd less = sum - least * MatrixXd::Identity(sum.rows(), sum.cols());
+  if (Cholesky(less).positive_definite())
+    return std::nullopt;  // the usual case, a tenth of the work
+  const SymmetricEigen eigen(sum);
+  const VectorXd& values = eigen.eigenvalues();
+  if (values.size() == 0 || values[0] > least) return std::nullopt;
+  Eigen::Index most = 0;
+  eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&most);
+  return static_cast<int>(most);
+}
+
+// The same of many bodies. A loose motion dominates the answer to any force.
+std::optional<int> loosest(const BlockMatrix& sum, double least) {
+  const VectorXd one = VectorXd::Ones(sum.size());
+  const auto shifted = [&](double shift) {
+    SparseMatrix A(sum.size());
+    A.add(sum, one, one);
+    for (int k = 0; k < sum.size(); ++k) A.add(k, k, shift);
+    return A;
+  };
+  const auto analyses = std::make_shared<SparseAnalyses>();
+  if (negative_eigenvalues(shifted(-least), {}, *analyses) == 0) return std::nullopt;
+  const LinearSolver solver(shifted(least), analyses);
+  VectorXd motion(sum.size());
+  for (int k = 0; k < sum.size(); ++k) motion[k] = std::sin(1 + 1.7 * k);
+  for (int step = 0; step < 3; ++step) {
+    motion = solver.solve(motion);
+    motion /= motion.norm();
+  }
+  if (motion.dot((sum * motion).col(0)) > least) return std::nullopt;
+  Eigen::Index most = 0;
+  motion.cwiseAbs().maxCoeff(&most);
+  return static_cast<int>(most);
+}
 
 }  // namespace
 
 std::optional<std::string> loose_direction(const Mechanism& mechanism) {
   const Resistance resistance(mechanism);
   const double least = nothing * resistance.sum().diagonal().maxCoeff();
-  const auto size = resistance.sum().rows();
-  if (Cholesky(resistance.sum() - least * MatrixXd::Identity(size, size)).positive_definite())
-    return std::nullopt;  // the usual case, a tenth of the work
-  const SymmetricEigen eigen(resistance.sum());
-  const VectorXd& values = eigen.eigenvalues();
-  if (values.size() == 0 || values[0] > least) return std::nullopt;
-  Eigen::Index most = 0;
-  eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&most);
+  const std::optional<int> most = resistance.sum().size() < sparse_from
+                                      ? loosest(resistance.sum().dense(), least)
+                                      : loosest(resistance.sum(), least);
+  if (!most) return std::nullopt;
   return fmt::format("{}: nothing gives it stiffness in {}",
-                     mechanism.bodies[static_cast<std::size_t>(most / 6)].name,
-                     direction_names[static_cast<std::size_t>(most % 6)]);
+                     mechanism.bodies[static_cast<std::size_t>(*most / 6)].name,
+                     direction_names[static_cast<std::size_t>(*most % 6)]);
 }
 
 }  // namespace flexopt

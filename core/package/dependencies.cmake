@@ -9,11 +9,18 @@ find_package(TBB REQUIRED)
 find_package(Boost 1.74 REQUIRED)  # headers: Boost.Random
 find_library(FLEXOPT_SPQR spqr REQUIRED)
 find_library(FLEXOPT_CHOLMOD cholmod REQUIRED)
+find_library(FLEXOPT_UMFPACK umfpack REQUIRED)
 find_path(FLEXOPT_SUITESPARSE SuiteSparseQR.hpp PATH_SUFFIXES suitesparse REQUIRED)
 if(NOT TARGET SuiteSparse::SPQR)
   add_library(SuiteSparse::SPQR INTERFACE IMPORTED)
   set_target_properties(SuiteSparse::SPQR PROPERTIES
     INTERFACE_LINK_LIBRARIES "${FLEXOPT_SPQR};${FLEXOPT_CHOLMOD}"
+    INTERFACE_INCLUDE_DIRECTORIES "${FLEXOPT_SUITESPARSE}")
+endif()
+if(NOT TARGET SuiteSparse::UMFPACK)
+  add_library(SuiteSparse::UMFPACK INTERFACE IMPORTED)
+  set_target_properties(SuiteSparse::UMFPACK PROPERTIES
+    INTERFACE_LINK_LIBRARIES "${FLEXOPT_UMFPACK};${FLEXOPT_CHOLMOD}"
     INTERFACE_INCLUDE_DIRECTORIES "${FLEXOPT_SUITESPARSE}")
 endif()
 pkg_check_modules(udunits REQUIRED IMPORTED_TARGET udunits)

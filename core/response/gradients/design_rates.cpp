@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <concepts>
 #include <utility>
 
 #include "core/response/gradients/joint_gradients.hpp"
@@ -19,16 +21,34 @@ Eigen::MatrixX<S> rows_of(const MechanismFactor& factor, const MechanismFactor::
   return by_orders(Y, [&](const MatrixXd& y) { return factor.leaf_rows(leaf, y); });
 }
 
-// R += factor · rows of a leaf, as forces.
+// Forces of all leaves on the rows of the mechanism, order by order.
 template <class S>
-void add_force(const MechanismFactor& factor, const MechanismFactor::Leaf& leaf, double scale,
-               const Eigen::MatrixX<S>& rows, Eigen::MatrixX<S>& R) {
-  R += by_orders(rows, [&](const MatrixXd& r) {
-    MatrixXd F = MatrixXd::Zero(factor.size(), r.cols());
-    factor.add_leaf_force(leaf, scale, r, F);
-    return F;
-  });
-}
+class ForceSum {
+ public:
+  ForceSum(const MechanismFactor& factor, Eigen::Index columns) : factor_(&factor) {
+    for (MatrixXd& order : orders_) order = MatrixXd::Zero(factor.size(), columns);
+  }
+  /// += factor · rows of a leaf.
+  void add(const MechanismFactor::Leaf& leaf, double scale, const Eigen::MatrixX<S>& rows) {
+    if constexpr (std::same_as<S, double>) {
+      factor_->add_leaf_force(leaf, scale, rows, orders_[0]);
+    } else {
+      for (int o = 0; o < 3; ++o)
+        factor_->add_leaf_force(leaf, scale, MatrixXd(coefficients(rows, o)),
+                                orders_[static_cast<std::size_t>(o)]);
+    }
+  }
+  Eigen::MatrixX<S> sum() const {
+    if constexpr (std::same_as<S, double>)
+      return orders_[0];
+    else
+      return jets(Series<MatrixXd>{orders_[0], orders_[1], orders_[2]});
+  }
+
+ private:
+  const MechanismFactor* factor_;
+  std::array<MatrixXd, std::same_as<S, double> ? 1 : 3> orders_;
+};
 
 }  // namespace
 
@@ -109,12 +129,16 @@ template <class S>
 auto DesignRates<S>::residual() const -> Matrix {
   const MechanismFactor& factor = *factor_;
   const int count = static_cast<int>(directions_->size());
-  Matrix R = Matrix::Zero(factor.size(), count);
+  ForceSum<S> forces(factor, count);
+  for (std::size_t i = 0; i < leaves_.size(); ++i) {
+    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
+    forces.add(leaf, leaf.linear->scale().energy, leaves_[i]->force_rates(variations_[i]));
+  }
+  Matrix R = forces.sum();
   for (std::size_t i = 0; i < leaves_.size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
     const LeafScale& scale = leaf.linear->scale();
     const Vector& f = leaves_[i]->force();
-    add_force<S>(factor, leaf, scale.energy, leaves_[i]->force_rates(variations_[i]), R);
     for (int k = 0; k < count; ++k) {
       const LeafVariation<S>& v = variations_[i][k];
       R.col(k).segment(leaf.offset, leaf.rows.internal()) +=
@@ -169,13 +193,13 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda,
   const auto count = static_cast<Eigen::Index>(directions_->size()), n = Y.cols();
   Matrix rates = Matrix::Zero(n, count);
   if (n == 0) return rates;
-  Matrix V = Matrix::Zero(factor.size(), n);
+  ForceSum<S> forces(factor, n);
   for (std::size_t i = 0; i < leaves_.size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
     const LeafScale& scale = leaf.linear->scale();
     const Matrix rows = rows_of<S>(factor, leaf, Y);
     const LeafQuadratic<S> q = leaves_[i]->quadratic(rows, lambda * (scale.mass / scale.energy));
-    add_force<S>(factor, leaf, scale.energy, q.state, V);
+    forces.add(leaf, scale.energy, q.state);
     for (int k = 0; k < n; ++k)
       for (Eigen::Index p = 0; p < count; ++p) {
         const LeafVariation<S>& v = variations_[i][static_cast<std::size_t>(p)];
@@ -184,7 +208,7 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda,
             scale.mass * v.mass * lambda[k] * q.mass[k];
       }
   }
-  rates.noalias() += V.transpose() * state_rates;
+  rates.noalias() += forces.sum().transpose() * state_rates;
   add_joint_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
   add_spring_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
   add_load_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);

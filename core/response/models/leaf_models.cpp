@@ -67,27 +67,22 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
                                         const std::vector<VectorXd>& strokes, Meshes& meshes) {
   System system(mechanism, full_leaves(leaves_of(mechanism), model, meshes));
   system.assemble();
-  const bool conditions = system.constraints().count() > 0;
-  VectorXd s = system.tangent_stiffness().diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
-  MatrixXd K = s.asDiagonal() * system.tangent_stiffness() * s.asDiagonal();
+  // at a dead point of the conditions nothing is known; the solver then says so
+  const auto answer = [&](bool drives_held, const MatrixXd& forces) -> MatrixXd {
+    const MatrixXd found = system.constraints().count() > 0
+                               ? FreeMotions(system, drives_held).answer(forces)
+                               : TangentFactor(system, drives_held).answer(forces);
+    return found.allFinite() ? found : MatrixXd::Zero(found.rows(), found.cols());
+  };
   const bool driven = loads.driven();
   VectorXd P = forces_at_rest(loads, factors, mechanism) - preload_forces(mechanism);
   for (const int k : system.held()) P[k] = 0;
   const MatrixXd forces = driven ? system.drive_forces() : MatrixXd(P);
   MatrixXd drive = MatrixXd::Zero(system.size(), forces.cols());
-  if (forces.cols() > 0)
-    drive = conditions ? FreeMotions(system, false).answer(forces)
-                       : MatrixXd(s.asDiagonal() * Lu(K).solve(s.asDiagonal() * forces));
+  if (forces.cols() > 0) drive = answer(false, forces);
   if (driven && forces.cols() > 0)
     drive = (drive * Lu(MatrixXd(system.drive_forces().transpose() * drive)).inverse()).eval();
-  for (const int d : system.driven_coordinates()) {
-    P[d] = 0;
-    K.row(d).setZero();
-    K.col(d).setZero();
-    K(d, d) = 1;
-  }
-  const VectorXd loaded = conditions ? VectorXd(FreeMotions(system, true).answer(P))
-                                     : VectorXd(s.asDiagonal() * Lu(K).solve(s.asDiagonal() * P));
+  const VectorXd loaded = answer(true, P);
 
   std::vector<LinearMotion> motion(system.leaves());
   for (int i = 0; i < system.leaves(); ++i) {

@@ -168,7 +168,9 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
   DriveShapes drive{factor.drive_shapes(), {}, factor.drive_compliance()};
   drive.mass = factor.mass(drive.shapes);
 
-  const int width = std::max(4, static_cast<int>(factor.leaves().size())),
+  // equal leaves have equal modes: of those no more than are asked for
+  const int width = std::min(std::max(4, static_cast<int>(factor.leaves().size())),
+                             std::max(free, locked) + 2 * guards),
             most = std::min(factor.size(), 6 * (std::max(free, locked) + guards) + 20 * width + 40);
   MatrixXd start(factor.size(), width + factor.drives());
   start.leftCols(width) = mass(start_columns(factor.size(), width));

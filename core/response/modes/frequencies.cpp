@@ -7,6 +7,7 @@
 
 #include "core/equilibrium/free_motions.hpp"
 #include "core/math/decompositions.hpp"
+#include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
 
@@ -15,65 +16,121 @@ namespace {
 
 // K and M over (bodies, internal modes of leaf 0, of leaf 1, …).
 struct Pencil {
-  MatrixXd K, M;
+  int size = 0;
   int bodies = 0;          ///< coordinates of the bodies
+  BlockMatrix K_bodies;    ///< the modes add a diagonal block each: no coupling
+  BlockMatrix M_bodies;    ///< of the rigid bodies alone
   std::vector<int> group;  ///< of every body: what rigid joints make it part of
   VectorXd highest;        ///< highest kept mode of each leaf [Hz]
-  MatrixXd motion;         ///< Mode::motion of the coordinates
   double check = 0;
+  struct Leaf {
+    std::vector<int> coordinates;  ///< of its bodies, its point and its modes in the pencil
+    int modes;                     ///< the last of them
+    MatrixXd mass, stiffness;      ///< over them; of the modes alone
+    MatrixXd stations;
+  };
+  std::vector<Leaf> leaves;
+
+  MatrixXd mass_times(const MatrixXd& X) const {
+    MatrixXd Y = MatrixXd::Zero(size, X.cols());
+    Y.topRows(bodies) = M_bodies * X.topRows(bodies);
+    for (const Leaf& leaf : leaves) {
+      const MatrixXd F = leaf.mass * X(leaf.coordinates, Eigen::all);
+      for (std::size_t k = 0; k < leaf.coordinates.size(); ++k)
+        Y.row(leaf.coordinates[k]) += F.row(static_cast<Eigen::Index>(k));
+    }
+    return Y;
+  }
+  // Mode::motion.
+  VectorXd motion(const System& system, const VectorXd& phi) const {
+    std::vector<VectorXd> parts{body_motions(system, phi.head(bodies))};
+    for (const Leaf& leaf : leaves)
+      if (leaf.stations.rows() > 0) parts.push_back(leaf.stations * phi(leaf.coordinates));
+    Eigen::Index rows = 0;
+    for (const VectorXd& part : parts) rows += part.size();
+    VectorXd all(rows);
+    rows = 0;
+    for (const VectorXd& part : parts) {
+      all.segment(rows, part.size()) = part;
+      rows += part.size();
+    }
+    return all;
+  }
+  MatrixXd dense_stiffness() const {
+    MatrixXd K = MatrixXd::Zero(size, size);
+    K.topLeftCorner(bodies, bodies) = K_bodies.dense();
+    for (const Leaf& leaf : leaves)
+      if (leaf.modes > 0) {
+        const int o =
+            leaf.coordinates[leaf.coordinates.size() - static_cast<std::size_t>(leaf.modes)];
+        K.block(o, o, leaf.modes, leaf.modes) = leaf.stiffness;
+      }
+    return K;
+  }
+  MatrixXd dense_mass() const {
+    MatrixXd M = MatrixXd::Zero(size, size);
+    M.topLeftCorner(bodies, bodies) = M_bodies.dense();
+    for (const Leaf& leaf : leaves)
+      for (std::size_t j = 0; j < leaf.coordinates.size(); ++j)
+        for (std::size_t i = 0; i < leaf.coordinates.size(); ++i)  // both edges may be of one body
+          M(leaf.coordinates[i], leaf.coordinates[j]) +=
+              leaf.mass(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    return M;
+  }
 };
 
 Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass* constant_mass) {
   const Mechanism& m = system.mechanism();
-  std::vector<LeafDynamics> leaves;
   int n = system.size();
   Pencil pencil;
   pencil.bodies = n;
   pencil.group = rigid_groups(m);
   pencil.highest.resize(system.leaves());
+  pencil.K_bodies = system.tangent();
+  pencil.M_bodies = system.body_mass();
   for (int i = 0; i < system.leaves(); ++i) {
-    leaves.push_back(constant_mass ? constant_mass->dynamics(system, i, leaf_modes[i])
-                                   : system.leaf(i).dynamics(leaf_modes[i]));
-    const VectorXd& f = leaves.back().mode_frequencies;
-    n += static_cast<int>(f.size());
-    pencil.highest[i] = leaves.back().highest_mode;
-    pencil.check = std::max(pencil.check, leaves.back().check);
-  }
-  pencil.K = MatrixXd::Zero(n, n);
-  pencil.M = MatrixXd::Zero(n, n);
-  pencil.K.topLeftCorner(pencil.bodies, pencil.bodies) = system.tangent_stiffness();
-  pencil.M.topLeftCorner(pencil.bodies, pencil.bodies) = system.body_mass();
-  Eigen::Index stations = 0;
-  for (const LeafDynamics& leaf : leaves) stations += leaf.stations.rows();
-  pencil.motion = MatrixXd::Zero(pencil.bodies + stations, n);
-  pencil.motion.topLeftCorner(pencil.bodies, pencil.bodies) = body_motion_map(system);
-  Eigen::Index station = pencil.bodies;
-  int o = pencil.bodies;
-  for (int i = 0; i < system.leaves(); ++i) {
-    const LeafDynamics& leaf = leaves[i];
+    LeafDynamics leaf = constant_mass ? constant_mass->dynamics(system, i, leaf_modes[i])
+                                      : system.leaf(i).dynamics(leaf_modes[i]);
     const int k = static_cast<int>(leaf.mode_frequencies.size());
+    pencil.highest[i] = leaf.highest_mode;
+    pencil.check = std::max(pencil.check, leaf.check);
     // rows (edge and point coordinates, k modes) of the leaf from those of the pencil
     const LeafSpring& l = m.leaves[i];
     const int boundary = l.point ? 15 : 12;
-    MatrixXd T = MatrixXd::Zero(boundary + k, n);
-    for (int end = 0; end < 2; ++end) {
-      const int b = end == 0 ? l.base : l.tip;
-      if (b >= 0) T.block<6, 6>(6 * end, 6 * b) = system.edge_map(i, end);
-    }
-    if (l.point) T.block<3, 3>(12, 6 * l.point->body).setIdentity();
-    T.block(boundary, o, k, k).setIdentity();
-    pencil.M += T.transpose() * leaf.mass * T;
-    if (leaf.stations.rows() > 0)
-      pencil.motion.middleRows(station, leaf.stations.rows()).noalias() = leaf.stations * T;
-    station += leaf.stations.rows();
+    Pencil::Leaf part;
+    part.modes = k;
+    MatrixXd T = MatrixXd::Zero(boundary + k, boundary + k);
+    std::vector<int> sides;  // first rows of its edges that move
+    int columns = 0;
+    const auto put = [&](int row, int size, int coordinate, const MatrixXd& map) {
+      T.block(row, columns, size, size) = map;
+      for (int d = 0; d < size; ++d) part.coordinates.push_back(coordinate + d);
+      columns += size;
+    };
+    for (int end = 0; end < 2; ++end)
+      if (const int b = end == 0 ? l.base : l.tip; b >= 0) {
+        put(6 * end, 6, 6 * b, system.edge_map(i, end));
+        sides.push_back(end);
+      }
+    if (l.point) put(12, 3, 6 * l.point->body, Matrix3d::Identity());
+    put(boundary, k, n, MatrixXd::Identity(k, k));
+    T.conservativeResize(Eigen::NoChange, columns);
+    part.mass = T.transpose() * leaf.mass * T;
+    part.stiffness = leaf.stiffness.bottomRightCorner(k, k);
+    if (leaf.stations.rows() > 0) part.stations = leaf.stations * T;
     // a condensed full leaf is nearer the truth than the reduced one it stands in for
-    const MatrixXd Q = T.topLeftCorner(12, pencil.bodies);
     const Matrix12d better =
         leaf.stiffness.topLeftCorner<12, 12>() - system.leaf(i).evaluation().tangent;
-    pencil.K.topLeftCorner(pencil.bodies, pencil.bodies) += Q.transpose() * better * Q;
-    pencil.K.block(o, o, k, k) = leaf.stiffness.bottomRightCorner(k, k);
-    o += k;
+    for (const int a : sides)
+      for (const int b : sides) {
+        const Matrix6d Qa = system.edge_map(i, a), Qb = system.edge_map(i, b);
+        pencil.K_bodies.block(a == 0 ? l.base : l.tip, b == 0 ? l.base : l.tip) +=
+            Qa.transpose() * better.block<6, 6>(6 * a, 6 * b) * Qb;
+      }
+    pencil.leaves.push_back(std::move(part));
+    n += k;
   }
+  pencil.size = n;
   return pencil;
 }
 
@@ -109,6 +166,30 @@ EigenPairs solve(const MatrixXd& K, const MatrixXd& M, int count) {
   return pairs;
 }
 
+// The same of a system that is solved sparse: the modes of leaves have a diagonal block each.
+EigenPairs solve_sparse(const System& system, const Pencil& pencil, bool drive_locked, int count) {
+  const TangentFactor factor(system, pencil.K_bodies, drive_locked);
+  std::vector<Lu> modes(pencil.leaves.size());
+  for (std::size_t i = 0; i < modes.size(); ++i)
+    if (pencil.leaves[i].modes > 0) modes[i].compute(pencil.leaves[i].stiffness);
+  const auto solve = [&](const MatrixXd& B) {
+    MatrixXd X = B;
+    X.topRows(pencil.bodies) = factor.answer(B.topRows(pencil.bodies));
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      const Pencil::Leaf& leaf = pencil.leaves[i];
+      if (leaf.modes == 0) continue;
+      const int o =
+          leaf.coordinates[leaf.coordinates.size() - static_cast<std::size_t>(leaf.modes)];
+      X.middleRows(o, leaf.modes) = modes[i].solve(B.middleRows(o, leaf.modes));
+    }
+    return X;
+  };
+  const auto mass = [&](const MatrixXd& B) { return pencil.mass_times(B); };
+  const LowestPairs found =
+      lowest_pairs(pencil.size, count, std::min(system.leaves() + 4, count + 4), solve, mass);
+  return {found.values, found.vectors};
+}
+
 double hertz(double omega2) {
   return std::copysign(std::sqrt(std::abs(omega2)), omega2) / (2 * std::numbers::pi);
 }
@@ -120,13 +201,13 @@ Mode classify(const Pencil& pencil, const System& system, double omega2, const V
   double drive = 0, end_effector = 0, intermediate = 0;
   VectorXd rest = phi;
   for (const auto& shape : drive_shapes.colwise()) {
-    const VectorXd Mx = pencil.M * shape;
+    const VectorXd Mx = pencil.mass_times(shape);
     const double a = Mx.dot(phi), b = Mx.dot(shape);
     drive += a * a / b;
     rest -= a / b * shape;
   }
   drive = std::clamp(drive, 0.0, 1.0);
-  const VectorXd share = rest.cwiseProduct(pencil.M * rest);
+  const VectorXd share = rest.cwiseProduct(pencil.mass_times(rest).col(0));
   for (int b = 0; b < pencil.bodies / 6; ++b) {
     const double e = std::max(0.0, share.segment<6>(6 * b).sum());
     if (pencil.group[b] == system.mechanism().end_effector)
@@ -136,25 +217,24 @@ Mode classify(const Pencil& pencil, const System& system, double omega2, const V
   }
   const double leaf = std::max(0.0, share.tail(share.size() - pencil.bodies).sum());
   Mode mode = mode_of_shares(omega2, drive, end_effector, intermediate, leaf);
-  mode.motion = pencil.motion * phi;
+  mode.motion = pencil.motion(system, phi);
   return mode;
 }
 
 // Static motions of the bodies under the drive loads, M-orthogonal.
 MatrixXd drive_shapes_of(const Pencil& pencil, const System& system) {
   const MatrixXd forces = system.drive_forces();
-  MatrixXd shapes = MatrixXd::Zero(pencil.K.rows(), forces.cols());
+  MatrixXd shapes = MatrixXd::Zero(pencil.size, forces.cols());
   if (forces.cols() == 0) return shapes;
   if (system.constraints().count() > 0)
     shapes.topRows(pencil.bodies) = FreeMotions(system, false).answer(forces);
   else
-    shapes.topRows(pencil.bodies) =
-        Lu(pencil.K.topLeftCorner(pencil.bodies, pencil.bodies)).solve(forces);
+    shapes.topRows(pencil.bodies) = TangentFactor(system, pencil.K_bodies, false).answer(forces);
   for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
     auto x = shapes.col(k);
     x /= x.cwiseAbs().maxCoeff();
     for (Eigen::Index j = 0; j < k; ++j) {
-      const VectorXd Mx = pencil.M * shapes.col(j);
+      const VectorXd Mx = pencil.mass_times(shapes.col(j));
       x -= Mx.dot(x) / Mx.dot(shapes.col(j)) * shapes.col(j);
     }
   }
@@ -190,20 +270,21 @@ bool grow(std::vector<int>& leaf_modes, const VectorXd& top, double highest, int
 
 }  // namespace
 
-MatrixXd body_motion_map(const System& system) {
-  MatrixXd map = MatrixXd::Zero(system.size(), system.size());
+MatrixXd body_motions(const System& system, const Eigen::Ref<const MatrixXd>& q) {
+  MatrixXd motions(system.size(), q.cols());
   for (int b = 0; b < system.size() / 6; ++b) {
     const RigidBody& body = system.mechanism().bodies[b];
     const Matrix3d RT = system.pose(b).rotation.transpose();
     const SymmetricEigen inertia(body.inertia);
     const Vector3d root = inertia.eigenvalues().cwiseMax(0).cwiseSqrt();
     const Vector3d arm = body.center_of_mass - body.reference;
-    map.block<3, 3>(6 * b, 6 * b) = std::sqrt(body.mass) * RT;
-    map.block<3, 3>(6 * b, 6 * b + 3) = -std::sqrt(body.mass) * hat(arm) * RT;
-    map.block<3, 3>(6 * b + 3, 6 * b + 3) =
+    const Matrix3d turning =
         inertia.eigenvectors() * root.asDiagonal() * inertia.eigenvectors().transpose() * RT;
+    const MatrixXd u = RT * q.middleRows<3>(6 * b), w = RT * q.middleRows<3>(6 * b + 3);
+    motions.middleRows<3>(6 * b) = std::sqrt(body.mass) * (u - hat(arm) * w);
+    motions.middleRows<3>(6 * b + 3) = turning * q.middleRows<3>(6 * b + 3);
   }
-  return map;
+  return motions;
 }
 
 Mode mode_of_shares(double omega2, double drive, double end_effector, double intermediate_body,
@@ -233,23 +314,30 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
   const bool conditions = system.constraints().count() > 0;
   const auto jointed_pairs = [&](const Pencil& pencil, bool drive_locked) {
     const MatrixXd Z = FreeMotions(system, drive_locked).basis();
-    const Eigen::Index inner = pencil.K.rows() - Z.rows();
-    MatrixXd T = MatrixXd::Zero(pencil.K.rows(), Z.cols() + inner);
+    const Eigen::Index inner = pencil.size - Z.rows();
+    MatrixXd T = MatrixXd::Zero(pencil.size, Z.cols() + inner);
     T.topLeftCorner(Z.rows(), Z.cols()) = Z;
     T.bottomRightCorner(inner, inner).setIdentity();
-    EigenPairs found =
-        solve(T.transpose() * pencil.K * T, T.transpose() * pencil.M * T, options.count);
+    EigenPairs found = solve(T.transpose() * pencil.dense_stiffness() * T,
+                             T.transpose() * pencil.dense_mass() * T, options.count);
     found.shape = (T * found.shape).eval();
     return found;
   };
+  const auto unknowns = [&](const Pencil& pencil) {  // drives held
+    return conditions ? pencil.size - pencil.bodies + FreeMotions(system, true).count()
+                      : pencil.size - static_cast<int>(driven.size() + system.held().size());
+  };
   const auto pairs = [&](const Pencil& pencil, bool drive_locked) {
+    if (system.analyses())
+      return solve_sparse(system, pencil, drive_locked, std::min(options.count, unknowns(pencil)));
     if (conditions) return jointed_pairs(pencil, drive_locked);
     std::vector<int> kept;
-    const int n = static_cast<int>(pencil.K.rows());
+    const int n = pencil.size;
     for (int i = 0; i < n; ++i)
       if (!system.is_held(i) && !(drive_locked && std::ranges::find(driven, i) != driven.end()))
         kept.push_back(i);
-    EigenPairs found = solve(pencil.K(kept, kept), pencil.M(kept, kept), options.count);
+    EigenPairs found =
+        solve(pencil.dense_stiffness()(kept, kept), pencil.dense_mass()(kept, kept), options.count);
     MatrixXd shape = MatrixXd::Zero(n, found.shape.cols());
     shape(kept, Eigen::all) = found.shape;
     found.shape = std::move(shape);
@@ -257,13 +345,10 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
   };
   for (;;) {
     const Pencil pencil = assemble(system, leaf_modes, options.constant_mass);
-    const int n = static_cast<int>(pencil.K.rows());
     const EigenPairs locked = pairs(pencil, true);
     const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
-    const int unknowns = conditions ? n - pencil.bodies + FreeMotions(system, true).count()
-                                    : n - static_cast<int>(driven.size() + system.held().size());
     if (options.leaf_modes > 0 &&
-        grow(leaf_modes, pencil.highest, highest, options.count - unknowns, options))
+        grow(leaf_modes, pencil.highest, highest, options.count - unknowns(pencil), options))
       continue;
     const EigenPairs free = pairs(pencil, false);
     const MatrixXd drive_shapes = drive_shapes_of(pencil, system);
@@ -271,8 +356,8 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
       result.free.push_back(
           classify(pencil, system, free.omega2[k], free.shape.col(k), drive_shapes));
     for (int k = 0; k < locked.omega2.size(); ++k)
-      result.locked.push_back(
-          classify(pencil, system, locked.omega2[k], locked.shape.col(k), MatrixXd(n, 0)));
+      result.locked.push_back(classify(pencil, system, locked.omega2[k], locked.shape.col(k),
+                                       MatrixXd(pencil.size, 0)));
     result.check = pencil.check;
     return result;
   }

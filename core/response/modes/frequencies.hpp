@@ -22,8 +22,9 @@ struct Frequencies {
   double check = 0;                ///< largest internal correction of the condensed leaves
 };
 
-/// Root of the bodies' mass times their motion in their own axes: first part of Mode::motion.
-MatrixXd body_motion_map(const System& system);
+/// Root of the bodies' mass times their motions q (columns) in their own axes: first part of
+/// Mode::motion.
+MatrixXd body_motions(const System& system, const Eigen::Ref<const MatrixXd>& q);
 
 /// A mode from its shares of the kinetic energy; those beside the drive's need not be normalised.
 Mode mode_of_shares(double omega2, double drive, double end_effector, double intermediate_body,

@@ -21,11 +21,14 @@ Answer<MechanismFactor> MechanismFactor::of(System& system) {
 
 MechanismFactor::MechanismFactor(System& system,
                                  std::vector<std::shared_ptr<const LeafLinear>> leaves)
-    : system_(&system), bodies_(system.size()), size_(system.size()) {
+    : system_(&system),
+      bodies_(system.size()),
+      size_(system.size()),
+      tangent_(system, false),
+      locked_tangent_(system, true) {
   for (int i = 0; i < system.leaves(); ++i)
     add_leaf(system, i, std::move(leaves[static_cast<std::size_t>(i)]));
   size_ += conditions();
-  factorise();
   body_mass_ = system.body_mass();
   MatrixXd forces = MatrixXd::Zero(size_, drives());
   forces.topRows(bodies_) = system.drive_forces();
@@ -88,42 +91,6 @@ void MechanismFactor::add_leaf(const System& system, int i,
     leaf.point_stiffness << point.coupling * edges, point.tangent;
   }
   leaves_.push_back(std::move(leaf));
-}
-
-void MechanismFactor::factorise() {
-  const MatrixXd& K = system_->tangent_stiffness();
-  const int n = bodies_, m = conditions();
-  if (m == 0) {
-    scale_ = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    set_tangent(K);
-    return;
-  }
-  // bodies that hang on joints alone have no stiffness of their own: one energy for all
-  const Constraints& c = system_->constraints();
-  VectorXd unit = VectorXd::Ones(n);
-  for (int b = 0; b < n; b += 6) unit.segment<3>(b).setConstant(system_->length());
-  const double energy = K.diagonal().cwiseProduct(unit.cwiseAbs2()).cwiseAbs().maxCoeff();
-  scale_.resize(n + m);
-  scale_ << unit / std::sqrt(energy), std::sqrt(energy) * c.units().cwiseInverse();
-  MatrixXd A = MatrixXd::Zero(n + m, n + m);
-  A.topLeftCorner(n, n) = K;
-  A.bottomLeftCorner(m, n) = c.gradient();
-  A.topRightCorner(n, m) = c.gradient().transpose();
-  set_tangent(std::move(A));
-}
-
-void MechanismFactor::set_tangent(MatrixXd A) {
-  A = scale_.asDiagonal() * A * scale_.asDiagonal();
-  const auto release = [&](MatrixXd& of, int row) {
-    of.row(row).setZero();
-    of.col(row).setZero();
-    of(row, row) = 1;
-  };
-  MatrixXd free = A;
-  for (const int row : drive_rows()) release(free, row - size_ + conditions() + bodies_);
-  tangent_.compute(free);
-  for (const int row : system_->driven_coordinates()) release(A, row);
-  locked_tangent_.compute(A);
 }
 
 void MechanismFactor::clear_held(MatrixXd& Y) const {
@@ -204,16 +171,11 @@ MatrixXd MechanismFactor::expanded(const MatrixXd& B, const MatrixXd& q) const {
 }
 
 MatrixXd MechanismFactor::solve(const MatrixXd& B) const {
-  MatrixXd b = condensed(B);
-  for (const int row : drive_rows()) b.row(row - size_ + conditions() + bodies_).setZero();
-  return expanded(B, scale_.asDiagonal() * tangent_.solve(MatrixXd(scale_.asDiagonal() * b)));
+  return expanded(B, tangent_.solve(condensed(B)));
 }
 
 MatrixXd MechanismFactor::solve_locked(const MatrixXd& B) const {
-  MatrixXd b = condensed(B);
-  for (const int row : system_->driven_coordinates()) b.row(row).setZero();
-  return expanded(B,
-                  scale_.asDiagonal() * locked_tangent_.solve(MatrixXd(scale_.asDiagonal() * b)));
+  return expanded(B, locked_tangent_.solve(condensed(B)));
 }
 
 MatrixXd MechanismFactor::solve_held(const MatrixXd& B) const {
@@ -228,7 +190,7 @@ MatrixXd MechanismFactor::static_motion(const MatrixXd& q) const {
 
 MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
   MatrixXd Y = MatrixXd::Zero(size_, B.cols());
-  Y.topRows(bodies_).noalias() = body_mass_ * B.topRows(bodies_);
+  Y.topRows(bodies_) = body_mass_ * B.topRows(bodies_);
   for (const Leaf& leaf : leaves_) {
     const MatrixXd edges = leaf.rows.edge_rows(leaf_rows(leaf, B));
     add_leaf_force(leaf, leaf.linear->scale().mass,
@@ -239,7 +201,7 @@ MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
 }
 
 MatrixXd MechanismFactor::motion(const MatrixXd& Y) const {
-  std::vector<MatrixXd> parts{body_motion_map(*system_) * Y.topRows(bodies_)};
+  std::vector<MatrixXd> parts{body_motions(*system_, Y.topRows(bodies_))};
   Eigen::Index rows = parts[0].rows();
   for (const Leaf& leaf : leaves_) {
     parts.push_back(leaf.linear->station_motion(leaf.rows.edge_rows(leaf_rows(leaf, Y))));
@@ -261,46 +223,56 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
   for (int k = 0; k < drives(); ++k)
     if (system_->drives()[static_cast<std::size_t>(k)].coordinate) owned.push_back(k);
   const int loads = static_cast<int>(owned.size());
-  MatrixXd A = MatrixXd::Zero(n + loads, n + loads);
-  A.topLeftCorner(bodies, bodies) = system_->residual_derivative();
-  A.block(bodies, 0, conditions(), bodies) = system_->constraints().gradient();
-  A.block(0, bodies, bodies, conditions()) = system_->constraints().gradient().transpose();
-  for (const int k : system_->held()) {
-    A.row(k).setZero();
-    A(k, k) = 1;
-  }
   VectorXd scale(n + loads);
-  scale.head(n) = scale_;
+  scale.head(n) = tangent_.scale();
+  SparseMatrix A(n + loads);
+  A.add(system_->residual_tangent(), scale, scale);
   MatrixXd rhs = MatrixXd::Zero(n + loads, B.cols());
   rhs.topRows(n) = condensed(B);
   const MatrixXd gradients = stroke_gradients(*system_);
+  const auto add_stroke = [&](int row, int k) {
+    const Drive& drive = system_->mechanism().drives[static_cast<std::size_t>(k)];
+    for (const int body : {drive.body, drive.other})
+      if (body >= 0)
+        for (int c = 6 * body; c < 6 * body + 6; ++c)
+          A.add(row, c, scale[row] * gradients(k, c) * scale[c]);
+    rhs.row(row) += strokes->row(k);
+  };
   for (int j = 0; j < loads; ++j) {
     const int k = owned[static_cast<std::size_t>(j)],
               d = *system_->drives()[static_cast<std::size_t>(k)].coordinate;
-    scale[n + j] = 1 / scale_[d];  // the drive load in units of the drive's stiffness
+    scale[n + j] = 1 / scale[d];  // the drive load in units of the drive's stiffness
     if (strokes) {
-      A(d, n + j) = -1;
-      A.row(n + j).head(bodies) = gradients.row(k);
-      rhs.row(n + j) = strokes->row(k);
+      A.add(d, n + j, scale[d] * -1 * scale[n + j]);
+      add_stroke(n + j, k);
     } else {
-      A(n + j, n + j) = 1 / (scale[n + j] * scale[n + j]);
+      A.add(n + j, n + j, 1);
     }
+  }
+  const std::vector<Constraints::Row>& rows = system_->constraints().rows();
+  for (int k = 0; k < conditions(); ++k) {
+    const Constraints::Row& condition = rows[static_cast<std::size_t>(k)];
+    const int row = bodies + k;
+    for (int e = 0; e < 2; ++e)
+      for (int i = 0; i < 6 && condition.body[e] >= 0; ++i) {
+        const int c = 6 * condition.body[e] + i;
+        const double value = condition.gradient[6 * e + i];
+        A.add(c, row, scale[c] * value * scale[row]);
+        if (k < system_->constraints().joints()) A.add(row, c, scale[row] * value * scale[c]);
+      }
   }
   for (int k = 0; k < drives(); ++k)
     if (const auto& condition = system_->drives()[static_cast<std::size_t>(k)].condition) {
       const int row = bodies + *condition;
       if (strokes) {
-        A.row(row).head(bodies) = gradients.row(k);
-        rhs.row(row) += strokes->row(k);
+        add_stroke(row, k);
       } else {  // no load
-        A.row(row).setZero();
-        A(row, row) = 1 / (scale[row] * scale[row]);
+        A.add(row, row, 1);
         rhs.row(row).setZero();
       }
     }
-  const MatrixXd x =
-      scale.asDiagonal() *
-      Lu(scale.asDiagonal() * A * scale.asDiagonal()).solve(MatrixXd(scale.asDiagonal() * rhs));
+  const MatrixXd x = scale.asDiagonal() *
+                     LinearSolver(A, system_->analyses()).solve(MatrixXd(scale.asDiagonal() * rhs));
   MatrixXd Y(size_ + drives(), B.cols());
   Y.topRows(size_) = expanded(B, x.topRows(n));
   for (int j = 0; j < loads; ++j) Y.row(size_ + owned[static_cast<std::size_t>(j)]) = x.row(n + j);

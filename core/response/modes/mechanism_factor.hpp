@@ -9,8 +9,7 @@
 #include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/elements/leaf/leaf_rows.hpp"
-#include "core/equilibrium/system.hpp"
-#include "core/math/decompositions.hpp"
+#include "core/equilibrium/tangent_factor.hpp"
 
 namespace flexopt {
 
@@ -80,19 +79,15 @@ class MechanismFactor {
  private:
   MechanismFactor(System& system, std::vector<std::shared_ptr<const LeafLinear>> leaves);
   void add_leaf(const System& system, int i, std::shared_ptr<const LeafLinear> linear);
-  void factorise();
-  void set_tangent(MatrixXd A);
   /// Of the bodies and the conditions, once they moved by q.
   MatrixXd expanded(const MatrixXd& B, const MatrixXd& q) const;
 
   const System* system_;
   int bodies_ = 0, size_ = 0;
   std::vector<Leaf> leaves_;
-  VectorXd scale_;
-  /// Of the bodies and the conditions, scaled.
-  Lu tangent_, locked_tangent_;
+  TangentFactor tangent_, locked_tangent_;  ///< of the bodies and the conditions
   MatrixXd drive_answers_, drive_compliance_;
-  MatrixXd body_mass_;
+  BlockMatrix body_mass_;
 };
 
 }  // namespace flexopt

@@ -19,17 +19,22 @@ VectorXd stiffness_of(const MatrixXd& compliance) {
   return Lu(compliance).inverse().diagonal();
 }
 
-// Z (Zᵀ K Z)⁻¹ Zᵀ at the end-effector.
+// Z (Zᵀ K Z)⁻¹ Zᵀ at the end-effector, where there are conditions or many bodies.
 EndEffectorCompliance constrained_compliance(const System& system) {
   const int n = system.size(), ee = 6 * system.mechanism().end_effector;
   EndEffectorCompliance result;
   for (const bool locked : {false, true}) {
     const FreeMotions motions(system, locked);
-    const MatrixXd unit = MatrixXd::Identity(n, n).middleCols<6>(ee);
-    Matrix6d C = motions.answer(unit).middleRows<6>(ee);
+    const MatrixXd drives = system.drive_forces();
+    MatrixXd forces = MatrixXd::Zero(n, 6 + drives.cols());
+    forces.middleRows<6>(ee).leftCols<6>().setIdentity();
+    forces.rightCols(drives.cols()) = drives;
+    const MatrixXd answers = motions.answer(forces);
+    Matrix6d C = answers.middleRows<6>(ee).leftCols<6>();
     C = (0.5 * (C + C.transpose())).eval();
+    const std::array<bool, 6> still = motions.still(system.mechanism().end_effector);
     for (int d = 0; d < 6; ++d) {
-      if (!motions.is_still(ee + d)) continue;
+      if (!still[d]) continue;
       C.row(d).setZero();
       C.col(d).setZero();
       if (locked) result.still[d] = true;
@@ -37,8 +42,9 @@ EndEffectorCompliance constrained_compliance(const System& system) {
     (locked ? result.drive_locked : result.drive_free) = C;
     if (locked) {
       result.negative_pivots = system.negative_pivots() + motions.negative_pivots();
-    } else if (const MatrixXd forces = system.drive_forces(); forces.cols() > 0) {
-      result.drive_stiffness = stiffness_of(forces.transpose() * motions.answer(forces));
+    } else if (drives.cols() > 0) {
+      const MatrixXd compliance = drives.transpose() * answers.rightCols(drives.cols());
+      result.drive_stiffness = stiffness_of(compliance);
     }
   }
   const std::array<bool, 6> prescribed = prescribed_directions(system.mechanism());
@@ -49,12 +55,13 @@ EndEffectorCompliance constrained_compliance(const System& system) {
 }  // namespace
 
 EndEffectorCompliance end_effector_compliance(const System& system) {
-  if (system.constraints().count() > 0) return constrained_compliance(system);
+  if (system.constraints().count() > 0 || system.analyses()) return constrained_compliance(system);
   const Mechanism& m = system.mechanism();
   const int n = system.size(), ee = 6 * m.end_effector;
   EndEffectorCompliance result;
   // unit diagonal: translations and rotations differ by many orders of magnitude
-  const MatrixXd K = 0.5 * (system.tangent_stiffness() + system.tangent_stiffness().transpose());
+  const MatrixXd tangent = system.tangent_stiffness();
+  const MatrixXd K = 0.5 * (tangent + tangent.transpose());
   const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd A = s.asDiagonal() * K * s.asDiagonal();
   const MatrixXd C = s.asDiagonal() * Lu(A).inverse() * s.asDiagonal();

@@ -48,7 +48,6 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
                                   const ExactModes* known) {
   const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
-  const int width = std::max(3, static_cast<int>(factor.leaves().size()));
   for (int guard = modes_needed(count) - count; guard <= 64; guard *= 2) {
     const int wanted = std::min(count + guard, factor.size());
     Modes modes;
@@ -61,6 +60,7 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
       const ExactModes& lowest = own ? own->free : *known;
       modes = {lowest.lambda.head(lowest.exact), lowest.phi.leftCols(lowest.exact), {}, count};
     } else {
+      const int width = std::min(std::max(3, static_cast<int>(factor.leaves().size())), wanted);
       LowestPairs pairs = lowest_pairs(factor.size(), wanted, width, solve, mass, 1e-6);
       if (!pairs.converged) return std::nullopt;
       modes = {std::move(pairs.values), std::move(pairs.vectors), {}, count};

@@ -1,0 +1,208 @@
+#include "core/equilibrium/tangent_factor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/sparse_rank.hpp"
+
+namespace flexopt {
+namespace {
+
+// Lengths over the longest leaf.
+VectorXd lengths(const System& system) {
+  VectorXd unit = VectorXd::Ones(system.size());
+  for (int b = 0; b < system.size(); b += 6) unit.segment<3>(b).setConstant(system.length());
+  return unit;
+}
+
+// Unit diagonal: translations and rotations differ by many orders of magnitude. Bodies that hang on
+// joints alone have no stiffness of their own: where there are conditions, one energy for all.
+VectorXd scale_of(const System& system, const BlockMatrix& K) {
+  const Constraints& c = system.constraints();
+  const VectorXd diagonal = K.diagonal();
+  if (c.count() == 0) return diagonal.cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const VectorXd unit = lengths(system);
+  const double energy = diagonal.cwiseProduct(unit.cwiseAbs2()).cwiseAbs().maxCoeff();
+  VectorXd scale(system.size() + c.count());
+  scale << unit / std::sqrt(energy), std::sqrt(energy) * c.units().cwiseInverse();
+  return scale;
+}
+
+// Rows that are those of the identity beside the held coordinates.
+std::vector<int> released_rows(const System& system, bool drives_held) {
+  if (drives_held) return system.driven_coordinates();
+  std::vector<int> rows;
+  for (const System::DriveRow& drive : system.drives())
+    if (drive.condition) rows.push_back(system.size() + *drive.condition);
+  return rows;
+}
+
+void add_conditions(const System& system, const VectorXd& scale, SparseMatrix& A) {
+  const std::vector<Constraints::Row>& rows = system.constraints().rows();
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const int row = system.size() + static_cast<int>(k);
+    for (int e = 0; e < 2; ++e) {
+      if (rows[k].body[e] < 0) continue;
+      for (int d = 0; d < 6; ++d) {
+        const int column = 6 * rows[k].body[e] + d;
+        const double value = rows[k].gradient[6 * e + d];
+        A.add(row, column, scale[row] * value * scale[column]);
+        A.add(column, row, scale[column] * value * scale[row]);
+      }
+    }
+    A.add(row, row, 0);
+  }
+}
+
+// Of both sides of every condition that holds, e in its unit: pairs (coordinate, value).
+struct ScaledRow {
+  std::array<int, 12> coordinate;
+  std::array<double, 12> value;
+  int count = 0;
+};
+
+std::vector<ScaledRow> scaled_rows(const System& system, bool drives_held) {
+  const Constraints& c = system.constraints();
+  const VectorXd unit = lengths(system);
+  const int count = drives_held ? c.count() : c.joints();
+  std::vector<bool> fixed(static_cast<std::size_t>(system.size()), false);
+  if (drives_held)
+    for (const int k : system.driven_coordinates()) fixed[static_cast<std::size_t>(k)] = true;
+  std::vector<ScaledRow> all;
+  for (int k = 0; k < count; ++k) {
+    const Constraints::Row& row = c.rows()[static_cast<std::size_t>(k)];
+    ScaledRow& scaled = all.emplace_back();
+    for (int e = 0; e < 2; ++e) {
+      if (row.body[e] < 0) continue;
+      for (int d = 0; d < 6; ++d) {
+        const int at = 6 * row.body[e] + d;
+        scaled.coordinate[static_cast<std::size_t>(scaled.count)] = at;
+        scaled.value[static_cast<std::size_t>(scaled.count++)] =
+            fixed[static_cast<std::size_t>(at)] ? 0
+                                                : row.gradient[6 * e + d] * unit[at] / c.units()[k];
+      }
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+TangentFactor::TangentFactor(const System& system, bool drives_held)
+    : TangentFactor(system, system.tangent(), drives_held) {}
+
+TangentFactor::TangentFactor(const System& system, const BlockMatrix& K, bool drives_held)
+    : bodies_(system.size()), scale_(scale_of(system, K)) {
+  SparseMatrix A(static_cast<int>(scale_.size()));
+  A.add(K, scale_, scale_);
+  add_conditions(system, scale_, A);
+  const std::vector<int> released = released_rows(system, drives_held);
+  A.release(released);
+  solver_ = LinearSolver(A, system.analyses());
+  still_ = system.held();
+  still_.insert(still_.end(), released.begin(), released.end());
+}
+
+MatrixXd TangentFactor::solve(MatrixXd B) const {
+  for (const int row : still_) B.row(row).setZero();
+  return scale_.asDiagonal() * solver_.solve(MatrixXd(scale_.asDiagonal() * B));
+}
+
+MatrixXd TangentFactor::answer(const MatrixXd& forces) const {
+  MatrixXd B = MatrixXd::Zero(scale_.size(), forces.cols());
+  B.topRows(bodies_) = forces;
+  return solve(std::move(B)).topRows(bodies_);
+}
+
+// With the conditions' squares added to K the bodies can go first: what hangs on joints alone has a
+// pivot then. Every condition follows the later of its bodies, and has a negative pivot.
+std::optional<int> negative_pivots_sparse(const System& system, bool drives_held) {
+  const Constraints& c = system.constraints();
+  const VectorXd scale = scale_of(system, system.tangent());
+  const int n = system.size();
+  SparseMatrix A(static_cast<int>(scale.size()));
+  A.add(system.tangent(), scale, scale);
+  add_conditions(system, scale, A);
+  A.release(released_rows(system, drives_held));
+  const std::vector<ScaledRow> rows = scaled_rows(system, drives_held);
+  for (const ScaledRow& row : rows)
+    for (int i = 0; i < row.count; ++i)
+      for (int j = 0; j < row.count; ++j)
+        A.add(row.coordinate[static_cast<std::size_t>(i)],
+              row.coordinate[static_cast<std::size_t>(j)],
+              row.value[static_cast<std::size_t>(i)] * row.value[static_cast<std::size_t>(j)]);
+
+  std::vector<int> order;
+  if (c.count() > 0) {
+    std::vector<std::pair<int, int>> ties;
+    for (const Constraints::Row& row : c.rows())
+      if (row.body[0] >= 0 && row.body[1] >= 0) ties.emplace_back(row.body[0], row.body[1]);
+    const std::vector<int> bodies = elimination_order(system.tangent(), ties);
+    std::vector<std::size_t> place(bodies.size());
+    for (std::size_t k = 0; k < bodies.size(); ++k) place[static_cast<std::size_t>(bodies[k])] = k;
+    std::vector<std::vector<int>> after(bodies.size());
+    for (int k = 0; k < c.count(); ++k) {
+      std::size_t last = 0;
+      for (const int b : c.rows()[static_cast<std::size_t>(k)].body)
+        if (b >= 0) last = std::max(last, place[static_cast<std::size_t>(b)]);
+      after[last].push_back(n + k);
+    }
+    for (std::size_t k = 0; k < bodies.size(); ++k) {
+      for (int d = 0; d < 6; ++d) order.push_back(6 * bodies[k] + d);
+      order.insert(order.end(), after[k].begin(), after[k].end());
+    }
+  }
+  const std::optional<int> negative = negative_eigenvalues(A, order, *system.analyses());
+  if (!negative) return std::nullopt;
+  return *negative - static_cast<int>(rows.size());
+}
+
+// e − Ψᵀ(ΨΨᵀ)⁻¹Ψ e from [1, Ψᵀ; Ψ, 0]: nothing is left of a coordinate that cannot move.
+std::vector<bool> still_coordinates(const System& system, bool drives_held,
+                                    const std::vector<int>& coordinates) {
+  const std::vector<ScaledRow> rows = scaled_rows(system, drives_held);
+  const int n = system.size(), m = static_cast<int>(rows.size());
+  std::vector<int> fixed = system.held();
+  if (drives_held) {
+    const std::vector<int> driven = system.driven_coordinates();
+    fixed.insert(fixed.end(), driven.begin(), driven.end());
+  }
+  std::vector<bool> still;
+  for (const int k : coordinates) still.push_back(std::ranges::find(fixed, k) != fixed.end());
+  if (m == 0) return still;
+  SparseMatrix A(n + m);
+  for (int k = 0; k < n; ++k) A.add(k, k, 1);
+  for (int k = 0; k < m; ++k) {
+    const ScaledRow& row = rows[static_cast<std::size_t>(k)];
+    for (int i = 0; i < row.count; ++i) {
+      A.add(n + k, row.coordinate[static_cast<std::size_t>(i)],
+            row.value[static_cast<std::size_t>(i)]);
+      A.add(row.coordinate[static_cast<std::size_t>(i)], n + k,
+            row.value[static_cast<std::size_t>(i)]);
+    }
+    A.add(n + k, n + k, 0);
+  }
+  MatrixXd unit = MatrixXd::Zero(n + m, static_cast<Eigen::Index>(coordinates.size()));
+  for (std::size_t k = 0; k < coordinates.size(); ++k)
+    unit(coordinates[k], static_cast<Eigen::Index>(k)) = 1;
+  const MatrixXd left = LinearSolver(A, system.analyses()).solve(unit).topRows(n);
+  for (std::size_t k = 0; k < coordinates.size(); ++k)
+    still[k] = still[k] || !(left.col(static_cast<Eigen::Index>(k)).norm() > 1e-9);
+  return still;
+}
+
+int rank_of_conditions(const System& system, bool drives_held) {
+  std::vector<SparseEntry> entries;
+  int row = 0;
+  for (const ScaledRow& scaled : scaled_rows(system, drives_held)) {
+    for (int i = 0; i < scaled.count; ++i)
+      entries.push_back({row, scaled.coordinate[static_cast<std::size_t>(i)],
+                         scaled.value[static_cast<std::size_t>(i)]});
+    ++row;
+  }
+  const int fixed = static_cast<int>(system.held().size()) +
+                    (drives_held ? static_cast<int>(system.driven_coordinates().size()) : 0);
+  return fixed + rank_of(row, system.size(), entries, 1e-9);
+}
+
+}  // namespace flexopt
