@@ -23,6 +23,7 @@ set(tested_by
   core/equilibrium/system core/equilibrium/test_joints
   core/math/eigenvalue_branches core/response/test_principal_stiffness
   core/mechanism/load_case core/equilibrium/test_dead_loads
+  core/math/sparse_matrix core/math/test_sparse_solver
   core/math/deflated_solve core/reduction/modal/test_modal_derivatives
   core/math/nearest_rotation core/math/test_rotation
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf

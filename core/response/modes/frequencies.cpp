@@ -334,7 +334,8 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
     std::vector<int> kept;
     const int n = pencil.size;
     for (int i = 0; i < n; ++i)
-      if (!system.is_held(i) && !(drive_locked && std::ranges::find(driven, i) != driven.end()))
+      if (!(i < pencil.bodies && system.is_held(i)) &&
+          !(drive_locked && std::ranges::find(driven, i) != driven.end()))
         kept.push_back(i);
     EigenPairs found =
         solve(pencil.dense_stiffness()(kept, kept), pencil.dense_mass()(kept, kept), options.count);

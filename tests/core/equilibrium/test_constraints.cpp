@@ -82,9 +82,10 @@ TEST_CASE("the curvature of the constraints is their second derivative along the
   Constraints c(m);
   const auto poses = moved(poses_at_rest(m), somewhere(12, 0.3, 2));
   const VectorXd multipliers = somewhere(c.count(), 2, 3);
-  MatrixXd K = MatrixXd::Zero(12, 12);
+  BlockMatrix blocks(2);
   c.evaluate(poses);
-  c.add_curvature(poses, multipliers, K);
+  c.add_curvature(poses, multipliers, blocks);
+  const MatrixXd K = blocks.dense();
   CHECK((K - K.transpose()).norm() < 1e-13 * K.norm());
   for (int seed = 4; seed < 8; ++seed) {
     const VectorXd q = somewhere(12, 1, seed);
@@ -98,9 +99,8 @@ TEST_CASE("the curvature of the constraints is their second derivative along the
     };
     CHECK(q.dot(K * q) == Approx(ridders(slope, 0, 0.05).value[0]).epsilon(1e-6));
   }
-  MatrixXd twice = K;
-  c.add_curvature(poses, multipliers, twice);
-  CHECK((twice - 2 * K).norm() < 1e-13 * K.norm());  // it is added
+  c.add_curvature(poses, multipliers, blocks);
+  CHECK((blocks.dense() - 2 * K).norm() < 1e-13 * K.norm());  // it is added
 }
 
 TEST_CASE("the violation is the largest condition over its unit") {

@@ -1,0 +1,197 @@
+// Systems that are solved sparse against the same solved dense.
+#include "core/equilibrium/tangent_factor.hpp"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/equilibrium/free_motions.hpp"
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/modes/exact_modes.hpp"
+#include "core/response/modes/frequencies.hpp"
+#include "core/response/path/stiffness.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+/// Leaves in series, each body held besides by a leaf to the ground or a joint to the one before.
+enum class Ties { leaves, joints, drives, held };
+
+Mechanism chain(int bodies, Ties ties) {
+  Mechanism m;
+  for (int b = 0; b < bodies; ++b) {
+    const Vector3d at(0.05 * (b + 1), 0.004 * b, 0.002 * b);
+    m.bodies.push_back(models::body(at, b % 3 == 0 ? 0 : 0.1, b % 3 == 0 ? 0 : 1e-5));
+    m.bodies.back().name = "body " + std::to_string(b);
+    const Vector3d from = b == 0 ? Vector3d::Zero() : m.bodies[b - 1].reference;
+    m.leaves.push_back(models::leaf(from, at - from, (at - from).norm(), 0.02, 6e-4));
+    LeafSpring& l = m.leaves.back();
+    l.axes.col(1) = l.axes.col(0).cross(Vector3d::UnitY()).normalized();
+    l.axes.col(2) = l.axes.col(0).cross(l.axes.col(1));
+    l.base = b == 0 ? ground : b - 1;
+    l.tip = b;
+    l.name = "leaf " + std::to_string(b);
+  }
+  m.end_effector = bodies - 1;
+  m.bodies.back().role = BodyRole::end_effector;
+  for (int b = 0; b + 1 < bodies; ++b) m.bodies[b].role = BodyRole::intermediate;
+  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives[0].body = m.end_effector;
+  const auto hinged = [&](int b, int other) {
+    RigidBody arm = models::body(m.bodies[b].reference + Vector3d(0, 0.01, 0), 0.02, 1e-6);
+    arm.name = "arm " + std::to_string(b);
+    arm.role = BodyRole::intermediate;
+    const int own = static_cast<int>(m.bodies.size());
+    m.bodies.push_back(arm);
+    m.joints.push_back({"hinge", JointType::revolute, own, b, arm.reference, Vector3d::UnitZ()});
+    m.joints.push_back({"slide", JointType::prismatic, own, other, arm.reference,
+                        Vector3d(1, 0.2, 0).normalized()});
+  };
+  if (ties == Ties::joints) {
+    hinged(2, ground);
+    hinged(bodies - 2, 0);
+  }
+  if (ties == Ties::drives) {
+    m.drives = {{"between", bodies - 1, 1, Direction::uy, Matrix3d::Identity()},
+                {"turn", 2, ground, Direction::rz, Matrix3d::Identity()}};
+  }
+  if (ties == Ties::held) {
+    m.bodies[1].held = {false, false, true, true, false, false};
+    m.bodies[3].held = {false, false, true, false, false, false};
+  }
+  REQUIRE_FALSE(broken_rule(m));
+  return m;
+}
+
+ModelOptions beams() {
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  model.flexure = Flexure::beam;
+  model.mesh = {4, 1};
+  return model;
+}
+
+double difference(const MatrixXd& a, const MatrixXd& b) { return (a - b).norm() / b.norm(); }
+
+struct Both {
+  Mechanism mechanism;
+  System dense, sparse;
+
+  Both(Mechanism m, const LoadCase& loads)
+      : mechanism(std::move(m)),
+        dense(mechanism, make_full_leaves(mechanism, beams()), loads, Algebra::dense),
+        sparse(mechanism, make_full_leaves(mechanism, beams()), loads, Algebra::sparse) {
+    REQUIRE_FALSE(dense.analyses());
+    REQUIRE(sparse.analyses());
+  }
+};
+
+Both at_a_state(Ties ties) {
+  Both both(chain(6, ties), {});
+  VectorXd strokes(static_cast<Eigen::Index>(both.mechanism.drives.size()));
+  for (Eigen::Index k = 0; k < strokes.size(); ++k) strokes[k] = k == 0 ? 0.02 : 0.05;
+  for (System* system : {&both.dense, &both.sparse}) {
+    const Equilibrium e = step_to(*system, strokes, {});
+    INFO(e.message);
+    REQUIRE(e.converged);
+  }
+  return both;
+}
+
+}  // namespace
+
+TEST_CASE("a system solved sparse finds the equilibria of the dense one", "[sparse]") {
+  const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
+  Both both = at_a_state(ties);
+  for (int b = 0; b < static_cast<int>(both.mechanism.bodies.size()); ++b) {
+    CHECK((both.dense.pose(b).position - both.sparse.pose(b).position).norm() < 1e-11);
+    CHECK((both.dense.pose(b).rotation - both.sparse.pose(b).rotation).norm() < 1e-10);
+  }
+  CHECK(difference(both.sparse.tangent_stiffness(), both.dense.tangent_stiffness()) < 1e-8);
+}
+
+TEST_CASE("motions, stability and stiffness of a sparse system are those of the dense one",
+          "[sparse]") {
+  const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
+  Both both = at_a_state(ties);
+  const int n = both.dense.size();
+  MatrixXd forces(n, 2);
+  for (int k = 0; k < n; ++k) forces.row(k) << std::sin(k), std::cos(2 * k);
+  for (const bool held : {false, true}) {
+    const FreeMotions dense(both.dense, held), sparse(both.sparse, held);
+    CHECK(sparse.count() == dense.count());
+    CHECK(difference(sparse.answer(forces), dense.answer(forces)) < 1e-6);
+    CHECK(negative_pivots(both.sparse, held) == negative_pivots(both.dense, held));
+    for (int b = 0; b < n / 6; ++b) CHECK(sparse.still(b) == dense.still(b));
+  }
+  const EndEffectorCompliance s = end_effector_compliance(both.sparse),
+                              d = end_effector_compliance(both.dense);
+  CHECK(difference(s.drive_free, d.drive_free) < 1e-6);
+  CHECK(difference(s.drive_locked, d.drive_locked) < 1e-6);
+  CHECK(difference(s.drive_stiffness, d.drive_stiffness) < 1e-6);
+  CHECK(s.still == d.still);
+  CHECK(s.negative_pivots == d.negative_pivots);
+}
+
+TEST_CASE("the sparse count of negative directions is the dense one where there are some",
+          "[sparse]") {
+  const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
+  // pushed along the chain, far beyond buckling, with nothing deflected
+  LoadCase loads;
+  Both both(chain(6, ties), {});
+  int most = 0;
+  for (const double push : {30.0, 200.0, 1000.0, 5000.0}) {
+    for (System* system : {&both.dense, &both.sparse}) {
+      // as if compressed: every leaf between edges that have come nearer
+      VectorXd q = VectorXd::Zero(system->size());
+      for (int b = 0; b < system->size() / 6; ++b) q[6 * b] = -push * 1e-8 * (b + 1);
+      system->move(q);
+      system->assemble();
+    }
+    for (const bool held : {false, true}) {
+      const int dense = negative_pivots(both.dense, held);
+      CHECK(negative_pivots(both.sparse, held) == dense);
+      most = std::max(most, dense);
+    }
+  }
+  CHECK(most > 1);
+}
+
+TEST_CASE("frequencies and balanced states of a sparse system are those of the dense one",
+          "[sparse]") {
+  const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
+  Both both = at_a_state(ties);
+  std::vector<int> dense_modes, sparse_modes;
+  const FrequencyOptions options{.count = 8};
+  const Frequencies dense = natural_frequencies(both.dense, options, dense_modes),
+                    sparse = natural_frequencies(both.sparse, options, sparse_modes);
+  CHECK(dense_modes == sparse_modes);
+  const auto same = [](const std::vector<Mode>& a, const std::vector<Mode>& b) {
+    REQUIRE(a.size() == b.size());
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      INFO("mode " << k);
+      CHECK(a[k].frequency == Approx(b[k].frequency).epsilon(1e-7));
+      CHECK(a[k].drive == Approx(b[k].drive).margin(1e-6));
+      CHECK(a[k].end_effector == Approx(b[k].end_effector).margin(1e-6));
+    }
+  };
+  same(sparse.free, dense.free);
+  same(sparse.locked, dense.locked);
+
+  const auto of_dense = MechanismFactor::of(both.dense),
+             of_sparse = MechanismFactor::of(both.sparse);
+  REQUIRE(of_dense.value);
+  REQUIRE(of_sparse.value);
+  const MechanismFactor &d = *of_dense.value, &s = *of_sparse.value;
+  MatrixXd B(d.size(), 2);
+  for (int k = 0; k < d.size(); ++k) B.row(k) << std::sin(k), std::cos(3 * k);
+  d.clear_held(B);
+  const MatrixXd strokes = MatrixXd::Constant(d.drives(), 2, 1e-3);
+  CHECK(difference(s.balance(B, strokes), d.balance(B, strokes)) < 1e-6);
+  CHECK(difference(s.balance(B, std::nullopt), d.balance(B, std::nullopt)) < 1e-6);
+  CHECK(difference(s.mass(B), d.mass(B)) < 1e-12);
+  CHECK(difference(s.drive_compliance(), d.drive_compliance()) < 1e-6);
+}
