@@ -6,6 +6,8 @@
 #include <tuple>
 
 #include "core/math/rotation.hpp"
+#include "core/math/sparse_rank.hpp"
+#include "core/math/sparse_solver.hpp"
 #include "core/mechanism/drive.hpp"
 
 namespace flexopt {
@@ -268,6 +270,41 @@ JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate)
 template JointRates<double> joint_rates(const JointState<double>&, const JointState<double>&);
 template JointRates<Jet> joint_rates(const JointState<Jet>&, const JointState<Jet>&);
 
+namespace {
+
+// Whether all conditions of joints and drives differ, for many bodies: by the rank of all of them.
+bool independent(const Mechanism& mechanism, double length) {
+  const auto place_of = [&](int body) {
+    JointBody place;
+    if (body >= 0) place.position = place.reference = mechanism.bodies[body].reference;
+    return place;
+  };
+  std::vector<SparseEntry> entries;
+  int rows = 0;
+  const auto add = [&](const Vector12d& gradient, int body, int other) {
+    const int sides[] = {body, other};
+    for (int e = 0; e < 2; ++e)
+      for (int d = 0; d < 6 && sides[e] >= 0; ++d)
+        if (!mechanism.bodies[sides[e]].held[d])
+          entries.push_back(
+              {rows, 6 * sides[e] + d, gradient[6 * e + d] * (d < 3 ? length : 1)});
+    ++rows;
+  };
+  for (const Joint& joint : mechanism.joints) {
+    const JointConditions c = conditions(joint, place_of(joint.body), place_of(joint.other));
+    for (int k = 0; k < c.value.size(); ++k)
+      add(c.gradient.row(k).transpose(), joint.body, joint.other);
+  }
+  for (const Drive& drive : mechanism.drives)
+    add(drive_stroke<double>(drive, load_of_rotations(mechanism), place_of(drive.body),
+                             place_of(drive.other))
+            .gradient,
+        drive.body, drive.other);
+  return rank_of(rows, 6 * static_cast<int>(mechanism.bodies.size()), entries, 1e-8) == rows;
+}
+
+}  // namespace
+
 std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
   const bool simple =
       mechanism.drives.empty() || (mechanism.drives.size() == 1 && coordinate_of(mechanism, 0));
@@ -280,6 +317,7 @@ std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
     if (body >= 0) place.position = place.reference = mechanism.bodies[body].reference;
     return place;
   };
+  if (n >= sparse_from && independent(mechanism, length)) return std::nullopt;
   // rows orthonormalised one by one: what is left of a row is what no earlier condition fixes
   std::vector<VectorXd> fixed;
   const auto adds = [&](VectorXd row) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -161,26 +162,71 @@ std::optional<std::string> broken_rule(const Joint& joint, int bodies) {
   return std::nullopt;
 }
 
+/// The first two leaves that intersect: those before it are tried against each leaf in turn. Only
+/// leaves whose spheres overlap along one axis, that of the widest spread, are looked at.
+std::optional<std::pair<std::size_t, std::size_t>> intersecting(
+    const std::vector<LeafSpring>& leaves) {
+  struct Reach {
+    double from, to;
+    std::size_t leaf;
+  };
+  Vector3d least = Vector3d::Constant(1e300), most = -least;
+  for (const LeafSpring& leaf : leaves) {
+    least = least.cwiseMin(leaf.origin);
+    most = most.cwiseMax(leaf.origin);
+  }
+  int axis = 0;
+  (most - least).maxCoeff(&axis);
+  std::vector<Reach> reaches;
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const Box box = box_of(leaves[i]);
+    const double radius = box.half.norm() * (1 + 1e-6);
+    reaches.push_back({box.middle[axis] - radius, box.middle[axis] + radius, i});
+  }
+  std::ranges::sort(reaches, {}, &Reach::from);
+  std::optional<std::pair<std::size_t, std::size_t>> first;
+  for (std::size_t a = 0; a < reaches.size(); ++a)
+    for (std::size_t b = a + 1; b < reaches.size() && reaches[b].from <= reaches[a].to; ++b) {
+      const auto [j, i] = std::minmax(reaches[a].leaf, reaches[b].leaf);
+      if (first && std::pair(i, j) >= *first) continue;
+      if (intersect(leaves[j], leaves[i])) first = {i, j};
+    }
+  return first;
+}
+
 /// Bodies that no chain of leaves, joints and springs ties to the ground.
 std::optional<std::string> loose_body(const Mechanism& mechanism) {
-  std::vector<bool> held(mechanism.bodies.size(), false);
-  const auto is_held = [&](int body) {
-    return body == ground || held[static_cast<std::size_t>(body)];
+  const std::size_t bodies = mechanism.bodies.size();
+  // what a body that is held holds; the ground is the last of the lists
+  std::vector<std::vector<int>> holds(bodies + 1);
+  const auto tie = [&](int from, int to) {
+    if (to >= 0) holds[from < 0 ? bodies : static_cast<std::size_t>(from)].push_back(to);
   };
-  for (std::size_t pass = 0; pass < mechanism.bodies.size(); ++pass) {
-    for (const LeafSpring& leaf : mechanism.leaves) {
-      if (!is_held(leaf.base) && !(leaf.tip != free_edge && is_held(leaf.tip))) continue;
-      for (const int body : {leaf.base, leaf.tip})
-        if (body >= 0) held[static_cast<std::size_t>(body)] = true;
-      if (leaf.point) held[static_cast<std::size_t>(leaf.point->body)] = true;
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    if (leaf.tip != free_edge) {
+      tie(leaf.base, leaf.tip);
+      tie(leaf.tip, leaf.base);
     }
-    const auto tie = [&](int body, int other) {
-      if (!is_held(body) && !is_held(other)) return;
-      for (const int b : {body, other})
-        if (b >= 0) held[static_cast<std::size_t>(b)] = true;
-    };
-    for (const Joint& joint : mechanism.joints) tie(joint.body, joint.other);
-    for (const Spring& spring : mechanism.springs) tie(spring.body, spring.other);
+    if (!leaf.point) continue;
+    tie(leaf.base, leaf.point->body);
+    if (leaf.tip != free_edge) tie(leaf.tip, leaf.point->body);
+  }
+  const auto both = [&](int body, int other) {
+    tie(body, other);
+    tie(other, body);
+  };
+  for (const Joint& joint : mechanism.joints) both(joint.body, joint.other);
+  for (const Spring& spring : mechanism.springs) both(spring.body, spring.other);
+  std::vector<bool> held(bodies, false);
+  std::vector<std::size_t> reached{bodies};
+  while (!reached.empty()) {
+    const std::size_t from = reached.back();
+    reached.pop_back();
+    for (const int b : holds[from])
+      if (const auto to = static_cast<std::size_t>(b); !held[to]) {
+        held[to] = true;
+        reached.push_back(to);
+      }
   }
   for (std::size_t i = 0; i < held.size(); ++i)
     if (!held[i])
@@ -208,11 +254,9 @@ std::optional<std::string> broken_rule(const Mechanism& mechanism) {
     if (auto rule = broken_rule(spring, bodies)) return rule;
   if (auto rule = loose_body(mechanism)) return rule;
   if (auto rule = dependent_joints(mechanism)) return rule;
-  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (intersect(mechanism.leaves[j], mechanism.leaves[i]))
-        return fmt::format("{} and {} intersect when undeflected", mechanism.leaves[j].name,
-                           mechanism.leaves[i].name);
+  if (const auto pair = intersecting(mechanism.leaves))
+    return fmt::format("{} and {} intersect when undeflected", mechanism.leaves[pair->second].name,
+                       mechanism.leaves[pair->first].name);
   return loose_direction(mechanism);
 }
 

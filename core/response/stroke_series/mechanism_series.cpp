@@ -115,9 +115,12 @@ void MechanismSeries::expand_conditions() {
   const Mechanism& m = factor_->system().mechanism();
   for (int o = 0; o < 3; ++o) {
     conditions_.value[o] = VectorXd::Zero(factor_->conditions());
-    conditions_.gradient[o] = MatrixXd::Zero(factor_->conditions(), bodies_);
-    conditions_.stroke[o] = conditions_.gradient[o];
-    conditions_.curvature[o] = conditions_.winding[o] = MatrixXd::Zero(bodies_, bodies_);
+    conditions_.rows[o] = factor_->system().constraints().rows();
+    for (Constraints::Row& row : conditions_.rows[o]) {
+      row.gradient.setZero();
+      row.stroke.setZero();
+    }
+    conditions_.curvature[o] = conditions_.winding[o] = BlockMatrix(bodies_ / 6);
   }
   const auto body = [&](int b, int order, double sign) {
     JointBody at;
@@ -146,9 +149,9 @@ void MechanismSeries::expand_conditions() {
         [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).gradient; });
     for (int o = 0; o < 3; ++o) {
       conditions_.value[o].segment(row, k) = value[o];
-      for (int e = 0; e < 2; ++e)
-        if (sides[e] >= 0)
-          conditions_.gradient[o].block(row, 6 * sides[e], k, 6) = gradient[o].middleCols(6 * e, 6);
+      for (int i = 0; i < k; ++i)
+        conditions_.rows[o][static_cast<std::size_t>(row + i)].gradient =
+            gradient[o].row(i).transpose();
       const VectorXd weights = multipliers_[o].segment(row, k);
       const Series<MatrixXd> H = series(
           [&](const JointBody& a, const JointBody& b) { return curvature(joint, a, b, weights); });
@@ -156,7 +159,7 @@ void MechanismSeries::expand_conditions() {
         for (int e = 0; e < 2; ++e)
           for (int f = 0; f < 2; ++f)
             if (sides[e] >= 0 && sides[f] >= 0)
-              conditions_.curvature[o + p].block<6, 6>(6 * sides[e], 6 * sides[f]) +=
+              conditions_.curvature[o + p].block(sides[e], sides[f]) +=
                   H[p].block<6, 6>(6 * e, 6 * f);
     }
     row += k;
@@ -172,32 +175,29 @@ void MechanismSeries::expand_conditions() {
     const int sides[] = {drive.body, drive.other};
     for (int o = 0; o < 3; ++o) {
       conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
-      const MatrixXd g = coefficients(stroke.load, o), h = coefficients(stroke.gradient, o);
-      for (int e = 0; e < 2; ++e) {
-        if (sides[e] < 0) continue;
-        conditions_.gradient[o].block<1, 6>(row, 6 * sides[e]) = g.middleRows(6 * e, 6).transpose();
-        conditions_.stroke[o].block<1, 6>(row, 6 * sides[e]) = h.middleRows(6 * e, 6).transpose();
-      }
+      conditions_.rows[o][static_cast<std::size_t>(row)].gradient = coefficients(stroke.load, o);
+      conditions_.rows[o][static_cast<std::size_t>(row)].stroke = coefficients(stroke.gradient, o);
       for (int p = 0; o + p < 3; ++p) {
         const MatrixXd H = multipliers_[o][row] * coefficients(stroke.curvature, p),
                        W = multipliers_[o][row] * coefficients(stroke.winding, p);
         for (int e = 0; e < 2; ++e)
           for (int f = 0; f < 2; ++f) {
             if (sides[e] < 0 || sides[f] < 0) continue;
-            conditions_.curvature[o + p].block<6, 6>(6 * sides[e], 6 * sides[f]) +=
+            conditions_.curvature[o + p].block(sides[e], sides[f]) +=
                 H.block<6, 6>(6 * e, 6 * f);
-            conditions_.winding[o + p].block<6, 6>(6 * sides[e], 6 * sides[f]) +=
+            conditions_.winding[o + p].block(sides[e], sides[f]) +=
                 W.block<6, 6>(6 * e, 6 * f);
           }
       }
     }
     ++row;
   }
-  for (const int k : factor_->system().held())
-    for (int o = 0; o < 3; ++o) {
-      conditions_.gradient[o].col(k).setZero();
-      conditions_.stroke[o].col(k).setZero();
-    }
+  for (std::vector<Constraints::Row>& rows : conditions_.rows)
+    for (Constraints::Row& r : rows)
+      for (int e = 0; e < 2; ++e)
+        for (int d = 0; d < 6; ++d)
+          if (r.body[e] < 0 || m.bodies[r.body[e]].held[d])
+            r.gradient[6 * e + d] = r.stroke[6 * e + d] = 0;
 }
 
 void MechanismSeries::expand_springs() {
@@ -205,7 +205,7 @@ void MechanismSeries::expand_springs() {
   if (m.springs.empty()) return;
   for (int o = 0; o < 3; ++o) {
     springs_.force[o] = VectorXd::Zero(bodies_);
-    springs_.tangent[o] = MatrixXd::Zero(bodies_, bodies_);
+    springs_.tangent[o] = BlockMatrix(bodies_ / 6);
   }
   const MechanismState<Jet> state = path();
   for (const Spring& spring : m.springs) {
@@ -220,7 +220,7 @@ void MechanismSeries::expand_springs() {
         springs_.force[o].segment<6>(6 * sides[e]) += force.segment<6>(6 * e);
         for (int g = 0; g < 2; ++g)
           if (sides[g] >= 0)
-            springs_.tangent[o].block<6, 6>(6 * sides[e], 6 * sides[g]) +=
+            springs_.tangent[o].block(sides[e], sides[g]) +=
                 tangent.block<6, 6>(6 * e, 6 * g);
       }
     }
@@ -230,9 +230,25 @@ void MechanismSeries::expand_springs() {
 void MechanismSeries::add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const {
   const int m = factor_->conditions();
   if (m == 0) return;
-  result.topRows(bodies_) += conditions_.curvature[order] * Y.topRows(bodies_) +
-                             conditions_.gradient[order].transpose() * Y.bottomRows(m);
-  result.bottomRows(m) = conditions_.gradient[order] * Y.topRows(bodies_);
+  result.topRows(bodies_) += conditions_.curvature[order] * Y.topRows(bodies_);
+  add_condition_forces(Y.bottomRows(m), order, result);
+  result.bottomRows(m).setZero();
+  for (int k = 0; k < m; ++k) {
+    const Constraints::Row& row = conditions_.rows[order][static_cast<std::size_t>(k)];
+    for (int e = 0; e < 2; ++e)
+      if (row.body[e] >= 0)
+        result.row(result.rows() - m + k) +=
+            row.gradient.segment<6>(6 * e).transpose() * Y.middleRows<6>(6 * row.body[e]);
+  }
+}
+
+void MechanismSeries::add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const {
+  for (int k = 0; k < factor_->conditions(); ++k) {
+    const Constraints::Row& row = conditions_.rows[order][static_cast<std::size_t>(k)];
+    for (int e = 0; e < 2; ++e)
+      if (row.body[e] >= 0)
+        result.middleRows<6>(6 * row.body[e]) += row.gradient.segment<6>(6 * e) * Y.row(k);
+  }
 }
 
 template <class Apply>
@@ -304,8 +320,9 @@ Series<VectorXd> MechanismSeries::residual() const {
     result[o] = sum[o];
     if (factor_->conditions() == 0) continue;
     result[o].tail(factor_->conditions()) = conditions_.value[o];
-    for (int p = 0; p <= o; ++p)
-      result[o].head(bodies_) += conditions_.gradient[p].transpose() * multipliers_[o - p];
+    MatrixXd forces = MatrixXd::Zero(bodies_, 1);
+    for (int p = 0; p <= o; ++p) add_condition_forces(multipliers_[o - p], p, forces);
+    result[o].head(bodies_) += forces;
   }
   return result;
 }
@@ -365,10 +382,15 @@ Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int or
   for (int o = 0; o < orders; ++o) {
     if (factor_->conditions() > 0)
       result[o].topRows(bodies_) += conditions_.winding[o] * Y.topRows(bodies_);
-    for (const int row : factor_->drive_rows())
-      result[o].row(row) =
-          conditions_.stroke[o].row(row - factor_->size() + factor_->conditions()) *
-          Y.topRows(bodies_);
+    for (const int row : factor_->drive_rows()) {
+      const int k = row - factor_->size() + factor_->conditions();
+      const Constraints::Row& of = conditions_.rows[o][static_cast<std::size_t>(k)];
+      result[o].row(row).setZero();
+      for (int e = 0; e < 2; ++e)
+        if (of.body[e] >= 0)
+          result[o].row(row) +=
+              of.stroke.segment<6>(6 * e).transpose() * Y.middleRows<6>(6 * of.body[e]);
+    }
     for (int b = 3; b < bodies_; b += 6)
       result[o].middleRows(b, 3) -= 0.5 * hat(force[o].segment<3>(b)) * Y.middleRows(b, 3);
     factor_->clear_held(result[o]);

@@ -63,16 +63,19 @@ class MechanismSeries {
   /// stroke, and what the residual's derivative has beside the curvature.
   struct Conditions {
     Series<VectorXd> value;
-    Series<MatrixXd> gradient, stroke, curvature, winding;
+    Series<std::vector<Constraints::Row>> rows;
+    Series<BlockMatrix> curvature, winding;
   };
   /// Forces of the springs on the bodies, and their tangent, along the path.
   struct Springs {
     Series<VectorXd> force;
-    Series<MatrixXd> tangent;
+    Series<BlockMatrix> tangent;
   };
   void expand_springs();
   void expand_conditions();
   void add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const;
+  /// result += Ψ_qᵀ Y of the coefficients of one order; Y: rows of conditions.
+  void add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const;
 
   const MechanismFactor* factor_;
   int bodies_ = 0;

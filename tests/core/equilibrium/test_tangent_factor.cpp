@@ -26,8 +26,10 @@ Mechanism chain(int bodies, Ties ties) {
     const Vector3d at(0.05 * (b + 1), 0.004 * b, 0.002 * b);
     m.bodies.push_back(models::body(at, b % 3 == 0 ? 0 : 0.1, b % 3 == 0 ? 0 : 1e-5));
     m.bodies.back().name = "body " + std::to_string(b);
-    const Vector3d from = b == 0 ? Vector3d::Zero() : m.bodies[b - 1].reference;
-    m.leaves.push_back(models::leaf(from, at - from, (at - from).norm(), 0.02, 6e-4));
+    const Vector3d from = b == 0 ? Vector3d(Vector3d::Zero())
+                                 : Vector3d(m.bodies[b - 1].reference + Vector3d(0.004, 0, 0)),
+                   to = at - Vector3d(0.004, 0, 0);
+    m.leaves.push_back(models::leaf(from, to - from, (to - from).norm(), 0.02, 6e-4));
     LeafSpring& l = m.leaves.back();
     l.axes.col(1) = l.axes.col(0).cross(Vector3d::UnitY()).normalized();
     l.axes.col(2) = l.axes.col(0).cross(l.axes.col(1));
@@ -62,6 +64,7 @@ Mechanism chain(int bodies, Ties ties) {
     m.bodies[1].held = {false, false, true, true, false, false};
     m.bodies[3].held = {false, false, true, false, false, false};
   }
+  INFO(broken_rule(m).value_or(""));
   REQUIRE_FALSE(broken_rule(m));
   return m;
 }

@@ -8,7 +8,7 @@ using namespace flexopt;
 
 namespace {
 
-Eigen::MatrixXd dense(int rows, int columns, const std::vector<SparseEntry>& entries) {
+Eigen::MatrixXd written_out(int rows, int columns, const std::vector<SparseEntry>& entries) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(rows, columns);
   for (const SparseEntry& e : entries) A(e.row, e.column) += e.value;
   return A;
@@ -24,7 +24,7 @@ TEST_CASE("rows that depend on others are found with their factors", "[math][spa
   const DependentRows found = dependent_rows(6, 4, entries, 1e-8);
   CHECK(found.rank == 3);
   REQUIRE(found.sums.size() == 3);
-  const Eigen::MatrixXd A = dense(6, 4, entries);
+  const Eigen::MatrixXd A = written_out(6, 4, entries);
   for (const auto& sum : found.sums) {
     CHECK(sum.back().second == -1);
     Eigen::RowVectorXd zero = Eigen::RowVectorXd::Zero(4);
@@ -49,7 +49,7 @@ TEST_CASE("rank and sums of rows are those of the dense matrix", "[math][sparse]
     for (const int from : {i - 2, i - 1})
       for (const SparseEntry e : std::vector(entries))
         if (e.row == from) entries.push_back({i, e.column, 0.3 * (i - from) * e.value});
-  const Eigen::MatrixXd A = dense(n, 40, entries);
+  const Eigen::MatrixXd A = written_out(n, 40, entries);
   const Eigen::MatrixXd unit = A.rowwise().normalized();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(unit);
   qr.setThreshold(1e-8);

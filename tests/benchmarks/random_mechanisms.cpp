@@ -1,0 +1,93 @@
+// Laws of 10 000 random mechanisms: how far each is kept. An argument is how many instead.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "support/mechanism_laws.hpp"
+#include "tests/benchmarks/page.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+ModelOptions coarse(Accuracy accuracy) {
+  ModelOptions model;
+  model.accuracy = accuracy;
+  model.mesh = {3, 2};
+  return model;
+}
+
+struct Law {
+  const char* name;
+  double limit;
+  std::function<laws::Deviation(const RandomDesign&, unsigned long long)> check;
+  std::vector<double> sizes = {};
+  int failed = 0;
+};
+
+double quantile(std::vector<double>& sizes, double share) {
+  std::sort(sizes.begin(), sizes.end());
+  return sizes[static_cast<std::size_t>(share * static_cast<double>(sizes.size() - 1))];
+}
+
+}  // namespace
+
+int main(int arguments, char** values) {
+  const int count = arguments > 1 ? std::atoi(values[1]) : 10000;
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / fmt::format("flexopt_random_{}", getpid());
+  std::filesystem::create_directories(folder);
+  const auto accuracy = [](unsigned long long seed) {
+    return coarse(seed % 10 == 0 ? Accuracy::reduced : Accuracy::full);
+  };
+  std::vector<Law> all{
+      {"moved and turned as a whole", 1e-10,
+       [&](const RandomDesign& d, unsigned long long seed) {
+         return laws::motion_of_the_whole(d, seed, "", accuracy(seed));
+       }},
+      {"mirrored, moved and turned", 1e-10,
+       [&](const RandomDesign& d, unsigned long long seed) {
+         return laws::motion_of_the_whole(d, seed, std::string(1, "xyz"[seed % 3]), accuracy(seed));
+       }},
+      {"force and tangent from the energy", 1e-8,
+       [&](const RandomDesign& d, unsigned long long seed) {
+         return laws::energy(d, seed, coarse(Accuracy::full));
+       }},
+      {"written flat, and without repeats", 0,
+       [](const RandomDesign& d, unsigned long long) { return laws::ways_of_writing(d); }},
+      {"derivatives of all numbers", 1e-8,
+       [](const RandomDesign& d, unsigned long long) { return laws::derivatives(d); }}};
+  int refused = 0;
+  for (int seed = 0; seed < count; ++seed) {
+    const RandomDesign design = random_design(static_cast<unsigned long long>(seed), folder);
+    refused += design.refused;
+    for (Law& law : all) {
+      laws::Deviation d;
+      try {
+        d = law.check(design, static_cast<unsigned long long>(seed));
+      } catch (const std::exception& error) {
+        d = {1e300, error.what()};
+      }
+      law.sizes.push_back(d.size);
+      if (!(d.size <= law.limit)) {
+        ++law.failed;
+        fmt::print(stderr, "seed {}, {}: {:.1e}, {}\n", seed, law.name, d.size, d.what);
+      }
+    }
+  }
+  std::filesystem::remove_all(folder);
+  const PageTable page("random_mechanisms laws");
+  fmt::print("{} random mechanisms; {} drawn ones had leaves that intersect.\n\n", count, refused);
+  fmt::print("| law | limit | half are within | 99 % | largest | beyond the limit |\n");
+  fmt::print("|---|---|---|---|---|---|\n");
+  for (Law& law : all)
+    fmt::print("| {} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {} |\n", law.name, law.limit,
+               quantile(law.sizes, 0.5), quantile(law.sizes, 0.99), quantile(law.sizes, 1),
+               law.failed);
+}

@@ -1,0 +1,121 @@
+// Laws that every mechanism keeps, for 200 random design files: trees and loops of bodies, leaves of
+// all kinds, joints, springs, bushings, frames, repeats and mirrored parts.
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "support/mechanism_laws.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+constexpr int count = 200;
+
+/// A folder for the files of parts, removed at the end.
+struct Folder {
+  std::filesystem::path path;
+  explicit Folder(const std::string& name)
+      : path(std::filesystem::temp_directory_path() /
+             ("flexopt_" + name + "_" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(path);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() { std::filesystem::remove_all(path); }
+};
+
+ModelOptions coarse(Accuracy accuracy) {
+  ModelOptions model;
+  model.accuracy = accuracy;
+  model.mesh = {3, 2};
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("random mechanisms are of all kinds", "[random]") {
+  const Folder folder("kinds");
+  int leaves = 0, wires = 0, profiles = 0, joints = 0, springs = 0, bushings = 0, loops = 0,
+      several = 0, massless = 0, held = 0, mirrored = 0, repeats = 0, nested = 0;
+  for (int seed = 0; seed < count; ++seed) {
+    const RandomDesign design = random_design(seed, folder.path);
+    const Mechanism m = design.make();
+    leaves += static_cast<int>(m.leaves.size());
+    for (const LeafSpring& leaf : m.leaves) {
+      wires += leaf.section == Section::circular;
+      profiles += !leaf.thickness_profile.empty() || !leaf.width_profile.empty();
+    }
+    joints += !m.joints.empty();
+    for (const Spring& spring : m.springs) (spring.matrix ? bushings : springs) += 1;
+    loops += m.leaves.size() > m.bodies.size();
+    several += m.bodies.size() > 3;
+    for (const RigidBody& body : m.bodies) {
+      massless += body.mass == 0;
+      for (const bool still : body.held) held += still;
+    }
+    for (const auto& part : design.document["parts"]) mirrored += part.contains("mirror");
+    for (const auto& frame : design.document["frames"]) {
+      repeats += frame.contains("repeat");
+      nested += frame.contains("in");
+    }
+  }
+  CHECK(leaves > 3 * count / 2);
+  for (const int number : {wires, profiles, joints, springs, bushings, loops, several, massless,
+                           held, mirrored, repeats, nested})
+    CHECK(number >= 5);
+}
+
+TEST_CASE("a random mechanism written flat, or without repeats, is the same to the last bit",
+          "[random]") {
+  const Folder folder("ways");
+  for (int seed = 0; seed < count; ++seed) {
+    const laws::Deviation d = laws::ways_of_writing(random_design(seed, folder.path));
+    INFO("seed " << seed << ": " << d.what);
+    CHECK(d.size == 0);
+  }
+}
+
+TEST_CASE("every number of a random mechanism has its exact derivatives", "[random]") {
+  const Folder folder("derivatives");
+  for (int seed = 0; seed < count; ++seed) {
+    const laws::Deviation d = laws::derivatives(random_design(seed, folder.path));
+    INFO("seed " << seed << ": " << d.what);
+    CHECK(d.size < 1e-8);
+  }
+}
+
+TEST_CASE("a random mechanism moved as a whole answers as before", "[random]") {
+  const Folder folder("moved");
+  for (int seed = 0; seed < count; ++seed) {
+    const laws::Deviation d =
+        laws::motion_of_the_whole(random_design(seed, folder.path), seed, "",
+                                  coarse(seed % 10 == 0 ? Accuracy::reduced : Accuracy::full));
+    INFO("seed " << seed << ": " << d.what);
+    CHECK(d.size < 1e-10);
+  }
+}
+
+TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random]") {
+  const Folder folder("mirrored");
+  for (int seed = 0; seed < count; ++seed) {
+    const std::string mirror(1, "xyz"[seed % 3]);
+    const laws::Deviation d =
+        laws::motion_of_the_whole(random_design(seed, folder.path), seed, mirror,
+                                  coarse(seed % 10 == 0 ? Accuracy::reduced : Accuracy::full));
+    INFO("seed " << seed << ": " << d.what);
+    CHECK(d.size < 1e-10);
+  }
+}
+
+TEST_CASE("the force of a random mechanism is the gradient of its energy, the tangent its Hessian",
+          "[random]") {
+  const Folder folder("energy");
+  for (int seed = 0; seed < count; ++seed) {
+    const laws::Deviation d =
+        laws::energy(random_design(seed, folder.path), seed, coarse(Accuracy::full));
+    INFO("seed " << seed << ": " << d.what);
+    CHECK(d.size < 1e-8);
+  }
+}

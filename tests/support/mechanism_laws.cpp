@@ -1,0 +1,354 @@
+#include "support/mechanism_laws.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/ridders.hpp"
+#include "core/math/rotation.hpp"
+#include "core/mechanism/each_number.hpp"
+#include "core/response/mobility/mobility.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/path/stiffness.hpp"
+#include "core/response/response.hpp"
+#include "designs/expand.hpp"
+
+namespace flexopt::laws {
+
+using nlohmann::json;
+
+void Deviation::add(double difference, double scale, const std::string& name) {
+  const double relative = difference == 0 ? 0 : std::abs(difference) / scale;
+  if (std::isfinite(relative) && relative <= size) return;
+  size = std::isfinite(relative) ? relative : 1e300;
+  what = name;
+}
+
+namespace {
+
+// A stroke that neither buckles nor tears: of one newton or 20 mN m, a millimetre or 0.02 rad.
+double gentle_stroke(const Mechanism& mechanism) {
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  System system(mechanism, make_full_leaves(mechanism, model));
+  system.assemble();
+  const double stiffness = std::abs(end_effector_compliance(system).drive_stiffness[0]);
+  return is_rotation(mechanism.drives[0].direction) ? std::min(0.02, 0.02 / stiffness)
+                                                    : std::min(1e-3, 1 / stiffness);
+}
+
+// A small dead load on every body.
+LoadCase loads_of(const Mechanism& mechanism) {
+  LoadCase loads;
+  for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b) {
+    const double k = static_cast<double>(mechanism.bodies[static_cast<std::size_t>(b)].name.size());
+    DeadLoad load;
+    load.force = 0.05 * Vector3d(std::sin(k), std::cos(2 * k), std::sin(3 * k));
+    load.moment = 5e-4 * Vector3d(std::cos(k), std::sin(2 * k), std::cos(3 * k));
+    load.body = b;
+    load.arm = 0.01 * Vector3d(std::sin(5 * k), std::cos(7 * k), std::sin(2 * k));
+    loads.constant.push_back(load);
+  }
+  return loads;
+}
+
+// Turned, and mirrored where det Q = −1: then axial vectors keep their sign along the mirror.
+struct Turn {
+  Matrix3d Q;
+  Vector3d polar(const Vector3d& v) const { return Q * v; }
+  Vector3d axial(const Vector3d& v) const { return Q.determinant() * (Q * v); }
+  Matrix6d both() const {
+    Matrix6d T = Matrix6d::Zero();
+    T.topLeftCorner<3, 3>() = Q;
+    T.bottomRightCorner<3, 3>() = Q.determinant() * Q;
+    return T;
+  }
+};
+
+std::string inner_name(const std::string& name) {
+  return name.starts_with("all/") ? name.substr(4) : name;
+}
+
+LoadCase turned(const LoadCase& loads, const Mechanism& from, const Mechanism& to,
+                const Turn& turn) {
+  std::map<std::string, int> index;
+  for (std::size_t b = 0; b < to.bodies.size(); ++b)
+    index[inner_name(to.bodies[b].name)] = static_cast<int>(b);
+  LoadCase result = loads;
+  for (DeadLoad& load : result.constant) {
+    load.force = turn.polar(load.force);
+    load.moment = turn.axial(load.moment);
+    load.arm = turn.polar(load.arm);
+    load.body = index.at(from.bodies[static_cast<std::size_t>(*load.body)].name);
+  }
+  return result;
+}
+
+StrokeResponse respond(const Mechanism& mechanism, const ModelOptions& model, const LoadCase& loads,
+                       double stroke) {
+  StrokeRequest request;
+  request.points = {0, stroke};
+  request.loads = loads;
+  request.frequencies = 4;
+  request.outputs.remove(Output::frequency_derivatives);
+  request.newton.tolerance = 1e-12;
+  return evaluate_stroke(mechanism, model, request);
+}
+
+}  // namespace
+
+Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long seed,
+                              const std::string& mirror, const ModelOptions& model) {
+  RandomNumbers random(seed);
+  json frame{{"at", {random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)}},
+             {"turn", json::array()}};
+  Matrix3d R = Matrix3d::Identity();
+  for (int k = 0; k < 3; ++k) {
+    const int axis = random.whole(0, 2);
+    const double angle = design.quarter_turns
+                             ? random.whole(0, 3) * (std::numbers::pi / 2)
+                             : random.between(-3, 3);
+    frame["turn"].push_back({std::string(1, "xyz"[axis]), angle});
+    R = R * Eigen::AngleAxisd(angle, Vector3d(Vector3d::Unit(axis))).toRotationMatrix();
+  }
+  Turn turn{R};
+  if (!mirror.empty()) {
+    Matrix3d reflection = Matrix3d::Identity();
+    reflection(mirror[0] - 'x', mirror[0] - 'x') = -1;
+    turn.Q = R * reflection;
+  }
+  const Mechanism here = design.make();
+  const auto family = read_document(wrapped(design, frame, mirror), design.folder);
+  EndEffector payload = random_payload();
+  payload.inertia = (turn.Q * payload.inertia * turn.Q.transpose()).eval();
+  payload.center_of_mass = turn.polar(payload.center_of_mass);
+  const Mechanism there = family->make(default_values(*family), standard_choices(*family),
+                                       materials().front().material, payload);
+
+  const double stroke = gentle_stroke(here);
+  // the drive keeps its direction in the frame; the motion along it may be the mirrored one
+  double sign = 1;
+  if (!mirror.empty()) {
+    const bool along = design.direction[1] == mirror[0];
+    sign = is_rotation(here.drives[0].direction) == along ? 1 : -1;
+  }
+  const LoadCase loads = loads_of(here);
+  const StrokeResponse a = respond(here, model, loads, stroke),
+                       b = respond(there, model, turned(loads, here, there, turn), sign * stroke);
+  Deviation worst;
+  if (a.status != b.status) {
+    worst.add(1, 1, fmt::format("status: \"{}\" and \"{}\"", a.message, b.message));
+    return worst;
+  }
+  if (a.status != Status::ok) throw std::runtime_error(a.message);
+
+  const Mobility m = mobility(here), n = mobility(there);
+  worst.add(m.degrees_of_freedom - n.degrees_of_freedom, 1, "degrees of freedom");
+  worst.add(m.overconstraints - n.overconstraints, 1, "overconstraints");
+  double length = 0;
+  for (const LeafSpring& leaf : here.leaves) length = std::max(length, leaf.length);
+  const Matrix6d T = turn.both();
+  for (std::size_t k = 0; k < a.path.size(); ++k) {
+    const PathPoint &p = a.path[k], &q = b.path[k];
+    const auto at = [&](const std::string& name) {
+      return fmt::format("{} at point {}", name, k);
+    };
+    const double load = std::abs(p.drive_stiffness) * stroke;
+    worst.add(p.drive_load - sign * q.drive_load, std::max(std::abs(p.drive_load), load),
+              at("drive load"));
+    worst.add(p.drive_stiffness - q.drive_stiffness, std::abs(p.drive_stiffness),
+              at("drive stiffness"));
+    worst.add((turn.polar(p.displacement) - q.displacement).norm(),
+              std::max(1e-3 * length, p.displacement.norm()), at("displacement"));
+    worst.add((turn.axial(p.rotation) - q.rotation).norm(), std::max(1e-3, p.rotation.norm()),
+              at("rotation"));
+    worst.add(p.negative_pivots - q.negative_pivots, 1, at("negative pivots"));
+    for (const auto& [C, D, name] : {std::tuple{p.compliance_free, q.compliance_free, "free"},
+                                     {p.compliance_locked, q.compliance_locked, "locked"}}) {
+      const Matrix6d expected = T * C * T.transpose();
+      const Vector6d size = expected.diagonal().cwiseAbs().cwiseSqrt();
+      const double largest = size.cwiseProduct(Vector6d(1, 1, 1, length, length, length)).maxCoeff();
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j)
+          worst.add(expected(i, j) - D(i, j),
+                    largest * largest / (i < 3 ? 1 : length) / (j < 3 ? 1 : length),
+                    at(fmt::format("compliance {} ({}, {})", name, i, j)));
+    }
+    for (const auto& [f, g, name] :
+         {std::tuple{p.frequencies_free, q.frequencies_free, "free"},
+          {p.frequencies_locked, q.frequencies_locked, "locked"}}) {
+      worst.add(static_cast<double>(f.size()) - static_cast<double>(g.size()), 1,
+                at("number of frequencies"));
+      for (std::size_t i = 0; i < std::min(f.size(), g.size()); ++i)
+        worst.add(f[i] - g[i], std::abs(f[i]), at(fmt::format("frequency {} {}", name, i)));
+    }
+    if (p.max_stress)
+      worst.add(p.max_stress->value - q.max_stress->value, p.max_stress->value, at("stress"));
+    std::map<std::string, const BodyMotion*> motions;
+    for (std::size_t c = 0; c < there.bodies.size(); ++c)
+      motions[inner_name(there.bodies[c].name)] = &q.bodies[c];
+    for (std::size_t c = 0; c < here.bodies.size(); ++c) {
+      const BodyMotion& other = *motions.at(here.bodies[c].name);
+      worst.add((turn.polar(p.bodies[c].displacement) - other.displacement).norm(),
+                std::max(1e-3 * length, p.displacement.norm()), at(here.bodies[c].name));
+      worst.add((turn.axial(p.bodies[c].rotation) - other.rotation).norm(),
+                std::max(1e-3, p.bodies[c].rotation.norm()), at(here.bodies[c].name));
+    }
+  }
+  return worst;
+}
+
+Deviation energy(const RandomDesign& design, unsigned long long seed, const ModelOptions& model) {
+  const Mechanism mechanism = design.make();
+  const LoadCase loads = loads_of(mechanism);
+  const double stroke = gentle_stroke(mechanism);
+  System system(mechanism, make_full_leaves(mechanism, model), loads);
+  if (const Equilibrium e = step_load(system, {.constant = 1}, {}); !e.converged)
+    throw std::runtime_error(e.message);
+  if (const Equilibrium e = step_to(system, stroke, {}); !e.converged)
+    throw std::runtime_error(e.message);
+  const System::Snapshot state = system.save();
+  const int n = system.size();
+  RandomNumbers random(seed);
+  double length = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  VectorXd along(n);
+  for (int k = 0; k < n; ++k)
+    along[k] = system.is_held(k) ? 0 : random.between(-1, 1) * (k % 6 < 3 ? length : 1);
+  // dead moments have no energy: their work along the straight line is left out on both sides; the
+  // moment of the load is that of its force on its arm
+  system.assemble();
+  VectorXd moments = VectorXd::Zero(n);
+  for (const BodyLoad& load : system.acting()) {
+    moments.segment<3>(6 * load.body + 3) +=
+        load.moment;
+  }
+  for (const int k : system.held()) moments[k] = 0;
+  const auto energy_at = [&](double s) {
+    system.restore(state);
+    system.move(s * along);
+    system.assemble();
+    for (int k = 0; k < 8 && system.correction() > 1e-13; ++k) {  // the leaves' interiors follow
+      system.move(VectorXd::Zero(n));
+      system.assemble();
+    }
+    return system.energy() + system.load_energy();
+  };
+  // the forces that do no work: of joints and drive conditions, the same at every s
+  const VectorXd multipliers = system.multipliers();
+  const double h = 2e-4;
+  const auto potential = [&](double s) {
+    const double value = energy_at(s);
+    return value + (multipliers.size() > 0 ? multipliers.dot(system.constraints().value()) : 0);
+  };
+  const auto first = ridders([&](double s) { return std::vector<double>{potential(s)}; }, 0, h);
+  system.restore(state);
+  system.assemble();
+  const VectorXd gradient = system.internal_force() - system.load() + moments;
+  const double curvature = along.dot(system.tangent() * along);
+  const double scale = along.cwiseAbs().dot(system.internal_force().cwiseAbs()) +
+                       h * std::abs(curvature);
+  Deviation worst;
+  worst.add(std::max(0.0, std::abs(gradient.dot(along) - first.value[0]) - 10 * first.error[0]),
+            scale, "gradient of the energy");
+  const auto second = ridders(
+      [&](double s) {
+        energy_at(s);
+        // along the same straight line of rotation vectors: exp(s hat δ) turns about one axis, and
+        // the spin of the way is δ all along
+        return std::vector<double>{
+            (system.internal_force() - system.load() + moments).dot(along)};
+      },
+      0, h);
+  worst.add(std::max(0.0, std::abs(curvature - second.value[0]) - 10 * second.error[0]),
+            std::abs(curvature), "Hessian of the energy");
+  return worst;
+}
+
+namespace {
+
+std::vector<double> numbers_of(const Mechanism& mechanism) {
+  std::vector<double> numbers;
+  each_number(mechanism, [&](double x) { numbers.push_back(x); });
+  return numbers;
+}
+
+std::string names_of(const Mechanism& mechanism) {
+  std::string names;
+  for (const RigidBody& body : mechanism.bodies) {
+    names += body.name + "|";
+    for (const bool held : body.held) names += held ? '1' : '0';
+  }
+  for (const LeafSpring& leaf : mechanism.leaves)
+    names += fmt::format("|{} {} {}", leaf.name, leaf.base, leaf.tip);
+  for (const Joint& joint : mechanism.joints)
+    names += fmt::format("|{} {} {} {}", joint.name, static_cast<int>(joint.type), joint.body,
+                         joint.other);
+  for (const Spring& spring : mechanism.springs)
+    names += fmt::format("|{} {} {}", spring.name, spring.body, spring.other);
+  return names;
+}
+
+void compare_bits(const Mechanism& a, const Mechanism& b, const std::string& how,
+                  Deviation& worst) {
+  if (names_of(a) != names_of(b)) worst.add(1, 1, how + ": names");
+  const std::vector<double> x = numbers_of(a), y = numbers_of(b);
+  if (x != y) worst.add(1, 1, how + ": numbers");
+}
+
+}  // namespace
+
+Deviation ways_of_writing(const RandomDesign& design) {
+  Deviation worst;
+  const Mechanism here = design.make();
+  const Material& material = materials().front().material;
+  const auto flat = expanded(*design.family, design.values, standard_choices(*design.family),
+                             material);
+  const auto flat_family = read_document(json::parse(flat.dump()), design.folder);
+  const Mechanism of_flat = flat_family->make({}, {}, material, random_payload());
+  compare_bits(here, of_flat, "flat", worst);
+  if (expanded(*flat_family, {}, {}, material).dump() != flat.dump())
+    worst.add(1, 1, "expanded again");
+  const auto written = read_document(without_repeats(design.document), design.folder);
+  compare_bits(here,
+               written->make(design.values, standard_choices(*written), material,
+                             random_payload()),
+               "without repeats", worst);
+  return worst;
+}
+
+Deviation derivatives(const RandomDesign& design) {
+  Deviation worst;
+  std::vector<std::string> names;
+  for (const Parameter& p : design.family->parameters) names.push_back(p.name);
+  const std::vector<MechanismDirection> exact =
+      design.family->directions(design.values, standard_choices(*design.family),
+                                materials().front().material, random_payload(), names);
+  const std::vector<double> here = numbers_of(design.make());
+  for (const MechanismDirection& direction : exact) {
+    const double p = design.values.at(direction.parameter);
+    const Derivatives d = ridders(
+        [&](double x) {
+          ParameterValues near = design.values;
+          near[direction.parameter] = x;
+          return numbers_of(design.make(near));
+        },
+        p, 2e-3 * p, 4);
+    const std::vector<double> rate = numbers_of(direction.rate);
+    for (std::size_t k = 0; k < rate.size(); ++k)
+      worst.add(std::max(0.0, std::abs(rate[k] - d.value[k]) -
+                                  (std::abs(d.error[k]) < 1e-6 * std::abs(here[k] / p)
+                                       ? d.error[k]
+                                       : 0)),
+                std::max({std::abs(rate[k]), std::abs(here[k] / p), 1e-3 / p}),
+                fmt::format("number {} along {}", k, direction.parameter));
+  }
+  return worst;
+}
+
+}  // namespace flexopt::laws

@@ -1,0 +1,31 @@
+#pragma once
+// Laws that every mechanism keeps, whatever it is made of. Each answers by how much it is broken,
+// relative to the scale of what is compared.
+#include <string>
+
+#include "support/random_design.hpp"
+
+namespace flexopt::laws {
+
+struct Deviation {
+  double size = 0;
+  std::string what;  ///< the number that deviates most
+
+  void add(double difference, double scale, const std::string& name);
+};
+
+/// Moved and turned as a whole, mirrored before where `mirror` is an axis, drive, loads and payload
+/// with it: every answer at rest and at a deflected state is the moved one. `seed`: of the motion.
+Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long seed,
+                              const std::string& mirror, const ModelOptions& model);
+
+/// At a deflected state: the force is the gradient of the energy, the tangent its Hessian.
+Deviation energy(const RandomDesign& design, unsigned long long seed, const ModelOptions& model);
+
+/// Written flat, and with its repeats written out, it is the same mechanism to the last bit: 0 or 1.
+Deviation ways_of_writing(const RandomDesign& design);
+
+/// Exact derivatives of every number along every parameter, against differences.
+Deviation derivatives(const RandomDesign& design);
+
+}  // namespace flexopt::laws
