@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "core/math/dual.hpp"
 #include "core/spec/names.hpp"
@@ -52,12 +53,14 @@ LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& mater
     across[axis] = S(1);
   }
   const S along = leaf.axes.col(0).dot(across);
-  if (value_of(along) != 0) across -= leaf.axes.col(0) * along;
+  // a share that is zero here may not be so elsewhere; of plain numbers not even a zero's sign
+  // changes
+  if (!std::is_same_v<S, double> || value_of(along) != 0) across -= leaf.axes.col(0) * along;
   const S length = across.norm();
   if (!(value_of(length) > 1e-9 * value_of(from.across.norm()) && value_of(length) > 0))
     throw SpecError(from.source.pointer + "/across", "a vector along the leaf",
                     "the width lies across the line from base to tip");
-  leaf.axes.col(1) = value_of(length) == 1 ? across : Vector3<S>(across / length);
+  leaf.axes.col(1) = across / length;
   leaf.axes.col(2) = Vector3<S>(leaf.axes.col(0)).cross(Vector3<S>(leaf.axes.col(1)));
   set_size(from.width, leaf.width, leaf.width_profile);
   set_size(from.thickness, leaf.thickness, leaf.thickness_profile);

@@ -87,11 +87,13 @@ void Flattener<S>::add_joint(const JointItem& item) {
   joint.body = body(item, item.body, "/body");
   joint.other = body(item, item.other, "/other");
   joint.at = at.place(vector(item.at));
-  const Vector3<S> axis = at.direction(vector(item.axis));
-  const S length = axis.norm();
-  if (!(value_of(length) > 0))
-    throw SpecError(item.pointer + "/axis", "0", "an axis has a direction");
-  joint.axis = value_of(length) == 1 ? axis : Vector3<S>(axis / length);
+  if (item.type == JointType::revolute || item.type == JointType::prismatic) {
+    const Vector3<S> axis = at.direction(vector(item.axis));
+    const S length = axis.norm();
+    if (!(value_of(length) > 0))
+      throw SpecError(item.pointer + "/axis", "0", "an axis has a direction");
+    joint.axis = axis / length;
+  }
   out_.joints.push_back(std::move(joint));
 }
 

@@ -286,8 +286,7 @@ bool independent(const Mechanism& mechanism, double length) {
     for (int e = 0; e < 2; ++e)
       for (int d = 0; d < 6 && sides[e] >= 0; ++d)
         if (!mechanism.bodies[sides[e]].held[d])
-          entries.push_back(
-              {rows, 6 * sides[e] + d, gradient[6 * e + d] * (d < 3 ? length : 1)});
+          entries.push_back({rows, 6 * sides[e] + d, gradient[6 * e + d] * (d < 3 ? length : 1)});
     ++rows;
   };
   for (const Joint& joint : mechanism.joints) {

@@ -54,12 +54,13 @@ json chain_of(int n) {
     const auto name = [&](int k) {
       return k == 0 ? std::string("ground") : k == n ? "end_effector" : fmt::format("body {}", k);
     };
-    d["leaves"].push_back({{"name", fmt::format("leaf {}", i)},
-                           {"base", {{"body", name(i - 1)}, {"at", {fmt::format("{}*length", i - 1), 0, 0}}}},
-                           {"tip", {{"body", name(i)}, {"at", {fmt::format("{}*length", i), 0, 0}}}},
-                           {"across", {0, 0, 1}},
-                           {"width", "30 mm"},
-                           {"thickness", "thickness"}});
+    d["leaves"].push_back(
+        {{"name", fmt::format("leaf {}", i)},
+         {"base", {{"body", name(i - 1)}, {"at", {fmt::format("{}*length", i - 1), 0, 0}}}},
+         {"tip", {{"body", name(i)}, {"at", {fmt::format("{}*length", i), 0, 0}}}},
+         {"across", {0, 0, 1}},
+         {"width", "30 mm"},
+         {"thickness", "thickness"}});
   }
   return d;
 }
@@ -73,8 +74,10 @@ json stack_of(int) {
     "leaves": [{"name": "leaf {i}", "repeat": {"i": [1, "n"]},
                 "base": {"body": "ground", "at": [0, "20 mm*(i - (n + 1)/2)", 0]},
                 "tip": {"body": "end_effector", "at": ["length", "20 mm*(i - (n + 1)/2)", 0]},
-                "across": [0, 0, 1], "width": "30 mm", "thickness": "thickness"}],
-    "drive": {"direction": "uy"}})");
+                "across": [0, 0, 1], "width": "30 mm", "thickness": "thickness"
+}],
+    "drive": {"direction": "uy"}
+})");
 }
 
 EndEffector payload() {
@@ -139,14 +142,13 @@ void times() {
       const ModelOptions full{.accuracy = Accuracy::full};
       const double of_full =
           seconds([&] { (void)evaluate_stroke(made.mechanism, full, r); }) / points;
-      const double of_gradients = seconds([&] {
-                                    (void)evaluate_stroke_gradients(made.mechanism,
-                                                                    made.directions, full, r);
-                                  }) /
-                                  points;
+      const double of_gradients =
+          seconds(
+              [&] { (void)evaluate_stroke_gradients(made.mechanism, made.directions, full, r); }) /
+          points;
       before = last;
-      last = {of_design, of_mobility, share * all, (1 - share) * all / points, of_full,
-              of_gradients};
+      last = {of_design, of_mobility, share * all, (1 - share) * all / points,
+              of_full,   of_gradients};
       fmt::print("| {} | {} |", n, c.name);
       for (const double t : last) fmt::print(" {:.3g} ms |", 1e3 * t);
       fmt::print("{}\n", reduced.status == Status::ok ? "" : " no equilibrium");

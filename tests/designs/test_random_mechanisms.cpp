@@ -1,5 +1,5 @@
-// Laws that every mechanism keeps, for 200 random design files: trees and loops of bodies, leaves of
-// all kinds, joints, springs, bushings, frames, repeats and mirrored parts.
+// Laws that every mechanism keeps, for 200 random design files: trees and loops of bodies, leaves
+// of all kinds, joints, springs, bushings, frames, repeats and mirrored parts.
 #include <unistd.h>
 
 #include <catch2/catch.hpp>

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <stdexcept>
 
 #include "core/equilibrium/stroke_path.hpp"
@@ -110,9 +111,8 @@ Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long see
   Matrix3d R = Matrix3d::Identity();
   for (int k = 0; k < 3; ++k) {
     const int axis = random.whole(0, 2);
-    const double angle = design.quarter_turns
-                             ? random.whole(0, 3) * (std::numbers::pi / 2)
-                             : random.between(-3, 3);
+    const double angle =
+        design.quarter_turns ? random.whole(0, 3) * (std::numbers::pi / 2) : random.between(-3, 3);
     frame["turn"].push_back({std::string(1, "xyz"[axis]), angle});
     R = R * Eigen::AngleAxisd(angle, Vector3d(Vector3d::Unit(axis))).toRotationMatrix();
   }
@@ -155,9 +155,7 @@ Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long see
   const Matrix6d T = turn.both();
   for (std::size_t k = 0; k < a.path.size(); ++k) {
     const PathPoint &p = a.path[k], &q = b.path[k];
-    const auto at = [&](const std::string& name) {
-      return fmt::format("{} at point {}", name, k);
-    };
+    const auto at = [&](const std::string& name) { return fmt::format("{} at point {}", name, k); };
     const double load = std::abs(p.drive_stiffness) * stroke;
     worst.add(p.drive_load - sign * q.drive_load, std::max(std::abs(p.drive_load), load),
               at("drive load"));
@@ -172,16 +170,16 @@ Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long see
                                      {p.compliance_locked, q.compliance_locked, "locked"}}) {
       const Matrix6d expected = T * C * T.transpose();
       const Vector6d size = expected.diagonal().cwiseAbs().cwiseSqrt();
-      const double largest = size.cwiseProduct(Vector6d(1, 1, 1, length, length, length)).maxCoeff();
+      const double largest =
+          size.cwiseProduct(Vector6d(1, 1, 1, length, length, length)).maxCoeff();
       for (int i = 0; i < 6; ++i)
         for (int j = 0; j < 6; ++j)
           worst.add(expected(i, j) - D(i, j),
                     largest * largest / (i < 3 ? 1 : length) / (j < 3 ? 1 : length),
                     at(fmt::format("compliance {} ({}, {})", name, i, j)));
     }
-    for (const auto& [f, g, name] :
-         {std::tuple{p.frequencies_free, q.frequencies_free, "free"},
-          {p.frequencies_locked, q.frequencies_locked, "locked"}}) {
+    for (const auto& [f, g, name] : {std::tuple{p.frequencies_free, q.frequencies_free, "free"},
+                                     {p.frequencies_locked, q.frequencies_locked, "locked"}}) {
       worst.add(static_cast<double>(f.size()) - static_cast<double>(g.size()), 1,
                 at("number of frequencies"));
       for (std::size_t i = 0; i < std::min(f.size(), g.size()); ++i)
@@ -225,8 +223,7 @@ Deviation energy(const RandomDesign& design, unsigned long long seed, const Mode
   system.assemble();
   VectorXd moments = VectorXd::Zero(n);
   for (const BodyLoad& load : system.acting()) {
-    moments.segment<3>(6 * load.body + 3) +=
-        load.moment;
+    moments.segment<3>(6 * load.body + 3) += load.moment;
   }
   for (const int k : system.held()) moments[k] = 0;
   const auto energy_at = [&](double s) {
@@ -250,9 +247,9 @@ Deviation energy(const RandomDesign& design, unsigned long long seed, const Mode
   system.restore(state);
   system.assemble();
   const VectorXd gradient = system.internal_force() - system.load() + moments;
-  const double curvature = along.dot(system.tangent() * along);
-  const double scale = along.cwiseAbs().dot(system.internal_force().cwiseAbs()) +
-                       h * std::abs(curvature);
+  const double curvature = along.dot((system.tangent() * along).col(0));
+  const double scale =
+      along.cwiseAbs().dot(system.internal_force().cwiseAbs()) + h * std::abs(curvature);
   Deviation worst;
   worst.add(std::max(0.0, std::abs(gradient.dot(along) - first.value[0]) - 10 * first.error[0]),
             scale, "gradient of the energy");
@@ -261,8 +258,7 @@ Deviation energy(const RandomDesign& design, unsigned long long seed, const Mode
         energy_at(s);
         // along the same straight line of rotation vectors: exp(s hat δ) turns about one axis, and
         // the spin of the way is δ all along
-        return std::vector<double>{
-            (system.internal_force() - system.load() + moments).dot(along)};
+        return std::vector<double>{(system.internal_force() - system.load() + moments).dot(along)};
       },
       0, h);
   worst.add(std::max(0.0, std::abs(curvature - second.value[0]) - 10 * second.error[0]),
@@ -276,6 +272,23 @@ std::vector<double> numbers_of(const Mechanism& mechanism) {
   std::vector<double> numbers;
   each_number(mechanism, [&](double x) { numbers.push_back(x); });
   return numbers;
+}
+
+// What number k of a mechanism is.
+std::string label(const Mechanism& mechanism, std::size_t k) {
+  std::string last = "a body";
+  std::size_t count = 0;
+  const auto entered = [&](const std::string& name, std::size_t numbers) {
+    if (k >= count && k < count + numbers) last = fmt::format("{} ({})", name, k - count);
+    count += numbers;
+  };
+  for (const RigidBody& b : mechanism.bodies) entered(b.name, 16);
+  for (const LeafSpring& l : mechanism.leaves)
+    entered(l.name, 18 + l.width_profile.size() + l.thickness_profile.size() + (l.point ? 2 : 0));
+  for (const Joint& j : mechanism.joints) entered(j.name, 6);
+  for (const Spring& s : mechanism.springs) entered(s.name, s.matrix ? 39 : 8);
+  entered("drive", 9 * mechanism.drives.size());
+  return last;
 }
 
 std::string names_of(const Mechanism& mechanism) {
@@ -298,7 +311,10 @@ void compare_bits(const Mechanism& a, const Mechanism& b, const std::string& how
                   Deviation& worst) {
   if (names_of(a) != names_of(b)) worst.add(1, 1, how + ": names");
   const std::vector<double> x = numbers_of(a), y = numbers_of(b);
-  if (x != y) worst.add(1, 1, how + ": numbers");
+  for (std::size_t k = 0; k < x.size() && k < y.size(); ++k)
+    if (x[k] != y[k])
+      worst.add(1, 1, fmt::format("{}: {}, {:.17g} and {:.17g}", how, label(a, k), x[k], y[k]));
+  if (x.size() != y.size()) worst.add(1, 1, how + ": how many numbers");
 }
 
 }  // namespace
@@ -307,8 +323,8 @@ Deviation ways_of_writing(const RandomDesign& design) {
   Deviation worst;
   const Mechanism here = design.make();
   const Material& material = materials().front().material;
-  const auto flat = expanded(*design.family, design.values, standard_choices(*design.family),
-                             material);
+  const auto flat =
+      expanded(*design.family, design.values, standard_choices(*design.family), material);
   const auto flat_family = read_document(json::parse(flat.dump()), design.folder);
   const Mechanism of_flat = flat_family->make({}, {}, material, random_payload());
   compare_bits(here, of_flat, "flat", worst);
@@ -316,20 +332,66 @@ Deviation ways_of_writing(const RandomDesign& design) {
     worst.add(1, 1, "expanded again");
   const auto written = read_document(without_repeats(design.document), design.folder);
   compare_bits(here,
-               written->make(design.values, standard_choices(*written), material,
-                             random_payload()),
+               written->make(design.values, standard_choices(*written), material, random_payload()),
                "without repeats", worst);
   return worst;
 }
 
+namespace {
+
+// What every number of a mechanism is compared with: places with the longest leaf, entries of a
+// matrix with its largest.
+std::vector<double> scales_of(const Mechanism& mechanism) {
+  double length = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  std::vector<double> scales;
+  const auto put = [&](std::size_t count, double scale) {
+    scales.insert(scales.end(), count, scale);
+  };
+  for (const RigidBody& body : mechanism.bodies) {
+    put(3, length);
+    put(1, body.mass);
+    put(3, length);
+    put(9, body.inertia.cwiseAbs().maxCoeff());
+  }
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    put(3, length);
+    put(9, 1);
+    for (const double own : {leaf.length, leaf.width, leaf.thickness}) put(1, own);
+    put(leaf.width_profile.size() + leaf.thickness_profile.size(), 1);
+    for (const double own :
+         {leaf.material.youngs_modulus, leaf.material.poissons_ratio, leaf.material.density})
+      put(1, own);
+    if (leaf.point) put(2, 1);
+  }
+  for (std::size_t k = 0; k < mechanism.joints.size(); ++k) {
+    put(3, length);
+    put(3, 1);
+  }
+  for (const Spring& spring : mechanism.springs) {
+    put(3, length);
+    if (spring.matrix) {
+      put(36, spring.matrix->cwiseAbs().maxCoeff());
+    } else {
+      put(3, length);
+      put(1, spring.stiffness);
+      put(1, spring.free_length);
+    }
+  }
+  put(9 * mechanism.drives.size(), 1);
+  return scales;
+}
+
+}  // namespace
+
 Deviation derivatives(const RandomDesign& design) {
   Deviation worst;
+  const std::vector<double> scales = scales_of(design.make());
   std::vector<std::string> names;
   for (const Parameter& p : design.family->parameters) names.push_back(p.name);
   const std::vector<MechanismDirection> exact =
       design.family->directions(design.values, standard_choices(*design.family),
                                 materials().front().material, random_payload(), names);
-  const std::vector<double> here = numbers_of(design.make());
   for (const MechanismDirection& direction : exact) {
     const double p = design.values.at(direction.parameter);
     const Derivatives d = ridders(
@@ -341,12 +403,9 @@ Deviation derivatives(const RandomDesign& design) {
         p, 2e-3 * p, 4);
     const std::vector<double> rate = numbers_of(direction.rate);
     for (std::size_t k = 0; k < rate.size(); ++k)
-      worst.add(std::max(0.0, std::abs(rate[k] - d.value[k]) -
-                                  (std::abs(d.error[k]) < 1e-6 * std::abs(here[k] / p)
-                                       ? d.error[k]
-                                       : 0)),
-                std::max({std::abs(rate[k]), std::abs(here[k] / p), 1e-3 / p}),
-                fmt::format("number {} along {}", k, direction.parameter));
+      worst.add(rate[k] - d.value[k], std::max(std::abs(rate[k]), scales[k] / p),
+                fmt::format("{} along {}: {:.12g} and {:.12g}", label(direction.rate, k),
+                            direction.parameter, rate[k], d.value[k]));
   }
   return worst;
 }

@@ -22,7 +22,8 @@ Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long see
 /// At a deflected state: the force is the gradient of the energy, the tangent its Hessian.
 Deviation energy(const RandomDesign& design, unsigned long long seed, const ModelOptions& model);
 
-/// Written flat, and with its repeats written out, it is the same mechanism to the last bit: 0 or 1.
+/// Written flat, and with its repeats written out, it is the same mechanism to the last bit: 0
+/// or 1.
 Deviation ways_of_writing(const RandomDesign& design);
 
 /// Exact derivatives of every number along every parameter, against differences.

@@ -46,14 +46,14 @@ class Writer {
       frame_ = "tilted";
       document_["frames"].push_back({{"name", "tilted"},
                                      {"at", place(0.01 * random_.direction())},
-                                     {"turn", {{axis(), angle(random_.between(-0.5, 0.5))},
-                                               {axis(), angle(random_.between(-1, 1))}}}});
+                                     {"turn", json::array({turn(random_.between(-0.5, 0.5)),
+                                                           turn(random_.between(-1, 1))})}});
       if (random_.chance(0.4)) {
         frame_ = "nested";
         document_["frames"].push_back({{"name", "nested"},
                                        {"in", "tilted"},
                                        {"at", place(0.01 * random_.direction())},
-                                       {"turn", {{axis(), angle(random_.between(-1, 1))}}}});
+                                       {"turn", json::array({turn(random_.between(-1, 1))})}});
       }
     }
     tree();
@@ -77,19 +77,29 @@ class Writer {
   // A number as one may write it.
   json length(double value) {
     switch (random_.whole(0, 4)) {
-      case 0: return value;
-      case 1: return fmt::format("{:.12g} mm", 1e3 * value);
-      case 2: return fmt::format("({:.17g})*size", value / size);
-      case 3: return fmt::format("{:.17g}*half - ({:.12g} mm)", 2 * (value + 0.01) / size, 10.0);
-      default: return fmt::format("({:.17g})*twice + {:.17g}*t", (value - 4e-4) / (2 * size), 0.8);
+      case 0:
+        return value;
+      case 1:
+        return fmt::format("{:.12g} mm", 1e3 * value);
+      case 2:
+        return fmt::format("({:.17g})*size", value / size);
+      case 3:
+        return fmt::format("{:.17g}*half - ({:.12g} mm)", 2 * (value + 0.01) / size, 10.0);
+      default:
+        return fmt::format("({:.17g})*twice + {:.17g}*t", (value - 4e-4) / (2 * size), 0.8);
     }
   }
-  json place(const Vector3d& at) { return {length(at[0]), length(at[1]), length(at[2])}; }
+  json place(const Vector3d& at) {
+    return json::array({length(at[0]), length(at[1]), length(at[2])});
+  }
   json angle(double value) {
     switch (random_.whole(0, 2)) {
-      case 0: return value;
-      case 1: return fmt::format("{:.12g} deg", value * 180 / std::numbers::pi);
-      default: return fmt::format("({:.17g})*tilt", value / tilt);
+      case 0:
+        return value;
+      case 1:
+        return fmt::format("{:.12g} deg", value * 180 / std::numbers::pi);
+      default:
+        return fmt::format("({:.17g})*tilt", value / tilt);
     }
   }
   json thick(double value) {
@@ -101,7 +111,11 @@ class Writer {
                                                   value / width / (1 + 0.1 * std::sin(tilt))));
   }
   json direction(const Vector3d& v) {
-    return {v[0], fmt::format("({:.17g})*cos(tilt)", v[1] / std::cos(tilt)), v[2]};
+    return json::array({v[0], fmt::format("({:.17g})*cos(tilt)", v[1] / std::cos(tilt)), v[2]});
+  }
+  json turn(double by) {
+    const json about = axis();
+    return json::array({about, angle(by)});
   }
   json axis() { return std::string(1, "xyz"[random_.whole(0, 2)]); }
 
@@ -131,8 +145,8 @@ class Writer {
     const double w = random_.between(0.1, 0.25) * length, t = random_.between(3e-4, 7e-4);
     l["width"] = wide(w);
     l["thickness"] = thick(t);
-    if (kind == 1) l["width"] = {wide(w), wide(random_.between(0.5, 1) * w)};
-    if (kind == 2) l["thickness"] = {thick(t), thick(random_.between(0.7, 1.5) * t)};
+    if (kind == 1) l["width"] = json::array({wide(w), wide(random_.between(0.5, 1) * w)});
+    if (kind == 2) l["thickness"] = json::array({thick(t), thick(random_.between(0.7, 1.5) * t)});
     if (kind == 3)
       l["thickness"] = {{"profile", fmt::format("{:.17g}*t*(1 + {:.3f}*(s - 0.5)^2)", t / thickness,
                                                 random_.between(0.5, 4))}};
@@ -155,8 +169,8 @@ class Writer {
       case 0:  // massless
         break;
       case 1:
-        b["box"] = {length(random_.between(0.005, 0.01)), length(random_.between(0.005, 0.01)),
-                    length(random_.between(0.005, 0.01))};
+        b["box"] = place({random_.between(0.005, 0.01), random_.between(0.005, 0.01),
+                          random_.between(0.005, 0.01)});
         b["density"] = "2700 kg/m^3";
         break;
       case 2:
@@ -166,7 +180,7 @@ class Writer {
         break;
       default:
         b["mass"] = "mass";
-        b["inertia"] = {1e-5, "mass*(size/10)^2", 2e-5};
+        b["inertia"] = json::array({1e-5, "mass*(size/10)^2", 2e-5});
     }
     return b;
   }
@@ -177,10 +191,10 @@ class Writer {
     for (int k = 0; k < count; ++k) {
       const int parent = k == 0 ? -1 : random_.chance(0.7) ? k - 1 : random_.whole(-1, k - 1);
       const std::string base = parent < 0 ? "ground" : names_[static_cast<std::size_t>(parent)];
-      const Vector3d from =
-          parent < 0 ? Vector3d(0.15 * random_.direction())
-                     : Vector3d(places_[static_cast<std::size_t>(parent)] +
-                                random_.between(0.008, 0.02) * random_.direction());
+      const Vector3d from = parent < 0
+                                ? Vector3d(0.15 * random_.direction())
+                                : Vector3d(places_[static_cast<std::size_t>(parent)] +
+                                           random_.between(0.008, 0.02) * random_.direction());
       const Vector3d to = from + random_.between(0.05, 0.1) * random_.direction();
       const std::string name = k + 1 == count ? "end_effector" : fmt::format("body {}", k);
       names_.push_back(name);
@@ -199,12 +213,11 @@ class Writer {
     const std::size_t a = any_body(), b = any_body();
     const Vector3d to = places_[a] + 0.015 * random_.direction();
     if (a != b && (places_[a] - places_[b]).norm() > 0.06)
-      document_["leaves"].push_back(leaf("loop", names_[b],
-                                         places_[b] + 0.015 * random_.direction(), names_[a], to));
-    else
       document_["leaves"].push_back(
-          leaf("loop", "ground", to + random_.between(0.05, 0.1) * random_.direction(), names_[a],
-               to));
+          leaf("loop", names_[b], places_[b] + 0.015 * random_.direction(), names_[a], to));
+    else
+      document_["leaves"].push_back(leaf(
+          "loop", "ground", to + random_.between(0.05, 0.1) * random_.direction(), names_[a], to));
   }
 
   // Two or three equal legs around an axis through a body, each with a foot that is a body.
@@ -214,16 +227,16 @@ class Writer {
     const std::string about(1, "xyz"[random_.whole(0, 2)]);
     json frame{{"name", "leg {i}"},
                {"at", place(places_[on])},
-               {"turn", {{about, fmt::format("{} deg*i", 360 / count)}}},
-               {"repeat", {{"i", {0, fmt::format("{} - 1", count)}}}}};
+               {"turn", json::array({json::array({about, fmt::format("{} deg*i", 360 / count)})})},
+               {"repeat", {{"i", json::array({0, fmt::format("{} - 1", count)})}}}};
     if (!frame_.empty()) frame["in"] = frame_;
     const Vector3d radial = about == "x" ? Vector3d::UnitY() : Vector3d::UnitX();
-    const Vector3d from = 0.02 * radial, to = from + random_.between(0.04, 0.07) *
-                                                         (radial + 0.3 * random_.direction());
+    const Vector3d from = 0.02 * radial,
+                   to = from + random_.between(0.04, 0.07) * (radial + 0.3 * random_.direction());
     json foot = body("foot {i}", to + 0.004 * radial);
     foot["frame"] = "leg {i}";
     json wire = leaf("upper {i}", names_[on], from, "foot {i}", to),
-         lower = leaf("lower {i}", "ground", to + 0.01 * radial + Vector3d(0.05, 0.05, 0.05),
+         lower = leaf("lower {i}", "ground", to + 0.01 * radial + Vector3d(0.05, 0.042, 0.057),
                       "foot {i}", to + 0.01 * radial);
     for (json* item : {&foot, &wire, &lower}) {
       (*item)["frame"] = "leg {i}";
@@ -242,8 +255,11 @@ class Writer {
     document_["bodies"].push_back(body("arm", at));
     static const char* types[] = {"rigid", "revolute", "spherical", "prismatic"};
     const std::string type = types[random_.whole(0, 3)];
-    json joint{{"name", "joint"}, {"type", type},        {"body", "arm"},
-               {"other", names_[on]}, {"at", place(at + 0.003 * random_.direction())}};
+    json joint{{"name", "joint"},
+               {"type", type},
+               {"body", "arm"},
+               {"other", names_[on]},
+               {"at", place(at + 0.003 * random_.direction())}};
     in_frame(joint);
     if (type == "revolute" || type == "prismatic") joint["axis"] = direction(random_.direction());
     document_["joints"].push_back(joint);
@@ -277,7 +293,8 @@ class Writer {
               {"at", place(at)},
               {"other_at", place(other)},
               {"stiffness", "k"}};
-    if (random_.chance(0.5)) item["free_length"] = random_.between(0.97, 1.03) * (at - other).norm();
+    if (random_.chance(0.5))
+      item["free_length"] = random_.between(0.97, 1.03) * (at - other).norm();
     in_frame(item);
     document_["springs"].push_back(item);
   }
@@ -292,7 +309,7 @@ class Writer {
     const std::size_t on = any_body();
     json frame{{"name", "side"},
                {"at", place(places_[on] + 0.03 * random_.direction())},
-               {"turn", {{axis(), angle(random_.between(-3, 3))}, {axis(), angle(0.4)}}}};
+               {"turn", json::array({turn(random_.between(-3, 3)), turn(0.4)})}};
     if (!frame_.empty()) frame["in"] = frame_;
     document_["frames"].push_back(frame);
     json item{{"name", "side"}, {"frame", "side"}, {"join", {{"end_effector", names_[on]}}}};
@@ -336,7 +353,7 @@ class Writer {
     const std::size_t held = any_body();
     const std::string along = directions[random_.whole(0, 5)];
     if (names_[held] != driven_ || along != direction_)
-      document_["bodies"][held]["held"] = {along};
+      document_["bodies"][held]["held"] = json::array({along});
   }
 
   RandomNumbers random_;
@@ -386,6 +403,12 @@ RandomDesign random_design(unsigned long long seed, const std::string& folder) {
       design.family = read_document(design.document, folder);
       design.values = default_values(*design.family);
       design.make();
+      for (const auto& [name, value] : design.values)  // and those near it, for differences
+        for (const double by : {0.997, 1.003}) {
+          ParameterValues near = design.values;
+          near[name] = by * value;
+          design.make(near);
+        }
     } catch (const SpecError& error) {
       // leaves that cross: drawn again; anything else is a fault of the generator
       if (tries < 40 && std::string(error.what()).find("intersect") != std::string::npos) continue;
@@ -403,20 +426,20 @@ json wrapped(const RandomDesign& design, const json& frame, const std::string& m
   json outer{{"flexopt_design", 1}, {"parameters", design.document["parameters"]}};
   json whole = frame;
   whole["name"] = "whole";
-  outer["frames"] = {whole};
+  outer["frames"] = json::array({whole});
   json part{{"name", "all"}, {"design", file}, {"frame", "whole"}, {"parameters", json::object()}};
   for (const auto& [name, value] : design.document["parameters"].items())
     part["parameters"][name] = name;
   if (!mirror.empty()) part["mirror"] = mirror;
   part["join"] = {{"end_effector", "end_effector"}};
-  outer["parts"] = {part};
+  outer["parts"] = json::array({part});
   // a part's end-effector is the one that it is joined to
   const Mechanism here = design.make();
   Vector3d at = here.bodies[static_cast<std::size_t>(here.end_effector)].reference;
   if (!mirror.empty()) at[mirror[0] - 'x'] *= -1;
-  outer["bodies"] = {{{"name", "end_effector"}, {"frame", "whole"}, {"at", {at[0], at[1], at[2]}}}};
-  const std::string body =
-      design.driven == "end_effector" ? design.driven : "all/" + design.driven;
+  outer["bodies"] = json::array(
+      {{{"name", "end_effector"}, {"frame", "whole"}, {"at", json::array({at[0], at[1], at[2]})}}});
+  const std::string body = design.driven == "end_effector" ? design.driven : "all/" + design.driven;
   outer["drive"] = {{"body", body}, {"direction", design.direction}, {"frame", "whole"}};
   return outer;
 }
@@ -433,7 +456,9 @@ std::string with_index(const std::string& text, const std::string& index, int va
       k += braces.size();
       continue;
     }
-    const auto word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+    const auto word = [](char c) {
+      return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+    };
     if (word(text[k])) {
       std::size_t end = k;
       while (end < text.size() && word(text[end])) ++end;

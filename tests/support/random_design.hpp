@@ -1,6 +1,6 @@
 #pragma once
-// Design files of random mechanisms: trees and loops of bodies, leaves of all kinds, joints, springs,
-// bushings, frames, repeats and parts.
+// Design files of random mechanisms: trees and loops of bodies, leaves of all kinds, joints,
+// springs, bushings, frames, repeats and parts.
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -29,13 +29,13 @@ class RandomNumbers {
 
 struct RandomDesign {
   nlohmann::json document;
-  std::string folder;         ///< where the files of its parts are
-  std::string driven;         ///< body
-  std::string direction;      ///< of the drive
+  std::string folder;          ///< where the files of its parts are
+  std::string driven;          ///< body
+  std::string direction;       ///< of the drive
   bool quarter_turns = false;  ///< a body is held along global axes: it turns in quarters
   std::shared_ptr<const Family> family;
-  ParameterValues values;     ///< the defaults
-  int refused = 0;            ///< tries before it that were no sensible mechanisms
+  ParameterValues values;  ///< the defaults
+  int refused = 0;         ///< tries before it that were no sensible mechanisms
 
   Mechanism make(const ParameterValues& at) const;
   Mechanism make() const { return make(values); }
@@ -51,8 +51,8 @@ ParameterValues default_values(const Family& family);
 /// What the end-effector carries in all of them.
 EndEffector random_payload();
 
-/// The document as a part of another one, in a frame, mirrored there or not ("", "x", "y", "z"); the
-/// drive's direction is that of the frame. Writes the part into the folder.
+/// The document as a part of another one, in a frame, mirrored there or not ("", "x", "y", "z");
+/// the drive's direction is that of the frame. Writes the part into the folder.
 nlohmann::json wrapped(const RandomDesign& design, const nlohmann::json& frame,
                        const std::string& mirror);
 

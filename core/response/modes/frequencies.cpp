@@ -166,8 +166,12 @@ EigenPairs solve(const MatrixXd& K, const MatrixXd& M, int count) {
   return pairs;
 }
 
-// The same of a system that is solved sparse: the modes of leaves have a diagonal block each.
-EigenPairs solve_sparse(const System& system, const Pencil& pencil, bool drive_locked, int count) {
+// From this many coordinates on the lowest pairs alone are sought.
+constexpr int krylov_from = 250;
+
+// The same, the lowest alone: the modes of leaves have a diagonal block each.
+EigenPairs solve_by_krylov(const System& system, const Pencil& pencil, bool drive_locked,
+                           int count) {
   const TangentFactor factor(system, pencil.K_bodies, drive_locked);
   std::vector<Lu> modes(pencil.leaves.size());
   for (std::size_t i = 0; i < modes.size(); ++i)
@@ -328,8 +332,9 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
                       : pencil.size - static_cast<int>(driven.size() + system.held().size());
   };
   const auto pairs = [&](const Pencil& pencil, bool drive_locked) {
-    if (system.analyses())
-      return solve_sparse(system, pencil, drive_locked, std::min(options.count, unknowns(pencil)));
+    if (system.analyses() || pencil.size >= krylov_from)
+      return solve_by_krylov(system, pencil, drive_locked,
+                             std::min(options.count, unknowns(pencil)));
     if (conditions) return jointed_pairs(pencil, drive_locked);
     std::vector<int> kept;
     const int n = pencil.size;

@@ -48,7 +48,9 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
                                   const ExactModes* known) {
   const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
-  for (int guard = modes_needed(count) - count; guard <= 64; guard *= 2) {
+  // modes of equal leaves come in clusters of as many: larger ones are given up at once
+  const int most = factor.leaves().size() > 64 ? 8 : 64;
+  for (int guard = modes_needed(count) - count; guard <= most; guard *= 2) {
     const int wanted = std::min(count + guard, factor.size());
     Modes modes;
     if (exact) {

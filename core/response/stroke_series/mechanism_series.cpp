@@ -183,10 +183,8 @@ void MechanismSeries::expand_conditions() {
         for (int e = 0; e < 2; ++e)
           for (int f = 0; f < 2; ++f) {
             if (sides[e] < 0 || sides[f] < 0) continue;
-            conditions_.curvature[o + p].block(sides[e], sides[f]) +=
-                H.block<6, 6>(6 * e, 6 * f);
-            conditions_.winding[o + p].block(sides[e], sides[f]) +=
-                W.block<6, 6>(6 * e, 6 * f);
+            conditions_.curvature[o + p].block(sides[e], sides[f]) += H.block<6, 6>(6 * e, 6 * f);
+            conditions_.winding[o + p].block(sides[e], sides[f]) += W.block<6, 6>(6 * e, 6 * f);
           }
       }
     }
@@ -220,8 +218,7 @@ void MechanismSeries::expand_springs() {
         springs_.force[o].segment<6>(6 * sides[e]) += force.segment<6>(6 * e);
         for (int g = 0; g < 2; ++g)
           if (sides[g] >= 0)
-            springs_.tangent[o].block(sides[e], sides[g]) +=
-                tangent.block<6, 6>(6 * e, 6 * g);
+            springs_.tangent[o].block(sides[e], sides[g]) += tangent.block<6, 6>(6 * e, 6 * g);
       }
     }
   }
