@@ -46,12 +46,6 @@ LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& mater
     throw SpecError(from.source.pointer + "/tip/at", "0 m", "base and tip stand in one place");
   leaf.axes.col(0) = line / leaf.length;
   Vector3<S> across = from.across;
-  if (from.wire && value_of(across.squaredNorm()) == 0) {  // any: a circle has no direction
-    int axis = 0;
-    for (int i = 1; i < 3; ++i)
-      if (std::abs(value_of(line[i])) <= std::abs(value_of(line[axis]))) axis = i;
-    across[axis] = S(1);
-  }
   const S along = leaf.axes.col(0).dot(across);
   // a share that is zero here may not be so elsewhere; of plain numbers not even a zero's sign
   // changes

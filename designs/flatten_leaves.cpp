@@ -44,6 +44,16 @@ FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
   leaf.tip_at = at.place(vector(item.tip.at));
   leaf.across = at.across(vector(item.across));
   leaf.wire = item.wire;
+  if (leaf.wire && value_of(S(leaf.across.squaredNorm())) == 0) {
+    // any direction will do: one that turns with the frame
+    const Vector3<S> line = vector(item.tip.at) - vector(item.base.at);
+    int axis = 0;
+    for (int i = 1; i < 3; ++i)
+      if (std::abs(value_of(line[i])) <= std::abs(value_of(line[axis]))) axis = i;
+    Vector3<S> across(S(0), S(0), S(0));
+    across[axis] = S(1);
+    leaf.across = at.across(across);
+  }
   const std::string thick = item.pointer + (item.wire ? "/diameter" : "/thickness");
   if (item.curve)
     throw SpecError(item.pointer + "/curve", "\"" + leaf.name + "\"",

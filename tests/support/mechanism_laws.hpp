@@ -9,13 +9,15 @@ namespace flexopt::laws {
 
 struct Deviation {
   double size = 0;
-  std::string what;  ///< the number that deviates most
+  std::string what;     ///< the number that deviates most
+  double rounding = 0;  ///< what rounding alone may make of it
 
   void add(double difference, double scale, const std::string& name);
 };
 
 /// Moved and turned as a whole, mirrored before where `mirror` is an axis, drive, loads and payload
 /// with it: every answer at rest and at a deflected state is the moved one. `seed`: of the motion.
+/// Rounding: that of numbers over the condition of the tangent in units of its diagonal.
 Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long seed,
                               const std::string& mirror, const ModelOptions& model);
 

@@ -439,6 +439,9 @@ json wrapped(const RandomDesign& design, const json& frame, const std::string& m
   if (!mirror.empty()) at[mirror[0] - 'x'] *= -1;
   outer["bodies"] = json::array(
       {{{"name", "end_effector"}, {"frame", "whole"}, {"at", json::array({at[0], at[1], at[2]})}}});
+  for (const json& own : design.document["bodies"])
+    if (own["name"] == "end_effector" && own.contains("held"))
+      outer["bodies"][0]["held"] = own["held"];
   const std::string body = design.driven == "end_effector" ? design.driven : "all/" + design.driven;
   outer["drive"] = {{"body", body}, {"direction", design.direction}, {"frame", "whole"}};
   return outer;

@@ -131,12 +131,13 @@ MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, con
 namespace {
 
 // M-orthonormal Ritz shapes of span(Y), Y M-orthogonal to the modes; KY = K Y. Directions that Y
-// hardly has are left out.
+// hardly has are left out, and with them what cancellation leaves of others: beside the lowest modes
+// nothing is slower than the last of them, `least`.
 struct RitzShapes {
   VectorXd omega2;
   MatrixXd shapes;
 };
-RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY) {
+RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY, double least) {
   const VectorXd size = Y.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   Y *= size.asDiagonal();
   KY *= size.asDiagonal();
@@ -149,7 +150,10 @@ RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY) {
   const MatrixXd B =
       mass.eigenvectors().rightCols(kept) * mu.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
   const SymmetricEigen ritz(B.transpose() * (0.5 * (K + K.transpose())) * B);
-  return {ritz.eigenvalues(), Y * (B * ritz.eigenvectors())};
+  const VectorXd& omega2 = ritz.eigenvalues();
+  int noise = 0;
+  while (noise < kept && omega2[noise] < least) ++noise;
+  return {omega2.tail(kept - noise), Y * (B * ritz.eigenvectors().rightCols(kept - noise))};
 }
 
 }  // namespace
@@ -188,7 +192,8 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
     const MatrixXd share = MPsi.transpose() * Y;
     Y -= Psi * share;
     KY -= MPsi * (omega2.asDiagonal() * share);
-    ritz = ritz_shapes(plate, std::move(Y), std::move(KY));
+    const double least = m > 0 ? omega2[m - 1] - 1e-6 * std::abs(omega2[m - 1]) : 0;
+    ritz = ritz_shapes(plate, std::move(Y), std::move(KY), least);
   }
   const int r = static_cast<int>(ritz.omega2.size()), internal = m + r;
 
