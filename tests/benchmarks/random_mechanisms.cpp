@@ -16,10 +16,12 @@ using namespace flexopt;
 
 namespace {
 
-ModelOptions coarse(Accuracy accuracy) {
+// Every tenth reduced, every second of the others beams.
+ModelOptions coarse(unsigned long long seed, bool reduced) {
   ModelOptions model;
-  model.accuracy = accuracy;
-  model.mesh = {3, 2};
+  model.accuracy = reduced ? Accuracy::reduced : Accuracy::full;
+  model.flexure = seed % 2 == 1 ? Flexure::beam : Flexure::plate;
+  model.mesh = {3, seed % 2 == 1 ? 1 : 2};
   return model;
 }
 
@@ -43,21 +45,19 @@ int main(int arguments, char** values) {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / fmt::format("flexopt_random_{}", getpid());
   std::filesystem::create_directories(folder);
-  const auto accuracy = [](unsigned long long seed) {
-    return coarse(seed % 10 == 0 ? Accuracy::reduced : Accuracy::full);
-  };
+  const auto model = [](unsigned long long seed) { return coarse(seed, seed % 10 == 0); };
   std::vector<Law> all{
       {"moved and turned as a whole", 1e-10,
        [&](const RandomDesign& d, unsigned long long seed) {
-         return laws::motion_of_the_whole(d, seed, "", accuracy(seed));
+         return laws::motion_of_the_whole(d, seed, "", model(seed));
        }},
       {"mirrored, moved and turned", 1e-10,
        [&](const RandomDesign& d, unsigned long long seed) {
-         return laws::motion_of_the_whole(d, seed, std::string(1, "xyz"[seed % 3]), accuracy(seed));
+         return laws::motion_of_the_whole(d, seed, std::string(1, "xyz"[seed % 3]), model(seed));
        }},
-      {"force and tangent from the energy", 1e-8,
+      {"force and tangent from the energy", 2e-7,
        [&](const RandomDesign& d, unsigned long long seed) {
-         return laws::energy(d, seed, coarse(Accuracy::full));
+         return laws::energy(d, seed, coarse(seed, false));
        }},
       {"written flat, and without repeats", 0,
        [](const RandomDesign& d, unsigned long long) { return laws::ways_of_writing(d); }},
@@ -75,7 +75,8 @@ int main(int arguments, char** values) {
         d = {1e300, error.what()};
       }
       law.sizes.push_back(d.size);
-      if (!(d.size <= law.limit)) {
+      const bool reduced = seed % 10 == 0;
+      if (!(d.size <= std::max(law.limit, (reduced ? 2e4 : 1e3) * d.rounding))) {
         ++law.failed;
         fmt::print(stderr, "seed {}, {}: {:.1e}, {}\n", seed, law.name, d.size, d.what);
       }
@@ -84,7 +85,7 @@ int main(int arguments, char** values) {
   std::filesystem::remove_all(folder);
   const PageTable page("random_mechanisms laws");
   fmt::print("{} random mechanisms; {} drawn ones had leaves that intersect.\n\n", count, refused);
-  fmt::print("| law | limit | half are within | 99 % | largest | beyond the limit |\n");
+  fmt::print("| law | limit, or rounding | half are within | 99 % | largest | beyond |\n");
   fmt::print("|---|---|---|---|---|---|\n");
   for (Law& law : all)
     fmt::print("| {} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {} |\n", law.name, law.limit,

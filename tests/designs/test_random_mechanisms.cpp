@@ -2,6 +2,7 @@
 // of all kinds, joints, springs, bushings, frames, repeats and mirrored parts.
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 
@@ -26,11 +27,19 @@ struct Folder {
   ~Folder() { std::filesystem::remove_all(path); }
 };
 
-ModelOptions coarse(Accuracy accuracy) {
+/// Every tenth reduced, every second of the others beams.
+ModelOptions coarse(int seed, bool reduced) {
   ModelOptions model;
-  model.accuracy = accuracy;
-  model.mesh = {3, 2};
+  model.accuracy = reduced ? Accuracy::reduced : Accuracy::full;
+  model.flexure = seed % 2 == 1 ? Flexure::beam : Flexure::plate;
+  model.mesh = {3, seed % 2 == 1 ? 1 : 2};
   return model;
+}
+
+/// 1e-10, or what rounding comes to in series of soft leaves that are stiff along. The range that a
+/// reduced leaf is fitted over is rounded, and with it its fit.
+double limit(const laws::Deviation& d, bool reduced) {
+  return std::max(1e-10, (reduced ? 2e4 : 1e3) * d.rounding);
 }
 
 }  // namespace
@@ -88,24 +97,26 @@ TEST_CASE("every number of a random mechanism has its exact derivatives", "[rand
 
 TEST_CASE("a random mechanism moved as a whole answers as before", "[random]") {
   const Folder folder("moved");
+  int exact = 0;
   for (int seed = 0; seed < count; ++seed) {
-    const laws::Deviation d =
-        laws::motion_of_the_whole(random_design(seed, folder.path), seed, "",
-                                  coarse(seed % 10 == 0 ? Accuracy::reduced : Accuracy::full));
+    const bool reduced = seed % 10 == 0;
+    const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path), seed, "",
+                                                        coarse(seed, reduced));
     INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < 1e-10);
+    CHECK(d.size < limit(d, reduced));
+    exact += d.size < 1e-10;
   }
+  CHECK(exact > count / 4);
 }
 
 TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random]") {
   const Folder folder("mirrored");
   for (int seed = 0; seed < count; ++seed) {
     const std::string mirror(1, "xyz"[seed % 3]);
-    const laws::Deviation d =
-        laws::motion_of_the_whole(random_design(seed, folder.path), seed, mirror,
-                                  coarse(seed % 10 == 0 ? Accuracy::reduced : Accuracy::full));
+    const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path), seed,
+                                                        mirror, coarse(seed, seed % 10 == 0));
     INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < 1e-10);
+    CHECK(d.size < limit(d, seed % 10 == 0));
   }
 }
 
@@ -114,8 +125,8 @@ TEST_CASE("the force of a random mechanism is the gradient of its energy, the ta
   const Folder folder("energy");
   for (int seed = 0; seed < count; ++seed) {
     const laws::Deviation d =
-        laws::energy(random_design(seed, folder.path), seed, coarse(Accuracy::full));
+        laws::energy(random_design(seed, folder.path), seed, coarse(seed, false));
     INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < 1e-8);
+    CHECK(d.size < 2e-7);  // rounding of energies
   }
 }

@@ -101,8 +101,14 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   std::optional<std::string> lost;  // why the path has ended
   const auto load = [&] {
     if (!system->loaded_at_rest()) return;
-    const Equilibrium loaded =
-        solve_refined(*system, [&] { return step_load(*system, {.constant = 1}, request.newton); });
+    const auto apply = [&] { return step_load(*system, {.constant = 1}, request.newton); };
+    Equilibrium loaded = solve_refined(*system, apply);
+    if (!loaded.converged && model.accuracy != Accuracy::full) {
+      // a reduced leaf that is far off at rest leaves no state to go on from
+      system =
+          std::make_unique<System>(mechanism, make_full_leaves(mechanism, model), request.loads);
+      loaded = apply();
+    }
     if (!loaded.converged) lost = loaded.message;
   };
   load();
