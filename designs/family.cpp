@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
@@ -220,28 +223,39 @@ FamilyChoices standard_choices(const Family& family) {
   return choices;
 }
 
+namespace {
+
+// One of the library, read when it is first asked for.
+const Family& library_family(const std::string& name) {
+  static std::mutex mutex;
+  static std::map<std::string, std::unique_ptr<const Family>> known;
+  const std::lock_guard lock(mutex);
+  std::unique_ptr<const Family>& family = known[name];
+  if (!family) {
+    DesignHead head;
+    FaultList faults;
+    const DesignSource source = library_source(name);
+    auto plan = read_plan(parse_json(source.text.text, name), source, head, faults, {name});
+    faults.raise();
+    family = std::make_unique<const Family>(family_of(std::move(plan), head));
+  }
+  return *family;
+}
+
+}  // namespace
+
 const std::vector<Family>& families() {
   static const std::vector<Family> all = [] {
     std::vector<Family> list;
-    for (const std::string& name : library_names()) {
-      DesignHead head;
-      FaultList faults;
-      const DesignSource source = library_source(name);
-      auto plan = read_plan(parse_json(source.text.text, name), source, head, faults, {name});
-      faults.raise();
-      list.push_back(family_of(std::move(plan), head));
-    }
+    for (const std::string& name : library_names()) list.push_back(library_family(name));
     return list;
   }();
   return all;
 }
 
 const Family& find_family(const std::string& name, const std::string& pointer) {
-  std::vector<std::string> names;
-  for (const Family& family : families()) {
-    if (family.name == name) return family;
-    names.push_back(family.name);
-  }
+  const std::vector<std::string>& names = library_names();
+  if (std::ranges::find(names, name) != names.end()) return library_family(name);
   throw SpecError(pointer, '"' + name + '"', "unknown family; " + known_names(name, names));
 }
 

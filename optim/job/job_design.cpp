@@ -11,6 +11,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
+#include "designs/library.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
@@ -135,19 +136,17 @@ std::shared_ptr<const Family> design_source(const json& document, const std::str
   const auto given =
       std::ranges::count_if(keys, [&](const char* key) { return design.contains(key); });
   if (given != 1) {
-    std::vector<std::string> names;
-    for (const Family& family : families()) names.push_back(family.name);
     faults.add("/design/family", design.contains("family") ? shown(design["family"]) : "nothing",
                fmt::format("it is required, or a design \"file\", or a \"mechanism\", one of the "
                            "three; families: {}",
-                           fmt::join(names, ", ")));
+                           fmt::join(library_names(), ", ")));
     return nullptr;
   }
   std::shared_ptr<const Family> source;
   if (design.contains("family") && design["family"].is_string()) {
-    for (const Family& family : families())
-      if (family.name == design["family"].get<std::string>())
-        source = std::shared_ptr<const Family>(source, &family);  // lives as long as the program
+    const auto name = design["family"].get<std::string>();
+    if (std::ranges::find(library_names(), name) != library_names().end())
+      source = std::shared_ptr<const Family>(source, &find_family(name, "/design/family"));
   } else if (design.contains("file") && design["file"].is_string()) {
     const auto file = std::filesystem::path(folder) / design["file"].get<std::string>();
     try {

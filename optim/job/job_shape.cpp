@@ -5,6 +5,7 @@
 
 #include "core/response/quantities.hpp"
 #include "designs/design_shape.hpp"
+#include "designs/library.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
@@ -56,10 +57,8 @@ bool demands_parameters(const Family* family) {
 }
 
 Shape design_shape(const Family* family) {
-  std::vector<std::string> names;
-  for (const Family& known : families()) names.push_back(known.name);
   std::vector<Field> fields{
-      optional("family", choice(names), "a design that the program brings along"),
+      optional("family", choice(library_names()), "a design that the program brings along"),
       optional("file", text(), "or a design file, relative to the job"),
       optional("mechanism", design_file_shape(), "or a design that is written here"),
       demands_parameters(family)

@@ -34,7 +34,7 @@ json design(const char* text) { return json::parse(text); }
 
 // Leaves in series along x, or between the ground and one body.
 json chain() {
-  return design(R"({
+  return design(R"json({
     "flexopt_design": 1,
     "parameters": {"n": {"unit": "1"}, "length": {"unit": "m", "default": "50 mm"},
                    "thickness": {"unit": "m", "default": "0.5 mm"}},
@@ -44,7 +44,7 @@ json chain() {
                 "mass": "10 g", "inertia": [1e-6, 1e-6, 1e-6]},
                {"name": "end_effector", "at": ["n*length", 0, 0]}],
     "leaves": [],
-    "drive": {"direction": "uy"}})");
+    "drive": {"direction": "uy"}})json");
 }
 
 // References have an index, but no formula of one: written out here.
@@ -66,7 +66,7 @@ json chain_of(int n) {
 }
 
 json stack_of(int) {
-  return design(R"({
+  return design(R"json({
     "flexopt_design": 1,
     "parameters": {"n": {"unit": "1"}, "length": {"unit": "m", "default": "50 mm"},
                    "thickness": {"unit": "m", "default": "0.5 mm"}},
@@ -77,7 +77,7 @@ json stack_of(int) {
                 "across": [0, 0, 1], "width": "30 mm", "thickness": "thickness"
 }],
     "drive": {"direction": "uy"}
-})");
+})json");
 }
 
 EndEffector payload() {

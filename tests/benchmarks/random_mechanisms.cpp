@@ -21,7 +21,7 @@ ModelOptions coarse(unsigned long long seed, bool reduced) {
   ModelOptions model;
   model.accuracy = reduced ? Accuracy::reduced : Accuracy::full;
   model.flexure = seed % 2 == 1 ? Flexure::beam : Flexure::plate;
-  model.mesh = {3, seed % 2 == 1 ? 1 : 2};
+  model.mesh = seed % 2 == 1 ? std::array{3, 1} : std::array{2, 2};
   return model;
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/stroke_path.hpp"
@@ -92,8 +93,9 @@ struct Both {
   }
 };
 
-Both at_a_state(Ties ties) {
-  Both both(chain(6, ties), {});
+std::unique_ptr<Both> at_a_state(Ties ties) {
+  auto owner = std::make_unique<Both>(chain(6, ties), LoadCase{});
+  Both& both = *owner;
   VectorXd strokes(static_cast<Eigen::Index>(both.mechanism.drives.size()));
   for (Eigen::Index k = 0; k < strokes.size(); ++k) strokes[k] = k == 0 ? 0.02 : 0.05;
   for (System* system : {&both.dense, &both.sparse}) {
@@ -101,14 +103,15 @@ Both at_a_state(Ties ties) {
     INFO(e.message);
     REQUIRE(e.converged);
   }
-  return both;
+  return owner;
 }
 
 }  // namespace
 
 TEST_CASE("a system solved sparse finds the equilibria of the dense one", "[sparse]") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
-  Both both = at_a_state(ties);
+  const auto owner = at_a_state(ties);
+  Both& both = *owner;
   for (int b = 0; b < static_cast<int>(both.mechanism.bodies.size()); ++b) {
     CHECK((both.dense.pose(b).position - both.sparse.pose(b).position).norm() < 1e-11);
     CHECK((both.dense.pose(b).rotation - both.sparse.pose(b).rotation).norm() < 1e-10);
@@ -119,7 +122,8 @@ TEST_CASE("a system solved sparse finds the equilibria of the dense one", "[spar
 TEST_CASE("motions, stability and stiffness of a sparse system are those of the dense one",
           "[sparse]") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
-  Both both = at_a_state(ties);
+  const auto owner = at_a_state(ties);
+  Both& both = *owner;
   const int n = both.dense.size();
   MatrixXd forces(n, 2);
   for (int k = 0; k < n; ++k) forces.row(k) << std::sin(k), std::cos(2 * k);
@@ -143,8 +147,9 @@ TEST_CASE("the sparse count of negative directions is the dense one where there 
           "[sparse]") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   // pushed along the chain, far beyond buckling, with nothing deflected
-  LoadCase loads;
   Both both(chain(6, ties), {});
+  both.dense.assemble();
+  both.sparse.assemble();
   int most = 0;
   for (const double push : {30.0, 200.0, 1000.0, 5000.0}) {
     for (System* system : {&both.dense, &both.sparse}) {
@@ -166,7 +171,8 @@ TEST_CASE("the sparse count of negative directions is the dense one where there 
 TEST_CASE("frequencies and balanced states of a sparse system are those of the dense one",
           "[sparse]") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
-  Both both = at_a_state(ties);
+  const auto owner = at_a_state(ties);
+  Both& both = *owner;
   std::vector<int> dense_modes, sparse_modes;
   const FrequencyOptions options{.count = 8};
   const Frequencies dense = natural_frequencies(both.dense, options, dense_modes),
