@@ -89,9 +89,11 @@ void Flattener<S>::add_joint(const JointItem& item) {
   joint.at = at.place(vector(item.at));
   if (item.type == JointType::revolute || item.type == JointType::prismatic) {
     const Vector3<S> axis = at.direction(vector(item.axis));
-    const S length = axis.norm();
+    S length = axis.norm();
     if (!(value_of(length) > 0))
       throw SpecError(item.pointer + "/axis", "0", "an axis has a direction");
+    // a unit vector stays as it is to the last bit; its derivatives are those of its direction
+    if (const double off = value_of(length) - 1; std::abs(off) < 1e-15) length -= S(off);
     joint.axis = axis / length;
   }
   out_.joints.push_back(std::move(joint));
