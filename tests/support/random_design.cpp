@@ -410,8 +410,12 @@ RandomDesign random_design(unsigned long long seed, const std::string& folder) {
           design.make(near);
         }
     } catch (const SpecError& error) {
-      // leaves that cross: drawn again; anything else is a fault of the generator
-      if (tries < 40 && std::string(error.what()).find("intersect") != std::string::npos) continue;
+      // leaves that cross, or are too short for their thickness: drawn again; anything else is a
+      // fault of the generator
+      const std::string what = error.what();
+      if (tries < 40 && (what.find("intersect") != std::string::npos ||
+                         what.find("thinner than long") != std::string::npos))
+        continue;
       throw;
     }
     design.refused = tries;
