@@ -11,7 +11,7 @@ namespace flexopt {
 
 /// From this many unknowns on the equations of a mechanism are solved sparse. Measured:
 /// `./flexopt bench many_leaves`.
-inline constexpr int sparse_from = 120;
+inline constexpr int sparse_from = 200;
 
 /// Orders of elimination that were found for patterns, so that a matrix that is assembled again
 /// costs its numbers only. Keeps the latest few. Not for several threads at once.

@@ -167,7 +167,7 @@ EigenPairs solve(const MatrixXd& K, const MatrixXd& M, int count) {
 }
 
 // From this many coordinates on the lowest pairs alone are sought.
-constexpr int krylov_from = 250;
+constexpr int krylov_from = 150;
 
 // The same, the lowest alone: the modes of leaves have a diagonal block each.
 EigenPairs solve_by_krylov(const System& system, const Pencil& pencil, bool drive_locked,
