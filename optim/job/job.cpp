@@ -45,7 +45,7 @@ void check_superelements(const Mechanism& mechanism, const ModelOptions& model, 
   if (model.method == Reduction::mixed_potential || model.accuracy == Accuracy::full) return;
   for (const LeafSpring& leaf : mechanism.leaves)
     if (const auto rule = broken_rule(leaf, model)) {
-      if (leaf.has_profile())
+      if (leaf.has_profile() || leaf.curve)
         throw SpecError("/model/method", read["method"].dump(), leaf.name + ": " + *rule);
       throw SpecError("/model/superelements",
                       read.contains("superelements") ? read["superelements"].dump() : "1", *rule);

@@ -215,8 +215,9 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
     const auto mesh = mesh_of(leaf, model, meshes);
-    if (leaf.point) {
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "it has no two rigid edges"));
+    if (leaf.point || leaf.curve) {
+      leaves.push_back(std::make_unique<FullLeaf>(
+          leaf, mesh, i, leaf.point ? "it has no two rigid edges" : "it is curved"));
       continue;
     }
     TubeRange range;
