@@ -99,8 +99,10 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
       if (l.tip >= 0) dq.tail<6>() = system.edge_map(i, 1) * q.segment<6>(6 * l.tip);
       return dq;
     };
-    const ChordFrame frame = chord_frame(
-        {scale.scaled(system.edge_pose(i, 0)), scale.scaled(system.edge_pose(i, 1))}, 1.0);
+    EdgePoses edges{scale.scaled(system.edge_pose(i, 0)), scale.scaled(system.edge_pose(i, 1))};
+    for (int e = 0; e < 2; ++e)  // as those of a flat leaf on the chord
+      edges[e].axes = (edges[e].axes * l.middle(e).axes().transpose()).eval();
+    const ChordFrame frame = chord_frame(edges, l.chord() / l.length);
     const auto bending = [&](const VectorXd& q) -> Eigen::Vector2d {
       const Vector6d e = frame.B * scale.scaled_increment(edge_increment(q));
       return {e[theta1y], e[theta2y]};
@@ -215,9 +217,8 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
     const auto mesh = mesh_of(leaf, model, meshes);
-    if (leaf.point || leaf.curve) {
-      leaves.push_back(std::make_unique<FullLeaf>(
-          leaf, mesh, i, leaf.point ? "it has no two rigid edges" : "it is curved"));
+    if (leaf.point) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "it has no two rigid edges"));
       continue;
     }
     TubeRange range;

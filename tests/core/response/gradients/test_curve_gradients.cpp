@@ -13,7 +13,7 @@ namespace {
 
 const std::vector<Number> parameters{{"chord", 0.1},   {"width", 0.03}, {"thickness", 0.5e-3},
                                      {"poisson", 0.3}, {"angle", 0.7},  {"tilt", 0.2},
-                                     {"taper", 0.6},   {"along", 0.75}};
+                                     {"taper", 0.6},   {"along", 0.6}};
 
 LeafSpring curved(const Vector3d& base, const Vector3d& along, const Values& p, double angle,
                   const Material& material) {
