@@ -144,6 +144,9 @@ TEST_CASE("reduced curved leaves agree with full ones", "[curve]") {
   compare(hinge(0.06, 30 * deg, 0.02, 4e-4), {-20 * deg, -10 * deg, 0, 10 * deg, 20 * deg}, 2e-3);
   compare(hinge(0.06, -90 * deg, 0.02, 6e-4), {-20 * deg, 0, 20 * deg}, 2e-3);
   compare(guide(30 * deg, 0.02, 4e-4), {-2e-3, 0, 2e-3}, 2e-3);
+  Mechanism along = guide(90 * deg, 0.02, 4e-4);  // pulled along the chords
+  along.drives = {make_drive<double>(Direction::ux)};
+  compare(along, {-1e-3, -3e-4, 3e-4, 1e-3}, 4e-3);
   compare(cross_hinge(20 * deg), {-20 * deg, 0, 20 * deg}, 2e-3);
 }
 
