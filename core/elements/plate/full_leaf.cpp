@@ -45,6 +45,8 @@ PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model) {
     shape.mesh[0] *= 2;
   else if (angle > 0.25)
     shape.mesh[0] += shape.mesh[0] / 2;
+  // a wide one bends across near its clamps at any turn
+  if (angle > 0.25 && shape.mean_width() > 0.6) shape.mesh[1] += shape.mesh[1] / 2;
   if (flexure_of(leaf, model) == Flexure::plate) return shape;
   // what a beam does not depend on is left out, so that equal beams share one mesh
   shape.flexure = Flexure::beam;
