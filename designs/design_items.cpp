@@ -100,8 +100,12 @@ void PlanReader::read_leaves() {
       leaf.across = DesignVector{};
     }
     if (from.contains("material")) leaf.material = material_of(from["material"]);
-    if (from.contains("curve"))
+    if (from.contains("curve")) {
       leaf.curve = number(from["curve"]["angle"], "rad", at / "curve" / "angle");
+      if (!from.contains("across"))
+        throw SpecError((at / "across").to_string(), "nothing",
+                        "a curved wire is bent about a direction: it needs across");
+    }
     if (from.contains("reinforcement")) {
       const json& thick = from["reinforcement"];
       const Pointer here = at / "reinforcement";

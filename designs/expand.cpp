@@ -67,6 +67,7 @@ class Expander {
         item["width"] = size(leaf.width);
         item["thickness"] = size(leaf.thickness);
       }
+      if (leaf.curve) item["curve"] = {{"angle", *leaf.curve}};
       if (leaf.material) item["material"] = material(*leaf.material);
       list.push_back(std::move(item));
     }

@@ -45,6 +45,10 @@ LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& mater
   if (!(value_of(leaf.length) > 0))
     throw SpecError(from.source.pointer + "/tip/at", "0 m", "base and tip stand in one place");
   leaf.axes.col(0) = line / leaf.length;
+  if (from.curve) {
+    leaf.curve = -*from.curve;  // the normal of the core's axes is (base → tip) × across
+    leaf.length = leaf.length / sine_ratio<S>(0.5 * *leaf.curve);
+  }
   Vector3<S> across = from.across;
   const S along = leaf.axes.col(0).dot(across);
   // a share that is zero here may not be so elsewhere; of plain numbers not even a zero's sign
@@ -76,10 +80,8 @@ void put_on_leaf(MechanismT<S>& mechanism, const FlatBody<S>& body, int index) {
   if (leaf->point)
     throw SpecError(body.source.pointer + "/on/leaf", "\"" + body.leaf + "\"",
                     "a leaf has one material point at most");
-  const Vector3<S> from_base = body.at - leaf->origin;
-  const S along = S(from_base.dot(leaf->axes.col(0))) / leaf->length,
-          across = S(from_base.dot(leaf->axes.col(1))) / leaf->width + 0.5,
-          off = from_base.dot(leaf->axes.col(2));
+  const Vector3<S> place = leaf->coordinates(body.at);
+  const S along = place[0] / leaf->length, across = place[1] / leaf->width + 0.5, off = place[2];
   if (std::abs(value_of(off)) > 1e-6 * value_of(leaf->length))
     throw SpecError(body.source.pointer + "/on/at", fmt::format("{:g} m off", value_of(off)),
                     "a material point lies in the middle surface of its leaf");

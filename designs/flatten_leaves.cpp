@@ -3,6 +3,8 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "core/math/dual.hpp"
 #include "core/mechanism/profile.hpp"
@@ -55,9 +57,13 @@ FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
     leaf.across = at.across(across);
   }
   const std::string thick = item.pointer + (item.wire ? "/diameter" : "/thickness");
-  if (item.curve)
-    throw SpecError(item.pointer + "/curve", "\"" + leaf.name + "\"",
-                    "this version does not offer curved leaves");
+  if (item.curve) {
+    leaf.curve = number(*item.curve);
+    const double degrees = value_of(*leaf.curve) * 180 / std::numbers::pi;
+    if (!(std::abs(degrees) <= 180))
+      throw SpecError(item.pointer + "/curve/angle", fmt::format("{:g} deg", degrees),
+                      "an arc subtends at most half a turn, to either side");
+  }
   leaf.thickness = size_along(item.thickness, thick, item.wire ? "a diameter" : "a thickness");
   leaf.width =
       item.wire ? leaf.thickness : size_along(item.width, item.pointer + "/width", "a width");

@@ -52,11 +52,25 @@ def width_at(leaf, end):
     return width[end] if isinstance(width, list) else width
 
 
+def middle_line(leaf, base, tip, normal):
+    """Places along the leaf: an arc bulges to the normal."""
+    angle = leaf.get("curve", {}).get("angle", 0)
+    if not angle:
+        return np.array([base, tip])
+    part = np.linspace(0, 1, 25)
+    radius = np.linalg.norm(tip - base) / (2 * math.sin(angle / 2))
+    direction = angle * (0.5 - part)
+    along = radius * (math.sin(angle / 2) - np.sin(direction))
+    above = radius * (np.cos(direction) - math.cos(angle / 2))
+    line = (tip - base) / np.linalg.norm(tip - base)
+    return base + np.outer(along, line) + np.outer(above, normal)
+
+
 def draw(axes, design):
     points = []
     for leaf in design["leaves"]:
         base, tip = np.array(leaf["base"]["at"]), np.array(leaf["tip"]["at"])
-        if "diameter" in leaf:
+        if "diameter" in leaf and "curve" not in leaf:
             axes.plot(*np.array([base, tip]).T, color="tab:blue", linewidth=1.5)
             points += [base, tip]
             continue
@@ -64,10 +78,21 @@ def draw(axes, design):
         across = np.array(leaf["across"], float)
         across -= line * across.dot(line)
         across /= np.linalg.norm(across)
+        middle = middle_line(leaf, base, tip, np.cross(across, line))
+        if "diameter" in leaf:
+            axes.plot(*middle.T, color="tab:blue", linewidth=1.5)
+            points += list(middle)
+            continue
         a, b = across * width_at(leaf, 0) / 2, across * width_at(leaf, 1) / 2
-        corners = [base - a, base + a, tip + b, tip - b]
-        axes.add_collection3d(Poly3DCollection([corners], facecolor="tab:blue", alpha=0.45,
-                                               edgecolor="navy", linewidth=0.6))
+        part = np.linspace(0, 1, len(middle))[:, None]
+        side = a + (b - a) * part
+        corners = [*(middle - side), *(middle + side)[::-1]]
+        cells = [[(middle - side)[i], (middle + side)[i], (middle + side)[i + 1], (middle - side)[i + 1]]
+                 for i in range(len(middle) - 1)]
+        axes.add_collection3d(Poly3DCollection(cells, facecolor="tab:blue", alpha=0.45,
+                                               edgecolor="none"))
+        outline = np.array([*corners, corners[0]])
+        axes.plot(*outline.T, color="navy", linewidth=0.6)
         for end, edge in (("base", [base - a, base + a]), ("tip", [tip - b, tip + b])):
             body = leaf[end].get("body")
             color = {"ground": "black", "end_effector": "tab:red"}.get(body, "tab:green")

@@ -99,8 +99,8 @@ Vector3d System::lever(int i, int end) const {
 EdgePose System::edge_pose(int i, int end) const {
   const LeafSpring& l = mechanism_->leaves[i];
   const int b = body(i, end);
-  if (b < 0) return {end == 0 ? l.origin : l.tip_middle(), l.axes};
-  return {poses_[b].position + lever(i, end), poses_[b].rotation * l.axes};
+  if (b < 0) return {end == 0 ? l.origin : l.tip_middle(), l.edge_axes(end)};
+  return {poses_[b].position + lever(i, end), poses_[b].rotation * l.edge_axes(end)};
 }
 
 Matrix6d System::edge_map(int i, int end) const {

@@ -53,6 +53,7 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
     visit(leaf.length);
     visit(leaf.width);
     visit(leaf.thickness);
+    if (leaf.curve) visit(*leaf.curve);
     for (auto& factor : leaf.width_profile) visit(factor);
     for (auto& factor : leaf.thickness_profile) visit(factor);
     each_material_number(leaf.material, named);
@@ -110,6 +111,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     leaf.section = l.section;
     leaf.width_profile.resize(l.width_profile.size());
     leaf.thickness_profile.resize(l.thickness_profile.size());
+    if (l.curve) leaf.curve.emplace();
     leaf.material.name = l.material.name;
     leaf.material.allowable_stress = l.material.allowable_stress;
     if (l.point) {

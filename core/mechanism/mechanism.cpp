@@ -5,7 +5,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
+#include <vector>
 
 #include "core/mechanism/drive.hpp"
 #include "core/mechanism/joint.hpp"
@@ -16,17 +18,34 @@
 namespace flexopt {
 namespace {
 
-/// A leaf as the box it fills, as wide and thick as it is anywhere.
+/// A leaf, or a piece of it, as the box it fills, as wide and thick as it is anywhere.
 struct Box {
   Vector3d middle, half;  ///< half sizes along the axes [m]
   Matrix3d axes;
+  double sheet;  ///< half its height were it almost without thickness [m]
 };
 
-Box box_of(const LeafSpring& leaf) {
-  return {leaf.origin + 0.5 * leaf.length * leaf.axes.col(0),
-          0.5 * Vector3d(leaf.length, leaf.width * profile_range(leaf.width_profile).largest,
-                         leaf.thickness * profile_range(leaf.thickness_profile).largest),
-          leaf.axes};
+/// One for a flat leaf; for an arc one for every few degrees, from base to tip.
+std::vector<Box> boxes_of(const LeafSpring& leaf) {
+  constexpr double degrees = 4 * std::numbers::pi / 180;
+  const int pieces =
+      std::max(1, static_cast<int>(std::ceil(std::abs(leaf.curve.value_or(0)) / degrees)));
+  const double w = leaf.width * profile_range(leaf.width_profile).largest,
+               t = leaf.thickness * profile_range(leaf.thickness_profile).largest;
+  std::vector<Box> boxes;
+  for (int k = 0; k < pieces; ++k) {
+    const auto at = [&](double s) {
+      const ArcPoint<double> p = leaf.middle((k + s) / pieces);
+      return Vector3d(leaf.length * Vector3d(p.x, 0, p.z));
+    };
+    const Vector3d start = at(0), end = at(1), middle = at(0.5);
+    const Matrix3d turn = leaf.middle((k + 0.5) / pieces).axes();
+    const double rise = (middle - 0.5 * (start + end)).norm();
+    boxes.push_back({leaf.origin + leaf.axes * (0.25 * (start + end) + 0.5 * middle),
+                     0.5 * Vector3d((end - start).norm(), w, t + rise), leaf.axes * turn,
+                     5e-4 * leaf.thickness + 0.5 * rise});
+  }
+  return boxes;
 }
 
 /// Whether two boxes share volume: no plane separates them. The normals to try are the faces' and
@@ -61,20 +80,24 @@ bool on_one_line(const LeafSpring& a, bool a_tip, const LeafSpring& b, bool b_ti
 /// Leaves whose edges share a line touch there with their thickness, and may: they are then tried
 /// as thin sheets that end a little before that line.
 bool intersect(const LeafSpring& a, const LeafSpring& b) {
-  Box box_a = box_of(a), box_b = box_of(b);
-  const auto draw_back = [](Box& box, const LeafSpring& leaf, bool tip) {
-    const double step = std::min(0.1 * leaf.thickness, 0.1 * leaf.length);
+  std::vector<Box> boxes_a = boxes_of(a), boxes_b = boxes_of(b);
+  const auto draw_back = [](std::vector<Box>& boxes, const LeafSpring& leaf, bool tip) {
+    Box& box = tip ? boxes.back() : boxes.front();
+    const double step = std::min(0.1 * leaf.thickness, 0.2 * box.half[0]);
     box.half[0] -= 0.5 * step;
-    box.middle += (tip ? -0.5 : 0.5) * step * leaf.axes.col(0);
-    box.half[2] = 5e-4 * leaf.thickness;
+    box.middle += (tip ? -0.5 : 0.5) * step * box.axes.col(0);
+    for (Box& each : boxes) each.half[2] = std::min(each.half[2], each.sheet);
   };
   for (const bool a_tip : {false, true})
     for (const bool b_tip : {false, true})
       if (on_one_line(a, a_tip, b, b_tip)) {
-        draw_back(box_a, a, a_tip);
-        draw_back(box_b, b, b_tip);
+        draw_back(boxes_a, a, a_tip);
+        draw_back(boxes_b, b, b_tip);
       }
-  return intersect(box_a, box_b);
+  for (const Box& box_a : boxes_a)
+    for (const Box& box_b : boxes_b)
+      if (intersect(box_a, box_b)) return true;
+  return false;
 }
 
 std::optional<std::string> broken_rule(const Material& m, const std::string& where) {
@@ -132,6 +155,8 @@ std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
       (std::abs(leaf.width - leaf.thickness) > 1e-9 * leaf.thickness ||
        leaf.width_profile != leaf.thickness_profile))
     return name + ": the width of a circular section must be its thickness, the diameter";
+  if (leaf.curve && !(std::abs(*leaf.curve) <= std::numbers::pi))
+    return name + ": its arc must not subtend more than half a turn";
   if (auto rule = broken_profile(leaf)) return rule;
   if ((leaf.axes.transpose() * leaf.axes - Matrix3d::Identity()).norm() > 1e-9 ||
       leaf.axes.determinant() < 0)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/math/types.hpp"
+#include "core/mechanism/arc.hpp"
 
 namespace flexopt {
 
@@ -48,23 +49,53 @@ struct LeafPointT {
 /// Cross-section of a leaf. Circular: a wire flexure, width = thickness = diameter.
 enum class Section { rectangular, circular };
 
-/// A leaf spring, flat when undeformed; both short edges are clamped along their whole width to a
-/// body or to the ground; the tip edge may be free. Width and thickness may vary along it.
+/// A leaf spring, flat or a circular arc when undeformed; both short edges are clamped along their
+/// whole width to a body or to the ground; the tip edge may be free. Width and thickness may vary
+/// along it.
 template <class Scalar>
 struct LeafSpringT {
   std::string name;
   int base = ground;       ///< body that holds the base edge
   int tip = 0;             ///< body that holds the tip edge, or free_edge
   Vector3<Scalar> origin;  ///< middle of the base edge [m]
-  Matrix3<Scalar> axes;    ///< columns: along the leaf, along its width, normal to it
-  Scalar length{}, width{}, thickness{};  ///< [m]; of profiles: what their factors refer to
+  Matrix3<Scalar> axes;    ///< columns: along the leaf or its chord, along its width, normal to it
+  /// [m]; of profiles: what their factors refer to. The length is that of the arc.
+  Scalar length{}, width{}, thickness{};
+  /// Of a curved leaf: the angle that its arc subtends, bulging to the normal [rad].
+  std::optional<Scalar> curve;
   /// Factors on width and thickness along the leaf: profile.hpp. Empty: uniform.
   std::vector<Scalar> width_profile, thickness_profile;
   MaterialT<Scalar> material;
   Section section = Section::rectangular;
   std::optional<LeafPointT<Scalar>> point;
 
-  Vector3<Scalar> tip_middle() const { return origin + axes.col(0) * length; }
+  /// From base to tip [m].
+  Scalar chord() const {
+    return curve ? Scalar(length * sine_ratio<Scalar>(0.5 * *curve)) : length;
+  }
+  Vector3<Scalar> tip_middle() const { return origin + axes.col(0) * chord(); }
+  /// Place of the middle line over the length, in the leaf's axes, and its direction, at the part s
+  /// of the length.
+  ArcPoint<Scalar> middle(const Scalar& s) const {
+    if (curve) return arc_point<Scalar>(*curve, s);
+    return {s, Scalar(0), Scalar(1), Scalar(0)};
+  }
+  /// Of a place in global axes: along the leaf, across it from the middle, and above it [m].
+  Vector3<Scalar> coordinates(const Vector3<Scalar>& place) const {
+    const Vector3<Scalar> way = place - origin;
+    Vector3<Scalar> local(axes.col(0).dot(way), axes.col(1).dot(way), axes.col(2).dot(way));
+    if (!curve || value_of(*curve) == 0) return local;
+    const ArcCoordinates<Scalar> at =
+        arc_coordinates<Scalar>(*curve, local[0] / length, local[2] / length);
+    local[0] = length * at.along;
+    local[2] = length * at.height;
+    return local;
+  }
+  /// Axes of the clamped edge (0 base, 1 tip): along the leaf there, along its width, normal to it.
+  Matrix3<Scalar> edge_axes(int end) const {
+    if (!curve) return axes;
+    return axes * middle(Scalar(end)).axes();
+  }
   bool has_profile() const { return !width_profile.empty() || !thickness_profile.empty(); }
 };
 

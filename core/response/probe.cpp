@@ -13,7 +13,7 @@ std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, cons
   bool found = false;
   for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
-    const Vector3d local = leaf.axes.transpose() * (place - leaf.origin);
+    const Vector3d local = leaf.coordinates(place);
     const double slack = 1e-9 * (leaf.length + leaf.width), height = std::abs(local[2]);
     const double along = std::clamp(local[0] / leaf.length, 0.0, 1.0),
                  width = leaf.width * profile_at(leaf.width_profile, along),

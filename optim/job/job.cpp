@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -45,7 +46,7 @@ void check_superelements(const Mechanism& mechanism, const ModelOptions& model, 
   if (model.method == Reduction::mixed_potential || model.accuracy == Accuracy::full) return;
   for (const LeafSpring& leaf : mechanism.leaves)
     if (const auto rule = broken_rule(leaf, model)) {
-      if (leaf.has_profile())
+      if (leaf.has_profile() || leaf.curve)
         throw SpecError("/model/method", read["method"].dump(), leaf.name + ": " + *rule);
       throw SpecError("/model/superelements",
                       read.contains("superelements") ? read["superelements"].dump() : "1", *rule);
@@ -81,6 +82,11 @@ void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& not
           fmt::format("{} is {:.2g} times as thick as its smaller side; plate theory "
                       "wants at most {:g}.",
                       leaf.name, leaf.thickness / std::min(leaf.length, leaf.width), thin));
+  for (const LeafSpring& leaf : mechanism.leaves)
+    if (leaf.curve && leaf.thickness * std::abs(*leaf.curve) > thin * leaf.length)
+      notes.push_back(
+          fmt::format("{} is {:.2g} times as thick as its radius; thin shells want at most {:g}.",
+                      leaf.name, leaf.thickness * std::abs(*leaf.curve) / leaf.length, thin));
 }
 
 }  // namespace

@@ -131,13 +131,16 @@ Json constraints_json(const Mechanism& mechanism) {
 
 Json leaf_geometry_json(const Mechanism& mechanism) {
   Json leaves = Json::array();
-  for (const LeafSpring& leaf : mechanism.leaves)
+  for (const LeafSpring& leaf : mechanism.leaves) {
     leaves.push_back({{"name", leaf.name},
                       {"length", leaf.length},
                       {"width", leaf.width},
                       {"thickness", leaf.thickness},
                       {"section", leaf.section == Section::circular ? "circular" : "rectangular"},
                       {"validity", validity_json(leaf)}});
+    // of its arc, positive to the side of across × (base → tip)
+    if (leaf.curve) leaves.back()["curve"] = -*leaf.curve;
+  }
   return leaves;
 }
 

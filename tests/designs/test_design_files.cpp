@@ -1,6 +1,7 @@
 // Design files: what they may hold, and that frames, repeats and parts are only other ways to write
 // the same mechanism.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/mechanism/each_number.hpp"
@@ -206,6 +207,74 @@ TEST_CASE("an elastic reinforcement is a thicker leaf between lines without mass
   CHECK(m.leaves[1].tip == m.leaves[2].base);
 }
 
+TEST_CASE("a curved leaf bulges to its normal, a mirrored one to the reflected side",
+          "[designs][files][curve]") {
+  json document = cantilever();
+  document["leaves"][0]["curve"] = {{"angle", "60 deg"}};
+  const auto top_of = [](const LeafSpring& leaf) {
+    const ArcPoint<double> at = leaf.middle(0.5);
+    return Vector3d(leaf.origin + leaf.axes * Vector3d(at.x, 0, at.z) * leaf.length);
+  };
+  const double radius = 0.08, rise = radius * (1 - std::sqrt(0.75));  // of 60 deg
+  const LeafSpring leaf = make(document).leaves[0];
+  CHECK(leaf.length == Approx(radius * M_PI / 3));
+  CHECK(leaf.chord() == Approx(0.08));
+  CHECK((leaf.tip_middle() - Vector3d(0.08, 0, 0)).norm() < 1e-15);
+  // z × x
+  CHECK((top_of(leaf) - Vector3d(0.04, rise, 0)).norm() < 1e-12);
+  document["leaves"][0]["curve"]["angle"] = "-60 deg";
+  CHECK((top_of(make(document).leaves[0]) - Vector3d(0.04, -rise, 0)).norm() < 1e-12);
+  document["leaves"][0]["across"] = {0, 0, -1};
+  CHECK((top_of(make(document).leaves[0]) - Vector3d(0.04, rise, 0)).norm() < 1e-12);
+
+  const auto part = [&](const char* mirror) {
+    json whole = json::parse(R"({
+      "flexopt_design": 1, "bodies": [{"name": "end_effector", "at": [0.06, 0, 0]}],
+      "parts": [{"name": "p", "design": "curved_leaf", "mirror": "y",
+                 "join": {"end_effector": "end_effector"},
+                 "parameters": {"chord": "60 mm", "angle": "60 deg"}}],
+      "drive": {"direction": "rz"}})");
+    if (mirror)
+      whole["parts"][0]["mirror"] = mirror;
+    else
+      whole["parts"][0].erase("mirror");
+    return top_of(make(whole).leaves[0]);
+  };
+  const double sag = 0.75 * rise;
+  CHECK((part(nullptr) - Vector3d(0.03, sag, 0)).norm() < 1e-12);
+  CHECK((part("y") - Vector3d(0.03, -sag, 0)).norm() < 1e-12);
+  CHECK((part("z") - Vector3d(0.03, sag, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("a material point of a curved leaf lies on its arc", "[designs][files][curve]") {
+  json document = cantilever();
+  document["leaves"][0]["curve"] = {{"angle", "60 deg"}};
+  document["leaves"][0]["tip"]["body"] = "ground";
+  document["let"] = {{"top", "length*(1 - sqrt(0.75))"}};
+  document["bodies"][0] = {{"name", "end_effector"},
+                           {"on", {{"leaf", "leaf"}, {"at", {"length/2", "top", "5 mm"}}}}};
+  const LeafSpring leaf = make(document).leaves[0];
+  REQUIRE(leaf.point);
+  CHECK(leaf.point->along == Approx(0.5));
+  CHECK(leaf.point->across == Approx(0.75));
+  document["bodies"][0]["on"]["at"] = {"length/2", 0, 0};
+  CHECK_THAT(complaint(document), Contains("/bodies/0/on/at") && Contains("middle surface"));
+}
+
+TEST_CASE("arcs that meet intersect, their chords need not", "[designs][files][curve]") {
+  json document = cantilever();
+  document["leaves"].push_back(document["leaves"][0]);
+  json& second = document["leaves"][1];
+  second["name"] = "second";
+  second["base"]["at"] = {0, "3 mm", 0};
+  second["tip"]["at"] = {"length", "3 mm", 0};
+  CHECK(complaint(document) == "accepted");
+  document["leaves"][0]["curve"] = {{"angle", "40 deg"}};
+  CHECK_THAT(complaint(document), Contains("intersect"));
+  second["curve"] = {{"angle", "40 deg"}};  // one above the other
+  CHECK(complaint(document) == "accepted");
+}
+
 TEST_CASE("the end-effector weighs what the file and the job say together", "[designs][files]") {
   json document = cantilever();
   document["bodies"][0].update({{"mass", 2}, {"center_of_mass", {0, 0.1, 0}}});
@@ -243,6 +312,7 @@ TEST_CASE("wrong design files are refused with place and rule", "[designs][files
       {"/leaves/0/repeat", {{"i", {1, 2}}}, "/leaves/0/name", "another leaf has this name"},
       {"/leaves/0/repeat", {{"i", {1, 1e5}}}, "/leaves/0/repeat/i", "at most 1000 copies"},
       {"/leaves/0/repeat", {{"length", {1, 2}}}, "/leaves/0/repeat/length", "has this name"},
+      {"/leaves/0/curve", {{"angle", "200 deg"}}, "/leaves/0/curve/angle", "half a turn"},
       {"/leaves/0/diameter", "1 mm", "/leaves/0/width", "diameter alone"},
       {"/parameters/sin", {{"unit", "m"}}, "/parameters/sin", "meaning of its own"},
       {"/parameters/a b", {{"unit", "m"}}, "/parameters/a b", "letters, digits"},

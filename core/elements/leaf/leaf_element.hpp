@@ -7,19 +7,13 @@
 #include <string>
 
 #include "core/elements/leaf/answer.hpp"
+#include "core/elements/leaf/edge_pose.hpp"
 #include "core/elements/leaf/leaf_results.hpp"
 #include "core/math/types.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
 
 namespace flexopt {
-
-/// Place of an end edge: its middle [m] and its axes (columns: along the leaf, width, normal).
-struct EdgePose {
-  Vector3d position;
-  Matrix3d axes;
-};
-using EdgePoses = std::array<EdgePose, 2>;  ///< base, tip
 
 /// The leaf seen from its edges; 12-vectors are (position, spin) of base then tip, global axes.
 struct LeafEvaluation {

@@ -29,7 +29,9 @@ struct LeafVariation {
     Matrix3<S> rotation = Matrix3<S>::Zero();  ///< of the body's rotation seen in leaf axes
     Vector3d arm = Vector3d::Zero();           ///< from reference point to edge, undeflected
   };
-  std::array<Edge, 2> edge;  ///< zero where the edge is grounded
+  /// Where the edge is grounded zero, but for the edges of an arc. Rotation and arm are those of
+  /// the edge's axes.
+  std::array<Edge, 2> edge;
 };
 
 template <class S>

@@ -12,7 +12,12 @@ ProfileRate rate_of(const LeafSpring& direction) {
   ProfileRate rate;
   if (changes(direction.width_profile)) rate.width = direction.width_profile;
   if (changes(direction.thickness_profile)) rate.thickness = direction.thickness_profile;
+  rate.curve = direction.curve.value_or(0);
   return rate;
+}
+
+ProfileRate profiles_of(const LeafSpring& leaf) {
+  return {leaf.width_profile, leaf.thickness_profile, leaf.curve.value_or(0)};
 }
 
 }  // namespace
@@ -21,8 +26,8 @@ ProfileDirections::ProfileDirections(const Mechanism& mechanism,
                                      const std::vector<Mechanism>& directions) {
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
-    if (!leaf.has_profile()) continue;
-    std::vector<ProfileRate>& own = directions_[{leaf.width_profile, leaf.thickness_profile}];
+    if (!leaf.has_profile() && !leaf.curve) continue;
+    std::vector<ProfileRate>& own = directions_[profiles_of(leaf)];
     for (const Mechanism& direction : directions) {
       ProfileRate rate = rate_of(direction.leaves[i]);
       if (!rate.is_zero() && std::find(own.begin(), own.end(), rate) == own.end())
@@ -38,8 +43,8 @@ const std::vector<ProfileRate>& ProfileDirections::of(const ProfileRate& profile
 }
 
 VectorXd ProfileDirections::coordinates(const LeafSpring& leaf, const LeafSpring& direction) const {
-  if (!leaf.has_profile()) return {};
-  const std::vector<ProfileRate>& own = of({leaf.width_profile, leaf.thickness_profile});
+  if (!leaf.has_profile() && !leaf.curve) return {};
+  const std::vector<ProfileRate>& own = of(profiles_of(leaf));
   VectorXd along = VectorXd::Zero(static_cast<Eigen::Index>(own.size()));
   const auto found = std::find(own.begin(), own.end(), rate_of(direction));
   if (found != own.end()) along[found - own.begin()] = 1;

@@ -13,15 +13,17 @@
 
 namespace flexopt {
 
-/// Derivatives of the factors of a leaf's profiles along one direction: as many as there are
-/// factors, or none where they are constant. Also the factors themselves.
+/// Derivatives of the factors of a leaf's profiles along one direction, as many as there are
+/// factors or none where they are constant, and of the angle of its arc. Also these themselves.
 struct ProfileRate {
   std::vector<double> width, thickness;
-  bool is_zero() const { return width.empty() && thickness.empty(); }
+  double curve = 0;
+  bool is_zero() const { return width.empty() && thickness.empty() && curve == 0; }
   auto operator<=>(const ProfileRate&) const = default;
 };
 
-/// The different directions in which design parameters change the profiles of equal leaves.
+/// The different directions in which design parameters change the profiles and the arcs of equal
+/// leaves.
 class ProfileDirections {
  public:
   ProfileDirections() = default;

@@ -21,8 +21,9 @@ using MeasuresT = Eigen::Matrix<S, measures, 1>;
 using Measures = MeasuresT<double>;
 
 template <class S>
-MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValuesT<S>& X, bool circular,
-                         BeamStrain strain) {
+MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValuesT<S>& X,
+                         const MeshNumbers<S>& numbers, int element, double s, BeamStrain strain) {
+  const bool circular = numbers.shape().section == Section::circular;
   auto sum = [&](const std::array<S, 4>& h, int k) -> Vector3<S> {
     Vector3<S> r;
     for (int c = 0; c < 3; ++c)
@@ -41,11 +42,11 @@ MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValuesT<S
   const Vector3<S> c = a.cross(d);
   const Vector3<S> n = c / sqrt(c.squaredNorm());
   MeasuresT<S> m;
-  m[stretch] = 0.5 * (a.squaredNorm() - 1.0);
+  m[stretch] = 0.5 * (a.squaredNorm() - numbers.rest(element, s).metric);
   m[in_plane] = circular ? S(-r_xx.dot(d)) : S(a.dot(d_x));
   m[lateral] = d_x.squaredNorm();
   m[shear] = a.dot(d);
-  m[across] = -r_xx.dot(n);
+  m[across] = -r_xx.dot(n) - numbers.rest_curvature(element, s);
   m[warping] = -d_xx.dot(n);
   m[twist] = -d_x.dot(n);
   return m;
@@ -56,14 +57,14 @@ MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValuesT<S
 class RecoveredMeasures {
  public:
   RecoveredMeasures(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal, BeamStrain strain) {
-    const bool circular = mesh.shape().section == Section::circular;
+    const MeshNumbers<double> numbers(mesh.shape(), mesh.x());
     for (int i = 0; i < mesh.elements_along(); ++i) {
       Eigen::Matrix<double, 8, 3> U;
       U << nodal[i], nodal[i + 1];
       const double h = mesh.x()[i + 1] - mesh.x()[i];
       for (const double s : station) {
         x_.push_back(mesh.x()[i] + s * h);
-        values_.push_back(measures_at<double>(U, hermite(s, h), circular, strain));
+        values_.push_back(measures_at<double>(U, hermite(s, h), numbers, i, s, strain));
       }
     }
   }
@@ -250,9 +251,9 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
     for (int f = 0; f < 8; ++f)
       for (int c = 0; c < 3; ++c)
         U(f, c) = {nodal[i + f / 4](f % 4, c), {rate.nodal[i + f / 4](f % 4, c)}};
-    return measures_at<Dual1>(
-        U, hermite<Dual1>(station[station_index % 2], numbers.x[i + 1] - numbers.x[i]), circular,
-        strain);
+    const double s = station[station_index % 2];
+    return measures_at<Dual1>(U, hermite<Dual1>(s, numbers.x[i + 1] - numbers.x[i]), numbers, i, s,
+                              strain);
   };
   const Dual1 s = (peak.along - x[k]) / (x[k + 1] - x[k]);
   MeasuresT<Dual1> m = at(k);
@@ -281,9 +282,10 @@ LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>
   for (const bool positive : {false, true})
     for (int i = 0; i < mesh.lines(); ++i) {
       const double y = 0.5 * mesh.shape().width_at(mesh.x()[i]) * (positive ? 1 : -1);
+      const EdgePose& line = mesh.line_pose(i);
       const Vector3d r = (nodal[i].row(0) + y * nodal[i].row(2)).transpose();
-      shape.undeflected.push_back(scale.origin +
-                                  scale.axes * Vector3d(mesh.x()[i], y, 0) * scale.length);
+      shape.undeflected.push_back(
+          scale.origin + scale.axes * (line.position + y * line.axes.col(1)) * scale.length);
       shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
       shape.von_mises.push_back(
           leaf.material.youngs_modulus *

@@ -15,6 +15,7 @@ PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
                    leaf.material.poissons_ratio, mesh, free_edge_torsion};
   shape.width_profile = leaf.width_profile;
   shape.thickness_profile = leaf.thickness_profile;
+  shape.curve = leaf.curve;
   return shape;
 }
 
@@ -38,6 +39,14 @@ PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model) {
   // a notch bends where it is thin: twice the elements, and closer together there
   const ProfileRange thickness = profile_range(leaf.thickness_profile);
   if (thickness.largest > 1.5 * thickness.smallest) shape.mesh[0] *= 2;
+  // the error of an arc's elements grows with the fourth power of their angle
+  const double angle = std::abs(leaf.curve.value_or(0));
+  if (angle > 1.8)
+    shape.mesh[0] *= 2;
+  else if (angle > 0.25)
+    shape.mesh[0] += shape.mesh[0] / 2;
+  // a wide one bends across near its clamps at any turn
+  if (angle > 0.25 && shape.mean_width() > 0.6) shape.mesh[1] += shape.mesh[1] / 2;
   if (flexure_of(leaf, model) == Flexure::plate) return shape;
   // what a beam does not depend on is left out, so that equal beams share one mesh
   shape.flexure = Flexure::beam;

@@ -86,15 +86,17 @@ PlateLeaf::State rigid_state(const PlateLeaf& plate, const EdgePose& base) {
   const PlateMesh& mesh = plate.mesh();
   const int n = mesh.functions_per_line();
   PlateLeaf::State state = PlateLeaf::undeflected(mesh, plate.support().free_tip);
+  const Matrix3d turn = base.axes * mesh.line_pose(0).axes.transpose();  // of the whole leaf
   for (int i = 0; i < mesh.lines(); ++i) {
     if (plate.is_rigid_edge(i)) continue;
     Eigen::Map<MatrixXd> r(state.x.data() + plate.block_offset(i), n, 3);
-    r = (r * base.axes.transpose()).eval();
+    r = (r * turn.transpose()).eval();
     for (int s = 0; s < n; s += 4) r.row(s) += base.position.transpose();
   }
-  state.edges = {base, {base.position + base.axes.col(0), base.axes}};
+  const EdgePose& tip = mesh.line_pose(mesh.lines() - 1);
+  state.edges = {base, {base.position + turn * tip.position, turn * tip.axes}};
   if (plate.has_point())
-    state.point = base.position + base.axes * plate.point_place() - plate.point_place();
+    state.point = base.position + turn * plate.point_place() - plate.point_place();
   return state;
 }
 
@@ -118,9 +120,13 @@ bool settles(FullLeaf& leaf, const LeafHold& hold, int pivots) {
 class WayFromRest {
  public:
   WayFromRest(const FullLeaf& full, const LeafHold& hold) : scale_(&full.scale()) {
+    // seen from the chord of the undeflected leaf
+    const PlateMesh& mesh = full.plate().mesh();
+    end_ = mesh.line_pose(mesh.lines() - 1);
     base_ = scale_->scaled(hold.edges[0]);
+    base_.axes = (base_.axes * mesh.line_pose(0).axes.transpose()).eval();
     const EdgePose tip = scale_->scaled(hold.edges[1]);
-    turn_ = rotation_log(base_.axes.transpose() * tip.axes);
+    turn_ = rotation_log(base_.axes.transpose() * tip.axes * end_.axes.transpose());
     tip_ = base_.axes.transpose() * (tip.position - base_.position) - arc(1);
     const Vector3d place = full.plate().point_place();
     rigid_point_ = scale_->axes * (base_.position + base_.axes * place - place) * scale_->length;
@@ -135,20 +141,22 @@ class WayFromRest {
     if (!free_tip_) {
       const Vector3d place = arc(s) + curved(tip_, s, Vector3d::UnitX());
       hold.edges[1] = scale_->global(
-          {base_.position + base_.axes * place, base_.axes * rotation_exp(s * turn_)});
+          {base_.position + base_.axes * place, base_.axes * rotation_exp(s * turn_) * end_.axes});
     }
     hold.point_displacement = rigid_point_ + curved(point_, s, scale_->axes * base_.axes.col(0));
     return hold;
   }
 
  private:
-  Vector3d arc(double s) const { return rotation_left_tangent(s * turn_).col(0); }
+  Vector3d arc(double s) const {
+    return end_.position[0] * rotation_left_tangent(s * turn_).col(0);
+  }
   static Vector3d curved(const Vector3d& way, double s, const Vector3d& along) {
     return s * way - s * (1 - s) * along.dot(way) * along;
   }
 
   const LeafScale* scale_;
-  EdgePose base_;
+  EdgePose base_, end_;
   Vector3d turn_, tip_, rigid_point_, point_;
   bool free_tip_ = false;
   LeafHold last_;

@@ -54,6 +54,36 @@ void set_row(Matrix16& A, int row, const Row<S>& a) {
   for (int k = 0; k < 16; ++k) A(row, k) = part(a[k]);
 }
 
+// The operators of plate_curvature.hpp, point by point.
+template <class S>
+class CurvatureRows {
+ public:
+  void add(const S& weight, const Row<S>& x, const Row<S>& y, const Row<S>& second) {
+    points_.push_back({weight, x, y, second});
+  }
+  void give(PlateMesh::Element& element) const {
+    const auto n = static_cast<Eigen::Index>(points_.size());
+    element.curvature.resize(3 * n, 16);
+    element.curvature_weight.resize(n);
+    for (Eigen::Index g = 0; g < n; ++g) {
+      const Point& point = points_[static_cast<std::size_t>(g)];
+      element.curvature_weight[g] = part(point.weight);
+      for (int k = 0; k < 16; ++k) {
+        element.curvature(g, k) = part(point.x[k]);
+        element.curvature(n + g, k) = part(point.y[k]);
+        element.curvature(2 * n + g, k) = part(point.second[k]);
+      }
+    }
+  }
+
+ private:
+  struct Point {
+    S weight;
+    Row<S> x, y, second;
+  };
+  std::vector<Point> points_;
+};
+
 template <class S>
 S number(double value, double rate) {
   if constexpr (std::is_same_v<S, double>)
@@ -91,6 +121,7 @@ MeshNumbers<S>::MeshNumbers(const PlateShape& shape, const ShapeRate& rate)
     : width(number<S>(shape.width, rate.size[0])),
       thickness(number<S>(shape.thickness, rate.size[1])),
       poissons_ratio(number<S>(shape.poissons_ratio, rate.size[2])),
+      curve(number<S>(shape.curve.value_or(0), rate.curve)),
       shape_(&shape),
       rate_(&rate) {
   x = lines_along();
@@ -102,6 +133,7 @@ MeshNumbers<S>::MeshNumbers(const PlateShape& shape, const std::vector<S>& lines
     : width(shape.width),
       thickness(shape.thickness),
       poissons_ratio(shape.poissons_ratio),
+      curve(shape.curve.value_or(0)),
       x(lines),
       shape_(&shape),
       rate_(&constant()) {
@@ -110,6 +142,8 @@ MeshNumbers<S>::MeshNumbers(const PlateShape& shape, const std::vector<S>& lines
 
 template <class S>
 void MeshNumbers<S>::set_lines() {
+  for (const S& place : x)
+    middle.push_back(curved() ? arc_point<S>(curve, place) : ArcPoint<S>{place, S(0), S(1), S(0)});
   line_width.resize(x.size());
   if (shape_->is_beam()) {
     y = {S(0)};
@@ -203,6 +237,60 @@ WidthMap<S> MeshNumbers<S>::map(int i, double s) const {
 }
 
 template <class S>
+auto MeshNumbers<S>::rest(int i, double s) const -> Rest {
+  if (!curved()) return {};
+  const HermiteValuesT<S> X = hermite<S>(s, x[i + 1] - x[i]);
+  const ArcPoint<S>&a = middle[i], &b = middle[i + 1];
+  const auto derivative = [&](const std::array<S, 4>& h, const S& from, const S& slope, const S& to,
+                              const S& next) -> S {
+    return h[2] * (to - from) + h[1] * slope + h[3] * next;  // h[0] = −h[2]
+  };
+  const S tx = derivative(X.slope, a.x, a.cosine, b.x, b.cosine),
+          tz = derivative(X.slope, a.z, a.sine, b.z, b.sine),
+          kx = derivative(X.curvature, a.x, a.cosine, b.x, b.cosine),
+          kz = derivative(X.curvature, a.z, a.sine, b.z, b.sine);
+  Rest rest;
+  rest.metric = tx * tx + tz * tz;
+  rest.along = (tx * kx + tz * kz) / rest.metric;
+  rest.normal = (tx * kz - tz * kx) / rest.metric;
+  return rest;
+}
+
+template <class S>
+S MeshNumbers<S>::rest_curvature(int i, double s) const {
+  using std::sqrt;
+  const Rest at = rest(i, s);
+  return -at.normal * sqrt(at.metric);
+}
+
+template <class S>
+std::array<Vector3<S>, 4> MeshNumbers<S>::reference_node(int line, int node) const {
+  const LineWidth& w = line_width[line];
+  const S zero(0), from_middle = y[node] * w.factor, slope = y[node] * w.slope;
+  return {Vector3<S>(zero, from_middle, zero), Vector3<S>(S(1), slope, zero),
+          Vector3<S>(zero, w.factor, zero), Vector3<S>(zero, w.slope, zero)};
+}
+
+template <class S>
+std::array<Vector3<S>, 4> MeshNumbers<S>::undeflected_node(int line, int node) const {
+  std::array<Vector3<S>, 4> nodal = reference_node(line, node);
+  const ArcPoint<S>& at = middle[line];
+  for (Vector3<S>& v : nodal) v = Vector3<S>(at.cosine * v[0], v[1], at.sine * v[0]);
+  nodal[0] += Vector3<S>(at.x, S(0), at.z);
+  return nodal;
+}
+
+// |n|² = |r,x|² + g |r,y|² − g to first order of the metric about that at rest, diag(g, 1).
+template <class S>
+void MeshNumbers<S>::add_natural(PlateMesh::Element& element, const S& w, const Rest& rest,
+                                 const Row<S>& Nx, const Row<S>& Ny) const {
+  const S weight = w * rest.normal * rest.normal;
+  add_square(element.bending, weight, Nx);
+  add_square(element.bending, S(weight * rest.metric), Ny);
+  element.rest_energy -= part(S(0.5 * weight * rest.metric));
+}
+
+template <class S>
 auto MeshNumbers<S>::membrane() const -> Membrane {
   const S stretch = 12.0 / (thickness * thickness);
   if (!shape_->is_beam())
@@ -244,24 +332,33 @@ PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
   PlateMesh::Element element;
   element.bending.setZero();
   element.mass.setZero();
+  CurvatureRows<S> natural;
   for (int a = 0; a < 4; ++a) {
     const HermiteValuesT<S> X = hermite<S>(full.point[a], hx);
     const WidthMap<S> map = this->map(i, full.point[a]);
+    const Rest rest = this->rest(i, full.point[a]);
     const S t = thickness_factor(S(x[i] + full.point[a] * hx)), cube = t * t * t;
     const auto second = [&](const S& place, const HermiteValuesT<S>& Y) {
       MappedDerivatives<Row<S>> N;
       N.xx = hermite_products(X.curvature, Y.value);
       N.yy = hermite_products(X.value, Y.curvature);
       N.xy = hermite_products(X.slope, Y.slope);
-      if (!width_varies()) return N;
-      return mapped<S, Row<S>>(map, place, hermite_products(X.slope, Y.value),
-                               hermite_products(X.value, Y.slope), N.xx, N.xy, N.yy);
+      if (!width_varies() && !curved()) return N;
+      N.x = hermite_products(X.slope, Y.value);
+      N.y = hermite_products(X.value, Y.slope);
+      if (width_varies()) N = mapped<S, Row<S>>(map, place, N.x, N.y, N.xx, N.xy, N.yy);
+      if (curved()) N.xx -= rest.along * N.x;
+      return N;
     };
     for (int b = 0; b < 4; ++b) {
       const HermiteValuesT<S> Y = hermite<S>(full.point[b], hy);
       const auto N = second(y[j] + full.point[b] * hy, Y);
       const S area = full.weight[a] * full.weight[b] * hx * hy * map.factor, w = area * cube;
       add_bending(element.bending, w, nu, N);
+      if (curved()) {
+        add_natural(element, w, rest, N.x, N.y);
+        natural.add(S(-w * rest.normal), N.x, N.y, Row<S>(N.xx + nu * N.yy));
+      }
       add_square(element.mass, area * t, hermite_products(X.value, Y.value));
     }
     for (int side = 0; side < 2; ++side) {
@@ -270,20 +367,27 @@ PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
       const auto N = second(place, hermite<S>(side, hy));
       S w = -edge * (full.weight[a] * hx) * (cube * t);
       Row<S> twist = N.xy;
+      S bent(0);             // part of the bending along in it
       if (width_varies()) {  // along the edge and normal to it: it slopes by m
         using std::sqrt;
         const S m = place * map.slope * map.factor, per = 1.0 / (1.0 + m * m);
         const S both = (1.0 - m * m) * per, one = m * per;
         twist = both * N.xy + one * (N.yy - N.xx);
         w *= sqrt(S(1.0 + m * m));
+        bent = -one;
       }
       add_square(element.bending, w, twist);
+      if (curved() && width_varies()) {
+        add_natural(element, S(w * bent * bent), rest, N.x, N.y);
+        natural.add(S(-w * bent * rest.normal), N.x, N.y, twist);
+      }
     }
   }
   for (int a = 0; a < 2; ++a) {
     const HermiteValuesT<S> X = hermite<S>(membrane_x.point[a], hx);
     const WidthMap<S> map = this->map(i, membrane_x.point[a]);
-    const S t = thickness_factor(S(x[i] + membrane_x.point[a] * hx));
+    const S t = thickness_factor(S(x[i] + membrane_x.point[a] * hx)),
+            metric = rest(i, membrane_x.point[a]).metric;
     for (int b = 0; b < 4; ++b) {
       const HermiteValuesT<S> Y = hermite<S>(full.point[b], hy);
       const int g = 4 * a + b;
@@ -296,8 +400,10 @@ PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
       set_row<S>(element.gradient, g, Nx);
       set_row<S>(element.gradient, PlateMesh::points + g, Ny);
       element.weight[g] = part(S(membrane_x.weight[a] * full.weight[b] * hx * hy * map.factor * t));
+      element.metric[g] = part(metric);
     }
   }
+  natural.give(element);
   return element;
 }
 
@@ -320,6 +426,7 @@ PlateMesh::Element MeshNumbers<S>::beam_element(int i) const {
   element.bending.setZero();
   element.mass.setZero();
   element.gradient.setZero();
+  CurvatureRows<S> natural;
   for (int a = 0; a < 4; ++a) {
     const HermiteValuesT<S> X = hermite<S>(full.point[a], h);
     const auto e = section(S(x[i] + full.point[a] * h));
@@ -328,7 +435,16 @@ PlateMesh::Element MeshNumbers<S>::beam_element(int i) const {
                          double across) {
       add_square(A, weight * w, beam_functions(of, middle, across));
     };
-    add(element.bending, e.bend, X.curvature, 1, 0);
+    Row<S> bend = beam_functions(X.curvature, 1, 0);
+    if (curved()) {
+      const Rest rest = this->rest(i, full.point[a]);
+      const S w = weight * e.bend;
+      const Row<S> r0_x = beam_functions(X.slope, 1, 0), d = beam_functions(X.value, 0, 1);
+      bend -= rest.along * r0_x;
+      add_natural(element, w, rest, r0_x, d);
+      natural.add(S(-w * rest.normal), r0_x, d, bend);
+    }
+    add_square(element.bending, weight * e.bend, bend);
     add(element.bending, e.twist, X.slope, 0, 1);
     add(element.bending, e.warp, X.curvature, 0, 1);
     add(element.mass, e.area, X.value, 1, 0);
@@ -338,6 +454,7 @@ PlateMesh::Element MeshNumbers<S>::beam_element(int i) const {
     const HermiteValuesT<S> X = hermite<S>(membrane_x.point[a], h);
     const S at = x[i] + membrane_x.point[a] * h;
     const auto e = section(at);
+    const S metric = rest(i, membrane_x.point[a]).metric;
     const Row<S> r0_x = beam_functions(X.slope, 1, 0), d_x = beam_functions(X.slope, 0, 1),
                  d = beam_functions(X.value, 0, 1);
     for (int b = 0; b < 4; ++b) {
@@ -346,8 +463,10 @@ PlateMesh::Element MeshNumbers<S>::beam_element(int i) const {
       set_row<S>(element.gradient, g, r0_x + y * d_x);
       set_row<S>(element.gradient, PlateMesh::points + g, d);
       element.weight[g] = part(S(membrane_x.weight[a] * h * e.across[b]));
+      element.metric[g] = part(metric);
     }
   }
+  natural.give(element);
   return element;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/elements/plate/plate_mesh.hpp"
 #include "core/math/dual.hpp"
+#include "core/mechanism/arc.hpp"
 
 namespace flexopt {
 
@@ -37,7 +38,7 @@ class MeshNumbers {
   /// Of a mesh that has its lines along already.
   MeshNumbers(const PlateShape& shape, const std::vector<S>& lines);
 
-  S width, thickness, poissons_ratio;
+  S width, thickness, poissons_ratio, curve;
   /// Lines along: graded, and closer together where the leaf is thin: (P4). Lines across.
   std::vector<S> x, y;
   struct LineWidth {
@@ -45,12 +46,29 @@ class MeshNumbers {
   };
   std::vector<LineWidth> line_width;  ///< PlateMesh::line_width
 
+  /// Of the undeflected leaf on every line: straight, or an arc seen from its chord.
+  std::vector<ArcPoint<S>> middle;
+
   const PlateShape& shape() const { return *shape_; }
   bool width_varies() const { return !shape_->width_profile.empty(); }
+  bool curved() const { return shape_->curve.has_value(); }
   S width_factor(const S& x, int order = 0) const;
   S thickness_factor(const S& x) const;
   /// In element i along, at s of it.
   WidthMap<S> map(int i, double s) const;
+
+  /// Of the undeflected leaf in element i along, at s of it: r,xx = along r,x + normal n.
+  struct Rest {
+    S metric = S(1);  ///< |r,x|²
+    S along = S(0), normal = S(0);
+  };
+  Rest rest(int i, double s) const;
+  /// Its curvature there, of fibres on the side of the normal: −r,xx · n / |n|.
+  S rest_curvature(int i, double s) const;
+  /// Nodal values (r, r,x, r,y, r,xy) of a node of the undeflected leaf, from the middle of the
+  /// line and in its axes; and from the base, in the axes of the chord.
+  std::array<Vector3<S>, 4> reference_node(int line, int node) const;
+  std::array<Vector3<S>, 4> undeflected_node(int line, int node) const;
 
   struct Membrane {
     S A11, A12, A33;
@@ -71,6 +89,9 @@ class MeshNumbers {
   static const ShapeRate& constant();
   void set_lines();
   std::vector<S> lines_along() const;
+  /// U = ½ w |v|² of v = normal n, by the metric to first order, and what stays of it at rest.
+  void add_natural(PlateMesh::Element& element, const S& w, const Rest& rest,
+                   const Eigen::Matrix<S, 16, 1>& Nx, const Eigen::Matrix<S, 16, 1>& Ny) const;
   PlateMesh::Element plate_element(int i, int j) const;
   PlateMesh::Element beam_element(int i) const;
 

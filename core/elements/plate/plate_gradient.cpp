@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/elements/plate/plate_curvature.hpp"
 #include "core/elements/plate/plate_fields.hpp"
 #include "core/elements/plate/plate_products.hpp"
 #include "core/math/rotation.hpp"
@@ -15,6 +16,13 @@ using namespace plate;
 namespace {
 bool changes(const PlateMesh::Membrane& rate) {
   return rate.A11 != 0 || rate.A12 != 0 || rate.A33 != 0;
+}
+// Of strains that a changed metric of the undeflected leaf leaves.
+template <class S>
+Stress<S> metric_stress(const PlateMesh& mesh, const PointArray& metric, const PointArray& weight) {
+  Stress<S> e = Stress<S>::Zero();
+  for (int g = 0; g < points; ++g) e(g, 0) = -0.5 * metric[g];
+  return weighted(stress_of(mesh.membrane(), e), weight);
 }
 }  // namespace
 
@@ -98,6 +106,7 @@ void PlateGradient<S>::prepare() {
   a0_.resize(nx * ny);
   strain_.resize(nx * ny);
   n0_.resize(nx * ny);
+  natural_.resize(nx * ny);
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < ny; ++j) {
       const int k = i * ny + j;
@@ -107,7 +116,8 @@ void PlateGradient<S>::prepare() {
       Gradient<S>& a0 = a0_[k];
       assign_product(a0, G, U);
       Stress<S>& e = strain_[k] = 0.5 * strain_product(a0, a0);
-      e.template leftCols<2>() -= S(0.5);
+      for (int g = 0; g < points; ++g) e(g, 0) -= 0.5 * element.metric[g];
+      e.col(1) -= S(0.5);
       const Stress<S> bare = stress_of(mesh_->membrane(), e);
       n0_[k] = weighted(bare, element.weight);
       const Gradient<S> s = stress_times(n0_[k], a0);
@@ -122,11 +132,22 @@ void PlateGradient<S>::prepare() {
       };
       assign_product(F, G.transpose(), s);
       add_part(element.bending.topLeftCorner<2 * Side, 2 * Side>(), U);
+      const bool natural = element.curvature_weight.size() > 0;
+      Matrix bent;
+      const auto add_curvature = [&](const MatrixXd& rows, const Matrix& field) {
+        F += curvature_force(rows, 2 * Side, field);
+      };
+      if (natural) {
+        const Matrix& field = natural_[k] = curvature_field(element.curvature, U);
+        bent = 0.5 * curvature_product(element.curvature_weight, field, field);
+        add_curvature(element.curvature, bent);
+      }
       add(nodal_force_, F);
       for (int p = 0; p < directions(); ++p) {
         const PlateMeshRate::Shape& by = rate_->shape[p];
         Stress<S> dn = weighted(stress_of(by.membrane, e), element.weight);
         if (!by.weight.empty()) dn += weighted(bare, by.weight[k]);
+        if (!by.metric.empty()) dn += metric_stress<S>(*mesh_, by.metric[k], element.weight);
         if (by.gradient.empty()) {
           assign_product(F, G.transpose(), stress_times(dn, a0));
         } else {
@@ -139,6 +160,14 @@ void PlateGradient<S>::prepare() {
           add_part(dG.transpose(), s);
         }
         add_part(by.bending[k].template topLeftCorner<2 * Side, 2 * Side>(), U);
+        if (!by.curvature_weight.empty())
+          add_curvature(element.curvature,
+                        0.5 * curvature_product(by.curvature_weight[k], natural_[k], natural_[k]));
+        if (!by.curvature.empty()) {
+          add_curvature(element.curvature, curvature_product(element.curvature_weight, natural_[k],
+                                                             curvature_field(by.curvature[k], U)));
+          add_curvature(by.curvature[k], bent);
+        }
         add(shape_force_[p], F);
       }
     }
@@ -278,6 +307,14 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
         assign_product(f, G.transpose(), s);
         assign_product(bent, element.bending.topLeftCorner<2 * Side, 2 * Side>(), U);
         f += bent;
+        if (element.curvature_weight.size() > 0) {
+          const auto field = curvature_field(element.curvature, U);
+          for (int k = 0; k < columns; ++k)
+            f.template middleCols<3>(3 * k) +=
+                curvature_force(element.curvature, 2 * Side,
+                                curvature_product(element.curvature_weight, natural_[e],
+                                                  field.template middleCols<3>(3 * k)));
+        }
         F[i].template middleRows<Side>(4 * j) += f.template topRows<Side>();
         F[i + 1].template middleRows<Side>(4 * j) += f.template bottomRows<Side>();
       }
@@ -335,11 +372,13 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
   PointBlock a1, a2, s0(16, 3 * columns), s1(16, 3 * columns);
   Block U1, U2, BU, BU2, F0, F1;
   struct Along {
-    bool moves = false, weighs = false;
+    bool moves = false, weighs = false, bends = false;
     Gradient<S> da0;
     PointBlock da1, da2;
     Stress<S> dn_0;
+    Matrix db0, db1, db2;  // of the fields of a curved leaf
   };
+  Matrix b1, b2;
   std::vector<Along> along_shape(static_cast<std::size_t>(directions()));
   ElementBlock BU0;
   const auto stress_rate = [&](const PlateMeshRate::Shape& by, int element, const Stress<S>& e) {
@@ -373,8 +412,17 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
         const PlateMeshRate::Shape& by = rate_->shape[p];
         Along& a = along_shape[p];
         a.moves = !by.gradient.empty();
-        a.weighs = changes(by.membrane) || !by.weight.empty();
+        a.weighs = changes(by.membrane) || !by.weight.empty() || !by.metric.empty();
         if (a.weighs) a.dn_0 = stress_rate(by, element_index, e0);
+        if (!by.metric.empty())
+          a.dn_0 += metric_stress<S>(*mesh_, by.metric[element_index], element.weight);
+        a.bends = !by.curvature.empty();
+        if (a.bends) {
+          const MatrixXd& dH = by.curvature[element_index];
+          a.db0 = curvature_field(dH, U0);
+          a.db1 = curvature_field(dH, U1);
+          if (curved) a.db2 = curvature_field(dH, U2);
+        }
         if (!a.moves) continue;
         const auto dG = by.gradient[element_index].template leftCols<functions>();
         assign_product(a.da0, dG, U0);
@@ -416,6 +464,44 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
       if (moved) {
         assign_product(F1, G.transpose(), s1);
         F1 += 2.0 * BU;
+      }
+      // the cubic energy of a curved leaf: b1·(b0, b1) + ½ b2·(b0, b0) of curvature_product
+      if (element.curvature_weight.size() > 0) {
+        const Matrix& b0 = natural_[element_index];
+        const Eigen::ArrayXd& c = element.curvature_weight;
+        b1 = curvature_field(element.curvature, U1);
+        if (curved) b2 = curvature_field(element.curvature, U2);
+        const Matrix c2 = 0.5 * curvature_product(c, b0, b0);
+        for (int k = 0; k < columns; ++k) {
+          const auto b1k = b1.template middleCols<3>(3 * k);
+          const Matrix once = curvature_product(c, b0, b1k), c1 = 2.0 * once;
+          Matrix c0 = curvature_product(c, b1k, b1k);
+          q.stiffness[k] += once.cwiseProduct(b1k).sum();
+          if (curved) {
+            const auto b2k = b2.template middleCols<3>(3 * k);
+            c0 += curvature_product(c, b0, b2k);
+            q.stiffness[k] += c2.cwiseProduct(b2k).sum();
+          }
+          F0.template middleCols<3>(3 * k) += curvature_force(element.curvature, functions, c0);
+          if (moved)
+            F1.template middleCols<3>(3 * k) += curvature_force(element.curvature, functions, c1);
+          for (int p = 0; p < directions(); ++p) {
+            const Along& a = along_shape[p];
+            if (a.bends) {
+              along(q, p, k) += c0.cwiseProduct(a.db0).sum() +
+                                c1.cwiseProduct(a.db1.template middleCols<3>(3 * k)).sum();
+              if (curved)
+                along(q, p, k) += c2.cwiseProduct(a.db2.template middleCols<3>(3 * k)).sum();
+            }
+            if (rate_->shape[p].curvature_weight.empty()) continue;
+            const Eigen::ArrayXd& dc = rate_->shape[p].curvature_weight[element_index];
+            along(q, p, k) += curvature_product(dc, b0, b1k).cwiseProduct(b1k).sum();
+            if (curved)
+              along(q, p, k) += 0.5 * curvature_product(dc, b0, b0)
+                                          .cwiseProduct(b2.template middleCols<3>(3 * k))
+                                          .sum();
+          }
+        }
       }
       if (curved) {
         assign_product(BU2, B, U2);

@@ -96,7 +96,8 @@ class PlateGradient final : public LeafGradient<S> {
   std::array<EdgeNodes, 2> edges_;
   std::vector<Eigen::Matrix<S, 16, 3>> a0_;                         ///< gradients at the points
   std::vector<Eigen::Array<S, PlateMesh::points, 3>> strain_, n0_;  ///< and stresses × weight
-  std::vector<Matrix> nodal_force_;                                 ///< per line, n × 3
+  std::vector<Matrix> natural_;      ///< of a curved leaf: the field of plate_curvature.hpp
+  std::vector<Matrix> nodal_force_;  ///< per line, n × 3
   std::vector<std::vector<NodalWeight>> point_rates_;  ///< of PlateSupport::point, by direction
   std::vector<std::vector<Matrix>> shape_force_;       ///< derivative of it along every direction
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/elements/plate/plate_curvature.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
@@ -24,6 +25,32 @@ std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, std::array<Vector3d, 
   for (const PlateMesh::EdgeSlope& s : slopes) v[s.function] += *a++ * axes.col(s.axis);
   return v;
 }
+
+// Second derivatives of the cubic energy, between two components of the nodal values.
+struct CurvatureTangent {
+  const PlateMesh::Element* element = nullptr;
+  MatrixXd field;
+
+  PlateMesh::Matrix16 operator()(int c, int d) const {
+    const int e = 3 - c - d;  // the third component
+    const double sign = (c + 1) % 3 == d ? 1 : -1;
+    const Eigen::Index n = element->curvature_weight.size();
+    const auto row = [&](Eigen::Index k) { return element->curvature.middleRows(k * n, n); };
+    const auto factor = [&](Eigen::Index k) {
+      return (sign * element->curvature_weight * field.col(e).segment(k * n, n).array()).matrix();
+    };
+    const VectorXd f[3] = {factor(0), factor(1), factor(2)};
+    MatrixXd CG(3 * n, 16);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Eigen::Index l = (k + 1) % 3, m = (k + 2) % 3;
+      CG.middleRows(k * n, n).noalias() = f[m].asDiagonal() * row(l);
+      CG.middleRows(k * n, n).noalias() -= f[l].asDiagonal() * row(m);
+    }
+    PlateMesh::Matrix16 K;
+    K.noalias() = element->curvature.transpose() * CG;
+    return K;
+  }
+};
 
 }  // namespace
 
@@ -55,15 +82,12 @@ PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support
 PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh, bool free_tip) {
   const int n = mesh.functions_per_line(), lines = mesh.lines(), m = mesh.edge_unknowns();
   State state;
-  state.edges[0] = {Vector3d::Zero(), Matrix3d::Identity()};
-  state.edges[1] = {Vector3d::UnitX(), Matrix3d::Identity()};
+  state.edges = {mesh.line_pose(0), mesh.line_pose(lines - 1)};
   const int last = free_tip ? lines - 1 : lines - 2;  // the last line with nodal unknowns
   state.x = VectorXd::Zero(m + last * 3 * n + (free_tip ? 0 : m));
   for (int i = 1; i <= last; ++i) {
     const int o = m + (i - 1) * 3 * n;
-    MatrixXd nodes = mesh.reference(i);
-    for (int j = 0; j < mesh.nodes_per_line(); ++j) nodes(4 * j, 0) += mesh.x()[i];
-    state.x.segment(o, 3 * n) = nodes.reshaped();
+    state.x.segment(o, 3 * n) = mesh.undeflected(i).reshaped();
   }
   return state;
 }
@@ -118,7 +142,7 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
       const auto& a = point.gradient;
       const auto a1 = a.topRows<points>(), a2 = a.bottomRows<points>();
       const auto d1 = da.topRows<points>(), d2 = da.bottomRows<points>();
-      const PointArray e11 = 0.5 * (a1.rowwise().squaredNorm().array() - 1) +
+      const PointArray e11 = 0.5 * (a1.rowwise().squaredNorm().array() - element.metric) +
                              a1.cwiseProduct(d1).rowwise().sum().array(),
                        e22 = 0.5 * (a2.rowwise().squaredNorm().array() - 1) +
                              a2.cwiseProduct(d2).rowwise().sum().array(),
@@ -195,7 +219,7 @@ void PlateLeaf::assemble_elements() {
         return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
       };
       // Green–Lagrange: e11, e22 and 2 e12
-      const PointArray e11 = 0.5 * (dot(a1, a1) - 1), e22 = 0.5 * (dot(a2, a2) - 1),
+      const PointArray e11 = 0.5 * (dot(a1, a1) - element.metric), e22 = 0.5 * (dot(a2, a2) - 1),
                        e12 = dot(a1, a2);
       strain_ = std::max({strain_, e11.abs().maxCoeff(), e22.abs().maxCoeff()});
       const PointArray& w = element.weight;
@@ -208,7 +232,17 @@ void PlateLeaf::assemble_elements() {
         stress.col(c).head<points>() = n11 * a1[c] + n12 * a2[c];
         stress.col(c).tail<points>() = n12 * a1[c] + n22 * a2[c];
       }
-      const Eigen::Matrix<double, functions, 3> force = G.transpose() * stress + BU;
+      Eigen::Matrix<double, functions, 3> force = G.transpose() * stress + BU;
+      const bool natural = element.curvature_weight.size() > 0;
+      CurvatureTangent by_curvature;
+      if (natural) {
+        const MatrixXd field = plate::curvature_field(element.curvature, U),
+                       product =
+                           0.5 * plate::curvature_product(element.curvature_weight, field, field);
+        energy_ += field.cwiseProduct(product).sum() / 3 + element.rest_energy;
+        force += plate::curvature_force(element.curvature, functions, product);
+        by_curvature = {&element, field};
+      }
       for (int c = 0; c < 3; ++c) {
         nodal_force_[i].segment<Side>(c * n + 4 * j) += force.col(c).template head<Side>();
         nodal_force_[i + 1].segment<Side>(c * n + 4 * j) += force.col(c).template tail<Side>();
@@ -247,6 +281,7 @@ void PlateLeaf::assemble_elements() {
           Eigen::Matrix<double, functions, functions> K;
           K.noalias() = G.transpose() * CG;
           if (c == d) K += bending;
+          if (c != d && natural) K += by_curvature(c, d).topLeftCorner<functions, functions>();
           const int r = c * n + 4 * j, s = d * n + 4 * j;
           D0.block<Side, Side>(r, s) += K.template topLeftCorner<Side, Side>();
           D1.block<Side, Side>(r, s) += K.template bottomRightCorner<Side, Side>();

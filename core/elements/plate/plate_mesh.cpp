@@ -49,6 +49,7 @@ PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
   x_ = numbers.x;
   y_ = numbers.y;
   for (const auto& w : numbers.line_width) line_width_.push_back({w.factor, w.slope});
+  for (const auto& at : numbers.middle) line_pose_.push_back({{at.x, 0, at.z}, at.axes()});
   const auto membrane = numbers.membrane();
   membrane_ = {membrane.A11, membrane.A12, membrane.A33};
   bending_stiffness_ = numbers.bending_stiffness();
@@ -77,11 +78,13 @@ std::array<Vector3d, 4> PlateMesh::reference_node(int line, int node) const {
           Vector3d(0, w.slope, 0)};
 }
 
-MatrixXd PlateMesh::reference(int line) const {
+MatrixXd PlateMesh::undeflected(int line) const {
+  const EdgePose& pose = line_pose_[line];
   MatrixXd nodes(functions_per_line(), 3);
   for (int j = 0; j < nodes_per_line(); ++j) {
     const auto node = reference_node(line, j);
-    for (int k = 0; k < 4; ++k) nodes.row(4 * j + k) = node[k].transpose();
+    for (int k = 0; k < 4; ++k) nodes.row(4 * j + k) = (pose.axes * node[k]).transpose();
+    nodes.row(4 * j) += pose.position.transpose();
   }
   return nodes;
 }

@@ -4,9 +4,11 @@
 // units of the leaf length L, energies in units of D = E t³ / 12(1 − ν²) (beam: E t³ / 12): only
 // the shape (w/L, t/L, ν and the profiles of w and t) is left.
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "core/elements/leaf/edge_pose.hpp"
 #include "core/math/types.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
@@ -25,6 +27,7 @@ struct PlateShape {
   Warping warping = Warping::clamped;      ///< of the ends of a beam of rectangular section
   /// Factors on width and thickness along the leaf: core/mechanism/profile.hpp.
   std::vector<double> width_profile{}, thickness_profile{};
+  std::optional<double> curve{};  ///< angle of the arc [rad]; none: flat
 
   bool is_beam() const { return flexure == Flexure::beam; }
   bool has_profile() const { return !width_profile.empty() || !thickness_profile.empty(); }
@@ -41,6 +44,7 @@ struct ShapeRate {
   Vector3d size = Vector3d::Zero();  ///< of w/L, t/L, ν
   /// Of the factors of the profiles; empty where none of them changes.
   std::vector<double> width_profile{}, thickness_profile{};
+  double curve = 0;  ///< of the angle of the arc
 
   ShapeRate() = default;
   ShapeRate(const Vector3d& size) : size(size) {}
@@ -105,6 +109,12 @@ class PlateMesh {
     Eigen::Array<double, points, 1> weight;  ///< area weights of the points
     Matrix16 bending;  ///< of one displacement component, free-edge term included
     Matrix16 mass;     ///< ∫ N Nᵀ dA
+    Eigen::Array<double, points, 1> metric;  ///< |r,x|² of the undeflected leaf at the points
+    /// Of a curved leaf: the operators of plate_curvature.hpp and their factors c; else empty.
+    MatrixXd curvature;
+    Eigen::ArrayXd curvature_weight;
+    /// Of a curved leaf: what makes its undeflected energy zero.
+    double rest_energy = 0;
   };
 
   /// n11 = A11 e11 + A12 e22, n22 = A12 e11 + A11 e22, n12 = A33 2 e12; over D/L².
@@ -137,10 +147,13 @@ class PlateMesh {
     double factor = 1, slope = 0;
   };
   const LineWidth& line_width(int line) const { return line_width_[line]; }
-  /// Nodal values of the undeflected leaf, from the middle of the line: functions × 3.
-  MatrixXd reference(int line) const;
-  /// The same of one node, function by function.
+  /// Nodal values of the undeflected leaf, function by function, from the middle of the line and in
+  /// its axes.
   std::array<Vector3d, 4> reference_node(int line, int node) const;
+  /// Middle of a line of the undeflected leaf, and its axes: along, across, normal.
+  const EdgePose& line_pose(int line) const { return line_pose_[line]; }
+  /// Nodal values of the undeflected leaf: functions × 3.
+  MatrixXd undeflected(int line) const;
   const Element& element(int i, int j) const { return elements_[i * elements_across() + j]; }
 
   const Membrane& membrane() const { return membrane_; }
@@ -164,6 +177,7 @@ class PlateMesh {
   std::vector<EdgeSlope> edge_slopes_;
   std::vector<double> x_, y_;
   std::vector<LineWidth> line_width_;
+  std::vector<EdgePose> line_pose_;
   std::vector<Element> elements_;
   std::vector<MatrixXd> mass_diagonal_, mass_below_;
 };

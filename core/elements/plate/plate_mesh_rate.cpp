@@ -12,7 +12,8 @@ void drop_zeros(std::vector<Part>& parts) {
   if (std::all_of(parts.begin(), parts.end(), [](const Part& p) { return (p == 0).all(); }))
     parts.clear();
 }
-void drop_zero_matrices(std::vector<PlateMesh::Matrix16>& parts) {
+template <class Matrix>
+void drop_zero_matrices(std::vector<Matrix>& parts) {
   if (std::all_of(parts.begin(), parts.end(), [](const auto& p) { return p.isZero(0); }))
     parts.clear();
 }
@@ -27,26 +28,33 @@ PlateMeshRate::Shape rate_along(const PlateMesh& mesh, const ShapeRate& directio
       by.bending.push_back(rate.bending);
       by.mass.push_back(rate.mass);
       by.weight.push_back(rate.weight);
+      by.metric.push_back(rate.metric);
+      by.curvature.push_back(rate.curvature);
+      by.curvature_weight.push_back(rate.curvature_weight);
     }
   drop_zero_matrices(by.gradient);
   drop_zero_matrices(by.mass);
   drop_zeros(by.weight);
+  drop_zeros(by.metric);
+  drop_zeros(by.curvature_weight);
+  drop_zero_matrices(by.curvature);
   const auto membrane = numbers.membrane();
   const auto of = [](const Dual1& x) { return x.derivatives[0]; };
   by.membrane = {of(membrane.A11), of(membrane.A12), of(membrane.A33)};
-  bool moves = false;
   for (int i = 0; i < mesh.lines(); ++i) {
-    const auto& w = numbers.line_width[i];
-    MatrixXd& nodes = by.reference.emplace_back(MatrixXd::Zero(mesh.functions_per_line(), 3));
+    const MatrixXd zero = MatrixXd::Zero(mesh.functions_per_line(), 3);
+    MatrixXd &own = by.reference.emplace_back(zero), &nodes = by.undeflected.emplace_back(zero);
     for (int j = 0; j < mesh.nodes_per_line(); ++j) {
-      nodes(4 * j, 0) = of(numbers.x[i]);
-      const Dual1& y = numbers.y[j];
-      nodes.col(1).segment<4>(4 * j) << of(y * w.factor), of(y * w.slope), of(w.factor),
-          of(w.slope);
+      const auto in_line = numbers.reference_node(i, j), place = numbers.undeflected_node(i, j);
+      for (int k = 0; k < 4; ++k)
+        for (int c = 0; c < 3; ++c) {
+          own(4 * j + k, c) = of(in_line[static_cast<std::size_t>(k)][c]);
+          nodes(4 * j + k, c) = of(place[static_cast<std::size_t>(k)][c]);
+        }
     }
-    moves = moves || !nodes.isZero(0);
   }
-  if (!moves) by.reference.clear();
+  drop_zero_matrices(by.reference);
+  drop_zero_matrices(by.undeflected);
   return by;
 }
 
@@ -58,6 +66,7 @@ PlateMeshRate::PlateMeshRate(const PlateMesh& mesh, const std::vector<ProfileRat
     ShapeRate& along = direction.emplace_back();
     along.width_profile = profile.width;
     along.thickness_profile = profile.thickness;
+    along.curve = profile.curve;
   }
   for (const ShapeRate& along : direction) shape.push_back(rate_along(mesh, along));
 }
@@ -73,6 +82,7 @@ ShapeRate PlateMeshRate::along(const Vector3d& sizes_rate, const VectorXd& profi
     const ShapeRate& own = direction[sizes + k];
     add(sum.width_profile, profiles[k], own.width_profile);
     add(sum.thickness_profile, profiles[k], own.thickness_profile);
+    sum.curve += profiles[k] * own.curve;
   }
   return sum;
 }
@@ -81,8 +91,8 @@ std::shared_ptr<const PlateMeshRate> shared_mesh_rate(
     LeafRates& rates, const std::shared_ptr<const PlateMesh>& mesh) {
   return rates.of<PlateMeshRate>(mesh, [&] {
     const PlateShape& shape = mesh->shape();
-    return PlateMeshRate(*mesh,
-                         rates.profiles().of({shape.width_profile, shape.thickness_profile}));
+    return PlateMeshRate(*mesh, rates.profiles().of({shape.width_profile, shape.thickness_profile,
+                                                     shape.curve.value_or(0)}));
   });
 }
 

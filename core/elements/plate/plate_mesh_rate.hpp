@@ -13,10 +13,14 @@ struct PlateMeshRate {
   struct Shape {
     /// Of every element; left empty where a direction changes none of them, but for the bending.
     std::vector<PlateMesh::Matrix16> gradient, bending, mass;
-    std::vector<Eigen::Array<double, PlateMesh::points, 1>> weight;
+    std::vector<Eigen::Array<double, PlateMesh::points, 1>> weight, metric;
+    /// Of the operators and factors of PlateMesh::Element::curvature.
+    std::vector<MatrixXd> curvature;
+    std::vector<Eigen::ArrayXd> curvature_weight;
     PlateMesh::Membrane membrane;
-    /// Of the undeflected nodal values, functions × 3 of every line; empty where constant.
-    std::vector<MatrixXd> reference;
+    /// Of the undeflected nodal values, functions × 3 of every line, in its own axes
+    /// (PlateMesh::reference_node) and in those of the chord; empty where constant.
+    std::vector<MatrixXd> reference, undeflected;
   };
   static constexpr int width = 0, thickness = 1, poissons_ratio = 2, sizes = 3;
   std::vector<ShapeRate> direction;  ///< the three sizes, then those of the profiles

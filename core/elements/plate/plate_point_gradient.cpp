@@ -22,9 +22,7 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
   if (rows_.point == 0) return;
   // of the undeflected place, along the leaf, across it and by the shape
   const auto rest = [&](const NodalWeight& w) {
-    Vector3d r = mesh_->reference(w.line).row(w.function).transpose();
-    if (w.function % 4 == 0) r[0] += mesh_->x()[w.line];
-    return r;
+    return Vector3d(mesh_->undeflected(w.line).row(w.function).transpose());
   };
   std::array<Vector3d, 2> by_place{Vector3d::Zero(), Vector3d::Zero()};
   for (int a = 0; a < 2; ++a)
@@ -33,9 +31,9 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
   std::vector<Vector3d> by_shape(static_cast<std::size_t>(directions()), Vector3d::Zero());
   for (int p = 0; p < directions(); ++p) {
     for (const NodalWeight& w : point_rates_[p]) by_shape[p] += w.weight * rest(w);
-    if (rate_->shape[p].reference.empty()) continue;
+    if (rate_->shape[p].undeflected.empty()) continue;
     for (const NodalWeight& w : plate_->support().point)
-      by_shape[p] += w.weight * rate_->shape[p].reference[w.line].row(w.function).transpose();
+      by_shape[p] += w.weight * rate_->shape[p].undeflected[w.line].row(w.function).transpose();
   }
   const auto nodal = [&](const NodalWeight& w) -> Vector3<S> {
     return state_.nodal[w.line].row(w.function).transpose();

@@ -1,5 +1,6 @@
 #include "core/elements/plate/plate_series.hpp"
 
+#include "core/elements/plate/plate_curvature.hpp"
 #include "core/math/small_product.hpp"
 
 namespace flexopt {
@@ -174,7 +175,8 @@ void PlateSeries::expand_elements() {
         e[o].setZero();
       }
       add_product(e, point.gradient, point.gradient, strain_product);
-      e[0].leftCols<2>() -= 1;
+      e[0].col(0) -= element.metric;
+      e[0].col(1) -= 1;
       Series<Gradient> stress;
       for (int o = 0; o < 3; ++o) {
         e[o].leftCols<2>() *= 0.5;
@@ -187,8 +189,22 @@ void PlateSeries::expand_elements() {
         Gradient membrane;
         assign_small_product(membrane, element.gradient.transpose(), stress[o]);
         F[o] += membrane;
-        scatter(F[o], n, j, side, force_[o][i], force_[o][i + 1]);
       }
+      if (element.curvature_weight.size() > 0) {
+        Series<MatrixXd> product;
+        for (int o = 0; o < 3; ++o) {
+          point.natural[o] = plate::curvature_field(
+              element.curvature, gather(nodal_[o][i], nodal_[o][i + 1], n, j, side));
+          product[o] = MatrixXd::Zero(element.curvature.rows(), 3);
+        }
+        add_product(product, point.natural, point.natural,
+                    [&](const MatrixXd& a, const MatrixXd& b) -> MatrixXd {
+                      return 0.5 * plate::curvature_product(element.curvature_weight, a, b);
+                    });
+        for (int o = 0; o < 3; ++o)
+          F[o] += plate::curvature_force(element.curvature, 16, product[o]);
+      }
+      for (int o = 0; o < 3; ++o) scatter(F[o], n, j, side, force_[o][i], force_[o][i + 1]);
     }
 }
 
@@ -270,9 +286,13 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
     for (int j = 0; j < ny; ++j) {
       const PlateMesh::Element& element = mesh_->element(i, j);
       const Point& point = points_[i * ny + j];
+      const bool natural = element.curvature_weight.size() > 0;
       for (int k = 0; k < columns; ++k) {
         Series<Gradient> da, F, ds;
         Series<Stress> dn;
+        Series<MatrixXd> bent;
+        if (natural)
+          for (MatrixXd& b : bent) b = MatrixXd::Zero(element.curvature.rows(), 3);
         for (int o = 0; o < orders; ++o) {
           dn[o].setZero();
           ds[o].setZero();
@@ -281,6 +301,11 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
           const Gradient U = gather(dr[o][i].col(k), dr[o][i + 1].col(k), n, j, side);
           assign_small_product(da[o], element.gradient, U);
           assign_small_product(F[o], element.bending, U);
+          if (!natural) continue;
+          const MatrixXd field = plate::curvature_field(element.curvature, U);
+          for (int b = 0; o + b < orders; ++b)
+            bent[o + b] +=
+                plate::curvature_product(element.curvature_weight, field, point.natural[b]);
         }
         for (int a = 0; a < moving; ++a)
           for (int b = 0; a + b < orders; ++b)
@@ -295,6 +320,7 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
           Gradient membrane;
           assign_small_product(membrane, element.gradient.transpose(), ds[o]);
           F[o] += membrane;
+          if (natural) F[o] += plate::curvature_force(element.curvature, 16, bent[o]);
           scatter(F[o], n, j, side, df[o][i].col(k), df[o][i + 1].col(k));
         }
       }

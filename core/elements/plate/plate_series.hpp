@@ -67,6 +67,7 @@ class PlateSeries final : public LeafSeries {
   struct Point {
     Series<Eigen::Matrix<double, 16, 3>> gradient;
     Series<Eigen::Array<double, PlateMesh::points, 3>> stress;
+    Series<MatrixXd> natural;  ///< of a curved leaf: the field of plate_curvature.hpp
   };
   std::vector<Point> points_;
 };

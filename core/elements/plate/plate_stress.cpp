@@ -23,10 +23,22 @@ Gradient dofs(const std::vector<MatrixXd>& nodal, int i, int j) {
   return U;
 }
 
+// |r,x|² and the curvature along of the undeflected leaf.
+template <class S>
+struct RestT {
+  S metric = S(1), curvature = S(0);
+};
+template <class S>
+RestT<S> rest_of(const MeshNumbers<S>& numbers, int i, double s) {
+  if (!numbers.curved()) return {};
+  return {numbers.rest(i, s).metric, numbers.rest_curvature(i, s)};
+}
+
 // `map` and `y0`: null where the width does not vary.
 template <class S>
 StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X,
-                    const HermiteValuesT<S>& Y, const WidthMap<S>* map, const S& y0) {
+                    const HermiteValuesT<S>& Y, const RestT<S>& rest, const WidthMap<S>* map,
+                    const S& y0) {
   const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
     Vector3<S> r = Vector3<S>::Zero();
     for (int f = 0; f < 16; ++f) {
@@ -45,8 +57,8 @@ StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X
   const Vector3<S> n = m / sqrt(m.squaredNorm());
   StrainsT<S> e;
   // a fibre on the side of the normal is stretched by −r,ab · n
-  e << 0.5 * (a1.squaredNorm() - 1.0), 0.5 * (a2.squaredNorm() - 1.0), a1.dot(a2), -r11.dot(n),
-      -r22.dot(n), -2.0 * r12.dot(n);
+  e << 0.5 * (a1.squaredNorm() - rest.metric), 0.5 * (a2.squaredNorm() - 1.0), a1.dot(a2),
+      -r11.dot(n) - rest.curvature, -r22.dot(n), -2.0 * r12.dot(n);
   return e;
 }
 
@@ -81,8 +93,9 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
         const Gradient U = dofs(nodal, i, j);
         const double hy = mesh.y()[j + 1] - mesh.y()[j];
         for (const double b : station)
-          values.push_back(strains<double>(
-              U, X, hermite(b, hy), numbers.width_varies() ? &map : nullptr, mesh.y()[j] + b * hy));
+          values.push_back(strains<double>(U, X, hermite(b, hy), rest_of(numbers, i, a),
+                                           numbers.width_varies() ? &map : nullptr,
+                                           mesh.y()[j] + b * hy));
       }
     }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values)};
@@ -286,10 +299,10 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
                    {rate.nodal[ei + f / 8](4 * ej + f % 8, c)}};
     const Dual1 hy = numbers.y[ej + 1] - numbers.y[ej];
     const WidthMap<Dual1> map = numbers.map(ei, station[a % 2]);
-    const StrainsT<Dual1> e =
-        strains<Dual1>(U, hermite<Dual1>(station[a % 2], numbers.x[ei + 1] - numbers.x[ei]),
-                       hermite<Dual1>(station[b % 2], hy), numbers.width_varies() ? &map : nullptr,
-                       numbers.y[ej] + station[b % 2] * hy);
+    const StrainsT<Dual1> e = strains<Dual1>(
+        U, hermite<Dual1>(station[a % 2], numbers.x[ei + 1] - numbers.x[ei]),
+        hermite<Dual1>(station[b % 2], hy), rest_of(numbers, ei, station[a % 2]),
+        numbers.width_varies() ? &map : nullptr, numbers.y[ej] + station[b % 2] * hy);
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = e[k].value;
@@ -312,7 +325,8 @@ LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd
   for (int j = 0; j <= ny; ++j)
     for (int i = 0; i <= nx; ++i) {
       const Vector3d r = nodal[i].row(4 * j).transpose();
-      const Vector3d place = mesh.reference_node(i, j)[0] + Vector3d(mesh.x()[i], 0, 0);
+      const EdgePose& line = mesh.line_pose(i);
+      const Vector3d place = line.position + line.axes * mesh.reference_node(i, j)[0];
       shape.undeflected.push_back(scale.origin + scale.axes * place * scale.length);
       shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
       const SurfaceStress s = surface_stress(mesh.shape(), field.at(mesh.x()[i], mesh.y()[j]),

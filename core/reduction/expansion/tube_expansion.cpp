@@ -22,9 +22,20 @@ ChordLeaf::ChordLeaf(std::shared_ptr<const PlateMesh> mesh) : plate_(std::move(m
   plate_.assemble();
 }
 
-EdgePoses ChordLeaf::edges(const Vector3d& s, const Vector3d& c) {
-  return {EdgePose{Vector3d::Zero(), rotation_exp({-0.5 * s[2], s[0], c[1]})},
-          EdgePose{{1 + c[0], 0, 0}, rotation_exp({0.5 * s[2], s[1], c[2]})}};
+void ChordLeaf::reset() {
+  plate_.set_state(PlateLeaf::undeflected(plate_.mesh()));
+  plate_.assemble();
+  s_.setZero();
+  c_.setZero();
+  f_.setZero();
+}
+
+EdgePoses ChordLeaf::edges(const Vector3d& s, const Vector3d& c) const {
+  const PlateMesh& mesh = plate_.mesh();
+  const EdgePose &base = mesh.line_pose(0), &tip = mesh.line_pose(mesh.lines() - 1);
+  return {
+      EdgePose{Vector3d::Zero(), rotation_exp({-0.5 * s[2], s[0], c[1]}) * base.axes},
+      EdgePose{{tip.position[0] + c[0], 0, 0}, rotation_exp({0.5 * s[2], s[1], c[2]}) * tip.axes}};
 }
 
 Eigen::Matrix<double, 12, 3> ChordLeaf::stiff_map() const {

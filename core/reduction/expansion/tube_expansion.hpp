@@ -15,10 +15,14 @@ namespace flexopt {
 Vector3d tube_force_scale(const PlateShape& shape);
 
 /// The plate leaf in its own chord frame: soft deformations s = (θ1y, θ2y, φx) prescribed, stiff
-/// ones c = (u, θ1z, θ2z) free under the forces f = (N, M1, M2).
+/// ones c = (u, θ1z, θ2z) free under the forces f = (N, M1, M2). Of a curved leaf all count from
+/// the undeflected one.
 class ChordLeaf {
  public:
   explicit ChordLeaf(std::shared_ptr<const PlateMesh> mesh);
+
+  /// Back to the undeflected leaf.
+  void reset();
 
   struct Solution {
     bool converged = false;
@@ -39,7 +43,7 @@ class ChordLeaf {
   double potential() const;
 
   /// Edge poses for s and c.
-  static EdgePoses edges(const Vector3d& s, const Vector3d& c);
+  EdgePoses edges(const Vector3d& s, const Vector3d& c) const;
   /// d(edges)/dc (12 × 3).
   Eigen::Matrix<double, 12, 3> stiff_map() const;
   /// d(edges)/ds (12 × 3).

@@ -123,6 +123,7 @@ class TubeSeries {
     for (int e = 0; e < 2; ++e) {
       set_axes(e);
       const int line = e == 0 ? 0 : last;
+      if (mesh_.shape().curve) turn_axes(e, mesh_.line_pose(line).axes);
       nodal_[line].setZero();
       for (int j = 0; j < mesh_.nodes_per_line(); ++j) {
         const auto& slopes = mesh_.edge_slopes();
@@ -138,7 +139,7 @@ class TubeSeries {
           }
           if (e == 1 && c == 0) {
             v[0] += stiff_[0];
-            v[0][0] += 1;
+            v[0][0] += chord();
           }
           for (std::size_t d = 0; d < slopes.size(); ++d)
             v[slopes[d].function] +=
@@ -192,7 +193,7 @@ class TubeSeries {
           // lever arms count from the middle of the edge
           if (k == 0 && e == 1) {
             r[0] -= stiff_[0];
-            r[0][0] -= 1;
+            r[0][0] -= chord();
           }
           for (int c = 0; c < 3; ++c) {
             const int a = (c + 1) % 3, b = (c + 2) % 3;
@@ -305,6 +306,20 @@ class TubeSeries {
     }
   }
 
+  // Of the undeflected leaf.
+  double chord() const { return mesh_.line_pose(mesh_.lines() - 1).position[0]; }
+
+  // Axes of an edge that stands turned by Q in the undeflected leaf.
+  void turn_axes(int e, const Matrix3d& Q) {
+    const auto turned = axis_[e];
+    for (int j = 0; j < 3; ++j)
+      for (int c = 0; c < 3; ++c) {
+        axis_[e][j][c] = P::constant(0);
+        for (int i = 0; i < 3; ++i)
+          if (Q(i, j) != 0) axis_[e][j][c] += turned[i][c] * S(Q(i, j));
+      }
+  }
+
   // Degree of an element's fields: the edges turn by the exponential, the rest is of field order.
   int field_degree(int i) const {
     return i == 0 || i == mesh_.elements_along() - 1 ? ORDER : std::min(ORDER, field_order_);
@@ -353,10 +368,94 @@ class TubeSeries {
     } else {
       add_strains(p, strain_degree, degree);
     }
-    for (int q = 0; q < 2; ++q) {
-      p.strain[q][0] -= 1.0;
+    subtract_metric(i, j, p.strain[0][0]);
+    p.strain[1][0] -= 1.0;
+    for (int q = 0; q < 2; ++q)
       for (Lanes& e : p.strain[q]) e *= 0.5;
+  }
+  void subtract_metric(int i, int j, Lanes& strain) const {
+    if constexpr (std::is_same_v<Operators, PlateMesh>) {
+      Lanes metric;
+      for (int g = 0; g < points; ++g) metric[g] = mesh_.element(i, j).metric[g];
+      strain -= metric;
+    } else {
+      strain -= 1.0;  // flat leaves alone
     }
+  }
+
+  // The field of plate_curvature.hpp, eight bending points at a time from the first, and its
+  // factors.
+  struct Bent {
+    std::array<std::array<std::vector<Lanes>, 3>, 3> a;  ///< [vector][component]
+    Lanes c;
+  };
+  Bent bent_points(const PlateMesh::Element& element, Eigen::Index first, const MatrixXd& field,
+                   int m) const {
+    Bent bent;
+    const Eigen::Index n = element.curvature_weight.size();
+    for (int g = 0; g < points; ++g)
+      bent.c[g] = first + g < n ? element.curvature_weight[first + g] : 0;
+    for (int v = 0; v < 3; ++v)
+      for (int c = 0; c < 3; ++c) {
+        bent.a[v][c].assign(m, lanes(0));
+        for (int k = 0; k < m; ++k)
+          for (int g = 0; g < points && first + g < n; ++g)
+            bent.a[v][c][k][g] = field(v * n + first + g, c * m + k);
+      }
+    return bent;
+  }
+
+  // Component c of a × b, to a degree.
+  void add_cross(std::vector<Lanes>& sum, const std::array<std::vector<Lanes>, 3>& a,
+                 const std::array<std::vector<Lanes>, 3>& b, int c, int d0, int d1,
+                 int degree) const {
+    const int x = (c + 1) % 3, y = (c + 2) % 3;
+    std::vector<Lanes> minus(sum.size(), lanes(0));
+    for (int d = d0; d <= d1; ++d) {
+      add_product_of_degree(table_, sum.data(), a[x].data(), b[y].data(), d, degree, degree);
+      add_product_of_degree(table_, minus.data(), a[y].data(), b[x].data(), d, degree, degree);
+    }
+    for (std::size_t k = 0; k < sum.size(); ++k) sum[k] -= minus[k];
+  }
+
+  // Forces of the cubic energy of a curved leaf, of degrees d0 to d, on the gathered element.
+  void add_natural_force(const PlateMesh::Element& element, int d0, int d, MatrixXd& F) {
+    const int m = table_.count(d), k0 = table_.count(d0 - 1), nd = m - k0;
+    const Eigen::Index n = element.curvature_weight.size(), functions = U_.rows();
+    const MatrixXd field = element.curvature.leftCols(functions) * U_;
+    MatrixXd moments = MatrixXd::Zero(3 * n, 3 * nd);
+    for (Eigen::Index first = 0; first < n; first += points) {
+      const Bent bent = bent_points(element, first, field, m);
+      for (int v = 0; v < 3; ++v)
+        for (int c = 0; c < 3; ++c) {
+          std::vector<Lanes> s(m, lanes(0));
+          add_cross(s, bent.a[(v + 1) % 3], bent.a[(v + 2) % 3], c, d0, d, d);
+          for (int k = 0; k < nd; ++k)
+            for (int g = 0; g < points && first + g < n; ++g)
+              moments(v * n + first + g, c * nd + k) = bent.c[g] * s[k0 + k][g];
+        }
+    }
+    F += element.curvature.leftCols(functions).transpose() * moments;
+  }
+
+  // And the energy itself, with what makes it zero at rest.
+  void add_natural_energy(const PlateMesh::Element& element, int degree, double weight,
+                          std::vector<Lanes>& sum) {
+    const int m = table_.count(degree), full = std::min(ORDER, 2 * degree);
+    const MatrixXd field = element.curvature.leftCols(U_.rows()) * U_;
+    for (Eigen::Index first = 0; first < element.curvature_weight.size(); first += points) {
+      const Bent bent = bent_points(element, first, field, m);
+      const auto& [a1, a2, a3] = bent.a;
+      for (int c = 0; c < 3; ++c) {
+        const int x = (c + 1) % 3, y = (c + 2) % 3;
+        std::vector<Lanes> normal(size, lanes(0)), minus = normal;
+        add_product(table_, normal.data(), a1[x].data(), a2[y].data(), degree, degree);
+        add_product(table_, minus.data(), a1[y].data(), a2[x].data(), degree, degree);
+        for (int k = 0; k < size; ++k) normal[k] = (normal[k] - minus[k]) * (bent.c * weight);
+        add_product(table_, sum.data(), normal.data(), a3[c].data(), full, degree);
+      }
+    }
+    sum[0][0] += weight * element.rest_energy;
   }
 
   void add_strains(Points& p, int strain_degree, int degree) const {
@@ -412,6 +511,8 @@ class TubeSeries {
     const auto& element = operators_.element(i, j);
     const int side = mesh_.functions_per_side(), n = 2 * side;
     Matrix F = transposed_times(element.gradient, n, stresses);
+    if constexpr (std::is_same_v<Operators, PlateMesh>)
+      if (element.curvature_weight.size() > 0) add_natural_force(element, d0, d, F);
     for (int c = 0; c < 3; ++c) {
       F.middleCols(c * nd, nd) += times(element.bending, n, U.middleCols(c * m + k0, nd));
       force[i].block(4 * j, c * size + k0, side, nd) += F.block(0, c * nd, side, nd);
@@ -440,6 +541,9 @@ class TubeSeries {
     add_square(table_, sum.data(), mean.data(), w * (0.5 * (A11 + A12)), strain_degree);
     add_square(table_, sum.data(), difference.data(), w * (0.5 * (A11 - A12)), strain_degree);
     add_square(table_, sum.data(), p.strain[2].data(), w * A33, strain_degree);
+    if constexpr (std::is_same_v<Operators, PlateMesh>)
+      if (mesh_.element(i, j).curvature_weight.size() > 0)
+        add_natural_energy(mesh_.element(i, j), degree, weight, sum);
     // ½ U · K_B U, eight functions at a time
     Matrix& B = A_;
     const int n = static_cast<int>(U.rows());

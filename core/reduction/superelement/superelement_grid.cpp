@@ -286,6 +286,10 @@ std::vector<NodeShare> point_shares(const LeafSpring& leaf, const SuperelementGr
 }
 
 std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOptions& model) {
+  if (leaf.curve)
+    return "it is curved, and this method takes flat leaves alone: expected \"mixed_potential\", "
+           "or "
+           "\"accuracy\": \"full\"";
   if (leaf.has_profile())
     return "its width or thickness varies, and this method takes leaves of one width and thickness "
            "alone: expected \"mixed_potential\", or \"accuracy\": \"full\"";

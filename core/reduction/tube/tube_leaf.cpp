@@ -6,12 +6,36 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/math/polynomial.hpp"
 
 namespace flexopt {
+
+namespace {
+/// Where the nodes of a curved leaf stand, ascending on both sides of zero: evenly, and closer
+/// together about the straightened leaf, where a wide one changes from stiffened by its curvature
+/// across to flat.
+std::vector<double> curved_nodes(const TubeRange& range, double angle, double slenderness) {
+  constexpr double largest_step = 0.2, smallest_step = 0.012;  // [rad]
+  const double end = std::max(range.sigma_max, 0.01);
+  const int parts = 1 + static_cast<int>(end / largest_step);
+  std::vector<double> sigma;
+  for (int k = -parts; k <= parts; ++k) sigma.push_back(end * k / parts);
+  const double both_ends = range.ray[0] - range.ray[1];  // turned against each other
+  if (slenderness < 5 || std::abs(both_ends) < 0.2) return sigma;
+  for (const double beside : {0.0, 0.03, -0.03, 0.1, -0.1}) {
+    const double place = angle / both_ends + beside;
+    const bool taken = std::any_of(sigma.begin(), sigma.end(),
+                                   [&](double s) { return std::abs(s - place) < smallest_step; });
+    if (!taken && std::abs(place) < end) sigma.push_back(place);
+  }
+  std::sort(sigma.begin(), sigma.end());
+  return sigma;
+}
+}  // namespace
 
 TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range)
     : mesh_(std::move(mesh)), range_(range), leaf_(mesh_) {
@@ -29,28 +53,43 @@ TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& ran
   if (slenderness > 5 && range.sigma_max > 0.16) sigma.push_back(0.1);
   if (range.sigma_max > 0.32) sigma.push_back(0.22);
   sigma.push_back(std::max(range.sigma_max, 0.01));
-  for (double s : sigma)
+  std::vector<double> below;
+  if (shape.curve) {
+    const std::vector<double> all = curved_nodes(range, *shape.curve, slenderness);
+    const auto zero = std::find(all.begin(), all.end(), 0.0);
+    sigma.assign(zero, all.end());
+    below.assign(std::make_reverse_iterator(zero), all.rend());
+  }
+  for (const double s : sigma)
+    if (!add(s)) return;
+  if (!below.empty()) leaf_.reset();
+  for (const double s : below)
     if (!add(s)) return;
   std::vector<TubeNode> nodes;
   for (const TubeExpansion& e : expansions_) nodes.push_back({e.sigma, e.W});
   for (const int less : {0, 1})
     (less ? lower_ : potential_) = std::make_unique<TubePotential>(
         directions_, tube_force_scale(shape), 2 * range.order + 1 - less, nodes,
-        Vector3d(range.force_centre, 0, 0));
+        Vector3d(range.force_centre, 0, 0), !shape.curve.has_value());
 }
 
 bool TubeModel::add(double sigma) {
   const Vector3d s(range_.ray[0] * sigma, range_.ray[1] * sigma, 0);
   const Vector3d f(range_.force_centre * tube_force_scale(mesh_->shape())[0], 0, 0);
   if (!leaf_.solve(s, f).converged || leaf_.plate().negative_pivots() > 0) return false;
-  expansions_.push_back(expand(leaf_, sigma, directions_, range_.order));
+  const auto place =
+      std::lower_bound(expansions_.begin(), expansions_.end(), sigma,
+                       [](const TubeExpansion& e, double at) { return e.sigma < at; });
+  expansions_.insert(place, expand(leaf_, sigma, directions_, range_.order));
   return true;
 }
 
 bool TubeModel::extend(double sigma) {
+  if (!potential_->mirrored()) leaf_.reset();
   if (!add(sigma)) return false;
-  potential_->add_node({sigma, expansions_.back().W});
-  lower_->add_node({sigma, expansions_.back().W});
+  const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
+  potential_->add_node({sigma, added.W});
+  lower_->add_node({sigma, added.W});
   return true;
 }
 
@@ -85,7 +124,7 @@ HermiteWeights two_point_hermite(int q, double t) {
 
 VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) const {
   const TubeLocation location = potential_->locate(s);
-  const double side = location.sigma < 0 ? -1 : 1;
+  const double side = potential_->mirrored() && location.sigma < 0 ? -1 : 1;
   const double sigma = side * location.sigma;
   const TubeExpansion &a = expansions_[location.interval], &b = expansions_[location.interval + 1];
   const double h = b.sigma - a.sigma, t = (sigma - a.sigma) / h;
@@ -135,8 +174,20 @@ void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   plate_is_current_ = false;
 }
 
+EdgePoses TubeLeaf::chord_edges() const {
+  const PlateMesh& mesh = *model_->mesh();
+  EdgePoses edges = edges_;
+  if (!mesh.shape().curve) return edges;
+  edges[0].axes = (edges[0].axes * mesh.line_pose(0).axes.transpose()).eval();
+  edges[1].axes = (edges[1].axes * mesh.line_pose(mesh.lines() - 1).axes.transpose()).eval();
+  return edges;
+}
+
 const LeafEvaluation& TubeLeaf::evaluate() {
-  const bool framed = evaluate_reduced_leaf(model_->potential(), 1.0, edges_, state_, response_);
+  const PlateMesh& mesh = *model_->mesh();
+  const double chord = mesh.line_pose(mesh.lines() - 1).position[0];
+  const bool framed =
+      evaluate_reduced_leaf(model_->potential(), chord, chord_edges(), state_, response_);
   if (!framed) {  // edges on top of each other: no step leads on from here
     evaluation_.correction = 1e6;
     return evaluation_;
@@ -144,7 +195,9 @@ const LeafEvaluation& TubeLeaf::evaluate() {
   evaluation_.energy = scale_.energy * response_.mixed.energy;
   evaluation_.force = scale_.global_force(response_.force);
   evaluation_.tangent = scale_.global_tangent(response_.tangent);
-  evaluation_.strain = std::abs(response_.frame.e[elongation]);
+  const double t = mesh.shape().mean_thickness();  // an arc gives way without stretching
+  evaluation_.strain = mesh.shape().curve ? std::abs(state_.mixed.f[0]) * t * t / 12
+                                          : std::abs(response_.frame.e[elongation]);
   // the energy that the forces still want to give, as in the full leaf
   const MixedState& m = state_.mixed;
   evaluation_.correction = std::sqrt(std::abs(m.R.dot(m.F_inverse * m.R)));
@@ -166,7 +219,8 @@ LeafElement::Refinement TubeLeaf::refine() {
   const TubeLocation& at = response_.location;
   const double sigma = std::abs(at.sigma);
   if (at.beyond > 1e-9 * sigma) {
-    if (sigma < 1.0 && model_->extend(1.1 * sigma)) return {.changed = true, .replacement = {}};
+    const double further = 1.1 * (model_->potential().mirrored() ? sigma : at.sigma);
+    if (sigma < 1.0 && model_->extend(further)) return {.changed = true, .replacement = {}};
     return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
   }
   const std::optional<double> change = degree_change();
@@ -239,6 +293,21 @@ PlateLeaf& TubeLeaf::condensed() {
     plate_->set_state(state);
     plate_is_exact_ = force > 0.02;
     if (plate_is_exact_) plate_->assemble();
+    // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
+    // can tell: the steps that are left then.
+    constexpr double good = 1e-4;
+    constexpr int most = 4;
+    double change = check_;
+    for (int k = 0; shape.curve && change > good && k < most; ++k) {
+      if (!plate_is_exact_) plate_->assemble();
+      plate_is_exact_ = true;
+      state = plate_->state();
+      const VectorXd further = plate_->internal_step(Vector12d::Zero());
+      change = further.cwiseAbs().maxCoeff();
+      state.x += further;
+      plate_->set_state(state);
+      plate_->assemble();
+    }
     plate_is_current_ = true;
   }
   return *plate_;

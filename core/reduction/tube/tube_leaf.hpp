@@ -37,7 +37,7 @@ class TubeModel {
   const TubeRange& range() const { return range_; }
   const std::shared_ptr<const PlateMesh>& mesh() const { return mesh_; }
 
-  /// Adds a bent state at sigma, beyond the last. False if none was found.
+  /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
 
   /// Unknowns of the leaf in its chord frame (ChordLeaf::unknowns) at s, f (over their scale):
@@ -51,7 +51,7 @@ class TubeModel {
   TubeRange range_;
   Eigen::Matrix2d directions_;
   ChordLeaf leaf_;
-  std::vector<TubeExpansion> expansions_;
+  std::vector<TubeExpansion> expansions_;  ///< by sigma
   std::unique_ptr<TubePotential> potential_, lower_;
 };
 
@@ -74,6 +74,8 @@ class TubeLeaf final : public LeafElement {
   LeafReport report() const override { return {"tube", {}, check_}; }
 
  private:
+  /// The edges as those of a flat leaf on the chord.
+  EdgePoses chord_edges() const;
   /// State of the full leaf rebuilt from the fields, edges at their present poses.
   PlateLeaf::State rebuilt() const;
   /// The full leaf at that state, moved on by one Newton step with the edges held; assembled there

@@ -74,9 +74,9 @@ constexpr int y_blocks(int degree) { return (degree - 1) / 2; }
 // ---- Coefficients of an interval -----------------------------------------------------------
 
 /// Taylor coefficient of σ^j τ^a N^b y^e at a node; what the mirror forbids at σ = 0 is left out.
-double taylor(const MonomialTable& table, const TubeNode& node, int j, Power2 x,
-              const int (&y)[3]) {
-  if (node.sigma == 0 && (j + x.tau + y[0]) % 2 != 0) return 0;
+double taylor(const MonomialTable& table, const TubeNode& node, int j, Power2 x, const int (&y)[3],
+              bool mirrored) {
+  if (mirrored && node.sigma == 0 && (j + x.tau + y[0]) % 2 != 0) return 0;
   const std::array<int, 6> e{j, x.tau, y[0], x.N, y[1], y[2]};
   return node.W[table.index(e)];
 }
@@ -194,15 +194,16 @@ constexpr int x_vectors() {
 }  // namespace
 
 template <int Degree>
-TubePotential::Interval TubePotential::make_interval(const TubeNode& a, const TubeNode& b) {
+TubePotential::Interval TubePotential::make_interval(const TubeNode& a, const TubeNode& b,
+                                                     bool mirrored) {
   const MonomialTable& table = monomials<6, Degree>();
   Interval interval{a.sigma, b.sigma - a.sigma, {}};
   const auto bernstein = [&](Power2 x, const int(&y)[3]) {
     const int q = Degree + 1 - x.tau - x.N - y[0] - y[1] - y[2];
     VectorXd left(q), right(q);
     for (int j = 0; j < q; ++j) {
-      left[j] = taylor(table, a, j, x, y);
-      right[j] = taylor(table, b, j, x, y);
+      left[j] = taylor(table, a, j, x, y, mirrored);
+      right[j] = taylor(table, b, j, x, y, mirrored);
     }
     return hermite_bernstein(left, right, interval.width);
   };
@@ -359,17 +360,19 @@ PotentialValue TubePotential::evaluate_interval(const Interval& interval, double
 }
 
 TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_scale, int degree,
-                             std::vector<TubeNode> nodes, const Vector3d& force_centre)
+                             std::vector<TubeNode> nodes, const Vector3d& force_centre,
+                             bool mirrored)
     : ray_(ray),
       ray_inverse_(ray.inverse()),
       force_scale_(force_scale),
       force_centre_(force_centre),
       degree_(degree),
+      mirrored_(mirrored),
       nodes_(std::move(nodes)) {
   assert(degree >= 3 && degree <= 7);
   assert(std::abs(ray.determinant()) > 0 && (force_scale.array() > 0).all());
   assert(force_centre[1] == 0 && force_centre[2] == 0);
-  assert(nodes_.size() >= 2 && nodes_.front().sigma == 0);
+  assert(nodes_.size() >= 2 && (!mirrored || nodes_.front().sigma == 0));
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     assert(static_cast<int>(nodes_[i].W.size()) >= monomial_count(6, degree));
     assert(i == 0 || nodes_[i - 1].sigma < nodes_[i].sigma);
@@ -382,15 +385,15 @@ TubePotential::Interval TubePotential::make_interval(int i) const {
   const TubeNode &a = nodes_[i], &b = nodes_[i + 1];
   switch (degree_) {
     case 3:
-      return make_interval<3>(a, b);
+      return make_interval<3>(a, b, mirrored_);
     case 4:
-      return make_interval<4>(a, b);
+      return make_interval<4>(a, b, mirrored_);
     case 5:
-      return make_interval<5>(a, b);
+      return make_interval<5>(a, b, mirrored_);
     case 6:
-      return make_interval<6>(a, b);
+      return make_interval<6>(a, b, mirrored_);
     default:
-      return make_interval<7>(a, b);
+      return make_interval<7>(a, b, mirrored_);
   }
 }
 
@@ -399,11 +402,13 @@ void TubePotential::add_node(TubeNode node) {
   const auto place =
       std::lower_bound(nodes_.begin(), nodes_.end(), node.sigma,
                        [](const TubeNode& n, double sigma) { return n.sigma < sigma; });
-  assert(place != nodes_.begin() && (place == nodes_.end() || place->sigma != node.sigma));
+  assert((!mirrored_ || place != nodes_.begin()) &&
+         (place == nodes_.end() || place->sigma != node.sigma));
   const int i = static_cast<int>(place - nodes_.begin());
   nodes_.insert(place, std::move(node));
-  intervals_.insert(intervals_.begin() + (i - 1), make_interval(i - 1));
-  if (i + 1 < static_cast<int>(nodes_.size())) intervals_[i] = make_interval(i);
+  const int made = i == 0 ? 0 : i - 1;
+  intervals_.insert(intervals_.begin() + made, make_interval(made));
+  if (i > 0 && i + 1 < static_cast<int>(nodes_.size())) intervals_[i] = make_interval(i);
 }
 
 int TubePotential::terms() const {
@@ -415,16 +420,17 @@ int TubePotential::terms() const {
 
 TubeLocation TubePotential::locate(const Vector3d& s) const {
   const Eigen::Vector2d on_ray = ray_inverse_ * s.head<2>();
-  TubeLocation where{on_ray[0], on_ray[1], std::abs(on_ray[0]) - nodes_.back().sigma, 0};
+  const double sigma = mirrored_ ? std::abs(on_ray[0]) : on_ray[0];
+  TubeLocation where{on_ray[0], on_ray[1], sigma - nodes_.back().sigma, 0};
+  if (!mirrored_) where.beyond = std::max(where.beyond, nodes_.front().sigma - sigma);
   const int last = static_cast<int>(intervals_.size()) - 1;
-  while (where.interval < last && std::abs(where.sigma) > nodes_[where.interval + 1].sigma)
-    ++where.interval;
+  while (where.interval < last && sigma > nodes_[where.interval + 1].sigma) ++where.interval;
   return where;
 }
 
 PotentialValue TubePotential::evaluate(const Vector3d& s, const Vector3d& f) const {
   const TubeLocation where = locate(s);
-  const double mirror = where.sigma < 0 ? -1 : 1;
+  const double mirror = mirrored_ && where.sigma < 0 ? -1 : 1;
   const Vector3d df = f - force_centre_;
   const double z[5] = {mirror * where.tau, mirror * s[2], df[0], df[1], df[2]};
   const double sigma = mirror * where.sigma;

@@ -27,7 +27,7 @@ struct PotentialValue {
 struct TubeLocation {
   double sigma = 0;   ///< along the ray, signed
   double tau = 0;     ///< off the ray, signed
-  double beyond = 0;  ///< |sigma| beyond the last node; ≤ 0 inside
+  double beyond = 0;  ///< sigma outside of the nodes, or of their mirror images; ≤ 0 inside
   int interval = 0;   ///< its nodes are interval, interval + 1
 };
 
@@ -37,18 +37,19 @@ struct TubeLocation {
 ///
 /// where c_m takes d + 1 − |m| Taylor coefficients from *each* node (degree 2 (d + 1 − |m|) − 1).
 /// So node states are reproduced exactly, and c_m is C^(d−|m|) across nodes.
-/// Mirror symmetry in the width: only even total powers of y. Mirror symmetry in the thickness:
-/// W*(σ, τ, φ, N, M) = W*(−σ, −τ, −φ, N, M), so nodes stand at σ ≥ 0. Terms are dropped by these
-/// parities only, never by size.
+/// Mirror symmetry in the width: only even total powers of y. Mirror symmetry in the thickness of a
+/// flat leaf: W*(σ, τ, φ, N, M) = W*(−σ, −τ, −φ, N, M), so nodes stand at σ ≥ 0. A curved leaf has
+/// none: its nodes stand on both sides. Terms are dropped by these parities only, never by size.
 class TubePotential {
  public:
   /// `ray`: D. `force_scale`: units of (N, M1, M2). `force_centre`: scaled forces about which the
   /// nodes were expanded (moments zero, else the mirror symmetry would not hold).
-  /// `degree`: 3 to 7. Nodes ascend from sigma = 0.
+  /// `degree`: 3 to 7. Nodes ascend, where `mirrored` (in the thickness) from sigma = 0.
   TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_scale, int degree,
-                std::vector<TubeNode> nodes, const Vector3d& force_centre = Vector3d::Zero());
+                std::vector<TubeNode> nodes, const Vector3d& force_centre = Vector3d::Zero(),
+                bool mirrored = true);
 
-  /// Adds a bent state, beyond the last or between two.
+  /// Adds a bent state, beyond the others or between two.
   void add_node(TubeNode node);
 
   /// s = (θ1y, θ2y, φx) [rad], f = (N, M1, M2) over their scale. Beyond the last node the last
@@ -58,6 +59,7 @@ class TubePotential {
   TubeLocation locate(const Vector3d& s) const;
 
   int degree() const { return degree_; }
+  bool mirrored() const { return mirrored_; }
   int terms() const;  ///< monomials m in use
   const Eigen::Matrix2d& ray() const { return ray_; }
   const Vector3d& force_scale() const { return force_scale_; }
@@ -77,12 +79,13 @@ class TubePotential {
   static PotentialValue evaluate_interval(const Interval& interval, double sigma,
                                           const double (&z)[5]);
   template <int Degree>
-  static Interval make_interval(const TubeNode& a, const TubeNode& b);
+  static Interval make_interval(const TubeNode& a, const TubeNode& b, bool mirrored);
   Interval make_interval(int i) const;
 
   Eigen::Matrix2d ray_, ray_inverse_;
   Vector3d force_scale_, force_centre_;
   int degree_;
+  bool mirrored_;
   std::vector<TubeNode> nodes_;
   std::vector<Interval> intervals_;
 };

@@ -110,8 +110,23 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
   const std::array<int, 2> body{leaf.base, leaf.tip};
   const Matrix3d to_leaf = leaf.axes.transpose(), turning = d.axes.transpose();
   for (int e = 0; e < 2; ++e) {
+    // place and axes of the edge in the undeflected leaf, and how the arc changes them
     const int b = body[e];
-    if (b < 0) continue;
+    Matrix3d own = Matrix3d::Identity(), down = Matrix3d::Zero();
+    Vector3d dplace = Vector3d::Zero();
+    if (leaf.curve) {
+      const ArcPoint<Dual1> at =
+          arc_point<Dual1>({*leaf.curve, {*d.curve}}, Dual1(static_cast<double>(e)));
+      const Matrix3<Dual1> axes = at.axes();
+      own = axes.unaryExpr([](const Dual1& x) { return x.value; });
+      down = axes.unaryExpr([](const Dual1& x) { return x.derivatives[0]; });
+      dplace[0] = at.x.derivatives[0];
+    }
+    if (b < 0) {
+      v.edge[e].rotation = down.template cast<S>();
+      v.edge[e].position = dplace.template cast<S>();
+      continue;
+    }
     const typename MechanismState<S>::Body& at = state_.bodies[static_cast<std::size_t>(b)];
     const RigidBody &of = mechanism.bodies[b], &db = direction.bodies[b];
     const Vector3d moves = to_leaf * (db.reference - d.origin),
@@ -119,8 +134,14 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
     const Vector3<S> place = at.position - leaf.origin.template cast<S>();
     const Matrix3d along = (turning - v.length * to_leaf) / L;
     v.edge[e].position = along * place + (moves / L).template cast<S>();
-    v.edge[e].arm = -(along * undeflected + moves / L);
+    const Vector3d arm = -(along * undeflected + moves / L);
+    v.edge[e].arm = arm;
     v.edge[e].rotation = turning * at.rotation * leaf.axes + to_leaf * at.rotation * d.axes;
+    if (!leaf.curve) continue;
+    const Vector3d reach = Vector3d(e * leaf.chord() / L, 0, 0) - to_leaf * undeflected / L;
+    v.edge[e].arm = own.transpose() * (arm + dplace) + down.transpose() * reach;
+    v.edge[e].rotation =
+        (v.edge[e].rotation * own + to_leaf * at.rotation * leaf.axes * down).eval();
   }
   return v;
 }

@@ -94,8 +94,10 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
       if (l.tip >= 0) dq.tail<6>() = system.edge_map(i, 1) * q.segment<6>(6 * l.tip);
       return dq;
     };
-    const ChordFrame frame = chord_frame(
-        {scale.scaled(system.edge_pose(i, 0)), scale.scaled(system.edge_pose(i, 1))}, 1.0);
+    EdgePoses edges{scale.scaled(system.edge_pose(i, 0)), scale.scaled(system.edge_pose(i, 1))};
+    for (int e = 0; e < 2; ++e)  // as those of a flat leaf on the chord
+      edges[e].axes = (edges[e].axes * l.middle(e).axes().transpose()).eval();
+    const ChordFrame frame = chord_frame(edges, l.chord() / l.length);
     const auto bending = [&](const VectorXd& q) -> Eigen::Vector2d {
       const Vector6d e = frame.B * scale.scaled_increment(edge_increment(q));
       return {e[theta1y], e[theta2y]};

@@ -17,10 +17,12 @@ namespace {
 Matrix3d turn_of(const System& system, int i) {
   const LeafSpring& leaf = system.mechanism().leaves[i];
   const EdgePose base = system.edge_pose(i, 0);
-  if (leaf.tip == free_edge) return base.axes * leaf.axes.transpose();
+  if (leaf.tip == free_edge) return base.axes * leaf.edge_axes(0).transpose();
   const LeafScale scale(leaf);
-  const ChordFrame frame =
-      chord_frame({scale.scaled(base), scale.scaled(system.edge_pose(i, 1))}, 1.0);
+  EdgePoses edges{scale.scaled(base), scale.scaled(system.edge_pose(i, 1))};
+  for (int e = 0; e < 2; ++e)
+    edges[e].axes = (edges[e].axes * leaf.middle(e).axes().transpose()).eval();
+  const ChordFrame frame = chord_frame(edges, 1.0);
   return leaf.axes * frame.axes * leaf.axes.transpose();
 }
 

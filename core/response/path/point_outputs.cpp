@@ -34,9 +34,11 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
   point.bodies[static_cast<std::size_t>(mechanism.end_effector)].displacement = point.displacement;
   for (const Probe& probe : request.probes) {
     const LeafSpring& leaf = mechanism.leaves[probe.leaf];
-    const Vector3d place = leaf.origin + leaf.axes.col(0) * (probe.along * leaf.length) +
-                           leaf.axes.col(1) * ((probe.across - 0.5) * leaf.width *
-                                               profile_at(leaf.width_profile, probe.along));
+    const ArcPoint<double> middle = leaf.middle(probe.along);
+    const double beside =
+        (probe.across - 0.5) * leaf.width * profile_at(leaf.width_profile, probe.along);
+    const Vector3d place =
+        leaf.origin + leaf.axes * Vector3d(middle.x * leaf.length, beside, middle.z * leaf.length);
     point.probes.push_back(system.leaf(probe.leaf).material_point(probe.along, probe.across) -
                            place);
   }

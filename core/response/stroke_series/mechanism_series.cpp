@@ -76,14 +76,18 @@ void MechanismSeries::expand() {
   expand_springs();
   for (Leaf& leaf : leaves_) {
     const LeafScale& scale = leaf.linear->linear->scale();
+    const LeafSpring& spring = m.leaves[static_cast<std::size_t>(&leaf - leaves_.data())];
     std::array<EdgeBodySeries, 2> edges;
+    std::array<Matrix3d, 2> own;  // axes of the edges seen from the leaf's
     for (int e = 0; e < 2; ++e) {
       for (int o = 0; o < 3; ++o) {
         edges[e].position[o].setZero();
         edges[e].rotation[o].setZero();
       }
-      edges[e].rotation[0].setIdentity();
-      edges[e].arm = Vector3d(e, 0, 0);
+      const ArcPoint<double> place = spring.middle(e);
+      own[e] = place.axes();
+      edges[e].rotation[0] = own[e];
+      edges[e].arm = own[e].transpose() * Vector3d(place.x, 0, 0);
     }
     LeafSeries::PointSeries point;
     point.force = leaf.point_force;
@@ -100,9 +104,11 @@ void MechanismSeries::expand() {
       EdgeBodySeries& edge = edges[side.column / 6];
       for (int o = 0; o < 3; ++o) {
         edge.position[o] = scaled(o, scale.origin);
-        edge.rotation[o] = scale.axes.transpose() * rotation_[b][o] * scale.axes;
+        edge.rotation[o] =
+            scale.axes.transpose() * rotation_[b][o] * scale.axes * own[side.column / 6];
       }
-      edge.arm -= scale.axes.transpose() * (m.bodies[b].reference - scale.origin) / scale.length;
+      edge.arm -= own[side.column / 6].transpose() * scale.axes.transpose() *
+                  (m.bodies[b].reference - scale.origin) / scale.length;
     }
     leaf.series->expand(edges, leaf.x, point);
   }

@@ -55,6 +55,13 @@ def three_flexure(name, length, outer, inner, thickness, gap, strokes):
                 steps_per_stroke=4)
 
 
+def curved_leaf(name, chord, angle, width, thickness, strokes):
+    leaves = [Leaf((0, 0, 0), (chord, 0, 0), width, curve=angle)]
+    design = {"family": "curved_leaf", "parameters": {"chord": chord, "angle": angle,
+                                                      "width": width, "thickness": thickness}}
+    return Case(name, thickness, leaves, (chord, 0, 0), 5, strokes, 0.3, 3e-4, design)
+
+
 DEG = math.pi / 180
 CASES = {c.name: (c, mesh) for c, mesh in [
     (guide("guide", 0.1, 0.03, 0.5e-3, 0.06, [0.01, 0.02]), Mesh(24, 14, 2)),
@@ -63,6 +70,12 @@ CASES = {c.name: (c, mesh) for c, mesh in [
      Mesh(14, 8, 1)),
     (three_flexure("three_flexure_cross_hinge", 0.1, 0.02, 0.04, 0.35e-3, 0.005,
                    [15 * DEG, 30 * DEG]), Mesh(14, 8, 1)),
+    (curved_leaf("curved_leaf_30", 0.06, 30 * DEG, 0.02, 0.4e-3, [0.1 * DEG, 10 * DEG, 20 * DEG]),
+     Mesh(24, 12, 2)),
+    (curved_leaf("curved_leaf_90", 0.06, 90 * DEG, 0.02, 0.6e-3, [0.1 * DEG, 10 * DEG, 20 * DEG]),
+     Mesh(24, 12, 2)),
+    (curved_leaf("curved_leaf_90_wide", 0.08, 90 * DEG, 0.04, 0.4e-3, [-20 * DEG, -10 * DEG]),
+     Mesh(24, 16, 2)),
 ]}
 
 

@@ -9,6 +9,7 @@ frequencies those of the mechanism at rest.
 """
 import argparse
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -16,7 +17,7 @@ import subprocess
 import numpy as np
 
 from make_and_compare import DIRECTIONS, eigenvalues, rotation_matrix, spin_of_rate, tables
-from solid_model import Leaf, Mesh, chunks, mesh_leaf, run_ccx
+from solid_model import Leaf, Mesh, chunks, mesh_leaf, orientation, plate_material, run_ccx
 
 MATERIAL = {"youngs_modulus": 200e9, "poissons_ratio": 0.3, "density": 7800.0}
 MASS, INERTIA = 0.5, 4e-4
@@ -38,6 +39,9 @@ CASES = {
     "tapered_leaf": ("tapered_leaf", {
         "length": 0.1, "base_width": 0.04, "tip_width": 0.02, "thickness": 5e-4},
         [0.004, 0.008], Mesh(20, 10, 1)),
+    "curved_hinge": ("curved_hinge", {
+        "chord": 0.06, "angle": math.radians(20), "width": 0.02, "thickness": 4e-4,
+        "half_angle": 0.7, "gap": 1e-3}, [0.1, 0.2], Mesh(24, 12, 1)),
 }
 
 
@@ -69,12 +73,13 @@ class Mechanism:
         self.fixed, self.leaves = [], []
         for leaf in design["leaves"]:
             width = leaf["width"] if isinstance(leaf["width"], list) else [leaf["width"]] * 2
+            angle = leaf.get("curve", {}).get("angle", 0.0)
             solid = Leaf(tuple(leaf["base"]["at"]), tuple(leaf["tip"]["at"]), width[0],
-                         tuple(leaf["across"]), width[1])
+                         tuple(leaf["across"]), width[1], angle)
             nodes, cells, base, tip, axes = mesh_leaf(solid, leaf["thickness"], mesh,
                                                       len(self.nodes) + 1)
             self.nodes.update(nodes)
-            self.leaves.append((cells, axes))
+            self.leaves.append((cells, axes, solid))
             for body, edge in ((leaf["base"]["body"], base), (leaf["tip"]["body"], tip)):
                 (self.fixed if body == "ground" else self.on[body]).extend(edge)
 
@@ -102,28 +107,25 @@ class Mechanism:
     def header(self):
         out = ["*NODE, NSET=NALL"]
         out += [f"{n}, {p[0]:.12g}, {p[1]:.12g}, {p[2]:.12g}" for n, p in self.nodes.items()]
-        element = 1
-        for index, (cells, axes) in enumerate(self.leaves, 1):
+        element, materials = 1, []
+        for index, (cells, axes, leaf) in enumerate(self.leaves, 1):
             out.append(f"*ELEMENT, TYPE=C3D20R, ELSET=LEAF{index}")
             for cell in cells:
                 out.append(f"{element}, " + ", ".join(map(str, cell[:15])) + ",")
                 out.append(", ".join(map(str, cell[15:])))
                 element += 1
-            ex, ey, _ = axes
-            out.append(f"*ORIENTATION, NAME=AXES{index}, SYSTEM=RECTANGULAR")
-            out.append(", ".join(f"{v:.12g}" for v in (*ex, *ey)))
+            lines, thickness = orientation(index, leaf, axes)
+            out += lines
+            materials.append({"x": "ARC", "y": "FLAT"}[thickness])
         for index, (node, mass) in enumerate(self.masses, 1):
             out += [f"*ELEMENT, TYPE=MASS, ELSET=POINT{index}", f"{element}, {node}",
                     f"*MASS, ELSET=POINT{index}", f"{mass:.12g}"]
             element += 1
         e, nu = MATERIAL["youngs_modulus"], MATERIAL["poissons_ratio"]
-        g = e / (2 * (1 + nu))
-        # no Poisson coupling with the thickness (local y): what Kirchhoff's plane stress is
-        out += ["*MATERIAL, NAME=STEEL", "*ELASTIC, TYPE=ENGINEERING CONSTANTS",
-                f"{e:.12g}, {e:.12g}, {e:.12g}, 0., {nu:.12g}, 0., {g:.12g}, {g:.12g},",
-                f"{g:.12g}, 293.", "*DENSITY", f"{MATERIAL['density']:.12g}"]
-        for index in range(1, len(self.leaves) + 1):
-            out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL=STEEL, "
+        for name, thickness in (("FLAT", "y"), ("ARC", "x")):
+            out += plate_material(name, e, nu, MATERIAL["density"], thickness)
+        for index, material in enumerate(materials, 1):
+            out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL={material}, "
                        f"ORIENTATION=AXES{index}")
         out += ["*NSET, NSET=GROUND", chunks(self.fixed)]
         for index, (name, nodes) in enumerate(self.on.items(), 1):

@@ -20,6 +20,7 @@ class Leaf:
     width: float                    # at the base
     across: tuple = (0.0, 0.0, 1.0)  # direction of the width
     tip_width: float = None          # another one at the tip, linear between
+    curve: float = 0.0               # angle of the arc, bulging to across x (base -> tip) [rad]
 
 
 @dataclass
@@ -71,6 +72,15 @@ def mesh_leaf(leaf, thickness, mesh, first_node):
     widths = leaf.width + (tip_width - leaf.width) * xs / length
     zs = graded(mesh.across, mesh.grade) - 0.5
     ys = (np.linspace(0, 1, 2 * mesh.through + 1) - 0.5) * thickness
+
+    def place(i, y):
+        if not leaf.curve:
+            return base + ex * xs[i] + ey * y
+        angle = leaf.curve / 2 - leaf.curve * xs[i] / length  # direction of the arc
+        radius = length / (2 * np.sin(leaf.curve / 2))
+        middle = base + ex * length / 2 - ey * radius * np.cos(leaf.curve / 2)
+        return middle + (radius + y) * (ey * np.cos(angle) - ex * np.sin(angle))
+
     number, nodes = {}, {}
     for i in range(len(xs)):
         for j in range(len(ys)):
@@ -79,7 +89,7 @@ def mesh_leaf(leaf, thickness, mesh, first_node):
                     continue  # serendipity: corners and mid-sides only
                 n = first_node + len(nodes)
                 number[i, j, k] = n
-                nodes[n] = base + ex * xs[i] + ey * ys[j] + ez * zs[k] * widths[i]
+                nodes[n] = place(i, ys[j]) + ez * zs[k] * widths[i]
     # Corner order 1-8, then mid-sides 9-20 of a C3D20 in offsets (x, y, z) of half elements.
     order = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2),
              (0, 2, 2), (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2),
@@ -89,6 +99,29 @@ def mesh_leaf(leaf, thickness, mesh, first_node):
                 for k in range(mesh.across)]
     ends = [[n for (i, j, k), n in number.items() if i == end] for end in (0, len(xs) - 1)]
     return nodes, elements, ends[0], ends[1], (ex, ey, ez)
+
+
+def orientation(index, leaf, axes):
+    """The local axes of a leaf, and which of them stands along its thickness."""
+    ex, ey, ez = axes
+    if not leaf.curve:
+        return [f"*ORIENTATION, NAME=AXES{index}, SYSTEM=RECTANGULAR",
+                ", ".join(f"{v:.12g}" for v in (*ex, *ey))], "y"
+    # local x comes from the line that the leaf is bent about
+    base, tip = np.array(leaf.base), np.array(leaf.tip)
+    half = np.linalg.norm(tip - base) / 2
+    middle = (base + tip) / 2 - ey * half / np.tan(leaf.curve / 2)
+    return [f"*ORIENTATION, NAME=AXES{index}, SYSTEM=CYLINDRICAL",
+            ", ".join(f"{v:.12g}" for v in (*middle, *(middle + ez)))], "x"
+
+
+def plate_material(name, e, nu, density, thickness):
+    """No Poisson coupling with the thickness (local x or y): what Kirchhoff's plane stress is."""
+    g = e / (2 * (1 + nu))
+    ratios = {"y": f"0., {nu:.12g}, 0.", "x": f"0., 0., {nu:.12g}"}[thickness]
+    return [f"*MATERIAL, NAME={name}", "*ELASTIC, TYPE=ENGINEERING CONSTANTS",
+            f"{e:.12g}, {e:.12g}, {e:.12g}, {ratios}, {g:.12g}, {g:.12g},",
+            f"{g:.12g}, 293.", "*DENSITY", f"{density:.12g}"]
 
 
 def chunks(numbers, size=12):
@@ -123,32 +156,28 @@ class Model:
     def header(self):
         c, out = self.case, ["*NODE, NSET=NALL"]
         out += [f"{n}, {p[0]:.12g}, {p[1]:.12g}, {p[2]:.12g}" for n, p in self.nodes.items()]
-        element = 1
+        element, materials = 1, []
         for index, (cells, axes) in enumerate(self.leaves, 1):
             out.append(f"*ELEMENT, TYPE=C3D20R, ELSET=LEAF{index}")
             for cell in cells:
                 out.append(f"{element}, " + ", ".join(map(str, cell[:15])) + ",")
                 out.append(", ".join(map(str, cell[15:])))
                 element += 1
-            ex, ey, _ = axes
-            out.append(f"*ORIENTATION, NAME=AXES{index}, SYSTEM=RECTANGULAR")
-            out.append(", ".join(f"{v:.12g}" for v in (*ex, *ey)))
+            lines, thickness = orientation(index, c.leaves[index - 1], axes)
+            out += lines
+            materials.append({"x": "ARC", "y": "FLAT"}[thickness])
         out.append("*ELEMENT, TYPE=MASS, ELSET=POINTS")
         out += [f"{element + i}, {n}" for i, n in enumerate(self.masses)]
         out += ["*MASS, ELSET=POINTS", f"{c.mass / 6:.12g}"]
         e, nu = c.youngs_modulus, c.poissons_ratio
-        g = e / (2 * (1 + nu))
-        out.append("*MATERIAL, NAME=STEEL")
-        if self.material == "plate":
-            # No Poisson coupling with the thickness (local y): what Kirchhoff's plane stress is.
-            out += ["*ELASTIC, TYPE=ENGINEERING CONSTANTS",
-                    f"{e:.12g}, {e:.12g}, {e:.12g}, 0., {nu:.12g}, 0., {g:.12g}, {g:.12g},",
-                    f"{g:.12g}, 293."]
-        else:
-            out += ["*ELASTIC", f"{e:.12g}, {nu:.12g}"]
-        out += ["*DENSITY", f"{c.density:.12g}"]
-        for index in range(1, len(self.leaves) + 1):
-            out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL=STEEL, "
+        for name, thickness in (("FLAT", "y"), ("ARC", "x")):
+            if self.material == "plate":
+                out += plate_material(name, e, nu, c.density, thickness)
+            else:
+                out += [f"*MATERIAL, NAME={name}", "*ELASTIC", f"{e:.12g}, {nu:.12g}", "*DENSITY",
+                        f"{c.density:.12g}"]
+        for index, material in enumerate(materials, 1):
+            out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL={material}, "
                        f"ORIENTATION=AXES{index}")
         out += ["*NSET, NSET=BASE", chunks(self.base), "*NSET, NSET=TIP", chunks(self.tip),
                 "*NSET, NSET=BODY", chunks(self.tip + self.masses),

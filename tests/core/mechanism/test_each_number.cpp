@@ -25,6 +25,7 @@ Mechanism everything() {
   leaf.point = LeafPoint{.body = 1, .along = 0, .across = 0, .spread_over_tip = true};
   m.leaves = {leaf, leaf};
   m.leaves[1].point.reset();
+  m.leaves[1].curve = 0;
   m.leaves[1].width_profile = {0, 0};
   m.leaves[1].thickness_profile.resize(144);
   m.joints.push_back({.name = "hinge", .type = JointType::spherical, .body = 0, .other = 1});
@@ -48,10 +49,10 @@ std::vector<double> numbers(const Mechanism& m) {
 TEST_CASE("every number of a mechanism is visited once", "[mechanism]") {
   const Mechanism m = everything();
   const std::vector<double> all = numbers(m);
-  // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point, profiles;
-  // joint; spring: ends, stiffness, length; bushing: place, matrix; drive
+  // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point, arc,
+  // profiles; joint; spring: ends, stiffness, length; bushing: place, matrix; drive
   REQUIRE(all.size() ==
-          2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 2 + 144 + 6 + (6 + 2) + (3 + 36) + 9);
+          2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 1 + 2 + 144 + 6 + (6 + 2) + (3 + 36) + 9);
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
   CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());
   CHECK(m.springs[0].free_length == double(all.size()) - 48);

@@ -69,6 +69,8 @@ TEST_CASE("each rule of a mechanism is named when broken", "[mechanism]") {
   CHECK_THAT(broken([](auto& m) { m.leaves[0].thickness = 0; }), Contains("positive"));
   CHECK_THAT(broken([](auto& m) { m.leaves[0].length = -1; }), Contains("positive"));
   CHECK_THAT(broken([](auto& m) { m.leaves[0].width = std::nan(""); }), Contains("positive"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].curve = 3.2; }), Contains("half a turn"));
+  CHECK_THAT(broken([](auto& m) { m.leaves[0].curve = std::nan(""); }), Contains("half a turn"));
   CHECK_THAT(broken([](auto& m) { m.leaves[0].origin[0] = INFINITY; }), Contains("not finite"));
   CHECK_THAT(broken([](auto& m) { m.leaves[0].axes *= 2; }), Contains("orthonormal"));
   CHECK_THAT(broken([](auto& m) { m.leaves[0].axes.col(2) *= -1; }), Contains("right-handed"));

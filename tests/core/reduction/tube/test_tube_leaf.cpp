@@ -62,8 +62,10 @@ StrokeRequest to(double end, int points, int frequencies = 6) {
 
 }  // namespace
 
-TEST_CASE("an expansion reproduces the potential about a bent state to degree five and seven") {
-  const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {6, 2}, true});
+namespace {
+
+void check_expansion(const PlateShape& shape) {
+  const auto mesh = std::make_shared<PlateMesh>(shape);
   Eigen::Matrix2d ray;
   ray << 1, 1, 1, -1;
   const Vector3d scale = tube_force_scale(mesh->shape());
@@ -89,6 +91,24 @@ TEST_CASE("an expansion reproduces the potential about a bent state to degree fi
     REQUIRE(rest[0] > 1e-10);
     CHECK(std::log2(rest[0] / rest[1]) > 2 * order + 1.3);
   }
+}
+
+}  // namespace
+
+TEST_CASE("an expansion reproduces the potential about a bent state to degree five and seven") {
+  check_expansion({0.3, 0.005, 0.3, {6, 2}, true});
+}
+
+TEST_CASE("so does the expansion of a curved leaf") {
+  PlateShape shape{0.3, 0.005, 0.3, {6, 2}, true};
+  shape.curve = 0.5;
+  check_expansion(shape);
+  shape.width_profile = {1, 0.7};
+  check_expansion(shape);
+  shape = {0.1, 0.005, 0.3, {6, 1}, true};
+  shape.flexure = Flexure::beam;
+  shape.curve = -0.8;
+  check_expansion(shape);
 }
 
 TEST_CASE("a rebuilt field is the full leaf's to second order in the transverse state") {

@@ -24,15 +24,17 @@ Vector3d soft(const Eigen::Matrix2d& D, double sigma, double tau, double phi) {
 }
 
 /// A random polynomial of total degree ≤ DEGREE in (σ, τ, φ, N, M1, M2) with both mirror
-/// symmetries and at most DEGREE − 1 transverse powers, and its Taylor coefficients anywhere.
+/// symmetries, or with that in the width alone, and at most DEGREE − 1 transverse powers; and its
+/// Taylor coefficients anywhere.
 template <int DEGREE>
 struct RandomPotential {
   Polynomial<6, DEGREE> p = Polynomial<6, DEGREE>::constant(0);
 
-  explicit RandomPotential(Random& random) {
+  explicit RandomPotential(Random& random, bool mirrored = true) {
     for (int i = 0; i < p.size; ++i) {
       const auto e = p.table().exponents(i);
-      const bool thickness = (e[0] + e[1] + e[2]) % 2 == 0, width = (e[2] + e[4] + e[5]) % 2 == 0;
+      const bool thickness = !mirrored || (e[0] + e[1] + e[2]) % 2 == 0,
+                 width = (e[2] + e[4] + e[5]) % 2 == 0;
       if (thickness && width && p.table().degree(i) - e[0] < DEGREE) p[i] = random();
     }
   }
@@ -80,12 +82,20 @@ struct RandomPotential {
 };
 
 template <int DEGREE>
-void check_random_polynomial(unsigned seed) {
+void check_random_polynomial(unsigned seed, bool mirrored = true) {
   Random random(seed);
-  const RandomPotential<DEGREE> exact(random);
+  const RandomPotential<DEGREE> exact(random, mirrored);
   const Eigen::Matrix2d D = skew_ray();
-  const TubePotential tube(D, Vector3d(2, 3, 4), DEGREE,
-                           {exact.node(0), exact.node(0.4), exact.node(1.1)});
+  TubePotential tube(D, Vector3d(2, 3, 4), DEGREE,
+                     {exact.node(0), exact.node(0.4), exact.node(1.1)}, Vector3d::Zero(), mirrored);
+  if (!mirrored) {
+    tube.add_node(exact.node(-0.9));
+    tube.add_node(exact.node(-0.3));
+    REQUIRE(tube.nodes().front().sigma == -0.9);
+    CHECK(tube.locate(soft(D, -1, 0, 0)).beyond == Approx(0.1));
+    CHECK(tube.locate(soft(D, -0.5, 0, 0)).interval == 0);
+    CHECK(tube.locate(soft(D, 1, 0, 0)).beyond == Approx(-0.1));
+  }
   Matrix6d A = Matrix6d::Identity();  // d(σ, τ, φ, f)/d(θ1y, θ2y, φ, f)
   A.topLeftCorner<2, 2>() = D.inverse();
   for (int n = 0; n < 200; ++n) {
@@ -116,6 +126,12 @@ TEST_CASE("a polynomial of the degree of the tube is reproduced everywhere",
   check_random_polynomial<5>(3);
   check_random_polynomial<6>(4);
   check_random_polynomial<7>(5);
+}
+
+TEST_CASE("without mirror symmetry in the thickness nodes stand on both sides",
+          "[reduction][tube]") {
+  check_random_polynomial<5>(11, false);
+  check_random_polynomial<4>(12, false);
 }
 
 TEST_CASE("node states are reproduced exactly", "[reduction][tube]") {

@@ -1,0 +1,383 @@
+// Leaves that are circular arcs when stress-free: laws, closed forms and derivatives.
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "core/elements/plate/beam_section.hpp"
+#include "core/elements/plate/plate_leaf.hpp"
+#include "core/elements/plate/plate_mesh_rate.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/rotation.hpp"
+#include "core/mechanism/arc.hpp"
+#include "core/mechanism/profile.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+std::vector<double> sampled(double (*f)(double)) {
+  std::vector<double> p;
+  for (const double s : profile_stations()) p.push_back(f(s));
+  return p;
+}
+double wave(double s) { return 1 + 0.3 * std::sin(4 * s) - 0.2 * s; }
+double notch(double s) { return 1 + 2 * (s - 0.45) * (s - 0.45); }
+
+PlateShape shape(Flexure flexure, double angle, bool varies = false) {
+  PlateShape s{.width = 0.4, .thickness = 0.01, .mesh = {6, 3}};
+  s.flexure = flexure;
+  s.curve = angle;
+  if (varies) {
+    s.width_profile = sampled(wave);
+    s.thickness_profile = sampled(notch);
+  }
+  return s;
+}
+
+struct Case {
+  Flexure flexure;
+  bool varies;
+};
+const Case cases[] = {
+    {Flexure::plate, false}, {Flexure::plate, true}, {Flexure::beam, false}, {Flexure::beam, true}};
+
+/// The end of an arc of unit length that starts where the leaf does, in its direction.
+EdgePose end_of_arc(const PlateMesh& mesh, double angle) {
+  const ArcPoint<double> from = arc_point(angle, 0.0), to = arc_point(angle, 1.0);
+  const Matrix3d turn = mesh.line_pose(0).axes * from.axes().transpose();
+  return {turn * Vector3d(to.x, 0, to.z), turn * to.axes()};
+}
+
+/// From tip(0) to tip(1), the interior in equilibrium on the way.
+void settle(PlateLeaf& leaf, const std::function<EdgePose(double)>& tip) {
+  constexpr int steps = 40, most = 20;
+  leaf.assemble();
+  for (int k = 1; k <= steps; ++k) {
+    const EdgePose to = tip(static_cast<double>(k) / steps);
+    for (int iteration = 0; iteration == 0 || leaf.correction() > 1e-7; ++iteration) {
+      REQUIRE(iteration < most);
+      const EdgePose from = leaf.state().edges[1];
+      Vector12d dq = Vector12d::Zero();
+      dq.segment<3>(6) = to.position - from.position;
+      dq.tail<3>() = rotation_log(to.axes * from.axes.transpose());
+      leaf.step({leaf.state().edges[0], to}, leaf.internal_step(dq), dq);
+      leaf.assemble();
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("places on an arc and their coordinates are inverse to each other", "[curve]") {
+  for (const double angle : {1e-6, 0.4, -0.4, 3.1})
+    for (const double s : {0.0, 0.3, 1.0}) {
+      const ArcPoint<double> p = arc_point(angle, s);
+      const double height = 0.02;
+      const auto at = arc_coordinates(angle, p.x - height * p.sine, p.z + height * p.cosine);
+      CHECK(at.along == Approx(s).margin(1e-9));
+      CHECK(at.height == Approx(height).margin(1e-9));
+    }
+  // a half circle of the length 1 has the diameter 2/π and the height 1/π
+  const ArcPoint<double> top = arc_point(M_PI, 0.5), end = arc_point(M_PI, 1.0);
+  CHECK(end.x == Approx(2 / M_PI));
+  CHECK(std::abs(end.z) < 1e-15);
+  CHECK(top.z == Approx(1 / M_PI));
+}
+
+TEST_CASE("a curved leaf is free of stress where it was made, and wherever it is moved rigidly",
+          "[curve]") {
+  for (const auto& [flexure, varies] : cases)
+    for (const double angle : {0.5, -1.6, M_PI}) {
+      const auto mesh = std::make_shared<PlateMesh>(shape(flexure, angle, varies));
+      PlateLeaf leaf(mesh);
+      const Matrix3d R = rotation_exp({0.7, -1.1, 2.0});
+      const Vector3d shift(0.3, -2, 0.7);
+      for (const bool moved : {false, true}) {
+        PlateLeaf::State state = PlateLeaf::undeflected(*mesh);
+        if (moved) {
+          for (EdgePose& edge : state.edges) edge = {R * edge.position + shift, R * edge.axes};
+          const int n = mesh->functions_per_line();
+          for (int line = 1; line + 1 < mesh->lines(); ++line) {
+            Eigen::Map<MatrixXd> r(state.x.data() + leaf.block_offset(line), n, 3);
+            r = (r * R.transpose()).eval();
+            for (int s = 0; s < n; s += 4) r.row(s) += shift.transpose();
+          }
+        }
+        leaf.set_state(state);
+        leaf.assemble();
+        // rounding: entries of the stiffness are of size 1e5
+        CHECK(std::abs(leaf.energy()) < 1e-9);
+        CHECK(leaf.residual().norm() < 1e-7);
+        CHECK(leaf.edge_force().norm() < 1e-7);
+        CHECK(leaf.negative_pivots() == 0);
+      }
+      leaf.set_state(PlateLeaf::undeflected(*mesh));
+      leaf.assemble();
+      const Matrix12d K = leaf.tangent();
+      Eigen::Matrix<double, 12, 6> rigid;
+      for (int e = 0; e < 2; ++e) {
+        rigid.block<3, 3>(6 * e, 0).setIdentity();
+        rigid.block<3, 3>(6 * e, 3) = -hat(leaf.state().edges[e].position);
+        rigid.block<3, 3>(6 * e + 3, 0).setZero();
+        rigid.block<3, 3>(6 * e + 3, 3).setIdentity();
+      }
+      CHECK((K * rigid).norm() < 1e-9 * K.norm());
+      CHECK((K - K.transpose()).norm() < 1e-10 * K.norm());
+    }
+}
+
+TEST_CASE("an arc of no angle is a flat leaf", "[curve]") {
+  for (const auto& [flexure, varies] : cases) {
+    PlateShape flat = shape(flexure, 0, varies);
+    PlateLeaf arc(std::make_shared<PlateMesh>(flat));
+    flat.curve.reset();
+    PlateLeaf leaf(std::make_shared<PlateMesh>(flat));
+    arc.assemble();
+    leaf.assemble();
+    CHECK((arc.tangent() - leaf.tangent()).norm() < 1e-11 * leaf.tangent().norm());
+    CHECK((arc.residual() - leaf.residual()).norm() < 1e-8);
+  }
+}
+
+TEST_CASE("an arc that bulges to the other side is the mirrored one", "[curve]") {
+  for (const auto& [flexure, varies] : cases) {
+    PlateLeaf up(std::make_shared<PlateMesh>(shape(flexure, 1.1, varies))),
+        down(std::make_shared<PlateMesh>(shape(flexure, -1.1, varies)));
+    up.assemble();
+    down.assemble();
+    Vector12d mirror;
+    mirror << 1, 1, -1, -1, -1, 1, 1, 1, -1, -1, -1, 1;
+    const Matrix12d K = mirror.asDiagonal() * down.tangent() * mirror.asDiagonal();
+    CHECK((up.tangent() - K).norm() < 1e-9 * K.norm());
+  }
+}
+
+TEST_CASE("force and tangent of a curved leaf are derivatives of its energy", "[curve]") {
+  for (const auto& [flexure, varies] : cases) {
+    const auto mesh = std::make_shared<PlateMesh>(shape(flexure, 1.2, varies));
+    PlateLeaf leaf(mesh);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> u(-1, 1);
+    PlateLeaf::State state = PlateLeaf::undeflected(*mesh);
+    state.edges[1].position += Vector3d(-0.01, 0.01, 0.1);
+    state.edges[1].axes = rotation_exp({0.1, 0.2, 0.03}) * state.edges[1].axes;
+    for (double& x : state.x) x += 0.003 * u(random);
+    VectorXd d(state.x.size());
+    for (double& x : d) x = u(random);
+    const auto moved_to = [&](double h) {
+      PlateLeaf::State moved = state;
+      moved.x += h * d;
+      leaf.set_state(moved);
+      leaf.linearise();
+    };
+    const auto difference = [&](double h, auto value) {
+      const auto slope = [&](double step) {
+        moved_to(step);
+        const auto plus = value();
+        moved_to(-step);
+        return (plus - value()) / (2 * step);
+      };
+      return (4 * slope(h) - slope(2 * h)) / 3;
+    };
+    const double slope = difference(5e-5, [&] { return leaf.energy(); });
+    const double bend = difference(5e-5, [&] { return leaf.residual().dot(d); });
+    moved_to(0);
+    REQUIRE(std::abs(slope) > 1);
+    CHECK(leaf.residual().dot(d) == Approx(slope).epsilon(1e-7));
+    CHECK(d.dot(VectorXd(leaf.tangent_times(d))) == Approx(bend).epsilon(1e-8));
+    // and with the edges
+    const auto held = [&](double h) {
+      PlateLeaf::State moved = state;
+      moved.edges[1].position += h * Vector3d(0.2, 0.5, -0.3);
+      moved.edges[1].axes = rotation_exp(h * Vector3d(0.3, -0.7, 0.4)) * state.edges[1].axes;
+      leaf.set_state(moved);
+      leaf.linearise();
+      return leaf.energy();
+    };
+    const auto rate = [&](double h) { return (held(h) - held(-h)) / (2 * h); };
+    const double work = (4 * rate(5e-5) - rate(1e-4)) / 3;
+    held(0);
+    Vector6d way;
+    way << 0.2, 0.5, -0.3, 0.3, -0.7, 0.4;
+    CHECK(leaf.edge_force().tail<6>().dot(way) == Approx(work).epsilon(1e-7));
+  }
+}
+
+TEST_CASE("an arc bends to another arc under a moment alone", "[curve]") {
+  for (const Flexure flexure : {Flexure::plate, Flexure::beam})
+    for (const double angle : {0.5, 1.0})
+      for (const double other : {0.0, -0.7, 1.8}) {
+        PlateShape s = shape(flexure, angle);
+        s.mesh = {24, 3};
+        s.poissons_ratio = 0;  // no bending across
+        s.free_edge_torsion = false;
+        const auto mesh = std::make_shared<PlateMesh>(s);
+        PlateLeaf leaf(mesh);
+        CAPTURE(static_cast<int>(flexure), angle, other);
+        settle(leaf, [&](double at) { return end_of_arc(*mesh, angle + at * (other - angle)); });
+        const double EI = mesh->bending_stiffness(), turn = other - angle;
+        // The energy leaves open a stretch of (change of curvature × t)²/12. Here the places of the
+        // ends forbid it: an axial force of EI turn² at most, and its moments.
+        const double open = EI * turn * turn;
+        CHECK(std::abs(leaf.energy() - 0.5 * EI * turn * turn) < 5e-4 * open);
+        CHECK(std::abs(leaf.edge_force()[10] - EI * turn) < 1e-3 * open);
+        CHECK(leaf.edge_force().segment<3>(6).norm() < 1.1 * open);
+      }
+}
+
+TEST_CASE("stiffness of a ring segment in its plane", "[curve]") {
+  // Compliance of the tip: ∫ (moment at s of a unit load)² / EI + (pull at s)² / EA ds
+  for (const double angle : {0.3, M_PI / 2, M_PI})
+    for (const double thickness : {0.005, 0.01}) {
+      PlateShape s = shape(Flexure::beam, angle);
+      s.thickness = thickness;
+      s.mesh = {24, 1};
+      const auto mesh = std::make_shared<PlateMesh>(s);
+      PlateLeaf leaf(mesh);
+      leaf.assemble();
+      const ArcPoint<double> tip = arc_point(angle, 1.0);
+      const double EI = mesh->bending_stiffness(), EA = 12 * EI / (thickness * thickness);
+      Matrix3d C = Matrix3d::Zero();
+      constexpr int points = 2000;
+      for (int k = 0; k < points; ++k) {
+        const ArcPoint<double> p = arc_point(angle, (k + 0.5) / points);
+        // of Fx, Fz and My at the tip: moment about y at s, and pull along the arc
+        const Vector3d moment(tip.z - p.z, -(tip.x - p.x), 1), pull(p.cosine, p.sine, 0);
+        C += (moment * moment.transpose() / EI + pull * pull.transpose() / EA) / points;
+      }
+      Matrix3d K;
+      const int rows[] = {6, 8, 10};
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) K(i, j) = leaf.tangent()(rows[i], rows[j]);
+      const Matrix3d found = K.inverse();
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+          CHECK(std::abs(found(i, j) - C(i, j)) < 2e-4 * std::sqrt(C(i, i) * C(j, j)));
+    }
+}
+
+TEST_CASE("stiffness of a ring segment out of its plane", "[curve]") {
+  // a slender strip of which the ends warp: torsion, and bending in its own surface; and a wire
+  for (const auto& [angle, circular] :
+       {std::pair{0.6, false}, {M_PI / 2, false}, {M_PI, false}, {M_PI / 2, true}}) {
+    PlateShape s{.width = circular ? 0.005 : 0.05, .thickness = 0.005, .mesh = {24, 1}};
+    s.flexure = Flexure::beam;
+    s.warping = Warping::free;
+    s.section = circular ? Section::circular : Section::rectangular;
+    s.curve = angle;
+    const auto mesh = std::make_shared<PlateMesh>(s);
+    PlateLeaf leaf(mesh);
+    leaf.assemble();
+    const BeamSection section = beam_section(s.section, s.width, 0.005, 0.3);
+    const double per_D = 12 / std::pow(0.005, 3), GJ = per_D * section.J * shear_ratio(0.3),
+                 EIs = per_D * section.I_strong,
+                 GA = per_D * section.area * section.shear * shear_ratio(0.3);
+    const ArcPoint<double> tip = arc_point(angle, 1.0);
+    Matrix3d C = Matrix3d::Zero();
+    constexpr int points = 2000;
+    for (int k = 0; k < points; ++k) {
+      const ArcPoint<double> p = arc_point(angle, (k + 0.5) / points);
+      // of Fy, Mx and Mz at the tip: the moment at s, its parts along the arc and along the normal
+      const Vector3d arm(tip.x - p.x, 0, tip.z - p.z), by_force = arm.cross(Vector3d::UnitY()),
+                                                       along(p.cosine, 0, p.sine),
+                                                       normal(-p.sine, 0, p.cosine);
+      const Vector3d torque(by_force.dot(along), p.cosine, p.sine),
+          bend(by_force.dot(normal), -p.sine, p.cosine), shear(1, 0, 0);
+      C += (torque * torque.transpose() / GJ + bend * bend.transpose() / EIs +
+            shear * shear.transpose() / GA) /
+           points;
+    }
+    Matrix3d K;
+    const int rows[] = {7, 9, 11};
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) K(i, j) = leaf.tangent()(rows[i], rows[j]);
+    const Matrix3d found = K.inverse();
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        CHECK(std::abs(found(i, j) - C(i, j)) < 5e-3 * std::sqrt(C(i, i) * C(j, j)));
+  }
+}
+
+TEST_CASE("the compliance of an arc converges faster than the third power of its elements",
+          "[curve]") {
+  const auto compliance = [&](int along) {
+    PlateShape s = shape(Flexure::beam, M_PI / 2);
+    s.mesh = {along, 1};
+    PlateLeaf leaf(std::make_shared<PlateMesh>(s));
+    leaf.assemble();
+    return MatrixXd(leaf.tangent().bottomRightCorner<6, 6>().inverse());
+  };
+  const MatrixXd fine = compliance(64), coarse = compliance(8), twice = compliance(16);
+  for (const int i : {0, 2}) {  // of forces in its plane
+    const double error = std::abs(coarse(i, i) / fine(i, i) - 1);
+    CHECK(error > 1e-4);
+    CHECK(error < 1e-2);
+    CHECK(std::abs(twice(i, i) / fine(i, i) - 1) < error / 8);
+  }
+}
+
+TEST_CASE("operators change along the angle of an arc as their differences do", "[curve]") {
+  for (const auto& [flexure, varies] : cases) {
+    const PlateShape at = shape(flexure, 0.9, varies);
+    const PlateMesh mesh(at);
+    std::vector<ProfileRate> directions{{{}, {}, 1.0}};
+    if (varies) directions.push_back({sampled(wave), sampled(notch), 0.5});
+    const PlateMeshRate rate(mesh, directions);
+    for (int p = 0; p < rate.directions(); ++p) {
+      const auto moved = [&](double h) {
+        PlateShape s = at;
+        const ShapeRate& along = rate.direction[p];
+        s.width += h * along.size[0];
+        s.thickness += h * along.size[1];
+        s.poissons_ratio += h * along.size[2];
+        *s.curve += h * along.curve;
+        for (std::size_t k = 0; k < along.width_profile.size(); ++k)
+          s.width_profile[k] += h * along.width_profile[k];
+        for (std::size_t k = 0; k < along.thickness_profile.size(); ++k)
+          s.thickness_profile[k] += h * along.thickness_profile[k];
+        return PlateMesh(s);
+      };
+      const double h = p == 1 ? 1e-5 : 1e-4;
+      const PlateMesh plus = moved(h), minus = moved(-h), plus2 = moved(2 * h),
+                      minus2 = moved(-2 * h);
+      const PlateMeshRate::Shape& by = rate.shape[p];
+      const auto compare = [&](bool constant, auto found, auto part) {
+        const MatrixXd d =
+            (8 * (part(plus) - part(minus)) - (part(plus2) - part(minus2))) / (12 * h);
+        const double rounding = 1e-7 * part(mesh).norm() + 1e-12;
+        if (constant)
+          CHECK(d.norm() <= rounding);
+        else
+          CHECK((found() - d).norm() <= 1e-8 * d.norm() + rounding);
+      };
+      const int ny = mesh.elements_across();
+      for (int i = 0; i < mesh.elements_along(); ++i)
+        for (int j = 0; j < ny; ++j) {
+          const std::size_t k = i * ny + j;
+          using E = PlateMesh::Element;
+          const auto of = [&](auto part) {
+            return [&, part](const PlateMesh& m) { return MatrixXd(part(m.element(i, j))); };
+          };
+          compare(
+              false, [&] { return MatrixXd(by.bending[k]); },
+              of([](const E& e) { return e.bending; }));
+          compare(
+              by.metric.empty(), [&] { return MatrixXd(by.metric[k].matrix()); },
+              of([](const E& e) { return e.metric.matrix(); }));
+          compare(
+              by.curvature.empty(), [&] { return by.curvature[k]; },
+              of([](const E& e) { return e.curvature; }));
+          compare(
+              by.curvature_weight.empty(),
+              [&] { return MatrixXd(by.curvature_weight[k].matrix()); },
+              of([](const E& e) { return e.curvature_weight.matrix(); }));
+        }
+      for (int line = 0; line < mesh.lines(); ++line)
+        compare(
+            by.undeflected.empty(), [&] { return by.undeflected[line]; },
+            [&](const PlateMesh& m) { return m.undeflected(line); });
+    }
+  }
+}
