@@ -67,7 +67,10 @@ void PlanReader::read_bodies() {
     if (from.contains("center_of_mass"))
       body.center_of_mass = vector(from["center_of_mass"], "m", at / "center_of_mass");
     if (from.contains("inertia")) body.inertia = matrix(from["inertia"], "kg m^2", at / "inertia");
-    if (from.contains("box")) body.box = vector(from["box"], "m", at / "box");
+    if (from.contains("box")) body.box = matrix(from["box"], "m", at / "box");
+    if (body.density && body.box.size() != 3)
+      throw SpecError((at / "density").to_string(), shown(from["density"]),
+                      "a box given by its edges has mass and inertia instead");
     if (from.contains("held"))
       for (const json& name : from["held"]) body.held.push_back(direction_of(name));
     plan_.bodies.push_back(std::move(body));

@@ -72,7 +72,7 @@ struct BodyItem : DesignItem {
   std::optional<DesignNumber> mass, density;
   DesignVector center_of_mass;  ///< relative to `at`
   DesignMatrix inertia;         ///< none, 3 principal values or 9
-  std::optional<DesignVector> box;
+  DesignMatrix box;             ///< none, 3 lengths along the frame's axes or 3 edges, 9
   std::vector<Direction> held;  ///< along the axes of the item's frame
 };
 

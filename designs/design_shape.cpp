@@ -102,7 +102,9 @@ Shape bodies() {
       optional("center_of_mass", vector(), "relative to the reference point"),
       optional("inertia", one_of({vector(), matrix(3)}),
                "about the centre of mass: three principal values or a symmetric 3x3"),
-      optional("box", vector(), "lengths of a box around the centre of mass"),
+      optional("box", one_of({vector(), matrix(3)}),
+               "the room it takes, around the centre of mass: three lengths, or three edges of a "
+               "turned box"),
       optional("density", number(), "of the box, instead of mass and inertia"),
       optional("held", directions(6), "directions that cannot move"),
   });

@@ -42,6 +42,13 @@ class Expander {
         item["inertia"] = rows(body.inertia);
       }
       if (!body.center_of_mass.isZero(0)) item["center_of_mass"] = numbers(body.center_of_mass);
+      if (body.box_half_edges) {
+        const Matrix3d edges = 2 * *body.box_half_edges;
+        if (edges.isDiagonal(0) && edges.diagonal().minCoeff() > 0)
+          item["box"] = numbers(edges.diagonal());
+        else
+          item["box"] = rows(edges.transpose());
+      }
       Json held = Json::array();
       for (std::size_t i = 0; i < 6; ++i)
         if (body.held[i]) held.push_back(direction_names[i]);

@@ -31,6 +31,7 @@ struct FlatBody {
   S mass{};
   Vector3<S> center_of_mass = Vector3<S>::Zero();  ///< relative to `at`
   Matrix3<S> inertia = Matrix3<S>::Zero();
+  std::optional<Matrix3<S>> box_half_edges;  ///< columns; around the centre of mass
   std::array<bool, 6> held{};
   std::string leaf;  ///< of which it is a material point, by its full name
 };

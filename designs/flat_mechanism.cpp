@@ -162,6 +162,7 @@ MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& mate
     body.center_of_mass = from.at + from.center_of_mass;
     body.inertia = from.inertia;
     body.held = from.held;
+    if (from.box_half_edges) body.box = BodyBoxT<S>{body.center_of_mass, *from.box_half_edges};
     const bool is_end_effector = static_cast<int>(i) == design.end_effector;
     body.role = is_end_effector ? BodyRole::end_effector : BodyRole::intermediate;
     if (is_end_effector && from.leaf.empty()) add_payload(body, from.has_mass, payload);

@@ -53,10 +53,24 @@ void Flattener<S>::add_body(const BodyItem& item) {
     if (item.inertia.size() == 9)
       for (int i = 0; i < 9; ++i)
         inertia(i / 3, i % 3) = number(item.inertia[static_cast<std::size_t>(i)]);
-    if (item.box) {
+    if (item.box.size() == 9) {
+      Matrix3<S>& half = body.box_half_edges.emplace();
+      for (int i = 0; i < 3; ++i) {
+        Vector3<S> edge;
+        for (int k = 0; k < 3; ++k) edge[k] = number(item.box[static_cast<std::size_t>(3 * i + k)]);
+        half.col(i) = at.direction(edge) * S(0.5);
+      }
+    }
+    if (item.box.size() == 3) {
       std::array<S, 3> l;
       for (std::size_t i = 0; i < 3; ++i)
-        l[i] = positive((*item.box)[i], item.pointer + "/box", "the lengths of a box");
+        l[i] = positive(item.box[i], item.pointer + "/box", "the lengths of a box");
+      Matrix3<S>& half = body.box_half_edges.emplace();
+      for (int i = 0; i < 3; ++i) {
+        Vector3<S> edge = Vector3<S>::Zero();
+        edge[i] = l[static_cast<std::size_t>(i)];
+        half.col(i) = at.direction(edge) * S(0.5);
+      }
       if (item.density) {
         body.mass = number(*item.density) * l[0] * l[1] * l[2];
         for (int i = 0; i < 3; ++i) {

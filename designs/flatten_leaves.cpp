@@ -108,6 +108,8 @@ FlatBody<S> Flattener<S>::box_between(const FlatLeaf<S>& leaf, const Vector3<S>&
   }
   const Matrix3<S> left = axes.lazyProduct(inertia);
   box.inertia = left.lazyProduct(axes.transpose());
+  box.box_half_edges = axes;
+  for (int i = 0; i < 3; ++i) box.box_half_edges->col(i) *= S(0.5 * l[static_cast<std::size_t>(i)]);
   return box;
 }
 

@@ -3,7 +3,7 @@ set(families
   leaf_spring parallel_guide cross_hinge three_flexure_cross_hinge clamped_plate
   folded_leaf wire_flexure tapered_leaf curved_leaf notch_hinge
   reinforced_guide double_parallelogram roberts_guide overconstrained_guide five_strut_guide
-  cartwheel_hinge butterfly_hinge trivot_hinge curved_hinge
+  cartwheel_hinge butterfly_hinge infinity_hinge trivot_hinge curved_hinge
   folded_leaf_stage xy_stage tip_tilt_stage spherical_joint diaphragm bridge_amplifier hexapod
 )
 set(names "")

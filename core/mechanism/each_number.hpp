@@ -46,6 +46,10 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
   for (auto& body : mechanism.bodies) {
     entries(body.reference);
     each_payload_number(body, named);
+    if (body.box) {
+      entries(body.box->center);
+      entries(body.box->half_edges);
+    }
   }
   for (auto& leaf : mechanism.leaves) {
     entries(leaf.origin);
@@ -102,6 +106,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     body.name = b.name;
     body.role = b.role;
     body.held = b.held;
+    if (b.box) body.box.emplace();
   }
   for (const LeafSpringT<From>& l : from.leaves) {
     LeafSpringT<To>& leaf = to.leaves.emplace_back();

@@ -204,9 +204,13 @@ std::optional<std::pair<std::size_t, std::size_t>> intersecting(
   (most - least).maxCoeff(&axis);
   std::vector<Reach> reaches;
   for (std::size_t i = 0; i < leaves.size(); ++i) {
-    const Box box = box_of(leaves[i]);
-    const double radius = box.half.norm() * (1 + 1e-6);
-    reaches.push_back({box.middle[axis] - radius, box.middle[axis] + radius, i});
+    Reach reach{1e300, -1e300, i};
+    for (const Box& box : boxes_of(leaves[i])) {
+      const double radius = box.half.norm() * (1 + 1e-6);
+      reach.from = std::min(reach.from, box.middle[axis] - radius);
+      reach.to = std::max(reach.to, box.middle[axis] + radius);
+    }
+    reaches.push_back(reach);
   }
   std::ranges::sort(reaches, {}, &Reach::from);
   std::optional<std::pair<std::size_t, std::size_t>> first;

@@ -101,6 +101,13 @@ struct LeafSpringT {
 
 enum class BodyRole { end_effector, intermediate };
 
+/// The room that a body takes, undeflected: a cuboid. For envelope and clearance alone.
+template <class Scalar>
+struct BodyBoxT {
+  Vector3<Scalar> center;      ///< [m]
+  Matrix3<Scalar> half_edges;  ///< columns, from the centre to three faces, global axes [m]
+};
+
 /// A rigid body in its undeflected place.
 template <class Scalar>
 struct RigidBodyT {
@@ -112,6 +119,7 @@ struct RigidBodyT {
   Matrix3<Scalar> inertia;         ///< about the centre of mass, global axes [kg m²]
   /// Directions in which it cannot move. A material point of a leaf has no rotations.
   std::array<bool, 6> held{};
+  std::optional<BodyBoxT<Scalar>> box;
 };
 
 enum class JointType {

@@ -36,6 +36,7 @@ std::optional<VectorXd> filled(const VectorXd& gradient) {
 
 std::string metre(Direction, int) { return "m"; }
 std::string radian(Direction, int) { return "rad"; }
+std::string kilogram(Direction, int) { return "kg"; }
 std::string hertz(Direction, int) { return "Hz"; }
 std::string pascal(Direction, int) { return "Pa"; }
 std::string load_of_drive(Direction drive, int) { return load_unit(drive); }
@@ -191,10 +192,67 @@ QuantityRow softest_translation() {
           .in_report = true};
 }
 
+std::vector<std::string> sizes() { return {"x", "y", "z", "cylinder"}; }
+
+std::optional<double> size_of(const std::optional<Envelope>& envelope, int k) {
+  if (!envelope) return std::nullopt;
+  return k < 3 ? envelope->box[k] : envelope->cylinder;
+}
+
+std::vector<QuantityRow> room_taken() {
+  return {
+      {.name = "envelope",
+       .components = sizes(),
+       .layout = Layout::object,
+       .label = "envelope, undeflected,",
+       .meaning = "x, y, z: of the smallest box along the axes that holds leaves and boxes of "
+                  "bodies, undeflected; cylinder: diameter of the smallest cylinder about the "
+                  "axis of the turning drive through O (along z where none turns); moving: the "
+                  "same over the whole stroke",
+       .needs = {Output::envelope},
+       .unit = metre,
+       .value = [](const PathPoint& p, int k) { return size_of(p.envelope, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return row_of(g.envelope, k); },
+       .of_design = true,
+       .in_csv = false},
+      {.name = "envelope.moving",
+       .components = sizes(),
+       .layout = Layout::object,
+       .label = "envelope over the stroke,",
+       .needs = {Output::moving_envelope},
+       .unit = metre,
+       .value = [](const PathPoint& p, int k) { return size_of(p.moving_envelope, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return row_of(g.moving_envelope, k); },
+       .of_design = true,
+       .in_csv = false},
+      {.name = "leaf_mass",
+       .label = "mass of the leaves",
+       .needs = {Output::envelope},
+       .unit = kilogram,
+       .value = [](const PathPoint& p, int) { return p.leaf_mass; },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.leaf_mass; },
+       .of_design = true,
+       .in_csv = false},
+      {.name = "clearance",
+       .label = "clearance",
+       .meaning = "smallest distance between leaves, and between leaves and boxes of bodies that "
+                  "do not hold them; leaves that are one piece at an edge (folds, hubs) do not "
+                  "count as a pair",
+       .needs = {Output::clearance},
+       .unit = metre,
+       .value = [](const PathPoint& p,
+                   int) { return p.clearance ? std::optional(p.clearance->value) : std::nullopt; },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.clearance; },
+       .in_report = true}};
+}
+
 std::vector<QuantityRow> make_rows() {
   std::vector<QuantityRow> rows = load_and_motion();
   for (auto& row : frequencies_and_stress()) rows.push_back(std::move(row));
   rows.push_back(softest_translation());
+  for (auto& row : room_taken()) rows.push_back(std::move(row));
   return rows;
 }
 
@@ -308,6 +366,12 @@ std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients
                                     std::string_view name) {
   const auto of_drive = of_named_drive(point, name);
   return of_drive ? of_drive->gradient(point, gradients) : find(name).gradient(point, gradients);
+}
+
+bool is_of_design(std::string_view name) {
+  for (const QuantityRow& row : quantity_rows())
+    if (row.of_drives && name.starts_with(row.name + ".")) return false;
+  return find(name).row->of_design;
 }
 
 const Outputs& needs_of(std::string_view name) {

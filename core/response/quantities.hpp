@@ -70,6 +70,7 @@ struct QuantityRow {
   std::optional<Vector3d> (*direction)(const PathPoint&) = nullptr;
   bool of_supports = false;  ///< the components are directions; a drive's is not offered
   bool of_drives = false;    ///< of drives with names the components are the drives
+  bool of_design = false;    ///< one number of the design: the same at every point
   bool in_csv = true;        ///< as columns of their own; the frequencies have their kinds beside
   SummaryLine in_summary = SummaryLine::none;
   bool in_report = false;  ///< a row of the report's tables
@@ -99,6 +100,8 @@ std::vector<Quantity> quantities(const DriveList& drives);
 std::optional<double> value_of(const PathPoint& point, std::string_view name);
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name);
+/// Whether it is the same at every point of a path.
+bool is_of_design(std::string_view name);
 /// What an evaluation must answer for it.
 const Outputs& needs_of(std::string_view name);
 

@@ -32,6 +32,9 @@ enum class Output {
   frequencies_locked,     ///< the same, drive held
   parasitic_frequency,    ///< from the list that `ParasiticRule::drive` names
   frequency_derivatives,  ///< along the stroke, from the undeflected state alone
+  envelope,               ///< box, cylinder and mass of the leaves, undeflected
+  moving_envelope,        ///< the same box and cylinder over the stroke
+  clearance,              ///< smallest distance between parts
   shapes                  ///< deformed mid-surfaces for drawing
 };
 
@@ -63,8 +66,10 @@ class Outputs {
   bool has_any(const Outputs& of) const { return (set_ & of.set_).any(); }
   bool empty() const { return set_.none(); }
   /// Whether equilibria along the stroke are solved for them; the frequency derivatives need the
-  /// undeflected one only.
-  bool need_path() const { return !Outputs(*this).remove(Output::frequency_derivatives).empty(); }
+  /// undeflected one only, and the undeflected envelope none.
+  bool need_path() const {
+    return !Outputs(*this).remove({Output::frequency_derivatives, Output::envelope}).empty();
+  }
   /// Whether they are made of natural frequencies.
   bool need_frequencies() const {
     return has_any({Output::frequencies_free, Output::frequencies_locked,
@@ -73,7 +78,7 @@ class Outputs {
   bool operator==(const Outputs&) const = default;
 
  private:
-  std::bitset<8> set_;
+  std::bitset<11> set_;
 };
 
 /// How exact the values of a path point are.

@@ -47,6 +47,35 @@ struct BodyMotion {
   Vector3d rotation = Vector3d::Zero();      ///< rotation vector [rad]
 };
 
+/// A material point of a leaf with its thickness or of a body's box, by coordinates of its own:
+/// core/response/space/solids.hpp.
+struct SolidPoint {
+  int solid = -1;  ///< the leaves first, then the boxes
+  Vector3d at = Vector3d::Zero();
+};
+
+/// How far a mechanism reaches in one state.
+struct Extents {
+  Vector3d low = Vector3d::Zero(), high = Vector3d::Zero();  ///< along the global axes [m]
+  double radius = 0;                                         ///< about the axis of the cylinder [m]
+  std::array<SolidPoint, 7> at;  ///< where: low x, y, z, high x, y, z, radius
+};
+
+/// Sizes of the smallest box along the global axes and of the smallest cylinder about its axis.
+struct Envelope {
+  Vector3d box = Vector3d::Zero();  ///< [m]
+  double cylinder = 0;              ///< diameter [m]
+};
+
+/// The smallest distance between two parts.
+struct Clearance {
+  double value = 0;      ///< [m]; negative where leaves overlap
+  bool overlap = false;  ///< the points are then those of the middle surfaces
+  std::array<SolidPoint, 2> at;
+  std::array<Vector3d, 2> places{Vector3d::Zero(), Vector3d::Zero()};  ///< [m]
+  std::array<std::string, 2> names;                                    ///< of leaves or bodies
+};
+
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
 /// Stroke, drive load and drive stiffness of several drives: those of the first, and lists.
 struct PathPoint {
@@ -76,6 +105,11 @@ struct PathPoint {
   /// The largest of the local maxima of all leaves, from `max_stress` down to 0.8 of it; as many
   /// as were asked for or fewer.
   std::vector<StressPeak> stress_peaks;
+  /// Undeflected, and over the whole stroke with the undeflected state: the same at every point.
+  std::optional<Envelope> envelope, moving_envelope;
+  std::optional<double> leaf_mass;  ///< [kg]; the same at every point
+  std::optional<Extents> extents;   ///< of this point
+  std::optional<Clearance> clearance;
   std::optional<double> buckling_load_factor;  ///< of the dead load
   bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
   int negative_pivots = 0;  ///< inertia of that tangent

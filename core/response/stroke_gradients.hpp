@@ -39,6 +39,9 @@ struct PointGradients {
   std::optional<VectorXd> parasitic_frequency, parasitic_frequency_screening;
   std::optional<VectorXd> max_stress;  ///< the place of the peak held in the leaf's own coordinates
   MatrixXd stress_peaks;               ///< row k: of `PathPoint::stress_peaks[k]`, likewise
+  MatrixXd envelope, moving_envelope;  ///< x, y, z, cylinder × parameters
+  MatrixXd extents;                    ///< in the order of `Extents::at` × parameters
+  std::optional<VectorXd> clearance, leaf_mass;
 };
 
 /// Derivatives of FrequencyDerivatives, along the parameters. Members of a cluster of equal

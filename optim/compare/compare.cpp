@@ -132,7 +132,8 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
   StrokeRequest request = job.request;
   request.points = sample.stroke;
   request.newton = choice.newton;
-  request.outputs.remove({Output::shapes, Output::frequency_derivatives});
+  request.outputs.remove({Output::shapes, Output::frequency_derivatives, Output::envelope,
+                          Output::moving_envelope, Output::clearance});
   const auto begin = std::chrono::steady_clock::now();
   try {
     const StrokeResponse response = evaluator(make_mechanism(job, sample), choice.model, request);

@@ -13,6 +13,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_design.hpp"
+#include "optim/job/job_designs.hpp"
 #include "optim/job/job_loads.hpp"
 #include "optim/job/job_shape.hpp"
 #include "optim/job/job_tables.hpp"
@@ -77,7 +78,8 @@ std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, Fau
 void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& notes) {
   constexpr double thin = 0.1;  // of the smaller side; plate theory's customary limit
   for (const LeafSpring& leaf : mechanism.leaves)
-    if (leaf.thickness > thin * std::min(leaf.length, leaf.width))
+    if (leaf.section != Section::circular &&
+        leaf.thickness > thin * std::min(leaf.length, leaf.width))
       notes.push_back(
           fmt::format("{} is {:.2g} times as thick as its smaller side; plate theory "
                       "wants at most {:g}.",
@@ -218,9 +220,21 @@ void add_override_faults(const SpecError& error, std::vector<Fault>& faults) {
 
 }  // namespace
 
+namespace {
+
+/// Of one design or of several.
+Job read_document(const json& document, const std::string& folder, FaultList& faults) {
+  if (!lists_designs(document)) return JobReader(document, folder, faults).read();
+  return read_listed_designs(document, faults, [&](const json& one, FaultList& own) {
+    return JobReader(one, folder, own).read();
+  });
+}
+
+}  // namespace
+
 Job parse_job(const json& document) {
   FaultList faults;
-  Job job = JobReader(document, "", faults).read();
+  Job job = read_document(document, "", faults);
   faults.raise();
   return job;
 }
@@ -241,7 +255,7 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
   }
   FaultList faults;
   const std::string folder = std::filesystem::path(file).parent_path().string();
-  Job job = JobReader(document, folder, faults).read();
+  Job job = read_document(document, folder, faults);
   wrong.insert(wrong.end(), faults.faults().begin(), faults.faults().end());
   if (wrong.empty()) return job;
   locate(wrong, text, overridden);
@@ -273,6 +287,7 @@ json job_schema() {
     by_family.push_back({{"if", is_family}, {"then", then}});
   }
   schema["allOf"] = std::move(by_family);
+  add_designs_to_schema(schema);
   return schema;
 }
 

@@ -139,6 +139,15 @@ struct DesignSpec {
 /// was written by hand. Throws SpecError.
 std::shared_ptr<const ParametricDesign> resolve(const DesignSpec& design);
 
+struct Job;
+
+/// One of several designs, as a job of its own.
+struct ListedDesign {
+  std::string label;   ///< its own among them
+  std::string folder;  ///< of its results, in the run's
+  std::shared_ptr<const Job> job;
+};
+
 struct Job {
   std::string name;
   JobKind kind = JobKind::evaluate;
@@ -148,6 +157,8 @@ struct Job {
   ModelOptions model;
   std::optional<OptimiseSpec> optimise;
   std::optional<CompareSpec> compare;
+  /// Of a job that lists several; all else is then that of the first one.
+  std::vector<ListedDesign> designs;
   std::vector<Expectation> expect;
   std::vector<std::string> notes;  ///< what the reader found odd but allowed; for the user's eyes
   /// The job with defaults filled in, SI: what result.json shows. Empty for a job made by hand.

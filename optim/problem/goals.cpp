@@ -16,6 +16,8 @@ namespace {
 constexpr int stress_branches = 6;  // two ends of a leaf and its surfaces, of two kinds of leaves
 constexpr int most_branches = 3;  // two modes cross at a point of the path; the third is a reserve
 
+constexpr double clearance_without_pairs = 1;  // [m]: more than any bound asks for
+
 // The quantities whose lowest over the stroke is that of several modes.
 bool is_lowest_of_modes(const std::string& quantity) {
   return quantity == "parasitic_frequency" || quantity == "parasitic_frequency_screening";
@@ -31,6 +33,8 @@ Goal make_goal(const Job& job, const std::string& label, const std::string& quan
       names.push_back({name, find_parameter(family, name)->unit});
     goal.expression.emplace(expression, names, pointer);
     goal.over_stroke = OverStroke::first;
+  } else if (is_of_design(quantity)) {
+    goal.over_stroke = OverStroke::first;  // one number, one row
   } else if (is_lowest_of_modes(quantity) && over == OverStroke::min) {
     goal.branches = std::clamp(job.request.frequencies, 1, most_branches);
   }
@@ -172,7 +176,15 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
                                     why.empty() ? "" : ": ", why);
       return reading;
     }
-    const std::optional<double> value = value_of(point, goal.quantity);
+    std::optional<double> value = value_of(point, goal.quantity);
+    if (!value && goal.quantity == "clearance" && goal.branches == 1) {  // nothing can touch
+      reading.values.push_back(clearance_without_pairs);
+      differentiated =
+          differentiated &&
+          add_row(VectorXd(VectorXd::Zero(static_cast<Eigen::Index>(gradients->parameters.size()))),
+                  reading);
+      continue;
+    }
     if (!value || !std::isfinite(*value)) {
       reading.message =
           fmt::format("{} has no value at stroke {:.6g}", goal.quantity, point.stroke);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
@@ -16,8 +17,10 @@
 #include "optim/problem/check_gradients.hpp"
 #include "results/cli/summary.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/ranking.hpp"
 #include "results/files/result_json.hpp"
 #include "results/report/report.hpp"
+#include "results/run/listed_designs.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "results/run/run_files.hpp"
@@ -30,6 +33,8 @@ namespace {
 Job checked_job(const CommandLine& line) {
   Job job = read_job(line.job, line.overrides);
   (void)make_mechanism(job, job.design.parameters);
+  for (const ListedDesign& design : job.designs)
+    (void)make_mechanism(*design.job, design.job->design.parameters);
   return job;
 }
 
@@ -50,6 +55,23 @@ int run_job(const CommandLine& line) {
   ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
   for (const std::string& note : job.notes) progress.say("note: " + note);
   if (changed) progress.say("note: --set changed the job; its expected numbers are not checked");
+  const auto end = [&](const WrittenRun& written, const std::string& summary) {
+    folder.keep();
+    fmt::print("{}results: {}\n", summary, line.folder);
+    for (const std::string& failure : written.failed_expectations)
+      fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
+    return usable(*written.result) ? exit_usable : exit_not_usable;
+  };
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  if (!job.designs.empty()) {
+    std::map<std::string, double> timings;
+    OrderedJson result = run_listed_designs(job, folder.path(), line.threads, progress, timings);
+    timings["total"] = seconds();
+    const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
+    return end(written, listed_summary(*written.result));
+  }
   RunRecord record = [&] {
     switch (job.kind) {
       case JobKind::optimise:
@@ -61,15 +83,8 @@ int run_job(const CommandLine& line) {
     }
     return run_evaluation(job, folder.path(), progress);
   }();
-  record.timings["total"] =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-
-  const WrittenRun written = write_run(folder.path(), record);
-  folder.keep();
-  fmt::print("{}results: {}\n", summary_of(record), line.folder);
-  for (const std::string& failure : written.failed_expectations)
-    fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
-  return usable(*written.result) ? exit_usable : exit_not_usable;
+  record.timings["total"] = seconds();
+  return end(write_run(folder.path(), record), summary_of(record));
 }
 
 namespace {
@@ -126,6 +141,9 @@ int expand_job(const CommandLine& line) {
     return exit_usable;
   }
   const Job job = checked_job(line);
+  if (!job.designs.empty())
+    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
+                    "a job of one design can be expanded");
   const ParameterValues values = complete_parameters(job.design, job.design.parameters);
   fmt::print("{}\n", expanded(resolve(job.design)->family(), values, job.design.choices,
                               job.design.material)
@@ -142,8 +160,10 @@ int validate_job(const CommandLine& line) {
           ? fmt::format(", {} designs, {} model{}", make_samples(job).size(),
                         job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s")
           : "";
-  fmt::print("{}: a valid job ({} {}, {} stroke points{})\n", line.job, name_of(job.kind),
-             job.design.family, job.request.points.size(), batch);
+  const std::string designs =
+      job.designs.empty() ? job.design.family : fmt::format("{} designs", job.designs.size());
+  fmt::print("{}: a valid job ({} {}, {} stroke points{})\n", line.job, name_of(job.kind), designs,
+             job.request.points.size(), batch);
   return exit_usable;
 }
 
@@ -163,8 +183,9 @@ int print_schema(const CommandLine& line) {
   return exit_usable;
 }
 
-int check_gradients(const CommandLine& line) {
-  const Job job = checked_job(line);
+namespace {
+
+bool print_gradient_checks(const Job& job, const CommandLine& line) {
   const GradientReport report = check_gradients(job, line.tolerance, line.threads);
   fmt::print("{:<28} {:<28} {:>5} {:>14} {:>14} {:>9} {:>9}\n", "quantity", "parameter", "point",
              "exact", "difference", "relative", "known to");
@@ -173,7 +194,20 @@ int check_gradients(const CommandLine& line) {
                c.parameter, c.point, c.exact, c.difference, c.error, c.known_to,
                c.agrees ? "" : "  WRONG");
   fmt::print("{}\n", report.message);
-  return report.ok ? exit_usable : exit_not_usable;
+  return report.ok;
+}
+
+}  // namespace
+
+int check_gradients(const CommandLine& line) {
+  const Job job = checked_job(line);
+  if (job.designs.empty()) return print_gradient_checks(job, line) ? exit_usable : exit_not_usable;
+  bool agree = true;
+  for (const ListedDesign& design : job.designs) {
+    fmt::print("{}\n", design.label);
+    agree = print_gradient_checks(*design.job, line) && agree;
+  }
+  return agree ? exit_usable : exit_not_usable;
 }
 
 int rewrite_report(const CommandLine& line) {

@@ -65,6 +65,12 @@ Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& m
           {"surface", peak->on_positive_normal ? "positive_normal" : "negative_normal"}};
 }
 
+Json clearance_place_json(const std::optional<Clearance>& clearance) {
+  if (!clearance) return nullptr;
+  return {{"between", {clearance->names[0], clearance->names[1]}},
+          {"positions", {vector_json(clearance->places[0]), vector_json(clearance->places[1])}}};
+}
+
 /// Motion of every body by its name, as that of O is given.
 Json bodies_json(const PathPoint& point, const Mechanism& mechanism) {
   Json bodies = Json::object();
@@ -348,8 +354,9 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                {"sub_steps", point.sub_steps}};
   if (point.status != PointStatus::converged) {
     for (const QuantityRow& row : quantity_rows()) json[key_of(row.name)] = nullptr;
-    for (const char* name : {"compliance", "modes", "max_stress_place", "buckling_load_factor",
-                             "stable", "negative_pivots", "leaves", "bodies"})
+    for (const char* name :
+         {"compliance", "modes", "max_stress_place", "clearance_place", "buckling_load_factor",
+          "stable", "negative_pivots", "leaves", "bodies"})
       json[name] = nullptr;
     return json;
   }
@@ -358,6 +365,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                         {"drive_locked", matrix_json(point.compliance_locked)}};
   json["modes"] = modes_json(point);
   json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
+  json["clearance_place"] = clearance_place_json(point.clearance);
   json["bodies"] = bodies_json(point, mechanism);
   if (!point.probes.empty()) {
     Json probes = Json::object();

@@ -45,6 +45,7 @@ flexopt_embed(flexopt_results ${CMAKE_CURRENT_BINARY_DIR}/generated/embedded_fil
   shapes.js=${report_folder}/shapes.js
   comparison.js=${report_folder}/comparison.js
   stages.js=${report_folder}/stages.js
+  designs.js=${report_folder}/designs.js
   report.js=${report_folder}/report.js
   d3.js=${d3_js}
   plot.js=${plot_js}

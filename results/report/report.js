@@ -6,6 +6,8 @@ const path = result.path ?? [];
 const converged = path.filter((point) => point.status === "converged");
 const optimum = result.optimum ?? null;
 const comparison = result.comparison ?? null;
+/// Of a job that lists designs; all else in the result is then of the best, or of the first.
+const listed = result.ranking ?? result.designs ?? [];
 /// Drives with names: the figures then show their points one after the other.
 const drive_units = typeof result.units?.stroke === "object" ? result.units.stroke : null;
 if (drive_units) path.forEach((point, k) => { point.strokes = point.stroke; point.stroke = k; });
@@ -38,13 +40,13 @@ const least_at = (value) => d3.least(converged.filter((p) => value(p) !== null &
 function header() {
   const good = result.status === "ok";
   report.append(
-    element("div", {class: "kicker"}, `flexopt · ${job.job ?? "run"} · ${job.design?.family ?? ""}`),
+    element("div", {class: "kicker"}, `flexopt · ${job.job ?? "run"} · ${listed.length ? `${listed.length} designs` : job.design?.family ?? ""}`),
     element("h1", {}, job.name ?? "flexopt report"),
     element("p", {class: "lead"}, element("span", {class: "pill " + (good ? "good" : "bad")}, readable(result.status ?? "unknown")), result.message ?? ""));
   const end = job.end_effector ?? {}, material = result.material ?? {}, model = job.model ?? {};
   const inertia = (Array.isArray(end.inertia) ? end.inertia : []).map((row, i) => Array.isArray(row) ? row[i] : row);
   const strokes = path.map((p) => p.stroke);
-  const parameters = Object.entries(optimum?.parameters ?? job.design?.parameters ?? {}).filter(([, value]) => typeof value === "number");
+  const parameters = Object.entries(optimum?.parameters ?? job.design?.parameters ?? listed[0]?.result?.job?.design?.parameters ?? {}).filter(([, value]) => typeof value === "number");
   const facts = [
     load_path ? ["Load path", `force (${job.load_path.force.map((x) => number_text(x)).join(", ")}) N, moment (${job.load_path.moment.map((x) => number_text(x)).join(", ")}) N m at O; nothing is driven`]
       : drive_units ? ["Drives", Object.entries(result.conventions.drive).map(([name, text]) => `${name}: ${text}`).join("; ")]
@@ -348,11 +350,12 @@ function checks() {
       {name: "Expected number", left: true, text: (e) => e.pointer}, {name: "Expected", text: (e) => number_text(e.expected, 6)}, {name: "±", text: (e) => number_text(e.tolerance, 2)},
       {name: "Found", text: (e) => number_text(e.value, 6)}, {name: "", left: true, text: (e) => e.ok ? "agrees" : "differs", tone: (e) => e.ok ? "good" : "bad"}, {name: "Source", left: true, text: (e) => e.source}]) : null,
     converged.some((p) => !p.stable) ? element("p", {class: "bad"}, `Unstable with the drive held (buckled) ${converged.filter((p) => !p.stable).map(at_stroke).join(", ")}.`) : converged.length ? element("p", {}, "The tangent with the drive held has no negative eigenvalue at any converged point.") : null,
-    comparison ? null : element("p", {class: "soft"}, "Not checked: fatigue, clearance between moving leaves, stiffness of the frame."),
+    comparison ? null : element("p", {class: "soft"}, "Not checked: fatigue, stiffness of the frame; clearance is that between leaves and boxes of bodies."),
     ...(result.notes ?? []).map((note) => element("p", {class: "warn"}, note)));
 }
 
 header();
+design_sections();
 tiles();
 optimisation();
 comparison_sections();

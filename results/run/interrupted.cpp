@@ -11,6 +11,7 @@
 #include "optim/problem/evaluation_log.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
+#include "results/run/listed_designs.hpp"
 
 namespace flexopt {
 
@@ -63,6 +64,7 @@ OrderedJson interrupted_comparison(const Job& job, const fs::path& log) {
 
 OrderedJson interrupted_result(const fs::path& folder) {
   const Job job = read_job((folder / "job.json").string());
+  if (!job.designs.empty()) return interrupted_designs(job, folder);
   const fs::path log = folder / "evaluations.jsonl";
   if (job.kind == JobKind::evaluate || !fs::exists(log))
     throw SpecError("", folder.string(),

@@ -79,6 +79,7 @@ set(tested_by
   results/files/comparison_json results/files/test_comparison
   results/files/optimum_json results/run/test_run_files
   results/run/interrupted jobs/test_optimise_resumes
+  results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files
   results/files/run_record results/run/test_run_files
 )

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/spec_error.hpp"
@@ -102,6 +103,40 @@ TEST_CASE("numbers of a design are SI, quantities or formulas in units", "[desig
   const Mechanism m = make(document);
   CHECK(m.leaves[0].length == Approx(0.08).epsilon(1e-15));
   CHECK(m.leaves[0].width == 0.02);
+}
+
+TEST_CASE("the box of a body turns with its frame and keeps its edges when written flat",
+          "[designs][files]") {
+  json document = cantilever();
+  document["frames"] =
+      json::parse(R"([{"name": "arm", "turn": [["z", "30 deg"]], "at": [0, 0, 0]}])");
+  document["bodies"].push_back(json::parse(
+      R"({"name": "stage", "at": [0.02, 0.05, 0], "box": ["20 mm", "length/8", "4 mm"],
+          "center_of_mass": ["1 mm", 0, 0], "density": "2700 kg/m^3", "frame": "arm"})"));
+  document["springs"] = json::parse(
+      R"([{"name": "bushing", "body": "stage", "at": [0, 0, 0], "matrix": [[1e3, 0, 0, 0, 0, 0],
+          [0, 1e3, 0, 0, 0, 0], [0, 0, 1e3, 0, 0, 0], [0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0],
+          [0, 0, 0, 0, 0, 1]]}])");
+  const Mechanism m = make(document);
+  REQUIRE(m.bodies[1].box);
+  CHECK_FALSE(m.bodies[0].box);
+  const BodyBoxT<double>& box = *m.bodies[1].box;
+  CHECK(box.center == m.bodies[1].center_of_mass);
+  const double c = std::cos(std::numbers::pi / 6), s = 0.5;
+  CHECK((box.half_edges.col(0) - 0.01 * Vector3d(c, s, 0)).norm() < 1e-17);
+  CHECK((box.half_edges.col(1) - 0.005 * Vector3d(-s, c, 0)).norm() < 1e-17);
+  CHECK((box.half_edges.col(2) - Vector3d(0, 0, 0.002)).norm() < 1e-18);
+  const auto flat = expanded(*read(document), {{"length", 0.08}, {"count", 3}}, {}, steel());
+  const auto again = read(json::parse(flat.dump()));
+  check_same(m, again->make({}, {}, steel(), {}));
+  CHECK(expanded(*again, {}, {}, steel()).dump() == flat.dump());
+  // without density too, and edges given one by one
+  document["bodies"][1]["mass"] = 0.1;
+  document["bodies"][1].erase("density");
+  document["bodies"][1]["box"] = {{"20 mm", 0, 0}, {0, "length/8", 0}, {0, 0, "4 mm"}};
+  CHECK(make(document).bodies[1].box->half_edges == box.half_edges);
+  document["bodies"][1]["density"] = 2700;
+  CHECK(complaint(document) != "accepted");
 }
 
 TEST_CASE("frames turn in order, each about axes as turned so far", "[designs][files]") {

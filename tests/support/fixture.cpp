@@ -102,6 +102,7 @@ PathPoint point_at(double stroke, const Mechanism& mechanism) {
   for (const Mode& mode : p.modes_locked) p.frequencies_locked.push_back(mode.frequency);
   p.parasitic_frequency = f1;
   const double stress = youngs_modulus * thickness * std::abs(stroke) / length;
+  p.clearance = Clearance{1e-3};
   p.max_stress = StressPeak{stress, 1, 0, 0.5, mechanism.leaves[1].origin, true};
   p.leaves = {{"tube", "", 2e-6}, {"full", "off-ray bending 0.021 > 0.02", 0}};
   for (const LeafSpring& leaf : mechanism.leaves) p.shapes.push_back(turned(leaf, stroke, stress));

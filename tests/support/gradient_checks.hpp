@@ -163,7 +163,17 @@ inline int check_gradients(const Family& family, const ModelOptions& model, Stro
       INFO(std::setprecision(12) << family.numbers[k].name << ": " << c.name << " (" << c.value
                                  << "), " << found << " not " << differences.value[i]
                                  << ", known to " << known);
-      const double error = std::abs(found - differences.value[i]) / size;
+      double error = std::abs(found - differences.value[i]) / size;
+      // where two points of a symmetric mechanism reach equally far there is one on each side,
+      // and a size between two such points may take one end from either
+      bool one_sided = false;
+      if (c.name.starts_with("envelope") || c.name.starts_with("clearance")) {
+        const auto [low, high] = std::minmax(differences.forward[i], differences.backward[i]);
+        const double with =
+            1e-7 * size + 5 * std::max(differences.forward_error[i], differences.backward_error[i]);
+        one_sided = found >= low - with && found <= high + with;
+      }
+      if (one_sided) error = std::min(error, 1e-8);
       CHECK(error <= 1e-7 + 5 * known);
       near += error <= 1e-8 + 5 * known;
       known_well += known <= 1e-4;

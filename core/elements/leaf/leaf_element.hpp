@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/edge_pose.hpp"
@@ -100,6 +101,8 @@ class LeafElement {
   virtual LeafShape shape() = 0;
   /// Present place of a point of the mid-surface, given by its place in [0, 1]².
   virtual Vector3d material_point(double along, double across) = 0;
+  /// Of several (along, across).
+  virtual std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places);
   virtual LeafReport report() const = 0;
 };
 

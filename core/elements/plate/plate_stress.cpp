@@ -344,4 +344,15 @@ Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>
   return scale.origin + scale.axes * r * scale.length;
 }
 
+std::vector<Vector3d> plate_material_points(const PlateMesh& mesh,
+                                            const std::vector<MatrixXd>& nodal,
+                                            const LeafScale& scale,
+                                            const std::vector<std::array<double, 2>>& places) {
+  std::vector<Vector3d> points;
+  points.reserve(places.size());
+  for (const auto& [along, across] : places)
+    points.push_back(plate_material_point(mesh, nodal, scale, along, across));
+  return points;
+}
+
 }  // namespace flexopt

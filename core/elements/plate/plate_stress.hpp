@@ -1,5 +1,6 @@
 #pragma once
 // Stresses and shape of a plate leaf from its nodal dofs, whichever model they came from.
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -94,5 +95,10 @@ LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd
 /// Deflected place of the point (along, across) in [0, 1]² of the mid-surface.
 Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                               const LeafScale& scale, double along, double across);
+/// Of several (along, across).
+std::vector<Vector3d> plate_material_points(const PlateMesh& mesh,
+                                            const std::vector<MatrixXd>& nodal,
+                                            const LeafScale& scale,
+                                            const std::vector<std::array<double, 2>>& places);
 
 }  // namespace flexopt

@@ -446,4 +446,9 @@ LeafReport ModalLeaf::report() const {
           .check = 0};
 }
 
+std::vector<Vector3d> ModalLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
+  place();
+  return plate_material_points(*model_->mesh(), nodal(), scale_, places);
+}
+
 }  // namespace flexopt

@@ -81,6 +81,7 @@ class ModalLeaf final : public LeafElement {
   std::vector<StressPeak> stress_peaks() override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
+  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;

@@ -345,4 +345,8 @@ Vector3d TubeLeaf::material_point(double along, double across) {
   return plate_material_point(*model_->mesh(), rebuilt_nodal(), scale_, along, across);
 }
 
+std::vector<Vector3d> TubeLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
+  return plate_material_points(*model_->mesh(), rebuilt_nodal(), scale_, places);
+}
+
 }  // namespace flexopt

@@ -71,6 +71,7 @@ class TubeLeaf final : public LeafElement {
   std::vector<StressPeak> stress_peaks() override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
+  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override { return {"tube", {}, check_}; }
 
  private:

@@ -9,6 +9,7 @@
 
 #include "core/math/eigenvalue_branches.hpp"
 #include "core/math/rotation.hpp"
+#include "core/response/space/room_taken.hpp"
 
 namespace flexopt {
 namespace {
@@ -41,26 +42,36 @@ class MovingFields {
   std::map<int, std::unique_ptr<LeafFields>> made_;
 };
 
+// Of a material point of a leaf that is now at `place`.
+MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, double across,
+                          const Vector3d& place, const std::vector<Mechanism>& directions,
+                          const LeafFields& fields) {
+  const LeafSpring& spring = mechanism.leaves[static_cast<std::size_t>(i)];
+  const MatrixXd local = fields.place_rates(along, across);
+  // seen from the leaf's axes, over L
+  const Vector3d scaled = spring.axes.transpose() * (place - spring.origin) / spring.length;
+  MatrixXd rates(3, local.cols());
+  for (Eigen::Index p = 0; p < rates.cols(); ++p) {
+    const LeafSpring& d =
+        directions[static_cast<std::size_t>(p)].leaves[static_cast<std::size_t>(i)];
+    rates.col(p) = d.origin + d.axes * scaled * spring.length +
+                   spring.axes * (local.col(p) * spring.length + scaled * d.length);
+  }
+  return rates;
+}
+
 // Of O in the middle of a tip edge whose mean the end-effector follows: the displacement that the
 // point of the path lists.
 MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoint& point,
                                 const std::vector<Mechanism>& directions,
                                 const LeafFields& fields) {
   const LeafSpring& spring = mechanism.leaves[i];
-  const MatrixXd local = fields.place_rates(spring.point->along, spring.point->across);
-  // seen from the leaf's axes, over L
-  const Vector3d place =
-      spring.axes.transpose() *
-      (mechanism.bodies[mechanism.end_effector].reference + point.displacement - spring.origin) /
-      spring.length;
-  MatrixXd rates(3, local.cols());
-  for (int p = 0; p < rates.cols(); ++p) {
-    const Mechanism& direction = directions[static_cast<std::size_t>(p)];
-    const LeafSpring& d = direction.leaves[i];
-    rates.col(p) = d.origin + d.axes * place * spring.length +
-                   spring.axes * (local.col(p) * spring.length + place * d.length) -
-                   direction.bodies[mechanism.end_effector].reference;
-  }
+  MatrixXd rates = leaf_place_rates(
+      mechanism, i, spring.point->along, spring.point->across,
+      mechanism.bodies[mechanism.end_effector].reference + point.displacement, directions, fields);
+  for (int p = 0; p < rates.cols(); ++p)
+    rates.col(p) -=
+        directions[static_cast<std::size_t>(p)].bodies[mechanism.end_effector].reference;
   return rates;
 }
 
@@ -288,12 +299,39 @@ void set_parasitic_frequency(const PathPoint& point, DriveState drive, PointGrad
   if (k < rows.rows()) gradients.parasitic_frequency = VectorXd(rows.row(k));
 }
 
+// What the places of leaves and bodies change by as the state moves with the parameters.
+PlaceRates moving_places(const MechanismFactor& factor, const Solids& solids,
+                         const std::vector<Mechanism>& directions, const MatrixXd& state_rates,
+                         MovingFields& fields) {
+  const Mechanism& mechanism = factor.system().mechanism();
+  PlaceRates rates;
+  rates.directions = &directions;
+  rates.leaf = [&](int leaf, double along, double across) {
+    return leaf_place_rates(mechanism, leaf, along, across,
+                            solids.middle_place(leaf, along, across), directions, fields.of(leaf));
+  };
+  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
+    const auto row = static_cast<Eigen::Index>(6 * b);
+    BodyPlaceRate rate{state_rates.middleRows(row, 3), state_rates.middleRows(row + 3, 3)};
+    for (Eigen::Index p = 0; p < rate.position.cols(); ++p)
+      rate.position.col(p) += directions[static_cast<std::size_t>(p)].bodies[b].reference;
+    rates.bodies.push_back(std::move(rate));
+  }
+  return rates;
+}
+
+void set_room_taken(const Solids& solids, const PathPoint& point, const PlaceRates& rates,
+                    PointGradients& gradients) {
+  if (point.extents) gradients.extents = extent_rates(solids, *point.extents, rates);
+  if (point.clearance) gradients.clearance = clearance_rate(solids, *point.clearance, rates);
+}
+
 }  // namespace
 
 PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
-                               const ExactModeLists& lists) {
+                               const ExactModeLists& lists, const Solids* solids) {
   const Mechanism& mechanism = factor.system().mechanism();
   const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
                                    model);
@@ -308,6 +346,9 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
   PointGradients gradients;
   set_motion(factor, point, directions, moved, fields, gradients);
   set_stress(mechanism, point, directions, fields, gradients);
+  if (solids)
+    set_room_taken(*solids, point, moving_places(factor, *solids, directions, state_rates, fields),
+                   gradients);
 
   std::vector<Column> columns;
   std::optional<StiffnessColumns> stiffness;

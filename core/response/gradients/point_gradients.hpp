@@ -6,15 +6,17 @@
 #include "core/response/gradients/design_rates.hpp"
 #include "core/response/modes/exact_modes.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
+#include "core/response/space/solids.hpp"
 #include "core/response/stroke_gradients.hpp"
 
 namespace flexopt {
 
 /// `leaves`: leaf_gradients(…). `directions`: derivative of every number of the mechanism along
-/// each parameter. Modes: those that the point lists.
+/// each parameter. Modes: those that the point lists. `solids`: at the point; null where neither
+/// extents nor clearance are wanted.
 PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
-                               const ExactModeLists& lists);
+                               const ExactModeLists& lists, const Solids* solids);
 
 }  // namespace flexopt

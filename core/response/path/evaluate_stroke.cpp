@@ -10,6 +10,7 @@
 #include "core/mechanism/joint.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
+#include "core/response/space/room_taken.hpp"
 
 namespace flexopt {
 namespace {
@@ -86,6 +87,59 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
   if (differentiable) differentiable->gradients.frequency_derivatives = std::move(found.gradients);
 }
 
+// Envelopes and mass of the leaves, once for all points.
+void add_room_taken(const Mechanism& mechanism, const StrokeRequest& request,
+                    DifferentiablePath* differentiable, StrokeResponse& response) {
+  const bool still = request.outputs.has(Output::envelope),
+             moving = request.outputs.has(Output::moving_envelope);
+  if ((!still && !moving) || mechanism.leaves.empty()) return;
+  const Solids solids = Solids::undeflected(mechanism);
+  const Extents rest = extents_of(solids);
+  const bool gradients = differentiable && !differentiable->directions.empty();
+  PlaceRates rates;
+  MatrixXd rest_rates;
+  if (gradients) {
+    rates = undeflected_rates(mechanism, differentiable->directions);
+    rest_rates = extent_rates(solids, rest, rates);
+  }
+  std::vector<const Extents*> states{&rest};
+  std::vector<const MatrixXd*> state_rates{&rest_rates};
+  bool whole = moving;
+  for (std::size_t k = 0; k < response.path.size(); ++k) {
+    whole = whole && response.path[k].extents;
+    if (!whole) break;
+    states.push_back(&*response.path[k].extents);
+    if (gradients) state_rates.push_back(&differentiable->gradients.path[k].extents);
+  }
+  std::optional<Envelope> at_rest, over_stroke;
+  std::optional<double> mass;
+  MatrixXd at_rest_rates, over_stroke_rates;
+  std::optional<VectorXd> mass_rate;
+  if (still) {
+    at_rest = envelope_of({&rest});
+    mass = leaf_mass(solids);
+    if (gradients) {
+      at_rest_rates = envelope_rates({&rest}, {&rest_rates});
+      mass_rate = leaf_mass_rate(solids, rates);
+    }
+  }
+  if (whole) {
+    over_stroke = envelope_of(states);
+    if (gradients) over_stroke_rates = envelope_rates(states, state_rates);
+  }
+  for (std::size_t k = 0; k < response.path.size(); ++k) {
+    PathPoint& point = response.path[k];
+    point.envelope = at_rest;
+    point.moving_envelope = over_stroke;
+    point.leaf_mass = mass;
+    if (!gradients) continue;
+    PointGradients& of = differentiable->gradients.path[k];
+    of.envelope = at_rest_rates;
+    of.moving_envelope = over_stroke_rates;
+    of.leaf_mass = mass_rate;
+  }
+}
+
 // How many points converged, why others did not, and what the response says so far.
 void summarise(StrokeResponse& response) {
   const std::string remark = std::move(response.message);
@@ -136,9 +190,11 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
       if (!side.empty()) follow_branch(mechanism, model, request, side, differentiable, response);
   if (request.wants_frequency_derivatives())
     add_frequency_derivatives(mechanism, model, request, differentiable, response);
+  add_room_taken(mechanism, request, differentiable, response);
   if (path)
     summarise(response);
-  else if (response.frequency_derivatives.empty())
+  else if (request.outputs.has(Output::frequency_derivatives) &&
+           response.frequency_derivatives.empty())
     response.status = Status::no_equilibrium;
   return response;
 }

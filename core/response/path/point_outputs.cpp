@@ -10,6 +10,7 @@
 #include "core/response/gradients/point_gradients.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/path/stiffness.hpp"
+#include "core/response/space/room_taken.hpp"
 
 namespace flexopt {
 namespace {
@@ -108,6 +109,18 @@ void add_stress_peaks(System& system, int wanted, PathPoint& point) {
     if (static_cast<int>(point.stress_peaks.size()) < wanted) point.stress_peaks.push_back(p);
 }
 
+Solids solids_of(System& system) {
+  const Mechanism& mechanism = system.mechanism();
+  std::vector<BodyPlace> bodies;
+  for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
+    bodies.push_back({system.pose(b).position, system.pose(b).rotation});
+  return {mechanism,
+          [&](int leaf, const std::vector<std::array<double, 2>>& points) {
+            return system.leaf(leaf).material_points(points);
+          },
+          bodies};
+}
+
 }  // namespace
 
 PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model,
@@ -115,6 +128,7 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
     : model_(&model), request_(&request), differentiable_(differentiable) {
   if (request.frequencies > 0 && model.mass == LeafMass::constant)
     constant_mass_.emplace(mechanism, model);
+  if (request.outputs.has(Output::clearance)) clearance_pairs_ = clearance_pairs(mechanism);
 }
 
 // Of the condensed mechanism.
@@ -166,7 +180,8 @@ bool PointOutputs::add_exact_frequencies(const MechanismFactor& factor, ExactMod
 
 // What differentiable points have beside others; derivatives of everything, if asked for.
 // Frequencies by a constant mass have none.
-void PointOutputs::evaluate_exactly(System& system, PathPoint& point, PointGradients* gradients) {
+void PointOutputs::evaluate_exactly(System& system, const Solids* solids, PathPoint& point,
+                                    PointGradients* gradients) {
   const auto refuse = [&](const std::string& reason) {
     point.status = PointStatus::no_equilibrium;
     point.message = reason;
@@ -182,7 +197,7 @@ void PointOutputs::evaluate_exactly(System& system, PathPoint& point, PointGradi
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
   if (!leaves.value) return refuse(leaves.reason);
   *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
-                               *model_, *request_, point, modes);
+                               *model_, *request_, point, modes, solids);
 }
 
 void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
@@ -202,7 +217,12 @@ void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, Path
   if (request_->outputs.has(Output::stress)) add_max_stress(system, point);
   if (request_->outputs.has(Output::shapes))
     for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());
-  if (differentiable_) evaluate_exactly(system, point, gradients);
+  std::optional<Solids> solids;
+  if (request_->outputs.has(Output::moving_envelope) || !clearance_pairs_.empty())
+    solids = solids_of(system);
+  if (request_->outputs.has(Output::moving_envelope)) point.extents = extents_of(*solids);
+  if (!clearance_pairs_.empty()) point.clearance = clearance_of(*solids, clearance_pairs_);
+  if (differentiable_) evaluate_exactly(system, solids ? &*solids : nullptr, point, gradients);
 }
 
 }  // namespace flexopt

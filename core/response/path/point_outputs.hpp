@@ -1,6 +1,7 @@
 #pragma once
 // What is read off an equilibrium of the path: motion, stiffness, frequencies, stress, shapes, and
 // the derivatives of all of them.
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "core/response/gradients/design_rates.hpp"
 #include "core/response/modes/constant_mass.hpp"
 #include "core/response/response.hpp"
+#include "core/response/space/solids.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 
@@ -42,13 +44,15 @@ class PointOutputs {
   void add_ritz_frequencies(System& system, PathPoint& point);
   bool add_exact_frequencies(const MechanismFactor& factor, ExactModeLists& lists,
                              PathPoint& point);
-  void evaluate_exactly(System& system, PathPoint& point, PointGradients* gradients);
+  void evaluate_exactly(System& system, const Solids* solids, PathPoint& point,
+                        PointGradients* gradients);
 
   const ModelOptions* model_;
   const StrokeRequest* request_;
   DifferentiablePath* differentiable_;
   std::optional<ConstantMass> constant_mass_;
   std::vector<int> leaf_modes_;  ///< kept from point to point
+  std::vector<std::array<int, 2>> clearance_pairs_;
 };
 
 }  // namespace flexopt

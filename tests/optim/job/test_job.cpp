@@ -27,8 +27,10 @@ json base(const std::string& name) {
 
 std::vector<std::filesystem::path> shipped_jobs() {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(FLEXOPT_SOURCE_DIR "/designs/jobs"))
-    if (entry.path().extension() == ".json") files.push_back(entry.path());
+  for (const char* folder : {"/designs/jobs", "/designs/studies"})
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::string(FLEXOPT_SOURCE_DIR) + folder))
+      if (entry.path().extension() == ".json") files.push_back(entry.path());
   return files;
 }
 

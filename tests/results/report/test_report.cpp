@@ -43,7 +43,7 @@ TEST_CASE("No text of a job can end the page's data", "[results][report]") {
 TEST_CASE("The plotting libraries and their licences are inside", "[results][report]") {
   const std::string page = make_report(make_result(test::evaluated_hinge()));
   for (const char* file : {"d3.js", "plot.js", "figures.js", "shapes.js", "comparison.js",
-                           "stages.js", "report.js", "report.css"}) {
+                           "stages.js", "designs.js", "report.js", "report.css"}) {
     CAPTURE(file);
     const std::string content(embedded_file(file));
     REQUIRE(content.size() > 1000);

@@ -26,6 +26,10 @@ TEST_CASE("every quantity has a derivative of its own", "[response][gradients]")
   point.parasitic_frequency = vector();
   point.parasitic_frequency_screening = vector();
   point.max_stress = vector();
+  point.envelope = numbered(4);
+  point.moving_envelope = numbered(4);
+  point.leaf_mass = vector();
+  point.clearance = vector();
 
   PathPoint at;  // with a derivative of its own behind every number that is made of others
   at.compliance_locked = (Vector6d() << 2, 3, 4, 5, 6, 7).finished().asDiagonal();

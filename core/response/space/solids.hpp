@@ -1,0 +1,135 @@
+#pragma once
+// The room that a mechanism takes: its leaves with their width and thickness and the boxes of its
+// bodies, in one state. Equations (S19) and (S20) of core/response/README.md.
+#include <array>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/mechanism/mechanism.hpp"
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+/// Where a body is: its reference point and its rotation since the undeflected state.
+struct BodyPlace {
+  Vector3d position = Vector3d::Zero();
+  Matrix3d rotation = Matrix3d::Identity();
+};
+
+/// Derivatives of a BodyPlace along parameters: 3 × parameters each.
+struct BodyPlaceRate {
+  MatrixXd position, spin;
+};
+
+/// Places of points (along, across) in [0, 1]² of a leaf's mid-surface [m].
+using LeafPlaces = std::function<std::vector<Vector3d>(
+    int leaf, const std::vector<std::array<double, 2>>& points)>;
+
+/// What all places change by along parameters.
+struct PlaceRates {
+  std::function<MatrixXd(int leaf, double along, double across)> leaf;  ///< 3 × parameters
+  std::vector<BodyPlaceRate> bodies;
+  const std::vector<Mechanism>* directions = nullptr;  ///< of the mechanism's own numbers
+};
+
+/// Solids are numbered: the leaves, then the boxes in the order of their bodies. Each is an image
+/// of three coordinates u (SolidPoint::at):
+///     leaf  along ∈ [0, 1], across ∈ [0, 1], through the thickness ∈ [−1, 1]
+///     wire  along ∈ [0, 1], angle about the centre line [rad], 1 (0: on the centre line)
+///     box   ∈ [−1, 1]³ along its edges
+/// Leaves are interpolated between stations of their surfaces (S19).
+class Solids {
+ public:
+  /// The mechanism must outlive this; `places` is used here alone.
+  Solids(const Mechanism& mechanism, const LeafPlaces& places,
+         const std::vector<BodyPlace>& bodies);
+  /// The undeflected mechanism.
+  static Solids undeflected(const Mechanism& mechanism);
+
+  int count() const { return static_cast<int>(solids_.size()); }
+  const Mechanism& mechanism() const { return *mechanism_; }
+  bool is_leaf(int solid) const {
+    return static_cast<std::size_t>(solid) < mechanism_->leaves.size();
+  }
+  bool is_wire(int solid) const {
+    return is_leaf(solid) && mechanism_->leaves[solid].section == Section::circular;
+  }
+  int body_of_box(int solid) const { return solids_[solid].body; }
+  const std::string& name(int solid) const;
+
+  /// Bounds of the coordinates.
+  Vector3d lower(int solid) const;
+  Vector3d upper(int solid) const;
+  /// Place of a point and its derivatives along the coordinates; second ones in the order 00, 01,
+  /// 02, 11, 12, 22.
+  struct Local {
+    Vector3d place = Vector3d::Zero();
+    Matrix3d slopes = Matrix3d::Zero();
+    std::array<Vector3d, 6> curvatures;
+  };
+  Local local(const SolidPoint& point) const;
+  Vector3d place(const SolidPoint& point) const { return local(point).place; }
+  /// Of a point of a leaf's mid-surface; of a wire on its centre line.
+  Vector3d middle_place(int leaf, double along, double across) const {
+    return place({leaf, {along, is_wire(leaf) ? 0 : across, 0}});
+  }
+
+  /// Points all over the solid.
+  struct Sample {
+    Vector3d at, place;
+  };
+  /// Of a leaf on its mid-surface, of a wire on its centre line.
+  std::vector<Sample> inner_samples(int solid) const;
+  std::vector<Sample> surface_samples(int solid) const;
+  /// Points of the solid are not farther than half of this from a sample.
+  double spacing(int solid) const;
+  double half_thickness(int leaf, double along) const;
+  double half_thickness_rate(int leaf, double along, const Mechanism& direction) const;
+  /// Corners of a box along the global axes that holds the solid.
+  const Vector3d& lowest(int solid) const { return solids_[solid].lowest; }
+  const Vector3d& highest(int solid) const { return solids_[solid].highest; }
+
+  /// Derivatives of the place of a point that keeps its coordinates: 3 × parameters.
+  MatrixXd place_rates(const SolidPoint& point, const PlaceRates& rates) const;
+  /// Derivatives of the slope of the place along the first coordinate, likewise.
+  MatrixXd slope_rates(const SolidPoint& point, const PlaceRates& rates) const;
+
+ private:
+  /// A point is Σ w_k(u) P_k.
+  struct Solid {
+    int leaf = -1, body = -1;  ///< one of both
+    std::vector<Vector3d> nodes;
+    Vector3d lowest, highest;
+    Vector3d reference = Vector3d::UnitZ();    ///< of a wire: its angles count from here
+    Matrix3d rotation = Matrix3d::Identity();  ///< of a box
+  };
+  struct Weight {
+    int node = 0;
+    double value = 0;
+    Vector3d slope = Vector3d::Zero();
+    std::array<double, 6> curvature{};
+  };
+  std::vector<Weight> weights(const SolidPoint& point) const;
+  void add_leaf(int leaf, const LeafPlaces& places);
+  void add_box(int body, const BodyPlace& place);
+  MatrixXd sum_of_rates(int solid, const std::vector<std::pair<int, double>>& weights,
+                        const PlaceRates& rates) const;
+  MatrixXd node_rates(const Solid& solid, int node, const PlaceRates& rates,
+                      std::map<int, MatrixXd>& known) const;
+
+  const Mechanism* mechanism_;
+  std::vector<Solid> solids_;
+};
+
+/// Place of a point of a leaf's undeflected mid-surface [m].
+Vector3d undeflected_place(const LeafSpring& leaf, double along, double across);
+/// What it changes by while the leaf's numbers change by those of `direction`.
+Vector3d undeflected_place_rate(const LeafSpring& leaf, const LeafSpring& direction, double along,
+                                double across);
+/// Of all places of the undeflected mechanism, which must outlive this as `directions` must.
+PlaceRates undeflected_rates(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
+
+}  // namespace flexopt

@@ -1,0 +1,72 @@
+#include "results/run/listed_designs.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/spec/spec_error.hpp"
+#include "results/files/expectations.hpp"
+#include "results/files/folder.hpp"
+#include "results/files/ranking.hpp"
+#include "results/files/result_json.hpp"
+#include "results/files/timings.hpp"
+#include "results/report/report.hpp"
+#include "results/run/run.hpp"
+
+namespace flexopt {
+
+namespace fs = std::filesystem;
+
+OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threads,
+                               ProgressDisplay& display, std::map<std::string, double>& timings) {
+  if (fs::exists(folder / "evaluations.jsonl") && !holds_finished_run(folder))
+    throw SpecError("--out", folder.string(),
+                    "an interrupted run of one design is in this folder: expected another folder, "
+                    "or remove its evaluations.jsonl");
+  write_job(folder, job);
+  std::vector<OrderedJson> results;
+  for (std::size_t k = 0; k < job.designs.size(); ++k) {
+    const ListedDesign& design = job.designs[k];
+    display.say(fmt::format("design {} of {}: {}", k + 1, job.designs.size(), design.label));
+    const auto begin = std::chrono::steady_clock::now();
+    const fs::path own = folder / design.folder;
+    fs::create_directories(own);
+    RunRecord record = job.kind == JobKind::optimise
+                           ? run_optimisation(*design.job, own, threads, display)
+                           : run_evaluation(*design.job, own, display);
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    record.timings["total"] = timings[design.label] = seconds;
+    results.push_back(*write_run(own, record).result);
+  }
+  return make_listed_result(job, results);
+}
+
+WrittenRun write_listed_designs(const fs::path& folder, const Job& job, OrderedJson result,
+                                const std::map<std::string, double>& timings) {
+  WrittenRun written;
+  written.failed_expectations = check_expectations(job.expect, result);
+  if (result.contains("ranking"))
+    write_file(folder / "ranking.csv", ranking_csv(result));
+  else
+    fs::remove(folder / "ranking.csv");  // of an earlier run
+  write_timings(folder, timings);
+  write_report(folder, result);
+  write_result(folder, result);
+  written.result = std::make_shared<const OrderedJson>(std::move(result));
+  return written;
+}
+
+OrderedJson interrupted_designs(const Job& job, const fs::path& folder) {
+  std::vector<OrderedJson> results;
+  for (const ListedDesign& design : job.designs) {
+    const fs::path own = folder / design.folder;
+    const bool begun = fs::exists(own / "result.json") || fs::exists(own / "evaluations.jsonl");
+    results.push_back(begun ? read_result(own) : OrderedJson());
+  }
+  return make_listed_result(job, results);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,189 @@
+// Envelope, clearance and mass of the leaves: closed forms, and derivatives at bent states.
+#include "core/response/space/room_taken.hpp"
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/mechanism/profile.hpp"
+#include "core/response/quantities.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+const ModelOptions beams{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {6, 1}};
+
+StrokeResponse respond(const Mechanism& m, std::vector<double> points) {
+  StrokeRequest request;
+  request.points = std::move(points);
+  request.outputs = {Output::envelope, Output::moving_envelope, Output::clearance};
+  request.newton.tolerance = 1e-12;
+  StrokeResponse response = evaluate_stroke(m, beams, request);
+  REQUIRE(response.status == Status::ok);
+  return response;
+}
+
+BodyBoxT<double> cuboid(const Vector3d& center, const Vector3d& edges) {
+  return {center, Matrix3d((0.5 * edges).asDiagonal())};
+}
+
+}  // namespace
+
+TEST_CASE("envelope, clearance and leaf mass of a parallel guide at rest", "[response]") {
+  const double L = 0.1, w = 0.03, t = 5e-4, b = 0.06;
+  const PathPoint p = respond(models::guide(L, w, t, b), {0}).path[0];
+  REQUIRE(p.envelope);
+  CHECK(p.envelope->box[0] == Approx(L).epsilon(1e-12));
+  CHECK(p.envelope->box[1] == Approx(b + t).epsilon(1e-12));
+  CHECK(p.envelope->box[2] == Approx(w).epsilon(1e-12));
+  // about the line along z through O, the middle of the tips
+  CHECK(p.envelope->cylinder == Approx(2 * std::hypot(L, 0.5 * (b + t))).epsilon(1e-12));
+  REQUIRE(p.clearance);
+  CHECK(p.clearance->value == Approx(b - t).epsilon(1e-12));
+  CHECK(*p.leaf_mass == Approx(2 * 7800 * L * w * t).epsilon(1e-12));
+  CHECK(p.moving_envelope->box.isApprox(p.envelope->box, 1e-9));
+}
+
+TEST_CASE("the cylinder of a hinge stands about its axis of rotation", "[response]") {
+  Mechanism m = models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}});
+  const Envelope at_rest = *respond(m, {0}).path[0].envelope;
+  CHECK(at_rest.cylinder == Approx(2 * std::hypot(0.05, 0.5 * 3.5e-4)).epsilon(1e-12));
+  CHECK(at_rest.box[2] == Approx(0.042).epsilon(1e-12));
+  const Matrix3d R = Eigen::AngleAxisd(0.7, Vector3d(1, 1, 0).normalized()).toRotationMatrix();
+  for (RigidBody& body : m.bodies) body.inertia = R * body.inertia * R.transpose();
+  for (LeafSpring& l : m.leaves) {
+    l.origin = R * l.origin;
+    l.axes = R * l.axes;
+  }
+  m.drives[0].axes = R;
+  CHECK(respond(m, {0}).path[0].envelope->cylinder == Approx(at_rest.cylinder).epsilon(1e-12));
+  CHECK((cylinder_axis(m).along - R.col(2)).norm() < 1e-15);
+}
+
+TEST_CASE("the distance of crossed leaves is their gap, at rest and when they are bent",
+          "[response]") {
+  const double gap = 1e-3;
+  const Mechanism m =
+      models::hinge(0.1, 3.5e-4, {{1, 0.5 * (gap + 0.02), 0.02}, {-1, -0.5 * (gap + 0.02), 0.02}});
+  for (const PathPoint& p : respond(m, {0, 0.1, 0.3}).path) {
+    REQUIRE(p.clearance);
+    CHECK(p.clearance->value == Approx(gap).epsilon(p.stroke == 0 ? 1e-9 : 0.02));
+  }
+}
+
+TEST_CASE("over the stroke the envelope holds every state, the undeflected one too", "[response]") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  const StrokeResponse there = respond(m, {-0.02, 0.01}), one_way = respond(m, {0.01});
+  const Envelope& moving = *there.path[0].moving_envelope;
+  CHECK(moving.box[0] == Approx(0.1).epsilon(1e-4));
+  // the tips of both leaves, 20 mm to one side and 10 mm to the other; no tilt to speak of
+  CHECK(moving.box[1] == Approx(0.0605 + 0.03).epsilon(1e-3));
+  CHECK(one_way.path[0].moving_envelope->box[1] == Approx(0.0605 + 0.01).epsilon(1e-3));
+  CHECK(moving.box == there.path[1].moving_envelope->box);
+  // the reach to the far side of O grows by the stroke; the leaf's roots stay where they are
+  CHECK(moving.cylinder >= there.path[0].envelope->cylinder);
+}
+
+TEST_CASE("two wires are apart by the distance of their lines less their diameter", "[response]") {
+  Mechanism m = models::guide(0.1, 1e-3, 1e-3);
+  for (LeafSpring& l : m.leaves) l.section = Section::circular;
+  // skew lines 3 mm apart that cross halfway
+  m.leaves[0].axes.col(0) = Vector3d(1, 1, 0).normalized();
+  m.leaves[1].axes.col(0) = Vector3d(1, -1, 0).normalized();
+  for (LeafSpring& l : m.leaves) {
+    l.axes.col(1) = Vector3d::UnitZ();
+    l.axes.col(2) = l.axes.col(0).cross(Vector3d::UnitZ());
+  }
+  m.leaves[0].origin = Vector3d(0, 0, 0);
+  m.leaves[1].origin = Vector3d(0, 0.05, 3e-3);
+  const Solids solids = Solids::undeflected(m);
+  const auto c = clearance_of(solids, {{0, 1}});
+  REQUIRE(c);
+  CHECK(c->value == Approx(2e-3).epsilon(1e-9));
+  m.leaves[1].origin[2] = 0.4e-3;  // overlapping
+  const auto over = clearance_of(Solids::undeflected(m), {{0, 1}});
+  CHECK(over->value == Approx(0.4e-3 - 1e-3).epsilon(1e-9));
+  const double volume = 2 * std::numbers::pi / 4 * 1e-6 * 0.1;
+  CHECK(leaf_mass(solids) == Approx(7800 * volume).epsilon(1e-9));
+}
+
+TEST_CASE("leaves and the box of a body that does not hold them are apart by what lies between",
+          "[response]") {
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  RigidBody stage = models::body({0.05, 0.1, 0}, 0.1, 1e-5);
+  stage.name = "stage";
+  stage.box = cuboid({0.05, 0.06, 0}, {0.02, 0.04, 0.01});     // from y = 0.04 on; a leaf at 0.03
+  m.bodies[0].box = cuboid({0.11, 0, 0}, {0.02, 0.08, 0.03});  // holds both leaves
+  m.bodies.push_back(stage);
+  const auto pairs = clearance_pairs(m);
+  REQUIRE(pairs.size() == 3);  // of the leaves, and each with the stage
+  const auto c = clearance_of(Solids::undeflected(m), pairs);
+  CHECK(c->value == Approx(0.01 - 2.5e-4).epsilon(1e-12));
+  CHECK(c->names == std::array<std::string, 2>{m.leaves[0].name, "stage"});
+  // the leaf runs through the stage
+  m.bodies[1].box->center[1] = 0.03;
+  CHECK(clearance_of(Solids::undeflected(m), pairs)->value == 0);
+}
+
+TEST_CASE("leaves that are one piece at an edge are no pair", "[response]") {
+  Mechanism fold = models::guide(0.1, 0.03, 5e-4);
+  fold.bodies.push_back(models::body({0.1, 0, 0}, 0, 0));
+  fold.leaves[0] = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4);
+  fold.leaves[1] = models::leaf({0.1, 0, 0}, {0, 1, 0}, 0.1, 0.03, 5e-4);
+  fold.leaves[0].tip = fold.leaves[1].base = 1;
+  CHECK(clearance_pairs(fold).empty());
+  // the halves of a leaf with a rigid middle
+  fold.leaves[1] = models::leaf({0.15, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4);
+  fold.leaves[1].base = 1;
+  CHECK(clearance_pairs(fold).empty());
+  // the same edges on different bodies
+  fold.leaves[1].base = ground;
+  CHECK(clearance_pairs(fold).size() == 1);
+  CHECK_FALSE(clearance_of(Solids::undeflected(fold), {}));
+}
+
+TEST_CASE("the mass of a leaf is the integral of its section", "[response]") {
+  Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
+  LeafSpring& l = m.leaves[0];
+  l.width_profile = {1, 2};
+  l.thickness_profile = {3, 1};
+  // ∫ (1 + s)(3 − 2s) ds = 3 + 1/2 − 2/3
+  CHECK(leaf_mass(Solids::undeflected(m)) ==
+        Approx(7800 * 0.1 * 0.03 * 5e-4 * (3.5 - 2.0 / 3)).epsilon(1e-12));
+  l.width_profile.clear();
+  l.thickness_profile.clear();
+  for (const double s : profile_stations()) l.thickness_profile.push_back(1 + 4 * s * s);
+  CHECK(leaf_mass(Solids::undeflected(m)) ==
+        Approx(7800 * 0.1 * 0.03 * 5e-4 * (1 + 4.0 / 3)).epsilon(1e-12));
+}
+
+namespace {
+
+// A hinge of two unequal leaves with a payload's box and a stage's.
+Mechanism lopsided(const test::Values& v) {
+  Mechanism m = models::hinge(
+      v[0], v[1], {{1, 0.5 * (v[3] + v[2]), v[2]}, {-0.9, -0.5 * (v[3] + 0.8 * v[2]), 0.8 * v[2]}});
+  m.leaves[0].thickness_profile = {1, 1 + v[5]};
+  m.bodies[0].box = cuboid({v[0] * 0.6, 0.003, 0.001}, {v[4], 2 * v[4], 3 * v[4]});
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("envelopes, clearance and leaf mass follow the parameters as their differences do",
+          "[response]") {
+  StrokeRequest request;
+  request.points = {0.2, 0.45};
+  request.outputs = {Output::envelope, Output::moving_envelope, Output::clearance};
+  const std::vector<test::Number> numbers{{"length", 0.1}, {"thickness", 4e-4}, {"width", 0.02},
+                                          {"gap", 1.3e-3}, {"box", 0.012},      {"taper", 0.3}};
+  const test::Family family{lopsided, numbers, {0, 1, 2, 3, 4, 5}, 0.1};
+  CHECK(test::check_gradients(family, beams, request) >= 6 * 2 * 10);
+  const ModelOptions plates{.accuracy = Accuracy::reduced, .mesh = {4, 2}};
+  request.points = {0.3};
+  CHECK(test::check_gradients({lopsided, numbers, {0, 3}, 0.1}, plates, request) >= 2 * 10);
+}
