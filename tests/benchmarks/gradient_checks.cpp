@@ -1,6 +1,7 @@
 // Every exact derivative of every family against extrapolated differences of the whole path.
 //
-// At rest, at a small and at a large stroke, symmetric designs and random ones.
+// At rest, at a small and at a large stroke; the design of the family's defaults, or a symmetric
+// one, and random ones.
 //   bench_gradient_checks [random designs a family = 2] [seed = 1]
 #include <fmt/format.h>
 
@@ -23,7 +24,39 @@ namespace {
 struct Case {
   std::string family, flexure;
   Json options = Json::object();
+  bool defaults = false;  ///< sizes around those of the family
 };
+
+/// The family's own sizes, or random ones around them; strokes of a tenth of a radian and of a
+/// hundredth of the first length.
+template <class Uniform>
+Json job_around_defaults(const Case& of, Uniform&& u, bool as_they_are) {
+  const Family& family = find_family(of.family, "");
+  Json p = Json::object();
+  double length = 0;
+  for (const Parameter& parameter : family.parameters) {
+    if (length == 0 && parameter.unit == "m") length = *parameter.standard;
+    const bool counts = std::ranges::find(family.counts, parameter.name) != family.counts.end();
+    const double factor = as_they_are || counts ? 1 : 0.96 + 0.08 * u();
+    p[parameter.name] = *parameter.standard * factor;
+  }
+  Json points = Json::array();
+  for (const double share : {0.0, 0.1, 1.0}) {
+    Json named = Json::object();
+    double at = 0;
+    for (const DriveList::Item& drive : family.drives.items)
+      named[drive.name] = at = share * (is_rotation(drive.direction) ? 0.1 : 0.01 * length);
+    points.push_back(family.drives.items.size() > 1 ? named : Json(at));
+  }
+  return {{"flexopt", 1},
+          {"name", of.family},
+          {"job", "evaluate"},
+          {"design", {{"family", of.family}, {"parameters", p}, {"material", "stavax"}}},
+          {"stroke", {{"at", points}}},
+          {"model", {{"flexure", of.flexure}, {"accuracy", "full"}}},
+          {"end_effector", {{"mass", 0.1}, {"inertia", {2e-5, 3e-5, 4e-5}}}},
+          {"frequencies", 6}};
+}
 
 // Sizes in SI from numbers u in [0, 1): a leaf of 40 to 120 mm.
 template <class Uniform>
@@ -87,13 +120,21 @@ int main(int argc, char** argv) {
     for (const char* family : {"parallel_guide", "cross_hinge", "three_flexure_cross_hinge"})
       cases.push_back({family, flexure});
   }
+  for (const Family& family : families()) {
+    const bool known =
+        std::ranges::any_of(cases, [&](const Case& of) { return of.family == family.name; });
+    if (known || family.name == "clamped_plate") continue;  // a plate without rigid end-effector
+    const bool wires = family.is_of_wires(standard_choices(family));
+    cases.push_back({family.name, wires ? "beam" : "plate", Json::object(), true});
+  }
   const PageTable page("gradient_checks");
   fmt::print(
       "| family | flexure | design | derivatives | agree | within 1e-8 | 1e-9 | largest error not "
       "explained |\n|---|---|---|---|---|---|---|---|\n");
   for (const Case& of : cases)
     for (int k = 0; k <= designs; ++k) {
-      const Json document = random_job(of, u, k == 0);
+      const Json document =
+          of.defaults ? job_around_defaults(of, u, k == 0) : random_job(of, u, k == 0);
       std::string name = of.family;
       for (const auto& [option, choice] : of.options.items())
         name += " " + choice.get<std::string>();
@@ -107,9 +148,9 @@ int main(int argc, char** argv) {
         if (c.error > 5 * c.known_to) worst = std::max(worst, c.error);
       }
       fmt::print("| {} | {} | {} | {} | {} | {:.1f} % | {:.1f} % | {:.0e} |\n", name, of.flexure,
-                 k == 0 ? "symmetric" : fmt::format("random {}", k), report.checks.size(), agree,
-                 100.0 * close / report.checks.size(), 100.0 * closer / report.checks.size(),
-                 worst);
+                 k == 0 ? of.defaults ? "defaults" : "symmetric" : fmt::format("random {}", k),
+                 report.checks.size(), agree, 100.0 * close / report.checks.size(),
+                 100.0 * closer / report.checks.size(), worst);
       if (!report.ok) fmt::print(stderr, "  {}\n", report.message);
       for (const GradientCheck& c : report.checks)
         if (!c.agrees)

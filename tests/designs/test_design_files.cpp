@@ -10,10 +10,12 @@
 #include "designs/expand.hpp"
 #include "designs/library.hpp"
 #include "support/families.hpp"
+#include "support/wrong_designs.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
 using nlohmann::json;
+using test::cantilever, test::changed, test::wrong_designs, test::WrongDesign;
 
 namespace {
 
@@ -41,25 +43,6 @@ std::string complaint(const json& document, const ParameterValues& values = {}) 
     return error.what();
   }
   return "accepted";
-}
-
-/// One leaf along x with a rigid tip.
-json cantilever() {
-  return json::parse(R"({
-    "flexopt_design": 1,
-    "parameters": {"length": {"unit": "m", "above": 0, "default": "80 mm"},
-                   "count": {"unit": "1", "default": 3}},
-    "bodies": [{"name": "end_effector", "at": ["length", 0, 0]}],
-    "leaves": [{"name": "leaf", "base": {"body": "ground", "at": [0, 0, 0]},
-                "tip": {"body": "end_effector", "at": ["length", 0, 0]},
-                "across": [0, 0, 1], "width": "20 mm", "thickness": "0.3 mm"}],
-    "drive": {"direction": "uy"}})");
-}
-
-json changed(const char* pointer, const json& value) {
-  json document = cantilever();
-  document[json::json_pointer(pointer)] = value;
-  return document;
 }
 
 void check_same(const Mechanism& a, const Mechanism& b) {
@@ -323,81 +306,7 @@ TEST_CASE("the end-effector weighs what the file and the job say together", "[de
 }
 
 TEST_CASE("wrong design files are refused with place and rule", "[designs][files]") {
-  struct Case {
-    const char* pointer;
-    json value;
-    const char* at;
-    const char* rule;
-  };
-  const std::vector<Case> cases{
-      {"/leaves/0/tip/body", "end_efector", "/leaves/0/tip/body", "did you mean 'end_effector'"},
-      {"/leaves/0/tip/at/0", "lenght", "/leaves/0/tip/at/0", "length"},
-      {"/leaves/0/tip/at/0", "length^2", "/leaves/0/tip/at/0", "expected a length"},
-      {"/leaves/0/tip/at/0", "length + 1 s", "/leaves/0/tip/at/0", "added"},
-      {"/leaves/0/tip/at/0", "sqrt(-length)*sqrt(length)", "/leaves/0/tip/at/0", "no finite value"},
-      {"/leaves/0/tip/at/0", "5 kg", "/leaves/0/tip/at/0", "expected a length"},
-      {"/leaves/0/width", "-20 mm", "/leaves/0/width", "must be positive"},
-      {"/leaves/0/thickness", "30 mm", "/leaves/0/thickness", "thinner than long and wide"},
-      {"/leaves/0/across", {1, 0, 0}, "/leaves/0/across", "lies across"},
-      {"/leaves/0/tip/at", {0, 0, 0}, "/leaves/0/tip/at", "one place"},
-      {"/leaves/0/wide", 1, "/leaves/0/wide", "unknown key"},
-      {"/leaves/0/frame", "arm", "/leaves/0/frame", "no such frame"},
-      {"/leaves/0/when", "tip == rigid", "/leaves/0/when", "no option 'tip'"},
-      {"/leaves/0/name", "leaf {i}", "/leaves/0", "no index of its repeat"},
-      {"/leaves/0/repeat", {{"i", {1, 2}}}, "/leaves/0/name", "another leaf has this name"},
-      {"/leaves/0/repeat", {{"i", {1, 1e5}}}, "/leaves/0/repeat/i", "at most 1000 copies"},
-      {"/leaves/0/repeat", {{"length", {1, 2}}}, "/leaves/0/repeat/length", "has this name"},
-      {"/leaves/0/curve", {{"angle", "200 deg"}}, "/leaves/0/curve/angle", "half a turn"},
-      {"/leaves/0/diameter", "1 mm", "/leaves/0/width", "diameter alone"},
-      {"/parameters/sin", {{"unit", "m"}}, "/parameters/sin", "meaning of its own"},
-      {"/parameters/a b", {{"unit", "m"}}, "/parameters/a b", "letters, digits"},
-      {"/parameters/length/unit", "mm", "/parameters/length/unit", "SI unit"},
-      {"/parameters/length/default", -1, "/parameters/length/default", "0 < value"},
-      {"/parameters/length/min", 0, "/parameters/length/above", "one of the two"},
-      {"/let", {{"a", "b"}, {"b", "a"}}, "/let/a", "in a circle"},
-      {"/let", {{"length", 1}}, "/let/length", "has this name"},
-      {"/rules", {{{"that", "length"}, {"else", "x"}}}, "/rules/0/that", "compares"},
-      {"/rules",
-       {{{"that", "length < 1 cm"}, {"else", "too long"}}},
-       "/design/parameters/length",
-       "too long"},
-      {"/bodies/0/name", "stage", "", "end_effector"},
-      {"/bodies/1",
-       {{"name", "end_effector"}, {"at", {0, 0, 0}}},
-       "/bodies/1/name",
-       "another body"},
-      {"/bodies/1", {{"name", "loose"}, {"at", {0, 0, 0}}}, "/bodies/1", "no leaf ties it"},
-      {"/bodies/1", {{"name", "ground"}, {"at", {0, 0, 0}}}, "/bodies/1/name", "there already"},
-      {"/bodies/0/density", "7800 kg/m^3", "/bodies/0/box", "of a box"},
-      {"/bodies/0/held", {"ux", "up"}, "/bodies/0/held/1", "did you mean"},
-      {"/frames",
-       {{{"name", "a"}, {"in", "b"}}, {{"name", "b"}, {"in", "a"}}},
-       "/frames/",
-       "in a circle"},
-      {"/frames",
-       {{{"name", "a"}, {"turn", json::array({json::array({"w", 1})})}}},
-       "/frames/0/turn/0/0",
-       "expected"},
-      {"/joints",
-       {{{"name", "j"}, {"type", "revolute"}, {"body", "end_effector"}, {"at", {0, 0, 0}}}},
-       "/joints/0/axis",
-       "required"},
-      {"/springs",
-       {{{"name", "s"}, {"body", "end_effector"}, {"at", {0, 0, 0}}}},
-       "/springs/0/stiffness",
-       "one of the two"},
-      {"/parts",
-       {{{"name", "p"}, {"design", "paralel_guide"}}},
-       "/parts/0/design",
-       "did you mean 'parallel_guide'"},
-      {"/parts",
-       {{{"name", "p"}, {"design", "parallel_guide"}}},
-       "/parts/0/parameters/",
-       "the part needs it"},
-      {"/drive/body", "stage", "/drive/body", "no such body"},
-      {"/drive/direction", "y", "/drive/direction", "uy"},
-  };
-  for (const Case& c : cases) {
+  for (const WrongDesign& c : wrong_designs()) {
     const std::string text = complaint(changed(c.pointer, c.value));
     INFO(c.pointer << " = " << c.value.dump());
     CHECK_THAT(text, Contains(c.at) && Contains(c.rule));

@@ -10,6 +10,7 @@
 
 #include "results/files/json_text.hpp"
 #include "support/fixture.hpp"
+#include "support/wrong_designs.hpp"
 
 using namespace flexopt;
 using Catch::Contains;
@@ -241,4 +242,22 @@ TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
   CHECK(refused.code == 2);
   CHECK_THAT(refused.err, Contains("evaluations.jsonl"));
   CHECK((test::content_of(out / "evaluations.jsonl") == log));
+}
+
+TEST_CASE("Every wrong design file is refused by place and rule before anything is written",
+          "[results][command]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["design"] = {{"file", "stage.json"}, {"material", job["design"]["material"]}};
+  save(folder.path() / "job.json", job);
+  for (const test::WrongDesign& wrong : test::wrong_designs()) {
+    save(folder.path() / "stage.json",
+         OrderedJson::parse(test::changed(wrong.pointer, wrong.value).dump()));
+    const Outcome outcome = flexopt_in(folder.path(), "run job.json");
+    INFO(wrong.pointer << " = " << wrong.value.dump() << "\n" << outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(std::regex_search(outcome.err, std::regex("(stage|job)\\.json:[0-9]+:[0-9]+: /")));
+    CHECK_THAT(outcome.err, Contains(wrong.at) && Contains(wrong.rule));
+    CHECK(names_in(folder.path()) == std::set<std::string>{"job.json", "stage.json"});
+  }
 }
