@@ -407,107 +407,31 @@ MatrixXd PlateLeaf::line_shapes() const {
 void PlateLeaf::eliminate() {
   const int last = mesh_->lines() - 1;
   K_.factorise();
-  y_ = g_;
-  K_.solve_lower(y_);
-  Y_ = coupling_;
-  K_.solve_lower(Y_.leftCols<6>());
-  K_.solve_lower(Y_.rightCols<6>(), last - 1);
-  VectorXd sy = y_;
-  K_.apply_signs(sy);
-  correction_ = std::sqrt(std::abs(y_.dot(sy)));
-  force_ = edge_force_ - Y_.transpose() * sy;
-  if (K_.negative_pivots() == 0) {
-    tangent_ = edge_tangent_ - Y_.transpose() * Y_;
-  } else {
-    MatrixXd sY = Y_;
-    K_.apply_signs(sY);
-    tangent_ = edge_tangent_ - Y_.transpose() * sY;
-  }
-  negative_ = K_.negative_pivots();
-  if (has_point()) condense_point();
+  interior_.condense(K_, g_, coupling_, edge_force_, edge_tangent_, last - 1);
+  if (has_point()) hold_point();
 }
 
-void PlateLeaf::condense_point() {
+void PlateLeaf::hold_point() {
   const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
-  MatrixXd C = MatrixXd::Zero(unknowns(), 3);  // (∂c/∂x)ᵀ
-  Eigen::Matrix<double, 3, 12> Cq = Eigen::Matrix<double, 3, 12>::Zero();
-  Vector3d place = -point_place_;
+  CondensedInterior::Point point{.gradient = MatrixXd::Zero(unknowns(), 3),
+                                 .edge_gradient = Eigen::Matrix<double, 3, 12>::Zero(),
+                                 .missing = state_.point + point_place_,
+                                 .force = state_.point_force};
   for (const NodalWeight& w : support_.point) {
-    place += w.weight * nodal_[w.line].row(w.function).transpose();
+    point.missing -= w.weight * nodal_[w.line].row(w.function).transpose();
     const int o = K_.offset[w.line];
     for (int c = 0; c < 3; ++c) {
       if (!is_rigid_edge(w.line)) {
-        C(o + c * n + w.function, c) += w.weight;
+        point.gradient(o + c * n + w.function, c) += w.weight;
         continue;
       }
       const int e = edge_of(w.line);
       const auto J = edge_jacobian_[e].row(c * n + w.function);
-      C.block(o, c, m, 1) += w.weight * J.head(m).transpose();
-      Cq.block<1, 6>(c, 6 * e) += w.weight * J.tail<6>();
+      point.gradient.block(o, c, m, 1) += w.weight * J.head(m).transpose();
+      point.edge_gradient.block<1, 6>(c, 6 * e) += w.weight * J.tail<6>();
     }
   }
-  Yc_ = std::move(C);
-  K_.solve_lower(Yc_);
-  MatrixXd sYc = Yc_;
-  K_.apply_signs(sYc);
-  const Matrix3d S = Yc_.transpose() * sYc;
-  negative_ -= static_cast<int>((symmetric_eigenvalues(S).array() < 0).count());
-  S_inverse_ = S.inverse();
-  G_ = sYc.transpose() * Y_ - Cq;
-  h_ = state_.point - place + sYc.transpose() * y_;
-
-  const Vector3d dl = S_inverse_ * h_;
-  point_.force = state_.point_force + dl;
-  point_.tangent = S_inverse_;
-  point_.coupling = S_inverse_ * G_;
-  force_ += G_.transpose() * dl;
-  tangent_ += G_.transpose() * point_.coupling;
-  VectorXd rest = y_ - Yc_ * dl;
-  VectorXd signed_rest = rest;
-  K_.apply_signs(signed_rest);
-  correction_ = std::sqrt(std::abs(rest.dot(signed_rest)));
-}
-
-VectorXd PlateLeaf::internal_step(const Vector12d& dq) const {
-  VectorXd step = -(y_ + Y_ * dq);
-  K_.apply_signs(step);
-  K_.solve_upper(step);
-  return step;
-}
-
-VectorXd PlateLeaf::internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const {
-  df = S_inverse_ * (h_ + G_ * dq + du);
-  VectorXd step = Yc_ * df - y_ - Y_ * dq;
-  K_.apply_signs(step);
-  K_.solve_upper(step);
-  return step;
-}
-
-void PlateLeaf::solve(Eigen::Ref<MatrixXd> b) const {
-  K_.solve_lower(b);
-  if (has_point()) {
-    MatrixXd sb = b;
-    K_.apply_signs(sb);
-    b -= Yc_ * (S_inverse_ * (Yc_.transpose() * sb));
-  }
-  K_.apply_signs(b);
-  K_.solve_upper(b);
-}
-
-MatrixXd PlateLeaf::static_shapes(const std::vector<int>& columns) const {
-  MatrixXd X(unknowns(), columns.size());
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    const int c = columns[k];
-    if (c >= 12)
-      X.col(k) = Yc_ * S_inverse_.col(c - 12);
-    else if (has_point())
-      X.col(k) = Yc_ * (S_inverse_ * G_.col(c)) - Y_.col(c);
-    else
-      X.col(k) = -Y_.col(c);
-  }
-  K_.apply_signs(X);
-  K_.solve_upper(X);
-  return X;
+  interior_.hold(K_, std::move(point));
 }
 
 MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {

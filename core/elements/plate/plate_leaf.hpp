@@ -1,9 +1,11 @@
 #pragma once
 // The full plate leaf: geometrically exact thin plate between two rigid edges, in the scaled units
 // of plate_mesh.hpp (length L, energy D). Equations (E1)–(E4) of core/elements/README.md.
+#include <cmath>
 #include <memory>
 #include <vector>
 
+#include "core/elements/leaf/condensed_interior.hpp"
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/elements/plate/plate_mesh.hpp"
 #include "core/math/block_tridiagonal.hpp"
@@ -69,21 +71,26 @@ class PlateLeaf {
                              const double* slopes);
 
   double energy() const { return energy_; }
-  double correction() const { return correction_; }
-  int negative_pivots() const { return negative_; }
+  double correction() const { return std::sqrt(interior_.correction()); }
+  int negative_pivots() const { return interior_.negative_pivots(); }
   /// Largest membrane strain |e11|, |e22| met at the last assembly.
   double strain() const { return strain_; }
 
   /// Condensed force and tangent at the edges (12), to first order in the internal residual.
-  const Vector12d& force() const { return force_; }
-  const Matrix12d& tangent() const { return tangent_; }
+  const Vector12d& force() const { return interior_.force(); }
+  const Matrix12d& tangent() const { return interior_.tangent(); }
   /// Force at the edges with the internal unknowns as they are.
   const Vector12d& edge_force() const { return edge_force_; }
 
   /// Internal step for an edge increment: −K_ff⁻¹ (g_f + K_fb dq).
-  VectorXd internal_step(const Vector12d& dq) const;
+  VectorXd internal_step(const Vector12d& dq) const {
+    Vector3d df;
+    return interior_.step(K_, dq, Vector3d::Zero(), df);
+  }
   /// The same beside an increment du of the material point; the change of its force goes to `df`.
-  VectorXd internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const;
+  VectorXd internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const {
+    return interior_.step(K_, dq, du, df);
+  }
   /// Moves edges and unknowns: edges to `edges`, x += dx. dq: the linearised increment of the edges
   /// that dx was made for.
   void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq);
@@ -96,18 +103,20 @@ class PlateLeaf {
   /// Of the undeflected leaf.
   const Vector3d& point_place() const { return point_place_; }
   /// Force at the material point and its derivatives, condensed.
-  const LeafEvaluation::Point& point() const { return point_; }
+  const LeafEvaluation::Point& point() const { return *interior_.point(); }
 
   /// Makes the solves below faster, from some twenty columns on. Until the next assemble().
   void invert_pivots() { K_.invert_pivots(); }
   /// K_ff⁻¹ b, the material point held.
-  void solve(Eigen::Ref<MatrixXd> b) const;
+  void solve(Eigen::Ref<MatrixXd> b) const { interior_.solve(K_, b); }
   /// L⁻¹ b of K_ff = L Lᵀ (no negative pivots): scalar products of the columns are energies.
   void solve_lower(Eigen::Ref<MatrixXd> b) const { K_.solve_lower(b); }
   /// L⁻ᵀ b.
   void solve_upper(Eigen::Ref<MatrixXd> b) const { K_.solve_upper(b); }
   /// Static shapes dx/d(edges, point), all other coordinates held: columns of unknowns × 12 or 15.
-  MatrixXd static_shapes(const std::vector<int>& columns) const;
+  MatrixXd static_shapes(const std::vector<int>& columns) const {
+    return interior_.static_shapes(K_, columns);
+  }
   /// K_fb: unknowns × 12.
   const MatrixXd& coupling() const { return coupling_; }
   const Matrix12d& edge_tangent() const { return edge_tangent_; }
@@ -145,7 +154,7 @@ class PlateLeaf {
   /// Side: functions of an element on a line, 8 (plate) or 4 (beam).
   template <int Side>
   void assemble_elements();
-  void condense_point();
+  void hold_point();
   template <int Side>
   void linearised_stress(const VectorXd& dx, const Vector12d& dq);
 
@@ -167,21 +176,13 @@ class PlateLeaf {
   BlockTridiagonal K_;
   MatrixXd edge_diagonal_[2], edge_below_[2];
   MatrixXd edge_jacobian_[2];
-  VectorXd g_, y_;         ///< residual, and L⁻¹ residual
-  MatrixXd coupling_, Y_;  ///< K_fb and L⁻¹ K_fb
-  Matrix12d edge_tangent_, tangent_;
-  Vector12d edge_force_, force_;
-  double energy_ = 0, correction_ = 0, strain_ = 0;
-  int negative_ = 0;
-
-  // The material point c(x, q) = u with its force λ: equations (E5) and (E6) of
-  // core/elements/README.md.
-  Vector3d point_place_;            ///< Σ weight · nodal of the undeflected leaf
-  MatrixXd Yc_;                     ///< L⁻¹ (∂c/∂x)ᵀ
-  Eigen::Matrix<double, 3, 12> G_;  ///< ∂c/∂x K⁻¹ K_fb − ∂c/∂q
-  Matrix3d S_inverse_;              ///< (∂c/∂x K⁻¹ ∂c/∂xᵀ)⁻¹
-  Vector3d h_;                      ///< u − c + ∂c/∂x K⁻¹ g
-  LeafEvaluation::Point point_;
+  VectorXd g_;         ///< residual
+  MatrixXd coupling_;  ///< K_fb
+  Matrix12d edge_tangent_;
+  Vector12d edge_force_;
+  double energy_ = 0, strain_ = 0;
+  CondensedInterior interior_;
+  Vector3d point_place_;  ///< Σ weight · nodal of the undeflected leaf
 };
 
 }  // namespace flexopt

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
-#include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
 
@@ -47,41 +47,19 @@ void SuperelementLeaf::displace_point(const Vector3d& displacement, const Vector
 
 VectorXd SuperelementLeaf::internal_step(const Vector12d& dq, const Vector3d& du,
                                          Vector3d& df) const {
-  VectorXd step = -(y_ + Y_ * dq);
   df.setZero();
-  if (unknowns() == 0) return step;
-  if (has_point()) {
-    df = S_inverse_ * (h_ + G_ * dq + du);
-    step += Yc_ * df;
-  }
-  K_.apply_signs(step);
-  K_.solve_upper(step);
-  return step;
+  return unknowns() == 0 ? VectorXd(0) : interior_.step(K_, dq, du, df);
 }
 
 void SuperelementLeaf::solve(Eigen::Ref<MatrixXd> b) const {
-  if (unknowns() == 0) return;
-  K_.solve_lower(b);
-  if (has_point()) {
-    MatrixXd sb = b;
-    K_.apply_signs(sb);
-    b -= Yc_ * (S_inverse_ * (Yc_.transpose() * sb));
-  }
-  K_.apply_signs(b);
-  K_.solve_upper(b);
+  if (unknowns() > 0) interior_.solve(K_, b);
 }
 
 MatrixXd SuperelementLeaf::static_shapes() const {
-  MatrixXd X(unknowns(), boundary());
-  if (unknowns() == 0) return X;
-  X.leftCols<12>() = -Y_;
-  if (has_point()) {
-    X.leftCols<12>() += Yc_ * (S_inverse_ * G_);
-    X.rightCols<3>() = Yc_ * S_inverse_;
-  }
-  K_.apply_signs(X);
-  K_.solve_upper(X);
-  return X;
+  if (unknowns() == 0) return MatrixXd(0, boundary());
+  std::vector<int> all(static_cast<std::size_t>(boundary()));
+  std::iota(all.begin(), all.end(), 0);
+  return interior_.static_shapes(K_, all);
 }
 
 MatrixXd SuperelementLeaf::node_rates(int element, const MatrixXd& T) const {
@@ -191,52 +169,32 @@ void SuperelementLeaf::condense() {
     edge_tangent_.topRightCorner<6, 6>() = O.transpose();
   }
 
-  y_ = g_;
-  Y_ = coupling_;
   evaluation_.negative_pivots = 0;
   evaluation_.force = edge_force_;
   evaluation_.tangent = edge_tangent_;
   evaluation_.correction = 0;
   if (unknowns() == 0) return;
   K_.factorise();
-  K_.solve_lower(y_);
-  K_.solve_lower(Y_);
-  VectorXd sy = y_;
-  MatrixXd sY = Y_;
-  K_.apply_signs(sy);
-  K_.apply_signs(sY);
-  evaluation_.negative_pivots = K_.negative_pivots();
-  evaluation_.force -= Y_.transpose() * sy;
-  evaluation_.tangent -= Y_.transpose() * sY;
-  evaluation_.correction = std::sqrt(std::abs(y_.dot(sy)) / scale_.energy);
-  if (has_point()) condense_point();
+  interior_.condense(K_, g_, coupling_, edge_force_, edge_tangent_, K_.blocks() - 1);
+  if (has_point()) hold_point();
+  evaluation_.point = interior_.point();
+  evaluation_.negative_pivots = interior_.negative_pivots();
+  evaluation_.force = interior_.force();
+  evaluation_.tangent = interior_.tangent();
+  evaluation_.correction = std::sqrt(interior_.correction() / scale_.energy);
 }
 
-void SuperelementLeaf::condense_point() {
-  Yc_ = MatrixXd::Zero(unknowns(), 3);
-  h_ = place_ + displacement_;
+void SuperelementLeaf::hold_point() {
+  CondensedInterior::Point point{.gradient = MatrixXd::Zero(unknowns(), 3),
+                                 .edge_gradient = Eigen::Matrix<double, 3, 12>::Zero(),
+                                 .missing = place_ + displacement_,
+                                 .force = point_force_};
   for (const NodeShare& s : shares_) {
-    Yc_.middleRows<3>(offset(s.node.line) + 6 * s.node.node) += s.weight * Matrix3d::Identity();
-    h_ -= s.weight * nodes_[node_index(s.node)].position;
+    point.gradient.middleRows<3>(offset(s.node.line) + 6 * s.node.node) +=
+        s.weight * Matrix3d::Identity();
+    point.missing -= s.weight * nodes_[node_index(s.node)].position;
   }
-  K_.solve_lower(Yc_);
-  MatrixXd sYc = Yc_;
-  K_.apply_signs(sYc);
-  const Matrix3d S = Yc_.transpose() * sYc;
-  evaluation_.negative_pivots -= static_cast<int>((symmetric_eigenvalues(S).array() < 0).count());
-  S_inverse_ = S.inverse();
-  G_ = sYc.transpose() * Y_;
-  h_ += sYc.transpose() * y_;
-
-  const Vector3d dl = S_inverse_ * h_;
-  const Eigen::Matrix<double, 3, 12> coupling = S_inverse_ * G_;
-  evaluation_.point = {point_force_ + dl, S_inverse_, coupling};
-  evaluation_.force += G_.transpose() * dl;
-  evaluation_.tangent += G_.transpose() * coupling;
-  const VectorXd rest = y_ - Yc_ * dl;
-  VectorXd signed_rest = rest;
-  K_.apply_signs(signed_rest);
-  evaluation_.correction = std::sqrt(std::abs(rest.dot(signed_rest)) / scale_.energy);
+  interior_.hold(K_, std::move(point));
 }
 
 const LeafEvaluation& SuperelementLeaf::evaluate() {

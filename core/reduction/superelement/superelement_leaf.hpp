@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/elements/leaf/condensed_interior.hpp"
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/math/block_tridiagonal.hpp"
@@ -72,7 +73,7 @@ class SuperelementLeaf final : public LeafElement {
   void evaluate_elements();
   void assemble_lines();
   void condense();
-  void condense_point();
+  void hold_point();
   /// Internal step for an increment of the edges and the material point; the change of the point's
   /// force goes to `df`.
   VectorXd internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const;
@@ -97,16 +98,13 @@ class SuperelementLeaf final : public LeafElement {
   std::vector<VectorXd> line_force_;
   MatrixXd edge_jacobian_[2];  ///< node motions of an edge by its pose
   BlockTridiagonal K_;         ///< of the inner lines
-  VectorXd g_, y_;             ///< residual, and L⁻¹ residual
-  MatrixXd coupling_, Y_;      ///< K_fb and L⁻¹ K_fb
+  VectorXd g_;                 ///< residual
+  MatrixXd coupling_;          ///< K_fb
+  CondensedInterior interior_;
   // The material point Σ weight · position = place + u with its force λ, as in PlateLeaf.
   std::vector<NodeShare> shares_;
   Vector3d place_ = Vector3d::Zero(), displacement_ = Vector3d::Zero(),
            increment_ = Vector3d::Zero(), point_force_ = Vector3d::Zero();
-  MatrixXd Yc_;                     ///< L⁻¹ of the shares
-  Eigen::Matrix<double, 3, 12> G_;  ///< Ycᵀ Σ Y
-  Matrix3d S_inverse_;              ///< (Ycᵀ Σ Yc)⁻¹
-  Vector3d h_;                      ///< what the point misses, after the internal step
   Vector12d edge_force_;
   Matrix12d edge_tangent_;
   LeafEvaluation evaluation_;
