@@ -9,7 +9,7 @@
 namespace flexopt {
 namespace {
 
-std::string pointer_to(const std::string& parameter) {
+std::string parameter_pointer(const std::string& parameter) {
   return "/design/parameters/" + parameter + "/expression";
 }
 
@@ -27,7 +27,7 @@ ParametricDesign::ParametricDesign(std::shared_ptr<const Family> of, FamilyChoic
       slot_of.push_back(static_cast<int>(i));
     }
   for (const auto& [name, text] : formulas) {
-    Formula formula(text, given, pointer_to(name), BareNumbers::may_be_si);
+    Formula formula(text, given, parameter_pointer(name), BareNumbers::may_be_si);
     if (formula.slots().empty()) throw SpecError(formula.pointer(), text, uses_no_name(given));
     formula.move_to(slot_of);
     dependents_.push_back({slot(name), std::move(formula)});

@@ -16,3 +16,18 @@ function(flexopt_compile_by_rooms target)
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()
+
+# flexopt_read_headers_once(TARGET headers…): with FLEXOPT_ROOMS, headers of other libraries that most
+# sources include are read once and kept. Not beside a compiler cache, which does not see through
+# them. flexopt_read_headers_of(TARGET OTHER) takes those that OTHER has kept, compiled alike.
+function(flexopt_read_headers_once target)
+  if(FLEXOPT_ROOMS AND NOT CCACHE)
+    target_precompile_headers(${target} PRIVATE ${ARGN})
+  endif()
+endfunction()
+
+function(flexopt_read_headers_of target other)
+  if(FLEXOPT_ROOMS AND NOT CCACHE)
+    target_precompile_headers(${target} REUSE_FROM ${other})
+  endif()
+endfunction()
