@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/math/rotation.hpp"
+#include "core/mechanism/arc.hpp"
 #include "core/mechanism/profile.hpp"
 
 namespace flexopt {
@@ -430,8 +431,21 @@ MatrixXd Solids::slope_rates(const SolidPoint& point, const PlaceRates& rates) c
   return sum_of_rates(point.solid, values, rates);
 }
 
+namespace {
+/// Place of the middle line in leaf axes over the length, and its rate with the angle of the arc.
+struct MiddlePlace {
+  Vector3d place, rate;
+};
+MiddlePlace middle_place(const LeafSpring& leaf, const LeafSpring& direction, double along) {
+  if (!leaf.curve) return {along * Vector3d::UnitX(), Vector3d::Zero()};
+  const ArcPoint<Dual1> arc =
+      arc_point(Dual1(*leaf.curve, {direction.curve.value_or(0)}), Dual1(along));
+  return {{arc.x.value, 0, arc.z.value}, {arc.x.derivatives[0], 0, arc.z.derivatives[0]}};
+}
+}  // namespace
+
 Vector3d undeflected_place(const LeafSpring& leaf, double along, double across) {
-  return leaf.origin + leaf.axes.col(0) * (along * leaf.length) +
+  return leaf.origin + leaf.axes * (middle_place(leaf, leaf, along).place * leaf.length) +
          leaf.axes.col(1) * ((across - 0.5) * leaf.width * profile_at(leaf.width_profile, along));
 }
 
@@ -440,8 +454,9 @@ Vector3d undeflected_place_rate(const LeafSpring& leaf, const LeafSpring& direct
   const double width = leaf.width * profile_at(leaf.width_profile, along),
                width_rate = direction.width * profile_at(leaf.width_profile, along) +
                             leaf.width * profile_rate(direction.width_profile, along);
-  return direction.origin + direction.axes.col(0) * (along * leaf.length) +
-         leaf.axes.col(0) * (along * direction.length) +
+  const auto [place, rate] = middle_place(leaf, direction, along);
+  return direction.origin + direction.axes * (place * leaf.length) +
+         leaf.axes * (place * direction.length + rate * leaf.length) +
          direction.axes.col(1) * ((across - 0.5) * width) +
          leaf.axes.col(1) * ((across - 0.5) * width_rate);
 }

@@ -161,6 +161,25 @@ TEST_CASE("the mass of a leaf is the integral of its section", "[response]") {
         Approx(7800 * 0.1 * 0.03 * 5e-4 * (1 + 4.0 / 3)).epsilon(1e-12));
 }
 
+TEST_CASE("a curved leaf takes the room of its arc, and weighs what its length does",
+          "[response][curve]") {
+  Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
+  LeafSpring& l = m.leaves[0];
+  const double angle = 1.2, radius = 0.1 / angle, t = 5e-4;
+  l.curve = angle;
+  m.bodies[0].reference = l.tip_middle();
+  const Solids solids = Solids::undeflected(m);
+  CHECK(leaf_mass(solids) == Approx(7800 * 0.1 * 0.03 * t).epsilon(1e-6));
+  const Extents extents = extents_of(solids);
+  const Vector3d box = envelope_of({&extents}).box;
+  const double high = radius * (1 - std::cos(angle / 2)) + t / 2 * (1 + std::cos(angle / 2)),
+               wide = 2 * radius * std::sin(angle / 2) + t * std::sin(angle / 2);
+  std::array<double, 3> sizes{box[0], box[1], box[2]}, expected{wide, high, 0.03};
+  std::ranges::sort(sizes);
+  std::ranges::sort(expected);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(sizes[i] == Approx(expected[i]).epsilon(1e-5));
+}
+
 namespace {
 
 // A hinge of two unequal leaves with a payload's box and a stage's.
