@@ -51,12 +51,17 @@ set(tested_by
   core/response/path/point_outputs core/response/path/test_response
   core/response/stroke_series/mechanism_series
     core/response/stroke_series/test_frequency_derivatives
+  core/spec/formula_dimensions core/spec/test_formula
+  core/spec/formula_functions core/spec/test_formula
   core/spec/formula_parser core/spec/test_formula
+  core/spec/formula_tokens core/spec/test_formula
   core/spec/json_schema optim/job/test_job
   core/spec/spec_error core/spec/test_json_file
   optim/compare/comparison optim/compare/test_compare
   optim/job/expression optim/job/test_job
   optim/job/job_compare optim/compare/test_samples
+  optim/job/job_design optim/job/test_job
+  optim/job/job_loads optim/job/test_job
   optim/job/job_numbers optim/job/test_job
   optim/job/job_optimise optim/job/test_job
   optim/job/job_shape optim/job/test_job
