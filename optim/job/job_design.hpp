@@ -12,8 +12,8 @@ namespace flexopt {
 
 /// What the document takes its design from: a family by name, a file relative to `folder`, or a
 /// mechanism that is written into it. Null where there is none that can be read.
-std::shared_ptr<const Family> design_source(const nlohmann::json& document, const std::string& folder,
-                                            FaultList& faults);
+std::shared_ptr<const Family> design_source(const nlohmann::json& document,
+                                            const std::string& folder, FaultList& faults);
 
 /// Whether the design is one leaf whose section may be a circle: its width is then its thickness.
 bool may_be_wire(const Family& family);

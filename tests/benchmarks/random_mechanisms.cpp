@@ -84,7 +84,8 @@ int main(int arguments, char** values) {
   }
   std::filesystem::remove_all(folder);
   const PageTable page("random_mechanisms laws");
-  fmt::print("{} random mechanisms; {} others had leaves that cross or are too thick.\n\n", count, refused);
+  fmt::print("{} random mechanisms; {} others had leaves that cross or are too thick.\n\n", count,
+             refused);
   fmt::print("| law | limit, or rounding | half are within | 99 % | largest | beyond |\n");
   fmt::print("|---|---|---|---|---|---|\n");
   for (Law& law : all)

@@ -140,8 +140,8 @@ MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, con
 namespace {
 
 // M-orthonormal Ritz shapes of span(Y), Y M-orthogonal to the modes; KY = K Y. Directions that Y
-// hardly has are left out, and with them what cancellation leaves of others: beside the lowest modes
-// nothing is slower than the last of them, `least`.
+// hardly has are left out, and with them what cancellation leaves of others: beside the lowest
+// modes nothing is slower than the last of them, `least`.
 struct RitzShapes {
   VectorXd omega2;
   MatrixXd shapes;
