@@ -125,6 +125,12 @@ void Flattener<S>::add_spring(const SpringItem& item) {
   if (item.matrix.empty()) {
     spring.other_place = at.place(vector(item.other_at));
     spring.stiffness = number(item.stiffness);
+    if (!(value_of(spring.stiffness) >= 0))
+      throw SpecError(item.pointer + "/stiffness", fmt::format("{:g}", value_of(spring.stiffness)),
+                      "a stiffness is not negative");
+    if (value_of(S(Vector3<S>(spring.other_place - spring.place).norm())) == 0)
+      throw SpecError(item.pointer + "/other_at", "\"" + spring.name + "\"",
+                      "the two ends of a spring do not coincide");
     spring.free_length = item.free_length ? number(*item.free_length)
                                           : S(Vector3<S>(spring.other_place - spring.place).norm());
   } else {

@@ -304,9 +304,10 @@ std::string label(const Mechanism& mechanism, std::size_t k) {
     if (k >= count && k < count + numbers) last = fmt::format("{} ({})", name, k - count);
     count += numbers;
   };
-  for (const RigidBody& b : mechanism.bodies) entered(b.name, 16);
+  for (const RigidBody& b : mechanism.bodies) entered(b.name, b.box ? 28 : 16);
   for (const LeafSpring& l : mechanism.leaves)
-    entered(l.name, 18 + l.width_profile.size() + l.thickness_profile.size() + (l.point ? 2 : 0));
+    entered(l.name, 18 + l.width_profile.size() + l.thickness_profile.size() + (l.point ? 2 : 0) +
+                        (l.curve ? 1 : 0));
   for (const Joint& j : mechanism.joints) entered(j.name, 6);
   for (const Spring& s : mechanism.springs) entered(s.name, s.matrix ? 39 : 8);
   entered("drive", 9 * mechanism.drives.size());
@@ -375,11 +376,16 @@ std::vector<double> scales_of(const Mechanism& mechanism) {
     put(1, body.mass);
     put(3, length);
     put(9, body.inertia.cwiseAbs().maxCoeff());
+    if (body.box) {
+      put(3, length);
+      put(9, body.box->half_edges.cwiseAbs().maxCoeff());
+    }
   }
   for (const LeafSpring& leaf : mechanism.leaves) {
     put(3, length);
     put(9, 1);
     for (const double own : {leaf.length, leaf.width, leaf.thickness}) put(1, own);
+    if (leaf.curve) put(1, 1);
     put(leaf.width_profile.size() + leaf.thickness_profile.size(), 1);
     for (const double own :
          {leaf.material.youngs_modulus, leaf.material.poissons_ratio, leaf.material.density})

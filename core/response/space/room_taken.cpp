@@ -481,8 +481,8 @@ std::vector<MassStation> mass_stations(const LeafSpring& leaf) {
 }
 
 // Mass of a leaf and, at parameters, its rates.
-double mass_of_leaf(const Solids& solids, int i, const PlaceRates* rates, VectorXd* sum) {
-  const LeafSpring& leaf = solids.mechanism().leaves[static_cast<std::size_t>(i)];
+double mass_of_leaf(const Mechanism& mechanism, int i, const PlaceRates* rates, VectorXd* sum) {
+  const LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(i)];
   const bool wire = leaf.section == Section::circular;
   const double shape = wire ? std::numbers::pi / 4 : 1.0;
   const std::vector<double>& across = wire ? leaf.thickness_profile : leaf.width_profile;
@@ -492,21 +492,18 @@ double mass_of_leaf(const Solids& solids, int i, const PlaceRates* rates, Vector
   };
   double mass = 0;
   for (const MassStation& at : mass_stations(leaf)) {
-    const SolidPoint point{i, {at.along, wire ? 0.0 : 0.5, 0}};
-    const Vector3d slope = solids.local(point).slopes.col(0);
-    const double length = slope.norm(), pw = profile_at(across, at.along),
+    const double length = leaf.length, pw = profile_at(across, at.along),
                  pt = profile_at(leaf.thickness_profile, at.along), width = reference * pw,
                  thickness = leaf.thickness * pt, share = shape * at.weight * leaf.material.density;
     mass += share * width * thickness * length;
     if (!rates) continue;
-    const MatrixXd slopes = solids.slope_rates(point, *rates);
     for (Eigen::Index p = 0; p < sum->size(); ++p) {
       const LeafSpring& d =
           (*rates->directions)[static_cast<std::size_t>(p)].leaves[static_cast<std::size_t>(i)];
       const double dw = (wire ? d.thickness : d.width) * pw +
                         reference * rate_of(wire ? d.thickness_profile : d.width_profile, at.along),
                    dt = d.thickness * pt + leaf.thickness * rate_of(d.thickness_profile, at.along),
-                   dl = slope.dot(Vector3d(slopes.col(p))) / length;
+                   dl = d.length;
       (*sum)[p] +=
           share * (dw * thickness * length + width * dt * length + width * thickness * dl) +
           shape * at.weight * d.material.density * width * thickness * length;
@@ -520,14 +517,14 @@ double mass_of_leaf(const Solids& solids, int i, const PlaceRates* rates, Vector
 double leaf_mass(const Solids& undeflected) {
   double mass = 0;
   for (int i = 0; i < static_cast<int>(undeflected.mechanism().leaves.size()); ++i)
-    mass += mass_of_leaf(undeflected, i, nullptr, nullptr);
+    mass += mass_of_leaf(undeflected.mechanism(), i, nullptr, nullptr);
   return mass;
 }
 
 VectorXd leaf_mass_rate(const Solids& undeflected, const PlaceRates& rates) {
   VectorXd sum = VectorXd::Zero(static_cast<Eigen::Index>(rates.directions->size()));
   for (int i = 0; i < static_cast<int>(undeflected.mechanism().leaves.size()); ++i)
-    mass_of_leaf(undeflected, i, &rates, &sum);
+    mass_of_leaf(undeflected.mechanism(), i, &rates, &sum);
   return sum;
 }
 
