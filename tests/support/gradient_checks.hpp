@@ -184,4 +184,24 @@ inline int check_gradients(const Family& family, const ModelOptions& model, Stro
   return compared;
 }
 
+/// All outputs of a guide under a dead load at O, at rest and at a stroke, follow these numbers as
+/// their differences do.
+inline void check_loaded_guide(const Family& family, Flexure flexure, Accuracy accuracy,
+                               double stroke) {
+  ModelOptions model;
+  model.accuracy = accuracy;
+  model.flexure = flexure;
+  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
+  StrokeRequest request;
+  request.points = {0, stroke};
+  request.frequencies = 3;
+  request.outputs.add(Output::stress);
+  request.outputs.add(Output::frequency_derivatives);
+  Vector6d load;
+  load << 1, 0, -2, 0.01, 0.02, -0.01;
+  request.loads.constant = {load_at_O(load)};
+  const int compared = check_gradients(family, model, request);
+  CHECK(compared >= 2 * 15 * static_cast<int>(family.along.size()));
+}
+
 }  // namespace flexopt::test

@@ -117,10 +117,10 @@ void add_room_taken(const Mechanism& mechanism, const StrokeRequest& request,
   std::optional<VectorXd> mass_rate;
   if (still) {
     at_rest = envelope_of({&rest});
-    mass = leaf_mass(solids);
+    mass = leaf_mass(mechanism);
     if (gradients) {
       at_rest_rates = envelope_rates({&rest}, {&rest_rates});
-      mass_rate = leaf_mass_rate(solids, rates);
+      mass_rate = leaf_mass_rate(mechanism, *rates.directions);
     }
   }
   if (whole) {

@@ -480,9 +480,10 @@ std::vector<MassStation> mass_stations(const LeafSpring& leaf) {
   return stations;
 }
 
-// Mass of a leaf and, at parameters, its rates.
-double mass_of_leaf(const Mechanism& mechanism, int i, const PlaceRates* rates, VectorXd* sum) {
-  const LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(i)];
+// Mass of a leaf; its rates along the directions are added to `sum`.
+double mass_of_leaf(const Mechanism& mechanism, std::size_t i,
+                    const std::vector<Mechanism>& directions, VectorXd* sum) {
+  const LeafSpring& leaf = mechanism.leaves[i];
   const bool wire = leaf.section == Section::circular;
   const double shape = wire ? std::numbers::pi / 4 : 1.0;
   const std::vector<double>& across = wire ? leaf.thickness_profile : leaf.width_profile;
@@ -496,15 +497,13 @@ double mass_of_leaf(const Mechanism& mechanism, int i, const PlaceRates* rates, 
                  pt = profile_at(leaf.thickness_profile, at.along), width = reference * pw,
                  thickness = leaf.thickness * pt, share = shape * at.weight * leaf.material.density;
     mass += share * width * thickness * length;
-    if (!rates) continue;
-    for (Eigen::Index p = 0; p < sum->size(); ++p) {
-      const LeafSpring& d =
-          (*rates->directions)[static_cast<std::size_t>(p)].leaves[static_cast<std::size_t>(i)];
+    for (std::size_t p = 0; p < directions.size(); ++p) {
+      const LeafSpring& d = directions[p].leaves[i];
       const double dw = (wire ? d.thickness : d.width) * pw +
                         reference * rate_of(wire ? d.thickness_profile : d.width_profile, at.along),
                    dt = d.thickness * pt + leaf.thickness * rate_of(d.thickness_profile, at.along),
                    dl = d.length;
-      (*sum)[p] +=
+      (*sum)[static_cast<Eigen::Index>(p)] +=
           share * (dw * thickness * length + width * dt * length + width * thickness * dl) +
           shape * at.weight * d.material.density * width * thickness * length;
     }
@@ -514,17 +513,17 @@ double mass_of_leaf(const Mechanism& mechanism, int i, const PlaceRates* rates, 
 
 }  // namespace
 
-double leaf_mass(const Solids& undeflected) {
+double leaf_mass(const Mechanism& mechanism) {
   double mass = 0;
-  for (int i = 0; i < static_cast<int>(undeflected.mechanism().leaves.size()); ++i)
-    mass += mass_of_leaf(undeflected.mechanism(), i, nullptr, nullptr);
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
+    mass += mass_of_leaf(mechanism, i, {}, nullptr);
   return mass;
 }
 
-VectorXd leaf_mass_rate(const Solids& undeflected, const PlaceRates& rates) {
-  VectorXd sum = VectorXd::Zero(static_cast<Eigen::Index>(rates.directions->size()));
-  for (int i = 0; i < static_cast<int>(undeflected.mechanism().leaves.size()); ++i)
-    mass_of_leaf(undeflected.mechanism(), i, &rates, &sum);
+VectorXd leaf_mass_rate(const Mechanism& mechanism, const std::vector<Mechanism>& directions) {
+  VectorXd sum = VectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
+    mass_of_leaf(mechanism, i, directions, &sum);
   return sum;
 }
 

@@ -32,8 +32,8 @@ std::optional<Clearance> clearance_of(const Solids& solids,
                                       const std::vector<std::array<int, 2>>& pairs);
 VectorXd clearance_rate(const Solids& solids, const Clearance& clearance, const PlaceRates& rates);
 
-/// Of the undeflected mechanism [kg].
-double leaf_mass(const Solids& undeflected);
-VectorXd leaf_mass_rate(const Solids& undeflected, const PlaceRates& rates);
+/// [kg]
+double leaf_mass(const Mechanism& mechanism);
+VectorXd leaf_mass_rate(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
 
 }  // namespace flexopt
