@@ -95,7 +95,7 @@ TEST_CASE("every number of a random mechanism has its exact derivatives", "[rand
   }
 }
 
-TEST_CASE("a random mechanism moved as a whole answers as before", "[random]") {
+TEST_CASE("a random mechanism moved as a whole answers as before", "[random][slow]") {
   const Folder folder("moved");
   int exact = 0;
   for (int seed = 0; seed < count; ++seed) {
@@ -109,7 +109,7 @@ TEST_CASE("a random mechanism moved as a whole answers as before", "[random]") {
   CHECK(exact > count / 4);
 }
 
-TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random]") {
+TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random][slow]") {
   const Folder folder("mirrored");
   for (int seed = 0; seed < count; ++seed) {
     const std::string mirror(1, "xyz"[seed % 3]);
@@ -121,7 +121,7 @@ TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random]") {
 }
 
 TEST_CASE("the force of a random mechanism is the gradient of its energy, the tangent its Hessian",
-          "[random]") {
+          "[random][slow]") {
   const Folder folder("energy");
   for (int seed = 0; seed < count; ++seed) {
     const laws::Deviation d =

@@ -63,14 +63,6 @@ class PlateGradient final : public LeafGradient<S> {
   };
   int edge_at(int line) const;
   int directions() const { return rate_->directions(); }
-  int profiles() const { return directions() - PlateMeshRate::sizes; }
-  static double coordinate(const LeafVariation<S>& v, int p) {
-    return p < PlateMeshRate::sizes ? v.shape[p] : v.profile[p - PlateMeshRate::sizes];
-  }
-  static S& along(LeafQuadratic<S>& q, int p, int column) {
-    return p < PlateMeshRate::sizes ? q.shape(p, column)
-                                    : q.profile(p - PlateMeshRate::sizes, column);
-  }
   template <int Side>
   void prepare();
   template <int Side>
@@ -79,6 +71,9 @@ class PlateGradient final : public LeafGradient<S> {
                           std::vector<Matrix>& n1) const;
   /// N′ of a line for states moving by the columns of Y: functions × (3 components of each).
   Matrix line_rates(int line, const Matrix& Y) const;
+  Matrix second_nodes(int edge, const Matrix& Y) const;  ///< N2 of the edge: n × (3 per column)
+  void add_edge_quadratic(int edge, const Matrix& Y, const Matrix& n0, const Matrix& n1,
+                          LeafQuadratic<S>& q) const;
   void add_point_force();
   void add_point_rates(const std::array<Matrix, 2>& edge_rates,
                        const std::vector<LeafVariation<S>>& variations, Matrix& rows) const;

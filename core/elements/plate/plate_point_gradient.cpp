@@ -44,8 +44,8 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
     Vector3<S> rate = v.turn * u - v.length * u;
     for (int a = 0; a < 2; ++a) rate += (v.point[a] * by_place[a]).template cast<S>();
     for (int p = 0; p < directions(); ++p) {
-      rate += (coordinate(v, p) * by_shape[p]).template cast<S>();
-      for (const NodalWeight& w : point_rates_[p]) rate -= coordinate(v, p) * w.weight * nodal(w);
+      rate += (v.shape[p] * by_shape[p]).template cast<S>();
+      for (const NodalWeight& w : point_rates_[p]) rate -= v.shape[p] * w.weight * nodal(w);
     }
     for (const NodalWeight& w : plate_->support().point) {
       if (const int e = edge_at(w.line); e >= 0)
@@ -84,7 +84,7 @@ void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Ma
           w.weight * N2[w.line].template block<1, 3>(w.function, 3 * k).transpose();
     }
     for (int p = 0; p < directions(); ++p)
-      for (const NodalWeight& w : point_rates_[p]) along(q, p, k) -= w.weight * product(w);
+      for (const NodalWeight& w : point_rates_[p]) q.shape(p, k) -= w.weight * product(w);
     for (int a = 0; a < 2; ++a)
       for (const NodalWeight& w : plate_->support().point_slopes[a])
         q.point(a, k) -= w.weight * product(w);

@@ -102,9 +102,10 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
     v.energy += 2 * nu * d.material.poissons_ratio / (1 - nu * nu);
   v.mass = (leaf.material.density > 0 ? relative(leaf.material.density, d.material.density) : 0) +
            t + 4 * v.length;
-  v.shape = {(d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
-             d.material.poissons_ratio};
-  v.profile = profiles.coordinates(leaf, d);
+  const VectorXd profile = profiles.coordinates(leaf, d);
+  v.shape.resize(ShapeParameter::sizes + profile.size());
+  v.shape << (d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
+      d.material.poissons_ratio, profile;
   v.turn = d.axes.transpose() * leaf.axes;
   if (leaf.point && !leaf.point->spread_over_tip) v.point = {d.point->along, d.point->across};
   const std::array<int, 2> body{leaf.base, leaf.tip};

@@ -245,7 +245,7 @@ TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
 }
 
 TEST_CASE("Every wrong design file is refused by place and rule before anything is written",
-          "[results][command]") {
+          "[results][command][slow]") {
   const test::TemporaryFolder folder;
   OrderedJson job = leaf_job();
   job["design"] = {{"file", "stage.json"}, {"material", job["design"]["material"]}};
