@@ -100,7 +100,8 @@ Json material_json(const Material& material) {
           {"youngs_modulus", material.youngs_modulus},
           {"poissons_ratio", material.poissons_ratio},
           {"density", material.density},
-          {"allowable_stress", optional_json(material.allowable_stress)}};
+          {"allowable_stress", optional_json(material.allowable_stress)},
+          {"thermal_expansion", optional_json(material.thermal_expansion)}};
 }
 
 /// Which model the leaf needs, with the estimated errors of the cheaper ones.

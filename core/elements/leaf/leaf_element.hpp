@@ -50,6 +50,14 @@ struct LeafDynamics {
   MatrixXd stations;
 };
 
+/// What acts inside a leaf.
+struct LeafLoad {
+  /// How much of the difference between the stress-free sizes of a warm leaf and those that its
+  /// clamps hold acts, 0 … 1.
+  double warmth = 0;
+  Vector3d gravity = Vector3d::Zero();  ///< [m/s²], global axes
+};
+
 class LeafLinear;
 
 class LeafElement {
@@ -62,6 +70,10 @@ class LeafElement {
   /// Displacement of the material point, and its increment, for the move() to come. Only for leaves
   /// that have one.
   virtual void displace_point(const Vector3d& /*displacement*/, const Vector3d& /*du*/) {}
+
+  /// From now on this acts inside the leaf; at first nothing does. Only full leaves know of it:
+  /// acts_inside() of core/mechanism/load_case.hpp says which leaves have to be.
+  virtual void act(const LeafLoad& /*load*/) {}
 
   /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
   virtual const LeafEvaluation& evaluate() = 0;

@@ -50,6 +50,7 @@ struct LeafQuadratic {
   Eigen::Matrix3X<S> shape;                    ///< of w/L, t/L, ν: operators only
   Eigen::MatrixX<S> profile;                   ///< along the leaf's ProfileDirections
   Eigen::Matrix2X<S> point;                    ///< along the place of the material point
+  Eigen::Matrix3X<S> weight;                   ///< along that of the gradient
   struct Edge {                                ///< zero where the edge is free
     Matrix3<S> rotation = Matrix3<S>::Zero();  ///< ∂q/∂(rotation of the edge's axes)
     /// ∂q/∂(place of the body), (arm, in edge axes)
@@ -67,6 +68,7 @@ struct LeafQuadratic {
         shape(Eigen::Matrix3X<S>::Zero(3, columns)),
         profile(Eigen::MatrixX<S>::Zero(profiles, columns)),
         point(Eigen::Matrix2X<S>::Zero(2, columns)),
+        weight(Eigen::Matrix3X<S>::Zero(3, columns)),
         edge(static_cast<std::size_t>(columns)) {}
 };
 
@@ -95,8 +97,14 @@ class LeafGradient {
   /// `width`: w/L.
   LeafGradient(const LeafRows& rows, double width) : rows_(rows), width_(width) {}
 
+  /// Of the weight along a variation: it is that of the mass in global axes.
+  Vector3d weight_rate(const LeafVariation<S>& v) const {
+    return v.turn * weight_ + (v.mass - v.length - v.energy) * weight_;
+  }
+
   LeafRows rows_;
   double width_;
+  Vector3d weight_ = Vector3d::Zero();  ///< dead force per mass, as PlateLeaf has it
   Vector force_;
 };
 

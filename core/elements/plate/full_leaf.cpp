@@ -96,6 +96,13 @@ void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   plate_.step(scaled, dx, increment, point_, df);
 }
 
+void FullLeaf::act(const LeafLoad& load) {
+  assembled_ = false;
+  plate_.set_clamp(1 + load.warmth * (1 / scale_.growth - 1));
+  plate_.set_weight(scale_.mass / (scale_.length * scale_.energy) * scale_.axes.transpose() *
+                    load.gravity);
+}
+
 const LeafEvaluation& FullLeaf::evaluate() {
   if (!assembled_) plate_.assemble();
   assembled_ = false;  // the plate may be changed from outside

@@ -57,7 +57,8 @@ PlateGradient<S>::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Pl
     edge.axes = state_.axes[e];
     const Vector3d arm = plate.state().edges[e].axes.transpose() * rows.lever[e];
     for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
-      std::array<Vector3d, 4> reference = mesh_->reference_node(edge.line, j);
+      std::array<Vector3d, 4> reference =
+          PlateLeaf::edge_reference(*mesh_, edge.line, j, plate.clamp());
       reference[0] += arm;
       std::array<Vector3<S>, 4> w;
       for (int k = 0; k < 4; ++k) w[k] = reference[k].template cast<S>();
@@ -75,15 +76,42 @@ PlateGradient<S>::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Pl
   else
     this->template prepare<4>();
   add_point_force();
+  add_weight();
   Matrix force = Matrix::Zero(size(), 1);
   for (int line = 0; line < mesh_->lines(); ++line) add_to_rows(line, nodal_force_[line], force);
   force_ = force;
   if (rows.point > 0) {
-    Vector3<S> apart = state_.point + plate.point_place().cast<S>();
+    Vector3<S> apart = state_.point + (plate.clamp() * plate.point_place()).template cast<S>();
     for (const NodalWeight& w : plate.support().point)
       apart -= w.weight * state_.nodal[w.line].row(w.function).transpose();
     force_.template segment<3>(rows.unknowns) = apart;
     force_.template segment<3>(rows.point_body()) = state_.point_force;
+  }
+}
+
+template <class S>
+void PlateGradient<S>::add_weight() {
+  weight_ = plate_->weight();
+  if (weight_.isZero(0)) return;
+  const Eigen::RowVector3d weight = weight_.transpose();
+  const int lines = mesh_->lines(), n = mesh_->functions_per_line(), ny = mesh_->elements_across(),
+            side = mesh_->functions_per_side();
+  for (int i = 0; i < lines; ++i)
+    nodal_force_[i] -= (mesh_->mass_moment(i) * weight).template cast<S>();
+  for (int p = 0; p < directions(); ++p) {
+    std::vector<VectorXd>& rates =
+        moment_rates_.emplace_back(static_cast<std::size_t>(lines), VectorXd::Zero(n));
+    const auto& mass = rate_->shape[p].mass;
+    for (std::size_t k = 0; k < mass.size(); ++k) {
+      const std::size_t i = k / static_cast<std::size_t>(ny);
+      const int j = static_cast<int>(k) % ny;
+      VectorXd moment = VectorXd::Zero(2 * side);
+      for (int s = 0; s < 2 * side; s += 4) moment += mass[k].col(s).head(2 * side);
+      rates[i].segment(4 * j, side) += moment.head(side);
+      rates[i + 1].segment(4 * j, side) += moment.tail(side);
+    }
+    for (int i = 0; i < lines; ++i)
+      shape_force_[p][i] -= (rates[static_cast<std::size_t>(i)] * weight).template cast<S>();
   }
 }
 
@@ -211,8 +239,8 @@ auto PlateGradient<S>::edge_nodal_rates(const std::vector<LeafVariation<S>>& var
         Vector3d local = s % 4 == 0 ? v.edge[e].arm : Vector3d(Vector3d::Zero());
         for (int p = 0; p < directions(); ++p)
           if (!rate_->shape[p].reference.empty())
-            local +=
-                coordinate(v, p) * rate_->shape[p].reference[edges_[e].line].row(s).transpose();
+            local += held(s) * coordinate(v, p) *
+                     rate_->shape[p].reference[edges_[e].line].row(s).transpose();
         r += edges_[e].axes * local;
         if (s % 4 == 0) r += v.edge[e].position;
         rates[e].template block<1, 3>(s, 3 * k) = r.transpose();
@@ -275,6 +303,13 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
         F[line].template middleCols<3>(3 * k) +=
             coordinate(variations[k], p) * shape_force_[p][line];
 
+  if (!weight_.isZero(0))
+    for (int k = 0; k < columns; ++k) {
+      const Eigen::RowVector3d rate = this->weight_rate(variations[k]).transpose();
+      for (int line = 0; line <= nx; ++line)
+        F[line].template middleCols<3>(3 * k) -=
+            (mesh_->mass_moment(line) * rate).template cast<S>();
+    }
   const Eigen::RowVector3<S> point_force = state_.point_force.transpose();
   for (int a = 0; a < 2; ++a)
     for (const NodalWeight& w : plate_->support().point_slopes[a])
@@ -542,6 +577,29 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
   }
 }
 
+// Of − Σ m w·N2 with the weight w.
+template <class S>
+void PlateGradient<S>::add_weight_quadratic(const std::vector<Matrix>& N2,
+                                            LeafQuadratic<S>& q) const {
+  if (weight_.isZero(0)) return;
+  const Vector3<S> weight = weight_.template cast<S>();
+  for (const EdgeNodes& edge : edges_) {
+    const Matrix& second = N2[static_cast<std::size_t>(edge.line)];
+    for (Eigen::Index k = 0; 3 * k < second.cols(); ++k) {
+      const auto of = second.template middleCols<3>(3 * k);
+      const auto moved = [&](const VectorXd& m) {
+        return Vector3<S>(of.transpose() * m.template cast<S>());
+      };
+      const Vector3<S> whole = moved(mesh_->mass_moment(edge.line));
+      q.stiffness[k] -= weight.dot(whole);
+      q.weight.col(k) -= whole;
+      for (int p = 0; p < directions(); ++p)
+        along(q, p, static_cast<int>(k)) -=
+            weight.dot(moved(moment_rates_[p][static_cast<std::size_t>(edge.line)]));
+    }
+  }
+}
+
 template <class S>
 auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> LeafQuadratic<S> {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines(),
@@ -574,6 +632,7 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
   else
     this->template quadratic_elements<4>(N1, N2, mu, q, n0, n1);
   add_point_quadratic(Y, N1, N2, q, n1);
+  add_weight_quadratic(N2, q);
 
   for (int i = 0; i < lines; ++i)
     if (edge_at(i) < 0) add_to_rows(i, n0[i], q.state);
@@ -601,7 +660,8 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
         }
         for (int p = 0; p < directions(); ++p)
           if (!rate_->shape[p].reference.empty())
-            along(q, p, k) += c.dot(R * rate_->shape[p].reference[line].row(s).transpose());
+            along(q, p, k) +=
+                held(s) * c.dot(R * rate_->shape[p].reference[line].row(s).transpose());
         for (int d = 0; d < per_node; ++d) {
           if (slopes[d].function != s % 4) continue;
           const int row = plate_->block_offset(line) + per_node * (s / 4) + d;

@@ -115,12 +115,15 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
 }
 
 std::vector<std::unique_ptr<LeafElement>> linear_leaves(const std::vector<LeafSpring>& springs,
-                                                        const ModelOptions& model, Meshes& meshes) {
+                                                        const ModelOptions& model,
+                                                        const LoadCase& loads, Meshes& meshes) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<const SuperelementGrid>> grids;  // shared by equal leaves
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
-    if (const auto rule = broken_rule(leaf, model)) {
+    auto rule = broken_rule(leaf, model);
+    if (!rule) rule = acts_inside(leaf, loads);
+    if (rule) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i, *rule));
       continue;
     }
@@ -134,7 +137,8 @@ std::vector<std::unique_ptr<LeafElement>> linear_leaves(const std::vector<LeafSp
 }
 
 std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpring>& springs,
-                                                       const ModelOptions& model, Meshes& meshes) {
+                                                       const ModelOptions& model,
+                                                       const LoadCase& loads, Meshes& meshes) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::map<PlateShape, std::shared_ptr<const ModalModel>> models;  // shared by equal segments
   const int n = model.superelements[0];
@@ -142,7 +146,9 @@ std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpr
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
     const bool held = !leaf.point && leaf.tip != free_edge;
-    if (const auto rule = broken_rule(leaf, model); rule || !held) {
+    auto rule = broken_rule(leaf, model);
+    if (!rule) rule = acts_inside(leaf, loads);
+    if (rule || !held) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i,
                                                   rule.value_or("it has no two rigid edges")));
       continue;
@@ -199,9 +205,10 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
     const std::vector<VectorXd>& several) {
   Meshes meshes;
   const std::vector<LeafSpring> springs = leaves_of(mechanism);
-  if (model.method == Reduction::linear_craig_bampton) return linear_leaves(springs, model, meshes);
+  if (model.method == Reduction::linear_craig_bampton)
+    return linear_leaves(springs, model, loads, meshes);
   if (model.method == Reduction::modal_derivatives || model.method == Reduction::quadratic_manifold)
-    return modal_leaves(springs, model, meshes);
+    return modal_leaves(springs, model, loads, meshes);
   const bool driven = loads.driven();
   const std::vector<VectorXd> one{
       VectorXd::Ones(static_cast<Eigen::Index>(mechanism.drives.size()))};
@@ -214,6 +221,10 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
     const auto mesh = mesh_of(leaf, model, meshes);
     if (leaf.point) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "it has no two rigid edges"));
+      continue;
+    }
+    if (const auto rule = acts_inside(leaf, loads)) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, *rule));
       continue;
     }
     TubeRange range;

@@ -217,7 +217,7 @@ std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request) {
   DifferentiablePath shared;
-  return evaluate(mechanism, model, request,
+  return evaluate(warmed(mechanism, request.loads), model, request,
                   request.values == PathValues::differentiable ? &shared : nullptr);
 }
 
@@ -226,7 +226,8 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
                                             const ModelOptions& model,
                                             const StrokeRequest& request) {
   StrokeSensitivity result;
-  Mechanism own = mechanism;  // drives whose axes a parameter turns are conditions
+  Mechanism own = warmed(mechanism, request.loads);
+  // drives whose axes a parameter turns are conditions
   for (const MechanismDirection& d : directions)
     for (std::size_t k = 0; k < own.drives.size(); ++k)
       own.drives[k].axes_change |= !d.rate.drives[k].axes.isZero(0);
