@@ -272,6 +272,7 @@ TEST_CASE("warm leaves carry the end-effector along, and one alone is pressed",
   const PathPoint reduced = evaluated(held, {}, request_with({.temperature = {4, 0}})).path[0];
   CHECK(reduced.leaves[0].model == "full");
   CHECK(reduced.leaves[0].reason == "it is warmer than its clamps");
+  CHECK(reduced.leaves[1].reason == "");
   CHECK(reduced.leaves[1].model == "tube");
   CHECK(reduced.displacement[0] == Approx(one.displacement[0]).epsilon(1e-4));
 }
