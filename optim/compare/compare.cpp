@@ -133,7 +133,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
   request.points = sample.stroke;
   request.newton = choice.newton;
   request.outputs.remove({Output::shapes, Output::frequency_derivatives, Output::envelope,
-                          Output::moving_envelope, Output::clearance});
+                          Output::moving_envelope, Output::clearance, Output::buckling});
   const auto begin = std::chrono::steady_clock::now();
   try {
     const StrokeResponse response = evaluator(make_mechanism(job, sample), choice.model, request);

@@ -44,6 +44,24 @@ void read_load_path(const json& read, StrokeRequest& request) {
   for (int i = 0; i < path.points; ++i) request.points.push_back(i / (path.points - 1.0));
 }
 
+/// Throws SpecError.
+void read_buckling(const json& read, StrokeRequest& request) {
+  request.buckling_load = buckling_table().read(read).load;
+  std::vector<std::string> names;
+  for (const DeadLoad& load : request.loads.constant)
+    if (!load.name.empty()) names.push_back(load.name);
+  const auto named =
+      std::ranges::find(request.loads.constant, request.buckling_load, &DeadLoad::name);
+  if (names.empty())
+    throw SpecError("/buckling/load", shown(read["load"]), "no load of the job has a name");
+  if (named == request.loads.constant.end())
+    throw SpecError("/buckling/load", shown(read["load"]),
+                    "no load has this name; " + known_names(request.buckling_load, names));
+  if (named->force.isZero(0) && named->moment.isZero(0))
+    throw SpecError("/buckling/load", shown(read["load"]),
+                    "this load has neither force nor moment: no factor makes it larger");
+}
+
 }  // namespace
 
 EndEffector read_end_effector(const json& read, FaultList& faults,
@@ -74,6 +92,8 @@ void read_request(json& read, const json& as_written, const Family* family, Faul
       request.loads.constant.push_back(
           {.force = load.force, .moment = load.moment, .place = load.at, .name = load.name});
     }
+  if (read.contains("buckling") && faults.sound("/buckling") && faults.sound("/loads"))
+    faults.attempt([&] { read_buckling(read["buckling"], request); });
   request.parasitic.drive =
       read["parasitic"]["drive"] == "locked" ? DriveState::locked : DriveState::free;
   for (const json& kind : read["parasitic"]["skip"])

@@ -208,6 +208,8 @@ Shape job_shape(const Family* family) {
                "material points of the undeflected leaves whose displacement is wanted"),
       standard("loads", list(load_table().shape(), 0, 100), json::array(),
                "dead loads on bodies in global axes, applied before the stroke"),
+      optional("buckling", buckling_table().shape(),
+               "at every point the factor of a load at which the mechanism becomes unstable"),
       standard("model", model_shape(), json::object(), "how the mechanism is modelled"),
       standard("parasitic", parasitic, json::object(), "what the parasitic frequency is"),
       optional("optimise", optimise_shape(family), "the search, for job optimise"),

@@ -201,6 +201,13 @@ const RecordTable<LoadSpec>& load_path_table() {
   return table;
 }
 
+const RecordTable<BucklingSpec>& buckling_table() {
+  static const auto table = RecordTable<BucklingSpec>().required(
+      "load", text(100), &BucklingSpec::load,
+      "name of the dead load that grows, all else kept, until the tangent is singular");
+  return table;
+}
+
 const RecordTable<ProbeSpec>& probe_table() {
   static const auto table =
       RecordTable<ProbeSpec>()

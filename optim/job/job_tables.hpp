@@ -29,6 +29,11 @@ struct LoadSpec {
   int points = 11;
 };
 
+/// By which load the mechanism is to buckle.
+struct BucklingSpec {
+  std::string load;
+};
+
 struct ProbeSpec {
   std::string name;
   Vector3d at = Vector3d::Zero();  ///< [m]
@@ -44,6 +49,7 @@ Shape stroke_place(Direction direction);
 RecordTable<StrokeSpec> stroke_table(std::optional<Direction> drive);
 const RecordTable<LoadSpec>& load_table();
 const RecordTable<LoadSpec>& load_path_table();
+const RecordTable<BucklingSpec>& buckling_table();
 const RecordTable<ProbeSpec>& probe_table();
 const RecordTable<Expectation>& expectation_table();
 const RecordTable<ModelChoice>& model_table();

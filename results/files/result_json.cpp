@@ -71,6 +71,30 @@ Json clearance_place_json(const std::optional<Clearance>& clearance) {
           {"positions", {vector_json(clearance->places[0]), vector_json(clearance->places[1])}}};
 }
 
+/// Critical factors of the named load; null where none was named.
+Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mechanism) {
+  if (!buckling) return nullptr;
+  Json factors = Json::object(), linearised = Json::object(), kind = Json::object(),
+       mode = Json::object(), reason = Json::object();
+  for (const auto& [drive, load] : {std::pair{"drive_locked", &buckling->drive_locked},
+                                    {"drive_free", &buckling->drive_free}}) {
+    factors[drive] = optional_json(load->factor);
+    linearised[drive] = optional_json(load->linearised);
+    kind[drive] = !load->factor ? Json() : Json(load->fold ? "fold" : "bifurcation");
+    reason[drive] = load->reason;
+    mode[drive] = nullptr;
+    for (std::size_t b = 0; b < load->mode.size(); ++b)
+      mode[drive][mechanism.bodies[b].name] = {
+          {"displacement", vector_json(load->mode[b].displacement)},
+          {"rotation", vector_json(load->mode[b].rotation)}};
+  }
+  factors["linearised"] = std::move(linearised);
+  factors["kind"] = std::move(kind);
+  factors["mode"] = std::move(mode);
+  factors["reason"] = std::move(reason);
+  return factors;
+}
+
 /// Motion of every body by its name, as that of O is given.
 Json bodies_json(const PathPoint& point, const Mechanism& mechanism) {
   Json bodies = Json::object();
@@ -354,9 +378,8 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                {"sub_steps", point.sub_steps}};
   if (point.status != PointStatus::converged) {
     for (const QuantityRow& row : quantity_rows()) json[key_of(row.name)] = nullptr;
-    for (const char* name :
-         {"compliance", "modes", "max_stress_place", "clearance_place", "buckling_load_factor",
-          "stable", "negative_pivots", "leaves", "bodies"})
+    for (const char* name : {"compliance", "modes", "max_stress_place", "clearance_place", "stable",
+                             "negative_pivots", "leaves", "bodies"})
       json[name] = nullptr;
     return json;
   }
@@ -373,7 +396,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
       probes[request.probes[k].name] = {{"displacement", vector_json(point.probes[k])}};
     json["probes"] = std::move(probes);
   }
-  json["buckling_load_factor"] = optional_json(point.buckling_load_factor);
+  json["buckling"] = buckling_json(point.buckling, mechanism);
   json["stable"] = point.stable;
   json["negative_pivots"] = point.negative_pivots;
   json["leaves"] = leaves_json(point, mechanism);

@@ -35,6 +35,8 @@ set(tested_by
   core/reduction/superelement/superelement_grid core/reduction/superelement/test_superelement_points
   core/reduction/superelement/superelement_leaf_results
     core/reduction/superelement/test_superelement_leaf_stress
+  core/response/buckling/load_branch core/response/buckling/test_critical_load
+  core/response/buckling/softening core/response/buckling/test_critical_load
   core/response/gradients/design_rates core/response/gradients/test_point_gradients
   core/response/models/leaf_models core/reduction/tube/test_tube_leaf
   core/response/modes/constant_mass core/response/modes/test_mass_options

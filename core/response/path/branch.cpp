@@ -85,6 +85,12 @@ bool has_linearised_interiors(const System& system) {
   return true;
 }
 
+bool has_full_leaves(const System& system) {
+  for (int i = 0; i < system.leaves(); ++i)
+    if (!system.leaf(i).is_full()) return false;
+  return true;
+}
+
 }  // namespace
 
 void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
@@ -131,6 +137,12 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     if (differentiable && equilibrium.converged && !has_linearised_interiors(*system))
       full =
           finish_on_full_leaves(*system, model, request, static_cast<std::size_t>(k), equilibrium);
+    // buckling is that of full leaves: reduced ones do not reach so far
+    std::unique_ptr<System> buckling;
+    Equilibrium of_buckling = equilibrium;
+    if (request.growing_load() && equilibrium.converged && !full && !has_full_leaves(*system))
+      buckling =
+          finish_on_full_leaves(*system, model, request, static_cast<std::size_t>(k), of_buckling);
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
       point.message = equilibrium.message;
@@ -139,8 +151,12 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       continue;
     }
     const bool gradients = differentiable && !differentiable->directions.empty();
-    outputs.evaluate(full ? *full : *system, equilibrium, point,
-                     gradients ? &differentiable->gradients.path[k] : nullptr);
+    System& whole = full ? *full : *system;
+    PointGradients* own = gradients ? &differentiable->gradients.path[k] : nullptr;
+    outputs.evaluate(whole, equilibrium, point, own);
+    if (request.growing_load() && point.status == PointStatus::converged)
+      outputs.add_buckling(buckling ? *buckling : whole, of_buckling, static_cast<std::size_t>(k),
+                           point, own);
   }
   response.seconds_path += seconds_since(start);
 }

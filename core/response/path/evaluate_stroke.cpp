@@ -154,6 +154,11 @@ void summarise(StrokeResponse& response) {
     for (const PathPoint& p : response.path)
       if (p.status == PointStatus::no_equilibrium) response.message += "; " + p.message;
   }
+  const auto unstable =
+      std::ranges::count_if(response.path, [](const PathPoint& p) { return !p.stable; });
+  if (unstable > 0)
+    response.message +=
+        fmt::format("; {} of them {} unstable", unstable, unstable == 1 ? "is" : "are");
   if (!remark.empty()) response.message += "; " + remark;
 }
 
