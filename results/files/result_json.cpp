@@ -213,10 +213,11 @@ Json units_json(const Job& job, const Mechanism& mechanism) {
 }
 
 /// What the report's tables show: labels, units, and where the values stand in a path point.
-Json quantities_json(const DriveList& drives) {
+Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
   Json list = Json::array();
   for (const Quantity& q : quantities(drives)) {
     if (!q.row->in_report) continue;
+    if (q.row->needs.has(Output::buckling) && request.buckling_load.empty()) continue;
     Json at = {key_of(q.name)};
     if (const std::size_t dot = q.name.find('.'); dot != std::string::npos)
       at.push_back(q.name.substr(dot + 1));
@@ -439,7 +440,7 @@ OrderedJson make_result(const RunRecord& record) {
                  {"message", record.message},
                  {"notes", record.job.notes},
                  {"units", units_json(record.job, record.mechanism)},
-                 {"quantities", quantities_json(DriveList(record.mechanism))},
+                 {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},
                  {"conventions", conventions_json(record)},
                  {"material", material_json(record.job.design.material)},
                  {"leaves", leaf_geometry_json(record.mechanism)},
