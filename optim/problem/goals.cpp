@@ -19,14 +19,16 @@ constexpr int most_branches = 3;  // two modes cross at a point of the path; the
 constexpr double clearance_without_pairs = 1;  // [m]: more than any bound asks for
 
 // What a quantity counts as where there is nothing that it could be: no pair that can touch, no
-// load at which the tangent is singular.
+// load, but for a reversed one, at which the tangent is singular.
 std::optional<double> value_of_nothing(const PathPoint& point, const std::string& quantity) {
-  if (quantity == "clearance") return clearance_without_pairs;
+  if (quantity == "clearance")
+    return point.clearance ? std::nullopt : std::optional(clearance_without_pairs);
   if (!point.buckling) return std::nullopt;
   const CriticalLoad& load =
       quantity == "buckling.drive_free" ? point.buckling->drive_free : point.buckling->drive_locked;
   const bool asked = quantity == "buckling_load_factor" || quantity.starts_with("buckling.");
-  return asked && load.none ? std::optional(no_critical_factor) : std::nullopt;
+  const bool never = load.none || load.factor.value_or(0) < 0;
+  return asked && never ? std::optional(no_critical_factor) : std::nullopt;
 }
 
 // The quantities whose lowest over the stroke is that of several modes.
@@ -193,7 +195,7 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
     }
     std::optional<double> value = value_of(point, goal.quantity);
     const std::optional<double> nothing =
-        value ? std::nullopt : value_of_nothing(point, goal.quantity);
+        value.value_or(-1) < 0 ? value_of_nothing(point, goal.quantity) : std::nullopt;
     if (nothing && goal.branches == 1) {
       reading.values.push_back(*nothing);
       differentiated =

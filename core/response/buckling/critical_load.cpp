@@ -50,6 +50,7 @@ class Tracer {
   double measure(const VectorXd& bodies) const;
   double product(const BranchDirection& a, const BranchDirection& b) const;
   bool crosses(const Look& look);
+  VectorXd nearly_singular_motion(const MechanismFactor& factor, const VectorXd& known) const;
   void weigh_anew(Look& look);
 
   LoadBranch* branch_;
@@ -142,6 +143,14 @@ std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& m
   return bodies;
 }
 
+// The motion that is known, or next to a singular state the answer to any force.
+VectorXd Tracer::nearly_singular_motion(const MechanismFactor& factor,
+                                        const VectorXd& known) const {
+  if (known.size() == factor.size()) return known;
+  const VectorXd force = any_force(factor);
+  return branch_->locked() ? factor.solve_locked(force) : factor.solve(force);
+}
+
 // The estimate of every state tells how far the next step goes; what it was wrong by tells how far
 // it is trusted.
 CriticalLoad Tracer::follow(int side, Look here, double bound) {
@@ -153,6 +162,7 @@ CriticalLoad Tracer::follow(int side, Look here, double bound) {
     const double at = branch_->factor(), size = std::max(1.0, std::abs(at));
     const auto found = [&](double factor) {
       result.factor = factor;
+      if (!here.ahead) here.ahead = SoftMode{0, nearly_singular_motion(*here.factor, mode)};
       result.fold =
           measure(here.along.bodies) > fold_motion * first_rate_ * std::abs(here.along.factor);
       result.mode = motions(*here.factor, here.ahead->mode);
@@ -190,7 +200,7 @@ CriticalLoad Tracer::follow(int side, Look here, double bound) {
       longest = 0.5 * step;
       if (step < least_step * size) {
         // the estimate is rounded where stiff motions hide the soft one; the inertia is not
-        if (crossed && here.ahead) return found(at + 0.5 * step * here.along.factor);
+        if (crossed) return found(at + 0.5 * step * here.along.factor);
         result.none = stretched;
         result.reason = fmt::format("the branch of equilibria ends at a factor of {:.4g}: {}", at,
                                     went.message);

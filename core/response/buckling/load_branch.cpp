@@ -33,7 +33,7 @@ LoadBranch::LoadBranch(System& system, std::size_t load, double growing, DriveSt
   std::vector<std::unique_ptr<LeafElement>> leaves;
   State state = system.save();
   state.leaves.clear();
-  state.factors = {1, 1};
+  state.factors.growing = 1;
   for (int i = 0; i < system.leaves(); ++i) {
     leaves.push_back(system.leaf(i).full_model({}));
     state.leaves.push_back(leaves.back()->save());
@@ -50,7 +50,7 @@ LoadBranch::LoadBranch(System& system, std::size_t load, double growing, DriveSt
 }
 
 BodyLoad LoadBranch::named() const {
-  return acting_loads(system_->loads(), {0, 1}, system_->mechanism()).front();
+  return acting_loads(system_->loads(), {.growing = 1}, system_->mechanism()).front();
 }
 
 VectorXd LoadBranch::load() const {
@@ -68,10 +68,16 @@ void LoadBranch::restore(const State& state) {
   system_->assemble();
 }
 
+void LoadBranch::apply(double factor) {
+  LoadFactors factors = system_->load_factors();
+  factors.growing = factor;
+  system_->apply(factors);
+}
+
 LoadBranch::Step LoadBranch::advance(const BranchDirection& along, double size, double weight) {
   const State kept = save();
   system_->move(size * along.bodies);
-  system_->apply({1, factor() + size * along.factor});
+  apply(factor() + size * along.factor);
   system_->assemble();
   BranchDirection across = along;
   const double L = system_->length();
@@ -170,7 +176,7 @@ LoadBranch::Step LoadBranch::correct(const BranchDirection& across) {
     system.move(scale.cwiseProduct(x.head(n)));
     if (conditions > 0)
       system.add_to_multipliers(reaction.cwiseProduct(x.segment(first, conditions)));
-    system.apply({1, factor() + unit * x[last]});
+    apply(factor() + unit * x[last]);
     system.assemble();
   }
 }

@@ -53,6 +53,7 @@ class LoadBranch {
   void restore(const State& state);
 
  private:
+  void apply(double factor);
   Step correct(const BranchDirection& across);
 
   std::unique_ptr<System> system_;

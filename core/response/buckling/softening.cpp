@@ -124,6 +124,18 @@ void add_roots(const MatrixXd& Y, const VectorXd& stiffness, const StiffnessRate
 
 }  // namespace
 
+VectorXd any_force(const MechanismFactor& factor) {
+  MatrixXd r(factor.size(), 1);
+  unsigned long long seed = 1;
+  for (Eigen::Index k = 0; k < r.rows(); ++k) {
+    seed = seed * 6364136223846793005ull + 1442695040888963407ull;
+    r(k, 0) = static_cast<double>(seed >> 33) / 2147483648.0 - 1;
+  }
+  factor.clear_held(r);
+  r.bottomRows(factor.conditions()).setZero();
+  return r;
+}
+
 // Lanczos with K⁻¹ dK/dσ in the product of K: of v = K⁻¹ r it is vᵀr.
 Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool drives_locked,
                  const VectorXd& start) {
@@ -131,16 +143,7 @@ Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool 
     return drives_locked ? factor.solve_locked(b) : factor.solve(b);
   };
   const Eigen::Index n = factor.size();
-  VectorXd r(n);
-  unsigned long long seed = 1;  // any force that has no symmetry
-  for (Eigen::Index k = 0; k < n; ++k) {
-    seed = seed * 6364136223846793005ull + 1442695040888963407ull;
-    r[k] = static_cast<double>(seed >> 33) / 2147483648.0 - 1;
-  }
-  MatrixXd column = r;
-  factor.clear_held(column);
-  column.bottomRows(factor.conditions()).setZero();
-  r = column;
+  VectorXd r = any_force(factor);
   if (start.size() == n) {
     const VectorXd w = rate.times(start);
     if (w.norm() > 0) r = w / w.norm() + 1e-3 * r / r.norm();

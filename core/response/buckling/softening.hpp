@@ -52,6 +52,8 @@ struct SoftMode {
 struct Softening {
   std::optional<SoftMode> ahead, behind;  ///< μ > 0, μ < 0
 };
+/// A force on every row that has no symmetry.
+VectorXd any_force(const MechanismFactor& factor);
 /// `start`: near the mode; empty where nothing is known.
 Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool drives_locked,
                  const VectorXd& start);

@@ -81,6 +81,72 @@ TEST_CASE("columns buckle at Euler's loads", "[buckling]") {
   }
 }
 
+TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse", "[buckling]") {
+  const int pieces = 40;
+  const double L = 0.1, w = 1e-3, t = 2e-4;
+  Mechanism m = models::single_leaf(L, w, t);
+  const double unit = pi * pi * bending(m.leaves[0]) / (L * L);
+  m.bodies.clear();
+  m.leaves.clear();
+  for (int i = 0; i < pieces; ++i) {
+    m.bodies.push_back(models::body({(i + 1) * L / pieces, 0, 0}, 0, 0));
+    m.leaves.push_back(models::leaf({i * L / pieces, 0, 0}, {1, 0, 0}, L / pieces, w, t));
+    m.leaves.back().base = i - 1;
+    m.leaves.back().tip = i;
+  }
+  m.end_effector = m.drives[0].body = pieces - 1;
+  ModelOptions model = beams(2);
+  for (const auto& [drive, factor] :
+       {std::pair{DriveState::free, 0.25},
+        {DriveState::locked, 4.493409457909064 * 4.493409457909064 / (pi * pi)}}) {
+    const CriticalLoadResult r = critical(m, model, along_x(-0.01 * unit), drive);
+    INFO(r.load.reason);
+    REQUIRE(r.load.factor);
+    CHECK(*r.load.factor == Approx(100 * factor).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("tips that rigid joints tie to a body buckle as tips that belong to it", "[buckling]") {
+  const Mechanism whole = models::guide(0.1, 0.03, 5e-4);
+  Mechanism tied = whole;
+  for (int k = 0; k < 2; ++k) {
+    tied.bodies.push_back(models::body({0.1, 0, 0}, 0, 0));
+    tied.leaves[static_cast<std::size_t>(k)].tip = k + 1;
+    tied.joints.push_back({.type = JointType::rigid, .body = 0, .other = k + 1});
+  }
+  for (const double stroke : {0.0, 0.004}) {
+    const double expected =
+        *critical(whole, {}, along_x(-20), DriveState::locked, stroke).load.factor;
+    const CriticalLoadResult r = critical(tied, {}, along_x(-20), DriveState::locked, stroke);
+    INFO(r.load.reason);
+    REQUIRE(r.load.factor);
+    CHECK(*r.load.factor == Approx(expected).epsilon(1e-7));
+  }
+}
+
+TEST_CASE("a spring that holds a guide back raises its load by what it holds", "[buckling]") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  Mechanism held = m;
+  const double k = 400;
+  for (const double side : {5.0, -5.0})  // one alone would pull it aside
+    held.springs.push_back({.body = 0,
+                            .place = {0.1, 0, 0},
+                            .other_place = {0.1, side, 0},
+                            .stiffness = k / 2,
+                            .free_length = 5});
+  const CriticalLoadResult r = critical(held, {}, along_x(-10), DriveState::free);
+  INFO(r.load.reason);
+  REQUIRE(r.load.factor);
+  // the guide alone, pressed as far, pulls back as hard as the spring
+  LoadCase loads;
+  loads.constant = {along_x(-10 * *r.load.factor)};
+  System system(m, make_full_leaves(m, {}), loads);
+  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
+  const Equilibrium up = step_to(system, 1e-6, {});
+  const Equilibrium down = step_to(system, -1e-6, {});
+  CHECK((up.drive_load - down.drive_load) / 2e-6 == Approx(-k).epsilon(1e-3));
+}
+
 TEST_CASE("strips without Poisson's ratio buckle as columns, wide or narrow", "[buckling]") {
   Material material = models::steel();
   material.poissons_ratio = 0;
