@@ -19,6 +19,10 @@ constexpr int most_states = 60;
 constexpr double reached = 1e-8;
 // The shortest step, likewise.
 constexpr double least_step = 1e-7;
+// Estimates that move by so small a share of the way between two states are those of a branch that
+// leads straight to a bifurcation. An imperfection that is rounding, or as small, makes it miss
+// that by a little; it has missed it where the factor is so far beyond.
+constexpr double agreement = 0.02, missed = 1.01;
 // Beyond it, where the tangent must have become indefinite.
 constexpr double beyond = 1e-4;
 // Motions of the bodies by the factor that are not rounding, lengths over the longest leaf.
@@ -158,6 +162,14 @@ CriticalLoad Tracer::follow(int side, Look here, double bound) {
   const double begin = branch_->factor();
   double trust = 0.5, longest = std::numeric_limits<double>::infinity();
   VectorXd mode;
+  // the state nearest to a bifurcation that the branch was heading for
+  struct Nearest {
+    LoadBranch::State state;
+    BranchDirection along;
+    VectorXd mode;
+    double factor = 0, distance = 0;
+  };
+  std::optional<Nearest> nearest;
   for (int count = 0;; ++count) {
     const double at = branch_->factor(), size = std::max(1.0, std::abs(at));
     const auto found = [&](double factor) {
@@ -173,6 +185,13 @@ CriticalLoad Tracer::follow(int side, Look here, double bound) {
       if (crosses(here)) return found(here.estimate(at, *here.ahead));
       longest = std::numeric_limits<double>::infinity();
       trust = 2;  // it only touches
+    }
+    if (nearest && std::abs(at - begin) > missed * std::abs(nearest->factor - begin)) {
+      branch_->restore(nearest->state);
+      here = {};
+      here = look(side, &nearest->along, nearest->mode);
+      mode = nearest->mode;
+      return found(nearest->factor);
     }
     if (std::abs(at - begin) > bound || count == most_states) {
       result.none = true;
@@ -212,14 +231,21 @@ CriticalLoad Tracer::follow(int side, Look here, double bound) {
     if (here.ahead) mode = here.ahead->mode;
     const std::optional<double> foretold =
         here.ahead ? std::optional(here.ahead->step) : std::nullopt;
+    const double last_estimate = here.ahead ? here.estimate(at, *here.ahead) : 0;
     const BranchDirection before = here.along;
     here = {};  // before its leaves move on
     here = look(side, &before, mode);
     if (foretold && here.ahead) {
       const double left = here.ahead->step / *foretold,
                    error = std::abs(step + here.ahead->step - *foretold) / *foretold;
+      const double now = here.estimate(branch_->factor(), *here.ahead),
+                   distance = here.ahead->step * std::abs(here.along.factor);
+      const bool straight =
+          std::abs(now - last_estimate) < agreement * std::abs(branch_->factor() - at);
+      if (straight && (!nearest || distance < nearest->distance))
+        nearest = Nearest{branch_->save(), here.along, here.ahead->mode, now, distance};
       // an estimate that keeps its distance is that of a branch that bends away
-      trust = left > 0.8 ? std::min(2 * trust, 32.0) : std::clamp(1 - 3 * error, 0.5, 0.999999);
+      trust = left > 0.8 ? std::min(2 * trust, 32.0) : std::clamp(1 - 3 * error, 0.5, 0.999);
       if (left > 0.8) weigh_anew(here);
     } else {
       trust = 0.5;

@@ -274,6 +274,21 @@ TEST_CASE("a guide that is deflected gives way with its drive free, and says so"
   CHECK(r.load.linearised);
 }
 
+TEST_CASE("an imperfection that is next to nothing does not hide a bifurcation", "[buckling]") {
+  // a dead force of 1e-7 N pulls the guide aside
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  const double perfect = *critical(m, {}, along_x(-10), DriveState::free).load.factor;
+  LoadCase loads;
+  loads.constant = {along_x(-10), {.force = {0, 1e-7, 0}}};
+  System system(m, make_full_leaves(m, {}), loads);
+  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
+  LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
+  const CriticalLoadResult r = find_critical_load(branch, {}, nullptr);
+  INFO(r.load.reason);
+  REQUIRE(r.load.factor);
+  CHECK(*r.load.factor == Approx(perfect).epsilon(1e-4));
+}
+
 TEST_CASE("derivatives of the factor are exact at bifurcations and at folds",
           "[buckling][gradient]") {
   const std::vector<double> numbers{0.1, 0.03, 5e-4};
