@@ -5,8 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/each_number.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
 namespace {
