@@ -18,30 +18,45 @@ namespace flexopt {
 /// A number at the eight membrane points of an element.
 using Lanes8 = double __attribute__((vector_size(64)));
 
-/// And one with its derivative.
+/// And one with derivatives.
+template <int n>
 struct DualLanes8 {
-  Lanes8 value, derivative;
+  Lanes8 value;
+  std::array<Lanes8, n> derivatives;
 
   DualLanes8& operator+=(const DualLanes8& b) {
     value += b.value;
-    derivative += b.derivative;
+    for (int k = 0; k < n; ++k) derivatives[k] += b.derivatives[k];
     return *this;
   }
   DualLanes8& operator-=(double b) {
     value -= b;
     return *this;
   }
+  DualLanes8& operator-=(const DualLanes8& b) {
+    value -= b.value;
+    for (int k = 0; k < n; ++k) derivatives[k] -= b.derivatives[k];
+    return *this;
+  }
   DualLanes8& operator*=(double b) {
     value *= b;
-    derivative *= b;
+    for (int k = 0; k < n; ++k) derivatives[k] *= b;
     return *this;
   }
   friend DualLanes8 operator+(DualLanes8 a, const DualLanes8& b) { return a += b; }
   friend DualLanes8 operator*(const DualLanes8& a, const DualLanes8& b) {
-    return {a.value * b.value, a.value * b.derivative + a.derivative * b.value};
+    DualLanes8 c;
+    c.value = a.value * b.value;
+    for (int k = 0; k < n; ++k)
+      c.derivatives[k] = a.value * b.derivatives[k] + a.derivatives[k] * b.value;
+    return c;
   }
-  friend DualLanes8 operator*(const Dual1& a, const DualLanes8& b) {
-    return {a.value * b.value, a.value * b.derivative + a.derivatives[0] * b.value};
+  friend DualLanes8 operator*(const Dual<n>& a, const DualLanes8& b) {
+    DualLanes8 c;
+    c.value = a.value * b.value;
+    for (int k = 0; k < n; ++k)
+      c.derivatives[k] = a.value * b.derivatives[k] + a.derivatives[k] * b.value;
+    return c;
   }
 };
 
@@ -54,15 +69,23 @@ struct PointLanes<double> {
   static void set(type& lanes, int g, double value) { lanes[g] = value; }
   static double get(const type& lanes, int g) { return lanes[g]; }
 };
-template <>
-struct PointLanes<Dual1> {
-  using type = DualLanes8;
-  static type constant(double value) { return {Lanes8{} + value, Lanes8{}}; }
-  static void set(type& lanes, int g, const Dual1& value) {
-    lanes.value[g] = value.value;
-    lanes.derivative[g] = value.derivatives[0];
+template <int n>
+struct PointLanes<Dual<n>> {
+  using type = DualLanes8<n>;
+  static type constant(double value) {
+    type lanes{};
+    lanes.value += value;
+    return lanes;
   }
-  static Dual1 get(const type& lanes, int g) { return {lanes.value[g], {lanes.derivative[g]}}; }
+  static void set(type& lanes, int g, const Dual<n>& value) {
+    lanes.value[g] = value.value;
+    for (int k = 0; k < n; ++k) lanes.derivatives[k][g] = value.derivatives[k];
+  }
+  static Dual<n> get(const type& lanes, int g) {
+    Dual<n> value(lanes.value[g]);
+    for (int k = 0; k < n; ++k) value.derivatives[k] = lanes.derivatives[k][g];
+    return value;
+  }
 };
 
 /// The product of an element's operator, or of its transpose, of which the leading block counts,
@@ -108,6 +131,9 @@ class TubeSeries {
     nodal_.assign(mesh_.lines(), Matrix());
     nodal_.front() = nodal_.back() = Matrix::Zero(mesh_.functions_per_line(), 3 * size);
   }
+
+  /// Dead forces on the nodal dofs, functions_per_line × 3 for each line, in the chord frame.
+  void set_nodal_load(std::vector<Matrix> load) { load_ = std::move(load); }
 
   /// Nodal dofs of the unknowns Y (rows as ChordLeaf::unknowns, columns monomials ≤ field order).
   void set_fields(const Matrix& Y) {
@@ -170,6 +196,8 @@ class TubeSeries {
     for (int i = 0; i < mesh_.elements_along(); ++i)
       for (int j = 0; j < mesh_.elements_across(); ++j)
         add_force(i, j, i == 0 || i == mesh_.elements_along() - 1 ? 0 : d, d, force);
+    for (std::size_t i = 0; i < load_.size(); ++i)
+      for (int c = 0; c < 3; ++c) force[i].col(c * size) -= load_[i].col(c);
 
     Matrix R(leaf_.plate().unknowns() + 3, k1 - k0);
     for (int i = 1; i < last; ++i)
@@ -572,6 +600,7 @@ class TubeSeries {
   std::array<std::array<std::array<P, 3>, 3>, 2> axis_;  ///< [edge][column][component]
   std::array<std::array<P, 3>, 2> tangent_z_;            ///< [edge][component] of J e_z
   std::vector<Matrix> nodal_;
+  std::vector<Matrix> load_;  ///< none, or of every line
 
   // of the element at hand
   Matrix U_, A_;

@@ -19,9 +19,20 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+// At how many of the points reduced leaves are asked for their dynamics.
+int points_with_dynamics(const ModelOptions& model, const StrokeRequest& request,
+                         const std::vector<int>& order, const DifferentiablePath* differentiable) {
+  const bool asked = request.frequencies_of(DriveState::free) > 0 ||
+                     request.frequencies_of(DriveState::locked) > 0;
+  const bool of_reduced_leaves =
+      !differentiable && model.mass == LeafMass::consistent && model.leaf_modes > 0;
+  return asked && of_reduced_leaves ? static_cast<int>(order.size()) : 0;
+}
+
 std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism,
                                                       const ModelOptions& model,
-                                                      const StrokeRequest& request) {
+                                                      const StrokeRequest& request,
+                                                      int frequency_points) {
   if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
   double largest = 0;
   for (const double s : request.points) largest = std::max(largest, std::abs(s));
@@ -29,7 +40,7 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   if (mechanism.drives.size() > 1)
     for (std::size_t k = 0; k < request.points.size(); ++k)
       several.push_back(request.strokes_at(k, mechanism.drives.size()));
-  return make_reduced_leaves(mechanism, model, largest, request.loads, several);
+  return make_reduced_leaves(mechanism, model, largest, request.loads, several, frequency_points);
 }
 
 using Solve = std::function<Equilibrium()>;
@@ -91,8 +102,9 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
                    DifferentiablePath* differentiable, StrokeResponse& response) {
   auto start = Clock::now();
-  auto system =
-      std::make_unique<System>(mechanism, make_leaves(mechanism, model, request), request.loads);
+  const int with_dynamics = points_with_dynamics(model, request, order, differentiable);
+  auto system = std::make_unique<System>(
+      mechanism, make_leaves(mechanism, model, request, with_dynamics), request.loads);
   response.seconds_coefficients += seconds_since(start);
   start = Clock::now();
 
@@ -121,8 +133,8 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     }
     Equilibrium equilibrium = advance(*system, request, static_cast<std::size_t>(k));
     if (several && !equilibrium.converged && !from_rest) {
-      system = std::make_unique<System>(mechanism, make_leaves(mechanism, model, request),
-                                        request.loads);
+      system = std::make_unique<System>(
+          mechanism, make_leaves(mechanism, model, request, with_dynamics), request.loads);
       load();
       equilibrium = advance(*system, request, static_cast<std::size_t>(k));
     }
