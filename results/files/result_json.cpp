@@ -87,12 +87,10 @@ Json leaves_json(const PathPoint& point, const Mechanism& mechanism) {
   for (std::size_t i = 0; i < point.leaves.size(); ++i) {
     const LeafReport& leaf = point.leaves[i];
     assert(i < mechanism.leaves.size());
-    Json report = {{"name", mechanism.leaves[i].name},
-                   {"model", leaf.model},
-                   {"reason", leaf.reason},
-                   {"check", leaf.check}};
-    if (!leaf.frequencies.empty()) report["frequencies"] = leaf.frequencies;
-    leaves.push_back(std::move(report));
+    leaves.push_back({{"name", mechanism.leaves[i].name},
+                      {"model", leaf.model},
+                      {"reason", leaf.reason},
+                      {"check", leaf.check}});
   }
   return leaves;
 }

@@ -28,9 +28,6 @@ struct LeafReport {
   std::string model;   ///< "tube", "linear_craig_bampton", "full"
   std::string reason;  ///< why not the default; empty otherwise
   double check = 0;    ///< relative correction of the condensed full leaf; 0 if not made
-  /// Of a reduced leaf whose internal dynamics are tabulated, once frequencies were asked for:
-  /// "tables", or "condensed: " and why not.
-  std::string frequencies = {};
 };
 
 /// Deformed mid-surface of a leaf on its mesh, points along first.

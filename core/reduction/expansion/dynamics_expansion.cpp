@@ -118,7 +118,7 @@ Motions motions_of(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Inte
   const MonomialTable &table = monomials<6, 2>(), &higher = monomials<6, 3>();
   const PlateMesh& mesh = leaf.plate().mesh();
   const FieldExpansion fields = expand_fields(leaf, ray, 3);
-  const LoadFields by_load = expand_load_fields(leaf, ray, fields.fields, loads.loads);
+  const LoadFields by_load = expand_load_fields(leaf, ray, fields.fields, loads);
   const MatrixXd r = nodal_values(leaf, fields.fields, fields.edge_nodal),
                  by_loads = nodal_values(leaf, by_load.fields, by_load.edge_nodal);
   const Eigen::Index m = table.size();

@@ -1,20 +1,12 @@
 #pragma once
 // Expansion of what the vibrations of a leaf take, about a bent state: the extended potential
-// W(s, f; a) to second order in a and the mass. Equations (R6) to (R9) of core/reduction/README.md.
+// W(s, f; a) to second order in a and the mass. Equations (D1) to (D3) of core/reduction/README.md.
 #include "core/math/matrix_polynomial.hpp"
 #include "core/reduction/expansion/load_fields.hpp"
 
 namespace flexopt {
 
-/// Amplitudes of a leaf's internal motion: a = Lᵀ r of fixed loads L on its nodes, in the chord
-/// frame. The loads are the inertia of the lowest modes of the flat leaf between held edges, each
-/// of one parity in both mirrors.
-struct InternalLoads {
-  MatrixXd loads;                                   ///< as in expand_load_fields
-  std::array<int, field_loads> normal{}, across{};  ///< parity: −1 or +1
-  bool found = false;  ///< false where the mesh is too coarse to have so many modes
-};
-/// `leaf`: undeflected.
+/// Of a flat leaf of uniform width and thickness. `leaf`: undeflected.
 InternalLoads internal_loads(const ChordLeaf& leaf);
 
 /// Taylor coefficients to degree 2 in x = (σ, τ, φ, N, M1, M2), forces over their scale, all in the

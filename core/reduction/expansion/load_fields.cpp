@@ -25,13 +25,15 @@ MatrixXd parts_of(const Numbers& A, int first, int parts) {
     }
   return all;
 }
-Numbers numbers_of(const MatrixXd& all) {
+// The first `columns` of each part.
+Numbers numbers_of(const MatrixXd& all, Eigen::Index columns) {
   constexpr int parts = 1 + field_loads;
-  Numbers A(all.rows(), all.cols() / parts);
-  for (Eigen::Index c = 0; c < A.cols(); ++c)
+  const Eigen::Index part = all.cols() / parts;
+  Numbers A(all.rows(), columns);
+  for (Eigen::Index c = 0; c < columns; ++c)
     for (Eigen::Index r = 0; r < A.rows(); ++r) {
       A(r, c).value = all(r, c);
-      for (int p = 1; p < parts; ++p) A(r, c).derivatives[p - 1] = all(r, p * A.cols() + c);
+      for (int p = 1; p < parts; ++p) A(r, c).derivatives[p - 1] = all(r, p * part + c);
     }
   return A;
 }
@@ -41,10 +43,11 @@ struct Operator {
   const PlateMesh::Matrix16* matrix;
 };
 Numbers times(const Operator& A, Eigen::Index rows, const Numbers& B) {
-  return numbers_of(flexopt::times(*A.matrix, rows, parts_of(B, 0, 1 + field_loads)));
+  return numbers_of(flexopt::times(*A.matrix, rows, parts_of(B, 0, 1 + field_loads)), B.cols());
 }
 Numbers transposed_times(const Operator& A, Eigen::Index rows, const Numbers& B) {
-  return numbers_of(flexopt::transposed_times(*A.matrix, rows, parts_of(B, 0, 1 + field_loads)));
+  return numbers_of(flexopt::transposed_times(*A.matrix, rows, parts_of(B, 0, 1 + field_loads)),
+                    B.cols());
 }
 
 // The mesh for a series of numbers with derivatives.
@@ -95,26 +98,27 @@ std::vector<Numbers> nodal_loads(const PlateMesh& mesh, const MatrixXd& loads) {
 }  // namespace
 
 LoadFields expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
-                              const MatrixXd& fields, const MatrixXd& loads) {
+                              const MatrixXd& fields, const InternalLoads& loads) {
   const MonomialTable& table = monomials<6, load_order>();
   const PlateMesh& mesh = leaf.plate().mesh();
   const int m = table.size();
-  assert(fields.cols() >= m && loads.cols() == field_loads);
-  assert(loads.rows() == 3 * mesh.functions_per_line() * mesh.lines());
+  assert(fields.cols() >= m && loads.loads.cols() == field_loads);
+  assert(loads.loads.rows() == 3 * mesh.functions_per_line() * mesh.lines());
   const FieldSolver solve(leaf);
   const LoadedMesh loaded(mesh);
   auto series = std::make_unique<TubeSeries<load_order, LoadedMesh>>(leaf, loaded, ray, load_order);
-  series->set_nodal_load(nodal_loads(mesh, loads));
+  series->set_nodal_load(nodal_loads(mesh, loads.loads),
+                         {loads.across.begin(), loads.across.end()});
   MatrixXd all = MatrixXd::Zero(fields.rows(), (1 + field_loads) * m);
   all.leftCols(m) = fields.leftCols(m);
   for (int d = 0; d <= load_order; ++d) {
-    series->set_fields(numbers_of(all));
+    series->set_fields(numbers_of(all, table.count(d)));
     const MatrixXd Y = solve(parts_of(series->residual(d), 1, field_loads));
     const Eigen::Index nd = Y.cols() / field_loads;
     for (int p = 0; p < field_loads; ++p)
       all.middleCols((1 + p) * m + table.count(d - 1), nd) = Y.middleCols(p * nd, nd);
   }
-  series->set_fields(numbers_of(all));
+  series->set_fields(numbers_of(all, m));
   return {all.rightCols(field_loads * m), parts_of(series->edge_nodal(), 1, field_loads)};
 }
 

@@ -133,7 +133,12 @@ class TubeSeries {
   }
 
   /// Dead forces on the nodal dofs, functions_per_line × 3 for each line, in the chord frame.
-  void set_nodal_load(std::vector<Matrix> load) { load_ = std::move(load); }
+  /// `parity`: of every derivative of the fields beside their values, in the mirror across the
+  /// width: +1 or −1; none where all are even.
+  void set_nodal_load(std::vector<Matrix> load, std::vector<int> parity) {
+    load_ = std::move(load);
+    parity_ = std::move(parity);
+  }
 
   /// Nodal dofs of the unknowns Y (rows as ChordLeaf::unknowns, columns monomials ≤ field order).
   void set_fields(const Matrix& Y) {
@@ -192,10 +197,14 @@ class TubeSeries {
     const int n = mesh_.functions_per_line(), last = mesh_.lines() - 1;
     const int k0 = table_.count(d - 1), k1 = table_.count(d);
     std::vector<Matrix> force(mesh_.lines(), Matrix::Zero(n, 3 * size));
+    const int across = mesh_.elements_across();
+    const bool halved = across % 2 == 0;  // the other half is the mirror image
     // the turning edges mix all degrees of the nodal forces there
     for (int i = 0; i < mesh_.elements_along(); ++i)
-      for (int j = 0; j < mesh_.elements_across(); ++j)
+      for (int j = 0; j < (halved ? across / 2 : across); ++j)
         add_force(i, j, i == 0 || i == mesh_.elements_along() - 1 ? 0 : d, d, force);
+    if (halved)
+      for (Matrix& line : force) add_mirror_image(line, k1);
     for (std::size_t i = 0; i < load_.size(); ++i)
       for (int c = 0; c < 3; ++c) force[i].col(c * size) -= load_[i].col(c);
 
@@ -345,6 +354,35 @@ class TubeSeries {
         axis_[e][j][c] = P::constant(0);
         for (int i = 0; i < 3; ++i)
           if (Q(i, j) != 0) axis_[e][j][c] += turned[i][c] * S(Q(i, j));
+      }
+  }
+
+  S mirrored(const S& x, double sign) const {
+    S image = x * sign;
+    if constexpr (!std::is_same_v<S, double>)
+      for (std::size_t k = 0; k < parity_.size(); ++k) image.derivatives[k] *= parity_[k];
+    return image;
+  }
+  // Nodal forces of one half of the width: those of the other half too, of the first monomials.
+  void add_mirror_image(Matrix& line, int monomials) const {
+    const int nodes = mesh_.nodes_per_line();
+    for (int c = 0; c < 3; ++c)
+      for (int k = 0; k < monomials; ++k) {
+        const auto e = table_.exponents(k);  // φ, M1 and M2 change their signs
+        const double parity = ((e[2] + e[4] + e[5]) % 2 == 0) == (c != 1) ? 1 : -1;
+        auto f = line.col(c * size + k);
+        for (int j = 0; j <= nodes / 2; ++j)
+          for (int s = 0; s < 4; ++s) {
+            const int a = 4 * j + s, b = 4 * (nodes - 1 - j) + s;
+            const double sign = s < 2 ? parity : -parity;
+            if (a == b) {
+              f[a] += mirrored(f[a], sign);
+            } else {
+              const S image = mirrored(f[b], sign);
+              f[b] += mirrored(f[a], sign);
+              f[a] += image;
+            }
+          }
       }
   }
 
@@ -601,6 +639,7 @@ class TubeSeries {
   std::array<std::array<P, 3>, 2> tangent_z_;            ///< [edge][component] of J e_z
   std::vector<Matrix> nodal_;
   std::vector<Matrix> load_;  ///< none, or of every line
+  std::vector<int> parity_;
 
   // of the element at hand
   Matrix U_, A_;

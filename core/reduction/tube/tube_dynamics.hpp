@@ -1,7 +1,7 @@
 #pragma once
 // Internal dynamics of a tube leaf from tables: stiffness and mass of its internal amplitudes as
-// polynomials about its bent states, joined along the ray as the fields are. Equations (R6) to
-// (R10) of core/reduction/README.md.
+// polynomials about its bent states, joined along the ray as the fields are. Equations (D1) to
+// (D5) of core/reduction/README.md.
 #include <memory>
 #include <vector>
 
@@ -11,7 +11,7 @@ namespace flexopt {
 
 /// Largest relative change of the internal stiffness by the terms of second order off the ray:
 /// beyond it a frequency may be off by more than about 0.15 %.
-inline constexpr double largest_dynamics_change = 0.05;
+inline double largest_dynamics_change = 0.05;
 
 class TubeDynamics {
  public:

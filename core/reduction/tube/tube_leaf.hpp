@@ -80,7 +80,11 @@ class TubeLeaf final : public LeafElement {
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
-  LeafReport report() const override { return {"tube", {}, check_, frequencies_from_}; }
+  const std::shared_ptr<TubeModel>& model() const { return model_; }
+  /// Where the last dynamics() came from, of a leaf with tables: "tables", or "condensed: " and
+  /// why.
+  const std::string& frequencies_from() const { return frequencies_from_; }
+  LeafReport report() const override { return {"tube", {}, check_}; }
 
  private:
   /// The edges as those of a flat leaf on the chord.
@@ -109,7 +113,7 @@ class TubeLeaf final : public LeafElement {
   ReducedResponse response_;
   LeafEvaluation evaluation_;
   double check_ = 0;
-  std::string frequencies_from_;  ///< LeafReport::frequencies
+  std::string frequencies_from_;
   std::unique_ptr<PlateLeaf> plate_;
   bool plate_is_current_ = false;
   bool plate_is_exact_ = false;  ///< assembled after the Newton step, not before it

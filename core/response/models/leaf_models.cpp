@@ -194,11 +194,9 @@ std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mech
   return full_leaves(leaves_of(mechanism), model, meshes);
 }
 
-std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
-                                                              const ModelOptions& model,
-                                                              double largest, const LoadCase& loads,
-                                                              const std::vector<VectorXd>& several,
-                                                              int frequency_points) {
+std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
+    const Mechanism& mechanism, const ModelOptions& model, double largest, const LoadCase& loads,
+    const std::vector<VectorXd>& several) {
   Meshes meshes;
   const std::vector<LeafSpring> springs = leaves_of(mechanism);
   if (model.method == Reduction::linear_craig_bampton) return linear_leaves(springs, model, meshes);
@@ -211,7 +209,6 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
       mechanism, model, loads, {1, driven ? 0 : largest}, several.empty() ? one : several, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<TubeModel>> models;
-  std::map<const TubeModel*, int> states;  // at which frequencies are wanted
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
     const auto mesh = mesh_of(leaf, model, meshes);
@@ -245,15 +242,11 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
           std::abs(m->range().force_centre - range.force_centre) < 1e-6)
         tube = m;
     if (!tube) models.push_back(tube = std::make_shared<TubeModel>(mesh, range));
-    states[tube.get()] += frequency_points;
     if (tube->built())
       leaves.push_back(std::make_unique<TubeLeaf>(leaf, tube, i));
     else
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "no bent states were found"));
   }
-  for (const auto& tube : models)
-    if (tube->built() && states[tube.get()] >= states_that_pay * tube->bent_states())
-      tube->make_dynamics();
   return leaves;
 }
 

@@ -27,15 +27,8 @@ bool leaves_a_node(const LeafSpring& leaf, const LeafSpring& direction, const Mo
 /// the largest factor of the growing loads, which then give the kinematics. `several`: instead, the
 /// strokes of several drives at the points of the path. A leaf with a free tip
 /// or a material point, or whose bent states are not found, is full, and says so.
-/// `frequency_points`: at so many points of the path natural frequencies are wanted. Where that
-/// pays, tubes get tables of their internal dynamics.
 std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
     const Mechanism& mechanism, const ModelOptions& model, double largest,
-    const LoadCase& loads = {}, const std::vector<VectorXd>& several = {},
-    int frequency_points = 0);
-
-/// States of leaves for each bent state of their tube from which on tables of the dynamics cost
-/// less than condensing the full leaf at every state. Measured, both on the default mesh.
-inline constexpr int states_that_pay = 8;
+    const LoadCase& loads = {}, const std::vector<VectorXd>& several = {});
 
 }  // namespace flexopt

@@ -8,6 +8,7 @@
 #include <functional>
 #include <utility>
 
+#include "core/response/models/dynamic_tables.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/full_finish.hpp"
 
@@ -21,18 +22,18 @@ double seconds_since(Clock::time_point start) {
 
 // At how many of the points reduced leaves are asked for their dynamics.
 int points_with_dynamics(const ModelOptions& model, const StrokeRequest& request,
-                         const std::vector<int>& order, const DifferentiablePath* differentiable) {
+                         std::size_t points, const DifferentiablePath* differentiable) {
   const bool asked = request.frequencies_of(DriveState::free) > 0 ||
                      request.frequencies_of(DriveState::locked) > 0;
   const bool of_reduced_leaves =
       !differentiable && model.mass == LeafMass::consistent && model.leaf_modes > 0;
-  return asked && of_reduced_leaves ? static_cast<int>(order.size()) : 0;
+  return asked && of_reduced_leaves ? static_cast<int>(points) : 0;
 }
 
 std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism,
                                                       const ModelOptions& model,
                                                       const StrokeRequest& request,
-                                                      int frequency_points) {
+                                                      int points_with_dynamics) {
   if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
   double largest = 0;
   for (const double s : request.points) largest = std::max(largest, std::abs(s));
@@ -40,7 +41,9 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   if (mechanism.drives.size() > 1)
     for (std::size_t k = 0; k < request.points.size(); ++k)
       several.push_back(request.strokes_at(k, mechanism.drives.size()));
-  return make_reduced_leaves(mechanism, model, largest, request.loads, several, frequency_points);
+  auto leaves = make_reduced_leaves(mechanism, model, largest, request.loads, several);
+  make_dynamic_tables(leaves, points_with_dynamics);
+  return leaves;
 }
 
 using Solve = std::function<Equilibrium()>;
@@ -102,9 +105,9 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
                    DifferentiablePath* differentiable, StrokeResponse& response) {
   auto start = Clock::now();
-  const int with_dynamics = points_with_dynamics(model, request, order, differentiable);
+  const int dynamics = points_with_dynamics(model, request, order.size(), differentiable);
   auto system = std::make_unique<System>(
-      mechanism, make_leaves(mechanism, model, request, with_dynamics), request.loads);
+      mechanism, make_leaves(mechanism, model, request, dynamics), request.loads);
   response.seconds_coefficients += seconds_since(start);
   start = Clock::now();
 
@@ -133,8 +136,8 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     }
     Equilibrium equilibrium = advance(*system, request, static_cast<std::size_t>(k));
     if (several && !equilibrium.converged && !from_rest) {
-      system = std::make_unique<System>(
-          mechanism, make_leaves(mechanism, model, request, with_dynamics), request.loads);
+      system = std::make_unique<System>(mechanism, make_leaves(mechanism, model, request, dynamics),
+                                        request.loads);
       load();
       equilibrium = advance(*system, request, static_cast<std::size_t>(k));
     }
