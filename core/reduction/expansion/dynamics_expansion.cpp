@@ -60,6 +60,24 @@ VectorXd mirrored(const PlateMesh& mesh, const VectorXd& v, bool across) {
 
 }  // namespace
 
+namespace {
+
+// Nodal values of a leaf between held edges that bends in its plane. That mode is far above the
+// others, but its inertia counts where a body swings a narrow leaf sideways.
+VectorXd lateral_shape(const PlateMesh& mesh) {
+  VectorXd nodal = VectorXd::Zero(3 * mesh.functions_per_line() * mesh.lines());
+  for (int i = 0; i < mesh.lines(); ++i) {
+    const double x = mesh.x()[i], r = 1 - x;
+    for (int j = 0; j < mesh.nodes_per_line(); ++j) {
+      nodal[nodal_row(mesh, i, 1, 4 * j)] = x * x * r * r;
+      nodal[nodal_row(mesh, i, 1, 4 * j + 1)] = 2 * x * r * (r - x);
+    }
+  }
+  return nodal;
+}
+
+}  // namespace
+
 InternalLoads internal_loads(const ChordLeaf& leaf) {
   constexpr int sought = P + 2;         // some may be two parities of one mode
   constexpr double least_share = 0.02;  // of a mode that mixes parities by chance
@@ -69,26 +87,31 @@ InternalLoads internal_loads(const ChordLeaf& leaf) {
   if (leaf.plate().unknowns() < 4 * sought) return result;
   MatrixXd shapes(result.loads.rows(), P);
   int kept = 0;
-  for (const PlateLeaf::Mode& mode : leaf.plate().modes(sought, 1e-6)) {
-    VectorXd nodal(result.loads.rows());
-    for (int i = 0; i < mesh.lines(); ++i)
-      nodal.segment(nodal_row(mesh, i, 0, 0), 3 * mesh.functions_per_line()) =
-          leaf.plate().nodal_rates(i, mode.shape);
+  const auto keep = [&](const VectorXd& shape, double least) {
     for (const int y : {1, -1})
       for (const int z : {-1, 1}) {
-        if (kept == P) break;
-        VectorXd part = 0.5 * (nodal + y * mirrored(mesh, nodal, true));
+        if (kept == P) return;
+        VectorXd part = 0.5 * (shape + y * mirrored(mesh, shape, true));
         part = (0.5 * (part + z * mirrored(mesh, part, false))).eval();
         for (int k = 0; k < kept; ++k) part -= shapes.col(k) * result.loads.col(k).dot(part);
         const VectorXd load = nodal_mass_times(mesh, part);
         const double share = load.dot(part);
-        if (share < least_share) continue;
+        if (!(share > least)) continue;
         shapes.col(kept) = part / std::sqrt(share);
         result.loads.col(kept) = load / std::sqrt(share);
         result.across[kept] = y;
         result.normal[kept] = z;
         ++kept;
       }
+  };
+  const VectorXd lateral = lateral_shape(mesh);
+  keep(lateral, 0.5 * lateral.dot(nodal_mass_times(mesh, lateral).col(0)));
+  for (const PlateLeaf::Mode& mode : leaf.plate().modes(sought, 1e-6)) {
+    VectorXd nodal(result.loads.rows());
+    for (int i = 0; i < mesh.lines(); ++i)
+      nodal.segment(nodal_row(mesh, i, 0, 0), 3 * mesh.functions_per_line()) =
+          leaf.plate().nodal_rates(i, mode.shape);
+    keep(nodal, least_share);
   }
   result.found = kept == P;
   return result;

@@ -9,8 +9,8 @@ namespace flexopt {
 inline constexpr int field_loads = 8;
 
 /// Amplitudes of a leaf's internal motion: a = Lᵀ r of fixed loads L on its nodes, in the chord
-/// frame. The loads are the inertia of the lowest modes of the flat leaf between held edges, each
-/// of one parity in both mirrors.
+/// frame. The loads are the inertia of motions of the flat leaf between held edges: bending in its
+/// plane, and its lowest modes. Each is of one parity in both mirrors.
 struct InternalLoads {
   MatrixXd loads;                                   ///< as in expand_load_fields
   std::array<int, field_loads> normal{}, across{};  ///< parity: −1 or +1

@@ -21,8 +21,9 @@ using RateSigns = Eigen::Matrix<double, R, 1>;
 
 enum Part { k_part, G_part, F_part, g_part, mass_part };
 
-// Taylor coefficients along the ray that a monomial off it takes from each end: total degree 2.
-constexpr int hermite_order(int degree) { return 3 - degree; }
+// Taylor coefficients along the ray that a monomial off it takes from each end, for a total degree
+// of 2 or, as a check of that, of 1.
+constexpr int hermite_order(int degree, int total) { return total + 1 - degree; }
 
 // A monomial off the ray, (τ, φ, N, M1, M2).
 struct Across {
@@ -31,7 +32,7 @@ struct Across {
   int variable[2] = {-1, -1};  ///< its factors
 
   bool even() const { return (power[1] + power[3] + power[4]) % 2 == 0; }
-  int columns() const { return 2 * hermite_order(degree); }
+  int columns(int total) const { return 2 * hermite_order(degree, total); }
 };
 
 // Those of one parity in (φ, M1, M2), by ascending degree.
@@ -56,9 +57,9 @@ const std::vector<Across>& basis(bool even) {
   static const std::vector<Across> both[2] = {across_monomials(false), across_monomials(true)};
   return both[even];
 }
-int basis_size(bool even) {
+int basis_size(bool even, int total) {
   int n = 0;
-  for (const Across& a : basis(even)) n += a.columns();
+  for (const Across& a : basis(even)) n += a.columns(total);
   return n;
 }
 constexpr int most_functions = 32;
@@ -207,43 +208,55 @@ TubeDynamics::Node TubeDynamics::make_node(const DynamicsExpansion& e, double si
   node.stations.resize(e.stations.rows() * e.stations.cols(), 2);
   for (int k = 0; k < 2; ++k) node.stations.col(k) = e.stations[k].reshaped();
 
-  // the sixth internal frequency at the bent state itself
+  // the fifth internal frequency at the bent state itself
   const MatrixXd X = Lu(e.F[0]).solve(e.G[0]);
   MatrixXd T = MatrixXd::Zero(R, P);
   T.bottomRows(P).setIdentity();
   T.middleRows<3>(9) = -X;
   const SymmetricEigen held(e.k[0] + e.G[0].transpose() * X, T.transpose() * e.mass[0] * T);
-  node.reach = held.eigenvalues()[5];
+  node.reach = held.eigenvalues()[4];
   return node;
 }
 
-TubeDynamics::Interval TubeDynamics::make_interval(const Node& a, const Node& b) const {
+namespace {
+
+// Entries × basis functions of the first `rows` entries between two bent states `width` apart.
+MatrixXd joined(const MatrixXd& left, const MatrixXd& right, Eigen::Index rows, double width,
+                bool even, int total) {
   const MonomialTable& table = monomials<6, 2>();
-  Interval interval{a.sigma, b.sigma - a.sigma, {}, {}};
-  for (const bool even : {true, false}) {
-    const MatrixXd &left = even ? a.even : a.odd, &right = even ? b.even : b.odd;
-    MatrixXd& C = even ? interval.even : interval.odd;
-    C.resize(left.rows(), basis_size(even));
-    int column = 0;
-    for (const Across& m : basis(even)) {
-      const int q = hermite_order(m.degree);
-      int index[3];
-      for (int j = 0; j < q; ++j)
-        index[j] = table.index(
-            std::array<int, 6>{j, m.power[0], m.power[1], m.power[2], m.power[3], m.power[4]});
-      for (Eigen::Index r = 0; r < C.rows(); ++r) {
-        double at_a[3], at_b[3], c[6], scale = 1;
-        for (int j = 0; j < q; ++j, scale *= interval.width) {
-          at_a[j] = scale * left(r, index[j]);
-          at_b[j] = scale * right(r, index[j]);
-        }
-        hermite_powers(q, at_a, at_b, c);
-        for (int j = 0; j < 2 * q; ++j) C(r, column + j) = c[j];
+  MatrixXd C(rows, basis_size(even, total));
+  int column = 0;
+  for (const Across& m : basis(even)) {
+    const int q = hermite_order(m.degree, total);
+    if (q == 0) continue;
+    int index[3];
+    for (int j = 0; j < q; ++j)
+      index[j] = table.index(
+          std::array<int, 6>{j, m.power[0], m.power[1], m.power[2], m.power[3], m.power[4]});
+    for (Eigen::Index r = 0; r < rows; ++r) {
+      double at_a[3], at_b[3], c[6], scale = 1;
+      for (int j = 0; j < q; ++j, scale *= width) {
+        at_a[j] = scale * left(r, index[j]);
+        at_b[j] = scale * right(r, index[j]);
       }
-      column += m.columns();
+      hermite_powers(q, at_a, at_b, c);
+      for (int j = 0; j < 2 * q; ++j) C(r, column + j) = c[j];
     }
+    column += m.columns(total);
   }
-  return interval;
+  return C;
+}
+
+}  // namespace
+
+TubeDynamics::Interval TubeDynamics::make_interval(const Node& a, const Node& b) const {
+  const double width = b.sigma - a.sigma;
+  return {a.sigma,
+          width,
+          joined(a.even, b.even, a.even.rows(), width, true, 2),
+          joined(a.odd, b.odd, a.odd.rows(), width, false, 2),
+          joined(a.even, b.even, even_stiffness_, width, true, 1),
+          joined(a.odd, b.odd, odd_stiffness_, width, false, 1)};
 }
 
 void TubeDynamics::add(const ChordLeaf& leaf, double sigma) {
@@ -268,18 +281,19 @@ TubeDynamics::Local TubeDynamics::locate(const Place& place) const {
   return at;
 }
 
-// `all`: the mass too; `first_order`: without terms of second order off the ray.
-void TubeDynamics::read(const Local& at, bool all, bool first_order, Entries& entries) const {
+// All entries to a total degree of 2, or those of the stiffness to 1 or 2.
+void TubeDynamics::read(const Local& at, bool all, int total, Entries& entries) const {
   const Interval& interval = intervals_[at.interval];
   for (const bool even : {true, false}) {
     alignas(64) std::array<double, most_functions> w;
     int n = 0;
     for (const Across& m : basis(even)) {
-      double x = first_order && m.degree > 1 ? 0 : 1;
+      double x = 1;
       for (int f = 0; f < m.degree; ++f) x *= at.z[m.variable[f]];
-      for (int j = 0; j < m.columns(); ++j, x *= at.t) w[n++] = x;
+      for (int j = 0; j < m.columns(total); ++j, x *= at.t) w[n++] = x;
     }
-    const MatrixXd& C = even ? interval.even : interval.odd;
+    const MatrixXd& C = total == 2 ? (even ? interval.even : interval.odd)
+                                   : (even ? interval.lower_even : interval.lower_odd);
     const std::vector<Slot>& slots = even ? even_ : odd_;
     const Eigen::Index rows = all ? C.rows() : even ? even_stiffness_ : odd_stiffness_;
     VectorXd values(rows);
@@ -293,7 +307,7 @@ TubeDynamics::Answer TubeDynamics::evaluate(const Place& place) const {
   assert(!intervals_.empty());
   const Local at = locate(place);
   Entries e;
-  read(at, true, false, e);
+  read(at, true, 2, e);
   Answer answer;
   Flat X;
   if (!e.stiffness(answer.stiffness, X) || !factorise(e.k)) {
@@ -325,8 +339,8 @@ TubeDynamics::Answer TubeDynamics::evaluate(const Place& place) const {
 double TubeDynamics::change(const Place& place) const {
   const Local at = locate(place);
   Entries e, lower;
-  read(at, false, false, e);
-  read(at, false, true, lower);
+  read(at, false, 2, e);
+  read(at, false, 1, lower);
   Square K, less;
   Flat X;
   constexpr double endless = 1e9;

@@ -9,9 +9,9 @@
 
 namespace flexopt {
 
-/// Largest relative change of the internal stiffness by the terms of second order off the ray:
-/// beyond it a frequency may be off by more than about 0.15 %.
-inline double largest_dynamics_change = 0.05;
+/// Largest relative change of the internal stiffness by the last degree of its tables: beyond it a
+/// frequency may be off by more than about 0.15 %.
+inline constexpr double largest_dynamics_change = 0.03;
 
 class TubeDynamics {
  public:
@@ -38,13 +38,14 @@ class TubeDynamics {
     /// Over (v, ω, rates of (σ, τ, φ), of (N, M1, M2) with the amplitudes' static parts, those of
     /// the amplitudes beyond their static parts).
     Eigen::Matrix<double, rates, rates> mass;
-    /// ω² of the sixth of the eight internal motions between held edges, the smaller one of both
+    /// ω² of the fifth of the eight internal motions between held edges, the smaller one of both
     /// neighbouring bent states: up to there every mode is well represented.
     double reach = 0;
   };
   /// Needs two bent states; sigma inside of them or their mirror images.
   Answer evaluate(const Place& place) const;
-  /// Of the last terms: |L⁻¹ (K⁻ − K) L⁻ᵀ|, K⁻ without terms of second order off the ray.
+  /// By the last degree: |L⁻¹ (K⁻ − K) L⁻ᵀ|, K = L Lᵀ the internal stiffness, K⁻ the one to a
+  /// total degree of 1.
   double change(const Place& place) const;
   /// Motion of the stations for the rates of Answer::mass, chord axes; 6 rows each.
   MatrixXd stations(const Place& place) const;
@@ -55,7 +56,8 @@ class TubeDynamics {
   };
   struct Interval {
     double start, width;
-    MatrixXd even, odd;  ///< entries × basis functions
+    MatrixXd even, odd;              ///< entries × basis functions
+    MatrixXd lower_even, lower_odd;  ///< of the stiffness alone, to a total degree of 1
   };
   struct Node {
     double sigma;
@@ -70,7 +72,7 @@ class TubeDynamics {
   Node make_node(const DynamicsExpansion& expansion, double sigma) const;
   Interval make_interval(const Node& a, const Node& b) const;
   Local locate(const Place& place) const;
-  void read(const Local& at, bool all, bool first_order, Entries& entries) const;
+  void read(const Local& at, bool all, int total, Entries& entries) const;
   VectorXd mirror_signs() const;
 
   Eigen::Matrix2d ray_;
