@@ -198,7 +198,8 @@ class TubeSeries {
     const int k0 = table_.count(d - 1), k1 = table_.count(d);
     std::vector<Matrix> force(mesh_.lines(), Matrix::Zero(n, 3 * size));
     const int across = mesh_.elements_across();
-    const bool halved = across % 2 == 0;  // the other half is the mirror image
+    const bool symmetric = leaf_.soft()[2] == 0 && leaf_.forces()[1] == 0 && leaf_.forces()[2] == 0;
+    const bool halved = across % 2 == 0 && symmetric;  // the other half is the mirror image
     // the turning edges mix all degrees of the nodal forces there
     for (int i = 0; i < mesh_.elements_along(); ++i)
       for (int j = 0; j < (halved ? across / 2 : across); ++j)

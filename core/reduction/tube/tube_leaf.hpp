@@ -81,10 +81,7 @@ class TubeLeaf final : public LeafElement {
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   const std::shared_ptr<TubeModel>& model() const { return model_; }
-  /// Where the last dynamics() came from, of a leaf with tables: "tables", or "condensed: " and
-  /// why.
-  const std::string& frequencies_from() const { return frequencies_from_; }
-  LeafReport report() const override { return {"tube", {}, check_}; }
+  LeafReport report() const override { return {"tube", condensed_because_, check_}; }
 
  private:
   /// The edges as those of a flat leaf on the chord.
@@ -101,7 +98,7 @@ class TubeLeaf final : public LeafElement {
   /// Where the state lies in the tables of the dynamics.
   TubeDynamics::Place place() const;
   /// Dynamics from the tables. None without tables, where more modes are wanted than they have, and
-  /// where they do not hold; frequencies_from_ then says why.
+  /// where they do not hold; condensed_because_ then says why.
   std::optional<LeafDynamics> tabulated_dynamics(int modes);
 
   LeafSpring leaf_;
@@ -113,7 +110,7 @@ class TubeLeaf final : public LeafElement {
   ReducedResponse response_;
   LeafEvaluation evaluation_;
   double check_ = 0;
-  std::string frequencies_from_;
+  std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::unique_ptr<PlateLeaf> plate_;
   bool plate_is_current_ = false;
   bool plate_is_exact_ = false;  ///< assembled after the Newton step, not before it

@@ -56,27 +56,29 @@ TubeDynamics::Place TubeLeaf::place() const {
 
 std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
   const TubeDynamics* tables = model_->dynamics();
-  frequencies_from_.clear();
+  condensed_because_.clear();
   if (!tables || modes == 0) return std::nullopt;
   if (modes > tabulated_modes) {
-    frequencies_from_ = "condensed: more internal modes than the tables have";
+    condensed_because_ =
+        "frequencies of the full leaf: they take more internal modes than the tables have";
     return std::nullopt;
   }
   const TubeDynamics::Place at = place();
   const double change = tables->change(at);
   if (!(change <= largest_dynamics_change)) {
-    frequencies_from_ = fmt::format(
-        "condensed: the last terms of the tables change the internal stiffness by {:.2g} > {:.2g}",
+    condensed_because_ = fmt::format(
+        "frequencies of the full leaf: the last degree of the tables changes the internal "
+        "stiffness by {:.2g} > {:.2g}",
         change, largest_dynamics_change);
     return std::nullopt;
   }
   const TubeDynamics::Answer local = tables->evaluate(at);
   if (!local.reason.empty()) {
-    frequencies_from_ = "condensed: " + local.reason;
+    condensed_because_ = "frequencies of the full leaf: " + local.reason;
     return std::nullopt;
   }
-  frequencies_from_ = "tables";
 
+  check_ = 0;  // nothing is condensed
   const Matrix12d edges = edge_rates(response_, state_.mixed, model_->potential().ray());
   const Matrix12d T = edges.lazyProduct(scale_.transformation().transpose());
   const double root = std::sqrt(scale_.mass);  // unit modal mass in SI
