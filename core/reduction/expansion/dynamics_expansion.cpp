@@ -104,8 +104,10 @@ InternalLoads internal_loads(const ChordLeaf& leaf) {
         ++kept;
       }
   };
+  constexpr double narrow = 40;  // widths over thicknesses, as their bending modes are apart
   const VectorXd lateral = lateral_shape(mesh);
-  keep(lateral, 0.5 * lateral.dot(nodal_mass_times(mesh, lateral).col(0)));
+  if (mesh.shape().width < narrow * mesh.shape().thickness)
+    keep(lateral, 0.5 * lateral.dot(nodal_mass_times(mesh, lateral).col(0)));
   for (const PlateLeaf::Mode& mode : leaf.plate().modes(sought, 1e-6)) {
     VectorXd nodal(result.loads.rows());
     for (int i = 0; i < mesh.lines(); ++i)
