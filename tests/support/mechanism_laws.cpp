@@ -71,6 +71,11 @@ LoadCase loads_of(const Mechanism& mechanism) {
     load.moment = 5e-4 * Vector3d(std::cos(k), std::sin(2 * k), std::cos(3 * k));
     load.body = b;
     load.arm = 0.01 * Vector3d(std::sin(5 * k), std::cos(7 * k), std::sin(2 * k));
+    const auto& held = mechanism.bodies[static_cast<std::size_t>(b)].held;
+    if (held[3] && held[4] && held[5]) {  // a material point: forces act at its place
+      load.moment.setZero();
+      load.arm.setZero();
+    }
     loads.constant.push_back(load);
   }
   return loads;
@@ -248,19 +253,37 @@ Deviation energy(const RandomDesign& design, unsigned long long seed, const Mode
     moments.segment<3>(6 * load.body + 3) += load.moment;
   }
   for (const int k : system.held()) moments[k] = 0;
-  const auto energy_at = [&](double s) {
+  const auto move_to = [&](double s) {
     system.restore(state);
     system.move(s * along);
     system.assemble();
-    for (int k = 0; k < 8 && system.correction() > 1e-13; ++k) {  // the leaves' interiors follow
+    for (int k = 0; k < 20 && system.correction() > 1e-13; ++k) {  // the leaves' interiors follow
       system.move(VectorXd::Zero(n));
       system.assemble();
     }
+    return system.correction() <= 1e-12;
+  };
+  const auto energy_at = [&](double s) {
+    move_to(s);
     return system.energy() + system.load_energy();
+  };
+  const auto force_along = [&] {
+    return (system.internal_force() - system.load() + moments).dot(along);
   };
   // the forces that do no work: of joints and drive conditions, the same at every s
   const VectorXd multipliers = system.multipliers();
-  const double h = 6e-5;  // leaves must not buckle on the way
+  // leaves must not buckle on the way, nor come near it: the force grows evenly
+  double h = 6e-5;
+  move_to(0);
+  for (const double here = force_along(); h > 1e-6; h *= 0.5) {
+    const bool ahead_settles = move_to(h);
+    const double ahead = force_along();
+    const bool back_settles = move_to(-h);
+    const double back = force_along();
+    if (ahead_settles && back_settles &&
+        std::abs(ahead + back - 2 * here) <= 0.01 * std::abs(ahead - back))
+      break;
+  }
   const auto potential = [&](double s) {
     const double value = energy_at(s);
     return value + (multipliers.size() > 0 ? multipliers.dot(system.constraints().value()) : 0);
@@ -280,7 +303,7 @@ Deviation energy(const RandomDesign& design, unsigned long long seed, const Mode
         energy_at(s);
         // along the same straight line of rotation vectors: exp(s hat δ) turns about one axis, and
         // the spin of the way is δ all along
-        return std::vector<double>{(system.internal_force() - system.load() + moments).dot(along)};
+        return std::vector<double>{force_along()};
       },
       0, h, 4);
   worst.add(std::max(0.0, std::abs(curvature - second.value[0]) - 10 * second.error[0]),

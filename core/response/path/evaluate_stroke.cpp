@@ -80,10 +80,9 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
     return;
   }
   response.frequency_derivatives = std::move(found.modes);
-  if (mechanism.drives.size() == 1) {  // a parabola is one of one stroke
-    set_validity(response.frequency_derivatives, response.path);
+  if (!mechanism.drives.empty()) set_validity(response.frequency_derivatives, response.path);
+  if (mechanism.drives.size() == 1)  // a parabola is one of one stroke
     add_screening(found, request, differentiable, response);
-  }
   if (differentiable) differentiable->gradients.frequency_derivatives = std::move(found.gradients);
 }
 

@@ -109,6 +109,28 @@ TEST_CASE("check-gradients compares every derivative of a job", "[results][comma
                                         "frequencies.drive_free.0"));
 }
 
+TEST_CASE(
+    "check-gradients knows where stiffnesses are equal and where there is nothing but rounding",
+    "[results][command]") {
+  // both translations in the plane of a hinge at 45 deg at rest are the softest
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["design"]["family"] = "cross_hinge";
+  job["design"]["parameters"] = {{"length", "50 mm"},
+                                 {"width", "100 mm"},
+                                 {"thickness", "0.35 mm"},
+                                 {"half_angle", "45 deg"},
+                                 {"gap", "5 mm"}};
+  job["stroke"] = {{"at", {0}}};
+  job["frequencies"] = 0;
+  job["model"]["mesh"] = OrderedJson::array({4, 2});
+  save(folder.path() / "hinge.json", job);
+  const Outcome tied = flexopt_in(folder.path(), "check-gradients hinge.json");
+  CAPTURE(tied.out);
+  CHECK(tied.code == 0);
+  CHECK_THAT(tied.out, Contains("principal_stiffness") && !Contains("WRONG"));
+}
+
 TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
   const test::TemporaryFolder folder;
   save(folder.path() / "leaf.json", leaf_job());
