@@ -230,6 +230,7 @@ class Checker {
   std::vector<double> noise_;    ///< of the differences' numbers
   std::vector<double> largest_;  ///< of each quantity along the path
   double stroke_ = 0, leaf_length_ = 0;
+  double load_at_rest_ = 0;  ///< of a small stroke, where the path is the state at rest alone
 };
 
 std::optional<std::string> Checker::prepare() {
@@ -251,17 +252,17 @@ std::optional<std::string> Checker::prepare() {
                                     : (turns_ ? point.rotation : point.displacement).norm());
   for (const LeafSpring& l : make_mechanism(job_, job_.design.parameters).leaves)
     leaf_length_ = std::max(leaf_length_, l.length);
-  // at rest alone: what moves or resists less than in such a stroke does is rounding
-  if (stroke_ == 0) stroke_ = 1e-3 * (turns_ ? 1.0 : leaf_length_);
+  // at rest alone: what moves or resists less than in such a stroke is rounding
+  if (stroke_ == 0) {
+    stroke_ = 1e-3 * (turns_ ? 1.0 : leaf_length_);
+    for (const PathPoint& point : exact_.response.path)
+      for (const double k : point.drive_stiffnesses)
+        load_at_rest_ = std::max(load_at_rest_, std::abs(k) * stroke_);
+  }
   largest_.assign(names_.size(), 0.0);
   for (std::size_t i = 0; i < here_.size(); ++i) {
     double& largest = largest_[i % names_.size()];
     largest = std::max(largest, std::abs(here_[i].value_or(0)));
-    const PathPoint& point = exact_.response.path[i / names_.size()];
-    const std::string_view row = names_[i % names_.size()].row->name;
-    for (std::size_t k = 0; k < point.drive_stiffnesses.size(); ++k)
-      if (row == "drive_load")
-        largest = std::max(largest, 0.1 * std::abs(point.drive_stiffnesses[k]) * stroke_);
   }
   return std::nullopt;
 }
@@ -346,7 +347,8 @@ std::vector<Group> Checker::groups_along(double step, Numbers& slopes) const {
 // What errors of number i are relative to.
 double Checker::size_of(std::size_t i, double x, double difference, double steepest) const {
   const std::size_t q = i % names_.size();
-  const double motion = names_[q].unit == "m"     ? stroke_ * (turns_ ? leaf_length_ : 1.0)
+  const double motion = names_[q].row->name == "drive_load" ? load_at_rest_
+                        : names_[q].unit == "m"   ? stroke_ * (turns_ ? leaf_length_ : 1.0)
                         : names_[q].unit == "rad" ? stroke_ / (turns_ ? 1.0 : leaf_length_)
                                                   : 0.0;
   const double floor = std::max(1e-2 * largest_[q], 0.1 * motion);
