@@ -131,6 +131,6 @@ TEST_CASE("the force of a random mechanism is the gradient of its energy, the ta
     const laws::Deviation d =
         laws::energy(random_design(seed, folder.path), seed, coarse(seed, false));
     INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < 2e-7);  // rounding of energies
+    CHECK(d.size < std::max(2e-7, 1e3 * d.rounding));  // rounding of energies
   }
 }

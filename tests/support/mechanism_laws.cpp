@@ -326,7 +326,7 @@ Deviation energy(const RandomDesign& design, unsigned long long seed, const Mode
       if (!move_to(side == 0 ? way : -way) || unstable() != at_rest_unstable) return false;
       force[static_cast<std::size_t>(side)] = force_along();
     }
-    return std::abs(force[0] + force[1] - 2 * here) <= 0.1 * std::abs(force[0] - force[1]);
+    return std::abs(force[0] + force[1] - 2 * here) <= 0.01 * std::abs(force[0] - force[1]);
   };
   while (h > 1e-6 && !even(2 * h)) h *= 0.5;
   const auto potential = [&](double s) {
@@ -341,8 +341,15 @@ Deviation energy(const RandomDesign& design, unsigned long long seed, const Mode
   const double scale =
       along.cwiseAbs().dot(system.internal_force().cwiseAbs()) + 1e-4 * std::abs(curvature);
   Deviation worst;
-  worst.add(std::max(0.0, std::abs(gradient.dot(along) - first.value[0]) - 10 * first.error[0]),
-            scale, "gradient of the energy");
+  // bending energies are differences of large numbers: what is left of the potential without its
+  // slope on a way that is much shorter
+  const double slope = gradient.dot(along), middle = potential(0);
+  double noise = 0;
+  for (const double s : {-3e-9, -2e-9, -1e-9, 1e-9, 2e-9, 3e-9})
+    noise = std::max(noise, std::abs(potential(s) - middle - s * (slope + 0.5 * s * curvature)));
+  worst.rounding = 1e-2 * noise / (h * scale);
+  worst.add(std::max(0.0, std::abs(slope - first.value[0]) - 10 * first.error[0]), scale,
+            "gradient of the energy");
   const auto second = ridders(
       [&](double s) {
         energy_at(s);

@@ -23,6 +23,7 @@ Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long see
                               const std::string& mirror, const ModelOptions& model);
 
 /// At a deflected state: the force is the gradient of the energy, the tangent its Hessian.
+/// Rounding: a hundredth of that of the energy, over the step of the differences.
 Deviation energy(const RandomDesign& design, unsigned long long seed, const ModelOptions& model);
 
 /// Written flat, and with its repeats written out, it is the same mechanism to the last bit: 0
