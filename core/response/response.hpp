@@ -27,6 +27,11 @@ struct Mode {
   /// Motion of the bodies in their own axes and of stations of the leaves, times the root of their
   /// mass: for telling which mode is which at another stroke.
   VectorXd motion;
+  /// For drawing, where shapes are asked for: displacement of the reference point and spin of each
+  /// body, and motion of the points of each LeafShape (x, y, z of one after the other; empty where
+  /// the leaf's model does not tell). Global axes, in one common scale.
+  VectorXd body_motion;
+  std::vector<VectorXd> leaf_motion;
 };
 
 /// How the square of a natural frequency, drive free, leaves its value at the undeflected state

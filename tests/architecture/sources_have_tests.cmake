@@ -87,6 +87,7 @@ set(tested_by
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files
   results/files/run_record results/run/test_run_files
+  results/files/scene_modes results/files/test_scene
 )
 # Source, and why it has no test.
 set(untested

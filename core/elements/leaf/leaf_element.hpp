@@ -48,6 +48,9 @@ struct LeafDynamics {
   /// Motion of stations of the leaf per unit coordinate, times the root of their mass: what tells
   /// two motions of the leaf apart. Any number of rows, the same at every state.
   MatrixXd stations;
+  /// Motion of the points of shape() per unit coordinate, x, y, z of one after the other, global
+  /// axes [m]: for drawing modes. Empty where a model does not tell.
+  MatrixXd shape_motion;
 };
 
 class LeafLinear;

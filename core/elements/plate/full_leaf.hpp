@@ -63,6 +63,9 @@ class FullLeaf final : public LeafElement {
 /// times the root of their mass: LeafDynamics::stations.
 MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T);
 
+/// Motion of the points of shape() for such columns: LeafDynamics::shape_motion.
+MatrixXd leaf_shape_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T);
+
 /// Craig–Bampton dynamics of an assembled plate, SI and global axes.
 LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
                             int mode_count);

@@ -27,7 +27,7 @@ struct Pencil {
     std::vector<int> coordinates;  ///< of its bodies, its point and its modes in the pencil
     int modes;                     ///< the last of them
     MatrixXd mass, stiffness;      ///< over them; of the modes alone
-    MatrixXd stations;
+    MatrixXd stations, shape;
   };
   std::vector<Leaf> leaves;
 
@@ -56,6 +56,12 @@ struct Pencil {
     }
     return all;
   }
+  void add_shape(const VectorXd& phi, Mode& mode) const {
+    mode.body_motion = phi.head(bodies);
+    for (const Leaf& leaf : leaves)
+      mode.leaf_motion.push_back(leaf.shape.rows() > 0 ? leaf.shape * phi(leaf.coordinates)
+                                                       : VectorXd());
+  }
   MatrixXd dense_stiffness() const {
     MatrixXd K = MatrixXd::Zero(size, size);
     K.topLeftCorner(bodies, bodies) = K_bodies.dense();
@@ -79,7 +85,8 @@ struct Pencil {
   }
 };
 
-Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass* constant_mass) {
+Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass* constant_mass,
+                bool shapes) {
   const Mechanism& m = system.mechanism();
   int n = system.size();
   Pencil pencil;
@@ -118,6 +125,7 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass
     part.mass = T.transpose() * leaf.mass * T;
     part.stiffness = leaf.stiffness.bottomRightCorner(k, k);
     if (leaf.stations.rows() > 0) part.stations = leaf.stations * T;
+    if (shapes && leaf.shape_motion.rows() > 0) part.shape = leaf.shape_motion * T;
     // a condensed full leaf is nearer the truth than the reduced one it stands in for
     const Matrix12d better =
         leaf.stiffness.topLeftCorner<12, 12>() - system.leaf(i).evaluation().tangent;
@@ -350,7 +358,7 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
     return found;
   };
   for (;;) {
-    const Pencil pencil = assemble(system, leaf_modes, options.constant_mass);
+    const Pencil pencil = assemble(system, leaf_modes, options.constant_mass, options.shapes);
     const EigenPairs locked = pairs(pencil, true);
     const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
     if (options.leaf_modes > 0 &&
@@ -361,9 +369,15 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
     for (int k = 0; k < free.omega2.size(); ++k)
       result.free.push_back(
           classify(pencil, system, free.omega2[k], free.shape.col(k), drive_shapes));
+    if (options.shapes)
+      for (int k = 0; k < free.omega2.size(); ++k)
+        pencil.add_shape(free.shape.col(k), result.free[static_cast<std::size_t>(k)]);
     for (int k = 0; k < locked.omega2.size(); ++k)
       result.locked.push_back(classify(pencil, system, locked.omega2[k], locked.shape.col(k),
                                        MatrixXd(pencil.size, 0)));
+    if (options.shapes)
+      for (int k = 0; k < locked.omega2.size(); ++k)
+        pencil.add_shape(locked.shape.col(k), result.locked[static_cast<std::size_t>(k)]);
     result.check = pencil.check;
     return result;
   }

@@ -137,7 +137,8 @@ void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
       natural_frequencies(system,
                           {.count = request_->frequencies,
                            .leaf_modes = model_->leaf_modes,
-                           .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr},
+                           .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
+                           .shapes = request_->outputs.has(Output::shapes)},
                           leaf_modes_);
   add_modes(*request_, f.free, f.locked, point);
   add_reports(system, point);

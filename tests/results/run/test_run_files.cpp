@@ -4,6 +4,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/scene.hpp"
 #include "results/report/report.hpp"
 #include "results/run/run_files.hpp"
 #include "support/fixture.hpp"
@@ -53,7 +54,7 @@ TEST_CASE("The report made again from the folder is the report of the run", "[re
   write_run(folder.path(), record);
   const std::string first = test::content_of(folder.path() / "report.html");
   fs::remove(folder.path() / "report.html");
-  write_report(folder.path(), read_result(folder.path()));
+  write_report(folder.path(), read_result(folder.path()), read_scene(folder.path()));
   CHECK((test::content_of(folder.path() / "report.html") == first));
 }
 
