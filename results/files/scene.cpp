@@ -50,17 +50,6 @@ Json bodies_json(const Mechanism& mechanism) {
   return bodies;
 }
 
-/// Of the points on one side of the leaf: share of the length from base to tip.
-std::vector<double> places_along(const LeafShape& shape) {
-  std::vector<double> places{0};
-  for (int i = 1; i < shape.points_along; ++i)
-    places.push_back(places.back() + (shape.undeflected[static_cast<std::size_t>(i)] -
-                                      shape.undeflected[static_cast<std::size_t>(i - 1)])
-                                         .norm());
-  for (double& s : places) s /= std::max(places.back(), 1e-300);
-  return places;
-}
-
 /// Bodies by their place in the list; -1: the ground, -2: nothing holds the edge.
 Json leaves_json(const Mechanism& mechanism, const std::vector<LeafShape>& shapes) {
   Json leaves = Json::array();

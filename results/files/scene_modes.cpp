@@ -41,6 +41,16 @@ Shape shape_of(const Mode& mode, const Mechanism& mechanism, const PathPoint& po
 
 }  // namespace
 
+std::vector<double> places_along(const LeafShape& shape) {
+  std::vector<double> places{0};
+  for (int i = 1; i < shape.points_along; ++i)
+    places.push_back(places.back() + (shape.undeflected[static_cast<std::size_t>(i)] -
+                                      shape.undeflected[static_cast<std::size_t>(i - 1)])
+                                         .norm());
+  for (double& s : places) s /= std::max(places.back(), 1e-300);
+  return places;
+}
+
 VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const PathPoint& point,
                            const VectorXd& body_motion) {
   const LeafShape& shape = point.shapes[leaf];
@@ -58,6 +68,7 @@ VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const P
   };
   const Edge base = edge(of.base), tip = edge(of.tip == free_edge ? of.base : of.tip);
   VectorXd motion(3 * along * across);
+  const std::vector<double> places = places_along(shape);
   for (int j = 0; j < across; ++j) {
     const Vector3d &first = at(0, j), &last = at(along - 1, j);
     const Vector3d u0 = base.shift + base.spin.cross(first - base.reference),
@@ -65,7 +76,7 @@ VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const P
                    w0 = base.spin.cross(Vector3d(last - first)),
                    w1 = tip.spin.cross(Vector3d(last - first));
     for (int i = 0; i < along; ++i) {
-      const double s = static_cast<double>(i) / (along - 1), r = 1 - s;
+      const double s = places[static_cast<std::size_t>(i)], r = 1 - s;
       motion.segment<3>(3 * (j * along + i)) =
           (1 + 2 * s) * r * r * u0 + s * s * (3 - 2 * s) * u1 + s * r * r * w0 - s * s * r * w1;
     }

@@ -112,5 +112,5 @@ export function design_sections() {
     ["Designs side by side", [quantity_table(), size_table(),
       left_out.length ? element("p", {class: "soft"}, `Not drawn in three dimensions here, because the file would grow too large: ${left_out.join(", ")}. Their own reports have them.`) : null,
       element("div", {class: "figures"}, ...all_quantities().map(side_by_side)),
-      shown?.result ? element("p", {class: "lead"}, `What follows is ${result.ranking ? "the best design" : "the first design"}, ${shown.name}.`) : null]]];
+      shown?.result ? element("p", {class: "lead"}, `The picture, the numbers above it and the plots over the stroke are those of ${result.ranking ? "the best design" : "the first design"}, ${shown.name}; so is all that follows.`) : null]]];
 }

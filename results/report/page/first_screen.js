@@ -62,6 +62,19 @@ function five_numbers() {
   return tiles;
 }
 
+/// Of a comparison: the model's worst errors and what it saves.
+function comparison_numbers() {
+  const percent = (x) => typeof x === "number" ? [number_text(100 * x), " %"] : ["–", ""];
+  const tile = (name, [number, unit], where) => element("div", {class: "tile"}, element("div", {class: "name"}, name),
+    element("div", {class: "number"}, number, unit ? element("small", {}, unit) : null), element("div", {class: "where"}, where));
+  const model = comparison.models[0], worst = (key) => model.errors[key];
+  const tiles = ["support_stiffness", "frequencies", "max_stress"].filter((key) => worst(key)?.count > 0)
+    .map((key) => tile(`Largest error: ${readable(key)}`, percent(worst(key).worst), `design ${worst(key).worst_at.design}, ${quantity_text(worst(key).worst_at.stroke, stroke_unit)}`));
+  if (model.speed_up) tiles.push(tile("Speed-up", [number_text(model.speed_up), " ×"], "once the coefficients are there"));
+  tiles.push(tile("Failures", [String(model.failures), ""], `of ${comparison.designs} designs; ${model.fallbacks.points} points at full accuracy instead`));
+  return [element("p", {class: "soft"}, `Model ${model.name} against full accuracy:`), element("div", {class: "tiles"}, ...tiles)];
+}
+
 /// "1 % more of it would give …": what a bound costs, of its multiplier.
 export function price_text(c) {
   const {goal} = optimum;
@@ -95,19 +108,19 @@ function limits() {
   const buckled = lowest_buckling();
   if (buckled && Math.abs(buckled.value) < 3) said.push(`${heading(buckled.q.label)} is only ${number_text(buckled.value)}, ${at_stroke(buckled.point)}.`);
   const over = result.constraints?.overconstraints ?? 0;
-  if (over > 0) said.push(`${over === 1 ? "One direction is" : `${over} directions are`} held more than once: ${(result.constraints.redundant ?? []).slice(0, 2).map((r) => r.text).join("; ")}${over > 2 ? " …" : ""}. Errors of assembly cause stress there.`);
+  if (over > 0) said.push(`${over === 1 ? "One direction is" : `${over} directions are`} held more than once: ${(result.constraints.redundant ?? []).slice(0, 2).map((r) => r.text.replace(/`/g, "")).join("; ")}${over > 2 ? " …" : ""}. Errors of assembly cause stress there.`);
   for (const note of result.notes ?? []) said.push(note);
   return said.slice(0, 6);
 }
 
 export function first_screen(picture) {
-  const {tone, word, text} = verdict(), said = limits();
+  const {tone, word, text} = verdict(), said = comparison ? [] : limits();
   return [
     element("header", {}, element("div", {class: "kicker"}, `flexopt · ${job.job ?? "run"} · ${listed.length ? `${listed.length} designs` : job.design?.family ?? job.design?.file ?? "mechanism"}`),
       element("h1", {}, job.name ?? "flexopt report"),
       element("p", {class: "lead"}, element("span", {class: `pill ${tone}`}, word), text)),
-    element("div", {class: "stage"}, picture, element("div", {class: "beside", id: "first"},
-      element("div", {class: "tiles"}, ...five_numbers()),
+    element("div", {class: comparison ? "" : "stage"}, comparison ? null : picture, element("div", {class: "beside", id: "first"},
+      ...(comparison ? comparison_numbers() : [element("div", {class: "tiles"}, ...five_numbers())]),
       said.length ? element("div", {class: "limits"}, element("h3", {}, "What limits it"), element("ul", {}, ...said.map((line) => element("li", {}, line)))) : null)),
   ];
 }

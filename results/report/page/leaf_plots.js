@@ -36,7 +36,7 @@ export function leaf_panel() {
       + (own?.validity?.needed ? `; needs the theory of a ${own.validity.needed}` : "") + (allowable ? `; allowed ${quantity_text(allowable, "Pa")}` : "") + ".";
     stroke.replaceChildren(stroke_chart(design, leaf));
     redraw();
-    place.replaceChildren(element("h3", {}, `Leaf ${leaf.name}`), facts, along, stroke);
+    place.replaceChildren(element("h3", {}, `Chosen: ${leaf.name}`), facts, along, stroke);
   });
   let waiting = false;
   listen(["stroke"], () => {

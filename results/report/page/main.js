@@ -24,7 +24,7 @@ const figures = (charts) => charts.length > 0 ? [element("div", {class: "figures
 
 function draw() {
   if (converged.length > 0) {  // where the most is to be seen
-    const far = converged.reduce((a, b) => Math.abs(b.stroke) > Math.abs(a.stroke) ? b : a);
+    const far = converged.reduce((a, b) => Math.abs(b.stroke) >= Math.abs(a.stroke) ? b : a);
     state.stroke = far.stroke;
   }
   const start = designs.findIndex((d) => d.kind === "start");

@@ -2,6 +2,7 @@
 import * as THREE from "three";
 import {page_color} from "./colors.js";
 import {body_pose, moved} from "./parts.js";
+import {drive_units} from "./result.js";
 import {number_text} from "./text.js";
 
 const vector = (list) => new THREE.Vector3(...list);
@@ -20,6 +21,8 @@ export function word(text, color, height) {
   draw.fillText(text, 6, 30);
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = THREE.SRGBColorSpace;
+  map.minFilter = THREE.LinearFilter;  // smaller pictures of thin letters are pale
+  map.generateMipmaps = false;
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial({map, depthTest: false, depthWrite: false}));
   sprite.scale.set(height * canvas.width / canvas.height, height, 1);
   sprite.renderOrder = 10;
@@ -53,7 +56,7 @@ export function drive_arrows(design, size) {
   for (const drive of design.drives) {
     const turning = drive.direction[0] === "r", mark = arrow(page_color("--drive"), turning);
     mark.scale.setScalar((turning ? 0.24 : 0.2) * size);
-    const text = word(drive.name || `drive ${drive.direction}`, page_color("--drive"), 0.035 * size);
+    const text = word(drive.name || `drive ${drive.direction}`, page_color("--drive"), 0.042 * size);
     const holder = new THREE.Group();
     holder.add(mark, text);
     holder.userData = {kind: "drive", name: `drive ${drive.name || drive.direction}`, update: () => {
@@ -80,7 +83,7 @@ export function load_arrows(design, size) {
       mark.scale.setScalar(0.18 * size);
       aim(mark, amount);
       const value = `${load.name ? load.name + ": " : ""}${number_text(amount.length())} ${unit}${load.growing ? " × load factor" : ""}`;
-      const text = word(value, page_color("--load"), 0.032 * size), holder = new THREE.Group();
+      const text = word(value, page_color("--load"), 0.042 * size), holder = new THREE.Group();
       holder.add(mark, text);
       holder.userData = {kind: "load", name: `${key} ${value}`, update: () => {
         mark.position.copy(moved(design, load.body, load.place));
@@ -94,16 +97,20 @@ export function load_arrows(design, size) {
 /// O as a ball with its letter, and the way it takes over the whole stroke.
 export function reference_point(design, size) {
   const group = new THREE.Group(), b = design.end_effector, color = page_color("--accent");
-  const ball = new THREE.Mesh(new THREE.SphereGeometry(0.011 * size, 20, 14), new THREE.MeshLambertMaterial({color, depthTest: false}));
+  const ball = new THREE.Mesh(new THREE.SphereGeometry(0.011 * size, 20, 14), new THREE.MeshLambertMaterial({color, depthTest: false, transparent: true}));
   ball.renderOrder = 9;
   const letter = word("O", color, 0.045 * size), reference = vector(design.bodies[b].reference);
   const places = design.order.map(({k}) => {
     const at = 6 * (k * design.bodies.length + b);
     return reference.clone().add(new THREE.Vector3(design.motion[at], design.motion[at + 1], design.motion[at + 2]));
   });
-  if (places.length > 1) {
+  if (drive_units) {  // the points of several drives have no order
+    const dots = new THREE.Points(new THREE.BufferGeometry().setFromPoints(places), new THREE.PointsMaterial({color, size: 3, sizeAttenuation: false, depthTest: false, transparent: true}));
+    dots.renderOrder = 8;
+    group.add(dots);
+  } else if (places.length > 1) {
     const way = new THREE.CatmullRomCurve3(places).getPoints(12 * places.length);
-    const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(way), new THREE.LineBasicMaterial({color, depthTest: false}));
+    const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(way), new THREE.LineBasicMaterial({color, depthTest: false, transparent: true}));
     line.renderOrder = 8;
     group.add(line);
   }

@@ -39,7 +39,7 @@ export function checks() {
       {name: "Beam theory", left: true, text: (l) => l.length / l.width < 2 ? "not enough, plate needed" : l.length / l.width < 4 ? "only with warping restraint" : "would do"},
       {name: "Model", unit: "points", left: true, text: (l) => l.models}, {name: "Own check", unit: "relative", text: (l) => l.check ? number_text(l.check, 2) : "–"}, {name: "Why not the default", left: true, text: (l) => l.reasons}]) : null,
     constraints ? element("p", {}, `Degrees of freedom of the undeflected mechanism: ${constraints.degrees_of_freedom}; overconstraints: ${constraints.overconstraints}.`) : null,
-    constraints?.redundant?.length ? element("ul", {}, ...constraints.redundant.map((r) => element("li", {}, heading(r.text)))) : null,
+    constraints?.redundant?.length ? element("ul", {}, ...constraints.redundant.map((r) => element("li", {}, heading(r.text.replace(/`/g, ""))))) : null,
     expected.length ? table_of(expected, [
       {name: "Expected number", left: true, text: (e) => e.pointer}, {name: "Expected", text: (e) => number_text(e.expected, 6)}, {name: "±", text: (e) => number_text(e.tolerance, 2)},
       {name: "Found", text: (e) => number_text(e.value, 6)}, {name: "", left: true, text: (e) => e.ok ? "agrees" : "differs", tone: (e) => e.ok ? "good" : "bad"}, {name: "Source", left: true, text: (e) => e.source}]) : null,

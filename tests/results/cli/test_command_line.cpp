@@ -139,8 +139,8 @@ TEST_CASE("A run writes its folder, a summary and progress lines", "[results][co
   CHECK_THAT(outcome.err, Contains("evaluating leaf"));
   const fs::path out = folder.path() / "leaf.out";
   CHECK(names_in(out) == std::set<std::string>{"job.json", "path.csv", "report.html", "result.json",
-                                               "shape_000.vtu", "shape_001.vtu", "shape_002.vtu",
-                                               "shapes.pvd", "timings.json"});
+                                               "scene.json", "shape_000.vtu", "shape_001.vtu",
+                                               "shape_002.vtu", "shapes.pvd", "timings.json"});
   const auto result = OrderedJson::parse(test::content_of(out / "result.json"));
   CHECK(result["status"] == "ok");
   CHECK(result["path"][2]["drive_load"].get<double>() > 0);

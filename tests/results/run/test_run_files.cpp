@@ -28,8 +28,8 @@ TEST_CASE("A run leaves exactly its files", "[results][run]") {
   write_run(folder.path(), test::optimised_hinge());
   CHECK(names_in(folder.path()) ==
         std::set<std::string>{"history.csv", "job.json", "path.csv", "report.html", "result.json",
-                              "shape_000.vtu", "shape_001.vtu", "shape_002.vtu", "shape_003.vtu",
-                              "shape_004.vtu", "shapes.pvd", "timings.json"});
+                              "scene.json", "shape_000.vtu", "shape_001.vtu", "shape_002.vtu",
+                              "shape_003.vtu", "shape_004.vtu", "shapes.pvd", "timings.json"});
   const auto timings = OrderedJson::parse(test::content_of(folder.path() / "timings.json"));
   CHECK(timings["seconds"]["total"] == 0.125);
 }

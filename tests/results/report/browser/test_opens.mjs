@@ -9,6 +9,9 @@ const folder = process.argv[2], {check, finish} = checker(), browser = await lau
 const names = readdirSync(folder).filter((name) => existsSync(join(folder, name, "report.html")));
 check(names.length >= 9, "all jobs have a report", names);
 
+/// Significant digits of "3460 N m/rad" or "1.28·10⁵ N/m".
+const digits = (text) => text.replace(/·10.*| .*|°/g, "").replace(".", "").replace(/^[−0]+|0+$/g, "").length;
+
 for (const name of names) for (const [width, dark] of [[1440, false], [420, true]]) {
   const file = join(folder, name, "report.html");
   const {page, faults, seconds} = await open(browser, file, {width, dark});
@@ -33,7 +36,7 @@ for (const name of names) for (const [width, dark] of [[1440, false], [420, true
   check(Boolean(seen.verdict), `${what}: a verdict`);
   if (name !== "compare") {
     check(seen.tiles.length >= 1 && seen.tiles.length <= 5, `${what}: up to five numbers`, seen.tiles);
-    for (const tile of seen.tiles) check(/^[−\d.·⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+( ?[A-Za-z°%].*)?$/.test(tile) && tile.replace(/·10.*| .*|°/g, "").replace(/^[−0.]+|\./g, "").length <= 3, `${what}: three digits and a unit`, tile);
+    for (const tile of seen.tiles) check(/^[−\d.·⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+( ?[A-Za-z°%].*)?$/.test(tile) && digits(tile) <= 3, `${what}: three digits and a unit`, tile);
     const {colors} = await picture(page);
     check(colors > 40, `${what}: the mechanism is drawn`, colors);
   }
