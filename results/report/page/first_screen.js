@@ -108,7 +108,7 @@ function limits() {
   const buckled = lowest_buckling();
   if (buckled && Math.abs(buckled.value) < 3) said.push(`${heading(buckled.q.label)} is only ${number_text(buckled.value)}, ${at_stroke(buckled.point)}.`);
   const over = result.constraints?.overconstraints ?? 0;
-  if (over > 0) said.push(`${over === 1 ? "One direction is" : `${over} directions are`} held more than once: ${(result.constraints.redundant ?? []).slice(0, 2).map((r) => r.text.replace(/`/g, "")).join("; ")}${over > 2 ? " …" : ""}. Errors of assembly cause stress there.`);
+  if (over > 0) said.push(`${over === 1 ? "One direction is" : `${over} directions are`} held more than once: ${(result.constraints.redundant ?? []).slice(0, 2).map((r) => r.text.replace(/`/g, "")).join("; ")}${over > 2 ? "; and others" : ""}. Errors of assembly cause stress there.`);
   for (const note of result.notes ?? []) said.push(note);
   return said.slice(0, 6);
 }

@@ -4,7 +4,7 @@ import * as Plot from "@observablehq/plot";
 import {group, max, min, range} from "d3";
 import {direction_colors, kind_colors, palette} from "./colors.js";
 import {line_chart} from "./charts.js";
-import {allowable, converged, drive, drive_units, heading, job, load_path, optimum, place_text, quantities, rest_point, result, shown_stroke, stroke_label, stroke_unit, supports} from "./result.js";
+import {allowable, converged, drive, drive_units, heading, job, load_path, optimum, path, place_text, quantities, rest_point, result, shown_stroke, stroke_label, stroke_unit, supports} from "./result.js";
 import {designs} from "./scene_data.js";
 import {number_text, quantity_text, readable, shown_factor, shown_unit} from "./text.js";
 
@@ -34,6 +34,15 @@ function bounds_of(name, factor) {
   return marks;
 }
 
+/// Between this model and full accuracy, where the optimum was evaluated with both.
+function error_band(q, color, factor) {
+  const full = optimum?.verified?.path ?? [];
+  const points = path.map((p, k) => ({p, here: q.value(p), there: full[k] ? q.value(full[k]) : null}))
+    .filter(({p, here, there}) => p.status === "converged" && here !== null && there !== null)
+    .map(({p, here, there}) => ({x: shown_stroke(p.stroke), y: there * factor, low: Math.min(here, there) * factor, high: Math.max(here, there) * factor}));
+  return points.length > 1 ? [{name: "", color, band: true, line: false, dots: false, points: points.sort((a, b) => a.x - b.x)}] : [];
+}
+
 /// One chart of some quantities of one unit, with the start of an optimisation dashed.
 function quantity_chart(some, title, extra = {}) {
   const unit = some[0].unit, factor = shown_factor(unit), key = some[0].at[0];
@@ -41,10 +50,12 @@ function quantity_chart(some, title, extra = {}) {
   const short = (q) => some.length === 1 ? "" : q.at.length > 1 ? q.at.slice(1).join(" ") : q.label;
   const lines = some.flatMap((q, k) => [
     {name: short(q), color: color(q, k), points: over_stroke(q.value, factor)},
+    ...error_band(q, color(q, k), factor),
     ...(start ? [{name: "", color: color(q, k), dashed: true, width: 1.3, opacity: 0.8, dots: false, points: over_stroke(q.value, factor, start.path)}] : [])]);
   const legend = [...lines.filter((l) => l.name), ...(start ? [{name: "start", color: "var(--soft)", dashed: true}] : [])];
+  const banded = lines.some((l) => l.band);
   const limits = some.flatMap((q) => bounds_of(q.name, factor));
-  return chart({title: title ?? heading(some[0].label), note: result.conventions?.[key], y: `${some.length === 1 ? some[0].label : readable(key)}${shown_unit(unit) ? ` [${shown_unit(unit)}]` : " [1]"}`, lines, legend, marks: limits, ...extra});
+  return chart({title: title ?? heading(some[0].label), note: [result.conventions?.[key], banded && "shaded: difference to full accuracy"].filter(Boolean).join("; ") || undefined, y: `${some.length === 1 ? some[0].label : readable(key)}${shown_unit(unit) ? ` [${shown_unit(unit)}]` : " [1]"}`, lines, legend, marks: limits, ...extra});
 }
 
 /// Charts of the quantities that no other chart has, one for each key and unit.

@@ -80,6 +80,7 @@ export class View {
       this.request();
     }).observe(canvas.parentElement);
     dark_mode.addEventListener("change", () => this.rebuild());
+    matchMedia("print").addEventListener("change", () => { this.rebuild(); this.draw(); });  // paper is white
     canvas.addEventListener("keydown", (event) => this.key(event));
   }
 
@@ -96,6 +97,7 @@ export class View {
   rebuild() {
     this.cross = axis_cross();
     for (const figure of this.known.values()) figure.build();
+    if (this.settings) this.pose(this.settings);
     this.request();
   }
 
@@ -160,6 +162,7 @@ export class View {
   }
 
   pose(settings) {
+    this.settings = settings;
     for (const figure of this.figures) figure.pose(settings);
     this.request();
   }

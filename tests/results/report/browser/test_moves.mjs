@@ -161,6 +161,8 @@ async function changes(page, act) {
   const paper = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   const light = await paper();
   check(await changes(page, () => page.emulateMediaFeatures([{name: "prefers-color-scheme", value: "dark"}])), "dark mode redraws the view");
+  const bent = await page.evaluate(() => { const {view, state} = window.flexopt_report, {design} = view.figures[0]; return [state.stroke, design.bodies_now[1]]; });
+  check(Math.abs(bent[0] - 0.015) < 1e-12 && Math.abs(bent[1] - 0.015) < 1e-6, "at the same stroke", bent);
   check(light === "rgb(255, 255, 255)" && await paper() === "rgb(20, 24, 31)", "and the page", [light, await paper()]);
   await page.close();
 }

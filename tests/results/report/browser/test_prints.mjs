@@ -57,6 +57,19 @@ function large_page() {
     check(pdf.length > 30000 && pdf.length < 12e6, `${name}: of a sensible size`, pdf.length);
     await page.emulateMediaType("print");
     const paper = await page.evaluate(() => ({color: getComputedStyle(document.documentElement).getPropertyValue("--paper").trim(), buttons: [...document.querySelectorAll("button")].filter((b) => b.offsetParent !== null).length}));
+    if (name !== "compare") {  // the letters of the axes, white in dark mode, are black on paper
+      const dark = await page.evaluate(() => {
+        const {view} = window.flexopt_report, copy = document.createElement("canvas"), {canvas} = view, side = 100;
+        copy.width = copy.height = side;
+        const draw = copy.getContext("2d");
+        draw.drawImage(canvas, 0, canvas.height - side, side, side, 0, 0, side, side);
+        const {data} = draw.getImageData(0, 0, side, side);
+        let found = 0;
+        for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 200 && data[i] + data[i + 1] + data[i + 2] < 150) found += 1;
+        return found;
+      });
+      check(dark > 20, `${name}: the picture is drawn for paper`, dark);
+    }
     check(paper.color === "#ffffff" && paper.buttons === 0, `${name}: on white paper, without buttons`, paper);
     check(faults.length === 0, `${name} prints without an error`, faults);
     await page.close();
