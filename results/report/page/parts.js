@@ -28,7 +28,7 @@ export function ground_blocks(solids, size) {
   for (const solid of solids) for (const end of [0, 1]) {
     if ((end === 0 ? solid.leaf.base : solid.leaf.tip) !== -1) continue;
     const {middle, along, across, normal, width, half} = solid.edge(end);
-    const depth = 0.035 * size, wide = width + 0.03 * size, high = Math.max(0.1 * size, 8 * half);
+    const depth = 0.035 * size, wide = width + 0.03 * size, high = 2 * half + 0.09 * size;
     const out = along.clone().multiplyScalar(end === 0 ? -1 : 1);
     const map = hatching();
     const tile = 0.09 * size;  // one and the same hatching on every block

@@ -1,7 +1,7 @@
 // The scene: equilibria and modes on the meshes of the leaves, decoded from the file, and the pose
 // of a mechanism at any stroke between them.
 import {unzlibSync} from "fflate";
-import {drive_units, path, with_one_stroke} from "./result.js";
+import {drive_units, load_path, path, with_one_stroke} from "./result.js";
 
 const scene = JSON.parse(document.getElementById("scene").textContent) ?? {};
 
@@ -95,9 +95,20 @@ export class Design {
         take(c, body.box.center[c] + half);
       }
     }
+    const thick = Math.max(...this.leaves.flatMap((leaf) => leaf.half_thickness));
+    low.forEach((x, c) => { low[c] = x - thick; high[c] += thick; });
+    const size = Math.hypot(...low.map((x, c) => high[c] - x));
+    // The arrows of drives and loads, with their words.
+    const arrow = (body, place, direction, length) => {
+      const norm = Math.hypot(...direction) || 1;
+      for (let f = 0; f < this.frames.length; ++f) for (let c = 0; c < 3; ++c)
+        take(c, place[c] + this.motion[6 * (f * this.bodies.length + body) + c] + length * size * direction[c] / norm);
+    };
+    if (!load_path) for (const drive of this.drives) if (drive.direction[0] === "u") arrow(drive.body, this.bodies[drive.body].reference, drive.axis, 0.25);
+    for (const load of this.loads) for (const key of ["force", "moment"]) if (Math.hypot(...load[key]) > 0) arrow(load.body, load.place, load[key], 0.24);
     this.low = low;
     this.high = high;
-    return Math.hypot(...low.map((x, c) => high[c] - x));
+    return size;
   }
 
   /// Weights of the frames for a stroke; with named drives the nearest frame alone.

@@ -2,7 +2,7 @@
 import * as THREE from "three";
 import {page_color} from "./colors.js";
 import {body_pose, moved} from "./parts.js";
-import {drive_units} from "./result.js";
+import {drive_units, load_path} from "./result.js";
 import {number_text} from "./text.js";
 
 const vector = (list) => new THREE.Vector3(...list);
@@ -53,6 +53,7 @@ const aim = (object, direction) => object.quaternion.setFromUnitVectors(up, dire
 
 export function drive_arrows(design, size) {
   const group = new THREE.Group();
+  if (load_path) return group;  // nothing is driven
   for (const drive of design.drives) {
     const turning = drive.direction[0] === "r", mark = arrow(page_color("--drive"), turning);
     mark.scale.setScalar((turning ? 0.24 : 0.2) * size);

@@ -132,7 +132,7 @@ export class View {
       const corner = new THREE.Vector3(...low.map((x, c) => k & (1 << c) ? high[c] : x)).applyMatrix4(inverse);
       distance = Math.max(distance, corner.z + 1 + Math.max(Math.abs(corner.y) / half, Math.abs(corner.x) / half / this.camera.aspect));
     }
-    distance *= 1.12;
+    distance *= 1.03;
     this.camera.position.copy(center).addScaledVector(direction, distance);
     this.camera.near = distance / 100;
     this.camera.far = distance * 20;
