@@ -392,7 +392,9 @@ LeafDynamics ModalLeaf::dynamics(int count) {
   dynamics.mass = scale_.mass * (units * (S.transpose() * M * S) * units.transpose());
   const MatrixXd all_rates = T * (S * units.transpose());
   dynamics.stations = station_motion(all_rates);
-  dynamics.shape_motion = leaf_shape_motion(plate_, scale_, all_rates);
+  LeafScale seen = scale_;  // the plate lies in the frame
+  seen.axes = scale_.axes * frame_.axes;
+  dynamics.shape_motion = leaf_shape_motion(plate_, seen, all_rates);
   dynamics.stiffness = MatrixXd::Zero(12 + kept, 12 + kept);
   dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
   dynamics.mode_frequencies.resize(kept);

@@ -3,7 +3,7 @@ import {comparison_sections} from "./comparison.js";
 import {design_sections} from "./designs.js";
 import {facts, first_screen} from "./first_screen.js";
 import {leaf_panel} from "./leaf_plots.js";
-import {matrix_panel} from "./matrices.js";
+import {matrix_panel, principal_panel} from "./matrices.js";
 import {accuracy_table, optimum_tables, sensitivity_charts} from "./optimum.js";
 import {converged, job, optimum, result} from "./result.js";
 import {designs} from "./scene_data.js";
@@ -50,7 +50,7 @@ function draw() {
   }
   for (const [title, children] of comparison_sections()) section(title, children);
   section("Stroke table", stroke_table());
-  section("Compliance", [matrix_panel()]);
+  section("Compliance", [matrix_panel(), principal_panel()]);
   section("Checks", checks());
   section("What was computed", [facts()]);
   section("Job", [element("details", {}, element("summary", {}, "as read, defaults filled in, SI"), element("pre", {tabindex: "0"}, JSON.stringify(job, null, 2)))]);

@@ -1,7 +1,7 @@
 // The 6 × 6 compliance at the stroke shown, and its copies for other programs.
 import {converged, drive_units, place_text, result, stroke_unit} from "./result.js";
 import {listen, state} from "./state.js";
-import {action_button, chooser, copy_text, element, number_text} from "./text.js";
+import {action_button, chooser, copy_text, element, number_text, quantity_text, table_of} from "./text.js";
 import {point_now} from "./view_panel.js";
 
 const directions = result.conventions?.matrix_order ?? ["ux", "uy", "uz", "rx", "ry", "rz"];
@@ -16,6 +16,26 @@ export const formats = {
     : `stroke = np.array([${list.map((m) => m.point.stroke).join(", ")}])\nC = np.array([\n${list.map(({name, rows}) => `  # ${name}\n  [${rows.map((r) => `[${r.join(", ")}]`).join(",\n   ")}]`).join(",\n")}])\n`,
   Matlab: (list) => list.map(({name, rows}, k) => `% ${name}\nC${list.length > 1 ? `(:,:,${k + 1})` : ""} = [${rows.map((r) => r.join(" ")).join("; ...\n     ")}];\n`).join("\n"),
 };
+
+/// All principal support stiffnesses at the stroke shown, with their directions.
+export function principal_panel() {
+  const points = converged.filter((p) => p.principal_stiffness?.translations?.length);
+  if (points.length === 0) return null;
+  const place = element("div", {});
+  const rows = (point) => [["translations", "translation", "N/m"], ["rotations", "rotation", "N m/rad"]]
+    .flatMap(([key, kind, unit]) => (point.principal_stiffness[key] ?? []).map((entry) => ({kind, unit, ...entry})));
+  const component = (k) => (row) => number_text(Math.abs(row.direction[k]) < 1e-6 ? 0 : row.direction[k]);
+  const draw = () => {
+    const point = point_now(points);
+    place.replaceChildren(element("p", {class: "soft"}, `Principal support stiffness at ${place_text(point)}, drive locked: along such a direction a force moves O, or a moment turns it, in that same direction.`),
+      table_of(rows(point), [
+        {name: "Motion", left: true, text: (r) => r.kind}, {name: "Stiffness", text: (r) => quantity_text(r.value, r.unit)},
+        ...["x", "y", "z"].map((name, k) => ({name, unit: "of the direction", text: component(k)}))]));
+  };
+  listen(["stroke"], draw);
+  draw();
+  return place;
+}
 
 export function matrix_panel() {
   const points = converged.filter((p) => p.compliance?.drive_free);

@@ -2,7 +2,7 @@
 import * as THREE from "three";
 import {page_color} from "./colors.js";
 import {body_pose, moved} from "./parts.js";
-import {drive_units, load_path} from "./result.js";
+import {drive_units, job, load_path} from "./result.js";
 import {number_text} from "./text.js";
 
 const vector = (list) => new THREE.Vector3(...list);
@@ -76,6 +76,18 @@ export function drive_arrows(design, size) {
 /// Forces as straight, moments as turning arrows, at the moved place; all of one length.
 export function load_arrows(design, size) {
   const group = new THREE.Group();
+  const gravity = Array.isArray(job.gravity) && job.gravity.length === 3 && job.gravity.every((g) => typeof g === "number") ? vector(job.gravity) : null;
+  if (gravity && gravity.length() > 0) {
+    const mark = arrow(page_color("--soft"), false), text = word(`gravity ${number_text(gravity.length())} m/s²`, page_color("--soft"), 0.042 * size), holder = new THREE.Group();
+    mark.scale.setScalar(0.14 * size);
+    aim(mark, gravity);
+    holder.add(mark, text);
+    holder.userData = {kind: "load", name: "gravity", update: () => {
+      mark.position.copy(moved(design, design.end_effector, design.bodies[design.end_effector].center_of_mass));
+      text.position.copy(mark.position).addScaledVector(gravity.clone().normalize(), 0.17 * size);
+    }};
+    group.add(holder);
+  }
   for (const load of design.loads)
     for (const [key, unit] of [["force", "N"], ["moment", "N m"]]) {
       const amount = vector(load[key]);
