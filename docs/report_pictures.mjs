@@ -38,7 +38,6 @@ const browser = await launch();
 for (const {name, job, act, dark} of views) for (const width of [1440, 420]) {
   const {page, faults} = await open(browser, report(job), {width, height: width === 1440 ? 900 : 800, dark});
   if (faults.length > 0) throw new Error(`${name}: ${faults}`);
-  await page.addStyleTag({content: ".viewer { position: static !important; }"});
   if (act) await act(page);
   await pause(400);
   await page.screenshot({path: join(source, `docs/report/${name}_${width}.png`), optimizeForSpeed: false});

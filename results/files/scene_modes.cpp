@@ -17,6 +17,13 @@ struct Shape {
   VectorXd points, bodies;
 };
 
+/// Whether every leaf's motion is known, or follows from that of its two edges.
+bool tells_all(const Mechanism& mechanism, const Mode& mode) {
+  for (std::size_t k = 0; k < mode.leaf_motion.size(); ++k)
+    if (mode.leaf_motion[k].size() == 0 && mechanism.leaves[k].tip == free_edge) return false;
+  return true;
+}
+
 Shape shape_of(const Mode& mode, const Mechanism& mechanism, const PathPoint& point,
                std::size_t points) {
   Shape shape{VectorXd::Zero(static_cast<Eigen::Index>(3 * points)), mode.body_motion};
@@ -102,7 +109,8 @@ OrderedJson modes_json(const Mechanism& mechanism, const std::vector<PathPoint>&
       const std::size_t k = m < locked ? m : m - locked;
       Shape shape{VectorXd::Zero(static_cast<Eigen::Index>(3 * points)),
                   VectorXd::Zero(static_cast<Eigen::Index>(6 * bodies))};
-      if (k < list.size() && list[k].body_motion.size() == shape.bodies.size()) {
+      if (k < list.size() && list[k].body_motion.size() == shape.bodies.size() &&
+          tells_all(mechanism, list[k])) {
         shape = shape_of(list[k], mechanism, path[f], points);
         any = true;
       }

@@ -36,7 +36,9 @@ std::vector<Case> cases() {
           {"modal", options(reduced, modal_derivatives, plate, 1), differences},
           {"modal beam", options(reduced, modal_derivatives, beam, 1), differences},
           {"chain", options(reduced, modal_derivatives, plate, 2), differences},
-          {"beam chain", options(reduced, modal_derivatives, beam, 3), differences}};
+          {"beam chain", options(reduced, modal_derivatives, beam, 3), differences},
+          // cubics between the nodes: short segments also shear, as wide as they are long
+          {"superelements", options(reduced, linear_craig_bampton, beam, 4), 0.06}};
 }
 
 std::unique_ptr<LeafElement> element(const Mechanism& m, const ModelOptions& model) {
@@ -108,6 +110,13 @@ TEST_CASE("The motion that modes are drawn with is the derivative of the shape",
     const VectorXd difference = (ends[1] - ends[0]) / (2 * step);
     CHECK((motion - difference).cwiseAbs().maxCoeff() <
           c.tolerance * difference.cwiseAbs().maxCoeff());
+    // At the ends of segments nothing is interpolated.
+    const int lines = leaf->shape().points_along, segments = c.model.superelements[0];
+    if (segments > 1)
+      for (int i = 0; i < motion.size() / 3; ++i)
+        if (i % lines % ((lines - 1) / segments) == 0)
+          CHECK((motion - difference).segment<3>(3 * i).norm() <
+                1e-5 * difference.cwiseAbs().maxCoeff());
     // Interior modes leave the clamped base where it is.
     const LeafShape shape = leaf->shape();
     for (int j = 0; j < shape.points_across; ++j)
