@@ -71,7 +71,9 @@ Shape material() {
                required("poissons_ratio", quantity("1", -1, 0.5, true), "Poisson's ratio"),
                required("density", quantity("kg/m^3", 0, 1e5, true), "density"),
                optional("allowable_stress", quantity("Pa", 0, 1e12, true),
-                        "von Mises stress a leaf may see; for the report")})});
+                        "von Mises stress a leaf may see; for the report"),
+               optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3),
+                        "linear coefficient of thermal expansion, for a job's temperature")})});
 }
 
 Shape size_along() {

@@ -159,6 +159,7 @@ class Expander {
               {"poissons_ratio", m.poissons_ratio},
               {"density", m.density}};
     if (m.allowable_stress) item["allowable_stress"] = *m.allowable_stress;
+    if (m.thermal_expansion) item["thermal_expansion"] = *m.thermal_expansion;
     return item;
   }
 

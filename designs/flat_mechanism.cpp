@@ -21,6 +21,7 @@ MaterialT<S> constant_material(const Material& m) {
   material.poissons_ratio = S(m.poissons_ratio);
   material.density = S(m.density);
   material.allowable_stress = m.allowable_stress;
+  material.thermal_expansion = m.thermal_expansion;
   return material;
 }
 

@@ -17,6 +17,16 @@ std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
   };
   add(loads.constant, factors.constant);
   add(loads.growing, factors.growing);
+  const Vector3d gravity = factors.constant * loads.gravity;
+  if (gravity.isZero(0)) return acting;
+  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
+    const RigidBody& body = mechanism.bodies[b];
+    acting.push_back({.body = static_cast<int>(b),
+                      .force = body.mass * gravity,
+                      .moment = Vector3d::Zero(),
+                      .arm = body.center_of_mass - body.reference,
+                      .acceleration = gravity});
+  }
   return acting;
 }
 

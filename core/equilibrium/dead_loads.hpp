@@ -1,5 +1,6 @@
 #pragma once
 // Dead loads on the bodies of a mechanism: README.md (Q3).
+#include <optional>
 #include <vector>
 
 #include "core/equilibrium/body_pose.hpp"
@@ -13,6 +14,8 @@ struct BodyLoad {
   Vector3d force, moment;
   Vector3d arm;              ///< undeflected
   bool place_stays = false;  ///< along a design parameter: the arm is from a moving reference point
+  /// Of the weight of a body: the acceleration that acts on its mass, at its centre of mass [m/s²].
+  std::optional<Vector3d> acceleration = {};
 };
 
 /// All loads of a case that act, at these factors.

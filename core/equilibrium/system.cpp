@@ -31,6 +31,8 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
     const std::optional<int> coordinate = coordinate_of(mechanism, k);
     drives_.push_back({coordinate, coordinate ? std::nullopt : std::optional(row++)});
   }
+  fits_.resize(leaves_.size());
+  set_factors({});
 }
 
 std::vector<int> System::driven_coordinates() const {
@@ -56,12 +58,55 @@ MatrixXd System::drive_forces() const {
   return forces;
 }
 
-void System::apply(LoadFactors factors) {
-  if (factors == factors_) return;
+bool System::is_forced(int i) const {
+  return mechanism_->leaves[i].growth != 1 ||
+         std::ranges::any_of(loads_.assembly, [&](const AssemblyError& e) { return e.leaf == i; });
+}
+
+// All but the leaves' own states.
+void System::set_factors(LoadFactors factors) {
   factors_ = factors;
   acting_ = acting_loads(loads_, factors_, *mechanism_);
   springs_.apply(factors_.constant);
+  const double share = factors_.constant;
+  for (int i = 0; i < leaves(); ++i) {
+    const LeafSpring& leaf = mechanism_->leaves[i];
+    fits_[i] = {};
+    // a warm leaf starts as it would be without its bodies, which then bring its tip to its place
+    if (share != 1 && leaf.tip != free_edge)
+      fits_[i][1].move = (1 - share) * (leaf.growth - 1) * leaf.chord() * leaf.axes.col(0);
+    if (acts_inside(leaf, loads_)) leaves_[i]->act({share, share * loads_.gravity});
+  }
+  for (const AssemblyError& error : loads_.assembly) {
+    EdgeFit& fit = fits_[error.leaf][error.end];
+    fit.move += share * error.move;
+    fit.turn = rotation_exp(share * error.turn);
+  }
   assembled_ = false;
+}
+
+void System::apply(LoadFactors factors) {
+  if (factors == factors_) return;
+  std::vector<int> forced;
+  for (int i = 0; factors.constant != factors_.constant && i < leaves(); ++i)
+    if (is_forced(i)) forced.push_back(i);
+  std::vector<EdgePoses> before;
+  if (!forced.empty()) assemble();  // leaves move by their tangents
+  for (const int i : forced) before.push_back({edge_pose(i, 0), edge_pose(i, 1)});
+  set_factors(factors);
+  for (std::size_t k = 0; k < forced.size(); ++k) {
+    const int i = forced[k];
+    const EdgePoses now{edge_pose(i, 0), edge_pose(i, 1)};
+    Vector12d dq;
+    for (int e = 0; e < 2; ++e)
+      dq.segment<6>(6 * e) << now[e].position - before[k][e].position,
+          rotation_log(now[e].axes * before[k][e].axes.transpose());
+    if (const auto& point = mechanism_->leaves[i].point)
+      leaves_[i]->displace_point(
+          poses_[point->body].position - mechanism_->bodies[point->body].reference,
+          Vector3d::Zero());
+    leaves_[i]->move(now, dq);
+  }
 }
 
 double System::load_energy() const {
@@ -89,18 +134,21 @@ BlockMatrix System::residual_tangent() const {
   return K;
 }
 
-Vector3d System::lever(int i, int end) const {
+Vector3d System::place(int i, int end) const {
   const LeafSpring& l = mechanism_->leaves[i];
+  return (end == 0 ? l.origin : l.tip_middle()) + edge_fit(i, end).move;
+}
+
+Vector3d System::lever(int i, int end) const {
   const int b = body(i, end);
-  const Vector3d place = end == 0 ? l.origin : l.tip_middle();
-  return poses_[b].rotation * (place - mechanism_->bodies[b].reference);
+  return poses_[b].rotation * (place(i, end) - mechanism_->bodies[b].reference);
 }
 
 EdgePose System::edge_pose(int i, int end) const {
-  const LeafSpring& l = mechanism_->leaves[i];
   const int b = body(i, end);
-  if (b < 0) return {end == 0 ? l.origin : l.tip_middle(), l.edge_axes(end)};
-  return {poses_[b].position + lever(i, end), poses_[b].rotation * l.edge_axes(end)};
+  const Matrix3d axes = edge_fit(i, end).turn * mechanism_->leaves[i].edge_axes(end);
+  if (b < 0) return {place(i, end), axes};
+  return {poses_[b].position + lever(i, end), poses_[b].rotation * axes};
 }
 
 Matrix6d System::edge_map(int i, int end) const {
@@ -196,7 +244,7 @@ void System::restore(const Snapshot& snapshot) {
   assembled_ = false;
   poses_ = snapshot.poses;
   multipliers_ = snapshot.multipliers;
-  apply(snapshot.factors);
+  if (snapshot.factors != factors_) set_factors(snapshot.factors);
   for (int i = 0; i < leaves(); ++i) leaves_[i]->restore(*snapshot.leaves[i]);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // A mechanism in a configuration: rigid bodies with absolute coordinates, leaves, joints and
 // springs between them.
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -42,10 +43,11 @@ class System {
 
   const LoadCase& loads() const { return loads_; }
   LoadFactors load_factors() const { return factors_; }
-  /// Lets so much of the loads act; the preload of springs comes with the constant ones.
+  /// Lets so much of the loads act; with the constant ones come the preload of springs, the errors
+  /// of assembly, the warmth of leaves and gravity. Leaves follow edges that this moves.
   void apply(LoadFactors factors);
-  /// Whether anything comes before the stroke: constant loads, or springs with preload.
-  bool loaded_at_rest() const { return !loads_.constant.empty() || springs_.preloaded(); }
+  /// Whether anything comes before the stroke.
+  bool loaded_at_rest() const { return loads_.acts_before_stroke() || springs_.preloaded(); }
   /// Loads that act, one by one.
   const std::vector<BodyLoad>& acting() const { return acting_; }
 
@@ -107,6 +109,14 @@ class System {
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
 
+  /// How an end of a leaf now sits in its body other than designed.
+  struct EdgeFit {
+    Vector3d move = Vector3d::Zero();      ///< undeflected, global axes [m]
+    Matrix3d turn = Matrix3d::Identity();  ///< about the edge's middle, global axes
+  };
+  const EdgeFit& edge_fit(int leaf, int end) const {
+    return fits_[static_cast<std::size_t>(leaf)][static_cast<std::size_t>(end)];
+  }
   /// Pose of an end of a leaf (0 base, 1 tip) and the map from its body's increment to the edge's.
   EdgePose edge_pose(int leaf, int end) const;
   Matrix6d edge_map(int leaf, int end) const;
@@ -124,12 +134,16 @@ class System {
     return end == 0 ? mechanism_->leaves[leaf].base : mechanism_->leaves[leaf].tip;
   }
   Vector3d lever(int leaf, int end) const;
+  Vector3d place(int leaf, int end) const;  ///< of the edge's middle, undeflected
+  bool is_forced(int leaf) const;           ///< at this factor of the constant loads or another
+  void set_factors(LoadFactors factors);
 
   const Mechanism* mechanism_;
   std::vector<std::unique_ptr<LeafElement>> leaves_;
   std::vector<BodyPose> poses_;
   LoadCase loads_;
   LoadFactors factors_;
+  std::vector<std::array<EdgeFit, 2>> fits_;
   std::vector<BodyLoad> acting_;
   Springs springs_;
   Constraints constraints_;

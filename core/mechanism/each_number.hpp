@@ -89,6 +89,7 @@ MaterialT<To> with_numbers(const MaterialT<From>& from, const F& f) {
   MaterialT<To> to;
   to.name = from.name;
   to.allowable_stress = from.allowable_stress;
+  to.thermal_expansion = from.thermal_expansion;
   std::vector<To> numbers;
   each_material_number(from, [&](std::string_view, const From& x) { numbers.push_back(f(x)); });
   std::size_t i = 0;
@@ -119,6 +120,8 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     if (l.curve) leaf.curve.emplace();
     leaf.material.name = l.material.name;
     leaf.material.allowable_stress = l.material.allowable_stress;
+    leaf.material.thermal_expansion = l.material.thermal_expansion;
+    leaf.growth = l.growth;
     if (l.point) {
       leaf.point.emplace();
       leaf.point->body = l.point->body;

@@ -2,9 +2,14 @@
 
 #include <fmt/format.h>
 
-namespace flexopt {
+#include <algorithm>
+#include <set>
+#include <utility>
 
-std::optional<std::string> broken_rule(const LoadCase& loads, const Mechanism& mechanism) {
+namespace flexopt {
+namespace {
+
+std::optional<std::string> broken_load_rule(const LoadCase& loads, const Mechanism& mechanism) {
   const int bodies = static_cast<int>(mechanism.bodies.size());
   for (const std::vector<DeadLoad>* list : {&loads.constant, &loads.growing})
     for (const DeadLoad& load : *list) {
@@ -15,7 +20,68 @@ std::optional<std::string> broken_rule(const LoadCase& loads, const Mechanism& m
           !load.place.value_or(load.arm).allFinite())
         return fmt::format("a load on body {} is not finite", body);
     }
+  if (!loads.gravity.allFinite()) return "gravity is not finite";
   return std::nullopt;
+}
+
+std::optional<std::string> broken_assembly_rule(const LoadCase& loads, const Mechanism& mechanism) {
+  const int leaves = static_cast<int>(mechanism.leaves.size());
+  std::set<std::pair<int, int>> edges;
+  for (const AssemblyError& error : loads.assembly) {
+    if (error.leaf < 0 || error.leaf >= leaves)
+      return fmt::format("an assembly error is of leaf {}, but there are {} leaves", error.leaf,
+                         leaves);
+    const LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(error.leaf)];
+    if (error.end < 0 || error.end > 1 || (error.end == 1 && leaf.tip == free_edge))
+      return fmt::format("an assembly error of leaf {} is not of a clamped edge", error.leaf);
+    if (!error.move.allFinite() || !error.turn.allFinite())
+      return fmt::format("an assembly error of leaf {} is not finite", error.leaf);
+    if (!edges.insert({error.leaf, error.end}).second)
+      return fmt::format("two assembly errors are of one edge of leaf {}", error.leaf);
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> broken_temperature_rule(const LoadCase& loads,
+                                                   const Mechanism& mechanism) {
+  if (loads.temperature.empty()) return std::nullopt;
+  if (loads.temperature.size() != mechanism.leaves.size())
+    return fmt::format("there are {} temperatures, but {} leaves", loads.temperature.size(),
+                       mechanism.leaves.size());
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
+    const double change = loads.temperature[i];
+    const Material& material = mechanism.leaves[i].material;
+    if (change != 0 && !material.thermal_expansion)
+      return fmt::format("leaf {} is warmed, but its material has no thermal expansion", i);
+    const double strain = material.thermal_expansion.value_or(0) * change;
+    if (!(strain > -largest_expansion && strain < largest_expansion))
+      return fmt::format("leaf {} expands by {:.3g}; expected at most {:g}", i, strain,
+                         largest_expansion);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads) {
+  Mechanism warm = mechanism;
+  for (std::size_t i = 0; i < std::min(warm.leaves.size(), loads.temperature.size()); ++i) {
+    LeafSpring& leaf = warm.leaves[i];
+    leaf.growth = 1 + leaf.material.thermal_expansion.value_or(0) * loads.temperature[i];
+  }
+  return warm;
+}
+
+std::optional<std::string> acts_inside(const LeafSpring& leaf, const LoadCase& loads) {
+  if (leaf.growth != 1) return "it is warmer than its clamps";
+  if (!loads.gravity.isZero(0) && leaf.material.density > 0) return "its weight acts on it";
+  return std::nullopt;
+}
+
+std::optional<std::string> broken_rule(const LoadCase& loads, const Mechanism& mechanism) {
+  if (auto rule = broken_load_rule(loads, mechanism)) return rule;
+  if (auto rule = broken_assembly_rule(loads, mechanism)) return rule;
+  return broken_temperature_rule(loads, mechanism);
 }
 
 }  // namespace flexopt

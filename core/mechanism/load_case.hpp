@@ -27,13 +27,36 @@ inline DeadLoad load_at_O(const Vector6d& load) {
   return {.force = load.head<3>(), .moment = load.tail<3>()};
 }
 
+/// How a clamped edge sits in the body that holds it, other than designed. The leaf itself is as
+/// designed; it is forced into that place.
+struct AssemblyError {
+  int leaf = 0;
+  int end = 0;                       ///< 0 base, 1 tip
+  Vector3d move = Vector3d::Zero();  ///< of the edge's middle, undeflected, global axes [m]
+  Vector3d turn = Vector3d::Zero();  ///< rotation vector about that middle, global axes [rad]
+};
+
+/// Largest thermal strain that is taken for one of a solid.
+inline constexpr double largest_expansion = 0.05;
+
 struct LoadCase {
   std::vector<DeadLoad> constant;  ///< applied before the stroke, unchanged along it
+  /// Put on with the constant loads, at most one for each edge.
+  std::vector<AssemblyError> assembly = {};
+  /// How much warmer each leaf is than as built [K]; empty: none. They grow with the constant
+  /// loads.
+  std::vector<double> temperature = {};
+  /// On bodies and leaves [m/s²]; comes with the constant loads.
+  Vector3d gravity = Vector3d::Zero();
   /// Where there are any, nothing is driven: the points of the path are the factors of these loads,
   /// which come to the constant ones.
   std::vector<DeadLoad> growing;
 
   bool driven() const { return growing.empty(); }
+  /// Whether anything comes before the stroke.
+  bool acts_before_stroke() const {
+    return !constant.empty() || !assembly.empty() || !temperature.empty() || !gravity.isZero(0);
+  }
 };
 
 /// How much of each kind acts.
@@ -42,8 +65,15 @@ struct LoadFactors {
   bool operator==(const LoadFactors&) const = default;
 };
 
-/// The first broken rule of the loads of a mechanism (bodies that exist, finite numbers), or
-/// nothing.
+/// The mechanism whose leaves have the growth of these temperatures: what the evaluation works on.
+Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads);
+
+/// Why this leaf of a warmed mechanism is not reduced under these loads, or nothing: what acts
+/// inside a leaf is known to the full one alone.
+std::optional<std::string> acts_inside(const LeafSpring& leaf, const LoadCase& loads);
+
+/// The first broken rule of the loads of a mechanism (bodies, leaves and edges that exist, finite
+/// numbers, expansions that are known), or nothing.
 std::optional<std::string> broken_rule(const LoadCase& loads, const Mechanism& mechanism);
 
 }  // namespace flexopt

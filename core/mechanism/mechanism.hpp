@@ -27,6 +27,8 @@ struct MaterialT {
   Scalar poissons_ratio{};                 ///< [-]
   Scalar density{};                        ///< [kg/m³]
   std::optional<double> allowable_stress;  ///< [Pa]
+  std::optional<double>
+      thermal_expansion;  ///< linear coefficient, the same at all temperatures [1/K]
 
   Scalar shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poissons_ratio)); }
 };
@@ -68,6 +70,9 @@ struct LeafSpringT {
   MaterialT<Scalar> material;
   Section section = Section::rectangular;
   std::optional<LeafPointT<Scalar>> point;
+  /// Stress-free length, width and thickness over those above, of a leaf that is warmer than the
+  /// bodies. Bodies hold its edges where they are and as wide as they are without it.
+  double growth = 1;
 
   /// From base to tip [m].
   Scalar chord() const {

@@ -6,6 +6,7 @@ find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(TBB REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(Boost 1.74 REQUIRED)  # headers: Boost.Random
 find_library(FLEXOPT_SPQR spqr REQUIRED)
 find_library(FLEXOPT_CHOLMOD cholmod REQUIRED)

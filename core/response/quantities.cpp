@@ -34,6 +34,7 @@ std::optional<VectorXd> filled(const VectorXd& gradient) {
   return gradient;
 }
 
+std::string plain_number(Direction, int) { return "1"; }
 std::string metre(Direction, int) { return "m"; }
 std::string radian(Direction, int) { return "rad"; }
 std::string kilogram(Direction, int) { return "kg"; }
@@ -248,11 +249,43 @@ std::vector<QuantityRow> room_taken() {
        .in_report = true}};
 }
 
+std::optional<double> critical_factor(const PathPoint& p, int drive) {
+  if (!p.buckling) return std::nullopt;
+  return (drive == 0 ? p.buckling->drive_locked : p.buckling->drive_free).factor;
+}
+
+std::vector<QuantityRow> buckling() {
+  return {
+      {.name = "buckling_load_factor",
+       .label = "buckling load factor",
+       .meaning = "by which the load that `buckling` names must be multiplied, all else kept, "
+                  "until the tangent with the drive locked is singular, followed along the "
+                  "equilibria; below zero where only the reversed load does so",
+       .needs = {Output::equilibrium, Output::buckling},
+       .unit = plain_number,
+       .value = [](const PathPoint& p, int) { return critical_factor(p, 0); },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.buckling_locked; },
+       .in_report = true},
+      {.name = "buckling",
+       .components = {"drive_locked", "drive_free"},
+       .layout = Layout::object,
+       .label = "buckling load factor,",
+       .meaning = "drive_locked: strokes kept while the load grows; drive_free: loads of the "
+                  "drives kept; linearised: foretold from the state of the point",
+       .needs = {Output::equilibrium, Output::buckling},
+       .unit = plain_number,
+       .value = critical_factor,
+       .gradient = [](const PathPoint&, const PointGradients& g, int drive) {
+         return drive == 0 ? g.buckling_locked : g.buckling_free;
+       }}};
+}
+
 std::vector<QuantityRow> make_rows() {
   std::vector<QuantityRow> rows = load_and_motion();
   for (auto& row : frequencies_and_stress()) rows.push_back(std::move(row));
   rows.push_back(softest_translation());
   for (auto& row : room_taken()) rows.push_back(std::move(row));
+  for (auto& row : buckling()) rows.push_back(std::move(row));
   return rows;
 }
 

@@ -27,4 +27,11 @@ bool StrokeRequest::wants_frequency_derivatives() const {
   return frequencies > 0 && outputs.has(Output::frequency_derivatives) && loads.driven();
 }
 
+std::optional<std::size_t> StrokeRequest::growing_load() const {
+  if (!outputs.has(Output::buckling) || buckling_load.empty()) return std::nullopt;
+  const auto named = std::ranges::find(loads.constant, buckling_load, &DeadLoad::name);
+  if (named == loads.constant.end()) return std::nullopt;
+  return static_cast<std::size_t>(named - loads.constant.begin());
+}
+
 }  // namespace flexopt

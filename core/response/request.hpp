@@ -35,6 +35,7 @@ enum class Output {
   envelope,               ///< box, cylinder and mass of the leaves, undeflected
   moving_envelope,        ///< the same box and cylinder over the stroke
   clearance,              ///< smallest distance between parts
+  buckling,               ///< critical factors of the load that the request names
   shapes                  ///< deformed mid-surfaces for drawing
 };
 
@@ -78,7 +79,7 @@ class Outputs {
   bool operator==(const Outputs&) const = default;
 
  private:
-  std::bitset<11> set_;
+  std::bitset<12> set_;
 };
 
 /// How exact the values of a path point are.
@@ -112,6 +113,8 @@ struct StrokeRequest {
   /// Of several drives: the strokes of all of them, point by point; `points` are the first ones'.
   std::vector<VectorXd> strokes;
   LoadCase loads;
+  /// Which of the constant loads grows until the tangent is singular: its name; empty for none.
+  std::string buckling_load;
   /// What is wanted. Other numbers of a path point may come along where they cost nothing.
   Outputs outputs = Outputs::numbers();
   PathValues values = PathValues::as_modelled;
@@ -127,6 +130,8 @@ struct StrokeRequest {
   /// How many natural frequencies of a list have to be found.
   int frequencies_of(DriveState drive) const;
   bool wants_frequency_derivatives() const;
+  /// The load that grows, among the constant ones, where critical factors are wanted.
+  std::optional<std::size_t> growing_load() const;
 };
 
 }  // namespace flexopt

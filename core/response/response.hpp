@@ -27,6 +27,11 @@ struct Mode {
   /// Motion of the bodies in their own axes and of stations of the leaves, times the root of their
   /// mass: for telling which mode is which at another stroke.
   VectorXd motion;
+  /// For drawing, where shapes are asked for: displacement of the reference point and spin of each
+  /// body, and motion of the points of each LeafShape (x, y, z of one after the other; empty where
+  /// the leaf's model does not tell). Global axes, in one common scale.
+  VectorXd body_motion;
+  std::vector<VectorXd> leaf_motion;
 };
 
 /// How the square of a natural frequency, drive free, leaves its value at the undeflected state
@@ -76,6 +81,26 @@ struct Clearance {
   std::array<std::string, 2> names;                                    ///< of leaves or bodies
 };
 
+/// Where a dead load that grows, all else kept, makes the tangent singular.
+struct CriticalLoad {
+  /// Of the load, along the branch of equilibria; below zero where only the reversed load does so.
+  std::optional<double> factor;
+  /// The same foretold from the state of the point, as if its tangent went on changing as it does.
+  std::optional<double> linearised;
+  bool fold = false;  ///< the load is the largest of the branch there; else branches meet
+  /// The branch was followed to its bound on both sides, and its tangent is not singular.
+  bool none = false;
+  std::string reason;  ///< why there is no factor
+  /// Of every body, over the largest unknown of bodies and leaves, lengths over the longest leaf.
+  std::vector<BodyMotion> mode;
+};
+struct Buckling {
+  CriticalLoad drive_locked, drive_free;  ///< strokes kept; loads of the drives kept
+};
+
+/// What a factor counts as in goals where there is none.
+inline constexpr double no_critical_factor = 1e6;
+
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
 /// Stroke, drive load and drive stiffness of several drives: those of the first, and lists.
 struct PathPoint {
@@ -110,9 +135,9 @@ struct PathPoint {
   std::optional<double> leaf_mass;  ///< [kg]; the same at every point
   std::optional<Extents> extents;   ///< of this point
   std::optional<Clearance> clearance;
-  std::optional<double> buckling_load_factor;  ///< of the dead load
-  bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
-  int negative_pivots = 0;  ///< inertia of that tangent
+  std::optional<Buckling> buckling;  ///< by the load that the request names
+  bool stable = true;                ///< the tangent with the drive held has no negative eigenvalue
+  int negative_pivots = 0;           ///< inertia of that tangent
   std::vector<LeafReport> leaves;
   std::vector<LeafShape> shapes;
   std::vector<Vector3d> probes;    ///< displacements, in the order of the request [m]

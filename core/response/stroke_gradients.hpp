@@ -42,6 +42,7 @@ struct PointGradients {
   MatrixXd envelope, moving_envelope;  ///< x, y, z, cylinder × parameters
   MatrixXd extents;                    ///< in the order of `Extents::at` × parameters
   std::optional<VectorXd> clearance, leaf_mass;
+  std::optional<VectorXd> buckling_locked, buckling_free;  ///< of the factors
 };
 
 /// Derivatives of FrequencyDerivatives, along the parameters. Members of a cluster of equal

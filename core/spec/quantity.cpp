@@ -103,6 +103,9 @@ constexpr std::array dimensions{
     NamedDimension{"Hz", "a frequency", "80 Hz"},
     NamedDimension{"m/N", "a compliance", "1 mm/N"},
     NamedDimension{"rad/(N m)", "a rotational compliance", "1 mrad/(N m)"},
+    NamedDimension{"m/s^2", "an acceleration", "-9.81 m/s^2"},
+    NamedDimension{"K", "a change of temperature", "20 K"},
+    NamedDimension{"1/K", "a thermal expansion", "11e-6 1/K"},
 };
 
 std::string_view trimmed(std::string_view text) {
@@ -111,6 +114,15 @@ std::string_view trimmed(std::string_view text) {
   while (!text.empty() && std::string_view(" \t").find(text.back()) != std::string_view::npos)
     text.remove_suffix(1);
   return text;
+}
+
+/// Whether the text of a unit begins like a second number, which would silently scale the unit: "2
+/// mm", "/2 mm"; the 1 of "1/K" does not.
+bool begins_with_number(std::string_view text) {
+  if (text.starts_with("1/") && text.size() > 2 &&
+      std::string_view("0123456789+-./*^ ").find(text[2]) == std::string_view::npos)
+    return false;
+  return std::string_view("0123456789+-./*^").find(text.front()) != std::string_view::npos;
 }
 
 /// A product of base units with powers, "1" for none.
@@ -176,10 +188,7 @@ bool operator==(const Dimension& a, const Dimension& b) {
 
 std::optional<Measure> measured(double number, const std::string& unit) {
   const std::string_view text = trimmed(unit);
-  // "3 [2 mm]": a second number would silently scale the unit
-  if (text.empty() ||
-      std::string_view("0123456789+-./*^").find(text.front()) != std::string_view::npos)
-    return std::nullopt;
+  if (text.empty() || begins_with_number(text)) return std::nullopt;
   UnitSystem& system = UnitSystem::instance();
   const std::lock_guard lock(system.mutex);
   const Unit given = system.parse(std::string(text));
@@ -247,9 +256,7 @@ double parse_quantity(const std::string& text, const std::string& unit,
     if (unit == "1") return number;
     throw refuse("the unit is missing");
   }
-  // "2 3 mm", "1 /2 mm": a second number would silently scale the unit
-  if (std::string_view("0123456789+-./*^").find(rest.front()) != std::string_view::npos)
-    throw refuse(fmt::format("'{}' is not a unit", rest));
+  if (begins_with_number(rest)) throw refuse(fmt::format("'{}' is not a unit", rest));
 
   UnitSystem& system = UnitSystem::instance();
   const std::lock_guard lock(system.mutex);

@@ -29,16 +29,18 @@ OrderedJson point_json(const ComparedPoint& p) {
   if (!p.converged) return {{"stroke", p.stroke}};
   OrderedJson stiffness = OrderedJson::array();
   for (const auto& k : p.support_stiffness) stiffness.push_back(optional_json(k));
-  return {{"stroke", p.stroke},
-          {"drive_load", p.drive_load},
-          {"displacement", {p.displacement[0], p.displacement[1], p.displacement[2]}},
-          {"support_stiffness", std::move(stiffness)},
-          {"frequencies_free", p.frequencies_free},
-          {"frequencies_locked", p.frequencies_locked},
-          {"parasitic_frequency", optional_json(p.parasitic_frequency)},
-          {"max_stress", optional_json(p.max_stress)},
-          {"stable", p.stable},
-          {"fallback", p.fallback}};
+  OrderedJson json{{"stroke", p.stroke},
+                   {"drive_load", p.drive_load},
+                   {"displacement", {p.displacement[0], p.displacement[1], p.displacement[2]}},
+                   {"support_stiffness", std::move(stiffness)},
+                   {"frequencies_free", p.frequencies_free},
+                   {"frequencies_locked", p.frequencies_locked},
+                   {"parasitic_frequency", optional_json(p.parasitic_frequency)},
+                   {"max_stress", optional_json(p.max_stress)},
+                   {"stable", p.stable},
+                   {"fallback", p.fallback}};
+  if (!p.other_drive_loads.empty()) json["other_drive_loads"] = p.other_drive_loads;
+  return json;
 }
 
 ComparedPoint read_point(const json& j) {
@@ -47,6 +49,7 @@ ComparedPoint read_point(const json& j) {
   p.converged = j.contains("drive_load");
   if (!p.converged) return p;
   j.at("drive_load").get_to(p.drive_load);
+  if (j.contains("other_drive_loads")) j.at("other_drive_loads").get_to(p.other_drive_loads);
   for (int i = 0; i < 3; ++i) p.displacement[i] = j.at("displacement").at(i);
   for (std::size_t d = 0; d < 6; ++d)
     p.support_stiffness[d] = read_optional(j.at("support_stiffness").at(d));
@@ -133,7 +136,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
   request.points = sample.stroke;
   request.newton = choice.newton;
   request.outputs.remove({Output::shapes, Output::frequency_derivatives, Output::envelope,
-                          Output::moving_envelope, Output::clearance});
+                          Output::moving_envelope, Output::clearance, Output::buckling});
   const auto begin = std::chrono::steady_clock::now();
   try {
     const StrokeResponse response = evaluator(make_mechanism(job, sample), choice.model, request);

@@ -21,6 +21,8 @@ ComparedPoint compared_point(const PathPoint& p) {
   c.fallback = std::any_of(p.leaves.begin(), p.leaves.end(),
                            [](const LeafReport& leaf) { return !leaf.reason.empty(); });
   c.drive_load = p.drive_load;
+  if (p.drive_loads.size() > 1)
+    c.other_drive_loads.assign(p.drive_loads.begin() + 1, p.drive_loads.end());
   c.displacement = p.displacement;
   c.support_stiffness = p.support_stiffness;
   c.frequencies_free = p.frequencies_free;
@@ -138,6 +140,12 @@ std::vector<PointError> errors_of(const ComparedPath& model, const ComparedPath&
   using Optional = std::optional<double>;
   number.add(Compared::drive_load, -1,
              [](const ComparedPoint& p) -> Optional { return p.drive_load; });
+  std::size_t others = 0;
+  for (const ComparedPoint& p : full.points) others = std::max(others, p.other_drive_loads.size());
+  for (std::size_t k = 0; k < others; ++k)
+    number.add(Compared::drive_load, -1, [k](const ComparedPoint& p) -> Optional {
+      return k < p.other_drive_loads.size() ? Optional(p.other_drive_loads[k]) : std::nullopt;
+    });
   for (int d = 0; d < 6; ++d)
     number.add(Compared::support_stiffness, d, [d](const ComparedPoint& p) {
       return p.support_stiffness[static_cast<std::size_t>(d)];

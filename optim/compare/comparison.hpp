@@ -17,6 +17,7 @@ struct ComparedPoint {
   bool stable = true;     ///< with the drive held
   bool fallback = false;  ///< a leaf was evaluated at full accuracy instead of its own model
   double drive_load = 0;
+  std::vector<double> other_drive_loads;  ///< of several drives, those after the first
   Vector3d displacement = Vector3d::Zero();
   std::array<std::optional<double>, 6> support_stiffness;
   std::vector<double> frequencies_free, frequencies_locked;

@@ -175,8 +175,10 @@ void JobReader::read_mechanism() {
     if (sound("/design/material") && sound("/model/flexure"))
       faults_.attempt([&] { check_leaf_model(job_.design, job_.model, Pointer("/model")); });
     faults_.attempt([&] { mechanism = make_mechanism(job_, job_.design.parameters); });
-    if (mechanism)
+    if (mechanism) {
       find_loaded_bodies(read_["loads"], *mechanism, faults_, job_.request.loads.constant);
+      read_surroundings(read_, *mechanism, job_.model, faults_, job_.request.loads, job_.notes);
+    }
     if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }
   if (mechanism && job_.model.flexure == Flexure::plate) note_thick_leaves(*mechanism, job_.notes);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
@@ -44,6 +45,86 @@ void read_load_path(const json& read, StrokeRequest& request) {
   for (int i = 0; i < path.points; ++i) request.points.push_back(i / (path.points - 1.0));
 }
 
+std::optional<int> find_leaf(const Mechanism& mechanism, const std::string& wanted,
+                             const Pointer& at, FaultList& faults) {
+  const auto found = std::ranges::find(mechanism.leaves, wanted, &LeafSpring::name);
+  if (found != mechanism.leaves.end()) return static_cast<int>(found - mechanism.leaves.begin());
+  std::vector<std::string> known;
+  for (const LeafSpring& leaf : mechanism.leaves) known.push_back(leaf.name);
+  faults.add(at.to_string(), shown(wanted), "no leaf has this name; " + known_names(wanted, known));
+  return std::nullopt;
+}
+
+void read_assembly(const json& read, const Mechanism& mechanism, FaultList& faults,
+                   LoadCase& loads) {
+  std::set<std::pair<int, int>> edges;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const Pointer at = Pointer("/assembly") / i;
+    if (!faults.sound(at.to_string())) continue;
+    const AssemblySpec error = assembly_table().read(read[i]);
+    const std::optional<int> leaf = find_leaf(mechanism, error.leaf, at / "leaf", faults);
+    if (!leaf) continue;
+    if (error.end == 1 && mechanism.leaves[static_cast<std::size_t>(*leaf)].tip == free_edge)
+      faults.add((at / "end").to_string(), shown(read[i]["end"]),
+                 "the tip of this leaf is free: no body holds it");
+    else if (!edges.insert({*leaf, error.end}).second)
+      faults.add((at / "end").to_string(), shown(read[i]["end"]),
+                 "one error for each edge: this one has another");
+    else
+      loads.assembly.push_back({*leaf, error.end, error.move, error.turn});
+  }
+}
+
+void read_temperature(const json& read, const Mechanism& mechanism, FaultList& faults,
+                      LoadCase& loads) {
+  const Pointer at("/temperature");
+  if (!faults.sound(at.to_string())) return;
+  std::vector<double> change(mechanism.leaves.size(), read["change"]);
+  std::vector<Pointer> from(mechanism.leaves.size(), at / "change");
+  for (const auto& [name, own] : read["leaves"].items()) {
+    const Pointer here = at / "leaves" / name;
+    const std::optional<int> leaf = find_leaf(mechanism, name, here, faults);
+    if (!leaf) continue;
+    change[static_cast<std::size_t>(*leaf)] = own;
+    from[static_cast<std::size_t>(*leaf)] = here;
+  }
+  std::set<std::string> told;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    const LeafSpring& leaf = mechanism.leaves[i];
+    const std::string place = from[i].to_string();
+    const double strain = leaf.material.thermal_expansion.value_or(0) * change[i];
+    if (change[i] != 0 && !leaf.material.thermal_expansion) {
+      if (told.insert(place).second)
+        faults.add(place, fmt::format("{:g} K", change[i]),
+                   fmt::format("the material of {} has no thermal_expansion", leaf.name));
+    } else if (std::abs(strain) >= largest_expansion && told.insert(place).second) {
+      faults.add(place, fmt::format("{:g} K", change[i]),
+                 fmt::format("{} would expand by {:.3g} of its length; expected less than {:g}",
+                             leaf.name, strain, largest_expansion));
+    }
+  }
+  if (std::ranges::any_of(change, [](double x) { return x != 0; }))
+    loads.temperature = std::move(change);
+}
+
+/// Throws SpecError.
+void read_buckling(const json& read, StrokeRequest& request) {
+  request.buckling_load = buckling_table().read(read).load;
+  std::vector<std::string> names;
+  for (const DeadLoad& load : request.loads.constant)
+    if (!load.name.empty()) names.push_back(load.name);
+  const auto named =
+      std::ranges::find(request.loads.constant, request.buckling_load, &DeadLoad::name);
+  if (names.empty())
+    throw SpecError("/buckling/load", shown(read["load"]), "no load of the job has a name");
+  if (named == request.loads.constant.end())
+    throw SpecError("/buckling/load", shown(read["load"]),
+                    "no load has this name; " + known_names(request.buckling_load, names));
+  if (named->force.isZero(0) && named->moment.isZero(0))
+    throw SpecError("/buckling/load", shown(read["load"]),
+                    "this load has neither force nor moment: no factor makes it larger");
+}
+
 }  // namespace
 
 EndEffector read_end_effector(const json& read, FaultList& faults,
@@ -74,6 +155,8 @@ void read_request(json& read, const json& as_written, const Family* family, Faul
       request.loads.constant.push_back(
           {.force = load.force, .moment = load.moment, .place = load.at, .name = load.name});
     }
+  if (read.contains("buckling") && faults.sound("/buckling") && faults.sound("/loads"))
+    faults.attempt([&] { read_buckling(read["buckling"], request); });
   request.parasitic.drive =
       read["parasitic"]["drive"] == "locked" ? DriveState::locked : DriveState::free;
   for (const json& kind : read["parasitic"]["skip"])
@@ -132,6 +215,24 @@ void find_loaded_bodies(const json& read, const Mechanism& mechanism, FaultList&
                              "{:g}, {:g}, {:g} m",
                              body.reference[0], body.reference[1], body.reference[2]));
   }
+}
+
+void read_surroundings(const json& read, const Mechanism& mechanism, const ModelOptions& model,
+                       FaultList& faults, LoadCase& loads, std::vector<std::string>& notes) {
+  if (read.contains("gravity") && faults.sound("/gravity"))
+    for (int i = 0; i < 3; ++i) loads.gravity[i] = read["gravity"][static_cast<std::size_t>(i)];
+  if (read.contains("temperature")) read_temperature(read["temperature"], mechanism, faults, loads);
+  read_assembly(read["assembly"], mechanism, faults, loads);
+  if (model.accuracy == Accuracy::full || !faults.sound("/temperature")) return;
+  const Mechanism warm = warmed(mechanism, loads);
+  std::string full;
+  for (const LeafSpring& leaf : warm.leaves)
+    if (acts_inside(leaf, loads)) full += (full.empty() ? "" : ", ") + leaf.name;
+  if (!full.empty())
+    notes.push_back(
+        fmt::format("What acts inside a leaf (its weight, its warmth) needs the full model: not "
+                    "reduced are {}.",
+                    full));
 }
 
 }  // namespace flexopt

@@ -23,4 +23,10 @@ void check_material_point(const Job& job, FaultList& faults);
 void find_loaded_bodies(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
                         std::vector<DeadLoad>& loads);
 
+/// Gravity, temperature and errors of assembly, once the leaves are known. `notes`: which leaves
+/// are full models because of them.
+void read_surroundings(const nlohmann::json& read, const Mechanism& mechanism,
+                       const ModelOptions& model, FaultList& faults, LoadCase& loads,
+                       std::vector<std::string>& notes);
+
 }  // namespace flexopt

@@ -54,6 +54,9 @@ struct Context {
     if (found->row->needs.need_frequencies() && request.frequencies == 0)
       throw SpecError("/frequencies", "0",
                       fmt::format("\"{}\" at {} needs at least 1", name, at.to_string()));
+    if (found->row->needs.has(Output::buckling) && request.buckling_load.empty())
+      throw SpecError(at.to_string(), '"' + name + '"',
+                      "it needs \"buckling\": {\"load\": …}, which says which load grows");
     return *found;
   }
 };

@@ -138,7 +138,9 @@ const RecordTable<Material>& material_table() {
                read_shear, written_shear)
           .required("density", quantity("kg/m^3", 0, 1e5, true), &Material::density, "density")
           .optional("allowable_stress", quantity("Pa", 0, largest_number, true),
-                    &Material::allowable_stress, "von Mises stress a leaf may see; for the report");
+                    &Material::allowable_stress, "von Mises stress a leaf may see; for the report")
+          .optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3), &Material::thermal_expansion,
+                    "linear coefficient of thermal expansion, for temperature");
   return table;
 }
 
@@ -198,6 +200,36 @@ const RecordTable<LoadSpec>& load_path_table() {
                                           &LoadSpec::moment, "dead moment at O at its end")
                                 .standard("points", integer(2, 10001), &LoadSpec::points,
                                           "how many, zero and the whole load included");
+  return table;
+}
+
+const RecordTable<AssemblySpec>& assembly_table() {
+  static const auto table =
+      RecordTable<AssemblySpec>()
+          .required("leaf", text(100), &AssemblySpec::leaf, "whose edge it is")
+          .row(
+              shape::required("end", choice({"base", "tip"}), "which of its edges"),
+              [](const json& read, AssemblySpec& error) { error.end = read == "tip" ? 1 : 0; },
+              [](const AssemblySpec& error) -> json { return error.end == 1 ? "tip" : "base"; })
+          .standard("move", vector3("m", 1), &AssemblySpec::move,
+                    "of the edge's middle relative to the body that holds it, global axes")
+          .standard("turn", vector3("rad", 1), &AssemblySpec::turn,
+                    "rotation vector of the edge about its middle, global axes");
+  return table;
+}
+
+Shape temperature_shape() {
+  constexpr double largest = 1e4;  // [K]
+  const Shape change = quantity("K", -largest, largest);
+  return record({shape::standard("change", change, 0.0, "of all leaves, against the bodies"),
+                 shape::standard("leaves", map(change), json::object(),
+                                 "of single leaves by their names, instead of that of all")});
+}
+
+const RecordTable<BucklingSpec>& buckling_table() {
+  static const auto table = RecordTable<BucklingSpec>().required(
+      "load", text(100), &BucklingSpec::load,
+      "name of the dead load that grows, all else kept, until the tangent is singular");
   return table;
 }
 

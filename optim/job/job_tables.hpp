@@ -29,6 +29,18 @@ struct LoadSpec {
   int points = 11;
 };
 
+/// An error of assembly.
+struct AssemblySpec {
+  std::string leaf;
+  int end = 0;                                                ///< 0 base, 1 tip
+  Vector3d move = Vector3d::Zero(), turn = Vector3d::Zero();  ///< [m], [rad]
+};
+
+/// By which load the mechanism is to buckle.
+struct BucklingSpec {
+  std::string load;
+};
+
 struct ProbeSpec {
   std::string name;
   Vector3d at = Vector3d::Zero();  ///< [m]
@@ -44,6 +56,9 @@ Shape stroke_place(Direction direction);
 RecordTable<StrokeSpec> stroke_table(std::optional<Direction> drive);
 const RecordTable<LoadSpec>& load_table();
 const RecordTable<LoadSpec>& load_path_table();
+const RecordTable<AssemblySpec>& assembly_table();
+Shape temperature_shape();
+const RecordTable<BucklingSpec>& buckling_table();
 const RecordTable<ProbeSpec>& probe_table();
 const RecordTable<Expectation>& expectation_table();
 const RecordTable<ModelChoice>& model_table();

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace flexopt {
 namespace {
@@ -41,77 +42,107 @@ struct Neighbour {
   std::optional<VectorXd> values;
 };
 
+/// The neighbours of x along some of the variables.
+class Neighbours {
+ public:
+  Neighbours(const ValuesAtMany& evaluate, const VectorXd& x, std::vector<Eigen::Index> columns,
+             double step)
+      : evaluate_(evaluate),
+        x_(x),
+        columns_(std::move(columns)),
+        step_(step),
+        pairs_(columns_.size()) {}
+  using Pair = std::array<Neighbour, 2>;
+
+  /// The two of each variable that its place in the box allows, all at once.
+  void find();
+  /// A second round: the next but one where a neighbour has no values.
+  void find_lost();
+  const std::vector<Pair>& pairs() const { return pairs_; }
+
+ private:
+  bool inside(Eigen::Index j, double offset) const {
+    const double moved = x_[j] + offset * step_;
+    return moved >= 0 && moved <= 1;
+  }
+  VectorXd moved(Eigen::Index j, double offset) const {
+    VectorXd y = x_;
+    y[j] += offset * step_;
+    return y;
+  }
+
+  const ValuesAtMany& evaluate_;
+  const VectorXd& x_;
+  std::vector<Eigen::Index> columns_;
+  double step_;
+  std::vector<Pair> pairs_;
+};
+
+void Neighbours::find() {
+  std::vector<VectorXd> wanted;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const Eigen::Index j = columns_[i];
+    pairs_[i][0].offset = inside(j, 1) ? 1 : -2;
+    pairs_[i][1].offset = inside(j, -1) ? -1 : 2;
+    for (const Neighbour& p : pairs_[i]) wanted.push_back(moved(j, p.offset));
+  }
+  std::vector<std::optional<VectorXd>> found = evaluate_(wanted);
+  assert(found.size() == wanted.size());
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    for (std::size_t k = 0; k < 2; ++k) pairs_[i][k].values = std::move(found[2 * i + k]);
+}
+
+void Neighbours::find_lost() {
+  std::vector<VectorXd> wanted;
+  std::vector<std::pair<std::size_t, std::size_t>> lost;  // variable, which of its two
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Neighbour& other = pairs_[i][1 - k];
+      if (pairs_[i][k].values || !other.values || std::abs(other.offset) != 1) continue;
+      if (!inside(columns_[i], 2 * other.offset)) continue;
+      lost.emplace_back(i, k);
+      wanted.push_back(moved(columns_[i], 2 * other.offset));
+    }
+  if (wanted.empty()) return;
+  std::vector<std::optional<VectorXd>> found = evaluate_(wanted);
+  for (std::size_t n = 0; n < lost.size(); ++n) {
+    const auto [i, k] = lost[n];
+    pairs_[i][k] = {2 * pairs_[i][1 - k].offset, std::move(found[n])};
+  }
+}
+
+/// By Newton's divided differences through the three points, differentiated at the middle one; by
+/// one side where only that has values, nothing where none has.
+std::optional<VectorXd> difference(Neighbours::Pair pair, const VectorXd& center,
+                                   const DifferenceOptions& options) {
+  auto& [a, b] = pair;
+  const double h = options.step;
+  if (!a.values) std::swap(a, b);
+  if (!a.values) return std::nullopt;
+  if (!b.values) return (*a.values - center) / (a.offset * h);
+  if (a.offset == -b.offset)
+    for (const auto& [first, count] : options.branches)
+      follow_branches(center, *a.values, *b.values, first, count);
+  const VectorXd da = (*a.values - center) / (a.offset * h),
+                 db = (*b.values - center) / (b.offset * h);
+  return (a.offset * db - b.offset * da) / (a.offset - b.offset);
+}
+
 }  // namespace
 
 std::optional<MatrixXd> central_differences(const ValuesAtMany& evaluate, const VectorXd& x,
                                             const VectorXd& center,
                                             const DifferenceOptions& options) {
-  const double h = options.step;
   std::vector<Eigen::Index> columns = options.columns;
   for (Eigen::Index j = 0; options.columns.empty() && j < x.size(); ++j) columns.push_back(j);
-  const std::size_t n = columns.size();
-  const auto inside = [&](Eigen::Index j, double offset) {
-    const double moved = x[j] + offset * h;
-    return moved >= 0 && moved <= 1;
-  };
-  const auto moved = [&](Eigen::Index j, double offset) {
-    VectorXd y = x;
-    y[j] += offset * h;
-    return y;
-  };
-
-  // First the two neighbours that each variable's place in the box allows, all at once; then a
-  // second round for those whose neighbour failed.
-  std::vector<std::array<Neighbour, 2>> pairs(n);
-  std::vector<VectorXd> wanted;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Index j = columns[i];
-    auto& pair = pairs[i];
-    pair[0].offset = inside(j, 1) ? 1 : -2;
-    pair[1].offset = inside(j, -1) ? -1 : 2;
-    for (const Neighbour& p : pair) wanted.push_back(moved(j, p.offset));
-  }
-  std::vector<std::optional<VectorXd>> found = evaluate(wanted);
-  assert(found.size() == wanted.size());
-  std::vector<std::pair<std::size_t, int>> again;
-  wanted.clear();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Index j = columns[i];
-    auto& pair = pairs[i];
-    for (std::size_t k = 0; k < 2; ++k) pair[k].values = std::move(found[2 * i + k]);
-    for (int k = 0; k < 2; ++k) {
-      const Neighbour& lost = pair[static_cast<std::size_t>(k)];
-      Neighbour& other = pair[static_cast<std::size_t>(1 - k)];
-      if (lost.values || !other.values || std::abs(other.offset) != 1) continue;
-      if (!inside(j, 2 * other.offset)) continue;
-      again.emplace_back(i, k);
-      wanted.push_back(moved(j, 2 * other.offset));
-    }
-  }
-  found = wanted.empty() ? std::vector<std::optional<VectorXd>>{} : evaluate(wanted);
-  for (std::size_t i = 0; i < again.size(); ++i) {
-    auto& pair = pairs[again[i].first];
-    const auto k = static_cast<std::size_t>(again[i].second);
-    pair[k] = {2 * pair[1 - k].offset, std::move(found[i])};
-  }
-
+  Neighbours neighbours(evaluate, x, columns, options.step);
+  neighbours.find();
+  neighbours.find_lost();
   MatrixXd derivative = MatrixXd::Zero(center.size(), x.size());
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Index j = columns[i];
-    auto [a, b] = pairs[i];
-    if (!a.values) std::swap(a, b);
-    if (!a.values) return std::nullopt;
-    if (!b.values) {
-      derivative.col(j) = (*a.values - center) / (a.offset * h);
-      continue;
-    }
-    if (a.offset == -b.offset)
-      for (const auto& [first, count] : options.branches)
-        follow_branches(center, *a.values, *b.values, first, count);
-    // Newton's divided differences through the three points, differentiated at the middle one.
-    const VectorXd da = (*a.values - center) / (a.offset * h),
-                   db = (*b.values - center) / (b.offset * h);
-    derivative.col(j) = (a.offset * db - b.offset * da) / (a.offset - b.offset);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto column = difference(neighbours.pairs()[i], center, options);
+    if (!column) return std::nullopt;
+    derivative.col(columns[i]) = *column;
   }
   return derivative;
 }

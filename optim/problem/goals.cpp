@@ -18,6 +18,19 @@ constexpr int most_branches = 3;  // two modes cross at a point of the path; the
 
 constexpr double clearance_without_pairs = 1;  // [m]: more than any bound asks for
 
+// What a quantity counts as where there is nothing that it could be: no pair that can touch, no
+// load, but for a reversed one, at which the tangent is singular.
+std::optional<double> value_of_nothing(const PathPoint& point, const std::string& quantity) {
+  if (quantity == "clearance")
+    return point.clearance ? std::nullopt : std::optional(clearance_without_pairs);
+  if (!point.buckling) return std::nullopt;
+  const CriticalLoad& load =
+      quantity == "buckling.drive_free" ? point.buckling->drive_free : point.buckling->drive_locked;
+  const bool asked = quantity == "buckling_load_factor" || quantity.starts_with("buckling.");
+  const bool never = load.none || load.factor.value_or(0) < 0;
+  return asked && never ? std::optional(no_critical_factor) : std::nullopt;
+}
+
 // The quantities whose lowest over the stroke is that of several modes.
 bool is_lowest_of_modes(const std::string& quantity) {
   return quantity == "parasitic_frequency" || quantity == "parasitic_frequency_screening";
@@ -176,9 +189,15 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
                                     why.empty() ? "" : ": ", why);
       return reading;
     }
+    if (request.outputs.need_path() && !point.stable) {
+      reading.message = fmt::format("the equilibrium at stroke {:.6g} is unstable", point.stroke);
+      return reading;
+    }
     std::optional<double> value = value_of(point, goal.quantity);
-    if (!value && goal.quantity == "clearance" && goal.branches == 1) {  // nothing can touch
-      reading.values.push_back(clearance_without_pairs);
+    const std::optional<double> nothing =
+        value.value_or(-1) < 0 ? value_of_nothing(point, goal.quantity) : std::nullopt;
+    if (nothing && goal.branches == 1) {
+      reading.values.push_back(*nothing);
       differentiated =
           differentiated &&
           add_row(VectorXd(VectorXd::Zero(static_cast<Eigen::Index>(gradients->parameters.size()))),
@@ -188,6 +207,11 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
     if (!value || !std::isfinite(*value)) {
       reading.message =
           fmt::format("{} has no value at stroke {:.6g}", goal.quantity, point.stroke);
+      if (point.buckling && goal.quantity.starts_with("buckling"))
+        reading.message +=
+            ": " + (goal.quantity == "buckling.drive_free" ? point.buckling->drive_free
+                                                           : point.buckling->drive_locked)
+                       .reason;
       return reading;
     }
     if (!add_point(goal, response, i, *value, request, differentiated ? gradients : nullptr,

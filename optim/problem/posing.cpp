@@ -202,60 +202,69 @@ void Posing::track(const MatrixXd& derivatives) {
   last_derivatives_ = derivatives(order_, Eigen::all);
 }
 
-Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
-  Problem::Value out;
-  out.cost = 0;
-  const auto n = static_cast<Eigen::Index>(free_.size());
+bool Posing::look_at(const VectorXd& x, bool gradient, Seen& seen, int& cost) {
   const VectorXd all = design(x);
-  DesignValues values = book_.at(problem_.variables(all), out.cost);
-  if (!values.ok) return out;
-  MatrixXd derivatives;
-  if (gradient || (exact_ && values.gradient.rows() > 0)) {  // exact ones came with the values
-    const auto found = book_.derivatives(all, out.cost, free_);
-    if (!found && gradient) return out;
-    if (found) derivatives = *found;
+  seen.values = book_.at(problem_.variables(all), cost);
+  if (!seen.values.ok) return false;
+  if (gradient || (exact_ && seen.values.gradient.rows() > 0)) {  // exact ones came with the values
+    const auto found = book_.derivatives(all, cost, free_);
+    if (!found && gradient) return false;
+    if (found) seen.derivatives = *found;
   }
-  const bool differentiated = derivatives.rows() > 0;
-  correct(all, values, differentiated ? &derivatives : nullptr);
-  if (differentiated) derivatives = MatrixXd(derivatives(Eigen::all, free_));
-  if (exact_ && differentiated) track(derivatives);
-  const Candidate here = weigh(problem_, book_.scales(), pose_, all, values);
-  if (!best_ || better(here, *best_)) best_ = here;
-  out.ok = true;
-  // the least violation is no aim in itself: a third of what is tolerated will do
-  out.enough =
-      aim_ == Aim::feasibility && here.violation <= 0.3 * problem_.spec().constraint_tolerance;
-  std::vector<Eigen::Index> first;  // of each goal among all values
+  const bool differentiated = seen.derivatives.rows() > 0;
+  correct(all, seen.values, differentiated ? &seen.derivatives : nullptr);
+  if (differentiated) seen.derivatives = MatrixXd(seen.derivatives(Eigen::all, free_));
+  if (exact_ && differentiated) track(seen.derivatives);
   Eigen::Index total = 0;
-  for (const GoalValues& g : values.goals) {
-    first.push_back(total);
+  for (const GoalValues& g : seen.values.goals) {
+    seen.first.push_back(total);
     total += static_cast<Eigen::Index>(g.size());
   }
-  const auto m = static_cast<Eigen::Index>(rows_.size());
+  seen.candidate = weigh(problem_, book_.scales(), pose_, all, seen.values);
+  if (!best_ || better(seen.candidate, *best_)) best_ = seen.candidate;
+  return true;
+}
+
+void Posing::set_rows(const VectorXd& x, const Seen& seen, bool gradient,
+                      Problem::Value& out) const {
+  const auto n = static_cast<Eigen::Index>(free_.size()),
+             m = static_cast<Eigen::Index>(rows_.size());
   out.c.resize(m);
-  if (gradient) {
-    out.df = VectorXd::Zero(x.size());
-    out.dc = MatrixXd::Zero(m, x.size());
-  }
+  if (gradient) out.dc = MatrixXd::Zero(m, x.size());
   for (Eigen::Index i = 0; i < m; ++i) {
     const Row& row = rows_[static_cast<std::size_t>(i)];
-    const GoalValues& of = values.goals[row.goal];
+    const GoalValues& of = seen.values.goals[row.goal];
+    const Eigen::Index first = seen.first[row.goal];
     Extreme e;
     if (row.entry < 0) {
       e = extreme(problem_.goals()[row.goal], of);
     } else {
-      const Eigen::Index entry = first[row.goal] + row.entry;
+      const Eigen::Index entry = first + row.entry;
       e.entry = static_cast<std::size_t>(
-          order_.empty() ? row.entry : order_[static_cast<std::size_t>(entry)] - first[row.goal]);
+          order_.empty() ? row.entry : order_[static_cast<std::size_t>(entry)] - first);
     }
     assert(e.entry < of.size());
     const double factor = row.sign * e.sign / row.scale;
     out.c[i] = factor * of[e.entry] - row.bound + (slack_ ? row.slack * x[n] : 0.0);
     if (!gradient) continue;
     out.dc.row(i).head(n) =
-        factor * derivatives.row(first[row.goal] + static_cast<Eigen::Index>(e.entry));
+        factor * seen.derivatives.row(first + static_cast<Eigen::Index>(e.entry));
     if (slack_) out.dc(i, n) = row.slack;
   }
+}
+
+Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
+  Problem::Value out;
+  out.cost = 0;
+  Seen seen;
+  if (!look_at(x, gradient, seen, out.cost)) return out;
+  out.ok = true;
+  // the least violation is no aim in itself: a third of what is tolerated will do
+  out.enough = aim_ == Aim::feasibility &&
+               seen.candidate.violation <= 0.3 * problem_.spec().constraint_tolerance;
+  if (gradient) out.df = VectorXd::Zero(x.size());
+  set_rows(x, seen, gradient, out);
+  const auto n = static_cast<Eigen::Index>(free_.size());
   if (slack_) {
     out.f = sense_ * x[n];
     if (gradient) out.df[n] = sense_;
@@ -263,18 +272,18 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
   }
   if (aim_ == Aim::feasibility) {
     Eigen::Index worst = 0;
-    out.f = m > 0 ? std::max(0.0, out.c.maxCoeff(&worst)) : 0.0;
+    out.f = out.c.size() > 0 ? std::max(0.0, out.c.maxCoeff(&worst)) : 0.0;
     if (gradient && out.f > 0) out.df = out.dc.row(worst);
     out.c.resize(0);
     out.dc.resize(0, x.size());
     return out;
   }
-  const Extreme e = extreme(problem_.goals()[pose_.goal], values.goals[pose_.goal]);
+  const Extreme e = extreme(problem_.goals()[pose_.goal], seen.values.goals[pose_.goal]);
   const double factor = sense_ * e.sign / scale(pose_.goal);
-  out.f = factor * values.goals[pose_.goal][e.entry];
+  out.f = factor * seen.values.goals[pose_.goal][e.entry];
   if (gradient)
     out.df.head(n) =
-        factor * derivatives.row(first[pose_.goal] + static_cast<Eigen::Index>(e.entry));
+        factor * seen.derivatives.row(seen.first[pose_.goal] + static_cast<Eigen::Index>(e.entry));
   return out;
 }
 

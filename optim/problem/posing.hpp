@@ -83,7 +83,18 @@ class Posing {
     int entry = -1;
     double sign = 1, bound = 0, scale = 1, slack = 0;
   };
+  /// A design as an optimiser meets it.
+  struct Seen {
+    DesignValues values;              ///< corrected
+    MatrixXd derivatives;             ///< of all values by the free variables; or none
+    std::vector<Eigen::Index> first;  ///< value of each goal among all of them
+    Candidate candidate;              ///< weighed
+  };
   Problem::Value evaluate(const VectorXd& x, bool gradient);
+  /// Whether the design has values (and, with `gradient`, derivatives). Adds what they cost.
+  bool look_at(const VectorXd& x, bool gradient, Seen& seen, int& cost);
+  /// The rows c and their derivatives.
+  void set_rows(const VectorXd& x, const Seen& seen, bool gradient, Problem::Value& out) const;
   /// Brings the candidates of each point into the order in which the last design had them, by the
   /// nearest derivatives: modes that cross change ranks, and a row whose meaning jumps would look
   /// like a curvature to a quasi-Newton method.

@@ -44,77 +44,116 @@ ParetoPoint report_of(const DesignProblem& problem, const Place& place) {
   return p;
 }
 
+/// From the objective's optimum to the second objective's own.
+class Front {
+ public:
+  Front(const Campaign& campaign, const EvaluationBook& known, const SearchResult& optimum)
+      : problem_(campaign.problem),
+        spec_(campaign.problem.spec()),
+        book_(campaign.book(Stage::pareto, 0, &known)),
+        optimum_(optimum),
+        gradients_(needs_gradients(optimiser_options(spec_))),
+        places_{{{}, optimum, 0}} {}
+  ParetoOutcome follow();
+
+ private:
+  /// The best second objective there is.
+  SearchResult other_end();
+  bool is_one_design(const SearchResult& end, double begin_value, double end_value) const;
+  /// Bound by bound, each from the design before.
+  void advance(const SearchResult& end, double begin_value, double end_value);
+  /// A design for a harder bound keeps the easier one too.
+  void improve_backwards();
+  void add_multipliers(SearchResult& result, const Pose& pose) {
+    if (result.best && result.multipliers.empty() && gradients_)
+      result.multipliers = multipliers_at(problem_, book_, pose, *result.best);
+  }
+  SearchOptions warm() const { return {spec_.max_evaluations, true, {}}; }
+
+  const DesignProblem& problem_;
+  const OptimiseSpec& spec_;
+  EvaluationBook book_;
+  const SearchResult& optimum_;
+  bool gradients_;
+  std::vector<Place> places_;
+  ParetoOutcome outcome_;
+};
+
+SearchResult Front::other_end() {
+  Pose other = job_pose(problem_);
+  other.goal = problem_.goals().size() - 1;
+  other.maximise = spec_.pareto->maximise;
+  return search(problem_, book_, other, optimum_.best->x, {spec_.max_evaluations, false, {}});
+}
+
+bool Front::is_one_design(const SearchResult& end, double begin_value, double end_value) const {
+  const bool improved = spec_.pareto->maximise ? end_value > begin_value : end_value < begin_value;
+  const double size = std::max(std::abs(begin_value), std::abs(end_value));
+  return !end.best || end.best->violation > spec_.constraint_tolerance || !improved ||
+         std::abs(end_value - begin_value) <= 10 * spec_.constraint_tolerance * size;
+}
+
+void Front::advance(const SearchResult& end, double begin_value, double end_value) {
+  const int count = spec_.pareto->points;
+  for (int i = 1; i < count; ++i) {
+    const double share = static_cast<double>(i) / (count - 1);
+    const double bound =
+        i + 1 == count ? end_value : begin_value + share * (end_value - begin_value);
+    const Pose pose = bounded(problem_, bound);
+    // the last bound is met by the end alone: begin there
+    const VectorXd from = i + 1 == count ? end.best->x : places_.back().result.best->x;
+    Place place{bound, search(problem_, book_, pose, from, warm()), 0};
+    place.evaluations = place.result.evaluations;
+    add_multipliers(place.result, pose);
+    if (!place.result.best) {
+      outcome_.report.message =
+          fmt::format("no design could be evaluated at the bound {:.6g}", bound);
+      break;
+    }
+    places_.push_back(std::move(place));
+  }
+  places_.back().evaluations += end.evaluations;
+}
+
+void Front::improve_backwards() {
+  for (std::size_t i = places_.size() - 1; i-- > 1;) {
+    const Candidate& harder = *places_[i + 1].result.best;
+    const Pose pose = bounded(problem_, *places_[i].bound);
+    const Posing posing(problem_, book_, pose, true);
+    int cost = 0;
+    const auto there = posing.assess(harder.x, cost);
+    if (!there || !posing.better(*there, *places_[i].result.best)) continue;
+    SearchResult again = search(problem_, book_, pose, harder.x, warm());
+    places_[i].evaluations += again.evaluations;
+    if (!again.best || !posing.better(*again.best, *places_[i].result.best)) continue;
+    add_multipliers(again, pose);
+    places_[i].result = std::move(again);
+  }
+}
+
+ParetoOutcome Front::follow() {
+  const SearchResult end = other_end();
+  const double begin_value = second_of(problem_, *optimum_.best),
+               end_value = end.best ? end.best->objective : begin_value;
+  if (is_one_design(end, begin_value, end_value)) {
+    outcome_.report.message = fmt::format(
+        "the front is one design: {} is {:.6g} at the objective's optimum and {:.6g} at its own",
+        spec_.pareto->label, begin_value, end_value);
+  } else {
+    advance(end, begin_value, end_value);
+    improve_backwards();
+  }
+  for (const Place& place : places_) outcome_.report.points.push_back(report_of(problem_, place));
+  outcome_.evaluations = book_.evaluations();
+  return std::move(outcome_);
+}
+
 }  // namespace
 
 ParetoOutcome search_front(const Campaign& campaign, const EvaluationBook& known,
                            const SearchResult& optimum) {
-  const DesignProblem& problem = campaign.problem;
-  const OptimiseSpec& spec = problem.spec();
-  assert(spec.pareto && optimum.best);
-  const bool larger = spec.pareto->maximise;
-  const std::size_t goal = problem.goals().size() - 1;
-  ParetoOutcome outcome;
-  EvaluationBook book = campaign.book(Stage::pareto, 0, &known);
-  const SearchOptions options{spec.max_evaluations, true, {}};
-  const bool gradients = needs_gradients(optimiser_options(spec));
-
-  // the other end: the best second objective there is
-  Pose other = job_pose(problem);
-  other.goal = goal;
-  other.maximise = larger;
-  const SearchResult end =
-      search(problem, book, other, optimum.best->x, {spec.max_evaluations, false, {}});
-  const double begin_value = second_of(problem, *optimum.best),
-               end_value = end.best ? end.best->objective : begin_value;
-  const bool improved = larger ? end_value > begin_value : end_value < begin_value;
-  const double size = std::max(std::abs(begin_value), std::abs(end_value));
-  std::vector<Place> places{{{}, optimum, 0}};
-  if (!end.best || end.best->violation > spec.constraint_tolerance || !improved ||
-      std::abs(end_value - begin_value) <= 10 * spec.constraint_tolerance * size) {
-    outcome.report.message = fmt::format(
-        "the front is one design: {} is {:.6g} at the objective's optimum and {:.6g} at its own",
-        spec.pareto->label, begin_value, end_value);
-  } else {
-    places.front().evaluations = 0;
-    const int count = spec.pareto->points;
-    for (int i = 1; i < count; ++i) {
-      const double share = static_cast<double>(i) / (count - 1);
-      const double bound =
-          i + 1 == count ? end_value : begin_value + share * (end_value - begin_value);
-      const Pose pose = bounded(problem, bound);
-      // the last bound is met by the end alone: begin there
-      const VectorXd from = i + 1 == count ? end.best->x : places.back().result.best->x;
-      Place place{bound, search(problem, book, pose, from, options), 0};
-      place.evaluations = place.result.evaluations;
-      if (place.result.best && place.result.multipliers.empty() && gradients)
-        place.result.multipliers = multipliers_at(problem, book, pose, *place.result.best);
-      if (!place.result.best) {
-        outcome.report.message =
-            fmt::format("no design could be evaluated at the bound {:.6g}", bound);
-        break;
-      }
-      places.push_back(std::move(place));
-    }
-    places.back().evaluations += end.evaluations;
-    // A design for a harder bound keeps the easier one too.
-    for (std::size_t i = places.size() - 1; i-- > 1;) {
-      const Candidate& harder = *places[i + 1].result.best;
-      const Pose pose = bounded(problem, *places[i].bound);
-      const Posing posing(problem, book, pose, true);
-      int cost = 0;
-      const auto there = posing.assess(harder.x, cost);
-      if (!there || !posing.better(*there, *places[i].result.best)) continue;
-      SearchResult again = search(problem, book, pose, harder.x, options);
-      places[i].evaluations += again.evaluations;
-      if (!again.best || !posing.better(*again.best, *places[i].result.best)) continue;
-      if (again.multipliers.empty() && gradients)
-        again.multipliers = multipliers_at(problem, book, pose, *again.best);
-      places[i].result = std::move(again);
-    }
-  }
-  for (const Place& place : places) outcome.report.points.push_back(report_of(problem, place));
-  outcome.evaluations = book.evaluations();
-  return outcome;
+  assert(campaign.problem.spec().pareto && optimum.best);
+  return Front(campaign, known, optimum).follow();
 }
 
 }  // namespace flexopt

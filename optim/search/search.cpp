@@ -35,6 +35,141 @@ std::optional<Candidate> workable(const Posing& posing, const Pose& pose, const 
   return std::nullopt;
 }
 
+/// One search, run by run of the optimiser.
+class Search {
+ public:
+  Search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
+         const SearchOptions& options)
+      : problem_(problem),
+        book_(book),
+        pose_(pose),
+        options_(options),
+        choice_(optimiser_options(problem.spec())),
+        slack_(prefers_slack(choice_)),
+        before_(static_cast<int>(book.evaluations().size())),
+        objective_(problem, book, pose, slack_) {
+    choice_.warm = options.warm;
+  }
+  SearchResult from(const VectorXd& x);
+
+ private:
+  int spent() const { return static_cast<int>(book_.evaluations().size()) - before_; }
+  int left() const { return options_.max_evaluations - spent(); }
+  bool feasible() const { return result_.best->violation <= problem_.spec().constraint_tolerance; }
+  bool is_global() const { return choice_.name.starts_with("G"); }
+  std::string no_design() const;
+  void take(const Posing& posing, const OptimiserSummary& summary);
+  OptimiserSummary run(Posing& posing, const OptimiserOptions& how);
+  OptimiserSummary least_violation();
+  /// Towards the bounds where they are violated, then towards the best objective.
+  void approach();
+  /// Multipliers and the residual of optimality, of the best design itself.
+  void add_multipliers();
+
+  const DesignProblem& problem_;
+  EvaluationBook& book_;
+  const Pose& pose_;
+  const SearchOptions& options_;
+  OptimiserOptions choice_;
+  bool slack_;
+  int before_;  ///< evaluations in the book when the search began
+  Posing objective_;
+  SearchResult result_;
+};
+
+std::string Search::no_design() const {
+  const auto& tried = book_.evaluations();
+  return fmt::format("no design from the start to the middle of the box could be evaluated: {}",
+                     spent() == 0 ? "the formulas rule them out"
+                                  : tried[static_cast<std::size_t>(before_)].record.message);
+}
+
+void Search::take(const Posing& posing, const OptimiserSummary& summary) {
+  std::optional<Candidate> found = posing.best();
+  if (!found) return;
+  // an optimum where the gradients balance, unless a clearly better design came by
+  if (summary.reason == StopReason::converged && needs_gradients(choice_)) {
+    int cost = 0;
+    const auto end = posing.assess(posing.design(summary.x), cost);
+    if (end && posing.as_good(*end, *found)) found = end;
+  }
+  // the same design as the objective sees it, whatever the aim was
+  if (objective_.better(*found, *result_.best)) result_.best = found;
+}
+
+OptimiserSummary Search::run(Posing& posing, const OptimiserOptions& how) {
+  OptimiserOptions options_now = how;
+  options_now.max_evaluations = std::max(1, left());
+  OptimiserSummary summary = minimise(posing.problem(), posing.start(*result_.best), options_now);
+  take(posing, summary);
+  return summary;
+}
+
+OptimiserSummary Search::least_violation() {
+  Posing posing(problem_, book_, pose_, slack_, Aim::feasibility, result_.best->violation);
+  return run(posing, choice_);
+}
+
+void Search::approach() {
+  std::optional<OptimiserSummary> nearest;
+  if (!feasible() && !is_global()) nearest = least_violation();
+  // A converged least violation settles that the bounds cannot be met near here.
+  if (feasible() || !nearest || nearest->reason != StopReason::converged) {
+    if (left() > 0) {
+      OptimiserOptions how = choice_;
+      if (!nearest) how.multipliers = options_.multipliers;
+      result_.summary = run(objective_, how);
+      if (!feasible() && left() > 0) {
+        nearest = least_violation();
+        if (feasible() && left() > 0) result_.summary = run(objective_, choice_), nearest.reset();
+      }
+    } else {
+      result_.summary.reason = StopReason::max_evaluations;
+      result_.summary.message = fmt::format("the evaluations are spent: {}", spent());
+    }
+  }
+  if (!feasible() && nearest) {
+    result_.summary.reason = nearest->reason;
+    result_.summary.message = "least violation: " + nearest->message;
+    result_.summary.multipliers.resize(0);
+    result_.summary.kkt.reset();
+  }
+}
+
+void Search::add_multipliers() {
+  OptimiserSummary& summary = result_.summary;
+  const bool belongs = summary.kkt && objective_.design(summary.x) == result_.best->x;
+  if (feasible() && needs_gradients(choice_) && !belongs) {
+    // of the best design itself, where its gradient is known
+    double slope = 0;
+    const auto balance = problem_.differentiable() ? balance_at(objective_, *result_.best, slope)
+                                                   : std::optional<Multipliers>();
+    summary.kkt.reset();
+    summary.multipliers.resize(0);
+    if (balance) summary.kkt = balance->residual, summary.multipliers = balance->lambda;
+  }
+  if (feasible() && summary.multipliers.size() > 0 &&
+      summary.multipliers.size() == objective_.problem().constraints)
+    result_.multipliers = objective_.multipliers(summary.multipliers);
+}
+
+SearchResult Search::from(const VectorXd& x) {
+  result_.best = workable(objective_, pose_, x);
+  if (!result_.best) {
+    result_.summary.message = no_design();
+    result_.evaluations = spent();
+  } else if ((pose_.lower.array() == pose_.upper.array()).all()) {
+    result_.summary.reason = StopReason::converged;
+    result_.summary.message = "every variable is held";
+    result_.evaluations = spent();
+  } else {
+    approach();
+    result_.evaluations = spent();
+    add_multipliers();
+  }
+  return std::move(result_);
+}
+
 }  // namespace
 
 EvaluationBook Campaign::book(Stage stage, int start, const EvaluationBook* known) const {
@@ -62,100 +197,7 @@ std::string word_of(StopReason reason) {
 
 SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
                     const VectorXd& from, const SearchOptions& options) {
-  const OptimiseSpec& spec = problem.spec();
-  OptimiserOptions choice = optimiser_options(spec);
-  choice.warm = options.warm;
-  const bool slack = prefers_slack(choice);
-  SearchResult result;
-  const int before = static_cast<int>(book.evaluations().size());
-  const auto spent = [&] { return static_cast<int>(book.evaluations().size()) - before; };
-
-  Posing objective(problem, book, pose, slack);
-  result.best = workable(objective, pose, from);
-  if (!result.best) {
-    const auto& tried = book.evaluations();
-    result.summary.message =
-        fmt::format("no design from the start to the middle of the box could be evaluated: {}",
-                    static_cast<int>(tried.size()) == before
-                        ? "the formulas rule them out"
-                        : tried[static_cast<std::size_t>(before)].record.message);
-    result.evaluations = spent();
-    return result;
-  }
-  if ((pose.lower.array() == pose.upper.array()).all()) {
-    result.summary.reason = StopReason::converged;
-    result.summary.message = "every variable is held";
-    result.evaluations = spent();
-    return result;
-  }
-
-  const auto left = [&] { return options.max_evaluations - spent(); };
-  const auto take = [&](const Posing& posing, const OptimiserSummary& summary) {
-    std::optional<Candidate> found = posing.best();
-    if (!found) return;
-    // an optimum where the gradients balance, unless a clearly better design came by
-    if (summary.reason == StopReason::converged && needs_gradients(choice)) {
-      int cost = 0;
-      const auto end = posing.assess(posing.design(summary.x), cost);
-      if (end && posing.as_good(*end, *found)) found = end;
-    }
-    // the same design as the objective sees it, whatever the aim was
-    if (objective.better(*found, *result.best)) result.best = found;
-  };
-  const auto run = [&](Posing& posing, const OptimiserOptions& how) {
-    OptimiserOptions options_now = how;
-    options_now.max_evaluations = std::max(1, left());
-    const OptimiserSummary summary =
-        minimise(posing.problem(), posing.start(*result.best), options_now);
-    take(posing, summary);
-    return summary;
-  };
-  const auto feasible = [&] { return result.best->violation <= spec.constraint_tolerance; };
-  const auto least_violation = [&] {
-    Posing posing(problem, book, pose, slack, Aim::feasibility, result.best->violation);
-    return run(posing, choice);
-  };
-
-  const bool global = choice.name.starts_with("G");
-  std::optional<OptimiserSummary> nearest;
-  if (!feasible() && !global) nearest = least_violation();
-  // A converged least violation settles that the bounds cannot be met near here.
-  if (feasible() || !nearest || nearest->reason != StopReason::converged) {
-    if (left() > 0) {
-      OptimiserOptions how = choice;
-      if (!nearest) how.multipliers = options.multipliers;
-      result.summary = run(objective, how);
-      if (!feasible() && left() > 0) {
-        nearest = least_violation();
-        if (feasible() && left() > 0) result.summary = run(objective, choice), nearest.reset();
-      }
-    } else {
-      result.summary.reason = StopReason::max_evaluations;
-      result.summary.message = fmt::format("the evaluations are spent: {}", spent());
-    }
-  }
-  if (!feasible() && nearest) {
-    result.summary.reason = nearest->reason;
-    result.summary.message = "least violation: " + nearest->message;
-    result.summary.multipliers.resize(0);
-    result.summary.kkt.reset();
-  }
-  result.evaluations = spent();
-  OptimiserSummary& summary = result.summary;
-  const bool belongs = summary.kkt && objective.design(summary.x) == result.best->x;
-  if (feasible() && needs_gradients(choice) && !belongs) {
-    // of the best design itself, where its gradient is known
-    double slope = 0;
-    const auto balance = problem.differentiable() ? balance_at(objective, *result.best, slope)
-                                                  : std::optional<Multipliers>();
-    summary.kkt.reset();
-    summary.multipliers.resize(0);
-    if (balance) summary.kkt = balance->residual, summary.multipliers = balance->lambda;
-  }
-  if (feasible() && summary.multipliers.size() > 0 &&
-      summary.multipliers.size() == objective.problem().constraints)
-    result.multipliers = objective.multipliers(summary.multipliers);
-  return result;
+  return Search(problem, book, pose, options).from(from);
 }
 
 std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,

@@ -90,6 +90,21 @@ Pose held_at(const DesignProblem& problem, Pose pose, const VectorXd& x) {
   return pose;
 }
 
+StockDesign report_of(const DesignProblem& problem, const VectorXd& sizes, const SearchResult& r) {
+  StockDesign design;
+  design.sizes = sizes_of(problem, sizes);
+  design.status = word_of(r.summary.reason);
+  design.stop_reason = r.summary.message;
+  design.evaluations = r.evaluations;
+  if (!r.best) return design;
+  design.ok = true;
+  design.parameters = problem.parameters(problem.variables(r.best->x));
+  design.objective = r.best->objective;
+  design.violation = r.best->violation;
+  design.feasible = r.best->violation <= problem.spec().constraint_tolerance;
+  return design;
+}
+
 }  // namespace
 
 bool has_stock(const OptimiseSpec& spec) {
@@ -138,23 +153,12 @@ StockOutcome search_stock(const Campaign& campaign, const EvaluationBook& known,
   for (std::size_t k = 0; k < all.size(); ++k) {
     keep(*books[k]);
     const SearchResult& r = results[k];
-    StockDesign design;
-    design.sizes = sizes_of(problem, all[k].x);
-    design.status = word_of(r.summary.reason);
-    design.stop_reason = r.summary.message;
-    design.evaluations = r.evaluations;
-    if (r.best) {
-      design.ok = true;
-      design.parameters = problem.parameters(problem.variables(r.best->x));
-      design.objective = r.best->objective;
-      design.violation = r.best->violation;
-      design.feasible = r.best->violation <= spec.constraint_tolerance;
-      if (design.feasible &&
-          (outcome.report.chosen < 0 || posing.better(*r.best, *outcome.chosen.best))) {
-        outcome.report.chosen = static_cast<int>(k);
-        outcome.chosen = r;
-        outcome.pose = held_at(problem, pose, all[k].x);
-      }
+    StockDesign design = report_of(problem, all[k].x, r);
+    if (design.feasible &&
+        (outcome.report.chosen < 0 || posing.better(*r.best, *outcome.chosen.best))) {
+      outcome.report.chosen = static_cast<int>(k);
+      outcome.chosen = r;
+      outcome.pose = held_at(problem, pose, all[k].x);
     }
     outcome.report.designs.push_back(std::move(design));
   }

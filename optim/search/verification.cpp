@@ -33,6 +33,15 @@ class Loop {
   VerificationOutcome run(const Candidate& optimum);
 
  private:
+  /// The optimum itself at full accuracy; whether there is any.
+  bool begin(const Candidate& optimum);
+  /// One corrected search in the trust region and its judgement; whether to go on.
+  bool improve();
+  /// The proposal's values at full accuracy: accepted or not, and the next region; whether to go
+  /// on.
+  bool judge(const Candidate& proposed, const Pose& pose, double moved);
+  bool good(const VerificationStep& step) const;
+  std::string summary() const;
   std::optional<Full> at_full(const VectorXd& x);
   ModelValues own(const VectorXd& x);
   double difference(const Candidate& model, const Candidate& full) const;
@@ -48,6 +57,9 @@ class Loop {
   EvaluationBook book_;
   VerificationOutcome outcome_;
   std::string failure_;
+  std::optional<Full> here_;        ///< the accepted design
+  std::optional<Correction> last_;  ///< of the model before
+  double region_ = first_region;    ///< half width of the trust region
 };
 
 ModelValues with_derivatives(const DesignProblem& problem, const DesignValues& values) {
@@ -126,92 +138,104 @@ void Loop::add_step(const Candidate* model, const VectorXd& x, const std::option
   outcome_.report.steps.push_back(std::move(step));
 }
 
-VerificationOutcome Loop::run(const Candidate& optimum) {
+bool Loop::good(const VerificationStep& step) const {
+  return step.ok && step.difference <= spec_.verify->tolerance &&
+         step.violation <= spec_.constraint_tolerance;
+}
+
+bool Loop::begin(const Candidate& optimum) {
   VerificationLoop& report = outcome_.report;
-  const VerifySpec& asked = *spec_.verify;
-  const auto good = [&](const VerificationStep& step) {
-    return step.ok && step.difference <= asked.tolerance &&
-           step.violation <= spec_.constraint_tolerance;
-  };
-  std::optional<Full> here = at_full(optimum.x);
-  add_step(&optimum, optimum.x, here, 0);
-  if (!here) {
+  here_ = at_full(optimum.x);
+  add_step(&optimum, optimum.x, here_, 0);
+  if (!here_) {
     report.message = "full accuracy has no value at the optimum: " + failure_;
-    outcome_.evaluations = book_.evaluations();
-    return std::move(outcome_);
+    return false;
   }
   report.steps.back().accepted = true;
   report.difference = report.steps.back().difference;
   report.converged = good(report.steps.back());
-  double region = first_region;
-  std::optional<Correction> last;
-  while (!report.converged) {
-    const VectorXd& x = here->candidate.x;
-    Pose pose = outcome_.pose;
-    pose.correction = make_correction(x, own(x), here->values, last);
-    pose.lower = pose.lower.cwiseMax((x.array() - region).matrix());
-    pose.upper = pose.upper.cwiseMin((x.array() + region).matrix());
-    outcome_.pose.correction = pose.correction;
-    if (spent() >= asked.max_full_evaluations) {
-      report.message = fmt::format(
-          "{} evaluations at full accuracy are spent; the last model was off by {:.2g}, the "
-          "violation is {:.2g}",
-          spent(), report.difference, here->candidate.violation);
-      break;
-    }
-    const SearchResult found = search(problem_, book_, pose, x, {spec_.max_evaluations, true, {}});
-    ++report.iterations;
-    assert(found.best);  // x itself can be evaluated
-    const Candidate& proposed = *found.best;
-    outcome_.multipliers = found.multipliers;
-    const double moved = (proposed.x - x).lpNorm<Eigen::Infinity>();
-    const bool feasible = here->candidate.violation <= spec_.constraint_tolerance;
-    if (moved <= (feasible ? 10 * spec_.tolerance : least_region)) {
-      // corrected to equal full accuracy at x, the model has its optimum there
-      report.converged = feasible;
-      if (feasible)
-        report.difference = 0;
-      else
-        report.message = fmt::format("the corrected model leaves a violation of {:.2g}",
-                                     here->candidate.violation);
-      break;
-    }
-    const std::optional<Full> there = at_full(proposed.x);
-    add_step(&proposed, proposed.x, there, region);
-    VerificationStep& step = report.steps.back();
-    const double promised = merit(here->candidate) - merit(proposed),
-                 kept = there ? merit(here->candidate) - merit(there->candidate) : -1;
-    // What full accuracy confirms is as good as the model, whatever the merit's last digits say.
-    const bool confirmed = good(step) && !held_back(proposed.x, x, pose);
-    const double ratio = promised > 0 ? kept / promised : (kept >= 0 ? 1 : -1);
-    if (there && (ratio > accept || confirmed)) {
-      step.accepted = true;
-      report.difference = step.difference;
-      report.converged = confirmed;
-      last = pose.correction;
-      here = there;
-      if (ratio > grow) region = std::min(1.0, 2 * region);
-      if (ratio < shrink) region = 0.5 * region;
-    } else {
-      if (there)
-        last = make_correction(proposed.x, own(proposed.x), there->values, pose.correction);
-      region = 0.5 * std::min(region, moved);
-      if (region < least_region) {
-        report.message = "the trust region closed in on a design that the corrected model leaves";
-        break;
-      }
-    }
-  }
-  if (report.converged)
+  return true;
+}
+
+bool Loop::improve() {
+  VerificationLoop& report = outcome_.report;
+  const VectorXd& x = here_->candidate.x;
+  Pose pose = outcome_.pose;
+  pose.correction = make_correction(x, own(x), here_->values, last_);
+  pose.lower = pose.lower.cwiseMax((x.array() - region_).matrix());
+  pose.upper = pose.upper.cwiseMin((x.array() + region_).matrix());
+  outcome_.pose.correction = pose.correction;
+  if (spent() >= spec_.verify->max_full_evaluations) {
     report.message = fmt::format(
-        "{} corrected search{}, {} evaluation{} at full accuracy: the model is off by {:.2g} at "
-        "most, the violation is {:.2g}",
-        report.iterations, report.iterations == 1 ? "" : "es", spent(), spent() == 1 ? "" : "s",
-        report.difference, here->candidate.violation);
-  if (!outcome_.pose.correction || outcome_.pose.correction->at != here->candidate.x)
-    outcome_.pose.correction =
-        make_correction(here->candidate.x, own(here->candidate.x), here->values, last);
-  outcome_.best = here->candidate;
+        "{} evaluations at full accuracy are spent; the last model was off by {:.2g}, the "
+        "violation is {:.2g}",
+        spent(), report.difference, here_->candidate.violation);
+    return false;
+  }
+  const SearchResult found = search(problem_, book_, pose, x, {spec_.max_evaluations, true, {}});
+  ++report.iterations;
+  assert(found.best);  // x itself can be evaluated
+  outcome_.multipliers = found.multipliers;
+  const double moved = (found.best->x - x).lpNorm<Eigen::Infinity>();
+  const bool feasible = here_->candidate.violation <= spec_.constraint_tolerance;
+  if (moved > (feasible ? 10 * spec_.tolerance : least_region))
+    return judge(*found.best, pose, moved);
+  // corrected to equal full accuracy at x, the model has its optimum there
+  report.converged = feasible;
+  if (feasible)
+    report.difference = 0;
+  else
+    report.message =
+        fmt::format("the corrected model leaves a violation of {:.2g}", here_->candidate.violation);
+  return false;
+}
+
+bool Loop::judge(const Candidate& proposed, const Pose& pose, double moved) {
+  VerificationLoop& report = outcome_.report;
+  const std::optional<Full> there = at_full(proposed.x);
+  add_step(&proposed, proposed.x, there, region_);
+  VerificationStep& step = report.steps.back();
+  const double promised = merit(here_->candidate) - merit(proposed),
+               kept = there ? merit(here_->candidate) - merit(there->candidate) : -1;
+  // What full accuracy confirms is as good as the model, whatever the merit's last digits say.
+  const bool confirmed = good(step) && !held_back(proposed.x, here_->candidate.x, pose);
+  const double ratio = promised > 0 ? kept / promised : (kept >= 0 ? 1 : -1);
+  if (there && (ratio > accept || confirmed)) {
+    step.accepted = true;
+    report.difference = step.difference;
+    report.converged = confirmed;
+    last_ = pose.correction;
+    here_ = there;
+    if (ratio > grow) region_ = std::min(1.0, 2 * region_);
+    if (ratio < shrink) region_ = 0.5 * region_;
+    return true;
+  }
+  if (there) last_ = make_correction(proposed.x, own(proposed.x), there->values, pose.correction);
+  region_ = 0.5 * std::min(region_, moved);
+  if (region_ >= least_region) return true;
+  report.message = "the trust region closed in on a design that the corrected model leaves";
+  return false;
+}
+
+std::string Loop::summary() const {
+  const VerificationLoop& report = outcome_.report;
+  return fmt::format(
+      "{} corrected search{}, {} evaluation{} at full accuracy: the model is off by {:.2g} at "
+      "most, the violation is {:.2g}",
+      report.iterations, report.iterations == 1 ? "" : "es", spent(), spent() == 1 ? "" : "s",
+      report.difference, here_->candidate.violation);
+}
+
+VerificationOutcome Loop::run(const Candidate& optimum) {
+  if (begin(optimum)) {
+    bool on = true;
+    while (on && !outcome_.report.converged) on = improve();
+    if (outcome_.report.converged) outcome_.report.message = summary();
+    const VectorXd& x = here_->candidate.x;
+    if (!outcome_.pose.correction || outcome_.pose.correction->at != x)
+      outcome_.pose.correction = make_correction(x, own(x), here_->values, last_);
+    outcome_.best = here_->candidate;
+  }
   outcome_.evaluations = book_.evaluations();
   return std::move(outcome_);
 }

@@ -289,6 +289,32 @@ const std::vector<AlgorithmInfo>& nlopt_algorithms() {
   return all;
 }
 
+namespace {
+
+/// What the runs came to.
+OptimiserSummary summarise(const Trials& trials, const Entry& entry, nlopt::result result, int runs,
+                           const std::optional<Multipliers>& balance) {
+  const OptimiserOptions& options = trials.options();
+  std::string message = fmt::format(
+      "NLopt {}{}: {} after {} evaluations ({} without values, {} run{})", options.name,
+      entry.info.locals.empty()
+          ? ""
+          : " with " + (options.local.empty() ? entry.info.locals.front() : options.local),
+      words(result), trials.evaluations(), trials.failures(), runs, runs == 1 ? "" : "s");
+  if (balance) message += fmt::format("; |grad f + sum lambda grad c| = {:.1e}", balance->residual);
+  const bool spent = result == nlopt::FORCED_STOP;
+  const bool stalled = balance ? balance->residual > 10 * unbalanced(trials) : result < 0;
+  OptimiserSummary summary = trials.summary(spent     ? StopReason::max_evaluations
+                                            : stalled ? StopReason::stalled
+                                                      : StopReason::converged,
+                                            message);
+  if (balance && !summary.kkt)
+    summary.multipliers = balance->lambda, summary.kkt = balance->residual;
+  return summary;
+}
+
+}  // namespace
+
 OptimiserSummary minimise_nlopt(Trials& trials) {
   const OptimiserOptions& options = trials.options();
   const Problem& problem = trials.problem();
@@ -338,22 +364,7 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
     upper = clean ? problem.upper : problem.upper.cwiseMin(trials.best_x() + reach);
     step = std::max(radius, 10 * options.tolerance);
   }
-  const bool spent = result == nlopt::FORCED_STOP;
-  std::string message = fmt::format(
-      "NLopt {}{}: {} after {} evaluations ({} without values, {} run{})", options.name,
-      entry.info.locals.empty()
-          ? ""
-          : " with " + (options.local.empty() ? entry.info.locals.front() : options.local),
-      words(result), trials.evaluations(), trials.failures(), runs, runs == 1 ? "" : "s");
-  if (balance) message += fmt::format("; |grad f + sum lambda grad c| = {:.1e}", balance->residual);
-  const bool stalled = balance ? balance->residual > 10 * unbalanced(trials) : result < 0;
-  OptimiserSummary summary = trials.summary(spent     ? StopReason::max_evaluations
-                                            : stalled ? StopReason::stalled
-                                                      : StopReason::converged,
-                                            message);
-  if (balance && !summary.kkt)
-    summary.multipliers = balance->lambda, summary.kkt = balance->residual;
-  return summary;
+  return summarise(trials, entry, result, runs, balance);
 }
 
 }  // namespace flexopt

@@ -19,6 +19,7 @@
 #include "results/files/folder.hpp"
 #include "results/files/ranking.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/scene.hpp"
 #include "results/report/report.hpp"
 #include "results/run/listed_designs.hpp"
 #include "results/run/progress.hpp"
@@ -212,7 +213,9 @@ int check_gradients(const CommandLine& line) {
 
 int rewrite_report(const CommandLine& line) {
   const OrderedJson result = read_result(line.folder);
-  write_report(line.folder, result);
+  // A scene beside an unfinished run is of an earlier one.
+  write_report(line.folder, result,
+               holds_finished_run(line.folder) ? read_scene(line.folder) : OrderedJson());
   fmt::print("{}\n", (std::filesystem::path(line.folder) / "report.html").string());
   return exit_usable;
 }

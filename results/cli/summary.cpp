@@ -76,7 +76,7 @@ std::string quantity_lines(const QuantityRow& row, const StrokeResponse& respons
                            const std::vector<const PathPoint*>& points, Direction drive,
                            int component = 0, const std::string& suffix = {}) {
   std::vector<std::string> cells;
-  if (row.in_summary == SummaryLine::number) {
+  if (row.in_summary != SummaryLine::weakest) {
     double largest = 0;
     for (const PathPoint& p : response.path)
       if (p.status == PointStatus::converged)
@@ -118,7 +118,8 @@ std::string stroke_lines(const StrokeResponse& response, const DriveList& drives
     text += line(request.loads.driven() ? "stroke " + direction : "load factor", strokes);
   }
   for (const QuantityRow& row : quantity_rows()) {
-    if (row.in_summary == SummaryLine::none) continue;
+    const bool buckling = row.name == "buckling_load_factor" && !request.buckling_load.empty();
+    if (row.in_summary == SummaryLine::none && !buckling) continue;
     if (!row.of_drives) {
       text += quantity_lines(row, response, points, drives.first());
       continue;

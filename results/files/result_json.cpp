@@ -71,6 +71,30 @@ Json clearance_place_json(const std::optional<Clearance>& clearance) {
           {"positions", {vector_json(clearance->places[0]), vector_json(clearance->places[1])}}};
 }
 
+/// Critical factors of the named load; null where none was named.
+Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mechanism) {
+  if (!buckling) return nullptr;
+  Json factors = Json::object(), linearised = Json::object(), kind = Json::object(),
+       mode = Json::object(), reason = Json::object();
+  for (const auto& [drive, load] : {std::pair{"drive_locked", &buckling->drive_locked},
+                                    {"drive_free", &buckling->drive_free}}) {
+    factors[drive] = optional_json(load->factor);
+    linearised[drive] = optional_json(load->linearised);
+    kind[drive] = !load->factor ? Json() : Json(load->fold ? "fold" : "bifurcation");
+    reason[drive] = load->reason;
+    mode[drive] = nullptr;
+    for (std::size_t b = 0; b < load->mode.size(); ++b)
+      mode[drive][mechanism.bodies[b].name] = {
+          {"displacement", vector_json(load->mode[b].displacement)},
+          {"rotation", vector_json(load->mode[b].rotation)}};
+  }
+  factors["linearised"] = std::move(linearised);
+  factors["kind"] = std::move(kind);
+  factors["mode"] = std::move(mode);
+  factors["reason"] = std::move(reason);
+  return factors;
+}
+
 /// Motion of every body by its name, as that of O is given.
 Json bodies_json(const PathPoint& point, const Mechanism& mechanism) {
   Json bodies = Json::object();
@@ -100,7 +124,8 @@ Json material_json(const Material& material) {
           {"youngs_modulus", material.youngs_modulus},
           {"poissons_ratio", material.poissons_ratio},
           {"density", material.density},
-          {"allowable_stress", optional_json(material.allowable_stress)}};
+          {"allowable_stress", optional_json(material.allowable_stress)},
+          {"thermal_expansion", optional_json(material.thermal_expansion)}};
 }
 
 /// Which model the leaf needs, with the estimated errors of the cheaper ones.
@@ -189,10 +214,11 @@ Json units_json(const Job& job, const Mechanism& mechanism) {
 }
 
 /// What the report's tables show: labels, units, and where the values stand in a path point.
-Json quantities_json(const DriveList& drives) {
+Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
   Json list = Json::array();
   for (const Quantity& q : quantities(drives)) {
     if (!q.row->in_report) continue;
+    if (q.row->needs.has(Output::buckling) && request.buckling_load.empty()) continue;
     Json at = {key_of(q.name)};
     if (const std::size_t dot = q.name.find('.'); dot != std::string::npos)
       at.push_back(q.name.substr(dot + 1));
@@ -354,9 +380,8 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                {"sub_steps", point.sub_steps}};
   if (point.status != PointStatus::converged) {
     for (const QuantityRow& row : quantity_rows()) json[key_of(row.name)] = nullptr;
-    for (const char* name :
-         {"compliance", "modes", "max_stress_place", "clearance_place", "buckling_load_factor",
-          "stable", "negative_pivots", "leaves", "bodies"})
+    for (const char* name : {"compliance", "modes", "max_stress_place", "clearance_place", "stable",
+                             "negative_pivots", "leaves", "bodies"})
       json[name] = nullptr;
     return json;
   }
@@ -373,7 +398,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
       probes[request.probes[k].name] = {{"displacement", vector_json(point.probes[k])}};
     json["probes"] = std::move(probes);
   }
-  json["buckling_load_factor"] = optional_json(point.buckling_load_factor);
+  json["buckling"] = buckling_json(point.buckling, mechanism);
   json["stable"] = point.stable;
   json["negative_pivots"] = point.negative_pivots;
   json["leaves"] = leaves_json(point, mechanism);
@@ -416,7 +441,7 @@ OrderedJson make_result(const RunRecord& record) {
                  {"message", record.message},
                  {"notes", record.job.notes},
                  {"units", units_json(record.job, record.mechanism)},
-                 {"quantities", quantities_json(DriveList(record.mechanism))},
+                 {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},
                  {"conventions", conventions_json(record)},
                  {"material", material_json(record.job.design.material)},
                  {"leaves", leaf_geometry_json(record.mechanism)},

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/response/response.hpp"
 #include "optim/compare/comparison.hpp"
@@ -10,6 +11,14 @@
 #include "optim/search/optimum.hpp"
 
 namespace flexopt {
+
+/// Another design that the report draws beside that of the result.
+struct DrawnDesign {
+  std::string label, kind;  ///< kind: "start", or "pareto" for a point of the front
+  ParameterValues parameters;
+  Mechanism mechanism;
+  StrokeResponse response;
+};
 
 struct RunRecord {
   Job job;
@@ -19,6 +28,7 @@ struct RunRecord {
   std::optional<Comparison> comparison;   ///< job compare; there is no path then
   std::string status = "ok";              ///< "ok", or why the result is not usable, in one word
   std::string message;                    ///< one sentence with the figures
+  std::vector<DrawnDesign> others;        ///< of an optimisation; for the report alone
   std::map<std::string, double> timings;  ///< [s], only for timings.json
 };
 

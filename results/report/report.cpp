@@ -41,8 +41,9 @@ std::string script_json(const OrderedJson& value) {
 }
 
 /// What stands for @name@ in the page.
-std::string filling(const std::string& name, const OrderedJson& result) {
+std::string filling(const std::string& name, const OrderedJson& result, const OrderedJson& scene) {
   if (name == "result") return script_json(result);
+  if (name == "scene") return script_json(scene);
   if (name == "title") {
     const auto job = result.find("job");
     const bool named = job != result.end() && job->contains("name") && job->at("name").is_string();
@@ -55,7 +56,7 @@ std::string filling(const std::string& name, const OrderedJson& result) {
 
 }  // namespace
 
-std::string make_report(const OrderedJson& result) {
+std::string make_report(const OrderedJson& result, const OrderedJson& scene) {
   std::string_view page = embedded_file("page.html");  // its only @ are those of @markers@
   assert(!page.empty());
   std::string report;
@@ -65,14 +66,15 @@ std::string make_report(const OrderedJson& result) {
     if (open == std::string_view::npos) break;
     const auto close = page.find('@', open + 1);
     assert(close != std::string_view::npos);
-    report += filling(std::string(page.substr(open + 1, close - open - 1)), result);
+    report += filling(std::string(page.substr(open + 1, close - open - 1)), result, scene);
     page.remove_prefix(close + 1);
   }
   return report;
 }
 
-void write_report(const std::filesystem::path& folder, const OrderedJson& result) {
-  write_file(folder / "report.html", make_report(result));
+void write_report(const std::filesystem::path& folder, const OrderedJson& result,
+                  const OrderedJson& scene) {
+  write_file(folder / "report.html", make_report(result, scene));
 }
 
 }  // namespace flexopt

@@ -7,9 +7,11 @@
 
 namespace flexopt {
 
-/// The page that shows this result.
-std::string make_report(const OrderedJson& result);
+/// The page that shows this result. `scene`: what it draws in three dimensions, of make_scene();
+/// null where there is nothing to draw.
+std::string make_report(const OrderedJson& result, const OrderedJson& scene);
 
-void write_report(const std::filesystem::path& folder, const OrderedJson& result);
+void write_report(const std::filesystem::path& folder, const OrderedJson& result,
+                  const OrderedJson& scene);
 
 }  // namespace flexopt

@@ -11,6 +11,7 @@
 #include "results/files/folder.hpp"
 #include "results/files/ranking.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/scene.hpp"
 #include "results/files/timings.hpp"
 #include "results/report/report.hpp"
 #include "results/run/run.hpp"
@@ -44,6 +45,25 @@ OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threa
   return make_listed_result(job, results);
 }
 
+namespace {
+
+/// Of the designs in the order of the result: its ranking, or as they are listed.
+OrderedJson scene_of(const fs::path& folder, const Job& job, const OrderedJson& result) {
+  std::vector<OrderedJson> scenes;
+  std::vector<std::string> labels;
+  for (const ListedDesign& design : job.designs) {
+    scenes.push_back(read_scene(folder / design.folder));
+    labels.push_back(design.label);
+  }
+  std::vector<std::size_t> order;
+  const char* list = result.contains("ranking") ? "ranking" : "designs";
+  for (const OrderedJson& entry : result.value(list, OrderedJson::array()))
+    order.push_back(entry.at("design").get<std::size_t>());
+  return merged_scene(scenes, labels, order);
+}
+
+}  // namespace
+
 WrittenRun write_listed_designs(const fs::path& folder, const Job& job, OrderedJson result,
                                 const std::map<std::string, double>& timings) {
   WrittenRun written;
@@ -53,7 +73,9 @@ WrittenRun write_listed_designs(const fs::path& folder, const Job& job, OrderedJ
   else
     fs::remove(folder / "ranking.csv");  // of an earlier run
   write_timings(folder, timings);
-  write_report(folder, result);
+  const OrderedJson scene = scene_of(folder, job, result);
+  write_scene(folder, scene);
+  write_report(folder, result, scene);
   write_result(folder, result);
   written.result = std::make_shared<const OrderedJson>(std::move(result));
   return written;

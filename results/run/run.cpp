@@ -23,6 +23,39 @@ StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism) {
   return evaluate_stroke(mechanism, job.model, request);
 }
 
+/// Adds another design for the report to draw; one that cannot be made or has no equilibrium is
+/// left out.
+void draw_beside(RunRecord& record, const std::string& label, const std::string& kind,
+                 const ParameterValues& parameters) {
+  DrawnDesign other{label, kind, parameters, {}, {}};
+  Job job = record.job;
+  if (kind == "pareto") {  // its shapes alone
+    job.request.frequencies = 0;
+    job.request.outputs = {Output::equilibrium, Output::stress};
+  }
+  try {
+    other.mechanism = make_mechanism(job, parameters);
+    other.response = drawn_response(job, other.mechanism);
+  } catch (const SpecError&) {
+    return;
+  }
+  if (other.response.status == Status::ok) record.others.push_back(std::move(other));
+}
+
+/// The start of an optimisation and the points of its front.
+void draw_others(RunRecord& record) {
+  const Optimum& optimum = *record.optimum;
+  if (!optimum.starts.empty()) {
+    ParameterValues parameters = optimum.parameters;
+    for (const auto& [name, value] : optimum.starts.front().from) parameters[name] = value;
+    draw_beside(record, "start", "start", parameters);
+  }
+  if (!optimum.pareto) return;
+  for (std::size_t k = 0; k < optimum.pareto->points.size(); ++k)
+    if (const ParetoPoint& p = optimum.pareto->points[k]; p.ok)
+      draw_beside(record, fmt::format("front, point {}", k + 1), "pareto", p.parameters);
+}
+
 /// Ctrl-C: one sentence, then the usual end. Only calls that a signal handler may make.
 extern "C" void say_how_to_resume(int signal) {
   constexpr char text[] =
@@ -103,7 +136,10 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
   Optimum& optimum = *record.optimum;
   const bool evaluated = optimum.status != OptimumStatus::failed;
   record.mechanism = make_mechanism(job, evaluated ? optimum.parameters : job.design.parameters);
-  if (evaluated) optimum.response = drawn_response(job, record.mechanism);
+  if (evaluated) {
+    optimum.response = drawn_response(job, record.mechanism);
+    draw_others(record);
+  }
   record.timings["coefficients"] = optimum.response.seconds_coefficients;
   record.timings["path"] = optimum.response.seconds_path;
   conclude(record);

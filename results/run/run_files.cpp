@@ -8,6 +8,7 @@
 #include "results/files/expectations.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/scene.hpp"
 #include "results/files/timings.hpp"
 #include "results/files/vtk.hpp"
 #include "results/report/report.hpp"
@@ -50,7 +51,9 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
     fs::remove(folder / "pareto.csv");
   write_shapes(folder, response_of(record).path);
   write_timings(folder, record.timings);
-  write_report(folder, result);
+  const OrderedJson scene = make_scene(record);
+  write_scene(folder, scene);
+  write_report(folder, result, scene);
   write_result(folder, result);
   written.result = std::make_shared<const OrderedJson>(std::move(result));
   return written;

@@ -17,6 +17,7 @@ set(tested_by
   core/elements/plate/plate_gradient core/response/gradients/test_point_gradients
   core/elements/plate/plate_mesh core/elements/plate/test_plate_leaf
   core/elements/plate/plate_mesh_rate core/response/gradients/test_point_gradients
+  core/elements/plate/plate_gradient_quadratic core/response/gradients/test_point_gradients
   core/elements/plate/plate_point_gradient core/response/gradients/test_material_point_gradients
   core/elements/plate/plate_series core/response/stroke_series/test_frequency_derivatives
   core/equilibrium/free_motions core/equilibrium/test_joints
@@ -26,8 +27,12 @@ set(tested_by
   core/math/sparse_matrix core/math/test_sparse_solver
   core/math/deflated_solve core/reduction/modal/test_modal_derivatives
   core/math/nearest_rotation core/math/test_rotation
+  core/reduction/expansion/dynamics_expansion core/reduction/tube/test_tube_dynamics
+  core/reduction/expansion/field_solver core/reduction/tube/test_tube_leaf
+  core/reduction/expansion/load_fields core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
+  core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics
   core/reduction/modal/modal_leaf_linear core/reduction/modal/test_modal_leaf_gradient
   core/reduction/modal/modal_leaf_quadratic core/reduction/modal/test_modal_leaf
   core/reduction/superelement/condensation core/reduction/superelement/test_plate_body
@@ -35,6 +40,8 @@ set(tested_by
   core/reduction/superelement/superelement_grid core/reduction/superelement/test_superelement_points
   core/reduction/superelement/superelement_leaf_results
     core/reduction/superelement/test_superelement_leaf_stress
+  core/response/buckling/load_branch core/response/buckling/test_critical_load
+  core/response/buckling/softening core/response/buckling/test_critical_load
   core/response/gradients/design_rates core/response/gradients/test_point_gradients
   core/response/models/leaf_models core/reduction/tube/test_tube_leaf
   core/response/modes/constant_mass core/response/modes/test_mass_options
@@ -66,6 +73,7 @@ set(tested_by
   optim/job/job_optimise optim/job/test_job
   optim/job/job_shape optim/job/test_job
   optim/job/job_tables optim/job/test_job
+  optim/search/answer optim/search/test_optimise
   optim/numerics/parallel optim/compare/test_compare
   optim/problem/check_gradients results/cli/test_command_line
   optim/problem/design_problem optim/search/test_exact_gradients
@@ -87,6 +95,7 @@ set(tested_by
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files
   results/files/run_record results/run/test_run_files
+  results/files/scene_modes results/files/test_scene
 )
 # Source, and why it has no test.
 set(untested

@@ -107,6 +107,12 @@ start test -R units
 called "cmake --build --preset release --target all" || problem "test builds everything"
 called "ctest --preset release .*-R units" || problem "test runs ctest with its options"
 called "FLEXOPT_BENCHMARKS=OFF" || problem "test leaves the benchmarks out"
+FAKE_MISSING=chromium start test
+called "apt-get install .*chromium" || problem "test installs the browser for the reports"
+FAKE_MISSING=chromium FLEXOPT_NO_INSTALL=1 start test
+called "ctest --preset release" || problem "test runs without the browser where nothing may be installed"
+FAKE_MISSING=chromium start run job.json
+called "apt-get install" && problem "the program needs no browser"
 stand_in ctest 'exit 8'
 start test
 [ "$code" = 8 ] || problem "the exit code of ctest is handed on, got $code"

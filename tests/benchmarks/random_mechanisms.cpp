@@ -63,9 +63,16 @@ int main(int arguments, char** values) {
        [](const RandomDesign& d, unsigned long long) { return laws::ways_of_writing(d); }},
       {"derivatives of all numbers", 1e-8,
        [](const RandomDesign& d, unsigned long long) { return laws::derivatives(d); }}};
-  int refused = 0;
+  int refused = 0, faulty = 0;
   for (int seed = 0; seed < count; ++seed) {
-    const RandomDesign design = random_design(static_cast<unsigned long long>(seed), folder);
+    RandomDesign design;
+    try {
+      design = random_design(static_cast<unsigned long long>(seed), folder);
+    } catch (const std::exception& error) {
+      ++faulty;
+      fmt::print(stderr, "seed {}, no design: {}\n", seed, error.what());
+      continue;
+    }
     refused += design.refused;
     for (Law& law : all) {
       laws::Deviation d;
@@ -83,6 +90,10 @@ int main(int arguments, char** values) {
     }
   }
   std::filesystem::remove_all(folder);
+  if (faulty > 0) {
+    fmt::print(stderr, "{} seeds drew nothing: a fault of the generator\n", faulty);
+    return 1;
+  }
   const PageTable page("random_mechanisms laws");
   fmt::print("{} random mechanisms; {} others had leaves that cross or are too thick.\n\n", count,
              refused);

@@ -47,16 +47,20 @@ double limit(const laws::Deviation& d, bool reduced) {
 TEST_CASE("random mechanisms are of all kinds", "[random]") {
   const Folder folder("kinds");
   int leaves = 0, wires = 0, profiles = 0, joints = 0, springs = 0, bushings = 0, loops = 0,
-      several = 0, massless = 0, held = 0, mirrored = 0, repeats = 0, nested = 0;
+      several = 0, massless = 0, held = 0, mirrored = 0, repeats = 0, nested = 0, curves = 0,
+      points = 0, driven_points = 0;
   for (int seed = 0; seed < count; ++seed) {
     const RandomDesign design = random_design(seed, folder.path);
     const Mechanism m = design.make();
     leaves += static_cast<int>(m.leaves.size());
     for (const LeafSpring& leaf : m.leaves) {
       wires += leaf.section == Section::circular;
+      curves += leaf.curve.has_value();
+      points += leaf.point.has_value();
       profiles += !leaf.thickness_profile.empty() || !leaf.width_profile.empty();
     }
     joints += !m.joints.empty();
+    driven_points += design.driven == "point";
     for (const Spring& spring : m.springs) (spring.matrix ? bushings : springs) += 1;
     loops += m.leaves.size() > m.bodies.size();
     several += m.bodies.size() > 3;
@@ -72,7 +76,7 @@ TEST_CASE("random mechanisms are of all kinds", "[random]") {
   }
   CHECK(leaves > 3 * count / 2);
   for (const int number : {wires, profiles, joints, springs, bushings, loops, several, massless,
-                           held, mirrored, repeats, nested})
+                           held, mirrored, repeats, nested, curves, points, driven_points})
     CHECK(number >= 5);
 }
 
@@ -95,7 +99,7 @@ TEST_CASE("every number of a random mechanism has its exact derivatives", "[rand
   }
 }
 
-TEST_CASE("a random mechanism moved as a whole answers as before", "[random]") {
+TEST_CASE("a random mechanism moved as a whole answers as before", "[random][slow]") {
   const Folder folder("moved");
   int exact = 0;
   for (int seed = 0; seed < count; ++seed) {
@@ -109,7 +113,7 @@ TEST_CASE("a random mechanism moved as a whole answers as before", "[random]") {
   CHECK(exact > count / 4);
 }
 
-TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random]") {
+TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random][slow]") {
   const Folder folder("mirrored");
   for (int seed = 0; seed < count; ++seed) {
     const std::string mirror(1, "xyz"[seed % 3]);
@@ -121,12 +125,12 @@ TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random]") {
 }
 
 TEST_CASE("the force of a random mechanism is the gradient of its energy, the tangent its Hessian",
-          "[random]") {
+          "[random][slow]") {
   const Folder folder("energy");
   for (int seed = 0; seed < count; ++seed) {
     const laws::Deviation d =
         laws::energy(random_design(seed, folder.path), seed, coarse(seed, false));
     INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < 2e-7);  // rounding of energies
+    CHECK(d.size < std::max(2e-7, 1e3 * d.rounding));  // rounding of energies
   }
 }

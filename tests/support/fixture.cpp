@@ -81,6 +81,7 @@ PathPoint point_at(double stroke, const Mechanism& mechanism) {
   p.drive_load = drive * stroke;
   p.displacement << -length * q * 1.25 / (15 * std::cos(45 * degree)), 2e-5 * stroke, 0;
   p.rotation << 0, 0, stroke;
+  p.bodies = {{p.displacement, p.rotation}};
   const double at_rest[6]{2.7e7, 2.7e7, 3.1e6, 2.2e3, 2.4e3, 0};
   const double loss[6]{110, 160, 30, 12, 45, 0};
   for (int d = 0; d < 5; ++d) {

@@ -17,11 +17,13 @@ struct Deviation {
 
 /// Moved and turned as a whole, mirrored before where `mirror` is an axis, drive, loads and payload
 /// with it: every answer at rest and at a deflected state is the moved one. `seed`: of the motion.
-/// Rounding: that of numbers over the condition of the tangent in units of its diagonal.
+/// Rounding: that of numbers over the condition of the tangent in units of its diagonal or, where
+/// that does not tell, a hundredth of what its places and axes do that are rounded otherwise.
 Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long seed,
                               const std::string& mirror, const ModelOptions& model);
 
 /// At a deflected state: the force is the gradient of the energy, the tangent its Hessian.
+/// Rounding: a hundredth of that of the energy, over the step of the differences.
 Deviation energy(const RandomDesign& design, unsigned long long seed, const ModelOptions& model);
 
 /// Written flat, and with its repeats written out, it is the same mechanism to the last bit: 0

@@ -63,6 +63,7 @@ class Writer {
     if (random_.chance(0.35)) spring();
     if (random_.chance(0.25)) bushing();
     if (random_.chance(0.3)) part();
+    if (random_.chance(0.3)) material_point();
     drive();
     RandomDesign design;
     design.document = document_;
@@ -133,7 +134,7 @@ class Writer {
     json l{{"name", name}, {"base", edge(base, from)}, {"tip", edge(tip, to)}};
     in_frame(l);
     const double length = (to - from).norm();
-    const int kind = random_.whole(0, 6);
+    const int kind = random_.whole(0, 7);
     if (kind == 5) {
       l["diameter"] = thick(random_.between(8e-4, 1.5e-3));
       return l;
@@ -145,8 +146,13 @@ class Writer {
     const double w = random_.between(0.1, 0.25) * length, t = random_.between(3e-4, 7e-4);
     l["width"] = wide(w);
     l["thickness"] = thick(t);
-    if (kind == 1) l["width"] = json::array({wide(w), wide(random_.between(0.5, 1) * w)});
-    if (kind == 2) l["thickness"] = json::array({thick(t), thick(random_.between(0.7, 1.5) * t)});
+    // never equal at both ends: the factors of a profile refer to the thinner one
+    if (kind == 1) l["width"] = json::array({wide(w), wide(random_.between(0.5, 0.97) * w)});
+    if (kind == 2)
+      l["thickness"] = json::array(
+          {thick(t),
+           thick((random_.chance(0.4) ? random_.between(0.7, 0.97) : random_.between(1.03, 1.5)) *
+                 t)});
     if (kind == 3)
       l["thickness"] = {{"profile", fmt::format("{:.17g}*t*(1 + {:.3f}*(s - 0.5)^2)", t / thickness,
                                                 random_.between(0.5, 4))}};
@@ -154,6 +160,8 @@ class Writer {
       l["reinforcement"] = {{"fraction", random_.between(0.3, 0.6)},
                             {"thickness", thick(5e-3)},
                             {"rigid", random_.chance(0.7)}};
+    if (kind == 7)
+      l["curve"] = {{"angle", angle((random_.chance(0.5) ? 1 : -1) * random_.between(0.1, 1.2))}};
     if (kind == 6 || random_.chance(0.1))
       l["material"] = {{"youngs_modulus", random_.between(70e9, 200e9)},
                        {"poissons_ratio", random_.between(0.2, 0.4)},
@@ -344,10 +352,44 @@ class Writer {
     document_["parts"].push_back(item);
   }
 
+  // A point on the middle line of a flat leaf, held by a spring besides.
+  void material_point() {
+    const json* on = nullptr;
+    for (const json& l : document_["leaves"]) {
+      const bool flat = !l.contains("diameter") && !l.contains("curve") &&
+                        !l.contains("reinforcement") && !l.contains("repeat");
+      if (flat && (!on || random_.chance(0.5))) on = &l;
+    }
+    if (!on) return;
+    const double along = random_.between(0.25, 0.75);
+    const auto written = [](const json& number) {
+      return number.is_number() ? fmt::format("({:.17g} m)", number.get<double>())
+                                : "(" + number.get<std::string>() + ")";
+    };
+    json at = json::array(), away = json::array();
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::string from = written((*on)["base"]["at"][c]), to = written((*on)["tip"]["at"][c]);
+      at.push_back(fmt::format("{0} + {2:.17g}*({1} - {0})", from, to, along));
+      away.push_back(at.back().get<std::string>() + (c == 0 ? " + 20 mm" : " - 15 mm"));
+    }
+    json point{{"name", "point"}, {"on", {{"leaf", (*on)["name"]}, {"at", at}}}};
+    in_frame(point);
+    document_["bodies"].push_back(point);
+    json item{{"name", "holds the point"}, {"body", "point"},    {"other", "ground"}, {"at", at},
+              {"other_at", away},          {"stiffness", "k/10"}};
+    in_frame(item);
+    document_["springs"].push_back(item);
+    has_point_ = true;
+  }
+
   void drive() {
     static const char* directions[] = {"ux", "uy", "uz", "rx", "ry", "rz"};
     direction_ = directions[random_.chance(0.7) ? random_.whole(0, 2) : random_.whole(3, 5)];
     driven_ = names_[random_.chance(0.7) ? names_.size() - 1 : any_body()];
+    if (has_point_ && random_.chance(0.3)) {
+      driven_ = "point";
+      direction_ = directions[random_.whole(0, 2)];
+    }
     document_["drive"] = {{"body", driven_}, {"direction", direction_}};
     if (!quarter_turns_) return;
     const std::size_t held = any_body();
@@ -364,7 +406,7 @@ class Writer {
   std::vector<Vector3d> places_;
   std::string driven_, direction_;
   std::string frame_;
-  bool quarter_turns_ = false;
+  bool quarter_turns_ = false, has_point_ = false;
 };
 
 }  // namespace

@@ -139,6 +139,34 @@ void LeafChain::restore(const LeafState& state) {
   condensed_ = false;
 }
 
+// In the order of shape(), over (inner lines, modes of the segments, edges).
+MatrixXd LeafChain::shape_motion(const std::vector<LeafDynamics>& parts, const MatrixXd& lines) {
+  const auto points = [](const LeafDynamics& part) { return part.shape_motion.rows() / 3; };
+  if (points(parts.front()) == 0) return MatrixXd(0, lines.cols());
+  if (points_across_ == 0) points_across_ = segments_.front()->shape().points_across;
+  const int n = segments(), across = points_across_;
+  const auto along = [&](int i) { return points(parts[i]) / across; };
+  Eigen::Index all_along = 1;
+  for (int i = 0; i < n; ++i) all_along += along(i) - 1;
+  MatrixXd motion = MatrixXd::Zero(3 * all_along * across, lines.cols());
+  Eigen::Index begin = 0;
+  for (int i = 0, o = unknowns(); i < n; ++i) {
+    const int k = static_cast<int>(parts[i].mode_frequencies.size());
+    const MatrixXd own = parts[i].shape_motion.leftCols(12) * edge_rows(i, lines);
+    const auto own_modes = parts[i].shape_motion.rightCols(k);
+    for (int j = 0; j < across; ++j)
+      for (Eigen::Index a = 0; a < along(i); ++a) {
+        auto rows = motion.middleRows<3>(3 * (j * all_along + begin + a));
+        const Eigen::Index from = 3 * (j * along(i) + a);
+        rows = own.middleRows<3>(from);
+        rows.middleCols(o, k) += own_modes.middleRows<3>(from);
+      }
+    begin += along(i) - 1;
+    o += k;
+  }
+  return motion;
+}
+
 LeafDynamics LeafChain::dynamics(int count) {
   if (!condensed_) evaluate();
   const int n = segments(), u = unknowns();
@@ -196,6 +224,7 @@ LeafDynamics LeafChain::dynamics(int count) {
   LeafDynamics dynamics;
   dynamics.mass = R.transpose() * M * R;
   dynamics.stations = motion * R;
+  dynamics.shape_motion = shape_motion(parts, lines) * R;
   dynamics.stiffness = MatrixXd::Zero(12 + kept, 12 + kept);
   dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
   dynamics.mode_frequencies.resize(kept);

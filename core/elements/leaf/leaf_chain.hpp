@@ -53,6 +53,7 @@ class LeafChain final : public LeafElement {
   int unknowns() const { return K_.size(); }
   /// Rows of segment i's two edges among those of T: inner lines, then the 12 of the edges.
   MatrixXd edge_rows(int i, const MatrixXd& T) const;
+  MatrixXd shape_motion(const std::vector<LeafDynamics>& parts, const MatrixXd& lines);
 
   LeafSpring leaf_;
   std::vector<std::unique_ptr<LeafElement>> segments_;
@@ -64,6 +65,7 @@ class LeafChain final : public LeafElement {
   MatrixXd coupling_, Y_;        ///< K_fb and L⁻¹ K_fb
   bool condensed_ = false;       ///< they are those of the present state
   LeafEvaluation evaluation_;
+  int points_across_ = 0;  ///< of shape(), once known
 };
 
 }  // namespace flexopt

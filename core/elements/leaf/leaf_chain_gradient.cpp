@@ -140,8 +140,10 @@ Answer<LeafGradient<double>> LeafChainLinear::gradient(LeafRates& rates,
 namespace {
 
 // w/L and t/L of a segment grow n times as fast.
-Vector3d segment_shape(const Vector3d& shape, int n) {
-  return {n * shape[0], n * shape[1], shape[2]};
+VectorXd segment_shape(VectorXd shape, int n) {
+  shape[ShapeParameter::width] *= n;
+  shape[ShapeParameter::thickness] *= n;
+  return shape;
 }
 
 }  // namespace

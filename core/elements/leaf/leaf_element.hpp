@@ -48,6 +48,17 @@ struct LeafDynamics {
   /// Motion of stations of the leaf per unit coordinate, times the root of their mass: what tells
   /// two motions of the leaf apart. Any number of rows, the same at every state.
   MatrixXd stations;
+  /// Motion of the points of shape() per unit coordinate, x, y, z of one after the other, global
+  /// axes [m]: for drawing modes. Empty where a model does not tell.
+  MatrixXd shape_motion;
+};
+
+/// What acts inside a leaf.
+struct LeafLoad {
+  /// How much of the difference between the stress-free sizes of a warm leaf and those that its
+  /// clamps hold acts, 0 … 1.
+  double warmth = 0;
+  Vector3d gravity = Vector3d::Zero();  ///< [m/s²], global axes
 };
 
 class LeafLinear;
@@ -62,6 +73,10 @@ class LeafElement {
   /// Displacement of the material point, and its increment, for the move() to come. Only for leaves
   /// that have one.
   virtual void displace_point(const Vector3d& /*displacement*/, const Vector3d& /*du*/) {}
+
+  /// From now on this acts inside the leaf; at first nothing does. Only full leaves know of it:
+  /// acts_inside() of core/mechanism/load_case.hpp says which leaves have to be.
+  virtual void act(const LeafLoad& /*load*/) {}
 
   /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
   virtual const LeafEvaluation& evaluate() = 0;
@@ -89,6 +104,8 @@ class LeafElement {
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;
 
+  /// Tells that dynamics() will be asked for at `states` states more: a model may prepare for it.
+  virtual void expect_dynamics(int /*states*/) {}
   /// Craig–Bampton dynamics of the present equilibrium: constraint modes of the edges, the lowest
   /// `modes` fixed-interface modes and, where the leaf has them, further internal shapes. Without
   /// modes no internal shapes at all.

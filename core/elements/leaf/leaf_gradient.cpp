@@ -6,7 +6,7 @@ template <class S>
 S LeafGradient<S>::rate(const LeafQuadratic<S>& q, const Matrix& Y, int k,
                         const LeafVariation<S>& v) const {
   S sum = q.shape.col(k).cwiseProduct(v.shape).sum() + q.point.col(k).cwiseProduct(v.point).sum();
-  for (int i = 0; i < v.profile.size(); ++i) sum += q.profile(i, k) * v.profile[i];
+  if (!weight_.isZero(0)) sum += q.weight.col(k).dot(weight_rate(v).template cast<S>());
   const Matrix3d grows = v.turn - v.length * Matrix3d::Identity();
   if (rows_.point > 0) {
     const Vector3<S> y_u = grows * Y.template block<3, 1>(rows_.point_body(), k);
@@ -18,8 +18,9 @@ S LeafGradient<S>::rate(const LeafQuadratic<S>& q, const Matrix& Y, int k,
     const Vector3<S> displacement = grows * body.template head<3>(),
                      spin = v.turn * body.template tail<3>();
     sum += g.rotation.cwiseProduct(v.edge[e].rotation).sum() + g.position.dot(v.edge[e].position) +
-           g.arm.cwiseProduct(v.edge[e].arm).sum() + g.across * (v.shape[0] / width_) +
-           g.displacement.dot(displacement) + g.spin.dot(spin);
+           g.arm.cwiseProduct(v.edge[e].arm).sum() +
+           g.across * (v.shape[ShapeParameter::width] / width_) + g.displacement.dot(displacement) +
+           g.spin.dot(spin);
   }
   return sum;
 }

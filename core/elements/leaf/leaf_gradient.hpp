@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/elements/leaf/leaf_fields.hpp"
+#include "core/elements/leaf/leaf_rates.hpp"
 #include "core/elements/leaf/leaf_rows.hpp"
 #include "core/math/jet.hpp"
 
@@ -18,12 +19,11 @@ namespace flexopt {
 /// its internal unknowns and all increments keep their numbers. In leaf axes over L.
 template <class S>
 struct LeafVariation {
-  double energy = 0, mass = 0;        ///< of LeafScale, relative
-  Vector3d shape = Vector3d::Zero();  ///< of w/L, t/L, ν
-  VectorXd profile;                   ///< along the ProfileDirections of the leaf
-  Matrix3d turn = Matrix3d::Zero();   ///< Ȧᵀ A of the leaf axes A: increments turn by it
-  double length = 0;                  ///< L̇/L
-  Eigen::Vector2d point{0, 0};        ///< of the place (along, across) of the material point
+  double energy = 0, mass = 0;                             ///< of LeafScale, relative
+  VectorXd shape = VectorXd::Zero(ShapeParameter::sizes);  ///< of every ShapeParameter
+  Matrix3d turn = Matrix3d::Zero();  ///< Ȧᵀ A of the leaf axes A: increments turn by it
+  double length = 0;                 ///< L̇/L
+  Eigen::Vector2d point{0, 0};       ///< of the place (along, across) of the material point
   struct Edge {
     Vector3<S> position = Vector3<S>::Zero();  ///< of the body's reference point
     Matrix3<S> rotation = Matrix3<S>::Zero();  ///< of the body's rotation seen in leaf axes
@@ -34,22 +34,15 @@ struct LeafVariation {
   std::array<Edge, 2> edge;
 };
 
-template <class S>
-std::vector<Vector3d> shapes_of(const std::vector<LeafVariation<S>>& variations) {
-  std::vector<Vector3d> shapes;
-  for (const LeafVariation<S>& v : variations) shapes.push_back(v.shape);
-  return shapes;
-}
-
 /// q = yᵀ(K − μ M) y for each column y of Y, and its derivatives at constant y and μ. Rotations are
 /// varied as exp(hat δ) R of the varied R.
 template <class S>
 struct LeafQuadratic {
   Eigen::VectorX<S> stiffness, mass;           ///< yᵀK y, yᵀM y
   Eigen::MatrixX<S> state;                     ///< size × columns
-  Eigen::Matrix3X<S> shape;                    ///< of w/L, t/L, ν: operators only
-  Eigen::MatrixX<S> profile;                   ///< along the leaf's ProfileDirections
+  Eigen::MatrixX<S> shape;                     ///< of every ShapeParameter: operators only
   Eigen::Matrix2X<S> point;                    ///< along the place of the material point
+  Eigen::Matrix3X<S> weight;                   ///< along that of the gradient
   struct Edge {                                ///< zero where the edge is free
     Matrix3<S> rotation = Matrix3<S>::Zero();  ///< ∂q/∂(rotation of the edge's axes)
     /// ∂q/∂(place of the body), (arm, in edge axes)
@@ -60,13 +53,13 @@ struct LeafQuadratic {
   };
   std::vector<std::array<Edge, 2>> edge;  ///< per column
 
-  LeafQuadratic(int size, int columns, int profiles = 0)
+  LeafQuadratic(int size, int columns, int parameters = ShapeParameter::sizes)
       : stiffness(Eigen::VectorX<S>::Zero(columns)),
         mass(Eigen::VectorX<S>::Zero(columns)),
         state(Eigen::MatrixX<S>::Zero(size, columns)),
-        shape(Eigen::Matrix3X<S>::Zero(3, columns)),
-        profile(Eigen::MatrixX<S>::Zero(profiles, columns)),
+        shape(Eigen::MatrixX<S>::Zero(parameters, columns)),
         point(Eigen::Matrix2X<S>::Zero(2, columns)),
+        weight(Eigen::Matrix3X<S>::Zero(3, columns)),
         edge(static_cast<std::size_t>(columns)) {}
 };
 
@@ -95,8 +88,14 @@ class LeafGradient {
   /// `width`: w/L.
   LeafGradient(const LeafRows& rows, double width) : rows_(rows), width_(width) {}
 
+  /// Of the weight along a variation: it is that of the mass in global axes.
+  Vector3d weight_rate(const LeafVariation<S>& v) const {
+    return v.turn * weight_ + (v.mass - v.length - v.energy) * weight_;
+  }
+
   LeafRows rows_;
   double width_;
+  Vector3d weight_ = Vector3d::Zero();  ///< dead force per mass, as PlateLeaf has it
   Vector force_;
 };
 

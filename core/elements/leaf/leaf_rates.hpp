@@ -13,6 +13,12 @@
 
 namespace flexopt {
 
+/// Parameters of a leaf's shape, in this order: the sizes that every leaf has, over its length
+/// where they are lengths; then the directions of its profiles and of its arc (ProfileDirections).
+struct ShapeParameter {
+  static constexpr int width = 0, thickness = 1, poissons_ratio = 2, sizes = 3;
+};
+
 /// Derivatives of the factors of a leaf's profiles along one direction, as many as there are
 /// factors or none where they are constant, and of the angle of its arc. Also these themselves.
 struct ProfileRate {

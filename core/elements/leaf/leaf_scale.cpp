@@ -5,11 +5,12 @@
 namespace flexopt {
 
 LeafScale::LeafScale(const LeafSpring& leaf, Flexure flexure)
-    : origin(leaf.origin), axes(leaf.axes), length(leaf.length) {
-  const double t = leaf.thickness, nu = leaf.material.poissons_ratio;
+    : origin(leaf.origin), axes(leaf.axes), length(leaf.growth * leaf.length), growth(leaf.growth) {
+  const double t = leaf.growth * leaf.thickness, nu = leaf.material.poissons_ratio;
   energy = leaf.material.youngs_modulus * t * t * t /
            (12 * (flexure == Flexure::plate ? 1 - nu * nu : 1.0));
-  mass = leaf.material.density * t * std::pow(length, 4);
+  const double density = leaf.material.density / (growth * growth * growth);
+  mass = density * t * std::pow(length, 4);
 }
 
 EdgePose LeafScale::scaled(const EdgePose& global) const {

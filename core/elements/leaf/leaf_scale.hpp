@@ -6,11 +6,13 @@ namespace flexopt {
 
 /// Scales between a leaf spring and its dimensionless plate or beam.
 struct LeafScale {
-  Vector3d origin;    ///< middle of the base edge, undeflected [m]
-  Matrix3d axes;      ///< leaf axes, undeflected
+  Vector3d origin;  ///< middle of the base edge, undeflected [m]
+  Matrix3d axes;    ///< leaf axes, undeflected
+  // Of a warm leaf all by its stress-free sizes, its mass kept.
   double length = 1;  ///< L [m]
   double energy = 1;  ///< D = E t³ / 12(1 − ν²), of a beam E t³ / 12 [J]
   double mass = 1;    ///< ρ t L⁴: kinetic energy of unit scaled velocity [kg m²]
+  double growth = 1;  ///< LeafSpring::growth
 
   explicit LeafScale(const LeafSpring& leaf, Flexure flexure = Flexure::plate);
 

@@ -284,8 +284,9 @@ LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>
       const double y = 0.5 * mesh.shape().width_at(mesh.x()[i]) * (positive ? 1 : -1);
       const EdgePose& line = mesh.line_pose(i);
       const Vector3d r = (nodal[i].row(0) + y * nodal[i].row(2)).transpose();
-      shape.undeflected.push_back(
-          scale.origin + scale.axes * (line.position + y * line.axes.col(1)) * scale.length);
+      shape.undeflected.push_back(scale.origin + scale.axes *
+                                                     (line.position + y * line.axes.col(1)) *
+                                                     (scale.length / scale.growth));
       shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
       shape.von_mises.push_back(
           leaf.material.youngs_modulus *

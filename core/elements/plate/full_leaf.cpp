@@ -96,6 +96,13 @@ void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   plate_.step(scaled, dx, increment, point_, df);
 }
 
+void FullLeaf::act(const LeafLoad& load) {
+  assembled_ = false;
+  plate_.set_clamp(1 + load.warmth * (1 / scale_.growth - 1));
+  plate_.set_weight(scale_.mass / (scale_.length * scale_.energy) * scale_.axes.transpose() *
+                    load.gravity);
+}
+
 const LeafEvaluation& FullLeaf::evaluate() {
   if (!assembled_) plate_.assemble();
   assembled_ = false;  // the plate may be changed from outside
@@ -135,6 +142,27 @@ MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, con
   const int stations = plate.mesh().lines() - 2;
   return std::sqrt(scale.mass * plate.mesh().shape().mean_width() / stations) *
          plate.station_rates(T);
+}
+
+MatrixXd leaf_shape_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T) {
+  const PlateMesh& mesh = plate.mesh();
+  const bool beam = mesh.shape().is_beam();
+  const int lines = mesh.lines(), across = beam ? 2 : mesh.nodes_per_line();
+  const int n = mesh.functions_per_line();
+  const Matrix3d turn = scale.length * scale.axes;
+  MatrixXd motion(3 * lines * across, T.cols()), node(3, T.cols());
+  for (int i = 0; i < lines; ++i) {
+    const MatrixXd rates = plate.nodal_rates(i, T);
+    const double edge = 0.5 * mesh.shape().width_at(mesh.x()[i]);
+    for (int j = 0; j < across; ++j) {
+      for (int c = 0; c < 3; ++c) {
+        node.row(c) = rates.row(c * n + (beam ? 0 : 4 * j));
+        if (beam) node.row(c) += (j == 0 ? -edge : edge) * rates.row(c * n + 2);
+      }
+      motion.middleRows<3>(3 * (j * lines + i)).noalias() = turn * node;
+    }
+  }
+  return motion;
 }
 
 namespace {
@@ -221,7 +249,9 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   }
   LeafDynamics dynamics;
   dynamics.mass = scale.mass * (S * plate.mass(T) * S.transpose());
-  dynamics.stations = leaf_station_motion(plate, scale, T * S.transpose());
+  const MatrixXd rates = T * S.transpose();
+  dynamics.stations = leaf_station_motion(plate, scale, rates);
+  dynamics.shape_motion = leaf_shape_motion(plate, scale, rates);
   dynamics.stiffness = MatrixXd::Zero(b + internal, b + internal);
   dynamics.stiffness.topLeftCorner<12, 12>() = scale.global_tangent(plate.tangent());
   if (plate.has_point()) {

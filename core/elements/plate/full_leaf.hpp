@@ -29,6 +29,8 @@ class FullLeaf final : public LeafElement {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   void displace_point(const Vector3d& displacement, const Vector3d& du) override;
+  /// The energy is then that of the weight, too, undeflected zero.
+  void act(const LeafLoad& load) override;
   const LeafEvaluation& evaluate() override;
   const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
@@ -62,6 +64,9 @@ class FullLeaf final : public LeafElement {
 /// Motion of the leaf's stations for the columns of T (unknowns, then edge increments, all scaled),
 /// times the root of their mass: LeafDynamics::stations.
 MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T);
+
+/// Motion of the points of shape() for such columns: LeafDynamics::shape_motion.
+MatrixXd leaf_shape_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T);
 
 /// Craig–Bampton dynamics of an assembled plate, SI and global axes.
 LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,

@@ -56,6 +56,7 @@ class PlateGradient final : public LeafGradient<S> {
  private:
   using LeafGradient<S>::rows_;
   using LeafGradient<S>::force_;
+  using LeafGradient<S>::weight_;
   struct EdgeNodes {
     int line = 0;
     Matrix3<S> axes;
@@ -63,14 +64,6 @@ class PlateGradient final : public LeafGradient<S> {
   };
   int edge_at(int line) const;
   int directions() const { return rate_->directions(); }
-  int profiles() const { return directions() - PlateMeshRate::sizes; }
-  static double coordinate(const LeafVariation<S>& v, int p) {
-    return p < PlateMeshRate::sizes ? v.shape[p] : v.profile[p - PlateMeshRate::sizes];
-  }
-  static S& along(LeafQuadratic<S>& q, int p, int column) {
-    return p < PlateMeshRate::sizes ? q.shape(p, column)
-                                    : q.profile(p - PlateMeshRate::sizes, column);
-  }
   template <int Side>
   void prepare();
   template <int Side>
@@ -79,12 +72,19 @@ class PlateGradient final : public LeafGradient<S> {
                           std::vector<Matrix>& n1) const;
   /// N′ of a line for states moving by the columns of Y: functions × (3 components of each).
   Matrix line_rates(int line, const Matrix& Y) const;
+  Matrix second_nodes(int edge, const Matrix& Y) const;  ///< N2 of the edge: n × (3 per column)
+  void add_edge_quadratic(int edge, const Matrix& Y, const Matrix& n0, const Matrix& n1,
+                          LeafQuadratic<S>& q) const;
   void add_point_force();
+  void add_weight();
   void add_point_rates(const std::array<Matrix, 2>& edge_rates,
                        const std::vector<LeafVariation<S>>& variations, Matrix& rows) const;
   void add_point_quadratic(const Matrix& Y, const std::vector<Matrix>& N1,
                            const std::vector<Matrix>& N2, LeafQuadratic<S>& q,
                            std::vector<Matrix>& n1) const;
+  void add_weight_quadratic(const std::vector<Matrix>& N2, LeafQuadratic<S>& q) const;
+  /// Factor of the clamp on a function of an edge node.
+  double held(int function) const { return function % 2 == 0 ? plate_->clamp() : 1; }
   void add_to_rows(int line, const Matrix& nodal, Matrix& rows) const;
   std::array<Matrix, 2> edge_nodal_rates(const std::vector<LeafVariation<S>>& variations) const;
 
@@ -100,6 +100,8 @@ class PlateGradient final : public LeafGradient<S> {
   std::vector<Matrix> nodal_force_;  ///< per line, n × 3
   std::vector<std::vector<NodalWeight>> point_rates_;  ///< of PlateSupport::point, by direction
   std::vector<std::vector<Matrix>> shape_force_;       ///< derivative of it along every direction
+  /// Of a leaf with weight: of PlateMesh::mass_moment along every direction.
+  std::vector<std::vector<VectorXd>> moment_rates_;
 };
 
 extern template class PlateGradient<double>;

@@ -92,6 +92,13 @@ PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh, bool free_tip) {
   return state;
 }
 
+void PlateLeaf::set_clamp(double ratio) {
+  if (ratio == clamp_) return;
+  clamp_ = ratio;
+  stress_is_linearised_ = false;
+  update_nodal();
+}
+
 void PlateLeaf::set_state(const State& state) {
   assert(state.x.size() == unknowns());
   state_ = state;
@@ -157,13 +164,21 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
   stress_is_linearised_ = true;
 }
 
+std::array<Vector3d, 4> PlateLeaf::edge_reference(const PlateMesh& mesh, int line, int node,
+                                                  double clamp) {
+  std::array<Vector3d, 4> reference = mesh.reference_node(line, node);
+  reference[0] *= clamp;
+  reference[2] *= clamp;
+  return reference;
+}
+
 MatrixXd PlateLeaf::edge_nodal(const PlateMesh& mesh, int edge, const EdgePose& pose,
-                               const double* slopes) {
+                               const double* slopes, double clamp) {
   const int line = edge == 0 ? 0 : mesh.lines() - 1;
   MatrixXd nodal(mesh.functions_per_line(), 3);
   const int per_node = static_cast<int>(mesh.edge_slopes().size());
   for (int j = 0; j < mesh.nodes_per_line(); ++j) {
-    const auto v = edge_vectors(pose.axes, mesh.reference_node(line, j), mesh.edge_slopes(),
+    const auto v = edge_vectors(pose.axes, edge_reference(mesh, line, j, clamp), mesh.edge_slopes(),
                                 slopes + per_node * j);
     for (int k = 0; k < 4; ++k) nodal.row(4 * j + k) = v[k].transpose();
     nodal.row(4 * j) += pose.position.transpose();
@@ -179,7 +194,8 @@ void PlateLeaf::update_nodal() {
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : last;
     if (!is_rigid_edge(line)) continue;
-    nodal_[line] = edge_nodal(*mesh_, e, state_.edges[e], state_.x.data() + K_.offset[line]);
+    nodal_[line] =
+        edge_nodal(*mesh_, e, state_.edges[e], state_.x.data() + K_.offset[line], clamp_);
   }
 }
 
@@ -294,6 +310,17 @@ void PlateLeaf::assemble_elements() {
   stress_is_linearised_ = false;
 }
 
+// Its potential is linear in the nodal values.
+void PlateLeaf::add_weight() {
+  if (weight_.isZero(0)) return;
+  const int n = mesh_->functions_per_line();
+  for (int i = 0; i < mesh_->lines(); ++i) {
+    const VectorXd& m = mesh_->mass_moment(i);
+    energy_ -= m.dot((nodal_[i] - mesh_->undeflected(i)) * weight_);
+    for (int c = 0; c < 3; ++c) nodal_force_[i].segment(c * n, n) -= weight_[c] * m;
+  }
+}
+
 void PlateLeaf::assemble() {
   linearise();
   eliminate();
@@ -306,6 +333,7 @@ void PlateLeaf::linearise() {
     assemble_elements<8>();
   else
     assemble_elements<4>();
+  add_weight();
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
   const auto& slopes = mesh_->edge_slopes();
   const int m = mesh_->edge_unknowns(), per_node = static_cast<int>(slopes.size());
@@ -415,7 +443,7 @@ void PlateLeaf::hold_point() {
   const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
   CondensedInterior::Point point{.gradient = MatrixXd::Zero(unknowns(), 3),
                                  .edge_gradient = Eigen::Matrix<double, 3, 12>::Zero(),
-                                 .missing = state_.point + point_place_,
+                                 .missing = state_.point + clamp_ * point_place_,
                                  .force = state_.point_force};
   for (const NodalWeight& w : support_.point) {
     point.missing -= w.weight * nodal_[w.line].row(w.function).transpose();

@@ -46,6 +46,13 @@ class PlateLeaf {
   const State& state() const { return state_; }
   void set_state(const State& state);
   static State undeflected(const PlateMesh& mesh, bool free_tip = false);
+  /// Width that rigid edges hold over the stress-free one; the material point's undeflected place
+  /// over the stress-free one, too. 1 at first.
+  void set_clamp(double ratio);
+  double clamp() const { return clamp_; }
+  /// Dead force per mass: of every function of a line, its share is PlateMesh::mass_moment. Over D.
+  void set_weight(const Vector3d& weight) { weight_ = weight; }
+  const Vector3d& weight() const { return weight_; }
 
   /// Assembles and factorises at the present state. After it the results below hold.
   void assemble();
@@ -68,7 +75,10 @@ class PlateLeaf {
   BlockTridiagonal line_factor() const;
   /// Nodal values (functions_per_line × 3) of an edge (0 base, 1 tip) with these slopes.
   static MatrixXd edge_nodal(const PlateMesh& mesh, int edge, const EdgePose& pose,
-                             const double* slopes);
+                             const double* slopes, double clamp = 1);
+  /// Vectors of an edge node in the edge's axes, from its middle, without the free slopes.
+  static std::array<Vector3d, 4> edge_reference(const PlateMesh& mesh, int line, int node,
+                                                double clamp);
 
   double energy() const { return energy_; }
   double correction() const { return std::sqrt(interior_.correction()); }
@@ -155,12 +165,15 @@ class PlateLeaf {
   template <int Side>
   void assemble_elements();
   void hold_point();
+  void add_weight();
   template <int Side>
   void linearised_stress(const VectorXd& dx, const Vector12d& dq);
 
   std::shared_ptr<const PlateMesh> mesh_;
   PlateSupport support_;
   State state_;
+  double clamp_ = 1;
+  Vector3d weight_ = Vector3d::Zero();
   std::vector<MatrixXd> nodal_;
   std::vector<VectorXd> nodal_force_;  ///< per line, 3 functions_per_line
   /// At the membrane points of an element: r,x and r,y of the last assembly, and the stresses

@@ -101,6 +101,13 @@ void PlateMesh::assemble_mass() {
       mass_diagonal_[i + 1].block(4 * j, 4 * j, side, side) += m.block(side, side, side, side);
       mass_below_[i].block(4 * j, 4 * j, side, side) += m.block(side, 0, side, side);
     }
+  VectorXd one = VectorXd::Zero(n);  // the nodal values of the constant 1
+  for (int s = 0; s < n; s += 4) one[s] = 1;
+  for (int i = 0; i < lines(); ++i) {
+    VectorXd& moment = mass_moment_.emplace_back(mass_diagonal_[i] * one);
+    if (i > 0) moment += mass_below_[i - 1] * one;
+    if (i < nx) moment += mass_below_[i].transpose() * one;
+  }
 }
 
 std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across,

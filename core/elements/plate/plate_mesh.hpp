@@ -167,6 +167,8 @@ class PlateMesh {
   /// ∫ N Nᵀ between the functions of line i (diagonal) and of line i + 1 with those of line i.
   const MatrixXd& mass_diagonal(int i) const { return mass_diagonal_[i]; }
   const MatrixXd& mass_below(int i) const { return mass_below_[i]; }
+  /// ∫ N over the leaf of the functions of line i, weighted as the mass is.
+  const VectorXd& mass_moment(int i) const { return mass_moment_[i]; }
 
  private:
   void assemble_mass();
@@ -180,6 +182,7 @@ class PlateMesh {
   std::vector<EdgePose> line_pose_;
   std::vector<Element> elements_;
   std::vector<MatrixXd> mass_diagonal_, mass_below_;
+  std::vector<VectorXd> mass_moment_;
 };
 
 /// Value of a displacement component as Σ weight · nodal dof.

@@ -1,6 +1,7 @@
 #include "core/elements/plate/plate_mesh_rate.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include "core/elements/plate/mesh_numbers.hpp"
 
@@ -61,7 +62,8 @@ PlateMeshRate::Shape rate_along(const PlateMesh& mesh, const ShapeRate& directio
 }  // namespace
 
 PlateMeshRate::PlateMeshRate(const PlateMesh& mesh, const std::vector<ProfileRate>& profiles) {
-  for (int k = 0; k < sizes; ++k) direction.emplace_back(Vector3d(Vector3d::Unit(k)));
+  for (int k = 0; k < ShapeParameter::sizes; ++k)
+    direction.emplace_back(Vector3d(Vector3d::Unit(k)));
   for (const ProfileRate& profile : profiles) {
     ShapeRate& along = direction.emplace_back();
     along.width_profile = profile.width;
@@ -71,18 +73,19 @@ PlateMeshRate::PlateMeshRate(const PlateMesh& mesh, const std::vector<ProfileRat
   for (const ShapeRate& along : direction) shape.push_back(rate_along(mesh, along));
 }
 
-ShapeRate PlateMeshRate::along(const Vector3d& sizes_rate, const VectorXd& profiles) const {
-  ShapeRate sum(sizes_rate);
+ShapeRate PlateMeshRate::along(const VectorXd& shape_rate) const {
+  assert(shape_rate.size() == directions());
+  ShapeRate sum(shape_rate.head<ShapeParameter::sizes>());
   const auto add = [](std::vector<double>& to, double factor, const std::vector<double>& from) {
     if (factor == 0 || from.empty()) return;
     to.resize(from.size());
     for (std::size_t k = 0; k < from.size(); ++k) to[k] += factor * from[k];
   };
-  for (int k = 0; k < profiles.size(); ++k) {
-    const ShapeRate& own = direction[sizes + k];
-    add(sum.width_profile, profiles[k], own.width_profile);
-    add(sum.thickness_profile, profiles[k], own.thickness_profile);
-    sum.curve += profiles[k] * own.curve;
+  for (int k = ShapeParameter::sizes; k < directions(); ++k) {
+    const ShapeRate& own = direction[k];
+    add(sum.width_profile, shape_rate[k], own.width_profile);
+    add(sum.thickness_profile, shape_rate[k], own.thickness_profile);
+    sum.curve += shape_rate[k] * own.curve;
   }
   return sum;
 }

@@ -22,8 +22,7 @@ struct PlateMeshRate {
     /// (PlateMesh::reference_node) and in those of the chord; empty where constant.
     std::vector<MatrixXd> reference, undeflected;
   };
-  static constexpr int width = 0, thickness = 1, poissons_ratio = 2, sizes = 3;
-  std::vector<ShapeRate> direction;  ///< the three sizes, then those of the profiles
+  std::vector<ShapeRate> direction;  ///< of every ShapeParameter
   std::vector<Shape> shape;          ///< along each of them
 
   /// `profiles`: directions in which the profiles change.
@@ -31,7 +30,7 @@ struct PlateMeshRate {
 
   int directions() const { return static_cast<int>(shape.size()); }
   /// The direction with these coordinates.
-  ShapeRate along(const Vector3d& sizes, const VectorXd& profiles) const;
+  ShapeRate along(const VectorXd& shape) const;
 };
 
 /// Those of a mesh that leaves share, made when first asked for.

@@ -22,7 +22,7 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
   if (rows_.point == 0) return;
   // of the undeflected place, along the leaf, across it and by the shape
   const auto rest = [&](const NodalWeight& w) {
-    return Vector3d(mesh_->undeflected(w.line).row(w.function).transpose());
+    return Vector3d(plate_->clamp() * mesh_->undeflected(w.line).row(w.function).transpose());
   };
   std::array<Vector3d, 2> by_place{Vector3d::Zero(), Vector3d::Zero()};
   for (int a = 0; a < 2; ++a)
@@ -33,7 +33,8 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
     for (const NodalWeight& w : point_rates_[p]) by_shape[p] += w.weight * rest(w);
     if (rate_->shape[p].undeflected.empty()) continue;
     for (const NodalWeight& w : plate_->support().point)
-      by_shape[p] += w.weight * rate_->shape[p].undeflected[w.line].row(w.function).transpose();
+      by_shape[p] += plate_->clamp() * w.weight *
+                     rate_->shape[p].undeflected[w.line].row(w.function).transpose();
   }
   const auto nodal = [&](const NodalWeight& w) -> Vector3<S> {
     return state_.nodal[w.line].row(w.function).transpose();
@@ -44,8 +45,8 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
     Vector3<S> rate = v.turn * u - v.length * u;
     for (int a = 0; a < 2; ++a) rate += (v.point[a] * by_place[a]).template cast<S>();
     for (int p = 0; p < directions(); ++p) {
-      rate += (coordinate(v, p) * by_shape[p]).template cast<S>();
-      for (const NodalWeight& w : point_rates_[p]) rate -= coordinate(v, p) * w.weight * nodal(w);
+      rate += (v.shape[p] * by_shape[p]).template cast<S>();
+      for (const NodalWeight& w : point_rates_[p]) rate -= v.shape[p] * w.weight * nodal(w);
     }
     for (const NodalWeight& w : plate_->support().point) {
       if (const int e = edge_at(w.line); e >= 0)
@@ -84,7 +85,7 @@ void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Ma
           w.weight * N2[w.line].template block<1, 3>(w.function, 3 * k).transpose();
     }
     for (int p = 0; p < directions(); ++p)
-      for (const NodalWeight& w : point_rates_[p]) along(q, p, k) -= w.weight * product(w);
+      for (const NodalWeight& w : point_rates_[p]) q.shape(p, k) -= w.weight * product(w);
     for (int a = 0; a < 2; ++a)
       for (const NodalWeight& w : plate_->support().point_slopes[a])
         q.point(a, k) -= w.weight * product(w);

@@ -70,4 +70,12 @@ Eigen::Matrix<typename Matrix::Scalar, 2 * Side, Eigen::Dynamic> gather(const Ma
   return U;
 }
 
+// Stress times weight of strains that a changed metric of the undeflected leaf leaves.
+template <class S>
+Stress<S> metric_stress(const PlateMesh& mesh, const PointArray& metric, const PointArray& weight) {
+  Stress<S> e = Stress<S>::Zero();
+  for (int g = 0; g < points; ++g) e(g, 0) = -0.5 * metric[g];
+  return weighted(stress_of(mesh.membrane(), e), weight);
+}
+
 }  // namespace flexopt::plate

@@ -67,7 +67,7 @@ PlateSeries::PlateSeries(const PlateLeaf& plate)
     : plate_(&plate),
       mesh_(plate.shared_mesh()),
       support_(plate.support()),
-      point_place_(plate.point_place()) {
+      point_place_(plate.clamp() * plate.point_place()) {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
   for (int line = 0; line <= lines; ++line) offset_.push_back(plate.block_offset(line));
   rows_.unknowns = offset_.back();
@@ -88,6 +88,9 @@ void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Serie
     else
       for (int o = 0; o < 3; ++o) nodal_[o][i] = x[o].segment(offset_[i], 3 * n);
   expand_elements();
+  for (int i = 0; i <= last; ++i)
+    for (int c = 0; c < 3; ++c)
+      force_[0][i].segment(c * n, n) -= plate_->weight()[c] * mesh_->mass_moment(i);
   for (const NodalWeight& w : support_.point)
     for (int o = 0; o < 3; ++o)
       for (int c = 0; c < 3; ++c)
@@ -133,7 +136,8 @@ void PlateSeries::expand_edge(int e, const EdgeBodySeries& body, const Series<Ve
     const int k = s % 4;
     Series<Vector3d> w;
     for (Vector3d& c : w) c.setZero();
-    w[0] = mesh_->reference_node(line, s / 4)[static_cast<std::size_t>(k)];
+    w[0] = PlateLeaf::edge_reference(*mesh_, line, s / 4,
+                                     plate_->clamp())[static_cast<std::size_t>(k)];
     if (k == 0) w[0] += body.arm;
     for (int d = 0; d < slopes; ++d) {
       const PlateMesh::EdgeSlope& slope = mesh_->edge_slopes()[d];

@@ -327,7 +327,8 @@ LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd
       const Vector3d r = nodal[i].row(4 * j).transpose();
       const EdgePose& line = mesh.line_pose(i);
       const Vector3d place = line.position + line.axes * mesh.reference_node(i, j)[0];
-      shape.undeflected.push_back(scale.origin + scale.axes * place * scale.length);
+      shape.undeflected.push_back(scale.origin +
+                                  scale.axes * place * (scale.length / scale.growth));
       shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
       const SurfaceStress s = surface_stress(mesh.shape(), field.at(mesh.x()[i], mesh.y()[j]),
                                              leaf.material.youngs_modulus, mesh.x()[i]);

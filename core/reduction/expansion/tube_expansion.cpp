@@ -7,6 +7,7 @@
 #include "core/math/dual.hpp"
 #include "core/math/rotation.hpp"
 #include "core/math/small_lu.hpp"
+#include "core/reduction/expansion/field_solver.hpp"
 #include "core/reduction/expansion/tube_series.hpp"
 
 namespace flexopt {
@@ -28,6 +29,14 @@ void ChordLeaf::reset() {
   s_.setZero();
   c_.setZero();
   f_.setZero();
+}
+
+void ChordLeaf::stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns) {
+  s_ = s;
+  f_ = f;
+  c_ = unknowns.tail<3>();
+  plate_.set_state({edges(s_, c_), unknowns.head(plate_.unknowns())});
+  plate_.assemble();
 }
 
 EdgePoses ChordLeaf::edges(const Vector3d& s, const Vector3d& c) const {
@@ -115,32 +124,6 @@ double ChordLeaf::potential() const { return plate_.energy() - f_.dot(c_); }
 // ---------------------------------------------------------------------------- fields
 
 namespace {
-
-// Solves for the unknowns y of the plate and the stiff deformations c at once.
-class FieldSolver {
- public:
-  explicit FieldSolver(const ChordLeaf& leaf) : plate_(leaf.plate()), S_(leaf.stiff_tangent()) {
-    X_ = plate_.coupling() * leaf.stiff_map();  // K_fb G, then K_ff⁻¹ of it
-    KcT_ = X_.transpose();
-    plate_.solve(X_);
-  }
-
-  /// −K⁻¹ R.
-  MatrixXd operator()(const MatrixXd& R) const {
-    const int n = plate_.unknowns();
-    MatrixXd Y(n + 3, R.cols());
-    MatrixXd top = -R.topRows(n);
-    plate_.solve(top);
-    Y.bottomRows(3) = S_.solve_columns(-R.bottomRows(3) - KcT_ * top);
-    Y.topRows(n) = top - X_ * Y.bottomRows(3);
-    return Y;
-  }
-
- private:
-  const PlateLeaf& plate_;
-  SmallLu<3> S_;
-  MatrixXd X_, KcT_;
-};
 
 // Field coefficients degree by degree: K y_d = −(degree-d part of the residual without y_d).
 template <int ORDER>

@@ -24,6 +24,9 @@ class ChordLeaf {
   /// Back to the undeflected leaf.
   void reset();
 
+  /// To a state that is known: soft deformations, forces and unknowns() of an equilibrium.
+  void stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns);
+
   struct Solution {
     bool converged = false;
     int iterations = 0;

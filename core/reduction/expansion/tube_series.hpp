@@ -18,30 +18,45 @@ namespace flexopt {
 /// A number at the eight membrane points of an element.
 using Lanes8 = double __attribute__((vector_size(64)));
 
-/// And one with its derivative.
+/// And one with derivatives.
+template <int n>
 struct DualLanes8 {
-  Lanes8 value, derivative;
+  Lanes8 value;
+  std::array<Lanes8, n> derivatives;
 
   DualLanes8& operator+=(const DualLanes8& b) {
     value += b.value;
-    derivative += b.derivative;
+    for (int k = 0; k < n; ++k) derivatives[k] += b.derivatives[k];
     return *this;
   }
   DualLanes8& operator-=(double b) {
     value -= b;
     return *this;
   }
+  DualLanes8& operator-=(const DualLanes8& b) {
+    value -= b.value;
+    for (int k = 0; k < n; ++k) derivatives[k] -= b.derivatives[k];
+    return *this;
+  }
   DualLanes8& operator*=(double b) {
     value *= b;
-    derivative *= b;
+    for (int k = 0; k < n; ++k) derivatives[k] *= b;
     return *this;
   }
   friend DualLanes8 operator+(DualLanes8 a, const DualLanes8& b) { return a += b; }
   friend DualLanes8 operator*(const DualLanes8& a, const DualLanes8& b) {
-    return {a.value * b.value, a.value * b.derivative + a.derivative * b.value};
+    DualLanes8 c;
+    c.value = a.value * b.value;
+    for (int k = 0; k < n; ++k)
+      c.derivatives[k] = a.value * b.derivatives[k] + a.derivatives[k] * b.value;
+    return c;
   }
-  friend DualLanes8 operator*(const Dual1& a, const DualLanes8& b) {
-    return {a.value * b.value, a.value * b.derivative + a.derivatives[0] * b.value};
+  friend DualLanes8 operator*(const Dual<n>& a, const DualLanes8& b) {
+    DualLanes8 c;
+    c.value = a.value * b.value;
+    for (int k = 0; k < n; ++k)
+      c.derivatives[k] = a.value * b.derivatives[k] + a.derivatives[k] * b.value;
+    return c;
   }
 };
 
@@ -54,15 +69,23 @@ struct PointLanes<double> {
   static void set(type& lanes, int g, double value) { lanes[g] = value; }
   static double get(const type& lanes, int g) { return lanes[g]; }
 };
-template <>
-struct PointLanes<Dual1> {
-  using type = DualLanes8;
-  static type constant(double value) { return {Lanes8{} + value, Lanes8{}}; }
-  static void set(type& lanes, int g, const Dual1& value) {
-    lanes.value[g] = value.value;
-    lanes.derivative[g] = value.derivatives[0];
+template <int n>
+struct PointLanes<Dual<n>> {
+  using type = DualLanes8<n>;
+  static type constant(double value) {
+    type lanes{};
+    lanes.value += value;
+    return lanes;
   }
-  static Dual1 get(const type& lanes, int g) { return {lanes.value[g], {lanes.derivative[g]}}; }
+  static void set(type& lanes, int g, const Dual<n>& value) {
+    lanes.value[g] = value.value;
+    for (int k = 0; k < n; ++k) lanes.derivatives[k][g] = value.derivatives[k];
+  }
+  static Dual<n> get(const type& lanes, int g) {
+    Dual<n> value(lanes.value[g]);
+    for (int k = 0; k < n; ++k) value.derivatives[k] = lanes.derivatives[k][g];
+    return value;
+  }
 };
 
 /// The product of an element's operator, or of its transpose, of which the leading block counts,
@@ -107,6 +130,14 @@ class TubeSeries {
     for (int k = 0; k < 3; ++k) force_[k] = P::variable(3 + k, leaf.forces()[k], scale[k]);
     nodal_.assign(mesh_.lines(), Matrix());
     nodal_.front() = nodal_.back() = Matrix::Zero(mesh_.functions_per_line(), 3 * size);
+  }
+
+  /// Dead forces on the nodal dofs, functions_per_line × 3 for each line, in the chord frame.
+  /// `parity`: of every derivative of the fields beside their values, in the mirror across the
+  /// width: +1 or −1; none where all are even.
+  void set_nodal_load(std::vector<Matrix> load, std::vector<int> parity) {
+    load_ = std::move(load);
+    parity_ = std::move(parity);
   }
 
   /// Nodal dofs of the unknowns Y (rows as ChordLeaf::unknowns, columns monomials ≤ field order).
@@ -166,10 +197,17 @@ class TubeSeries {
     const int n = mesh_.functions_per_line(), last = mesh_.lines() - 1;
     const int k0 = table_.count(d - 1), k1 = table_.count(d);
     std::vector<Matrix> force(mesh_.lines(), Matrix::Zero(n, 3 * size));
+    const int across = mesh_.elements_across();
+    const bool symmetric = leaf_.soft()[2] == 0 && leaf_.forces()[1] == 0 && leaf_.forces()[2] == 0;
+    const bool halved = across % 2 == 0 && symmetric;  // the other half is the mirror image
     // the turning edges mix all degrees of the nodal forces there
     for (int i = 0; i < mesh_.elements_along(); ++i)
-      for (int j = 0; j < mesh_.elements_across(); ++j)
+      for (int j = 0; j < (halved ? across / 2 : across); ++j)
         add_force(i, j, i == 0 || i == mesh_.elements_along() - 1 ? 0 : d, d, force);
+    if (halved)
+      for (Matrix& line : force) add_mirror_image(line, k1);
+    for (std::size_t i = 0; i < load_.size(); ++i)
+      for (int c = 0; c < 3; ++c) force[i].col(c * size) -= load_[i].col(c);
 
     Matrix R(leaf_.plate().unknowns() + 3, k1 - k0);
     for (int i = 1; i < last; ++i)
@@ -317,6 +355,35 @@ class TubeSeries {
         axis_[e][j][c] = P::constant(0);
         for (int i = 0; i < 3; ++i)
           if (Q(i, j) != 0) axis_[e][j][c] += turned[i][c] * S(Q(i, j));
+      }
+  }
+
+  S mirrored(const S& x, double sign) const {
+    S image = x * sign;
+    if constexpr (!std::is_same_v<S, double>)
+      for (std::size_t k = 0; k < parity_.size(); ++k) image.derivatives[k] *= parity_[k];
+    return image;
+  }
+  // Nodal forces of one half of the width: those of the other half too, of the first monomials.
+  void add_mirror_image(Matrix& line, int monomials) const {
+    const int nodes = mesh_.nodes_per_line();
+    for (int c = 0; c < 3; ++c)
+      for (int k = 0; k < monomials; ++k) {
+        const auto e = table_.exponents(k);  // φ, M1 and M2 change their signs
+        const double parity = ((e[2] + e[4] + e[5]) % 2 == 0) == (c != 1) ? 1 : -1;
+        auto f = line.col(c * size + k);
+        for (int j = 0; j <= nodes / 2; ++j)
+          for (int s = 0; s < 4; ++s) {
+            const int a = 4 * j + s, b = 4 * (nodes - 1 - j) + s;
+            const double sign = s < 2 ? parity : -parity;
+            if (a == b) {
+              f[a] += mirrored(f[a], sign);
+            } else {
+              const S image = mirrored(f[b], sign);
+              f[b] += mirrored(f[a], sign);
+              f[a] += image;
+            }
+          }
       }
   }
 
@@ -572,6 +639,8 @@ class TubeSeries {
   std::array<std::array<std::array<P, 3>, 3>, 2> axis_;  ///< [edge][column][component]
   std::array<std::array<P, 3>, 2> tangent_z_;            ///< [edge][component] of J e_z
   std::vector<Matrix> nodal_;
+  std::vector<Matrix> load_;  ///< none, or of every line
+  std::vector<int> parity_;
 
   // of the element at hand
   Matrix U_, A_;

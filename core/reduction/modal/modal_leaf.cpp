@@ -390,7 +390,11 @@ LeafDynamics ModalLeaf::dynamics(int count) {
 
   LeafDynamics dynamics;
   dynamics.mass = scale_.mass * (units * (S.transpose() * M * S) * units.transpose());
-  dynamics.stations = station_motion(T * (S * units.transpose()));
+  const MatrixXd all_rates = T * (S * units.transpose());
+  dynamics.stations = station_motion(all_rates);
+  LeafScale seen = scale_;  // the plate lies in the frame
+  seen.axes = scale_.axes * frame_.axes;
+  dynamics.shape_motion = leaf_shape_motion(plate_, seen, all_rates);
   dynamics.stiffness = MatrixXd::Zero(12 + kept, 12 + kept);
   dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
   dynamics.mode_frequencies.resize(kept);

@@ -145,7 +145,7 @@ void ModalLeafGradient::set_shape_rates() {
     std::array<MatrixXd, 2> edges;
     for (int a = 0; a < 2; ++a) {
       MatrixXd w = slopes(a, x);
-      if (p == PlateMeshRate::width) w += across();
+      if (p == ShapeParameter::width) w += across();
       edges[a] = w * axes_[a].transpose();
     }
     follow_rates_[p] = by.follow * (b - b_rest) - model_->line_shapes() * by.edges_at_rest;
@@ -232,7 +232,7 @@ void ModalLeafGradient::set_shape_force() {
     std::array<MatrixXd, 2> w;
     for (int a = 0; a < 2; ++a) {
       w[a] = slopes(a, chart_rates_[p]);
-      if (p == PlateMeshRate::width) w[a] += across();
+      if (p == ShapeParameter::width) w[a] += across();
     }
     pull_edges(f_edges, w, g);
     G.col(p) = g;
@@ -302,7 +302,7 @@ std::unique_ptr<LeafFields> ModalLeafGradient::fields(
     for (std::size_t i = 0; i < N.size(); ++i) rates[i].middleCols<3>(3 * k) = N[i];
   }
   std::vector<ShapeRate> shapes;
-  for (const LeafVariation<double>& v : variations) shapes.emplace_back(v.shape);
+  for (const LeafVariation<double>& v : variations) shapes.emplace_back(Vector3d(v.shape));
   return std::make_unique<PlateFields>(*mesh_, leaf_->nodal(), std::move(rates), std::move(shapes));
 }
 

@@ -49,6 +49,7 @@ class ModalLeafGradient final : public LeafGradient<double> {
   void set_shape_force();
   struct Path;
   struct Covectors;
+  struct Pulled;
   /// Derivatives along e and what the chord frame sees of the edges, in its axes: their spins and
   /// the difference of their displacements.
   using Seen = Eigen::Matrix<double, 15, 1>;
@@ -56,6 +57,10 @@ class ModalLeafGradient final : public LeafGradient<double> {
   Covectors pulled_back(const std::array<Lines, 3>& c, const Path& p, Eigen::Ref<Vector3d> shape,
                         VectorXd& amplitudes) const;
   Seen seen_by_frame(const Covectors& c, const Path& p) const;
+  Pulled pulled_back(const Path& p, const Lines& N1, const Lines& n0, const Lines& n1, double mu,
+                     double& mass, Eigen::Ref<Vector3d> shape) const;
+  void add_edges(const MatrixXd& Y, int k, const Path& p, const Pulled& pulled,
+                 LeafQuadratic<double>& q) const;
   void add_mass(const Lines& N, double mu, double& mass, Eigen::Ref<Vector3d> shape,
                 Lines& n) const;
 

@@ -115,7 +115,7 @@ auto ModalLeafGradient::pulled_back(const std::array<Lines, 3>& c, const Path& p
     add_to_slopes(a, w0, v[0]);
     add_to_slopes(a, c1 * R[0] + 2 * c2 * R[1], v[1]);
     add_to_slopes(a, c2 * R[0], v[2]);
-    shape[PlateMeshRate::width] += grows.cwiseProduct(w0).sum();
+    shape[ShapeParameter::width] += grows.cwiseProduct(w0).sum();
     to.R[a] = {c0.transpose() * local_[a] + c1.transpose() * p.slopes[a][0] +
                    c2.transpose() * p.slopes[a][1],
                c1.transpose() * local_[a] + 2 * c2.transpose() * p.slopes[a][0],
@@ -189,15 +189,100 @@ auto ModalLeafGradient::seen_by_frame(const Covectors& c, const Path& p) const -
   return Eigen::Map<const Seen>(sum.derivatives.data());
 }
 
-LeafQuadratic<double> ModalLeafGradient::quadratic(const MatrixXd& Y, const VectorXd& mu) const {
-  const int columns = static_cast<int>(Y.cols()), last = mesh_->lines() - 1;
+// Of a column of increments: along e and what the frame sees, the amplitudes, the base's place.
+struct ModalLeafGradient::Pulled {
+  Seen seen;
+  VectorXd amplitudes;
+  Vector3d by_base = Vector3d::Zero();
+};
+
+// Of the nodes N1 along the path and the covectors n0, n1 of nodes and N1; adds the column's mass.
+auto ModalLeafGradient::pulled_back(const Path& p, const Lines& N1, const Lines& n0,
+                                    const Lines& n1, double mu, double& mass,
+                                    Eigen::Ref<Vector3d> shape) const -> Pulled {
+  const int last = mesh_->lines() - 1;
+  const Lines &f = plate_.nodal_force(), &N0 = leaf_->plate().nodal();
+  const Vector3d& spin = p.frame.first.spin;
+  // velocities seen from axes that stand still
+  Lines moving, nm;
+  for (int i = 0; i <= last; ++i) {
+    moving.push_back(N1[i] + N0[i] * hat(spin).transpose());
+    for (int s = 0; s < functions_; s += 4) moving[i].row(s) += p.base.transpose();
+  }
+  add_mass(moving, mu, mass, shape, nm);
+  Pulled result;
+  Vector3d by_spin = Vector3d::Zero();
+  std::array<Lines, 3> c;
+  for (int i = 0; i <= last; ++i) {
+    c[0].push_back(n0[i]);
+    c[1].push_back(n1[i] + nm[i]);
+    c[2].push_back(f[i]);
+    for (int s = 0; s < functions_; ++s) {
+      const Vector3d m = nm[i].row(s).transpose(), place = N0[i].row(s).transpose();
+      c[0][i].row(s) += m.cross(spin).transpose();
+      by_spin += place.cross(m);
+      if (s % 4 == 0) result.by_base += m;
+    }
+  }
+  Covectors back = pulled_back(c, p, shape, result.amplitudes);
+  back.spin = by_spin;
+  result.seen = seen_by_frame(back, p);
+  return result;
+}
+
+// To the edges and their increments, then to the bodies.
+void ModalLeafGradient::add_edges(const MatrixXd& Y, int k, const Path& p, const Pulled& pulled,
+                                  LeafQuadratic<double>& q) const {
   const ChordFrame& frame = leaf_->frame();
   const Matrix3d& E = frame.axes;
-  const Lines& f = plate_.nodal_force();
-  const Lines& N0 = leaf_->plate().nodal();
+  const Vector12d force = edge_force();
+  const Matrix12d by_pose =
+      edge_stiffness(force).transpose() +
+      frame.B.transpose() * leaf_->generalised_tangent().topLeftCorner<6, 6>() * frame.B;
+  const Seen& h = pulled.seen;
+  const Vector3d h1 = h.segment<3>(6), h2 = h.segment<3>(9), ha = h.segment<3>(12);
+  const Vector3d rolled = -(p.spin[0].cross(h1) + p.spin[1].cross(h2) + p.apart.cross(ha) +
+                            p.base.cross(pulled.by_base));
+  Vector12d pose = frame.B.transpose() * h.head<6>() + frame.spin_local.transpose() * rolled;
+  // the lever arms turn: F·(w × (w × lever))
+  Vector12d turning = Vector12d::Zero();
+  for (int a = 0; a < 2; ++a) {
+    const Vector3d w = Y.block<3, 1>(rows_.body(a) + 3, k);
+    turning.segment<3>(6 * a) = w.cross(w.cross(rows_.lever[a]));
+  }
+  q.stiffness[k] += force.dot(turning);
+  pose += by_pose * turning;
+  const Vector6d of_e = frame.B * turning;
+  q.shape.col(k) += shape_force_.topRows<6>().transpose() * of_e;
+  const std::array<Vector3d, 2> by_displacement{E * (pulled.by_base - ha), E * ha},
+      by_edge_spin{E * h1, E * h2};
+  if (m_ > 0)
+    q.state.col(k).head(m_) =
+        pulled.amplitudes + leaf_->generalised_tangent().bottomLeftCorner(m_, 6) * of_e;
+  for (int a = 0; a < 2; ++a) {
+    LeafQuadratic<double>::Edge& to = q.edge[k][a];
+    const Vector3d w = Y.block<3, 1>(rows_.body(a) + 3, k), lever = rows_.lever[a];
+    const Matrix3d& R = leaf_->edges()[a].axes;
+    const Vector3d moved = pose.segment<3>(6 * a), turned_by = pose.segment<3>(6 * a + 3),
+                   fw = Vector3d(force.segment<3>(6 * a)).cross(w),
+                   arm = moved + by_displacement[a].cross(w) + fw.cross(w);
+    to.position = moved;
+    to.arm = R.transpose() * arm;
+    to.rotation = arm * (R.transpose() * lever).transpose() + 0.5 * hat(turned_by) * R;
+    to.displacement = by_displacement[a];
+    to.spin = by_edge_spin[a] + lever.cross(by_displacement[a] + fw) +
+              w.cross(lever).cross(Vector3d(force.segment<3>(6 * a)));
+    q.state.block<3, 1>(rows_.body(a), k) = moved;
+    q.state.block<3, 1>(rows_.body(a) + 3, k) = turned_by + lever.cross(arm);
+  }
+}
+
+LeafQuadratic<double> ModalLeafGradient::quadratic(const MatrixXd& Y, const VectorXd& mu) const {
+  const int columns = static_cast<int>(Y.cols()), last = mesh_->lines() - 1;
   const MatrixXd T = rows_.edge_rows(Y);
   std::vector<Path> paths;
-  Lines N1(N0.size(), MatrixXd(functions_, 3 * columns)), N2 = N1;
+  const std::size_t count = leaf_->plate().nodal().size();
+  Lines N1(count, MatrixXd(functions_, 3 * columns)), N2 = N1;
   for (int k = 0; k < columns; ++k) {
     const Path& p = paths.emplace_back(path_along(T.col(k)));
     const Lines first = lines(p.edges[0], p.x[0], model_->line_shapes()),
@@ -209,77 +294,18 @@ LeafQuadratic<double> ModalLeafGradient::quadratic(const MatrixXd& Y, const Vect
   }
   const auto nodal = plate_.nodal_quadratic(N1, N2);
   LeafQuadratic<double> q(size(), columns);
-  const Vector12d force = edge_force();
-  const Matrix12d by_pose =
-      edge_stiffness(force).transpose() +
-      frame.B.transpose() * leaf_->generalised_tangent().topLeftCorner<6, 6>() * frame.B;
   q.stiffness = nodal.value.stiffness;
   q.shape = nodal.value.shape;
-
+  const auto column_of = [](const Lines& all, int k) {
+    Lines own;
+    for (const MatrixXd& line : all) own.push_back(line.middleCols<3>(3 * k));
+    return own;
+  };
   for (int k = 0; k < columns; ++k) {
     const Path& p = paths[static_cast<std::size_t>(k)];
-    const Vector3d& spin = p.frame.first.spin;
-    // velocities seen from axes that stand still
-    Lines moving, nm;
-    for (int i = 0; i <= last; ++i) {
-      moving.push_back(N1[i].middleCols<3>(3 * k) + N0[i] * hat(spin).transpose());
-      for (int s = 0; s < functions_; s += 4) moving[i].row(s) += p.base.transpose();
-    }
-    add_mass(moving, mu[k], q.mass[k], q.shape.col(k), nm);
-    Vector3d by_spin = Vector3d::Zero(), by_base = Vector3d::Zero();
-    std::array<Lines, 3> c;
-    for (int i = 0; i <= last; ++i) {
-      c[0].push_back(nodal.n0[i].middleCols<3>(3 * k));
-      c[1].push_back(nodal.n1[i].middleCols<3>(3 * k) + nm[i]);
-      c[2].push_back(f[i]);
-      for (int s = 0; s < functions_; ++s) {
-        const Vector3d m = nm[i].row(s).transpose(), place = N0[i].row(s).transpose();
-        c[0][i].row(s) += m.cross(spin).transpose();
-        by_spin += place.cross(m);
-        if (s % 4 == 0) by_base += m;
-      }
-    }
-    VectorXd amplitudes;
-    Covectors back = pulled_back(c, p, q.shape.col(k), amplitudes);
-    back.spin = by_spin;
-    const Seen h = seen_by_frame(back, p);
-
-    // to the edges and their increments, then to the bodies
-    const Vector3d h1 = h.segment<3>(6), h2 = h.segment<3>(9), ha = h.segment<3>(12);
-    const Vector3d rolled =
-        -(p.spin[0].cross(h1) + p.spin[1].cross(h2) + p.apart.cross(ha) + p.base.cross(by_base));
-    Vector12d pose = frame.B.transpose() * h.head<6>() + frame.spin_local.transpose() * rolled;
-    // the lever arms turn: F·(w × (w × lever))
-    Vector12d turning = Vector12d::Zero();
-    for (int a = 0; a < 2; ++a) {
-      const Vector3d w = Y.block<3, 1>(rows_.body(a) + 3, k);
-      turning.segment<3>(6 * a) = w.cross(w.cross(rows_.lever[a]));
-    }
-    q.stiffness[k] += force.dot(turning);
-    pose += by_pose * turning;
-    const Vector6d of_e = frame.B * turning;
-    q.shape.col(k) += shape_force_.topRows<6>().transpose() * of_e;
-    const std::array<Vector3d, 2> by_displacement{E * (by_base - ha), E * ha},
-        by_edge_spin{E * h1, E * h2};
-    if (m_ > 0)
-      q.state.col(k).head(m_) =
-          amplitudes + leaf_->generalised_tangent().bottomLeftCorner(m_, 6) * of_e;
-    for (int a = 0; a < 2; ++a) {
-      LeafQuadratic<double>::Edge& to = q.edge[k][a];
-      const Vector3d w = Y.block<3, 1>(rows_.body(a) + 3, k), lever = rows_.lever[a];
-      const Matrix3d& R = leaf_->edges()[a].axes;
-      const Vector3d moved = pose.segment<3>(6 * a), turned_by = pose.segment<3>(6 * a + 3),
-                     fw = Vector3d(force.segment<3>(6 * a)).cross(w),
-                     arm = moved + by_displacement[a].cross(w) + fw.cross(w);
-      to.position = moved;
-      to.arm = R.transpose() * arm;
-      to.rotation = arm * (R.transpose() * lever).transpose() + 0.5 * hat(turned_by) * R;
-      to.displacement = by_displacement[a];
-      to.spin = by_edge_spin[a] + lever.cross(by_displacement[a] + fw) +
-                w.cross(lever).cross(Vector3d(force.segment<3>(6 * a)));
-      q.state.block<3, 1>(rows_.body(a), k) = moved;
-      q.state.block<3, 1>(rows_.body(a) + 3, k) = turned_by + lever.cross(arm);
-    }
+    const Pulled pulled = pulled_back(p, column_of(N1, k), column_of(nodal.n0, k),
+                                      column_of(nodal.n1, k), mu[k], q.mass[k], q.shape.col(k));
+    add_edges(Y, k, p, pulled, q);
   }
   return q;
 }

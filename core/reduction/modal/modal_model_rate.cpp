@@ -292,7 +292,7 @@ ModalModelRate::ModalModelRate(const ModalModel& model, std::shared_ptr<const Pl
   const bool has_third = !model.slaved() && model.set() == ModalDerivativeSet::third_order;
   const FieldExpansion expansion = has_third ? expand_fields(chord, ray, 3) : FieldExpansion{};
   for (int p = 0; p < 3; ++p) {
-    const Undeflected leaf(plate, mesh->shape[p], p == PlateMeshRate::width);
+    const Undeflected leaf(plate, mesh->shape[p], p == ShapeParameter::width);
     Shape& r = shape[p];
     r.rest = VectorXd::Zero(n);
     r.edges_at_rest = VectorXd::Zero(2 * n3);

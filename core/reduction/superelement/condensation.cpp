@@ -119,8 +119,8 @@ std::array<SuperelementModel, 3> Condensation::shape_rates() const {
   std::array<Matrices, 3> matrices = assemble_rates(body_, *mesh_, mesh_rate);
   std::array<Interfaces, 3> interface = interface_rates(*mesh_, condensation_, mesh_rate);
   if (mesh_->shape().section == Section::circular) {  // a wire's width is its thickness
-    move_rate(matrices[PlateMeshRate::thickness], matrices[PlateMeshRate::width]);
-    move_rate(interface[PlateMeshRate::thickness], interface[PlateMeshRate::width]);
+    move_rate(matrices[ShapeParameter::thickness], matrices[ShapeParameter::width]);
+    move_rate(interface[ShapeParameter::thickness], interface[ShapeParameter::width]);
   }
   FreeDofs held(*mesh_);
   const MatrixXd middle = interfaces(*mesh_, condensation_, held).middle;

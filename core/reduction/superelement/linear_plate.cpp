@@ -426,7 +426,7 @@ std::array<Interfaces, 3> interface_rates(const PlateMesh& mesh,
                                           const PlateCondensation& condensation,
                                           const PlateMeshRate& rate) {
   Shape<Dual3> shape{
-      Dual3::variable(mesh.shape().poissons_ratio, PlateMeshRate::poissons_ratio),
+      Dual3::variable(mesh.shape().poissons_ratio, ShapeParameter::poissons_ratio),
       Dual3(mesh.membrane().A11,
             {rate.shape[0].membrane.A11, rate.shape[1].membrane.A11, rate.shape[2].membrane.A11}),
       {}};

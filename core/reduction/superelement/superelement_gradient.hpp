@@ -49,6 +49,15 @@ class SuperelementGradient {
  private:
   using NodeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6 * most_nodes, 1>;
 
+  struct Motion;
+
+  void add_rate(int model);
+  Vector6d turned_back(const NodeVector& v) const;  ///< Φ_rigᵀ Dᵀ v
+  void add_mass(const VectorXd& y, double mu, Motion& motion, Quadratic& form) const;
+  /// The motion along the increments; its share of yᵀ K y.
+  double move(Motion& motion) const;
+  void add_derivatives(const Motion& motion, double mu, Quadratic& form) const;
+
   const Superelement* element_;
   const SuperelementModel* model_;
   std::span<const SuperelementModel> rates_;

@@ -285,6 +285,9 @@ LeafDynamics SuperelementLeaf::dynamics(int count) {
     const MatrixXd R = rates(e, T);
     dynamics.mass.noalias() += R.transpose() * (masses[e] * R);
   }
+  MatrixXd of_nodes(nodal + 12, T.cols());
+  of_nodes << T.topRows(nodal), T.bottomRows(12);
+  dynamics.shape_motion = shape_motion(of_nodes);
   MatrixXd& K = dynamics.stiffness = MatrixXd::Zero(outer + modes, outer + modes);
   K.topLeftCorner<12, 12>() = evaluation_.tangent;
   if (evaluation_.point) {

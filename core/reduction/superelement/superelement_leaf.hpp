@@ -82,6 +82,9 @@ class SuperelementLeaf final : public LeafElement {
   SuperelementGrid::State grid_state() const;
   LeafSpring segment() const;  ///< of a beam
   StressPeak beam_stress_peak(const SuperelementGrid::State& state) const;
+  /// LeafDynamics::shape_motion of superelements one after the other: cubics between their nodes,
+  /// without their own vibration. `T`: rates of the unknowns of the nodes and of the edges.
+  MatrixXd shape_motion(const MatrixXd& T);
   LeafShape beam_shape(const SuperelementGrid::State& state) const;
 
   LeafSpring leaf_;

@@ -234,8 +234,8 @@ MatrixXd SuperelementLeafGradient::node_rates(
       const LeafVariation<double>::Edge& edge = v.edge[node.edge];
       const Matrix3d spin = edge.rotation * R.transpose();
       Z.block<6, 1>(6 * i, k) << edge.rotation * node.local + edge.position +
-                                     R * (edge.arm +
-                                          v.shape[0] / width_ * node.y * Vector3d::UnitY()),
+                                     R * (edge.arm + v.shape[ShapeParameter::width] / width_ *
+                                                         node.y * Vector3d::UnitY()),
           0.5 * Vector3d(spin(2, 1) - spin(1, 2), spin(0, 2) - spin(2, 0), spin(1, 0) - spin(0, 1));
     }
   }
@@ -275,7 +275,8 @@ MatrixXd SuperelementLeafGradient::force_rates(
   for (int k = 0; k < columns; ++k) {
     const LeafVariation<double>& v = variations[k];
     rows.block<3, 1>(rows_.unknowns, k) +=
-        v.turn * u - v.length * u + across * v.shape[0] / width_ * Vector3d::UnitY();
+        v.turn * u - v.length * u +
+        across * v.shape[ShapeParameter::width] / width_ * Vector3d::UnitY();
   }
   return rows;
 }
@@ -385,7 +386,8 @@ Vector3d SuperelementLeafGradient::place_rate(double along, double across, const
   const MatrixXd nodes = increments(y) + node_rates({variation});
   const VectorXd field = leaf_->model(at.element).recovery * (*leaf_)[at.element].local(),
                  rate = field_rate(at.element, nodes, variation.shape);
-  const double width = mesh.shape().width, widening = width * variation.shape[0] / width_;
+  const double width = mesh.shape().width,
+               widening = width * variation.shape[ShapeParameter::width] / width_;
   // seen from the frame, over the superelement's length
   Vector3d place(at.along - 0.5, (at.across - 0.5) * width, 0),
       moves(0, (at.across - 0.5) * widening, 0);
@@ -423,7 +425,7 @@ class SuperelementFields final : public LeafFields {
     for (int p = 0; p < stress.size(); ++p)
       stress[p] =
           gradient_->leaf().stress_rate(peak, gradient_->field_rates(rows_.col(p), variations_[p]),
-                                        {{}, variations_[p].shape, modulus_rates[p]});
+                                        {{}, Vector3d(variations_[p].shape), modulus_rates[p]});
     return stress;
   }
 

@@ -87,6 +87,7 @@ bool TubeModel::add(double sigma) {
 bool TubeModel::extend(double sigma) {
   if (!potential_->mirrored()) leaf_.reset();
   if (!add(sigma)) return false;
+  if (dynamics_) dynamics_->add(leaf_, sigma);
   const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});
@@ -311,15 +312,6 @@ PlateLeaf& TubeLeaf::condensed() {
     plate_is_current_ = true;
   }
   return *plate_;
-}
-
-LeafDynamics TubeLeaf::dynamics(int modes) {
-  PlateLeaf& plate = condensed();
-  LeafDynamics dynamics = plate_dynamics(plate, leaf_, scale_, modes);
-  // the tube knows the stiffness better than the rebuilt state, not better than the one after it
-  if (!plate_is_exact_) dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
-  dynamics.check = check_;
-  return dynamics;
 }
 
 std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {

@@ -8,6 +8,7 @@
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/reduction/expansion/tube_expansion.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
+#include "core/reduction/tube/tube_dynamics.hpp"
 
 namespace flexopt {
 
@@ -44,6 +45,16 @@ class TubeModel {
   /// second-order fields, every coefficient joined by two-point Hermite interpolation.
   VectorXd fields(const Vector3d& s, const Vector3d& f) const;
 
+  /// Tables of the internal dynamics about the same bent states; they grow with these. None for
+  /// leaves with a profile, curved and very wide ones and beams, and for meshes that are too
+  /// coarse.
+  void make_dynamics();
+  /// So many states more of leaves of this model will be asked for their dynamics: makes the tables
+  /// once they cost less than condensing the full leaf at each of them.
+  void expect_dynamics(int states);
+  const TubeDynamics* dynamics() const { return dynamics_.get(); }
+  int bent_states() const { return static_cast<int>(expansions_.size()); }
+
  private:
   bool add(double sigma);
 
@@ -53,6 +64,8 @@ class TubeModel {
   ChordLeaf leaf_;
   std::vector<TubeExpansion> expansions_;  ///< by sigma
   std::unique_ptr<TubePotential> potential_, lower_;
+  std::unique_ptr<TubeDynamics> dynamics_;
+  int expected_ = 0;  ///< states at which the dynamics are wanted
 };
 
 class TubeLeaf final : public LeafElement {
@@ -66,13 +79,14 @@ class TubeLeaf final : public LeafElement {
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
+  void expect_dynamics(int states) override { model_->expect_dynamics(states); }
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
-  LeafReport report() const override { return {"tube", {}, check_}; }
+  LeafReport report() const override { return {"tube", condensed_because_, check_}; }
 
  private:
   /// The edges as those of a flat leaf on the chord.
@@ -86,6 +100,11 @@ class TubeLeaf final : public LeafElement {
   /// Relative change of the leaf's stiffness when the highest degree is left out; nothing where the
   /// leaf is not stable on its own.
   std::optional<double> degree_change() const;
+  /// Where the state lies in the tables of the dynamics.
+  TubeDynamics::Place place() const;
+  /// Dynamics from the tables. None without tables, where more modes are wanted than they have, and
+  /// where they do not hold; condensed_because_ then says why.
+  std::optional<LeafDynamics> tabulated_dynamics(int modes);
 
   LeafSpring leaf_;
   int index_;
@@ -96,6 +115,7 @@ class TubeLeaf final : public LeafElement {
   ReducedResponse response_;
   LeafEvaluation evaluation_;
   double check_ = 0;
+  std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::unique_ptr<PlateLeaf> plate_;
   bool plate_is_current_ = false;
   bool plate_is_exact_ = false;  ///< assembled after the Newton step, not before it

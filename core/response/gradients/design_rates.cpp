@@ -102,16 +102,19 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
     v.energy += 2 * nu * d.material.poissons_ratio / (1 - nu * nu);
   v.mass = (leaf.material.density > 0 ? relative(leaf.material.density, d.material.density) : 0) +
            t + 4 * v.length;
-  v.shape = {(d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
-             d.material.poissons_ratio};
-  v.profile = profiles.coordinates(leaf, d);
+  const VectorXd profile = profiles.coordinates(leaf, d);
+  v.shape.resize(ShapeParameter::sizes + profile.size());
+  v.shape << (d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
+      d.material.poissons_ratio, profile;
   v.turn = d.axes.transpose() * leaf.axes;
   if (leaf.point && !leaf.point->spread_over_tip) v.point = {d.point->along, d.point->across};
   const std::array<int, 2> body{leaf.base, leaf.tip};
+  const double held_length = leaf.growth * L;  // what places are divided by
   const Matrix3d to_leaf = leaf.axes.transpose(), turning = d.axes.transpose();
   for (int e = 0; e < 2; ++e) {
-    // place and axes of the edge in the undeflected leaf, and how the arc changes them
+    // place and axes of the edge in the leaf as designed, and how the arc changes them
     const int b = body[e];
+    const System::EdgeFit& fit = factor_->system().edge_fit(i, e);
     Matrix3d own = Matrix3d::Identity(), down = Matrix3d::Zero();
     Vector3d dplace = Vector3d::Zero();
     if (leaf.curve) {
@@ -120,8 +123,17 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
       const Matrix3<Dual1> axes = at.axes();
       own = axes.unaryExpr([](const Dual1& x) { return x.value; });
       down = axes.unaryExpr([](const Dual1& x) { return x.derivatives[0]; });
-      dplace[0] = at.x.derivatives[0];
+      dplace[0] = at.x.derivatives[0] / leaf.growth;
     }
+    // the same of the edge as it sits in its body
+    if (!fit.turn.isIdentity(0)) {
+      const Matrix3d turned = to_leaf * fit.turn * leaf.axes;
+      down = (turned * down + (turning * fit.turn * leaf.axes + to_leaf * fit.turn * d.axes) * own)
+                 .eval();
+      own = (turned * own).eval();
+    }
+    const Matrix3d along = (turning - v.length * to_leaf) / held_length;
+    dplace += along * fit.move;
     if (b < 0) {
       v.edge[e].rotation = down.template cast<S>();
       v.edge[e].position = dplace.template cast<S>();
@@ -132,16 +144,16 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
     const Vector3d moves = to_leaf * (db.reference - d.origin),
                    undeflected = of.reference - leaf.origin;
     const Vector3<S> place = at.position - leaf.origin.template cast<S>();
-    const Matrix3d along = (turning - v.length * to_leaf) / L;
-    v.edge[e].position = along * place + (moves / L).template cast<S>();
-    const Vector3d arm = -(along * undeflected + moves / L);
-    v.edge[e].arm = arm;
-    v.edge[e].rotation = turning * at.rotation * leaf.axes + to_leaf * at.rotation * d.axes;
-    if (!leaf.curve) continue;
-    const Vector3d reach = Vector3d(e * leaf.chord() / L, 0, 0) - to_leaf * undeflected / L;
-    v.edge[e].arm = own.transpose() * (arm + dplace) + down.transpose() * reach;
+    v.edge[e].position = along * place + (moves / held_length).template cast<S>();
+    const Vector3d arm = dplace - (along * undeflected + moves / held_length),
+                   reach = (Vector3d(e * leaf.chord(), 0, 0) +
+                            to_leaf * Vector3d(fit.move - undeflected)) /
+                           held_length;
+    v.edge[e].arm = own.transpose() * arm + down.transpose() * reach;
+    // at.rotation is R: of (Aᵀ R A) own, where own holds Aᵀ Θ A of the fit's turn Θ
     v.edge[e].rotation =
-        (v.edge[e].rotation * own + to_leaf * at.rotation * leaf.axes * down).eval();
+        (turning * at.rotation * leaf.axes + to_leaf * at.rotation * d.axes) * own +
+        to_leaf * at.rotation * leaf.axes * down;
   }
   return v;
 }

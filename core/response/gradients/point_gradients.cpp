@@ -49,13 +49,14 @@ MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, doubl
   const LeafSpring& spring = mechanism.leaves[static_cast<std::size_t>(i)];
   const MatrixXd local = fields.place_rates(along, across);
   // seen from the leaf's axes, over L
-  const Vector3d scaled = spring.axes.transpose() * (place - spring.origin) / spring.length;
+  const double length = spring.growth * spring.length;
+  const Vector3d scaled = spring.axes.transpose() * (place - spring.origin) / length;
   MatrixXd rates(3, local.cols());
   for (Eigen::Index p = 0; p < rates.cols(); ++p) {
     const LeafSpring& d =
         directions[static_cast<std::size_t>(p)].leaves[static_cast<std::size_t>(i)];
-    rates.col(p) = d.origin + d.axes * scaled * spring.length +
-                   spring.axes * (local.col(p) * spring.length + scaled * d.length);
+    rates.col(p) = d.origin + d.axes * scaled * length +
+                   spring.axes * (local.col(p) * length + scaled * (spring.growth * d.length));
   }
   return rates;
 }

@@ -1,6 +1,7 @@
 #include "core/response/models/leaf_models.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -60,6 +61,20 @@ struct LinearMotion {
   double axial = 0;  ///< N under the dead load, drive held; over D/L
 };
 
+// How the edges of each leaf are moved and turned in their bodies by so much of the loads.
+std::vector<Vector12d> forced_increments(const Mechanism& mechanism, const LoadCase& loads,
+                                         double share) {
+  std::vector<Vector12d> increments(mechanism.leaves.size(), Vector12d::Zero());
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
+    const LeafSpring& leaf = mechanism.leaves[i];
+    increments[i].segment<3>(6) = share * (1 - leaf.growth) * leaf.chord() * leaf.axes.col(0);
+  }
+  for (const AssemblyError& error : loads.assembly)
+    increments[static_cast<std::size_t>(error.leaf)].segment<6>(6 * error.end) +=
+        share * (Vector6d() << error.move, error.turn).finished();
+  return increments;
+}
+
 // Linear statics of the undeflected mechanism, leaf by leaf: for the strokes beside the load or,
 // where nothing is driven, for the load. Of several strokes those that bend the leaf most.
 std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelOptions& model,
@@ -76,6 +91,16 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
   };
   const bool driven = loads.driven();
   VectorXd P = forces_at_rest(loads, factors, mechanism) - preload_forces(mechanism);
+  // edges that are brought to where their bodies hold them push these the other way
+  const std::vector<Vector12d> forced = forced_increments(mechanism, loads, factors.constant);
+  for (int i = 0; i < system.leaves(); ++i) {
+    if (forced[i].isZero(0)) continue;
+    const Vector12d force = system.leaf(i).evaluation().tangent * forced[i];
+    const std::array<int, 2> body{mechanism.leaves[i].base, mechanism.leaves[i].tip};
+    for (int e = 0; e < 2; ++e)
+      if (body[e] >= 0)
+        P.segment<6>(6 * body[e]) -= system.edge_map(i, e).transpose() * force.segment<6>(6 * e);
+  }
   for (const int k : system.held()) P[k] = 0;
   const MatrixXd forces = driven ? system.drive_forces() : MatrixXd(P);
   MatrixXd drive = MatrixXd::Zero(system.size(), forces.cols());
@@ -108,19 +133,23 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
         if (const Eigen::Vector2d b = bending(drive * stroke);
             b.cwiseAbs().maxCoeff() > motion[i].bending.cwiseAbs().maxCoeff())
           motion[i].bending = b;
-    const Vector12d force = system.leaf(i).evaluation().tangent * edge_increment(loaded);
+    const Vector12d force =
+        system.leaf(i).evaluation().tangent * (edge_increment(loaded) + forced[i]);
     motion[i].axial = l.axes.col(0).dot(force.segment<3>(6)) * scale.length / scale.energy;
   }
   return motion;
 }
 
 std::vector<std::unique_ptr<LeafElement>> linear_leaves(const std::vector<LeafSpring>& springs,
-                                                        const ModelOptions& model, Meshes& meshes) {
+                                                        const ModelOptions& model,
+                                                        const LoadCase& loads, Meshes& meshes) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<const SuperelementGrid>> grids;  // shared by equal leaves
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
-    if (const auto rule = broken_rule(leaf, model)) {
+    auto rule = broken_rule(leaf, model);
+    if (!rule) rule = acts_inside(leaf, loads);
+    if (rule) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i, *rule));
       continue;
     }
@@ -134,7 +163,8 @@ std::vector<std::unique_ptr<LeafElement>> linear_leaves(const std::vector<LeafSp
 }
 
 std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpring>& springs,
-                                                       const ModelOptions& model, Meshes& meshes) {
+                                                       const ModelOptions& model,
+                                                       const LoadCase& loads, Meshes& meshes) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::map<PlateShape, std::shared_ptr<const ModalModel>> models;  // shared by equal segments
   const int n = model.superelements[0];
@@ -142,7 +172,9 @@ std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpr
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
     const bool held = !leaf.point && leaf.tip != free_edge;
-    if (const auto rule = broken_rule(leaf, model); rule || !held) {
+    auto rule = broken_rule(leaf, model);
+    if (!rule) rule = acts_inside(leaf, loads);
+    if (rule || !held) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i,
                                                   rule.value_or("it has no two rigid edges")));
       continue;
@@ -199,9 +231,10 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
     const std::vector<VectorXd>& several) {
   Meshes meshes;
   const std::vector<LeafSpring> springs = leaves_of(mechanism);
-  if (model.method == Reduction::linear_craig_bampton) return linear_leaves(springs, model, meshes);
+  if (model.method == Reduction::linear_craig_bampton)
+    return linear_leaves(springs, model, loads, meshes);
   if (model.method == Reduction::modal_derivatives || model.method == Reduction::quadratic_manifold)
-    return modal_leaves(springs, model, meshes);
+    return modal_leaves(springs, model, loads, meshes);
   const bool driven = loads.driven();
   const std::vector<VectorXd> one{
       VectorXd::Ones(static_cast<Eigen::Index>(mechanism.drives.size()))};
@@ -214,6 +247,10 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
     const auto mesh = mesh_of(leaf, model, meshes);
     if (leaf.point) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "it has no two rigid edges"));
+      continue;
+    }
+    if (const auto rule = acts_inside(leaf, loads)) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, *rule));
       continue;
     }
     TubeRange range;

@@ -38,6 +38,11 @@ LeafDynamics ConstantMass::dynamics(System& system, int i, int modes) {
   for (Eigen::Index k = 0; k + 3 <= n - internal; k += 3) T.block<3, 3>(k, k) = R;
   d.mass = (T * d.mass * T.transpose()).eval();
   if (d.stations.rows() > 0) d.stations = (d.stations * T.transpose()).eval();
+  if (d.shape_motion.rows() > 0) {
+    d.shape_motion = (d.shape_motion * T.transpose()).eval();
+    for (Eigen::Index k = 0; k < d.shape_motion.rows(); k += 3)
+      d.shape_motion.middleRows<3>(k) = (R * d.shape_motion.middleRows<3>(k)).eval();
+  }
   const LeafEvaluation& now = system.leaf(i).evaluation();
   d.stiffness.topLeftCorner<12, 12>() = now.tangent;
   if (now.point) {

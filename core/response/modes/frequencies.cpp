@@ -27,7 +27,7 @@ struct Pencil {
     std::vector<int> coordinates;  ///< of its bodies, its point and its modes in the pencil
     int modes;                     ///< the last of them
     MatrixXd mass, stiffness;      ///< over them; of the modes alone
-    MatrixXd stations;
+    MatrixXd stations, shape;
   };
   std::vector<Leaf> leaves;
 
@@ -41,20 +41,27 @@ struct Pencil {
     }
     return Y;
   }
-  // Mode::motion.
-  VectorXd motion(const System& system, const VectorXd& phi) const {
-    std::vector<VectorXd> parts{body_motions(system, phi.head(bodies))};
+  // Mode::motion of every column.
+  MatrixXd motions(const System& system, const MatrixXd& phi) const {
+    std::vector<MatrixXd> parts{body_motions(system, phi.topRows(bodies))};
     for (const Leaf& leaf : leaves)
-      if (leaf.stations.rows() > 0) parts.push_back(leaf.stations * phi(leaf.coordinates));
+      if (leaf.stations.rows() > 0)
+        parts.push_back(leaf.stations * phi(leaf.coordinates, Eigen::all));
     Eigen::Index rows = 0;
-    for (const VectorXd& part : parts) rows += part.size();
-    VectorXd all(rows);
+    for (const MatrixXd& part : parts) rows += part.rows();
+    MatrixXd all(rows, phi.cols());
     rows = 0;
-    for (const VectorXd& part : parts) {
-      all.segment(rows, part.size()) = part;
-      rows += part.size();
+    for (const MatrixXd& part : parts) {
+      all.middleRows(rows, part.rows()) = part;
+      rows += part.rows();
     }
     return all;
+  }
+  void add_shape(const VectorXd& phi, Mode& mode) const {
+    mode.body_motion = phi.head(bodies);
+    for (const Leaf& leaf : leaves)
+      mode.leaf_motion.push_back(leaf.shape.rows() > 0 ? leaf.shape * phi(leaf.coordinates)
+                                                       : VectorXd());
   }
   MatrixXd dense_stiffness() const {
     MatrixXd K = MatrixXd::Zero(size, size);
@@ -79,7 +86,8 @@ struct Pencil {
   }
 };
 
-Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass* constant_mass) {
+Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass* constant_mass,
+                bool shapes) {
   const Mechanism& m = system.mechanism();
   int n = system.size();
   Pencil pencil;
@@ -118,6 +126,7 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass
     part.mass = T.transpose() * leaf.mass * T;
     part.stiffness = leaf.stiffness.bottomRightCorner(k, k);
     if (leaf.stations.rows() > 0) part.stations = leaf.stations * T;
+    if (shapes && leaf.shape_motion.rows() > 0) part.shape = leaf.shape_motion * T;
     // a condensed full leaf is nearer the truth than the reduced one it stands in for
     const Matrix12d better =
         leaf.stiffness.topLeftCorner<12, 12>() - system.leaf(i).evaluation().tangent;
@@ -200,29 +209,33 @@ double hertz(double omega2) {
 
 // Shares of the modal kinetic energy. The drives' is that of the static motions under drive loads,
 // which are M-orthogonal; the rest is split between the coordinates, mixed terms half each.
-Mode classify(const Pencil& pencil, const System& system, double omega2, const VectorXd& phi,
-              const MatrixXd& drive_shapes) {
-  double drive = 0, end_effector = 0, intermediate = 0;
-  VectorXd rest = phi;
-  for (const auto& shape : drive_shapes.colwise()) {
-    const VectorXd Mx = pencil.mass_times(shape);
-    const double a = Mx.dot(phi), b = Mx.dot(shape);
-    drive += a * a / b;
-    rest -= a / b * shape;
+std::vector<Mode> classify(const Pencil& pencil, const System& system, const VectorXd& omega2,
+                           const MatrixXd& phi, const MatrixXd& drive_shapes) {
+  MatrixXd rest = phi, M_rest = pencil.mass_times(phi);
+  VectorXd of_drive = VectorXd::Zero(phi.cols());
+  const MatrixXd M_shapes = pencil.mass_times(drive_shapes);
+  for (Eigen::Index s = 0; s < drive_shapes.cols(); ++s) {
+    const double b = M_shapes.col(s).dot(drive_shapes.col(s));
+    const Eigen::RowVectorXd a = M_shapes.col(s).transpose() * phi;
+    of_drive += (a.cwiseAbs2() / b).transpose();
+    rest -= drive_shapes.col(s) * (a / b);
+    M_rest -= M_shapes.col(s) * (a / b);
   }
-  drive = std::clamp(drive, 0.0, 1.0);
-  const VectorXd share = rest.cwiseProduct(pencil.mass_times(rest).col(0));
-  for (int b = 0; b < pencil.bodies / 6; ++b) {
-    const double e = std::max(0.0, share.segment<6>(6 * b).sum());
-    if (pencil.group[b] == system.mechanism().end_effector)
-      end_effector += e;
-    else
-      intermediate += e;
+  const MatrixXd shares = rest.cwiseProduct(M_rest), motions = pencil.motions(system, phi);
+  std::vector<Mode> modes;
+  for (Eigen::Index k = 0; k < phi.cols(); ++k) {
+    double end_effector = 0, intermediate = 0;
+    const auto share = shares.col(k);
+    for (int b = 0; b < pencil.bodies / 6; ++b) {
+      const double e = std::max(0.0, share.segment<6>(6 * b).sum());
+      (pencil.group[b] == system.mechanism().end_effector ? end_effector : intermediate) += e;
+    }
+    const double leaf = std::max(0.0, share.tail(share.size() - pencil.bodies).sum());
+    modes.push_back(mode_of_shares(omega2[k], std::clamp(of_drive[k], 0.0, 1.0), end_effector,
+                                   intermediate, leaf));
+    modes.back().motion = motions.col(k);
   }
-  const double leaf = std::max(0.0, share.tail(share.size() - pencil.bodies).sum());
-  Mode mode = mode_of_shares(omega2, drive, end_effector, intermediate, leaf);
-  mode.motion = pencil.motion(system, phi);
-  return mode;
+  return modes;
 }
 
 // Static motions of the bodies under the drive loads, M-orthogonal.
@@ -350,20 +363,22 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
     return found;
   };
   for (;;) {
-    const Pencil pencil = assemble(system, leaf_modes, options.constant_mass);
+    const Pencil pencil = assemble(system, leaf_modes, options.constant_mass, options.shapes);
     const EigenPairs locked = pairs(pencil, true);
     const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
     if (options.leaf_modes > 0 &&
         grow(leaf_modes, pencil.highest, highest, options.count - unknowns(pencil), options))
       continue;
     const EigenPairs free = pairs(pencil, false);
-    const MatrixXd drive_shapes = drive_shapes_of(pencil, system);
-    for (int k = 0; k < free.omega2.size(); ++k)
-      result.free.push_back(
-          classify(pencil, system, free.omega2[k], free.shape.col(k), drive_shapes));
-    for (int k = 0; k < locked.omega2.size(); ++k)
-      result.locked.push_back(classify(pencil, system, locked.omega2[k], locked.shape.col(k),
-                                       MatrixXd(pencil.size, 0)));
+    result.free =
+        classify(pencil, system, free.omega2, free.shape, drive_shapes_of(pencil, system));
+    result.locked = classify(pencil, system, locked.omega2, locked.shape, MatrixXd(pencil.size, 0));
+    if (options.shapes) {
+      for (int k = 0; k < free.omega2.size(); ++k)
+        pencil.add_shape(free.shape.col(k), result.free[static_cast<std::size_t>(k)]);
+      for (int k = 0; k < locked.omega2.size(); ++k)
+        pencil.add_shape(locked.shape.col(k), result.locked[static_cast<std::size_t>(k)]);
+    }
     result.check = pencil.check;
     return result;
   }

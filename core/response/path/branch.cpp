@@ -19,9 +19,21 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+// At how many of the points reduced leaves are asked for their dynamics. Modes that are drawn need
+// the leaves' own motions, which condensing gives.
+int points_with_dynamics(const ModelOptions& model, const StrokeRequest& request,
+                         std::size_t points, const DifferentiablePath* differentiable) {
+  const bool asked = request.frequencies_of(DriveState::free) > 0 ||
+                     request.frequencies_of(DriveState::locked) > 0;
+  const bool of_reduced_leaves = !differentiable && !request.outputs.has(Output::shapes) &&
+                                 model.mass == LeafMass::consistent && model.leaf_modes > 0;
+  return asked && of_reduced_leaves ? static_cast<int>(points) : 0;
+}
+
 std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism,
                                                       const ModelOptions& model,
-                                                      const StrokeRequest& request) {
+                                                      const StrokeRequest& request,
+                                                      int points_with_dynamics) {
   if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
   double largest = 0;
   for (const double s : request.points) largest = std::max(largest, std::abs(s));
@@ -29,7 +41,10 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   if (mechanism.drives.size() > 1)
     for (std::size_t k = 0; k < request.points.size(); ++k)
       several.push_back(request.strokes_at(k, mechanism.drives.size()));
-  return make_reduced_leaves(mechanism, model, largest, request.loads, several);
+  auto leaves = make_reduced_leaves(mechanism, model, largest, request.loads, several);
+  if (points_with_dynamics > 0)
+    for (const auto& leaf : leaves) leaf->expect_dynamics(points_with_dynamics);
+  return leaves;
 }
 
 using Solve = std::function<Equilibrium()>;
@@ -85,14 +100,21 @@ bool has_linearised_interiors(const System& system) {
   return true;
 }
 
+bool has_full_leaves(const System& system) {
+  for (int i = 0; i < system.leaves(); ++i)
+    if (!system.leaf(i).is_full()) return false;
+  return true;
+}
+
 }  // namespace
 
 void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
                    DifferentiablePath* differentiable, StrokeResponse& response) {
   auto start = Clock::now();
-  auto system =
-      std::make_unique<System>(mechanism, make_leaves(mechanism, model, request), request.loads);
+  const int dynamics = points_with_dynamics(model, request, order.size(), differentiable);
+  auto system = std::make_unique<System>(
+      mechanism, make_leaves(mechanism, model, request, dynamics), request.loads);
   response.seconds_coefficients += seconds_since(start);
   start = Clock::now();
 
@@ -121,7 +143,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     }
     Equilibrium equilibrium = advance(*system, request, static_cast<std::size_t>(k));
     if (several && !equilibrium.converged && !from_rest) {
-      system = std::make_unique<System>(mechanism, make_leaves(mechanism, model, request),
+      system = std::make_unique<System>(mechanism, make_leaves(mechanism, model, request, dynamics),
                                         request.loads);
       load();
       equilibrium = advance(*system, request, static_cast<std::size_t>(k));
@@ -131,6 +153,12 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     if (differentiable && equilibrium.converged && !has_linearised_interiors(*system))
       full =
           finish_on_full_leaves(*system, model, request, static_cast<std::size_t>(k), equilibrium);
+    // buckling is that of full leaves: reduced ones do not reach so far
+    std::unique_ptr<System> buckling;
+    Equilibrium of_buckling = equilibrium;
+    if (request.growing_load() && equilibrium.converged && !full && !has_full_leaves(*system))
+      buckling =
+          finish_on_full_leaves(*system, model, request, static_cast<std::size_t>(k), of_buckling);
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
       point.message = equilibrium.message;
@@ -139,8 +167,12 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       continue;
     }
     const bool gradients = differentiable && !differentiable->directions.empty();
-    outputs.evaluate(full ? *full : *system, equilibrium, point,
-                     gradients ? &differentiable->gradients.path[k] : nullptr);
+    System& whole = full ? *full : *system;
+    PointGradients* own = gradients ? &differentiable->gradients.path[k] : nullptr;
+    outputs.evaluate(whole, equilibrium, point, own);
+    if (request.growing_load() && point.status == PointStatus::converged)
+      outputs.add_buckling(buckling ? *buckling : whole, of_buckling, static_cast<std::size_t>(k),
+                           point, own);
   }
   response.seconds_path += seconds_since(start);
 }

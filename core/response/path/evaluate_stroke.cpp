@@ -80,10 +80,9 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
     return;
   }
   response.frequency_derivatives = std::move(found.modes);
-  if (mechanism.drives.size() == 1) {  // a parabola is one of one stroke
-    set_validity(response.frequency_derivatives, response.path);
+  if (!mechanism.drives.empty()) set_validity(response.frequency_derivatives, response.path);
+  if (mechanism.drives.size() == 1)  // a parabola is one of one stroke
     add_screening(found, request, differentiable, response);
-  }
   if (differentiable) differentiable->gradients.frequency_derivatives = std::move(found.gradients);
 }
 
@@ -154,6 +153,11 @@ void summarise(StrokeResponse& response) {
     for (const PathPoint& p : response.path)
       if (p.status == PointStatus::no_equilibrium) response.message += "; " + p.message;
   }
+  const auto unstable =
+      std::ranges::count_if(response.path, [](const PathPoint& p) { return !p.stable; });
+  if (unstable > 0)
+    response.message +=
+        fmt::format("; {} of them {} unstable", unstable, unstable == 1 ? "is" : "are");
   if (!remark.empty()) response.message += "; " + remark;
 }
 
@@ -217,7 +221,7 @@ std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request) {
   DifferentiablePath shared;
-  return evaluate(mechanism, model, request,
+  return evaluate(warmed(mechanism, request.loads), model, request,
                   request.values == PathValues::differentiable ? &shared : nullptr);
 }
 
@@ -226,7 +230,8 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
                                             const ModelOptions& model,
                                             const StrokeRequest& request) {
   StrokeSensitivity result;
-  Mechanism own = mechanism;  // drives whose axes a parameter turns are conditions
+  Mechanism own = warmed(mechanism, request.loads);
+  // drives whose axes a parameter turns are conditions
   for (const MechanismDirection& d : directions)
     for (std::size_t k = 0; k < own.drives.size(); ++k)
       own.drives[k].axes_change |= !d.rate.drives[k].axes.isZero(0);

@@ -7,6 +7,7 @@
 
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
+#include "core/response/buckling/critical_load.hpp"
 #include "core/response/gradients/point_gradients.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/path/stiffness.hpp"
@@ -137,7 +138,8 @@ void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
       natural_frequencies(system,
                           {.count = request_->frequencies,
                            .leaf_modes = model_->leaf_modes,
-                           .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr},
+                           .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
+                           .shapes = request_->outputs.has(Output::shapes)},
                           leaf_modes_);
   add_modes(*request_, f.free, f.locked, point);
   add_reports(system, point);
@@ -198,6 +200,29 @@ void PointOutputs::evaluate_exactly(System& system, const Solids* solids, PathPo
   if (!leaves.value) return refuse(leaves.reason);
   *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
                                *model_, *request_, point, modes, solids);
+}
+
+void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, std::size_t index,
+                                PathPoint& point, PointGradients* gradients) {
+  const double growing = request_->loads.driven() ? 0 : request_->points[index];
+  std::optional<DesignDirections> design;
+  if (gradients)
+    design = {&differentiable_->directions, &differentiable_->rates, request_->loads.driven()};
+  Buckling& buckling = point.buckling.emplace();
+  for (const DriveState drive : {DriveState::locked, DriveState::free}) {
+    if (drive == DriveState::free && system.drives().empty()) {
+      buckling.drive_free = buckling.drive_locked;
+      if (gradients) gradients->buckling_free = gradients->buckling_locked;
+      continue;
+    }
+    LoadBranch branch(system, *request_->growing_load(), growing, drive, equilibrium.drive_loads,
+                      request_->newton);
+    CriticalLoadResult found = find_critical_load(branch, *model_, design ? &*design : nullptr);
+    const bool locked = drive == DriveState::locked;
+    (locked ? buckling.drive_locked : buckling.drive_free) = std::move(found.load);
+    if (gradients)
+      (locked ? gradients->buckling_locked : gradients->buckling_free) = std::move(found.gradient);
+  }
 }
 
 void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,

@@ -39,6 +39,10 @@ class PointOutputs {
   /// The system must stand assembled at the equilibrium. `gradients`: null where none are wanted.
   void evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
                 PointGradients* gradients);
+  /// Critical factors of the load that the request names, from an equilibrium on full leaves, and
+  /// their derivatives.
+  void add_buckling(System& system, const Equilibrium& equilibrium, std::size_t index,
+                    PathPoint& point, PointGradients* gradients);
 
  private:
   void add_ritz_frequencies(System& system, PathPoint& point);

@@ -49,7 +49,8 @@ inline constexpr double parabola_tolerance = 0.02;
 /// Sets omega2_valid_to and compliance_valid_to from the path. Each mode is followed outward from
 /// point to point by its motion; the error between the last good point and the first bad one is
 /// taken to grow with the third power of the stroke, or the fourth where the first derivative is
-/// zero. The shorter of both sides counts. A mode that leaves the path's list ends there.
+/// zero. The shorter of both sides counts. A mode that leaves the path's list ends there. Of
+/// several drives the points count at which all others are at zero.
 void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<PathPoint>& path);
 
 /// What the parabola of a mode's compliance foretells at a stroke.

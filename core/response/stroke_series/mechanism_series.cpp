@@ -85,9 +85,14 @@ void MechanismSeries::expand() {
         edges[e].rotation[o].setZero();
       }
       const ArcPoint<double> place = spring.middle(e);
+      const System::EdgeFit& fit =
+          factor_->system().edge_fit(static_cast<int>(&leaf - leaves_.data()), e);
       own[e] = place.axes();
+      if (!fit.turn.isIdentity(0))
+        own[e] = scale.axes.transpose() * fit.turn * scale.axes * place.axes();
       edges[e].rotation[0] = own[e];
-      edges[e].arm = own[e].transpose() * Vector3d(place.x, 0, 0);
+      edges[e].arm = own[e].transpose() * (Vector3d(place.x / scale.growth, 0, 0) +
+                                           scale.axes.transpose() * fit.move / scale.length);
     }
     LeafSeries::PointSeries point;
     point.force = leaf.point_force;

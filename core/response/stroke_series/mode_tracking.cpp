@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <span>
 
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 
@@ -48,8 +50,22 @@ void shorten(std::optional<double>& valid_to, double stroke) {
   valid_to = std::min(valid_to.value_or(stroke), stroke);
 }
 
-// Follows the modes through `points`, sorted outward.
-void follow(std::vector<FrequencyDerivatives>& modes, const std::vector<const PathPoint*>& points) {
+// A point of the path along the stroke of one drive, the others at zero.
+struct PointAlong {
+  const PathPoint* point;
+  double stroke;
+};
+
+// How far one drive is at a point; nothing where another one has left zero too.
+std::optional<double> stroke_along(const PathPoint& point, int drive) {
+  if (point.strokes.size() < 2) return point.stroke;
+  for (std::size_t k = 0; k < point.strokes.size(); ++k)
+    if (static_cast<int>(k) != drive && point.strokes[k] != 0) return std::nullopt;
+  return point.strokes[static_cast<std::size_t>(drive)];
+}
+
+// Follows the modes of one drive through `points`, sorted outward.
+void follow(std::span<FrequencyDerivatives> modes, const std::vector<PointAlong>& points) {
   struct Trail {
     const VectorXd* motion;
     double last = 0;  ///< stroke of the last point met
@@ -57,8 +73,7 @@ void follow(std::vector<FrequencyDerivatives>& modes, const std::vector<const Pa
   };
   std::vector<Trail> trails;
   for (const FrequencyDerivatives& d : modes) trails.push_back({&d.mode.motion});
-  for (const PathPoint* point : points) {
-    const double s = point->stroke;
+  for (const auto& [point, s] : points) {
     if (s == 0) continue;  // there the modes are those of the derivatives
     std::vector<const VectorXd*> motions;
     for (const Trail& t : trails) motions.push_back(t.motion);
@@ -92,14 +107,20 @@ void follow(std::vector<FrequencyDerivatives>& modes, const std::vector<const Pa
 }  // namespace
 
 void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<PathPoint>& path) {
-  for (const double side : {1.0, -1.0}) {
-    std::vector<const PathPoint*> points;
-    for (const PathPoint& p : path)
-      if (p.status == PointStatus::converged && side * p.stroke > 0) points.push_back(&p);
-    std::stable_sort(points.begin(), points.end(), [](const PathPoint* a, const PathPoint* b) {
-      return std::abs(a->stroke) < std::abs(b->stroke);
-    });
-    follow(modes, points);
+  for (auto first = modes.begin(); first != modes.end();) {  // drive by drive
+    const int drive = first->drive;
+    const auto last = std::find_if(first, modes.end(),
+                                   [&](const FrequencyDerivatives& d) { return d.drive != drive; });
+    for (const double side : {1.0, -1.0}) {
+      std::vector<PointAlong> points;
+      for (const PathPoint& p : path)
+        if (const auto stroke = stroke_along(p, drive);
+            p.status == PointStatus::converged && stroke && side * *stroke > 0)
+          points.push_back({&p, *stroke});
+      std::ranges::stable_sort(points, {}, [](const PointAlong& p) { return std::abs(p.stroke); });
+      follow({first, last}, points);
+    }
+    first = last;
   }
 }
 

@@ -126,19 +126,22 @@ def eigenvalues(dat):
     return found
 
 
-def solve_case(case, mesh, material, folder, finite_loads=()):
+def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, linear=True):
     """CalculiX's answer at every stroke of a case. `finite_loads`: directions whose compliance at
-    the last stroke is also found from two nonlinear steps."""
-    model = Model(case, mesh, material)
-    lines = model.header()
+    the last stroke is also found from two nonlinear steps. Without `linear` no stiffnesses and
+    frequencies."""
+    model = make_model(case, mesh, material)
+    lines = model.header() + model.first_steps()
+    before = sum(line.startswith("*STEP") for line in lines)
     for stroke in case.strokes:
         lines += model.stroke_step(stroke, case.steps_per_stroke)
     printed = tables(run_ccx(folder, "path", lines))
     node, dof = model.held()
     free = [(REFERENCE, i) if i < 3 else (ROTATION, i - 3) for i in range(6)]
     path = []
-    for step, stroke in enumerate(case.strokes, 1):
-        at_o, at_tip, force = [t[1] for t in printed[3 * (step - 1):3 * step]]
+    for k, stroke in enumerate(case.strokes):
+        step = k + 1 + before
+        at_o, at_tip, force = [t[1] for t in printed[3 * k:3 * k + 3]]
         displacement, rotation = at_o[REFERENCE], at_o[ROTATION]
         o = model.nodes[REFERENCE] + displacement
         arms = {n: model.nodes[n] + at_tip[n] - o for n in force}
@@ -150,6 +153,10 @@ def solve_case(case, mesh, material, folder, finite_loads=()):
         total = sum(force.values())
         moment = sum(np.cross(arms[n], f) for n, f in force.items())
         load = np.concatenate([total, moment])
+        if not linear:
+            path.append({"stroke": stroke, "drive_load": load[case.drive],
+                         "displacement": displacement.tolist(), "rotation": rotation.tolist()})
+            continue
         # Second derivative of the rigid body's rows times their forces, which a linear
         # perturbation leaves out: x = O + exp(spin) p, f . (spin x (spin x p))/2.
         moments = sum(np.outer(f, arms[n]) for n, f in force.items())
@@ -176,7 +183,7 @@ def solve_case(case, mesh, material, folder, finite_loads=()):
         compliance = to_spin @ compliance @ to_spin.T
         keep = [i for i in range(6) if i != case.drive]
         finite = {}
-        for i in finite_loads if step == len(case.strokes) else []:
+        for i in finite_loads if k + 1 == len(case.strokes) else []:
             n, d = free[i]
             size = 0.002 * case.thickness / compliance[i, i] if i < 3 else (
                 2e-4 / compliance[i, i])
@@ -204,9 +211,9 @@ def solve_case(case, mesh, material, folder, finite_loads=()):
         # Modes have unit modal mass.
         corrected = np.linalg.eigvalsh(np.diag(omega2) + shapes.T @ geometric @ shapes)
         for i, value in finite.items():
-            k = keep.index(i)
+            d = keep.index(i)
             print(f"compliance {DIRECTIONS[i]}: finite loads {value:.6e}, "
-                  f"linear + rigid body term {exact[k, k]:.6e}, linear {block[k, k]:.6e}")
+                  f"linear + rigid body term {exact[d, d]:.6e}, linear {block[d, d]:.6e}")
         path.append({
             "stroke": stroke, "drive_load": load[case.drive],
             "displacement": displacement.tolist(), "rotation": rotation.tolist(),

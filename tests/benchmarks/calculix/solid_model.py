@@ -186,6 +186,10 @@ class Model:
                 "*BOUNDARY", "BASE, 1, 3, 0."]
         return out
 
+    def first_steps(self):
+        """What comes before the strokes; prints nothing."""
+        return []
+
     def held(self):
         return ((REFERENCE, self.case.drive + 1) if self.case.drive < 3
                 else (ROTATION, self.case.drive - 2))

@@ -22,6 +22,8 @@ Mechanism everything() {
   leaf.section = Section::circular;
   leaf.material.name = "steel";
   leaf.material.allowable_stress = 5e8;
+  leaf.material.thermal_expansion = 1e-5;
+  leaf.growth = 1.001;
   leaf.point = LeafPoint{.body = 1, .along = 0, .across = 0, .spread_over_tip = true};
   m.leaves = {leaf, leaf};
   m.leaves[1].point.reset();
@@ -80,6 +82,8 @@ TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mec
   CHECK(leaf.section == Section::circular);
   CHECK(leaf.material.name == "steel");
   CHECK(leaf.material.allowable_stress == 5e8);
+  CHECK(leaf.material.thermal_expansion == 1e-5);
+  CHECK(leaf.growth == 1.001);
   REQUIRE(leaf.point);
   CHECK(leaf.point->body == 1);
   CHECK(leaf.point->spread_over_tip);

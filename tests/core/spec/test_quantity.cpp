@@ -157,3 +157,15 @@ TEST_CASE("dimensions multiply, divide and take powers", "[spec][quantity]") {
   CHECK(describe(m.power(0.5)) == "a quantity in m^0.5");
   CHECK(unit_of(dimension_of("N m/rad").without_radian()) == "N m");
 }
+
+TEST_CASE("a unit may be one over another, and a change of temperature is no temperature",
+          "[spec]") {
+  CHECK(parse_quantity("11e-6 1/K", "1/K", "") == Approx(11e-6));
+  CHECK(parse_quantity("11 um/(m K)", "1/K", "") == Approx(11e-6));
+  CHECK(parse_quantity("-9.81 m/s^2", "m/s^2", "") == Approx(-9.81));
+  CHECK(parse_quantity("20 K", "K", "") == 20);
+  CHECK_THROWS_AS(parse_quantity("20 degC", "K", ""), SpecError);
+  CHECK_THROWS_AS(parse_quantity("3 1/2 mm", "m", ""), SpecError);
+  CHECK_THROWS_AS(parse_quantity("3 1/ mm", "m", ""), SpecError);
+  CHECK_THROWS_AS(parse_quantity("3 1/mm", "m", ""), SpecError);
+}

@@ -86,6 +86,17 @@ TEST_CASE("errors are relative to full accuracy, with a floor where it vanishes"
   model = path_of({0.5, 1, 2});  // where full accuracy vanishes and the model does not
   CHECK(error_figures(errors_of(model, full), Compared::drive_load)->worst ==
         Approx(0.5 / (1e-6 * 2)));
+  // of several drives the load of each, with its own floor
+  ComparedPath two = full, two_model = full;
+  for (std::size_t i = 0; i < 3; ++i) {
+    two.points[i].other_drive_loads = {100};
+    two_model.points[i].other_drive_loads = {i == 2 ? 103.0 : 100.0};
+  }
+  const auto of_two = error_figures(errors_of(two_model, two), Compared::drive_load);
+  CHECK(of_two->worst == Approx(0.03));
+  CHECK(of_two->worst_point == 2);
+  CHECK(of_two->count == 2 + 3);
+
   model.points[2].converged = false;  // only points that both reach
   CHECK(error_figures(errors_of(model, full), Compared::frequencies)->count == 4);
 }

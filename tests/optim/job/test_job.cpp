@@ -80,6 +80,44 @@ TEST_CASE("what stays away gets the defaults of the structs", "[optim][job]") {
   CHECK(job.kind == JobKind::evaluate);
 }
 
+TEST_CASE("gravity, warmth and errors of assembly are read by the names of leaves",
+          "[optim][job]") {
+  json document = base("evaluate");
+  document["design"]["material"]["thermal_expansion"] = "12e-6 1/K";
+  document["gravity"] = json::parse(R"([0, "-9.81 m/s^2", 0])");
+  document["temperature"] = json::parse(R"({"change": "20 K", "leaves": {"leaf -y": 5}})");
+  document["assembly"] = json::parse(
+      R"([{"leaf": "leaf -y", "end": "tip", "turn": ["2 mrad", 0, 0]},
+          {"leaf": "leaf +y", "end": "base", "move": [0, 0, "10 um"]}])");
+  const Job job = parse_job(document);
+  const LoadCase& loads = job.request.loads;
+  CHECK(loads.gravity == Vector3d(0, -9.81, 0));
+  CHECK(loads.temperature == std::vector<double>{20, 5});
+  REQUIRE(loads.assembly.size() == 2);
+  CHECK(loads.assembly[0].leaf == 1);
+  CHECK(loads.assembly[0].end == 1);
+  CHECK(loads.assembly[0].turn == Vector3d(2e-3, 0, 0));
+  CHECK(loads.assembly[1].leaf == 0);
+  CHECK(loads.assembly[1].end == 0);
+  CHECK((loads.assembly[1].move - Vector3d(0, 0, 1e-5)).norm() < 1e-18);
+  const Mechanism mechanism = make_mechanism(job, job.design.parameters);
+  CHECK(mechanism.leaves[0].material.thermal_expansion.value() == Approx(12e-6));
+  CHECK(warmed(mechanism, loads).leaves[1].growth == Approx(1 + 6e-5));
+  // the reduced job says before its run that these leaves are full models
+  const auto says = [](const Job& of) {
+    return std::ranges::any_of(of.notes, [](const std::string& note) {
+      return note.find("not reduced are leaf +y, leaf -y") != std::string::npos;
+    });
+  };
+  CHECK(says(job));
+  document["model"]["accuracy"] = "full";
+  CHECK_FALSE(says(parse_job(document)));
+  document["model"]["accuracy"] = "reduced";
+  document.erase("gravity");
+  document.erase("temperature");
+  CHECK_FALSE(says(parse_job(document)));
+}
+
 TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[optim][job]") {
   json document = base("evaluate");
   document["loads"] = json::parse(R"([{"force": ["1 N", 2, 0]}, {"force": [0, 1, 0],

@@ -62,7 +62,8 @@ TEST_CASE("all faults of a job are reported, and none that is only a consequence
   }
 }
 
-TEST_CASE("no two changes of a job's JSON escape as anything but a SpecError", "[optim][job]") {
+TEST_CASE("no two changes of a job's JSON escape as anything but a SpecError",
+          "[optim][job][slow]") {
   const json table = read_json_file(FLEXOPT_SOURCE_DIR "/tests/jobs/wrong/cases.json");
   const json junk = json::parse(R"([null, true, -1, 0, 1e300, "x", "1 mm", [], {}, [[]],
       {"expression": "length"}, "length/2"])");

@@ -70,3 +70,30 @@ TEST_CASE("a point without equilibrium or value is a reading with a reason", "[o
   response.path.resize(1);
   CHECK_THAT(read_goal(goals[2], response, job.request).message, Contains("1 of 3 stroke points"));
 }
+
+TEST_CASE(
+    "a point that no multiple of the load makes unstable is beyond every bound; an unstable "
+    "one has no value",
+    "[optim]") {
+  nlohmann::json document = guide::stiff_guide();
+  document["stroke"] = {{"at", {0}}};
+  const Job job = parse_job(document);
+  const Goal g{"", "buckling_load_factor", {}, OverStroke::min, 1};
+  StrokeResponse response;
+  PathPoint p;
+  p.status = PointStatus::converged;
+  p.buckling.emplace().drive_locked.factor = 3;
+  response.path = {p};
+  CHECK(read_goal(g, response, job.request).values == GoalValues{3});
+  response.path[0].buckling->drive_locked = {.none = true};
+  CHECK(read_goal(g, response, job.request).values == GoalValues{no_critical_factor});
+  response.path[0].buckling->drive_locked = {.factor = -2};  // of the reversed load
+  CHECK(read_goal(g, response, job.request).values == GoalValues{no_critical_factor});
+  response.path[0].buckling->drive_locked = {.reason = "the branch of equilibria ends"};
+  const GoalReading none = read_goal(g, response, job.request);
+  CHECK_FALSE(none.ok);
+  CHECK_THAT(none.message, Contains("the branch of equilibria ends"));
+  response.path[0] = p;
+  response.path[0].stable = false;
+  CHECK_THAT(read_goal(g, response, job.request).message, Contains("unstable"));
+}

@@ -109,6 +109,28 @@ TEST_CASE("check-gradients compares every derivative of a job", "[results][comma
                                         "frequencies.drive_free.0"));
 }
 
+TEST_CASE(
+    "check-gradients knows where stiffnesses are equal and where there is nothing but rounding",
+    "[results][command]") {
+  // both translations in the plane of a hinge at 45 deg at rest are the softest
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["design"]["family"] = "cross_hinge";
+  job["design"]["parameters"] = {{"length", "50 mm"},
+                                 {"width", "100 mm"},
+                                 {"thickness", "0.35 mm"},
+                                 {"half_angle", "45 deg"},
+                                 {"gap", "5 mm"}};
+  job["stroke"] = {{"at", {0}}};
+  job["frequencies"] = 0;
+  job["model"]["mesh"] = OrderedJson::array({4, 2});
+  save(folder.path() / "hinge.json", job);
+  const Outcome tied = flexopt_in(folder.path(), "check-gradients hinge.json");
+  CAPTURE(tied.out);
+  CHECK(tied.code == 0);
+  CHECK_THAT(tied.out, Contains("principal_stiffness") && !Contains("WRONG"));
+}
+
 TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
   const test::TemporaryFolder folder;
   save(folder.path() / "leaf.json", leaf_job());
@@ -139,8 +161,8 @@ TEST_CASE("A run writes its folder, a summary and progress lines", "[results][co
   CHECK_THAT(outcome.err, Contains("evaluating leaf"));
   const fs::path out = folder.path() / "leaf.out";
   CHECK(names_in(out) == std::set<std::string>{"job.json", "path.csv", "report.html", "result.json",
-                                               "shape_000.vtu", "shape_001.vtu", "shape_002.vtu",
-                                               "shapes.pvd", "timings.json"});
+                                               "scene.json", "shape_000.vtu", "shape_001.vtu",
+                                               "shape_002.vtu", "shapes.pvd", "timings.json"});
   const auto result = OrderedJson::parse(test::content_of(out / "result.json"));
   CHECK(result["status"] == "ok");
   CHECK(result["path"][2]["drive_load"].get<double>() > 0);
@@ -245,7 +267,7 @@ TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
 }
 
 TEST_CASE("Every wrong design file is refused by place and rule before anything is written",
-          "[results][command]") {
+          "[results][command][slow]") {
   const test::TemporaryFolder folder;
   OrderedJson job = leaf_job();
   job["design"] = {{"file", "stage.json"}, {"material", job["design"]["material"]}};

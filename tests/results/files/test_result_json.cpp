@@ -350,3 +350,27 @@ TEST_CASE("Each end of an optimisation has its status", "[results][json]") {
   CHECK(status(OptimumStatus::infeasible) == "infeasible");
   CHECK(status(OptimumStatus::failed) == "failed");
 }
+
+TEST_CASE("Critical factors have both drive states, estimate, kind, mode and reason",
+          "[results][json]") {
+  RunRecord record = test::evaluated_hinge();
+  const std::size_t bodies = record.mechanism.bodies.size();
+  Buckling& buckling = record.response.path[1].buckling.emplace();
+  buckling.drive_locked.factor = 4.5;
+  buckling.drive_locked.linearised = 4.0;
+  buckling.drive_locked.mode.assign(bodies, {{0, 0.5, 0}, {0, 0, 1}});
+  buckling.drive_free.none = true;
+  buckling.drive_free.reason = "no singular tangent";
+  const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
+  CHECK(result["path"][0]["buckling"].is_null());
+  CHECK(result["path"][0]["buckling_load_factor"].is_null());
+  const OrderedJson& point = result["path"][1];
+  CHECK(point["buckling_load_factor"] == 4.5);
+  CHECK(point["buckling"]["drive_locked"] == 4.5);
+  CHECK(point["buckling"]["drive_free"].is_null());
+  CHECK(point["buckling"]["linearised"]["drive_locked"] == 4.0);
+  CHECK(point["buckling"]["kind"]["drive_locked"] == "bifurcation");
+  CHECK(point["buckling"]["reason"]["drive_free"] == "no singular tangent");
+  CHECK(point["buckling"]["mode"]["drive_locked"][record.mechanism.bodies[0].name]["displacement"]
+             [1] == 0.5);
+}

@@ -4,6 +4,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/scene.hpp"
 #include "results/report/report.hpp"
 #include "results/run/run_files.hpp"
 #include "support/fixture.hpp"
@@ -27,8 +28,8 @@ TEST_CASE("A run leaves exactly its files", "[results][run]") {
   write_run(folder.path(), test::optimised_hinge());
   CHECK(names_in(folder.path()) ==
         std::set<std::string>{"history.csv", "job.json", "path.csv", "report.html", "result.json",
-                              "shape_000.vtu", "shape_001.vtu", "shape_002.vtu", "shape_003.vtu",
-                              "shape_004.vtu", "shapes.pvd", "timings.json"});
+                              "scene.json", "shape_000.vtu", "shape_001.vtu", "shape_002.vtu",
+                              "shape_003.vtu", "shape_004.vtu", "shapes.pvd", "timings.json"});
   const auto timings = OrderedJson::parse(test::content_of(folder.path() / "timings.json"));
   CHECK(timings["seconds"]["total"] == 0.125);
 }
@@ -53,7 +54,7 @@ TEST_CASE("The report made again from the folder is the report of the run", "[re
   write_run(folder.path(), record);
   const std::string first = test::content_of(folder.path() / "report.html");
   fs::remove(folder.path() / "report.html");
-  write_report(folder.path(), read_result(folder.path()));
+  write_report(folder.path(), read_result(folder.path()), read_scene(folder.path()));
   CHECK((test::content_of(folder.path() / "report.html") == first));
 }
 

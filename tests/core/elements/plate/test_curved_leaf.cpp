@@ -205,7 +205,7 @@ TEST_CASE("force and tangent of a curved leaf are derivatives of its energy", "[
   }
 }
 
-TEST_CASE("an arc bends to another arc under a moment alone", "[curve]") {
+TEST_CASE("an arc bends to another arc under a moment alone", "[curve][slow]") {
   for (const Flexure flexure : {Flexure::plate, Flexure::beam})
     for (const double angle : {0.5, 1.0})
       for (const double other : {0.0, -0.7, 1.8}) {

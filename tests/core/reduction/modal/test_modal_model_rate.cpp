@@ -18,9 +18,9 @@ PlateShape shape(Flexure flexure) {
 }
 
 PlateShape varied(PlateShape s, int p, double t) {
-  (p == PlateMeshRate::width       ? s.width
-   : p == PlateMeshRate::thickness ? s.thickness
-                                   : s.poissons_ratio) *= 1 + t;
+  (p == ShapeParameter::width       ? s.width
+   : p == ShapeParameter::thickness ? s.thickness
+                                    : s.poissons_ratio) *= 1 + t;
   return s;
 }
 
@@ -73,9 +73,9 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set) {
   const ModalModelRate rate(at, std::make_shared<PlateMeshRate>(*at.mesh()));
   for (int p = 0; p < 3; ++p) {
     INFO((flexure == Flexure::plate ? "plate, " : "beam, ") << "parameter " << p);
-    const double unit = p == PlateMeshRate::width       ? s.width
-                        : p == PlateMeshRate::thickness ? s.thickness
-                                                        : s.poissons_ratio;
+    const double unit = p == ShapeParameter::width       ? s.width
+                        : p == ShapeParameter::thickness ? s.thickness
+                                                         : s.poissons_ratio;
     const ModalModelRate::Shape& r = rate.shape[p];
     const auto near = [&](double t) { return model(varied(s, p, t), method, set); };
     check("lines that follow the edges", unit * r.follow, 1e-9,

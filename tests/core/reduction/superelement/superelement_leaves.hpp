@@ -82,8 +82,9 @@ inline LeafVariation<double> variation(const Design& design, const ModelOptions&
   if (model.flexure == Flexure::plate)
     v.energy += 2 * nu * d.rate.material.poissons_ratio / (1 - nu * nu);
   v.mass = d.rate.material.density / leaf.material.density + t + 4 * v.length;
-  v.shape = {(d.rate.width - leaf.width * v.length) / L,
-             (d.rate.thickness - leaf.thickness * v.length) / L, d.rate.material.poissons_ratio};
+  v.shape =
+      Vector3d((d.rate.width - leaf.width * v.length) / L,
+               (d.rate.thickness - leaf.thickness * v.length) / L, d.rate.material.poissons_ratio);
   v.turn = axes.transpose() * leaf.axes;
   for (int e = 0; e < 2; ++e) {
     if (!held(leaf, e)) continue;

@@ -99,7 +99,7 @@ TEST_CASE("derivatives of the stress of a leaf of superelements agree with diffe
       if (k == 5) d.turn = random.vector<3>(1);
       const LeafVariation<double> v = variation(bent.design, c.model, d);
       VectorXd y = z;  // global directions of the bodies stay, their numbers are those of now
-      const StressRate rate{{}, v.shape, d.rate.material.youngs_modulus};
+      const StressRate rate{{}, Vector3d(v.shape), d.rate.material.youngs_modulus};
       const double exact = leaf.stress_rate(peak, gradient.field_rates(y, v), rate);
       const Derivatives by =
           ridders([&](double t) { return std::vector{stress(d, t)}; }, 0, 2e-3, 6);

@@ -46,7 +46,7 @@ void check(bool varies, Flexure flexure, Accuracy accuracy, std::vector<std::siz
 
 }  // namespace
 
-TEST_CASE("gradients of curved leaves agree with differences", "[curve][gradients]") {
+TEST_CASE("gradients of curved leaves agree with differences", "[curve][gradients][slow]") {
   check(false, Flexure::beam, Accuracy::full, {0, 1, 2, 4, 5});
   check(false, Flexure::plate, Accuracy::full, {0, 1, 2, 3, 4, 5});
 }
@@ -57,7 +57,7 @@ TEST_CASE("gradients of curved leaves that taper agree with differences", "[curv
 }
 
 TEST_CASE("gradients of the default method with curved leaves agree with differences",
-          "[curve][gradients]") {
+          "[curve][gradients][slow]") {
   check(false, Flexure::plate, Accuracy::reduced, {2, 4});
 }
 

@@ -95,7 +95,8 @@ StrokeRequest loaded(double stroke) {
 
 }  // namespace
 
-TEST_CASE("exact derivatives of a drive on any body agree with differences", "[gradients][drive]") {
+TEST_CASE("exact derivatives of a drive on any body agree with differences",
+          "[gradients][drive][slow]") {
   struct Case {
     Kind kind;
     double stroke;
@@ -117,7 +118,8 @@ TEST_CASE("exact derivatives of a hinge about an axis of its own agree with diff
   check_gradients({hinge, numbers, {0, 2, 6, 8}, 0.1}, beams(), loaded(0.3));
 }
 
-TEST_CASE("exact derivatives of several drives agree with differences", "[gradients][drive]") {
+TEST_CASE("exact derivatives of several drives agree with differences",
+          "[gradients][drive][slow]") {
   StrokeRequest request = loaded(0);
   request.strokes = {Vector3d::Zero(), Vector3d(0.008, 0.005, 3e-3)};
   request.points = {0, 0.008};

@@ -95,7 +95,7 @@ ModelOptions model_of(Flexure flexure) {
 }  // namespace
 
 TEST_CASE("exact derivatives of a beam guide with a joint agree with differences",
-          "[gradients][joint]") {
+          "[gradients][joint][slow]") {
   const auto [type, along] = GENERATE(
       std::pair{JointType::rigid, std::vector<std::size_t>{0, 2, 7, 8}},
       std::pair{JointType::revolute, std::vector<std::size_t>{0, 1, 3, 4, 5, 6, 7, 8, 9, 10}},

@@ -139,7 +139,8 @@ TEST_CASE("exact derivatives of a guide of modal derivatives agree with differen
 }
 
 TEST_CASE(
-    "exact derivatives of a beam hinge of modal derivatives in segments agree with differences") {
+    "exact derivatives of a beam hinge of modal derivatives in segments agree with differences",
+    "[slow]") {
   check({true, Flexure::beam, Accuracy::reduced, 0.3, {0, 1, 2, 3, 6, 9}, modal, {2, 0}});
 }
 
@@ -148,7 +149,8 @@ TEST_CASE("exact derivatives of a guide of modal derivatives in segments agree w
   check({false, Flexure::plate, Accuracy::reduced, -0.02, {0, 1, 2, 5, 9, 10}, modal, {3, 0}});
 }
 
-TEST_CASE("exact derivatives of a beam guide with third-order fields agree with differences") {
+TEST_CASE("exact derivatives of a beam guide with third-order fields agree with differences",
+          "[slow]") {
   check({false,
          Flexure::beam,
          Accuracy::reduced,
@@ -164,7 +166,8 @@ TEST_CASE("exact derivatives of a beam hinge on the quadratic manifold agree wit
 }
 
 TEST_CASE(
-    "exact derivatives agree with differences where leaves follow by their static shapes alone") {
+    "exact derivatives agree with differences where leaves follow by their static shapes alone",
+    "[slow]") {
   Case full{false, Flexure::plate, Accuracy::full, 0.02, {0, 2, 5, 6, 9}};
   Case reduced{true, Flexure::beam, Accuracy::reduced, 0.3, {0, 1, 5, 8, 10}, linear, {2, 0}};
   full.leaf_modes = reduced.leaf_modes = 0;

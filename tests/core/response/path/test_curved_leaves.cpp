@@ -134,7 +134,7 @@ TEST_CASE("a mechanism of arcs turned in space gives the same answers", "[curve]
   }
 }
 
-TEST_CASE("reduced curved leaves agree with full ones", "[curve]") {
+TEST_CASE("reduced curved leaves agree with full ones", "[curve][slow]") {
   const auto compare = [](const Mechanism& m, const std::vector<double>& points, double tolerance) {
     const StrokeResponse reduced = evaluated(m, model_of(Accuracy::reduced), points),
                          full = evaluated(m, model_of(Accuracy::full), points);

@@ -100,8 +100,10 @@ TEST_CASE("a guide pushed beyond its buckling load is unstable, one that is pull
 
 TEST_CASE("a reinforced check: every quantity of a converged point has a value and a unit") {
   StrokeRequest request;
-  request.points = {0.01};
+  request.points = {0};
   request.frequencies = 12;
+  request.loads.constant = {{.force = {-1, 0, 0}, .name = "payload"}};
+  request.buckling_load = "payload";
   const StrokeResponse r = evaluate_stroke(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
   REQUIRE(r.status == Status::ok);
   int with_value = 0;

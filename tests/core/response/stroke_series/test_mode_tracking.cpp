@@ -135,3 +135,27 @@ TEST_CASE("the screening frequency's gradient is its derivative by the three num
   REQUIRE(std::abs(expected) > 1e-3);
   CHECK(screening_gradient(at(0), g, s)[0] == Approx(expected).epsilon(1e-9));
 }
+
+TEST_CASE("of several drives a parabola counts along its own stroke, the others at zero") {
+  const Truth first{1, 0.3, 0}, second{1, 3, 0};
+  auto modes = derivatives({first});
+  modes.push_back(derivatives({second}).front());
+  modes[1].drive = 1;
+  std::vector<PathPoint> points;
+  const auto add = [&](const Truth& truth, double s, std::vector<double> strokes) {
+    PathPoint p = path({truth}, {s}).front();
+    p.strokes = std::move(strokes);
+    p.stroke = p.strokes[0];
+    points.push_back(std::move(p));
+  };
+  for (const double s : outward) {
+    add(first, s, {s, 0});
+    add(second, s, {0, s});
+    if (s != 0) add({1, 1e3, 0}, s, {s, s});  // both at once: no matter of either
+  }
+  set_validity(modes, points);
+  REQUIRE(modes[0].omega2_valid_to);
+  REQUIRE(modes[1].omega2_valid_to);
+  CHECK(*modes[0].omega2_valid_to == Approx(std::pow(0.02 / 0.3, 0.25)).epsilon(0.01));
+  CHECK(*modes[1].omega2_valid_to == Approx(std::pow(0.02 / 3, 0.25)).epsilon(0.01));
+}

@@ -1,0 +1,140 @@
+// The dynamics of a tube leaf: from its tables, or from the full leaf condensed at its state.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/reduction/tube/tube_leaf.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int internal = TubeDynamics::amplitudes;
+
+/// Of the modes of a full leaf so many are there below TubeDynamics::Answer::reach.
+constexpr int tabulated_modes = 6;
+
+// Rates of TubeDynamics::Answer::mass per increment of the edges (scaled).
+Eigen::Matrix<double, 12, 12> edge_rates(const ReducedResponse& response, const MixedState& mixed,
+                                         const Eigen::Matrix2d& ray) {
+  const ChordFrame& frame = response.frame;
+  Matrix12d T = Matrix12d::Zero();
+  T.block<3, 3>(0, 0) = frame.axes.transpose();
+  T.middleRows<3>(3) = frame.axes.transpose().lazyProduct(frame.spin);
+  const Eigen::Matrix2d inverse = ray.inverse();
+  T.row(6) = inverse(0, 0) * frame.B.row(theta1y) + inverse(0, 1) * frame.B.row(theta2y);
+  T.row(7) = inverse(1, 0) * frame.B.row(theta1y) + inverse(1, 1) * frame.B.row(theta2y);
+  T.row(8) = frame.B.row(twist);
+  const Eigen::Matrix<double, 3, 6> f = -mixed.F_inverse * mixed.h;
+  T.middleRows<3>(9) = f.lazyProduct(frame.B);
+  return T;
+}
+
+}  // namespace
+
+void TubeModel::expect_dynamics(int states) {
+  // For each bent state of the tube, measured on the default mesh.
+  constexpr int states_that_pay = 10;
+  const int enough = states_that_pay * bent_states();
+  const bool before = expected_ >= enough;
+  expected_ += states;
+  if (!before && expected_ >= enough) make_dynamics();
+}
+
+void TubeModel::make_dynamics() {
+  const PlateShape& shape = mesh_->shape();
+  const bool flat = !shape.curve && shape.width_profile.empty() && shape.thickness_profile.empty();
+  // Beyond it neither the statics nor the dynamics were compared with full leaves.
+  constexpr double widest = 1200;  // w²/(L t)
+  const bool narrow = shape.width * shape.width <= widest * shape.thickness;
+  if (dynamics_ || !built() || !flat || shape.is_beam() || !narrow) return;
+  leaf_.reset();
+  auto dynamics = std::make_unique<TubeDynamics>(leaf_, directions_, range_.force_centre);
+  if (dynamics->possible()) {
+    const Vector3d f(range_.force_centre * tube_force_scale(shape)[0], 0, 0);
+    for (const TubeExpansion& e : expansions_) {
+      leaf_.stand_at({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0}, f, e.fields.col(0));
+      dynamics->add(leaf_, e.sigma);
+    }
+    dynamics_ = std::move(dynamics);
+  }
+}
+
+TubeDynamics::Place TubeLeaf::place() const {
+  return {response_.location.sigma, response_.location.tau, response_.frame.e[twist],
+          state_.mixed.f};
+}
+
+std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
+  const TubeDynamics* tables = model_->dynamics();
+  condensed_because_.clear();
+  if (!tables || modes == 0) return std::nullopt;
+  if (modes > tabulated_modes) {
+    condensed_because_ =
+        "frequencies of the full leaf: they take more internal modes than the tables have";
+    return std::nullopt;
+  }
+  const TubeDynamics::Place at = place();
+  const double change = tables->change(at);
+  if (!(change <= largest_dynamics_change)) {
+    condensed_because_ = fmt::format(
+        "frequencies of the full leaf: the last degree of the tables changes the internal "
+        "stiffness by {:.2g} > {:.2g}",
+        change, largest_dynamics_change);
+    return std::nullopt;
+  }
+  const TubeDynamics::Answer local = tables->evaluate(at);
+  if (!local.reason.empty()) {
+    condensed_because_ = "frequencies of the full leaf: " + local.reason;
+    return std::nullopt;
+  }
+
+  check_ = 0;  // nothing is condensed
+  const Matrix12d edges = edge_rates(response_, state_.mixed, model_->potential().ray());
+  const Matrix12d T = edges.lazyProduct(scale_.transformation().transpose());
+  const double root = std::sqrt(scale_.mass);  // unit modal mass in SI
+  LeafDynamics dynamics;
+  dynamics.mass.resize(12 + internal, 12 + internal);
+  const Matrix12d MT = local.mass.topLeftCorner<12, 12>().lazyProduct(T);
+  dynamics.mass.topLeftCorner<12, 12>() = scale_.mass * T.transpose().lazyProduct(MT);
+  dynamics.mass.bottomLeftCorner<internal, 12>() =
+      root * local.mass.bottomLeftCorner<internal, 12>().lazyProduct(T);
+  dynamics.mass.topRightCorner<12, internal>() =
+      dynamics.mass.bottomLeftCorner<internal, 12>().transpose();
+  dynamics.mass.bottomRightCorner<internal, internal>() =
+      local.mass.bottomRightCorner<internal, internal>();
+  const double unit = scale_.energy / scale_.mass;
+  dynamics.stiffness = MatrixXd::Zero(12 + internal, 12 + internal);
+  dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
+  dynamics.stiffness.bottomRightCorner<internal, internal>() = unit * local.stiffness;
+  const double to_hertz = std::sqrt(unit) / (2 * std::numbers::pi);
+  dynamics.mode_frequencies =
+      to_hertz * local.stiffness.diagonal()
+                     .cwiseQuotient(local.mass.bottomRightCorner<internal, internal>().diagonal())
+                     .cwiseSqrt();
+  dynamics.highest_mode = to_hertz * std::sqrt(local.reach);
+
+  // from chord axes to the leaf's, and to what leaf_station_motion() calls motion
+  MatrixXd stations = tables->stations(at);
+  for (Eigen::Index i = 0; i < stations.rows(); i += 3)
+    stations.middleRows<3>(i) = (response_.frame.axes * stations.middleRows<3>(i)).eval();
+  const double weight =
+      std::sqrt(scale_.mass * model_->mesh()->shape().mean_width() / (model_->mesh()->lines() - 2));
+  dynamics.stations.resize(stations.rows(), 12 + internal);
+  dynamics.stations.leftCols(12) = weight * (stations.leftCols<12>() * T);
+  dynamics.stations.rightCols(internal) = weight / root * stations.rightCols(internal);
+  return dynamics;
+}
+
+LeafDynamics TubeLeaf::dynamics(int modes) {
+  if (std::optional<LeafDynamics> tabulated = tabulated_dynamics(modes)) return *tabulated;
+  PlateLeaf& plate = condensed();
+  LeafDynamics dynamics = plate_dynamics(plate, leaf_, scale_, modes);
+  // the tube knows the stiffness better than the rebuilt state, not better than the one after it
+  if (!plate_is_exact_) dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
+  dynamics.check = check_;
+  return dynamics;
+}
+
+}  // namespace flexopt

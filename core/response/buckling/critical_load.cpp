@@ -1,0 +1,364 @@
+#include "core/response/buckling/critical_load.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/equilibrium/stroke_path.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr double largest_factor = no_critical_factor;  // farther estimates are rounding
+constexpr int most_states = 60;
+// Change of the factor without a critical state that is believed where the states are spent.
+constexpr double enough = 10;
+// Of the way to a critical state, over the size of the factor: where it counts as reached.
+constexpr double reached = 1e-8;
+// The shortest step, likewise.
+constexpr double least_step = 1e-7;
+// Estimates that move by so small a share of the way between two states are those of a branch that
+// leads straight to a bifurcation. An imperfection that is rounding, or as small, makes it miss
+// that by a little; it has missed it where the factor is so far beyond.
+constexpr double agreement = 0.02, missed = 1.01;
+// Beyond it, where the tangent must have become indefinite.
+constexpr double beyond = 1e-4;
+// Motions of the bodies by the factor that are not rounding, lengths over the longest leaf.
+constexpr double least_rate = 1e-6;
+// Motions of the bodies by the factor, over those where the branch begins: beyond it a fold.
+constexpr double fold_motion = 1e3;
+
+// What is linear at a state of the branch.
+struct Look {
+  std::unique_ptr<MechanismFactor> factor;
+  std::unique_ptr<StiffnessRate> rate;
+  BranchDirection along;  ///< per σ
+  std::optional<SoftMode> ahead, behind;
+
+  double estimate(double at, const SoftMode& mode) const { return at + mode.step * along.factor; }
+};
+
+class Tracer {
+ public:
+  Tracer(LoadBranch& branch, const ModelOptions& model)
+      : branch_(&branch), model_(&model), shared_(branch.system().mechanism()) {}
+
+  Look look(int side, const BranchDirection* before, const VectorXd& start);
+  CriticalLoad follow(int side, Look first, double bound);
+  /// At a critical state that was followed to.
+  VectorXd gradient(const DesignDirections& design, const MatrixXd& drive_load_rates);
+
+ private:
+  double measure(const VectorXd& bodies) const;
+  double product(const BranchDirection& a, const BranchDirection& b) const;
+  bool crosses(const Look& look);
+  VectorXd nearly_singular_motion(const MechanismFactor& factor, const VectorXd& known) const;
+  void weigh_anew(Look& look);
+
+  LoadBranch* branch_;
+  const ModelOptions* model_;
+  StiffnessRate::Shared shared_;
+  double first_rate_ = 0, weight_ = 0;
+  std::optional<Look> critical_;
+};
+
+VectorXd over_length(const VectorXd& bodies, double length) {
+  VectorXd scaled = bodies;
+  for (Eigen::Index b = 0; b < scaled.size(); b += 6) scaled.segment<3>(b) /= length;
+  return scaled;
+}
+
+double Tracer::measure(const VectorXd& bodies) const {
+  return over_length(bodies, branch_->system().length()).norm();
+}
+
+double Tracer::product(const BranchDirection& a, const BranchDirection& b) const {
+  const double L = branch_->system().length();
+  return weight_ * weight_ * over_length(a.bodies, L).dot(over_length(b.bodies, L)) +
+         a.factor * b.factor;
+}
+
+// The motions of bodies count as the factor does, by how they go with it where the branch begins.
+Look Tracer::look(int side, const BranchDirection* before, const VectorXd& start) {
+  Look here;
+  Answer<MechanismFactor> linear = MechanismFactor::of(branch_->system());
+  assert(linear.value);  // full leaves have interiors
+  here.factor = std::move(linear.value);
+  const MechanismFactor& factor = *here.factor;
+  MatrixXd forces = MatrixXd::Zero(factor.size(), 1);
+  forces.topRows(factor.bodies()) = branch_->load();
+  std::optional<MatrixXd> still;
+  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), 1);
+  const VectorXd state = factor.balance(forces, still).topRows(factor.size());
+  const VectorXd bodies = state.head(factor.bodies());
+  if (weight_ == 0) {
+    first_rate_ = std::max(measure(bodies), least_rate);
+    weight_ = 1 / first_rate_;
+  }
+  const double size = std::hypot(weight_ * measure(bodies), 1.0);
+  double sign = side;
+  if (before) sign = product(*before, {bodies, 1}) < 0 ? -1 : 1;
+  here.along = {sign / size * bodies, sign / size};
+  here.rate = std::make_unique<StiffnessRate>(factor, shared_, *model_, branch_->named());
+  here.rate->set_direction(sign / size * state, sign / size);
+  Softening soft = soften(factor, *here.rate, branch_->locked(), start);
+  here.ahead = std::move(soft.ahead);
+  here.behind = std::move(soft.behind);
+  return here;
+}
+
+// Far from a fold the motions count by how they go with the factor now.
+void Tracer::weigh_anew(Look& here) {
+  const double rate = measure(here.along.bodies) / std::abs(here.along.factor);
+  weight_ = 1 / std::max(rate, least_rate);
+  const double size = std::sqrt(product(here.along, here.along));
+  here.along.bodies /= size;
+  here.along.factor /= size;
+  if (here.ahead) here.ahead->step *= size;
+  if (here.behind) here.behind->step *= size;
+}
+
+// Whether the tangent is indefinite a little farther on; the branch stays where it is.
+bool Tracer::crosses(const Look& at) {
+  const LoadBranch::State kept = branch_->save();
+  const double size = std::max(1.0, std::abs(branch_->factor()));
+  bool found = false;
+  for (const double far : {beyond, 10 * beyond}) {
+    if (!branch_->advance(at.along, far * size, weight_).converged) continue;
+    found = branch_->negative_pivots() > 0;
+    branch_->restore(kept);
+    if (found) break;
+  }
+  return found;
+}
+
+// Motions of the bodies, over the largest unknown of all.
+std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& mode) {
+  const double L = factor.system().length();
+  double largest = over_length(mode.head(factor.bodies()), L).cwiseAbs().maxCoeff();
+  for (const MechanismFactor::Leaf& leaf : factor.leaves())
+    largest =
+        std::max(largest, mode.segment(leaf.offset, leaf.rows.unknowns).cwiseAbs().maxCoeff());
+  std::vector<BodyMotion> bodies;
+  for (int b = 0; b < factor.bodies(); b += 6)
+    bodies.push_back({mode.segment<3>(b) / (L * largest), mode.segment<3>(b + 3) / largest});
+  return bodies;
+}
+
+// The motion that is known, or next to a singular state the answer to any force.
+VectorXd Tracer::nearly_singular_motion(const MechanismFactor& factor,
+                                        const VectorXd& known) const {
+  if (known.size() == factor.size()) return known;
+  const VectorXd force = any_force(factor);
+  return branch_->locked() ? factor.solve_locked(force) : factor.solve(force);
+}
+
+// The estimate of every state tells how far the next step goes; what it was wrong by tells how far
+// it is trusted.
+CriticalLoad Tracer::follow(int side, Look here, double bound) {
+  CriticalLoad result;
+  const double begin = branch_->factor();
+  double trust = 0.5, longest = std::numeric_limits<double>::infinity();
+  VectorXd mode;
+  // the state nearest to a bifurcation that the branch was heading for
+  struct Nearest {
+    LoadBranch::State state;
+    BranchDirection along;
+    VectorXd mode;
+    double factor = 0, distance = 0;
+  };
+  std::optional<Nearest> nearest;
+  for (int count = 0;; ++count) {
+    const double at = branch_->factor(), size = std::max(1.0, std::abs(at));
+    const auto found = [&](double factor) {
+      result.factor = factor;
+      if (!here.ahead) here.ahead = SoftMode{0, nearly_singular_motion(*here.factor, mode)};
+      result.fold =
+          measure(here.along.bodies) > fold_motion * first_rate_ * std::abs(here.along.factor);
+      result.mode = motions(*here.factor, here.ahead->mode);
+      critical_ = std::move(here);
+      return result;
+    };
+    if (here.ahead && here.ahead->step < reached * size) {
+      if (crosses(here)) return found(here.estimate(at, *here.ahead));
+      longest = std::numeric_limits<double>::infinity();
+      trust = 2;  // it only touches
+    }
+    if (nearest && std::abs(at - begin) > missed * std::abs(nearest->factor - begin)) {
+      branch_->restore(nearest->state);
+      here = {};
+      here = look(side, &nearest->along, nearest->mode);
+      mode = nearest->mode;
+      return found(nearest->factor);
+    }
+    if (std::abs(at - begin) > bound || count == most_states) {
+      result.none = std::abs(at - begin) > std::min(bound, enough);
+      result.reason = fmt::format(
+          "no singular tangent on the branch of equilibria up to a factor of {:.4g}{}", at,
+          result.none ? "" : fmt::format(", where {} states were spent", most_states));
+      return result;
+    }
+    double step = here.ahead ? trust * here.ahead->step : size / std::abs(here.along.factor);
+    step = std::min(step, longest);
+    const LoadBranch::State kept = branch_->save();
+    LoadBranch::Step went = branch_->advance(here.along, step, weight_);
+    const bool stretched = went.converged && branch_->system().strain() > largest_strain;
+    if (stretched) {
+      went = {false, fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
+                                 branch_->system().strain(), largest_strain)};
+      branch_->restore(kept);
+    }
+    const bool crossed = went.converged && branch_->negative_pivots() > 0;
+    if (crossed) {
+      went.converged = false;
+      went.message = "the tangent becomes indefinite all at once";
+      branch_->restore(kept);
+    }
+    if (!went.converged) {
+      longest = 0.5 * step;
+      if (step < least_step * size) {
+        // the estimate is rounded where stiff motions hide the soft one; the inertia is not
+        if (crossed) return found(at + 0.5 * step * here.along.factor);
+        result.none = stretched;
+        result.reason = fmt::format("the branch of equilibria ends at a factor of {:.4g}: {}", at,
+                                    went.message);
+        return result;
+      }
+      continue;
+    }
+    longest = std::max(longest - step, 2 * step);
+    if (here.ahead) mode = here.ahead->mode;
+    const std::optional<double> foretold =
+        here.ahead ? std::optional(here.ahead->step) : std::nullopt;
+    const double last_estimate = here.ahead ? here.estimate(at, *here.ahead) : 0;
+    const BranchDirection before = here.along;
+    here = {};  // before its leaves move on
+    here = look(side, &before, mode);
+    if (foretold && here.ahead) {
+      const double left = here.ahead->step / *foretold,
+                   error = std::abs(step + here.ahead->step - *foretold) / *foretold;
+      const double now = here.estimate(branch_->factor(), *here.ahead),
+                   distance = here.ahead->step * std::abs(here.along.factor);
+      const bool straight =
+          std::abs(now - last_estimate) < agreement * std::abs(branch_->factor() - at);
+      if (straight && (!nearest || distance < nearest->distance))
+        nearest = Nearest{branch_->save(), here.along, here.ahead->mode, now, distance};
+      // an estimate that keeps its distance is that of a branch that bends away
+      trust = left > 0.8 ? std::min(2 * trust, 32.0) : std::clamp(1 - 3 * error, 0.5, 0.999);
+      if (left > 0.8) weigh_anew(here);
+    } else {
+      trust = 0.5;
+      weigh_anew(here);
+    }
+  }
+}
+
+// (S25): the stiffness of the critical mode stays zero.
+VectorXd Tracer::gradient(const DesignDirections& design, const MatrixXd& drive_load_rates) {
+  const MechanismFactor& factor = *critical_->factor;
+  // by inverse iteration, which leaves no rounding along stiff motions
+  VectorXd mode = critical_->rate->times(critical_->ahead->mode);
+  mode = branch_->locked() ? factor.solve_locked(mode) : factor.solve(mode);
+  mode /= mode.norm();
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
+  assert(leaves.value);
+  const DesignRates<double> rates(factor, std::move(*leaves.value), present_state(factor),
+                                  *design.directions, *model_);
+  MatrixXd residual = rates.residual();
+  if (!branch_->locked())
+    residual.topRows(factor.bodies()) -= branch_->system().drive_forces() * drive_load_rates;
+  // motions along the parameters and along the load from one solve: near a fold both are as large,
+  // and what rounding does to them is the same
+  const Eigen::Index count = residual.cols();
+  MatrixXd forces = MatrixXd::Zero(factor.size(), count + 1);
+  forces.leftCols(count) = -residual;
+  forces.col(count).head(factor.bodies()) = branch_->load();
+  std::optional<MatrixXd> still;
+  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), count + 1);
+  const MatrixXd moved = factor.balance(forces, still).topRows(factor.size());
+  MatrixXd state = moved.leftCols(count);
+  if (!branch_->locked())
+    for (int k = 0; k < factor.drives(); ++k)
+      if (const auto& row = branch_->system().drives()[static_cast<std::size_t>(k)].condition)
+        state.row(factor.size() - factor.conditions() + *row) = -drive_load_rates.row(k);
+  critical_->rate->set_direction(moved.col(count), 1);
+  const double along = critical_->rate->forms(mode)(0, 0);
+  return -rates.quadratic(mode, VectorXd::Zero(1), state).row(0).transpose() / along;
+}
+
+// Where the tangent of a state is not definite: to where it is, with less of the load.
+bool unload_to_stable(LoadBranch& branch) {
+  if (branch.negative_pivots() == 0) return true;
+  double step = 0.25;
+  while (branch.factor() > 0 && step > 1e-4) {
+    if (branch.advance_to(std::max(0.0, branch.factor() - step)).converged) {
+      if (branch.negative_pivots() == 0) return true;
+    } else {
+      step /= 2;
+    }
+  }
+  return false;
+}
+
+// Of the drives' loads, their strokes and the load kept.
+MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model,
+                          const DesignDirections& design) {
+  const Answer<MechanismFactor> linear = MechanismFactor::of(branch.system());
+  const MechanismFactor& factor = *linear.value;
+  const auto count = static_cast<Eigen::Index>(design.directions->size());
+  if (!design.driven || factor.drives() == 0) return MatrixXd::Zero(factor.drives(), count);
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
+  const DesignRates<double> rates(factor, std::move(*leaves.value), present_state(factor),
+                                  *design.directions, model);
+  return factor.balance(-rates.residual(), MatrixXd::Zero(factor.drives(), count))
+      .bottomRows(factor.drives());
+}
+
+}  // namespace
+
+CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& model,
+                                      const DesignDirections* design) {
+  CriticalLoadResult result;
+  const bool stable = branch.negative_pivots() == 0;
+  MatrixXd of_drives;
+  if (design && !branch.locked()) of_drives = drive_load_rates(branch, model, *design);
+  if (!stable && !unload_to_stable(branch)) {
+    result.load.reason = "the state is unstable, and stays so without the load";
+    return result;
+  }
+  Tracer tracer(branch, model);
+  const LoadBranch::State begin = branch.save();
+  const double at = branch.factor();
+  Look first = tracer.look(1, nullptr, {});
+  const auto estimate = [&](const std::optional<SoftMode>& mode) -> std::optional<double> {
+    if (!mode || std::abs(first.estimate(at, *mode)) > largest_factor) return std::nullopt;
+    return first.estimate(at, *mode);
+  };
+  const std::optional<double> ahead = estimate(first.ahead), behind = estimate(first.behind);
+  if (!ahead) first.ahead.reset();
+  double bound = 100;
+  for (const auto& e : {ahead, behind})
+    if (e) bound = std::max(bound, 10 * std::abs(*e - at));
+  result.load = tracer.follow(1, std::move(first), bound);
+  if (!result.load.factor && stable) {
+    const std::string reason = result.load.reason;
+    const bool none = result.load.none;
+    branch.restore(begin);
+    first = tracer.look(-1, nullptr, {});
+    if (!behind) first.ahead.reset();
+    result.load = tracer.follow(-1, std::move(first), bound);
+    if (!result.load.factor) {
+      result.load.none = none && result.load.none;
+      result.load.reason = reason + "; " + result.load.reason;
+    }
+  }
+  if (stable) result.load.linearised = ahead ? ahead : behind;
+  if (design && result.load.factor) result.gradient = tracer.gradient(*design, of_drives);
+  return result;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,126 @@
+#include "optim/search/answer.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "optim/numerics/parallel.hpp"
+#include "optim/search/search.hpp"
+
+namespace flexopt {
+namespace {
+
+std::vector<ConstraintState> states(const DesignProblem& problem, const Scales& scales,
+                                    const DesignValues& design) {
+  const std::vector<double> values = problem.constraints(design);
+  std::vector<ConstraintState> result;
+  for (std::size_t i = 0; i < problem.own_constraints(); ++i) {
+    const Constraint& c = problem.spec().constraints[i];
+    ConstraintState s;
+    s.label = c.label;
+    s.value = values[i];
+    s.min = c.min;
+    s.max = c.max;
+    s.margin = -excess(values[i], c.min, c.max, 1.0);
+    s.active = std::abs(s.margin) <= problem.spec().constraint_tolerance * scales.constraints[i];
+    result.push_back(std::move(s));
+  }
+  return result;
+}
+
+double difference(double reduced, double full) {
+  return full == 0 ? reduced - full : reduced / full - 1;
+}
+
+ModelOptions at_full_accuracy(ModelOptions model) {
+  model.accuracy = Accuracy::full;
+  return model;
+}
+
+}  // namespace
+
+void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer, bool converged,
+           Optimum& optimum) {
+  optimum.parameters = problem.parameters(problem.variables(answer.best.x));
+  optimum.objective = answer.best.objective;
+  optimum.constraints = states(problem, scales, answer.best.values);
+  const bool feasible = answer.best.violation <= problem.spec().constraint_tolerance;
+  optimum.status = !feasible   ? OptimumStatus::infeasible
+                   : converged ? OptimumStatus::optimal
+                               : OptimumStatus::feasible;
+}
+
+std::string what_stops(const std::vector<ConstraintState>& constraints, const Scales& scales) {
+  std::size_t worst = 0;
+  for (std::size_t i = 0; i < constraints.size(); ++i)
+    if (constraints[i].margin / scales.constraints[i] <
+        constraints[worst].margin / scales.constraints[worst])
+      worst = i;
+  const ConstraintState& c = constraints[worst];
+  const bool above = c.max && c.value > *c.max;
+  return fmt::format("{} = {:.6g} where {} {:.6g} is asked for ({:.2g} % beyond)", c.label, c.value,
+                     above ? "at most" : "at least", above ? *c.max : *c.min,
+                     -100 * c.margin / scales.constraints[worst]);
+}
+
+void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Chosen& answer,
+                     Optimum& optimum) {
+  int cost = 0;
+  const VectorXd& x = answer.best.x;
+  std::optional<MatrixXd> derivatives = book.derivatives(x, cost);
+  if (!derivatives) return;
+  const DesignValues own = book.at(problem.variables(x), cost);
+  VectorXd values = flattened(own);
+  if (answer.pose.correction) answer.pose.correction->apply(x, values, &*derivatives);
+  const OptimiseSpec& spec = problem.spec();
+  Eigen::Index first = 0;
+  for (std::size_t g = 0; g <= problem.own_constraints(); ++g) {
+    if (g == 0 || optimum.constraints[g - 1].active) {
+      const Extreme e = extreme(problem.goals()[g], answer.best.values.goals[g]);
+      for (std::size_t j = 0; j < spec.variables.size(); ++j) {
+        const auto column = static_cast<Eigen::Index>(j);
+        optimum.sensitivities.push_back(
+            {problem.goals()[g].label, spec.variables[j].parameter,
+             e.sign * (*derivatives)(first + static_cast<Eigen::Index>(e.entry), column) /
+                 problem.range(column)});
+      }
+    }
+    first += static_cast<Eigen::Index>(own.goals[g].size());
+  }
+  std::vector<double> multipliers = answer.multipliers;
+  if (multipliers.empty()) multipliers = multipliers_at(problem, book, answer.pose, answer.best);
+  for (std::size_t i = 0; i < optimum.constraints.size() && i < multipliers.size(); ++i)
+    optimum.constraints[i].multiplier = multipliers[i];
+}
+
+void add_paths(const DesignProblem& problem, const Variables& variables, const DesignValues& own,
+               int threads, Optimum& optimum) {
+  const Job& job = problem.job();
+  StrokeRequest request = job.request;
+  request.outputs.remove(Output::shapes);
+  Verification& v = optimum.verified.emplace();
+  if (optimum.at_full_accuracy) {
+    optimum.response = problem.respond(variables, at_full_accuracy(job.model), job.request);
+    v.response = optimum.response;
+    for (PathPoint& point : v.response.path) point.shapes.clear();
+  } else {
+    parallel_for(2, threads, [&](int i) {
+      if (i == 0) optimum.response = problem.respond(variables, job.model, job.request);
+      if (i == 1) v.response = problem.respond(variables, at_full_accuracy(job.model), request);
+    });
+  }
+  const DesignValues full = problem.read(variables, v.response, request);
+  if (!full.ok) {
+    if (v.response.message.empty()) v.response.message = full.message;
+    return;
+  }
+  v.objective = problem.objective(full);
+  v.constraints = problem.constraints(full);
+  v.constraints.resize(problem.own_constraints());
+  v.objective_difference = difference(problem.objective(own), v.objective);
+  const std::vector<double> own_constraints = problem.constraints(own);
+  for (std::size_t i = 0; i < v.constraints.size(); ++i)
+    v.constraint_differences.push_back(difference(own_constraints[i], v.constraints[i]));
+}
+
+}  // namespace flexopt

@@ -1,0 +1,313 @@
+#include "results/files/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/mechanism/profile.hpp"
+#include "core/spec/spec_error.hpp"
+#include "results/files/folder.hpp"
+#include "results/files/mode_branches.hpp"
+#include "results/files/packed_array.hpp"
+#include "results/files/result_json.hpp"
+#include "results/files/scene_modes.hpp"
+
+namespace flexopt {
+
+namespace {
+
+using Json = OrderedJson;
+
+// What a design may take in the report before compression; where it would be more, fewer points of
+// the path are drawn.
+struct Budget {
+  std::size_t equilibria, modes;  ///< bytes
+};
+constexpr Budget whole_budget{8'000'000, 4'000'000}, start_budget{2'000'000, 1'000'000},
+    front_budget{400'000, 0};
+constexpr std::size_t report_budget = 7'000'000;  ///< of a job that lists designs, compressed
+
+Json triple_json(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+Json columns_json(const Matrix3d& m) {
+  return {triple_json(m.col(0)), triple_json(m.col(1)), triple_json(m.col(2))};
+}
+
+Json bodies_json(const Mechanism& mechanism) {
+  Json bodies = Json::array();
+  for (const RigidBody& body : mechanism.bodies) {
+    Json json = {{"name", body.name},
+                 {"end_effector", body.role == BodyRole::end_effector},
+                 {"reference", triple_json(body.reference)},
+                 {"center_of_mass", triple_json(body.center_of_mass)},
+                 {"mass", body.mass},
+                 {"box", nullptr}};
+    if (body.box)
+      json["box"] = {{"center", triple_json(body.box->center)},
+                     {"half_edges", columns_json(body.box->half_edges)}};
+    bodies.push_back(std::move(json));
+  }
+  return bodies;
+}
+
+/// Bodies by their place in the list; -1: the ground, -2: nothing holds the edge.
+Json leaves_json(const Mechanism& mechanism, const std::vector<LeafShape>& shapes) {
+  Json leaves = Json::array();
+  for (std::size_t k = 0; k < mechanism.leaves.size(); ++k) {
+    const LeafSpring& leaf = mechanism.leaves[k];
+    const int along = shapes[k].points_along;
+    const std::vector<double> places = places_along(shapes[k]);
+    const auto& profile =
+        leaf.section == Section::circular ? leaf.width_profile : leaf.thickness_profile;
+    Json half = Json::array();
+    for (const double s : places) half.push_back(0.5 * leaf.thickness * profile_at(profile, s));
+    leaves.push_back({{"name", leaf.name},
+                      {"base", leaf.base},
+                      {"tip", leaf.tip},
+                      {"points_along", along},
+                      {"points_across", shapes[k].points_across},
+                      {"along", places},
+                      {"round", leaf.section == Section::circular},
+                      {"half_thickness", std::move(half)},
+                      {"length", leaf.length},
+                      {"width", leaf.width},
+                      {"thickness", leaf.thickness}});
+  }
+  return leaves;
+}
+
+Json ties_json(const Mechanism& mechanism) {
+  Json ties = {{"joints", Json::array()}, {"springs", Json::array()}, {"drives", Json::array()}};
+  constexpr std::array<const char*, 4> types{"rigid", "revolute", "spherical", "prismatic"};
+  for (const Joint& joint : mechanism.joints)
+    ties["joints"].push_back({{"name", joint.name},
+                              {"type", types[static_cast<std::size_t>(joint.type)]},
+                              {"body", joint.body},
+                              {"other", joint.other},
+                              {"place", triple_json(joint.place)},
+                              {"axis", triple_json(joint.axis)}});
+  for (const Spring& spring : mechanism.springs)
+    ties["springs"].push_back(
+        {{"name", spring.name},
+         {"body", spring.body},
+         {"other", spring.other},
+         {"place", triple_json(spring.place)},
+         {"other_place", spring.matrix ? Json() : triple_json(spring.other_place)}});
+  for (const Drive& drive : mechanism.drives)
+    ties["drives"].push_back({{"name", drive.name},
+                              {"body", drive.body},
+                              {"other", drive.other},
+                              {"direction", direction_names[index(drive.direction)]},
+                              {"axis", triple_json(drive.axes.col(index(drive.direction) % 3))}});
+  return ties;
+}
+
+Json loads_json(const LoadCase& loads, const Mechanism& mechanism) {
+  Json list = Json::array();
+  const auto add = [&](const std::vector<DeadLoad>& some, bool growing) {
+    for (const DeadLoad& load : some) {
+      const int body = load.body.value_or(mechanism.end_effector);
+      const Vector3d reference = mechanism.bodies[static_cast<std::size_t>(body)].reference;
+      list.push_back({{"name", load.name},
+                      {"body", body},
+                      {"place", triple_json(load.place.value_or(reference + load.arm))},
+                      {"force", triple_json(load.force)},
+                      {"moment", triple_json(load.moment)},
+                      {"growing", growing}});
+    }
+  };
+  add(loads.constant, false);
+  add(loads.growing, true);
+  return list;
+}
+
+/// As many of the places as may be, evenly, with the first, the last and the unmoved one.
+std::vector<std::size_t> thinned(const std::vector<std::size_t>& places,
+                                 const std::vector<PathPoint>& path, std::size_t most) {
+  most = std::max<std::size_t>(most, 3);
+  if (places.size() <= most) return places;
+  std::vector<std::size_t> kept;
+  for (std::size_t k = 0; k < most - 1; ++k)
+    kept.push_back(places[k * (places.size() - 1) / (most - 2)]);
+  kept.push_back(*std::ranges::min_element(
+      places, {}, [&](std::size_t i) { return std::abs(path[i].stroke); }));
+  std::ranges::sort(kept);
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  return kept;
+}
+
+void add(std::vector<float>& values, const Vector3d& v) {
+  for (int c = 0; c < 3; ++c) values.push_back(static_cast<float>(v[c]));
+}
+
+void add_equilibria(const Mechanism& mechanism, const std::vector<PathPoint>& path,
+                    const std::vector<std::size_t>& frames, std::size_t points, Json& design) {
+  std::vector<float> rest, displacement, stress, motion;
+  for (const LeafShape& leaf : path[frames.front()].shapes)
+    for (const Vector3d& x : leaf.undeflected) add(rest, x);
+  for (const std::size_t f : frames) {
+    for (const LeafShape& leaf : path[f].shapes)
+      for (std::size_t i = 0; i < leaf.deflected.size(); ++i) {
+        add(displacement, leaf.deflected[i] - leaf.undeflected[i]);
+        stress.push_back(static_cast<float>(leaf.von_mises[i]));
+      }
+    for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
+      const BodyMotion& body = path[f].bodies[b];
+      add(motion, body.displacement);
+      add(motion, body.rotation);
+    }
+  }
+  design["rest"] = packed_floats(rest, {points, 3});
+  design["displacement"] = packed_floats(displacement, {frames.size(), points, 3});
+  design["von_mises"] = packed_floats(stress, {frames.size(), points});
+  design["motion"] = packed_floats(motion, {frames.size(), mechanism.bodies.size(), 6});
+}
+
+/// Nothing where no point of the path has shapes.
+std::optional<Json> design_json(const std::string& label, const std::string& kind,
+                                const ParameterValues& parameters, const Mechanism& mechanism,
+                                const StrokeResponse& response, const LoadCase& loads,
+                                const Budget& budget) {
+  const std::vector<PathPoint>& path = response.path;
+  std::vector<std::size_t> drawn;
+  for (std::size_t i = 0; i < path.size(); ++i)
+    if (!path[i].shapes.empty()) drawn.push_back(i);
+  if (drawn.empty() || mechanism.leaves.empty()) return std::nullopt;
+  std::size_t points = 0;
+  for (const LeafShape& leaf : path[drawn.front()].shapes) points += leaf.undeflected.size();
+  const std::vector<std::size_t> frames = thinned(drawn, path, budget.equilibria / (16 * points));
+
+  Json design = {{"label", label},
+                 {"kind", kind},
+                 {"parameters", parameters},
+                 {"end_effector", mechanism.end_effector},
+                 {"bodies", bodies_json(mechanism)},
+                 {"leaves", leaves_json(mechanism, path[frames.front()].shapes)}};
+  design.update(ties_json(mechanism));
+  design["loads"] = loads_json(loads, mechanism);
+  design["frames"] = frames;
+  add_equilibria(mechanism, path, frames, points, design);
+
+  std::size_t modes = 0;
+  for (const std::size_t f : frames)
+    modes = std::max(modes, path[f].modes_locked.size() + path[f].modes_free.size());
+  design["modes"] = nullptr;
+  if (modes > 0 && budget.modes > 0)
+    design["modes"] = modes_json(
+        mechanism, path, thinned(frames, path, budget.modes / (6 * points * modes)), points);
+  design["branches"] = {{"locked", mode_branches(path, DriveState::locked)},
+                        {"free", mode_branches(path, DriveState::free)}};
+  return design;
+}
+
+/// Every evaluated design of an optimisation, a column for each number; what failed has NaN.
+Json evaluations_json(const RunRecord& record) {
+  const Optimum& optimum = *record.optimum;
+  std::vector<std::string> variables;
+  for (const Variable& v : record.job.optimise->variables) variables.push_back(v.parameter);
+  std::vector<std::string> constraints;
+  for (const ConstraintState& c : optimum.constraints) constraints.push_back(c.label);
+  const std::size_t width = 2 + variables.size() + constraints.size();
+  std::vector<float> rows;
+  Json start = Json::array(), number = Json::array(), stage = Json::array();
+  constexpr std::array<const char*, 4> stages{"search", "stock", "pareto", "verification"};
+  for (const EvaluationRecord& e : optimum.history) {
+    if (e.difference) continue;
+    start.push_back(e.start);
+    number.push_back(e.number);
+    stage.push_back(stages[static_cast<std::size_t>(e.stage)]);
+    const float none = std::nanf("");
+    rows.push_back(e.ok ? static_cast<float>(e.objective) : none);
+    rows.push_back(e.ok ? static_cast<float>(e.violation) : none);
+    for (const std::string& name : variables) {
+      const auto found = e.variables.find(name);
+      rows.push_back(found == e.variables.end() ? none : static_cast<float>(found->second));
+    }
+    for (std::size_t c = 0; c < constraints.size(); ++c)
+      rows.push_back(e.ok && c < e.constraints.size() ? static_cast<float>(e.constraints[c])
+                                                      : none);
+  }
+  return {
+      {"variables", variables},    {"constraints", constraints},
+      {"start", std::move(start)}, {"number", std::move(number)},
+      {"stage", std::move(stage)}, {"values", packed_floats(rows, {rows.size() / width, width})}};
+}
+
+}  // namespace
+
+OrderedJson make_scene(const RunRecord& record) {
+  Json designs = Json::array();
+  const auto add = [&](const std::string& label, const std::string& kind,
+                       const ParameterValues& parameters, const Mechanism& mechanism,
+                       const StrokeResponse& response, const Budget& budget) {
+    auto design =
+        design_json(label, kind, parameters, mechanism, response, record.job.request.loads, budget);
+    if (!design) return;
+    if (kind == "start") {  // the result has the path of its own design alone
+      Json path = Json::array();
+      for (const PathPoint& point : response.path)
+        path.push_back(make_path_point(point, mechanism, record.job.request));
+      remove_non_finite(path);
+      (*design)["path"] = std::move(path);
+    }
+    designs.push_back(std::move(*design));
+  };
+  const bool optimised = record.optimum.has_value();
+  add(optimised ? "optimum" : "design", "result",
+      optimised ? record.optimum->parameters : record.job.design.parameters, record.mechanism,
+      response_of(record), whole_budget);
+  for (const DrawnDesign& other : record.others)
+    add(other.label, other.kind, other.parameters, other.mechanism, other.response,
+        other.kind == "start" ? start_budget : front_budget);
+  Json scene = {{"flexopt_scene", 1}, {"designs", std::move(designs)}};
+  scene["evaluations"] = optimised ? evaluations_json(record) : Json();
+  return scene;
+}
+
+OrderedJson merged_scene(const std::vector<OrderedJson>& scenes,
+                         const std::vector<std::string>& labels,
+                         const std::vector<std::size_t>& order) {
+  Json merged = {{"flexopt_scene", 1}, {"designs", Json::array()}, {"left_out", Json::array()}};
+  std::size_t size = 0;
+  for (const std::size_t k : order) {
+    if (k >= scenes.size() || !scenes[k].is_object() || scenes[k].value("designs", Json()).empty())
+      continue;
+    const bool first = merged["designs"].empty();
+    if (first) {
+      merged["designs"] = scenes[k]["designs"];
+      merged["evaluations"] = scenes[k].value("evaluations", Json());
+      merged["designs"][0]["label"] = labels[k];
+      size = merged.dump().size();
+      continue;
+    }
+    Json other = scenes[k]["designs"][0];
+    other["label"] = labels[k];
+    other["kind"] = "listed";
+    other["listed"] = k;
+    other["modes"] = nullptr;
+    const std::size_t own = other.dump().size();
+    if (size + own > report_budget) {
+      merged["left_out"].push_back(labels[k]);
+      continue;
+    }
+    size += own;
+    merged["designs"].push_back(std::move(other));
+  }
+  return merged;
+}
+
+void write_scene(const std::filesystem::path& folder, const OrderedJson& scene) {
+  if (scene.is_object() && !scene.value("designs", Json()).empty())
+    write_file(folder / "scene.json", scene.dump());
+  else
+    std::filesystem::remove(folder / "scene.json");  // of an earlier run
+}
+
+OrderedJson read_scene(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "scene.json";
+  if (!std::filesystem::exists(file)) return nullptr;
+  Json scene = Json::parse(read_file(file), nullptr, false);
+  return scene.is_object() ? scene : Json();
+}
+
+}  // namespace flexopt

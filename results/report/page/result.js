@@ -1,0 +1,62 @@
+// The result of the run, and what the whole page wants to know of it.
+import {least, max} from "d3";
+import {heading, number_text, quantity_text, shown_unit, shown_factor} from "./text.js";
+
+export const result = JSON.parse(document.getElementById("result").textContent);
+export const job = result.job ?? {};
+export const optimum = result.optimum ?? null;
+export const comparison = result.comparison ?? null;
+/// Of a job that lists designs; all else in the result is then of the best, or of the first.
+export const listed = result.ranking ?? result.designs ?? [];
+
+/// Drives with names: the plots then show their points one after the other.
+export const drive_units = typeof result.units?.stroke === "object" ? result.units.stroke : null;
+/// Gives the points of a path one number as stroke: with named drives their place in the path.
+export function with_one_stroke(points) {
+  if (drive_units) points.forEach((point, k) => { point.strokes = point.stroke; point.stroke = k; });
+  return points;
+}
+export const path = with_one_stroke(result.path ?? []);
+export const converged = path.filter((point) => point.status === "converged");
+export const by_stroke = (points) => [...points].sort((a, b) => a.stroke - b.stroke);
+
+export const drive = drive_units ? "" : result.conventions?.drive ?? "";
+export const stroke_unit = drive_units ? "1" : result.units?.stroke ?? "";
+export const load_path = job.load_path !== undefined;  // nothing is driven: stroke is the load factor
+export const stroke_label = load_path ? "load factor [1]" : drive_units ? "point [1]"
+  : `stroke ${/^[ur][xyz]$/.test(drive) ? drive : ""} [${shown_unit(stroke_unit)}]`.replace("  ", " ");
+export const shown_stroke = (x) => x * shown_factor(stroke_unit);
+export const load_unit_of = (name) => (result.units?.drive_load ?? {})[name] ?? result.units?.drive_load ?? "";
+export const allowable = result.material?.allowable_stress ?? null;
+
+/// Value of a quantity at a point of a path, or null.
+export const value_at = (quantity, point) => {
+  const value = quantity.at.reduce((v, key) => v?.[key], point);
+  return typeof value === "number" ? value : null;
+};
+/// The result's own table of quantities, those that some point has a value of.
+export const quantities = (result.quantities ?? []).map((q) => ({...q, value: (point) => value_at(q, point)}))
+  .filter((q) => converged.some((p) => q.value(p) !== null));
+export const largest_of = (q, points = converged) => max(points, (p) => Math.abs(q.value(p) ?? 0)) ?? 0;
+/// Quantities of one key, as all directions of the support stiffness.
+export const quantities_of = (key) => quantities.filter((q) => q.at[0] === key);
+export const supports = quantities_of("support_stiffness").map((q) => q.at[1]);
+
+export const strokes_text = (strokes) => Object.entries(strokes).map(([name, s]) => `${name} ${quantity_text(s, drive_units[name])}`).join(", ");
+/// "at 20°": where a point is.
+export const place_text = (point) => drive_units ? strokes_text(point.strokes)
+  : `${load_path ? "load factor " : ""}${quantity_text(point.stroke, stroke_unit)}`;
+export const at_stroke = (point) => `at ${place_text(point)}`;
+/// The converged point of least value.
+export const least_at = (value) => least(converged.filter((p) => typeof value(p) === "number"), value);
+export const rest_point = () => least(converged, (p) => drive_units
+  ? max(Object.values(p.strokes), Math.abs) : Math.abs(p.stroke));
+
+/// Units of parameters are those of the result's list.
+export const parameter_text = (name, value, digits = 4) => quantity_text(value, result.units?.parameters?.[name] ?? "", digits);
+/// Value of an objective or a constraint; "SI" is a formula of the user without a known unit.
+export const goal_text = (goal, value, digits = 4) => goal.unit === "SI" ? number_text(value, digits) : quantity_text(value, goal.unit, digits);
+export const goal_factor = (goal) => goal.unit === "SI" ? 1 : shown_factor(goal.unit);
+export const goal_unit = (goal) => goal.unit === "SI" ? "SI" : shown_unit(goal.unit);
+export const goal_name = (goal) => goal.expression ?? `${(goal.quantity ?? "").replace(/_/g, " ")}, ${(goal.over_stroke ?? "").replace(/_/g, " ")} over the stroke`;
+export {heading};

@@ -1,0 +1,49 @@
+// The tables: every point of the stroke, the checks, the overconstraints.
+import {group, max} from "d3";
+import {allowable, at_stroke, comparison, converged, heading, largest_of, load_path, path, quantities, result, stroke_unit, drive_units, strokes_text} from "./result.js";
+import {set} from "./state.js";
+import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of, without_noise} from "./text.js";
+
+export function stroke_table() {
+  if (path.length === 0) return [];
+  const value = (text) => (p) => p.status === "converged" ? text(p) : "–";
+  const lost = path.filter((p) => p.status !== "converged" && p.message);
+  return [element("p", {class: "soft"}, "A click on a row moves the mechanism there."),
+    table_of(path, [
+      {name: load_path ? "Load factor" : "Stroke", unit: drive_units ? "" : shown_unit(stroke_unit), text: (p) => drive_units ? strokes_text(p.strokes) : number_text(p.stroke * shown_factor(stroke_unit), 4)},
+      ...quantities.filter((q) => !load_path || q.at[0] !== "drive_load").map((q) => {
+        const largest = largest_of(q);
+        return {name: heading(q.label), unit: shown_unit(q.unit),
+          text: value((p) => q.value(p) === null ? "–" : number_text(without_noise(q.value(p), largest) * shown_factor(q.unit))),
+          tone: (p) => q.name === "max_stress" && allowable && p.max_stress > allowable * 1.0001 ? "bad" : ""};
+      }),
+      {name: "Where", left: true, text: value((p) => p.max_stress_place?.leaf ?? "")},
+      {name: "Newton", unit: "iterations", text: (p) => String(p.newton_iterations ?? "–")},
+      {name: "State", left: true, text: (p) => p.status !== "converged" ? readable(p.status) : p.stable ? "stable" : "unstable", tone: (p) => p.status === "converged" && p.stable ? "" : "bad"}],
+    () => false, (p) => { if (p.status === "converged") set({stroke: p.stroke, playing: false}); }),
+    ...lost.map((p) => element("p", {class: "bad"}, `${at_stroke(p)}: ${p.message}`))];
+}
+
+export function checks() {
+  const rows = (comparison ? [] : result.leaves ?? []).map((leaf) => {
+    const used = converged.map((p) => ({p, report: p.leaves?.find((l) => l.name === leaf.name)})).filter((u) => u.report);
+    const models = [...group(used, (u) => u.report.model)].map(([name, list]) => `${readable(name)} (${list.length})`).join(", ");
+    return {...leaf, models, reasons: [...new Set(used.map((u) => u.report.reason).filter(Boolean))].join("; "), check: max(used, (u) => Math.abs(u.report.check))};
+  });
+  const expected = result.expectations ?? [], constraints = result.constraints;
+  return [
+    rows.length ? table_of(rows, [
+      {name: "Leaf", left: true, text: (l) => l.name},
+      {name: "Length", text: (l) => quantity_text(l.length, "m")}, {name: "Width", text: (l) => quantity_text(l.width, "m")}, {name: "Thickness", text: (l) => quantity_text(l.thickness, "m")},
+      {name: "Length/width", text: (l) => number_text(l.length / l.width)},
+      {name: "Beam theory", left: true, text: (l) => l.length / l.width < 2 ? "not enough, plate needed" : l.length / l.width < 4 ? "only with warping restraint" : "would do"},
+      {name: "Model", unit: "points", left: true, text: (l) => l.models}, {name: "Own check", unit: "relative", text: (l) => l.check ? number_text(l.check, 2) : "–"}, {name: "Why not the default", left: true, text: (l) => l.reasons}]) : null,
+    constraints ? element("p", {}, `Degrees of freedom of the undeflected mechanism: ${constraints.degrees_of_freedom}; overconstraints: ${constraints.overconstraints}.`) : null,
+    constraints?.redundant?.length ? element("ul", {}, ...constraints.redundant.map((r) => element("li", {}, heading(r.text.replace(/`/g, ""))))) : null,
+    expected.length ? table_of(expected, [
+      {name: "Expected number", left: true, text: (e) => e.pointer}, {name: "Expected", text: (e) => number_text(e.expected, 6)}, {name: "±", text: (e) => number_text(e.tolerance, 2)},
+      {name: "Found", text: (e) => number_text(e.value, 6)}, {name: "", left: true, text: (e) => e.ok ? "agrees" : "differs", tone: (e) => e.ok ? "good" : "bad"}, {name: "Source", left: true, text: (e) => e.source}]) : null,
+    converged.some((p) => !p.stable) ? element("p", {class: "bad"}, `Unstable with the drive held (buckled) ${converged.filter((p) => !p.stable).map(at_stroke).join(", ")}.`) : converged.length ? element("p", {}, "The tangent with the drive held has no negative eigenvalue at any converged point.") : null,
+    comparison ? null : element("p", {class: "soft"}, "Not checked: fatigue, stiffness of the frame; clearance is that between leaves and boxes of bodies."),
+    ...(result.notes ?? []).map((note) => element("p", {class: "warn"}, note))];
+}

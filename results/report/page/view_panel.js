@@ -1,0 +1,230 @@
+// The panel around the view: stroke sliders, play, modes, colours, views, the legend, and what is
+// under the pointer.
+import {max} from "d3";
+import {legend} from "@observablehq/plot";
+import {stress_color} from "./colors.js";
+import {allowable, converged, drive_units, load_path, path, place_text, quantities, result, stroke_unit} from "./result.js";
+import {designs} from "./scene_data.js";
+import {listen, set, state} from "./state.js";
+import {action_button, chooser, element, number_text, quantity_text, readable, shown_factor, shown_unit, without_noise} from "./text.js";
+import {standard_views, View} from "./view.js";
+
+const seconds_of_stroke = 5, turns_of_mode = 0.9, mode_size = 0.07;
+
+/// Converged point of the path next to the stroke shown.
+export function point_now(points = converged) {
+  let near = points[0];
+  for (const p of points) if (Math.abs(p.stroke - state.stroke) < Math.abs(near.stroke - state.stroke)) near = p;
+  return near;
+}
+
+/// Lists of modes that some point has: [["locked:0", "…"], …].
+function mode_options() {
+  const options = [["", "none: equilibrium"]];
+  const {locked = 0, free = 0} = designs[0]?.modes ?? {};
+  for (const [drive, count] of [["locked", locked], ["free", free]])
+    for (let k = 0; k < count; ++k) {
+      const mode = (point_now()?.modes ?? []).filter((m) => m.drive === drive)[k];
+      if (mode) options.push([`${drive}:${k}`, `drive ${drive} ${k + 1}: ${quantity_text(mode.frequency, "Hz")}, ${readable(mode.kind)}`]);
+    }
+  return options;
+}
+
+function stroke_sliders() {
+  const sorted = [...converged].sort((a, b) => a.stroke - b.stroke);
+  if (!drive_units) {
+    const low = sorted[0].stroke, high = sorted.at(-1).stroke, range = high - low || 1;
+    const slider = element("input", {type: "range", id: "stroke", min: 0, max: 1000, step: 1, "aria-label": load_path ? "load factor" : "stroke", ...(high > low ? {} : {disabled: true}),
+      oninput: (event) => set({stroke: low + range * event.target.value / 1000, playing: false})});
+    const text = element("output", {id: "stroke-text", for: "stroke"});
+    const follow = () => {
+      slider.value = Math.round(1000 * (state.stroke - low) / range);
+      text.textContent = quantity_text(without_noise(state.stroke, Math.max(Math.abs(low), Math.abs(high)) * 1e6), stroke_unit);
+      slider.setAttribute("aria-valuetext", text.textContent);
+    };
+    listen(["stroke"], follow);
+    follow();
+    return [element("label", {class: "slider"}, element("span", {}, load_path ? "Load factor" : "Stroke"), slider, text)];
+  }
+  // Of several drives: each slider walks through the strokes that were computed; the nearest
+  // computed point is shown.
+  const names = Object.keys(drive_units);
+  const values = names.map((name) => [...new Set(sorted.map((p) => p.strokes[name]))].sort((a, b) => a - b));
+  const wanted = names.map((name) => point_now(sorted)?.strokes[name] ?? 0);
+  const nearest = () => sorted.reduce((best, p) => distance(p) < distance(best) ? p : best);
+  const distance = (p) => names.reduce((sum, name, k) => sum + ((p.strokes[name] - wanted[k]) / (values[k].at(-1) - values[k][0] || 1)) ** 2, 0);
+  return names.map((name, k) => {
+    const slider = element("input", {type: "range", id: `stroke-${k}`, min: 0, max: values[k].length - 1, step: 1, "aria-label": `stroke of ${name}`,
+      oninput: (event) => { wanted[k] = values[k][event.target.value]; set({stroke: nearest().stroke, playing: false}); }});
+    const text = element("output", {});
+    const follow = () => {
+      const now = point_now(sorted);
+      wanted[k] = now.strokes[name];
+      slider.value = values[k].indexOf(wanted[k]);
+      text.textContent = quantity_text(wanted[k], drive_units[name]);
+    };
+    listen(["stroke"], follow);
+    follow();
+    return element("label", {class: "slider"}, element("span", {}, name), slider, text);
+  });
+}
+
+/// Moves the stroke or the phase of the mode while the page plays.
+function player() {
+  const strokes = [...converged].map((p) => p.stroke).sort((a, b) => a - b);
+  const low = strokes[0], high = strokes.at(-1);
+  let last = null, run = 0;
+  const step = (now) => {
+    if (!state.playing && !state.mode) { last = null; return; }
+    const dt = last === null ? 0 : Math.min(0.1, (now - last) / 1000);
+    last = now;
+    const fresh = {phase: state.mode ? state.phase + 2 * Math.PI * turns_of_mode * dt : 0};
+    if (state.playing) {
+      run += dt / seconds_of_stroke;
+      const x = low + (high - low) * (0.5 - 0.5 * Math.cos(2 * Math.PI * run));
+      fresh.stroke = drive_units ? strokes[Math.floor(run * strokes.length) % strokes.length] : x;
+    }
+    set(fresh);
+    requestAnimationFrame(step);
+  };
+  listen(["playing", "mode"], () => {
+    if (last !== null) return;
+    if (state.playing) run = Math.acos(Math.min(1, Math.max(-1, 1 - 2 * (state.stroke - low) / (high - low || 1)))) / (2 * Math.PI);
+    requestAnimationFrame(step);
+  });
+}
+
+/// Words about the part under the pointer.
+function part_text(hit) {
+  const {figure, name, kind, solid, vertex} = hit, {design} = figure;
+  const lines = [name];
+  if (kind === "leaf") {
+    const {leaf} = solid;
+    lines.push(leaf.round ? `${quantity_text(leaf.length, "m")} long, diameter ${quantity_text(leaf.thickness, "m")}`
+      : `${quantity_text(leaf.length, "m")} × ${quantity_text(leaf.width, "m")} × ${quantity_text(leaf.thickness, "m")}`);
+    lines.push(`here ${quantity_text(solid.stress[solid.point_of_vertex[vertex]], "Pa")}`);
+  }
+  if (kind === "body") {
+    const now = design.bodies_now.subarray(6 * hit.body, 6 * hit.body + 6), names = ["x", "y", "z"];
+    const size = Math.hypot(now[0], now[1], now[2]), turn = Math.hypot(now[3], now[4], now[5]);
+    if (design.bodies[hit.body].mass) lines.push(quantity_text(design.bodies[hit.body].mass, "kg"));
+    lines.push(names.map((c, k) => `u${c} ${quantity_text(without_noise(now[k], size * 1e4), "m")}`).join(", "));
+    lines.push(names.map((c, k) => `r${c} ${quantity_text(without_noise(now[3 + k], turn * 1e4), "rad")}`).join(", "));
+  }
+  return lines;
+}
+
+function stress_legend(top) {
+  const [unit, factor] = [shown_unit("Pa"), shown_factor("Pa")];
+  const made = legend({color: {type: "linear", domain: [0, top * factor], interpolate: stress_color}, width: 260, ticks: 4, tickFormat: (v) => number_text(v),
+    label: `von Mises stress [${unit}]`, style: {fontSize: "12px", background: "transparent"}});
+  return element("div", {class: "stress-legend", id: "stress-legend"}, made,
+    element("span", {class: "soft"}, `largest ${quantity_text(top, "Pa")}${allowable ? `, allowed ${quantity_text(allowable, "Pa")}` : ""}`));
+}
+
+/// The view with its panel; a text where there is nothing to draw or no WebGL.
+export function view_panel() {
+  const panel = element("section", {class: "viewer", id: "viewer", "aria-label": "the mechanism in three dimensions"});
+  if (designs.length === 0 || converged.length === 0) {
+    panel.append(element("p", {class: "soft"}, "No deformed shapes in this result, so no picture."));
+    return {panel, view: null};
+  }
+  const canvas = element("canvas", {tabindex: "0", role: "img", "aria-label": "mechanism; arrow keys turn it, plus and minus zoom"});
+  const stage = element("div", {class: "canvas"}, canvas);
+  panel.append(stage);
+  let view;
+  try {
+    view = new View(canvas);
+  } catch {
+    stage.replaceChildren(element("p", {class: "notice", id: "no-webgl"}, "This browser has no WebGL, so the mechanism cannot be drawn in three dimensions here. All plots and tables below work without it."));
+    return {panel, view: null};
+  }
+  const tip = element("div", {class: "tip", hidden: true}), labels = element("div", {class: "slots"});
+  stage.append(labels, tip);
+  let color = "stress", show_bodies = true, looking = "3-D";
+  const shown = () => [designs[0], designs[state.beside]].filter(Boolean);
+  const top = () => Math.max(1, max(shown(), (d) => d.largest_stress()));
+  const legend_place = element("div", {});
+  const pose = () => view.pose({stroke: state.stroke, mode: state.mode, amount: mode_size * designs[0].size * Math.sin(state.phase),
+    top: color === "stress" ? top() : null, chosen: state.leaf, show_bodies});
+  const arrange = () => {
+    view.show(state.beside === null ? [designs[0]] : [designs[0], designs[state.beside]]);
+    labels.replaceChildren(...(shown().length > 1 ? shown() : []).map((d) => element("span", {}, d.label)));
+    legend_place.replaceChildren(color === "stress" ? stress_legend(top()) : element("span"));
+    view.look(looking);
+    pose();
+  };
+
+  const play = element("button", {type: "button", id: "play", "aria-pressed": "false", onclick: () => set({playing: !state.playing})}, "▶ Play");
+  listen(["playing"], () => { play.textContent = state.playing ? "❚❚ Pause" : "▶ Play"; play.setAttribute("aria-pressed", state.playing); });
+  const modes = chooser("Mode", mode_options(), "", (value) => {
+    const [drive, index] = value.split(":");
+    set({mode: value ? {drive, index: Number(index)} : null, phase: 0});
+  });
+  const list = modes.querySelector("select");
+  list.id = "mode";
+  listen(["stroke"], () => {  // the frequencies change along the stroke
+    const texts = new Map(mode_options());
+    for (const option of list.options) if (texts.has(option.value) && option.textContent !== texts.get(option.value)) option.textContent = texts.get(option.value);
+  });
+  const leaf_list = chooser("Leaf", [["", "none"], ...designs[0].leaves.map((l) => [l.name, l.name])], "", (value) => set({leaf: value || null}));
+  leaf_list.querySelector("select").id = "leaf";
+  listen(["leaf"], () => { leaf_list.querySelector("select").value = state.leaf ?? ""; });
+  const beside = designs.length > 1 ? chooser("Beside it", [["", "nothing"], ...designs.slice(1).map((d, k) => [String(k + 1), d.label])],
+    state.beside === null ? "" : String(state.beside), (value) => set({beside: value ? Number(value) : null})) : null;
+  if (beside) {
+    beside.querySelector("select").id = "beside";
+    listen(["beside"], () => { beside.querySelector("select").value = state.beside === null ? "" : String(state.beside); });
+  }
+  const colors = chooser("Colour", [["stress", "stress"], ["plain", "plain"]], "stress", (value) => { color = value; arrange(); });
+  colors.querySelector("select").id = "color";
+  const views = element("div", {class: "views", role: "group", "aria-label": "standard views"},
+    ...Object.keys(standard_views).map((name) => element("button", {type: "button", onclick: () => { looking = name; view.look(name); }}, name)));
+  const turning = element("input", {type: "checkbox", id: "turntable", onchange: (event) => { view.turntable = event.target.checked; }});
+  const bodies = element("input", {type: "checkbox", id: "bodies", checked: true, onchange: (event) => { show_bodies = event.target.checked; pose(); }});
+  const copy = action_button("Copy as PNG", async () => {
+    const picture = await view.picture();
+    try {
+      await navigator.clipboard.write([new ClipboardItem({"image/png": picture})]);
+    } catch {
+      return false;
+    }
+  });
+  copy.id = "copy-png";
+  const save = action_button("Save PNG", async () => {
+    const link = element("a", {href: URL.createObjectURL(await view.picture()), download: "mechanism.png"});
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  }, "saved");
+  panel.append(
+    element("div", {class: "controls"}, ...stroke_sliders(), converged.length > 1 ? play : null),
+    element("div", {class: "controls"}, list.options.length > 1 ? modes : null, colors, leaf_list, beside),
+    element("div", {class: "controls"}, views, element("label", {class: "choice"}, turning, "turntable"), element("label", {class: "choice"}, bodies, "bodies"), copy, save),
+    legend_place,
+    element("p", {class: "soft hint"}, "True scale. Drag or use the arrow keys to turn, wheel or + and − to zoom, click a leaf for its plots. Hatched: ground."));
+
+  canvas.addEventListener("pointermove", (event) => {
+    if (event.buttons) { tip.hidden = true; return; }
+    const hit = view.pick(event.clientX, event.clientY);
+    tip.hidden = !hit;
+    canvas.style.cursor = hit?.kind === "leaf" ? "pointer" : "grab";
+    if (!hit) return;
+    const box = stage.getBoundingClientRect();
+    tip.replaceChildren(...part_text(hit).map((line, k) => element(k === 0 ? "strong" : "div", {}, line)));
+    tip.style.left = `${Math.max(4, Math.min(event.clientX - box.left + 14, box.width - tip.offsetWidth - 4))}px`;
+    tip.style.top = `${Math.max(4, Math.min(event.clientY - box.top + 14, box.height - tip.offsetHeight - 4))}px`;
+  });
+  canvas.addEventListener("pointerleave", () => { tip.hidden = true; });
+  let pressed = null;
+  canvas.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; });
+  canvas.addEventListener("click", (event) => {
+    if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 4) return;  // a drag
+    const hit = view.pick(event.clientX, event.clientY);
+    if (hit?.kind === "leaf") set({leaf: hit.name === state.leaf ? null : hit.name});
+  });
+  listen(["stroke", "mode", "phase", "leaf"], pose);
+  listen(["beside"], arrange);
+  player();
+  arrange();
+  return {panel, view};
+}

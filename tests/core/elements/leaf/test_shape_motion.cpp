@@ -1,0 +1,129 @@
+// LeafDynamics::shape_motion, from which modes are drawn, is the derivative of shape().
+#include <catch2/catch.hpp>
+
+#include "core/elements/leaf/leaf_element.hpp"
+#include "core/math/rotation.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+struct Case {
+  const char* name;
+  ModelOptions model;
+  double tolerance;  ///< of the largest motion of a point
+};
+
+ModelOptions options(Accuracy accuracy, Reduction method, Flexure flexure, int segments) {
+  ModelOptions model;
+  model.accuracy = accuracy;
+  model.method = method;
+  model.flexure = flexure;
+  model.mesh = flexure == Flexure::beam ? std::array{8, 1} : std::array{6, 4};
+  model.superelements = {segments, 0};
+  return model;
+}
+
+std::vector<Case> cases() {
+  using enum Reduction;
+  using enum Flexure;
+  using enum Accuracy;
+  const double differences = 1e-5;  // of central differences with the step below
+  return {{"plate", options(full, mixed_potential, plate, 1), differences},
+          {"beam", options(full, mixed_potential, beam, 1), differences},
+          {"modal", options(reduced, modal_derivatives, plate, 1), differences},
+          {"modal beam", options(reduced, modal_derivatives, beam, 1), differences},
+          {"chain", options(reduced, modal_derivatives, plate, 2), differences},
+          {"beam chain", options(reduced, modal_derivatives, beam, 3), differences},
+          // cubics between the nodes: short segments also shear, as wide as they are long
+          {"superelements", options(reduced, linear_craig_bampton, beam, 4), 0.06}};
+}
+
+std::unique_ptr<LeafElement> element(const Mechanism& m, const ModelOptions& model) {
+  auto leaves = model.accuracy == Accuracy::full ? make_full_leaves(m, model)
+                                                 : make_reduced_leaves(m, model, 0.005);
+  return std::move(leaves[0]);
+}
+
+EdgePoses moved(const EdgePoses& from, const Vector12d& v) {
+  EdgePoses edges = from;
+  for (int e = 0; e < 2; ++e) {
+    edges[e].position += v.segment<3>(6 * e);
+    edges[e].axes = rotation_exp(v.segment<3>(6 * e + 3)) * edges[e].axes;
+  }
+  return edges;
+}
+
+void settle(LeafElement& leaf, const EdgePoses& edges, const Vector12d& dq) {
+  leaf.evaluate();
+  leaf.move(edges, dq);
+  for (int k = 0; k < 60 && leaf.evaluate().correction > 1e-13; ++k)
+    leaf.move(edges, Vector12d::Zero());
+}
+
+VectorXd places(LeafElement& leaf) {
+  const LeafShape shape = leaf.shape();
+  VectorXd all(3 * static_cast<Eigen::Index>(shape.deflected.size()));
+  for (std::size_t i = 0; i < shape.deflected.size(); ++i)
+    all.segment<3>(3 * static_cast<Eigen::Index>(i)) = shape.deflected[i];
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("The motion that modes are drawn with is the derivative of the shape",
+          "[core][elements]") {
+  Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
+  m.leaves[0].axes = rotation_exp({0.3, -0.2, 0.5}) * m.leaves[0].axes;
+  m.bodies[0].reference = m.bodies[0].center_of_mass = m.leaves[0].tip_middle();
+  const LeafSpring& spring = m.leaves[0];
+  const EdgePoses rest{EdgePose{spring.origin, spring.axes},
+                       EdgePose{spring.tip_middle(), spring.axes}};
+  Vector12d bend = Vector12d::Zero(), way;
+  bend.segment<3>(6) = spring.axes * Vector3d(-1e-5, 0, 4e-3);
+  bend.segment<3>(9) = spring.axes * Vector3d(0.02, -0.03, 0);
+  way << 0, 0, 0, 0, 0, 0, 0.2, -0.3, 0.5, 4, -6, 3;
+  way.segment<3>(6) = (spring.axes * Vector3d(0, 0.01, 0.8)).eval();
+  const double step = 2e-6;
+  for (const Case& c : cases()) {
+    CAPTURE(c.name);
+    const auto leaf = element(m, c.model);
+    settle(*leaf, moved(rest, bend), bend);
+    const LeafDynamics dynamics = leaf->dynamics(2);
+    const VectorXd middle = places(*leaf);
+    // The base is held: a model may leave its columns out.
+    REQUIRE(dynamics.shape_motion.rows() == middle.size());
+    REQUIRE(dynamics.shape_motion.cols() == dynamics.mass.cols());
+    const VectorXd motion = dynamics.shape_motion.leftCols<12>() * way;
+    const auto state = leaf->save();
+    std::array<VectorXd, 2> ends;
+    const EdgePoses bent = moved(rest, bend);
+    for (const int side : {0, 1}) {
+      leaf->restore(*state);
+      leaf->move(bent, Vector12d::Zero());
+      const Vector12d dq = (side == 0 ? -step : step) * way;
+      settle(*leaf, moved(bent, dq), dq);
+      ends[static_cast<std::size_t>(side)] = places(*leaf);
+    }
+    const VectorXd difference = (ends[1] - ends[0]) / (2 * step);
+    CHECK((motion - difference).cwiseAbs().maxCoeff() <
+          c.tolerance * difference.cwiseAbs().maxCoeff());
+    // At the cuts nothing is interpolated: the middle of the section is a node.
+    const LeafShape shape = leaf->shape();
+    const int lines = shape.points_along, segments = c.model.superelements[0];
+    for (int i = 0; segments > 1 && i < lines; i += (lines - 1) / segments) {
+      Vector3d missed = Vector3d::Zero();
+      for (const int j : {0, shape.points_across - 1})
+        missed += 0.5 * (motion - difference).segment<3>(3 * (j * lines + i));
+      CHECK(missed.norm() < 1e-5 * difference.cwiseAbs().maxCoeff());
+    }
+    // Interior modes leave the clamped base where it is.
+    for (int j = 0; j < shape.points_across; ++j)
+      CHECK(dynamics.shape_motion.rightCols(dynamics.mode_frequencies.size())
+                .middleRows<3>(3 * j * shape.points_along)
+                .cwiseAbs()
+                .maxCoeff() < 1e-9 * dynamics.shape_motion.cwiseAbs().maxCoeff());
+  }
+}

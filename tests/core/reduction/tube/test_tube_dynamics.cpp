@@ -1,0 +1,205 @@
+// The tables of a tube leaf's internal dynamics: their expansion against exact states, the laws of
+// mass, and the frequencies of mechanisms against full leaves.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/math/decompositions.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+const double pi = std::numbers::pi;
+constexpr int P = TubeDynamics::amplitudes;
+
+MatrixXd at(const MatrixPolynomial& A, const Vector6d& x) {
+  MatrixXd sum = MatrixXd::Zero(A.rows(), A.cols());
+  for (int m = 0; m < A.size(); ++m) {
+    double power = 1;
+    for (int v = 0; v < 6; ++v) power *= std::pow(x[v], A.table().exponents(m)[v]);
+    sum += power * A[m];
+  }
+  return sum;
+}
+
+std::shared_ptr<TubeModel> tabulated_tube(const PlateShape& shape) {
+  auto model = std::make_shared<TubeModel>(std::make_shared<PlateMesh>(shape), TubeRange{});
+  model->make_dynamics();
+  return model;
+}
+
+const PlateShape flat{0.3, 0.005, 0.3, {6, 2}, true};
+
+// Squares of the lowest internal frequencies, edges held.
+VectorXd held(const TubeDynamics::Answer& answer) {
+  return SymmetricEigen(answer.stiffness, answer.mass.bottomRightCorner<P, P>())
+      .eigenvalues()
+      .head(4);
+}
+
+// Worst relative difference of all frequencies.
+double frequency_error(const StrokeResponse& found, const StrokeResponse& truth) {
+  double worst = 0;
+  const auto compare = [&](const std::vector<double>& a, const std::vector<double>& b) {
+    REQUIRE(a.size() == b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] / b[i] - 1));
+  };
+  REQUIRE(found.status == Status::ok);
+  REQUIRE(truth.status == Status::ok);
+  for (std::size_t k = 0; k < truth.path.size(); ++k) {
+    compare(found.path[k].frequencies_free, truth.path[k].frequencies_free);
+    compare(found.path[k].frequencies_locked, truth.path[k].frequencies_locked);
+  }
+  return worst;
+}
+
+StrokeRequest sweep(double end, int points, int frequencies) {
+  StrokeRequest request;
+  request.points.clear();
+  for (int k = 0; k < points; ++k) request.points.push_back(end * k / (points - 1));
+  request.frequencies = frequencies;
+  request.outputs = {Output::equilibrium, Output::frequencies_free, Output::frequencies_locked};
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("the expansion of the dynamics is that of exact states to second order") {
+  const auto mesh = std::make_shared<PlateMesh>(flat);
+  Eigen::Matrix2d ray;
+  ray << 1, 1, 1, -1;
+  ChordLeaf leaf(mesh);
+  const InternalLoads loads = internal_loads(leaf);
+  REQUIRE(loads.found);
+  const Vector3d scale = tube_force_scale(flat);
+  REQUIRE(leaf.solve({0.1, 0.1, 0}, Vector3d::Zero()).converged);
+  const ChordLeaf node = leaf;
+  const DynamicsExpansion e = expand_dynamics(leaf, ray, loads);
+  double rest[2][6];
+  for (int n = 0; n < 2; ++n) {
+    Vector6d x;
+    x << 0.01, 0.01, 0.004, 1, 0.5, -0.3;
+    x /= 1 << n;
+    leaf = node;
+    for (int again = 0; again < 2; ++again)
+      REQUIRE(
+          leaf.solve({0.1 + x[0] + x[1], 0.1 + x[0] - x[1], x[2]}, scale.cwiseProduct(x.tail<3>()))
+              .converged);
+    const DynamicsExpansion exact = expand_dynamics(leaf, ray, loads);
+    const MatrixPolynomial DynamicsExpansion::*parts[] = {
+        &DynamicsExpansion::k, &DynamicsExpansion::G,    &DynamicsExpansion::g,
+        &DynamicsExpansion::F, &DynamicsExpansion::mass, &DynamicsExpansion::stations};
+    for (int p = 0; p < 6; ++p) rest[n][p] = ((exact.*parts[p])[0] - at(e.*parts[p], x)).norm();
+  }
+  for (int p = 0; p < 6; ++p) {
+    INFO("part " << p);
+    CHECK(std::log2(rest[0][p] / rest[1][p]) > 2.7);
+  }
+}
+
+TEST_CASE("a tabulated leaf that moves as a rigid body has its whole mass") {
+  const auto model = tabulated_tube(flat);
+  REQUIRE(model->dynamics());
+  for (const double sigma : {0.0, 0.12, -0.25}) {
+    const TubeDynamics::Answer a =
+        model->dynamics()->evaluate({sigma, 0.01, 0.002, {0.4, 0.1, -0.2}});
+    REQUIRE(a.reason.empty());
+    const Matrix3d slide = a.mass.topLeftCorner<3, 3>();
+    CHECK((slide - flat.width * Matrix3d::Identity()).norm() < 1e-9 * flat.width);
+    CHECK((a.mass - a.mass.transpose()).norm() < 1e-12 * a.mass.norm());
+    CHECK(SymmetricEigen(a.stiffness).eigenvalues().minCoeff() > 0);
+    CHECK(SymmetricEigen(a.mass.bottomRightCorner<P, P>()).eigenvalues().minCoeff() > 0);
+  }
+}
+
+TEST_CASE("a tabulated leaf vibrates as its mirror images do") {
+  const auto model = tabulated_tube(flat);
+  REQUIRE(model->dynamics());
+  const TubeDynamics& tables = *model->dynamics();
+  const VectorXd here = held(tables.evaluate({0.17, 0.01, 0.003, {0.6, 0.3, -0.2}}));
+  REQUIRE(here.minCoeff() > 0);
+  for (const TubeDynamics::Place& image :
+       {TubeDynamics::Place{-0.17, -0.01, -0.003, {0.6, 0.3, -0.2}},   // of the thickness
+        TubeDynamics::Place{0.17, 0.01, -0.003, {0.6, -0.3, 0.2}}}) {  // across the width
+    const VectorXd there = held(tables.evaluate(image));
+    CHECK((there - here).cwiseQuotient(here).cwiseAbs().maxCoeff() < 1e-9);
+  }
+  const VectorXd other = held(tables.evaluate({0.17, 0.01, 0.003, {-0.6, 0.3, -0.2}}));
+  CHECK((other - here).cwiseQuotient(here).cwiseAbs().maxCoeff() > 1e-3);
+}
+
+TEST_CASE("frequencies from tables are those of full leaves, both ways") {
+  const double end = GENERATE(1.0, -1.0) * pi / 6;
+  Mechanism hinge = models::hinge(0.1, 3.5e-4, {{1, 0.0125, 0.02}, {-1, -0.0125, 0.02}});
+  hinge.bodies[0] = models::body({0, 0, 0}, 0.01, 1e-6);
+  const StrokeRequest request = sweep(end, 41, 6);
+  const StrokeResponse found = evaluate_stroke(hinge, {}, request);
+  for (std::size_t k = 1; k < found.path.size(); ++k)  // rest belongs to the other side
+    for (const LeafReport& leaf : found.path[k].leaves) {
+      CHECK(leaf.reason.empty());
+      CHECK(leaf.check == 0);  // nothing was condensed
+    }
+  ModelOptions full;
+  full.accuracy = Accuracy::full;
+  full.leaf_modes = 12;
+  StrokeRequest some = request;
+  some.points = {request.points[0], request.points[10], request.points[25], request.points[40]};
+  StrokeResponse at_some = found;
+  at_some.path = {found.path[0], found.path[10], found.path[25], found.path[40]};
+  CHECK(frequency_error(at_some, evaluate_stroke(hinge, full, some)) < 1.5e-3);
+}
+
+TEST_CASE("tables are made where they pay, and leaves beyond them are condensed and say so") {
+  const Mechanism guide = models::guide(0.1, 0.03, 5e-4, 0.1, 1.0);
+  const StrokeResponse few = evaluate_stroke(guide, {}, sweep(0.01, 3, 4));
+  for (const PathPoint& p : few.path)
+    for (const LeafReport& leaf : p.leaves) {
+      CHECK(leaf.reason.empty());
+      CHECK(leaf.check > 0);  // condensed
+    }
+  // frequencies far above the internal motions that the tables hold
+  Mechanism light = guide;
+  light.bodies[0] = models::body({0.1, 0, 0}, 0.01, 1e-6);
+  const StrokeResponse many = evaluate_stroke(light, {}, sweep(0.01, 41, 20));
+  REQUIRE(many.status == Status::ok);
+  for (const LeafReport& leaf : many.path.back().leaves)
+    CHECK_THAT(leaf.reason, Catch::Contains("more internal modes than the tables have"));
+}
+
+TEST_CASE("leaves with a profile, curved ones and beams have no tables") {
+  PlateShape shape = flat;
+  shape.thickness_profile = {1, 0.8, 1};
+  CHECK(!tabulated_tube(shape)->dynamics());
+  shape = flat;
+  shape.curve = 0.3;
+  CHECK(!tabulated_tube(shape)->dynamics());
+  shape = flat;
+  shape.mesh[1] = 1;
+  shape.flexure = Flexure::beam;
+  CHECK(!tabulated_tube(shape)->dynamics());
+}
+
+TEST_CASE("tables grow with their tube") {
+  TubeRange range;
+  range.sigma_max = 0.05;
+  TubeModel model(std::make_shared<PlateMesh>(flat), range);
+  REQUIRE(model.built());
+  model.make_dynamics();
+  REQUIRE(model.dynamics());
+  REQUIRE(model.extend(0.2));
+  // at a bent state the tables are its own expansion, whatever its neighbours
+  const TubeDynamics::Answer grown = model.dynamics()->evaluate({0.2, 0, 0, Vector3d::Zero()});
+  REQUIRE(grown.reason.empty());
+  TubeRange wide;
+  wide.sigma_max = 0.2;
+  TubeModel whole(std::make_shared<PlateMesh>(flat), wide);
+  whole.make_dynamics();
+  const VectorXd a = held(grown),
+                 b = held(whole.dynamics()->evaluate({0.2, 0, 0, Vector3d::Zero()}));
+  CHECK((a - b).cwiseQuotient(b).cwiseAbs().maxCoeff() < 1e-6);
+}

@@ -1,0 +1,154 @@
+// Exact derivatives with respect to the design of mechanisms whose edges sit other than designed,
+// whose leaves are warm, and that are heavy: against differences of the whole path.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/support/gradient_checks.hpp"
+#include "tests/support/models.hpp"
+
+using namespace flexopt;
+using namespace flexopt::test;
+
+namespace {
+
+const std::vector<Number> numbers{
+    {"length", 0.1},   {"width", 0.02}, {"thickness", 0.5e-3}, {"modulus", 2e11}, {"poisson", 0.3},
+    {"density", 7800}, {"mass", 0.4},   {"tilt", 0.2},         {"reach", 0.012},  {"curve", 0.5}};
+
+/// A guide of two unlike leaves that are not parallel to the axes, one held by the ground and one
+/// by a body in between; its base stands on a third one.
+Mechanism skew_guide(const Values& p, bool curved) {
+  const Material material{"m", p[3], p[4], p[5], {}, 1.2e-5};
+  Mechanism m;
+  m.drives = {make_drive<double>(Direction::uy)};
+  m.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 3e-4)};
+  m.bodies[0].center_of_mass += Vector3d(0.01, p[8], -0.005);
+  for (const double side : {1.0, -1.0}) {
+    LeafSpring l = models::leaf({0, 0.03 * side, 0}, {1, p[7] * side, 0}, p[0], p[1],
+                                (1 + 0.1 * side) * p[2], material);
+    if (curved) {
+      l.curve = side * p[9];
+      l.length = p[0] / sine_ratio(0.5 * p[9]);
+    }
+    m.leaves.push_back(l);
+  }
+  return m;
+}
+
+/// Ground, leaf, body 1, leaf, end-effector.
+Mechanism row_of_two(const Values& p) {
+  Mechanism m;
+  m.drives = {make_drive<double>(Direction::uy)};
+  m.bodies = {models::body({2.1 * p[0], 0, 0}, 0.3, 1e-4),
+              models::body({1.05 * p[0], 0.002, 0}, p[6], 5e-5)};
+  m.bodies[1].role = BodyRole::intermediate;
+  const Material material{"m", p[3], p[4], p[5], {}, 1.2e-5};
+  m.leaves = {models::leaf({0, 0, 0}, {1, p[7], 0}, p[0], p[1], p[2], material),
+              models::leaf({1.1 * p[0], 0, 0}, {1, 0, 0}, p[0], p[1], p[2], material)};
+  m.leaves[0].tip = 1;
+  m.leaves[1].base = 1;
+  m.leaves[1].tip = 0;
+  return m;
+}
+
+/// Clamped at both ends, O a point of it.
+Mechanism clamped(const Values& p) {
+  Mechanism m =
+      models::single_leaf(p[0], p[1], p[2], Direction::uy, {"m", p[3], p[4], p[5], {}, 1.2e-5});
+  m.leaves[0].tip = ground;
+  m.leaves[0].point = LeafPoint{.body = 0, .along = 0.4, .across = 0.6};
+  m.bodies = {models::body({0.4 * p[0], 0, 0.1 * p[1]}, 0.02, 0)};
+  m.bodies[0].held = {false, false, false, true, true, true};
+  return m;
+}
+
+StrokeRequest request_with(LoadCase loads, std::vector<double> points) {
+  StrokeRequest request;
+  request.points = std::move(points);
+  request.loads = std::move(loads);
+  request.frequencies = 3;
+  request.outputs.add(Output::stress);
+  request.outputs.add(Output::frequency_derivatives);
+  return request;
+}
+
+LoadCase crooked() {
+  return {.assembly = {{0, 0, {2e-5, 5e-5, 1e-4}, {1e-3, 1.5e-3, -2e-3}},
+                       {1, 1, {-1e-5, 3e-5, -5e-5}, {-5e-4, 5e-4, 1e-3}}}};
+}
+LoadCase heavy() { return {.gravity = {8, -30, 50}}; }
+LoadCase warm() { return {.temperature = {12, -7}}; }
+
+ModelOptions model_of(Flexure flexure) {
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  model.flexure = flexure;
+  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("derivatives of crooked mechanisms agree with differences", "[surroundings][gradients]") {
+  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
+  const bool curved = GENERATE(false, true);
+  const Family family{
+      [=](const Values& p) { return skew_guide(p, curved); }, numbers,
+      curved ? std::vector<std::size_t>{0, 2, 7, 9} : std::vector<std::size_t>{0, 1, 2, 7}, 10.0};
+  CHECK(check_gradients(family, model_of(flexure), request_with(crooked(), {0, 0.004})) > 100);
+}
+
+TEST_CASE("derivatives of heavy mechanisms agree with differences", "[surroundings][gradients]") {
+  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
+  const bool curved = GENERATE(false, true);
+  const Family family{
+      [=](const Values& p) { return skew_guide(p, curved); }, numbers,
+      curved ? std::vector<std::size_t>{2, 5, 9} : std::vector<std::size_t>{0, 1, 2, 4, 5, 6, 7, 8},
+      10.0};
+  CHECK(check_gradients(family, model_of(flexure), request_with(heavy(), {0, 0.004})) > 100);
+}
+
+TEST_CASE("derivatives of warm mechanisms agree with differences", "[surroundings][gradients]") {
+  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
+  const bool curved = GENERATE(false, true);
+  const Family family{
+      [=](const Values& p) { return skew_guide(p, curved); }, numbers,
+      curved ? std::vector<std::size_t>{1, 2, 9} : std::vector<std::size_t>{0, 1, 2, 3, 4, 7},
+      10.0};
+  CHECK(check_gradients(family, model_of(flexure), request_with(warm(), {0, 0.004})) > 100);
+}
+
+TEST_CASE("derivatives know all of them at once on bodies in a row", "[surroundings][gradients]") {
+  LoadCase all = crooked();
+  all.gravity = {3, -2, 4};
+  all.temperature = {12, -7};
+  const Family family{row_of_two, numbers, {0, 1, 2, 5, 6, 7}, 1.0};
+  CHECK(check_gradients(family, model_of(Flexure::plate), request_with(all, {0, 0.01})) > 100);
+}
+
+TEST_CASE("derivatives know a warm and crooked leaf whose point is driven",
+          "[surroundings][gradients]") {
+  LoadCase all{.assembly = {{0, 1, {0, 2e-5, 0}, {5e-4, 0, 1e-3}}},
+               .temperature = {-6},
+               .gravity = {1, 20, 5}};
+  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
+  const Family family{clamped, numbers, {0, 1, 2, 5}, 10.0};
+  CHECK(check_gradients(family, model_of(flexure), request_with(all, {0, 4e-4})) > 50);
+}
+
+TEST_CASE("derivatives of reduced crooked mechanisms agree with differences",
+          "[surroundings][gradients]") {
+  ModelOptions model;
+  model.mesh = {6, 2};
+  SECTION("tube") {}
+  SECTION("superelements") {
+    model.method = Reduction::linear_craig_bampton;
+    model.superelements = {3, 0};
+  }
+  SECTION("modal derivatives") { model.method = Reduction::modal_derivatives; }
+  const Family family{
+      [](const Values& p) { return skew_guide(p, false); }, numbers, {0, 2, 7}, 10.0};
+  StrokeRequest request = request_with(crooked(), {0, 0.004});
+  request.outputs.remove(Output::frequency_derivatives);
+  CHECK(check_gradients(family, model, request) > 80);
+}

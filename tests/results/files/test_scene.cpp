@@ -1,0 +1,154 @@
+#include "results/files/scene.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "results/files/scene_modes.hpp"
+#include "support/fixture.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+StrokeResponse evaluated(const Mechanism& mechanism, const ModelOptions& model) {
+  StrokeRequest request;
+  request.points = {0, 2e-3, 4e-3};
+  request.outputs.add(Output::shapes);
+  request.frequencies = 4;
+  return evaluate_stroke(mechanism, model, request);
+}
+
+/// Largest motion of the points of both clamped edges that their body does not make.
+double lost_edges(const Mechanism& mechanism, const PathPoint& point, const Mode& mode) {
+  double lost = 0;
+  for (std::size_t k = 0; k < mechanism.leaves.size(); ++k) {
+    const LeafShape& shape = point.shapes[k];
+    const VectorXd motion = mode.leaf_motion[k].size() > 0
+                                ? mode.leaf_motion[k]
+                                : cubic_leaf_motion(mechanism, k, point, mode.body_motion);
+    REQUIRE(motion.size() == 3 * static_cast<Eigen::Index>(shape.deflected.size()));
+    for (int j = 0; j < shape.points_across; ++j)
+      for (const int end : {0, 1}) {
+        const int i = j * shape.points_along + (end == 0 ? 0 : shape.points_along - 1);
+        Vector3d rigid = Vector3d::Zero();
+        if (end == 1)
+          rigid = mode.body_motion.head<3>() +
+                  mode.body_motion.segment<3>(3).cross(
+                      shape.deflected[static_cast<std::size_t>(i)] - mechanism.bodies[0].reference -
+                      point.bodies[0].displacement);
+        lost = std::max(lost, (motion.segment<3>(3 * i) - rigid).norm());
+      }
+  }
+  return lost;
+}
+
+}  // namespace
+
+TEST_CASE("In every mode the clamped edges go with their bodies", "[results][scene]") {
+  const Mechanism mechanism = models::guide(0.1, 0.03, 5e-4);
+  ModelOptions plate, beam, chained, constant;
+  plate.mesh = {6, 4};
+  beam.flexure = Flexure::beam;
+  beam.mesh = {8, 1};
+  chained = beam;
+  chained.method = Reduction::linear_craig_bampton;
+  chained.superelements = {4, 0};
+  constant = plate;
+  constant.mass = LeafMass::constant;
+  for (const ModelOptions& model : {plate, beam, chained, constant}) {
+    const StrokeResponse response = evaluated(mechanism, model);
+    REQUIRE(response.status == Status::ok);
+    for (const PathPoint& point : response.path)
+      for (const auto* modes : {&point.modes_free, &point.modes_locked}) {
+        REQUIRE_FALSE(modes->empty());
+        for (const Mode& mode : *modes) {
+          REQUIRE(mode.body_motion.size() == 6);
+          double largest = mode.body_motion.head<3>().norm();
+          for (const VectorXd& leaf : mode.leaf_motion)
+            if (leaf.size() > 0) largest = std::max(largest, leaf.cwiseAbs().maxCoeff());
+          // With a mass that is turned only, not bent, edges follow to first order of the bending.
+          const double tolerance = model.mass == LeafMass::constant ? 0.1 : 1e-6;
+          CHECK(lost_edges(mechanism, point, mode) < tolerance * largest);
+        }
+      }
+  }
+}
+
+TEST_CASE("The drive's mode bends leaves as cubics", "[results][scene]") {
+  // Of two leaves whose mass is a thousandth of the body's: static shapes of guided beams.
+  const Mechanism mechanism = models::guide(0.1, 0.006, 5e-4, 0.06, 10);
+  ModelOptions beam;
+  beam.flexure = Flexure::beam;
+  beam.mesh = {8, 1};
+  const StrokeResponse response = evaluated(mechanism, beam);
+  const PathPoint& rest = response.path[0];
+  const Mode& drive = rest.modes_free[0];
+  REQUIRE(drive.kind == ModeKind::drive);
+  const VectorXd cubic = cubic_leaf_motion(mechanism, 0, rest, drive.body_motion);
+  CHECK((drive.leaf_motion[0] - cubic).cwiseAbs().maxCoeff() < 2e-3 * cubic.cwiseAbs().maxCoeff());
+}
+
+TEST_CASE("A scene has every equilibrium once", "[results][scene]") {
+  RunRecord record = test::evaluated_hinge();
+  const OrderedJson scene = make_scene(record);
+  REQUIRE(scene["designs"].size() == 1);
+  const OrderedJson& design = scene["designs"][0];
+  CHECK(design["frames"] == OrderedJson({0, 1, 2, 3, 4}));
+  CHECK(design["leaves"].size() == 2);
+  CHECK(design["leaves"][0]["half_thickness"].size() == 9);
+  CHECK(design["leaves"][0]["half_thickness"][4].get<double>() ==
+        Approx(0.5 * record.mechanism.leaves[0].thickness));
+  const std::size_t points = 2 * 9 * 4;
+  CHECK(design["rest"]["shape"] == OrderedJson({points, 3}));
+  CHECK(design["displacement"]["shape"] == OrderedJson({5, points, 3}));
+  CHECK(design["von_mises"]["shape"] == OrderedJson({5, points}));
+  CHECK(design["motion"]["shape"] == OrderedJson({5, 1, 6}));
+  CHECK(design["drives"][0]["direction"] == "rz");
+  for (PathPoint& point : record.response.path) point.shapes.clear();
+  CHECK(make_scene(record)["designs"].empty());
+}
+
+TEST_CASE("A long path is drawn at fewer points, its ends among them", "[results][scene]") {
+  RunRecord record = test::evaluated_hinge();
+  const PathPoint last = record.response.path.back();
+  for (int k = 0; k < 9000; ++k) record.response.path.push_back(last);
+  const OrderedJson frames = make_scene(record)["designs"][0]["frames"];
+  CHECK(frames.size() < 8000);
+  CHECK(frames.size() > 6000);
+  CHECK(frames.front() == 0);
+  CHECK(frames.back() == 9004);
+  CHECK(std::ranges::find(frames, OrderedJson(2)) != frames.end());
+}
+
+TEST_CASE("A scene of several designs leaves out what would not fit, and says so",
+          "[results][scene]") {
+  const OrderedJson one = make_scene(test::evaluated_hinge());
+  OrderedJson huge = one;
+  huge["designs"][0]["rest"]["data"] = std::string(8'000'000, 'A');
+  const OrderedJson all = merged_scene({huge, one, one}, {"huge", "b", "c"}, {2, 0, 1});
+  REQUIRE(all["designs"].size() == 2);
+  CHECK(all["designs"][0]["label"] == "c");
+  CHECK(all["designs"][1]["label"] == "b");
+  CHECK(all["designs"][1]["kind"] == "listed");
+  CHECK(all["left_out"] == OrderedJson({"huge"}));
+}
+
+TEST_CASE("An optimisation's scene has its start and all evaluated designs", "[results][scene]") {
+  RunRecord record = test::optimised_hinge();
+  record.others = {
+      {"start", "start", record.optimum->parameters, record.mechanism, record.optimum->response}};
+  const OrderedJson scene = make_scene(record);
+  REQUIRE(scene["designs"].size() == 2);
+  CHECK(scene["designs"][1]["kind"] == "start");
+  CHECK(scene["designs"][1]["path"].size() == 5);
+  const OrderedJson& evaluations = scene["evaluations"];
+  CHECK(evaluations["variables"] == OrderedJson({"thickness", "half_angle"}));
+  CHECK(evaluations["values"]["shape"] == OrderedJson({32, 6}));
+  CHECK(evaluations["start"].size() == 32);
+  const test::TemporaryFolder folder;
+  write_scene(folder.path(), scene);
+  CHECK(read_scene(folder.path()) == scene);
+  write_scene(folder.path(), OrderedJson({{"designs", OrderedJson::array()}}));
+  CHECK(read_scene(folder.path()).is_null());
+}

@@ -1,0 +1,236 @@
+// The page answers: slider, play, mode, leaf, plots, brush, keyboard, dark mode, copies.
+//   node test_moves.mjs FOLDER
+import {join} from "node:path";
+import {checker, launch, need_chromium, open, pause, picture} from "./browser.mjs";
+
+need_chromium();
+const folder = process.argv[2], {check, finish} = checker(), browser = await launch();
+const show = (name, options) => open(browser, join(folder, name, "report.html"), options);
+const state = (page) => page.evaluate(() => ({...window.flexopt_report.state}));
+const text_of = (page, selector) => page.$eval(selector, (e) => e.textContent);
+
+/// Does something and says whether pixels changed.
+async function changes(page, act) {
+  const before = (await picture(page)).hash;
+  await act();
+  for (let k = 0; k < 30; ++k) {  // the machine may be busy
+    await pause(100);
+    if ((await picture(page)).hash !== before) return true;
+  }
+  return false;
+}
+
+{  // an evaluation
+  const {page, faults} = await show("evaluate");
+  const slide = (value) => page.$eval("#stroke", (e, v) => { e.value = v; e.dispatchEvent(new Event("input")); }, value);
+  check(await changes(page, () => slide(0)), "the slider moves the mechanism");
+  check(await text_of(page, "#stroke-text") === "−15 mm", "and shows its stroke", await text_of(page, "#stroke-text"));
+  await slide(500);
+  check(Math.abs((await state(page)).stroke) < 1e-9, "its middle is the undeflected state", (await state(page)).stroke);
+  check(await text_of(page, "#stroke-text") === "0 mm", "shown as zero", await text_of(page, "#stroke-text"));
+
+  // At a computed point the drawn leaf is the computed one: O of the guide is the mean of its tips.
+  const [tips, O] = await page.evaluate(() => {
+    const {view, state} = window.flexopt_report, result = JSON.parse(document.getElementById("result").textContent);
+    const point = result.path.at(-1), {design, solids} = view.figures[0];
+    design.pose(point.stroke, null, 0);
+    solids.forEach((s) => s.update(design, null, {r: 0, g: 0, b: 0}));
+    const middles = solids.map((s) => s.edge(1).middle);
+    return [[middles[0].x / 2 + middles[1].x / 2, middles[0].y / 2 + middles[1].y / 2], design.bodies[0].reference.map((x, k) => x + point.displacement[k])];
+  });
+  check(Math.hypot(tips[0] - O[0], tips[1] - O[1]) < 1e-6, "the drawn leaves end at the computed body", [tips, O]);
+  const thickness = await page.evaluate(() => {
+    const {solids} = window.flexopt_report.view.figures[0], p = solids[0].geometry.attributes.position, n = solids[0].nx * solids[0].ny;
+    return Math.hypot(p.getX(5) - p.getX(n + 5), p.getY(5) - p.getY(n + 5), p.getZ(5) - p.getZ(n + 5));
+  });
+  check(Math.abs(thickness - 0.5e-3) < 1e-8, "with their true thickness", thickness);
+
+  check(await changes(page, () => page.click("#play").then(() => pause(500))), "play moves the mechanism");
+  check((await state(page)).playing, "and goes on");
+  await page.click("#play");
+  const stopped = (await state(page)).stroke;
+  await pause(150);
+  check((await state(page)).stroke === stopped, "until it is stopped");
+
+  const modes = await page.$$eval("#mode option", (list) => list.map((o) => o.value));
+  check(modes.filter((m) => m.startsWith("locked")).length === 4 && modes.filter((m) => m.startsWith("free")).length === 4, "all modes are offered", modes);
+  check(await changes(page, () => page.select("#mode", "free:0").then(() => pause(350))), "a mode moves the mechanism");
+  const [phase] = [(await state(page)).phase];
+  await pause(200);
+  check((await state(page)).phase > phase, "and is animated");
+  // In the drive's mode of the guide the body moves along y, and the leaves' tips with it.
+  const share = await page.evaluate(() => {
+    const {design} = window.flexopt_report.view.figures[0], m = {drive: "free", index: 0};
+    design.pose(0, null, 0);
+    const before = Array.from(design.positions), still = Array.from(design.bodies_now), at = design.leaves[0].points_along - 1;
+    design.pose(0, m, 1e-3);
+    const body = Array.from(design.bodies_now, (x, k) => x - still[k]);
+    const O = design.bodies[0].reference, r = [0, 1, 2].map((c) => before[3 * at + c] - O[c]), w = body.slice(3, 6);
+    const turned = [w[1] * r[2] - w[2] * r[1], w[2] * r[0] - w[0] * r[2], w[0] * r[1] - w[1] * r[0]];
+    return {body: [body[0], body[1], body[2]], rigid: turned.map((x, c) => x + body[c]), tip: [0, 1, 2].map((c) => design.positions[3 * at + c] - before[3 * at + c])};
+  });
+  check(Math.abs(share.body[1]) > 0.9e-3 && Math.hypot(share.body[0], share.body[2]) < 0.02e-3, "the drive's mode is along the drive", share);
+  check(Math.hypot(...share.tip.map((x, c) => x - share.rigid[c])) < 1e-7, "leaf and body go together", share);
+  await page.select("#mode", "");
+  await page.evaluate(() => scrollTo(0, 0));
+
+  // Pointing at a stroke in a plot.
+  await page.waitForSelector(".linked svg");
+  const chart = await page.$(".linked > svg");
+  await chart.scrollIntoView();
+  const box = await chart.boundingBox();
+  check(await changes(page, () => page.mouse.move(box.x + 0.85 * box.width, box.y + 0.5 * box.height)), "pointing at a plot moves the mechanism");
+  const pointed = (await state(page)).stroke;
+  check(pointed > 0.008 && pointed < 0.015, "to the stroke pointed at", pointed);
+  const lines = await page.$$eval(".linked", (all) => all.map((f) => { const n = f.querySelector(".now"), s = n.closest("svg"); return (n.getAttribute("x1") / s.viewBox.baseVal.width).toFixed(3); }));
+  check(new Set(lines).size === 1, "all plots show the same stroke", lines);
+
+  // A leaf by click, its plots, and what the pointer names.
+  await page.evaluate(() => scrollTo(0, 0));
+  await pause(100);
+  const place = await page.evaluate(() => window.flexopt_report.view.place_of("leaf +y"));
+  await page.mouse.move(...place);
+  await pause(150);
+  check(/leaf \+y.*100 mm × 30 mm × 0\.5 mm.*MPa/.test(await text_of(page, ".tip")), "the pointer names part and values", await text_of(page, ".tip"));
+  check(await changes(page, () => page.mouse.click(...place)), "a click on a leaf marks it");
+  check((await state(page)).leaf === "leaf +y", "and chooses it", (await state(page)).leaf);
+  check((await page.$$("#leaf-plots .figure svg")).length >= 2, "its plots appear");
+  const along = () => page.$eval("#leaf-plots", (e) => e.querySelector("path")?.getAttribute("d") + e.innerHTML.length);
+  const before = await along();
+  await slide(900);
+  await pause(150);
+  check(await along() !== before, "and follow the stroke");
+
+  for (const name of ["x–y", "x–z", "y–z", "3-D"])
+    check(await changes(page, () => page.evaluate((n) => [...document.querySelectorAll(".views button")].find((b) => b.textContent === n).click(), name)), `the view ${name}`);
+  check(await changes(page, () => page.click("#turntable").then(() => pause(300))), "the turntable turns");
+  await page.click("#turntable");
+  check(await changes(page, () => page.select("#color", "plain")), "plain colours");
+  check(await changes(page, () => page.click("#bodies")), "bodies can be hidden");
+  await page.select("#color", "stress");
+  check(/von Mises stress \[MPa\]/.test(await text_of(page, "#stress-legend")), "the legend is in MPa", await text_of(page, "#stress-legend"));
+
+  // Copies.
+  await page.evaluate(() => { window.copied = []; Object.defineProperty(navigator, "clipboard", {value: {writeText: async (t) => { window.copied.push(t); }, write: async (items) => { window.copied.push(await (await items[0].getType("image/png")).arrayBuffer()); }}, configurable: true}); });
+  await page.click("#copy-png");
+  await page.waitForFunction(() => window.copied.length === 1);
+  const png = await page.evaluate(() => [...new Uint8Array(window.copied[0])].slice(0, 4));
+  check(png.join() === "137,80,78,71", "the view is copied as PNG", png);
+  for (const format of ["CSV", "NumPy", "Matlab"]) {
+    await page.evaluate((f) => [...document.querySelectorAll("button")].find((b) => b.textContent === `Copy as ${f}`).click(), format);
+    await pause(50);
+  }
+  const copied = await page.evaluate(() => window.copied.slice(1));
+  const matrix = await page.evaluate(() => {
+    const result = JSON.parse(document.getElementById("result").textContent), {stroke} = window.flexopt_report.state;
+    return result.path.reduce((a, b) => Math.abs(b.stroke - stroke) < Math.abs(a.stroke - stroke) ? b : a).compliance.drive_locked;
+  });
+  const csv = copied[0].split("\n").filter((l) => l && !l.startsWith("#")).map((l) => l.split(",").map(Number));
+  check(JSON.stringify(csv) === JSON.stringify(matrix), "the CSV is the matrix of the point shown");
+  check(JSON.stringify(JSON.parse(copied[1].replace(/^#.*\n/, "").replace(/^C = np\.array\(/, "").replace(/\)\n$/, ""))) === JSON.stringify(matrix), "and so is the NumPy array", copied[1].slice(0, 200));
+  check(JSON.stringify(copied[2].split("\n").slice(1).join("").replace(/^C = \[|\];$|\.\.\./g, "").split(";").map((r) => r.trim().split(/\s+/).map(Number))) === JSON.stringify(matrix), "and the Matlab one", copied[2].slice(0, 200));
+  check(faults.length === 0, "all of it without an error", faults);
+  await page.close();
+}
+
+{  // the keyboard alone
+  const {page, faults} = await show("evaluate");
+  const reached = new Set();
+  for (let k = 0; k < 90; ++k) {
+    await page.keyboard.press("Tab");
+    reached.add(await page.evaluate(() => { const e = document.activeElement; return e.id || (e.classList.contains("linked") ? "plot" : e.tagName === "CANVAS" ? "canvas" : e.tagName === "TR" ? "row" : e.textContent.slice(0, 20)); }));
+  }
+  for (const what of ["stroke", "play", "mode", "leaf", "color", "turntable", "bodies", "copy-png", "canvas", "plot", "row", "x–y", "Copy as CSV"]) check(reached.has(what), `the keyboard reaches ${what}`, [...reached]);
+  await page.focus(".linked");
+  await page.keyboard.press("ArrowLeft");
+  check(Math.abs((await state(page)).stroke - 0.012) < 1e-9, "an arrow key steps to the next computed point", (await state(page)).stroke);
+  await page.focus("canvas");
+  check(await changes(page, () => page.keyboard.press("ArrowLeft")), "arrow keys turn the view");
+  check(await changes(page, () => page.keyboard.press("+")), "plus zooms");
+  await page.focus("#play");
+  check(await changes(page, () => page.keyboard.press("Enter").then(() => pause(400))), "enter plays");
+  await page.focus("tr.pick");
+  await page.keyboard.press("Enter");
+  check(Math.abs((await state(page)).stroke + 0.015) < 1e-12, "enter on a row of the table goes there", (await state(page)).stroke);
+  check(faults.length === 0, "the keyboard makes no error", faults);
+  await page.close();
+}
+
+{  // light and dark
+  const {page} = await show("evaluate");
+  const paper = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const light = await paper();
+  check(await changes(page, () => page.emulateMediaFeatures([{name: "prefers-color-scheme", value: "dark"}])), "dark mode redraws the view");
+  const bent = await page.evaluate(() => { const {view, state} = window.flexopt_report, {design} = view.figures[0]; return [state.stroke, design.bodies_now[1]]; });
+  check(Math.abs(bent[0] - 0.015) < 1e-12 && Math.abs(bent[1] - 0.015) < 1e-6, "at the same stroke", bent);
+  check(light === "rgb(255, 255, 255)" && await paper() === "rgb(20, 24, 31)", "and the page", [light, await paper()]);
+  await page.close();
+}
+
+{  // an optimisation: side by side, brush, front
+  const {page, faults} = await show("front");
+  check((await page.evaluate(() => window.flexopt_report.view.figures.length)) === 2, "start and optimum stand side by side");
+  check(await changes(page, () => page.select("#beside", "")), "or the optimum alone");
+  const all = await page.$$eval(".parallel g[aria-label=line] path", (list) => list.filter((l) => l.getAttribute("display") !== "none").length);
+  check(all > 5, "every evaluated design is a line", all);
+  const brush = await page.$(".parallel .brush .overlay");
+  await brush.scrollIntoView();
+  const box = await brush.boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + 0.05 * box.height);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width / 2, box.y + 0.45 * box.height, {steps: 5});
+  await page.mouse.up();
+  const left = await page.$$eval(".parallel g[aria-label=line] path", (list) => list.filter((l) => l.getAttribute("display") !== "none").length);
+  check(left < all, "a brush leaves fewer", [all, left]);
+  check((await text_of(page, "#brushed")).startsWith(`${left} of ${all} designs`), "and counts them", await text_of(page, "#brushed"));
+  const inside = await page.evaluate(() => [...document.querySelectorAll(".ranges input")].slice(0, 2).map((i) => Number(i.value)));
+  check(inside[0] < inside[1] && inside[0] > 60 && inside[1] <= 120, "the range stands in the boxes, in mm", inside);
+  const dot = await page.$("#front .figure svg g[aria-label=dot] circle");
+  await dot.scrollIntoView();
+  const at = await dot.boundingBox();
+  check(await changes(page, async () => { await page.mouse.move(at.x + 3, at.y + 3); await pause(80); await page.mouse.click(at.x + at.width / 2, at.y + at.height / 2); }), "a point of the front shows its mechanism");
+  const beside = (await state(page)).beside;
+  check((await page.$eval(`#beside option[value="${beside}"]`, (o) => o.textContent)).startsWith("front, point"), "beside the optimum", beside);
+  const bars = await page.$$eval(".bars", (all) => all.map((f) => f.textContent));
+  check(bars.some((t) => /\+0\.01 mm thickness/.test(t)), "sensitivities are in handy steps", bars);
+  check(faults.length === 0, "an optimisation makes no error", faults);
+  await page.close();
+}
+
+{  // active constraints
+  const {page} = await show("three_flexure_cross_hinge");
+  const text = await page.$eval(".limits", (e) => e.textContent);
+  check(/1 % more \(4\.5 MPa\) would change the objective by \+3\.5\d Hz/.test(text), "active constraints have their price in words", text);
+  await page.close();
+}
+
+{  // two drives have two sliders
+  const {page, faults} = await show("two_drives");
+  check((await page.$$(".slider input")).length === 2, "two drives, two sliders");
+  check(await changes(page, () => page.$eval("#stroke-1", (e) => { e.value = 1; e.dispatchEvent(new Event("input")); })), "the second one moves the mechanism");
+  const strokes = await page.$$eval(".slider output", (all) => all.map((o) => o.textContent));
+  check(strokes.every((s) => /^[−\d.]+ mm$/.test(s)), "both show their stroke", strokes);
+  check(faults.length === 0, "two drives make no error", faults);
+  await page.close();
+}
+
+{  // designs ranked
+  const {page, faults} = await show("listed");
+  check(await changes(page, () => page.$eval("#beside", (e) => { e.value = e.options[e.options.length - 1].value; e.dispatchEvent(new Event("change")); })), "another design stands beside the best");
+  check(/Ranking/.test(await page.$eval("main", (m) => m.textContent)), "the ranking is there");
+  check(faults.length === 0, "ranked designs make no error", faults);
+  await page.close();
+}
+
+{  // a comparison: errors against any parameter
+  const {page, faults} = await show("compare");
+  const chart = () => page.$eval("select[aria-label=Parameter]", (e) => e.closest("div").innerHTML);
+  const before = await chart();
+  await page.$eval("select[aria-label=Parameter]", (e) => { e.value = "width"; e.dispatchEvent(new Event("change")); });
+  check(await chart() !== before, "errors are drawn against the parameter chosen");
+  check(/Error against cost/.test(await page.$eval("main", (m) => m.textContent)), "and against cost");
+  check(faults.length === 0, "a comparison makes no error", faults);
+  await page.close();
+}
+await browser.close();
+finish();

@@ -1,0 +1,47 @@
+// Every kind of job has a page that opens without error and without network, shows its numbers with
+// units, and fits the window: node test_opens.mjs FOLDER
+import {existsSync, readdirSync, statSync} from "node:fs";
+import {join} from "node:path";
+import {checker, launch, need_chromium, open, picture} from "./browser.mjs";
+
+need_chromium();
+const folder = process.argv[2], {check, finish} = checker(), browser = await launch();
+const names = readdirSync(folder).filter((name) => existsSync(join(folder, name, "report.html")));
+check(names.length >= 9, "all jobs have a report", names);
+
+/// Significant digits of "3460 N m/rad" or "1.28·10⁵ N/m".
+const digits = (text) => text.replace(/·10.*| .*|°/g, "").replace(".", "").replace(/^[−0]+|0+$/g, "").length;
+
+for (const name of names) for (const [width, dark] of [[1440, false], [420, true]]) {
+  const file = join(folder, name, "report.html");
+  const {page, faults, seconds} = await open(browser, file, {width, dark});
+  const what = `${name} at ${width} px`;
+  check(faults.length === 0, `${what}: no error and no request`, faults);
+  check(statSync(file).size < 12e6, `${what}: below 12 MB`, statSync(file).size);
+  if (width === 1440) console.log(`${name}: ${(statSync(file).size / 1e6).toFixed(2)} MB, open after ${seconds.toFixed(2)} s`);
+  const seen = await page.evaluate(() => ({
+    wide: document.documentElement.scrollWidth - innerWidth,
+    text: document.querySelector("main").innerText,
+    verdict: document.querySelector(".pill")?.textContent,
+    tiles: [...document.querySelectorAll(".tile")].map((t) => t.querySelector(".number").textContent),
+    svgs: document.querySelectorAll(".figure svg").length,
+    cut: [...document.querySelectorAll(".tile, .limits li, .controls > *, .figure figcaption, h1, h2, .lead")].filter((e) => {
+      const box = e.getBoundingClientRect();
+      return box.width > 0 && (box.right > innerWidth + 1 || box.left < -1 || e.scrollWidth > e.clientWidth + 2 && getComputedStyle(e).display !== "inline" && e.clientWidth > 0);
+    }).map((e) => e.textContent.slice(0, 60)),
+  }));
+  check(seen.wide <= 0, `${what}: nothing is wider than the window`, seen.wide);
+  check(seen.cut.length === 0, `${what}: nothing is cut`, seen.cut);
+  check(!/\bNaN\b|\bundefined\b|\[object/.test(seen.text), `${what}: no text of a broken number`, seen.text.match(/.{30}(NaN|undefined|\[object).{20}/)?.[0]);
+  check(Boolean(seen.verdict), `${what}: a verdict`);
+  if (name !== "compare") {
+    check(seen.tiles.length >= 1 && seen.tiles.length <= 5, `${what}: up to five numbers`, seen.tiles);
+    for (const tile of seen.tiles) check(/^[−\d.·⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+( ?[A-Za-z°%].*)?$/.test(tile) && digits(tile) <= 3, `${what}: three digits and a unit`, tile);
+    const {colors} = await picture(page);
+    check(colors > 40, `${what}: the mechanism is drawn`, colors);
+  }
+  check(seen.svgs >= 1, `${what}: plots`, seen.svgs);
+  await page.close();
+}
+await browser.close();
+finish();
