@@ -71,6 +71,10 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       },
       "print the design file of a family, to start from");
 
+  CLI::App* quantities =
+      command("quantities", "List the numbers that goals may name", Command::quantities);
+  quantities->add_option("FAMILY", line.family, "with the units and directions of its drives");
+
   CLI::App* expand = command(
       "expand", "Print the mechanism of a job: no frames, parts, repeats or options, full names",
       Command::expand);

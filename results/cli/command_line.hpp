@@ -6,7 +6,7 @@
 
 namespace flexopt {
 
-enum class Command { run, validate, designs, expand, schema, check_gradients, report };
+enum class Command { run, validate, designs, quantities, expand, schema, check_gradients, report };
 
 struct CommandLine {
   Command command = Command::run;
@@ -15,7 +15,7 @@ struct CommandLine {
   std::vector<std::string> overrides;  ///< --set /pointer=value
   int threads = 1;
   bool quiet = false;
-  std::optional<std::string> family;  ///< of designs
+  std::optional<std::string> family;  ///< of designs, quantities
   bool export_file = false;           ///< of designs: print the family's file
   bool of_design = false;             ///< of schema: that of a design file
   double tolerance = 1e-6;            ///< of check-gradients

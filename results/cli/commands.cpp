@@ -15,6 +15,7 @@
 #include "designs/library.hpp"
 #include "optim/compare/samples.hpp"
 #include "optim/problem/check_gradients.hpp"
+#include "results/cli/quantity_list.hpp"
 #include "results/cli/summary.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/ranking.hpp"
@@ -176,6 +177,12 @@ int describe_designs(const CommandLine& line) {
   }
   fmt::print("{}", line.family ? describe_family(find_family(*line.family, "FAMILY"))
                                : describe_families());
+  return exit_usable;
+}
+
+int list_quantities(const CommandLine& line) {
+  fmt::print("{}", describe_quantities(line.family ? find_family(*line.family, "FAMILY").drives
+                                                   : DriveList(Direction::uy)));
   return exit_usable;
 }
 

@@ -20,6 +20,8 @@ int main(int argc, char** argv) try {
       return validate_job(line);
     case Command::designs:
       return describe_designs(line);
+    case Command::quantities:
+      return list_quantities(line);
     case Command::expand:
       return expand_job(line);
     case Command::schema:

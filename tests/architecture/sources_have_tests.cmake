@@ -89,6 +89,7 @@ set(tested_by
   optim/solvers/nlopt_optimiser optim/solvers/test_hock_schittkowski
   optim/solvers/trials optim/solvers/test_optimiser
   results/cli/commands results/cli/test_command_line
+  results/cli/quantity_list results/cli/test_command_line
   results/files/comparison_json results/files/test_comparison
   results/files/optimum_json results/run/test_run_files
   results/run/interrupted jobs/test_optimise_resumes

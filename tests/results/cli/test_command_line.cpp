@@ -71,10 +71,10 @@ std::set<std::string> names_in(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("Help, version, schema and designs go to stdout and exit 0", "[results][command]") {
+TEST_CASE("Help, version, schema, designs and quantities go to stdout and exit 0", "[results][command]") {
   const test::TemporaryFolder folder;
-  for (const char* arguments :
-       {"--help", "--version", "schema", "designs", "designs leaf_spring"}) {
+  for (const char* arguments : {"--help", "--version", "schema", "designs", "designs leaf_spring",
+                                "quantities", "quantities cross_hinge"}) {
     CAPTURE(arguments);
     const Outcome outcome = flexopt_in(folder.path(), arguments);
     CHECK(outcome.code == 0);
@@ -85,6 +85,10 @@ TEST_CASE("Help, version, schema and designs go to stdout and exit 0", "[results
                           std::regex(R"(^flexopt \d+\.\d+\.\d+ \(.+\)\n$)")));
   CHECK(OrderedJson::parse(flexopt_in(folder.path(), "schema").out).contains("properties"));
   CHECK_THAT(flexopt_in(folder.path(), "designs leaf_spring").out, Contains("thickness"));
+  const std::string of_guide = flexopt_in(folder.path(), "quantities parallel_guide").out,
+                    of_hinge = flexopt_in(folder.path(), "quantities cross_hinge").out;
+  CHECK_THAT(of_guide, Contains("buckling_load_factor") && Contains("max_stress"));
+  CHECK(of_guide != of_hinge);  // a drive that moves, a drive that turns
 }
 
 TEST_CASE("check-gradients compares every derivative of a job", "[results][command][slow]") {
@@ -134,13 +138,26 @@ TEST_CASE(
 TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
   const test::TemporaryFolder folder;
   save(folder.path() / "leaf.json", leaf_job());
-  for (const char* arguments :
-       {"", "fly", "run", "run leaf.json --threads 0", "run leaf.json --threads many",
-        "run leaf.json --set", "run leaf.json --unknown", "run leaf.json more.json",
-        "run missing.json", "run .", "run leaf.json --out leaf.json", "run leaf.json --out ''",
-        "run leaf.json --set /design/parameters/thickness=-1", "run leaf.json --set nonsense",
-        "validate missing.json", "designs no_such_family", "report missing", "report .",
-        "check-gradients missing.json"}) {
+  for (const char* arguments : {"",
+                                "fly",
+                                "run",
+                                "run leaf.json --threads 0",
+                                "run leaf.json --threads many",
+                                "run leaf.json --set",
+                                "run leaf.json --unknown",
+                                "run leaf.json more.json",
+                                "run missing.json",
+                                "run .",
+                                "run leaf.json --out leaf.json",
+                                "run leaf.json --out ''",
+                                "run leaf.json --set /design/parameters/thickness=-1",
+                                "run leaf.json --set nonsense",
+                                "validate missing.json",
+                                "designs no_such_family",
+                                "quantities no_such_family",
+                                "report missing",
+                                "report .",
+                                "check-gradients missing.json"}) {
     CAPTURE(arguments);
     const Outcome outcome = flexopt_in(folder.path(), arguments);
     CHECK(outcome.code == 2);

@@ -1,0 +1,65 @@
+#include "results/cli/quantity_list.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace flexopt {
+namespace {
+
+/// What a row costs beside the equilibrium, which every number needs.
+std::string cost_of(const QuantityRow& row) {
+  constexpr std::pair<Output, const char*> words[] = {
+      {Output::stiffness, "stiffness"},
+      {Output::stress, "stress"},
+      {Output::frequencies_free, "frequencies"},
+      {Output::frequencies_locked, "frequencies"},
+      {Output::parasitic_frequency, "frequencies"},
+      {Output::frequency_derivatives, "one expansion at rest"},
+      {Output::envelope, "surfaces at rest"},
+      {Output::moving_envelope, "surfaces"},
+      {Output::clearance, "surfaces"},
+      {Output::buckling, "buckling, full leaves"}};
+  for (const auto& [output, word] : words)
+    if (row.needs.has(output)) return word;
+  return row.needs.has(Output::equilibrium) ? "equilibrium" : "the design";
+}
+
+template <class Of>
+std::string distinct(std::size_t count, const Of& of) {
+  std::vector<std::string> all;
+  for (std::size_t k = 0; k < count; ++k)
+    if (std::string one = of(k); std::find(all.begin(), all.end(), one) == all.end())
+      all.push_back(std::move(one));
+  return fmt::format("{}", fmt::join(all, ", "));
+}
+
+}  // namespace
+
+std::string describe_quantities(const DriveList& drives) {
+  // rows whose components are offered for these drives, in the order of the table
+  std::string text =
+      fmt::format("{:<46} {:<13} {:<22} {}\n", "quantity", "unit", "needs", "meaning");
+  const std::vector<Quantity> all = quantities(drives);
+  for (const QuantityRow& row : quantity_rows()) {
+    std::vector<const Quantity*> own;
+    for (const Quantity& q : all)
+      if (q.row == &row) own.push_back(&q);
+    if (own.empty()) continue;
+    std::string name = own.front()->name;
+    if (own.size() > 1) {
+      const std::string& last = own.back()->name;
+      name += fmt::format(" … {}", last.substr(last.rfind('.')));
+    }
+    std::string meaning = row.meaning.empty() ? row.label : row.meaning;
+    if (meaning.ends_with(',')) meaning.pop_back();  // a label that its components complete
+    const std::string unit = distinct(own.size(), [&](std::size_t k) { return own[k]->unit; });
+    text += fmt::format("{:<46} {:<13} {:<22} {}\n", name, unit == "1" ? "-" : unit, cost_of(row),
+                        meaning);
+  }
+  return text;
+}
+
+}  // namespace flexopt
