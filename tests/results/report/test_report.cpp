@@ -2,7 +2,8 @@
 #include <catch2/catch.hpp>
 #include <cctype>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <string>
+#include <vector>
 
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
@@ -20,6 +21,15 @@ std::size_t count(const std::string& text, const std::string& what) {
   return found;
 }
 
+/// All that begins like a tag, up to the next angle bracket.
+std::vector<std::string> tags(const std::string& page) {
+  std::vector<std::string> all;
+  for (auto at = page.find('<'); at != std::string::npos; at = page.find('<', at + 1))
+    if (at + 1 < page.size() && page[at + 1] >= 'a' && page[at + 1] <= 'z')
+      all.push_back(page.substr(at, page.find_first_of("<>", at + 1) - at));
+  return all;
+}
+
 std::string page_of(const RunRecord& record) {
   return make_report(make_result(record), make_scene(record));
 }
@@ -34,9 +44,11 @@ OrderedJson data_of(const std::string& page, const std::string& id) {
 
 TEST_CASE("The report loads nothing from outside the file", "[results][report]") {
   const std::string page = page_of(test::optimised_hinge());
-  CHECK_FALSE(
-      std::regex_search(page, std::regex("<[a-z]+[^<>]* (src|srcset|action|href)=(?!\"#)")));
-  CHECK_FALSE(std::regex_search(page, std::regex("<(link|iframe|object|embed|base|img)[ >]")));
+  for (const std::string& tag : tags(page))
+    for (const std::string attribute : {" src=", " srcset=", " action=", " href="})
+      CHECK(count(tag, attribute) == count(tag, attribute + "\"#"));
+  for (const std::string name : {"link", "iframe", "object", "embed", "base", "img"})
+    CHECK(count(page, "<" + name + " ") + count(page, "<" + name + ">") == 0);
   CHECK(count(page, "@import") == 0);
   CHECK(count(page, "url(http") == 0);
   // And the page itself forbids it, whatever a library might try.
