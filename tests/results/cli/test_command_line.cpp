@@ -71,7 +71,8 @@ std::set<std::string> names_in(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("Help, version, schema, designs and quantities go to stdout and exit 0", "[results][command]") {
+TEST_CASE("Help, version, schema, designs and quantities go to stdout and exit 0",
+          "[results][command]") {
   const test::TemporaryFolder folder;
   for (const char* arguments : {"--help", "--version", "schema", "designs", "designs leaf_spring",
                                 "quantities", "quantities cross_hinge"}) {
