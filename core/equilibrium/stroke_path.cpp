@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "core/equilibrium/free_motions.hpp"
+#include "core/equilibrium/newton_equations.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
-#include "core/math/sparse_solver.hpp"
 
 namespace flexopt {
 
@@ -98,96 +98,47 @@ Equilibrium solve_equilibrium(System& system, double stroke, const NewtonOptions
   return solve_equilibrium(system, std::optional<VectorXd>(VectorXd::Constant(1, stroke)), options);
 }
 
+namespace {
+
+// Drives that are free carry no load: their multipliers go to zero.
+void unload_drives(const System& system, NewtonEquations& equations) {
+  for (int j = system.constraints().joints(); j < equations.conditions(); ++j)
+    equations.right_side()[equations.first_condition() + j] =
+        -system.multipliers()[j] / equations.reaction()[j];
+}
+
+VectorXd loads_of_drives(const System& system, const NewtonEquations& equations,
+                         const VectorXd& x) {
+  VectorXd loads = VectorXd::Zero(static_cast<Eigen::Index>(system.drives().size()));
+  equations.read_loads(x, loads);
+  if (equations.conditions() == 0) return loads;
+  const VectorXd multipliers = system.multipliers() + equations.multipliers(x);
+  for (std::size_t k = 0; k < system.drives().size(); ++k)
+    if (const auto& row = system.drives()[k].condition)
+      loads[static_cast<Eigen::Index>(k)] = -multipliers[*row];
+  return loads;
+}
+
+}  // namespace
+
 Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& strokes,
                               const NewtonOptions& options) {
-  const int n = system.size(), drives = static_cast<int>(system.drives().size());
-  const double L = system.length();
   Equilibrium result;
-  VectorXd scale = VectorXd::Ones(n);
-  for (int b = 0; b < n; b += 6) scale.segment<3>(b).setConstant(L);
-
-  std::vector<int> owned;  // drives of a coordinate: their loads are unknowns here
-  for (int k = 0; k < drives; ++k)
-    if (system.drives()[static_cast<std::size_t>(k)].coordinate) owned.push_back(k);
-  const int loads = static_cast<int>(owned.size()), conditions = system.constraints().count(),
-            first = n + loads;
-  const auto coordinate = [&](int j) {
-    return *system.drives()[static_cast<std::size_t>(owned[static_cast<std::size_t>(j)])]
-                .coordinate;
-  };
-
-  VectorXd lambda = VectorXd::Zero(loads);
-  double previous = 0;
+  NewtonEquations equations(system, strokes.has_value());
   system.assemble();
-  if (conditions > 0) {
+  if (equations.conditions() > 0) {
     result.message = dependence(system, strokes.has_value());
     if (!result.message.empty()) return result;
   }
+  double previous = 0;
   for (int it = 0;; ++it) {
-    // [K  −e  Ψ_qᵀ; hᵀ  0  0; Ψ_q  0  0] (dq, λ, dμ) = (load − f, stroke − s, −Ψ), scaled to
-    // lengths over L; or λ = 0
-    SparseMatrix A(first + conditions);
-    VectorXd b(first + conditions);
-    const Constraints& c = system.constraints();
-    double energy = 0;  // where there are joints no leaf may hang on the body that is driven
-    if (conditions > 0)
-      energy = system.tangent().diagonal().cwiseProduct(scale.cwiseAbs2()).cwiseAbs().maxCoeff();
-    VectorXd unit(loads);
-    A.add(system.residual_tangent(), scale, scale);
-    const MatrixXd H = stroke_gradients(system);
-    const VectorXd present = present_strokes(system);
-    const auto add_stroke = [&](int row, int k, double over) {
-      const Drive& drive = system.mechanism().drives[static_cast<std::size_t>(k)];
-      for (const int body : {drive.body, drive.other})
-        if (body >= 0)
-          for (int d = 6 * body; d < 6 * body + 6; ++d) A.add(row, d, H(k, d) * scale[d] / over);
-    };
-    for (int j = 0; j < loads; ++j) {
-      const int d = coordinate(j), k = owned[static_cast<std::size_t>(j)];
-      unit[j] = conditions > 0 ? energy / (scale[d] * scale[d]) : system.tangent()(d, d);
-      if (strokes) {
-        A.add(d, n + j, -scale[d] * unit[j] * scale[d]);
-        add_stroke(n + j, k, 1);
-        b[n + j] = (*strokes)[k] - present[k];
-      } else {
-        A.add(n + j, n + j, 1);
-        b[n + j] = 0;
-      }
-    }
-    b.head(n) = scale.cwiseProduct(system.load() - system.internal_force());
-    VectorXd reaction;      // multipliers in the unit of the drive's, conditions in their own
-    double off_stroke = 0;  // of the conditions of drives
-    if (conditions > 0) {
-      reaction = energy * c.units().cwiseInverse();
-      b.tail(conditions) = -c.value().cwiseQuotient(c.units());
-      for (int j = 0; j < conditions; ++j) {
-        const Constraints::Row& row = c.rows()[static_cast<std::size_t>(j)];
-        const bool joint = j < c.joints();
-        for (int e = 0; e < 2; ++e)
-          for (int i = 0; i < 6 && row.body[e] >= 0; ++i) {
-            const int d = 6 * row.body[e] + i;
-            const double value = row.gradient[6 * e + i];
-            A.add(d, first + j, scale[d] * value * reaction[j]);
-            if (joint) A.add(first + j, d, 1 / c.units()[j] * value * scale[d]);
-          }
-        if (joint) continue;
-        const int k = c.drives()[static_cast<std::size_t>(j - c.joints())];
-        if (strokes) {
-          add_stroke(first + j, k, c.units()[j]);
-          b[first + j] = ((*strokes)[k] - c.value()[j]) / c.units()[j];
-          off_stroke = std::max(off_stroke, std::abs(b[first + j]));
-        } else {  // no load
-          A.add(first + j, first + j, 1);
-          b[first + j] = -system.multipliers()[j] / reaction[j];
-        }
-      }
-    }
-    const VectorXd x = LinearSolver(A, system.analyses()).solve(b);
-    for (int j = 0; j < loads; ++j) lambda[j] = x[n + j] * unit[j] * scale[coordinate(j)];
-    result.step = x.head(n).cwiseAbs().maxCoeff();
+    equations.assemble(system.load() - system.internal_force(), strokes);
+    const double violation = equations.violation();
+    if (!strokes) unload_drives(system, equations);
+    const VectorXd x = equations.solve();
+    result.step = equations.step(x);
     // steps within the tolerance, conditions far within it: they must not drift
-    const double size = std::max({result.step, system.correction(),
-                                  violation_weight * c.violation(), violation_weight * off_stroke});
+    const double size = std::max({result.step, system.correction(), violation_weight * violation});
     result.iterations = it;
     if (!std::isfinite(size)) {
       result.message = fmt::format("Newton met a singular tangent in iteration {}", it + 1);
@@ -197,13 +148,8 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
     const bool stalled = it > 1 && size < 1e-6 && size > 0.3 * previous;
     if (it > 0 && (size < options.tolerance || stalled)) {
       result.converged = true;
-      result.drive_loads = VectorXd::Zero(drives);
-      for (int j = 0; j < loads; ++j)
-        result.drive_loads[owned[static_cast<std::size_t>(j)]] = lambda[j];
-      for (int k = 0; k < drives; ++k)
-        if (const auto& row = system.drives()[static_cast<std::size_t>(k)].condition)
-          result.drive_loads[k] = -(system.multipliers()[*row] + reaction[*row] * x[first + *row]);
-      if (drives > 0) result.drive_load = result.drive_loads[0];
+      result.drive_loads = loads_of_drives(system, equations, x);
+      if (result.drive_loads.size() > 0) result.drive_load = result.drive_loads[0];
       return result;
     }
     if (result.step > 2 || it == options.max_iterations) {
@@ -214,8 +160,8 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
       return result;
     }
     previous = size;
-    system.move(scale.cwiseProduct(x.head(n)));
-    if (conditions > 0) system.add_to_multipliers(reaction.cwiseProduct(x.tail(conditions)));
+    system.move(equations.motion(x));
+    if (equations.conditions() > 0) system.add_to_multipliers(equations.multipliers(x));
     system.assemble();
   }
 }

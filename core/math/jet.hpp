@@ -5,7 +5,6 @@
 #include <concepts>
 #include <type_traits>
 
-#include "core/math/rotation.hpp"
 #include "core/math/series.hpp"
 #include "core/math/small_product.hpp"
 #include "core/math/types.hpp"
@@ -155,25 +154,8 @@ Series<Eigen::Matrix<double, Rows, Columns>> series(const Eigen::Matrix<Jet, Row
   return result;
 }
 
-/// Σ m! (−q)ᵏ/(2k + m)!, m > 0, of q below π²: sin a/a, 2 (1 − cos a)/a², 6 (a − sin a)/a³ at q =
-/// a².
-inline Jet sine_series(const Jet& q, int m) {
-  Jet f = 1;  // Horner from the 16th term, below 1e-20
-  for (int k = 16; k >= 1; --k) f = 1.0 - q * f * (1.0 / ((2 * k + m - 1) * (2 * k + m)));
-  return f;
-}
-
 /// rotation_exp() and rotation_left_tangent() along a path of rotation vectors, |θ| < π.
-inline Matrix3<Jet> jet_rotation_exp(const Vector3<Jet>& theta) {
-  const Jet q = theta.dot(theta);
-  const Matrix3<Jet> W = hat(theta);
-  return Matrix3<Jet>::Identity() + sine_series(q, 1) * W + (0.5 * sine_series(q, 2)) * W * W;
-}
-inline Matrix3<Jet> jet_rotation_left_tangent(const Vector3<Jet>& theta) {
-  const Jet q = theta.dot(theta);
-  const Matrix3<Jet> W = hat(theta);
-  return Matrix3<Jet>::Identity() + (0.5 * sine_series(q, 2)) * W +
-         (sine_series(q, 3) * (1.0 / 6)) * W * W;
-}
+Matrix3<Jet> jet_rotation_exp(const Vector3<Jet>& theta);
+Matrix3<Jet> jet_rotation_left_tangent(const Vector3<Jet>& theta);
 
 }  // namespace flexopt

@@ -21,7 +21,7 @@ template <class S>
 struct SineFactor {
   S value, slope;
 };
-// Σ m! (−q)ᵏ/(2k + m)! as sine_series(), and its derivative in q.
+// Σ m! (−q)ᵏ/(2k + m)! as in jet.cpp, and its derivative in q.
 template <class S>
 SineFactor<S> sine_factor(const S& q, int m) {
   SineFactor<S> f{S(1.0), S(0.0)};

@@ -1,0 +1,104 @@
+#include "core/equilibrium/newton_equations.hpp"
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/sparse_solver.hpp"
+
+namespace flexopt {
+
+NewtonEquations::NewtonEquations(const System& system, bool driven, int more)
+    : system_(&system),
+      bodies_(system.size()),
+      conditions_(system.constraints().count()),
+      scale_(VectorXd::Ones(system.size())),
+      size_(0),
+      matrix_(0) {
+  for (int b = 0; b < bodies_; b += 6) scale_.segment<3>(b).setConstant(system.length());
+  if (driven)
+    for (std::size_t k = 0; k < system.drives().size(); ++k)
+      if (system.drives()[k].coordinate) owned_.push_back(static_cast<int>(k));
+  load_unit_.resize(loads());
+  reaction_.resize(conditions_);
+  size_ = behind() + more;
+}
+
+int NewtonEquations::coordinate(int load) const {
+  return *system_->drives()[static_cast<std::size_t>(owned_[static_cast<std::size_t>(load)])]
+              .coordinate;
+}
+
+void NewtonEquations::add_stroke(int row, int drive, const MatrixXd& gradients, double over) {
+  const Drive& of = system_->mechanism().drives[static_cast<std::size_t>(drive)];
+  for (const int body : {of.body, of.other})
+    if (body >= 0)
+      for (int d = 6 * body; d < 6 * body + 6; ++d)
+        matrix_.add(row, d, gradients(drive, d) * scale_[d] / over);
+}
+
+void NewtonEquations::add_condition(int j) {
+  const Constraints& c = system_->constraints();
+  const Constraints::Row& row = c.rows()[static_cast<std::size_t>(j)];
+  const int at = first_condition() + j;
+  for (int e = 0; e < 2; ++e)
+    for (int i = 0; i < 6 && row.body[e] >= 0; ++i) {
+      const int d = 6 * row.body[e] + i;
+      const double value = row.gradient[6 * e + i];
+      matrix_.add(d, at, scale_[d] * value * reaction_[j]);
+      if (j < c.joints()) matrix_.add(at, d, 1 / c.units()[j] * value * scale_[d]);
+    }
+}
+
+void NewtonEquations::assemble(const VectorXd& residual, const std::optional<VectorXd>& strokes) {
+  matrix_ = SparseMatrix(size_);
+  right_side_ = VectorXd::Zero(size_);
+  matrix_.add(system_->residual_tangent(), scale_, scale_);
+  right_side_.head(bodies_) = scale_.cwiseProduct(residual);
+  energy_ = system_->tangent().diagonal().cwiseProduct(scale_.cwiseAbs2()).cwiseAbs().maxCoeff();
+  const MatrixXd gradients = stroke_gradients(*system_);
+  const VectorXd present = present_strokes(*system_);
+  for (int j = 0; j < loads(); ++j) {
+    const int d = coordinate(j), k = owned_[static_cast<std::size_t>(j)], row = bodies_ + j;
+    // where there are joints no leaf may hang on the body that is driven
+    load_unit_[j] = scale_[d] * (conditions_ > 0 ? energy_ / (scale_[d] * scale_[d])
+                                                 : system_->tangent()(d, d));
+    matrix_.add(d, row, -scale_[d] * load_unit_[j]);
+    add_stroke(row, k, gradients, 1);
+    right_side_[row] = (*strokes)[k] - present[k];
+  }
+  if (conditions_ == 0) return;
+  const Constraints& c = system_->constraints();
+  reaction_ = energy_ * c.units().cwiseInverse();
+  for (int j = 0; j < conditions_; ++j) {
+    const int row = first_condition() + j;
+    add_condition(j);
+    if (j < c.joints()) {
+      right_side_[row] = -c.value()[j] / c.units()[j];
+    } else if (strokes) {
+      const int k = c.drives()[static_cast<std::size_t>(j - c.joints())];
+      add_stroke(row, k, gradients, c.units()[j]);
+      right_side_[row] = ((*strokes)[k] - c.value()[j]) / c.units()[j];
+    } else {
+      matrix_.add(row, row, 1);
+    }
+  }
+}
+
+VectorXd NewtonEquations::solve() const {
+  return LinearSolver(matrix_, system_->analyses()).solve(right_side_);
+}
+
+double NewtonEquations::violation() const {
+  return conditions_ == 0
+             ? 0
+             : right_side_.segment(first_condition(), conditions_).cwiseAbs().maxCoeff();
+}
+
+VectorXd NewtonEquations::multipliers(const VectorXd& x) const {
+  return reaction_.cwiseProduct(x.segment(first_condition(), conditions_));
+}
+
+void NewtonEquations::read_loads(const VectorXd& x, VectorXd& drive_loads) const {
+  for (int j = 0; j < loads(); ++j)
+    drive_loads[owned_[static_cast<std::size_t>(j)]] = x[bodies_ + j] * load_unit_[j];
+}
+
+}  // namespace flexopt
