@@ -90,7 +90,7 @@ TEST_CASE("a random mechanism written flat, or without repeats, is the same to t
   }
 }
 
-TEST_CASE("every number of a random mechanism has its exact derivatives", "[random]") {
+TEST_CASE("every number of a random mechanism has its exact derivatives", "[random][slow]") {
   const Folder folder("derivatives");
   for (int seed = 0; seed < count; ++seed) {
     const laws::Deviation d = laws::derivatives(random_design(seed, folder.path));

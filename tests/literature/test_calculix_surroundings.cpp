@@ -101,7 +101,7 @@ void compare(const std::string& name, const nlohmann::json& solid, const ModelOp
 
 }  // namespace
 
-TEST_CASE("crooked, warm and heavy mechanisms are within 1 % of solids", "[surroundings]") {
+TEST_CASE("crooked, warm and heavy mechanisms are within 1 % of solids", "[surroundings][slow]") {
   std::ifstream file(FLEXOPT_LITERATURE "/calculix_surroundings.json");
   ModelOptions full;
   full.accuracy = Accuracy::full;

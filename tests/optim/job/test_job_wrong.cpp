@@ -97,7 +97,8 @@ TEST_CASE("no two changes of a job's JSON escape as anything but a SpecError",
   CHECK(refused > 2000);
 }
 
-TEST_CASE("no single change of a job's JSON escapes as anything but a SpecError", "[optim][job]") {
+TEST_CASE("no single change of a job's JSON escapes as anything but a SpecError",
+          "[optim][job][slow]") {
   const json table = read_json_file(FLEXOPT_SOURCE_DIR "/tests/jobs/wrong/cases.json");
   const json junk =
       json::parse(R"([null, true, -1, 0, 1e300, 0.5, "", "x", "1 mm", "\u0000", [], {},

@@ -106,7 +106,8 @@ TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse", "
   }
 }
 
-TEST_CASE("tips that rigid joints tie to a body buckle as tips that belong to it", "[buckling]") {
+TEST_CASE("tips that rigid joints tie to a body buckle as tips that belong to it",
+          "[buckling][slow]") {
   const Mechanism whole = models::guide(0.1, 0.03, 5e-4);
   Mechanism tied = whole;
   for (int k = 0; k < 2; ++k) {
@@ -217,7 +218,7 @@ TEST_CASE("a guide carries four times as much with its drive held", "[buckling]"
   CHECK(*critical(m, {}, along_x(-1), DriveState::free).load.factor == Approx(128.9).epsilon(5e-3));
 }
 
-TEST_CASE("the factor is inverse to the load and turns its sign with it", "[buckling]") {
+TEST_CASE("the factor is inverse to the load and turns its sign with it", "[buckling][slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const DriveState drive : {DriveState::locked, DriveState::free}) {
     const double one = *critical(m, {}, along_x(-1), drive).load.factor,
@@ -265,7 +266,8 @@ TEST_CASE("a state that has buckled has a factor below one", "[buckling]") {
   CHECK_FALSE(r.load.linearised);  // of a state that is stable alone
 }
 
-TEST_CASE("a guide that is deflected gives way with its drive free, and says so", "[buckling]") {
+TEST_CASE("a guide that is deflected gives way with its drive free, and says so",
+          "[buckling][slow]") {
   const CriticalLoadResult r =
       critical(models::guide(0.1, 0.03, 5e-4), {}, along_x(-5), DriveState::free, 0.005);
   CHECK_FALSE(r.load.factor);
@@ -290,7 +292,7 @@ TEST_CASE("an imperfection that is next to nothing does not hide a bifurcation",
 }
 
 TEST_CASE("derivatives of the factor are exact at bifurcations and at folds",
-          "[buckling][gradient]") {
+          "[buckling][gradient][slow]") {
   const std::vector<double> numbers{0.1, 0.03, 5e-4};
   const auto make = [](const std::vector<double>& v) { return models::guide(v[0], v[1], v[2]); };
   const auto places = [](Mechanism& m) {

@@ -51,7 +51,8 @@ TEST_CASE("gradients of curved leaves agree with differences", "[curve][gradient
   check(false, Flexure::plate, Accuracy::full, {0, 1, 2, 3, 4, 5});
 }
 
-TEST_CASE("gradients of curved leaves that taper agree with differences", "[curve][gradients]") {
+TEST_CASE("gradients of curved leaves that taper agree with differences",
+          "[curve][gradients][slow]") {
   check(true, Flexure::beam, Accuracy::full, {2, 4, 6});
   check(true, Flexure::plate, Accuracy::full, {2, 4, 6});
 }

@@ -97,7 +97,7 @@ TEST_CASE(
 }
 
 TEST_CASE("exact derivatives of a cantilever with a free tip agree with differences",
-          "[gradients][points]") {
+          "[gradients][points][slow]") {
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
   StrokeRequest request;
   request.frequencies = 3;

@@ -85,7 +85,7 @@ TEST_CASE("exact derivatives of a plate guide agree with differences") {
   check({false, Flexure::plate, Accuracy::full, 0.02, {0, 1, 2, 4, 7, 10}});
 }
 
-TEST_CASE("exact derivatives of a plate hinge agree with differences") {
+TEST_CASE("exact derivatives of a plate hinge agree with differences", "[slow]") {
   check({true, Flexure::plate, Accuracy::full, 0.4, {0, 1, 2, 3, 6, 9}});
 }
 
@@ -134,7 +134,7 @@ TEST_CASE("where nothing is stressed the stress has no slope") {
   }
 }
 
-TEST_CASE("exact derivatives of a guide of modal derivatives agree with differences") {
+TEST_CASE("exact derivatives of a guide of modal derivatives agree with differences", "[slow]") {
   check({false, Flexure::plate, Accuracy::reduced, 0.01, {0, 1, 2, 4, 7, 10}, modal});
 }
 

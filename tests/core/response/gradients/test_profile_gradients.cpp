@@ -44,7 +44,7 @@ void check(bool linear, Flexure flexure, Accuracy accuracy, std::vector<std::siz
 
 }  // namespace
 
-TEST_CASE("gradients of tapered leaves agree with differences", "[profile][gradients]") {
+TEST_CASE("gradients of tapered leaves agree with differences", "[profile][gradients][slow]") {
   check(true, Flexure::beam, Accuracy::full, {0, 1, 2, 4, 5});
   check(true, Flexure::plate, Accuracy::full, {1, 3, 4, 5});
 }

@@ -89,7 +89,8 @@ ModelOptions model_of(Flexure flexure) {
 
 }  // namespace
 
-TEST_CASE("derivatives of crooked mechanisms agree with differences", "[surroundings][gradients]") {
+TEST_CASE("derivatives of crooked mechanisms agree with differences",
+          "[surroundings][gradients][slow]") {
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
   const bool curved = GENERATE(false, true);
   const Family family{
@@ -98,7 +99,8 @@ TEST_CASE("derivatives of crooked mechanisms agree with differences", "[surround
   CHECK(check_gradients(family, model_of(flexure), request_with(crooked(), {0, 0.004})) > 100);
 }
 
-TEST_CASE("derivatives of heavy mechanisms agree with differences", "[surroundings][gradients]") {
+TEST_CASE("derivatives of heavy mechanisms agree with differences",
+          "[surroundings][gradients][slow]") {
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
   const bool curved = GENERATE(false, true);
   const Family family{
@@ -108,7 +110,8 @@ TEST_CASE("derivatives of heavy mechanisms agree with differences", "[surroundin
   CHECK(check_gradients(family, model_of(flexure), request_with(heavy(), {0, 0.004})) > 100);
 }
 
-TEST_CASE("derivatives of warm mechanisms agree with differences", "[surroundings][gradients]") {
+TEST_CASE("derivatives of warm mechanisms agree with differences",
+          "[surroundings][gradients][slow]") {
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
   const bool curved = GENERATE(false, true);
   const Family family{
@@ -118,7 +121,8 @@ TEST_CASE("derivatives of warm mechanisms agree with differences", "[surrounding
   CHECK(check_gradients(family, model_of(flexure), request_with(warm(), {0, 0.004})) > 100);
 }
 
-TEST_CASE("derivatives know all of them at once on bodies in a row", "[surroundings][gradients]") {
+TEST_CASE("derivatives know all of them at once on bodies in a row",
+          "[surroundings][gradients][slow]") {
   LoadCase all = crooked();
   all.gravity = {3, -2, 4};
   all.temperature = {12, -7};
@@ -137,7 +141,7 @@ TEST_CASE("derivatives know a warm and crooked leaf whose point is driven",
 }
 
 TEST_CASE("derivatives of reduced crooked mechanisms agree with differences",
-          "[surroundings][gradients]") {
+          "[surroundings][gradients][slow]") {
   ModelOptions model;
   model.mesh = {6, 2};
   SECTION("tube") {}
