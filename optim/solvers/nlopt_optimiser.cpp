@@ -218,7 +218,7 @@ nlopt::result Run::start(const VectorXd& x0, const VectorXd& lower, const Vector
 /// λ ← max(0, λ + ρ c) after each inner run; ρ grows while the violation does not halve. NLopt's
 /// own AUGLAG puts its first simplex on the same side every time, and stays for ever at a point
 /// where that side cannot be evaluated; here the side alternates and the simplex shrinks.
-nlopt::result Run::start_augmented(double step) {
+nlopt::result Run::start_augmented(double step) try {
   const OptimiserOptions& options = trials_.options();
   const Problem& problem = trials_.problem();
   lambda_ = VectorXd::Zero(problem.constraints);
@@ -250,6 +250,8 @@ nlopt::result Run::start_augmented(double step) {
     step = -std::copysign(std::max(0.5 * std::abs(step), 0.01), step);
   }
   return nlopt::ROUNDOFF_LIMITED;
+} catch (const nlopt::forced_stop&) {  // spent between two inner runs
+  return nlopt::FORCED_STOP;
 }
 
 /// A gradient residual beyond this, relative to ∇f, is worth another run: f is off by about the

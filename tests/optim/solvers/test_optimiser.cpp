@@ -300,6 +300,18 @@ TEST_CASE("the budget of evaluations is kept", "[optim]") {
   CHECK(s.f <= 8.5);   // no worse than the start
 }
 
+TEST_CASE("wherever its evaluations end, an augmented Lagrangian says so", "[optim]") {
+  const auto name = GENERATE(as<std::string>(), "LD_AUGLAG", "LN_AUGLAG");
+  for (int budget = 2; budget <= 80; ++budget) {
+    CAPTURE(name, budget);
+    const OptimiserSummary s =
+        minimise(rosenbrock_in_disk(), vector({-0.5, 0.5}), options(name, budget));
+    INFO(s.message);
+    CHECK((s.reason == StopReason::max_evaluations || s.reason == StopReason::converged));
+    CHECK(s.f <= 8.5);
+  }
+}
+
 TEST_CASE("what the problem throws comes out of every library", "[optim]") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LD_SLSQP", "LD_MMA", "ipopt");
