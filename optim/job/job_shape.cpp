@@ -6,6 +6,7 @@
 #include "core/response/quantities.hpp"
 #include "designs/design_shape.hpp"
 #include "designs/library.hpp"
+#include "optim/job/job_cases.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
@@ -227,6 +228,7 @@ Shape job_shape(const Family* family) {
                "values the result must have; a job in the repository is a test"),
   };
   fields.insert(fields.end(), sections.begin(), sections.end());
+  fields.push_back(cases_field(sections));
   return record(std::move(fields));
 }
 

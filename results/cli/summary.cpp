@@ -152,7 +152,7 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
   const auto unit = [&](const std::string& quantity) {
     return quantity.empty() ? std::string("(SI)") : quantity_unit(quantity, drives);
   };
-  const bool verified = optimum.verified && optimum.verified->response.status == Status::ok;
+  const bool verified = optimum.verified && optimum.verified->outcome().status == Status::ok;
   std::vector<std::string> header{"value", "bound"};
   if (verified) header.insert(header.end(), {"full accuracy", "reduced/full - 1"});
   text += line("", header);
@@ -174,7 +174,17 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
     }
     text += line(state.label, cells);
   }
-  return text + "  (* active)\n";
+  text += "  (* active)\n";
+  if (job.cases.empty()) return text;
+  const auto decisive = [&](const std::string& label, const std::optional<GoalPlace>& place) {
+    if (place)
+      text += fmt::format("  {} is that of case {}, point {}\n", label,
+                          job.cases[place->load_case].name, place->point);
+  };
+  decisive("the objective", optimum.decisive);
+  for (const ConstraintState& state : optimum.constraints)
+    if (state.active) decisive(state.label, state.decisive);
+  return text;
 }
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
@@ -210,7 +220,13 @@ std::string summary_of(const RunRecord& record) {
   const DriveList drives(record.mechanism);
   if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drives);
-  return text + stroke_lines(response_of(record), drives, record.job.request);
+  if (record.job.cases.empty())
+    return text + stroke_lines(response_of(record), drives, record.job.request);
+  const auto responses = responses_of(record);
+  for (std::size_t k = 0; k < responses.size(); ++k)
+    text += fmt::format("load case {}\n", record.job.cases[k].name) +
+            stroke_lines(*responses[k], drives, record.job.cases[k].request);
+  return text;
 }
 
 }  // namespace flexopt

@@ -194,6 +194,29 @@ std::string path_csv(const StrokeResponse& response, const DriveList& drives,
   return text;
 }
 
+std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const DriveList& drives,
+                      const std::vector<JobCase>& cases) {
+  std::vector<std::vector<Column>> columns;
+  std::vector<std::string> headers{"case"};
+  for (std::size_t k = 0; k < responses.size(); ++k) {
+    columns.push_back(path_columns(*responses[k], drives, cases[k].request));
+    for (const Column& column : columns.back())
+      if (std::ranges::find(headers, column.header) == headers.end())
+        headers.push_back(column.header);
+  }
+  std::string text = row(headers);
+  for (std::size_t k = 0; k < responses.size(); ++k)
+    for (const PathPoint& point : responses[k]->path) {
+      std::vector<std::string> cells{text_cell(cases[k].name)};
+      for (std::size_t h = 1; h < headers.size(); ++h) {
+        const auto found = std::ranges::find(columns[k], headers[h], &Column::header);
+        cells.push_back(found == columns[k].end() ? "" : found->cell(point));
+      }
+      text += row(cells);
+    }
+  return text;
+}
+
 std::string history_csv(const Job& job, const Optimum& optimum, const DriveList& drives) {
   assert(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
@@ -304,8 +327,10 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
 }
 
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  write_file(folder / "path.csv",
-             path_csv(response_of(record), DriveList(record.mechanism), record.job.request));
+  const DriveList drives(record.mechanism);
+  write_file(folder / "path.csv", record.job.cases.empty()
+                                      ? path_csv(response_of(record), drives, record.job.request)
+                                      : cases_csv(responses_of(record), drives, record.job.cases));
 }
 
 void write_history_csv(const std::filesystem::path& folder, const RunRecord& record) {

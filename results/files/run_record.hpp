@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/response/response.hpp"
@@ -23,7 +24,8 @@ struct DrawnDesign {
 struct RunRecord {
   Job job;
   Mechanism mechanism;                    ///< the evaluated one: of the job, or of the optimum
-  StrokeResponse response;                ///< job evaluate
+  StrokeResponse response;                ///< job evaluate; of several load cases the first
+  std::vector<StrokeResponse> cases;      ///< the same of all of them, where there are several
   std::optional<Optimum> optimum;         ///< job optimise; its response stands for `response`
   std::optional<Comparison> comparison;   ///< job compare; there is no path then
   std::string status = "ok";              ///< "ok", or why the result is not usable, in one word
@@ -35,8 +37,13 @@ struct RunRecord {
 /// Fills in status and message from the response, the optimum or the comparison.
 void conclude(RunRecord& record);
 
-/// The path that the run is about.
+/// The path that the run is about; of several load cases that of the first.
 const StrokeResponse& response_of(const RunRecord& record);
+/// The paths of all load cases, in the order of cases_of(record.job); none where the run has none.
+std::vector<const StrokeResponse*> responses_of(const RunRecord& record);
+
+/// Status and message of the path of a load case.
+std::pair<std::string, std::string> conclusion_of_case(const RunRecord& record, std::size_t k);
 
 std::string name_of(JobKind kind);
 std::string name_of(Accuracy accuracy);

@@ -50,6 +50,12 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   else
     fs::remove(folder / "pareto.csv");
   write_shapes(folder, response_of(record).path);
+  fs::remove_all(folder / "cases");  // of an earlier run
+  const auto responses = responses_of(record);
+  for (std::size_t k = 0; k < responses.size() && !record.job.cases.empty(); ++k) {
+    fs::create_directories(folder / "cases" / record.job.cases[k].name);
+    write_shapes(folder / "cases" / record.job.cases[k].name, responses[k]->path);
+  }
   write_timings(folder, record.timings);
   const OrderedJson scene = make_scene(record);
   write_scene(folder, scene);

@@ -1,4 +1,5 @@
 // The report: result.json and scene.json, section by section.
+import {case_section} from "./cases.js";
 import {comparison_sections} from "./comparison.js";
 import {design_sections} from "./designs.js";
 import {facts, first_screen} from "./first_screen.js";
@@ -49,6 +50,7 @@ function draw() {
     section("Towards the optimum of full accuracy", verification_section());
   }
   for (const [title, children] of comparison_sections()) section(title, children);
+  section("Load cases", case_section());
   section("Stroke table", stroke_table());
   section("Compliance", [matrix_panel(), principal_panel()]);
   section("Checks", checks());
