@@ -18,6 +18,7 @@
 #include "optim/job/job_loads.hpp"
 #include "optim/job/job_shape.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 
@@ -196,12 +197,22 @@ void JobReader::read_mechanism() {
 
 void JobReader::read_sections() {
   const std::string kind = read_["job"];
+  // tolerances look at the goals of a search that the job does not make
+  const auto looked_at = [&](const std::string& section) {
+    return section == "optimise" && job_.kind == JobKind::evaluate && read_.contains("tolerances");
+  };
   for (const auto& [section, owner] : {std::pair{"optimise", JobKind::optimise},
                                        {"samples", JobKind::compare},
                                        {"models", JobKind::compare}})
-    if (read_.contains(section) && job_.kind != owner)
+    if (read_.contains(section) && job_.kind != owner && !looked_at(section))
       job_.notes.push_back(
           fmt::format("The section {} is not used by \"job\": \"{}\".", section, kind));
+  if (read_.contains("tolerances") && job_.kind == JobKind::compare)
+    faults_.add("/tolerances", shown(document_["tolerances"]),
+                "a job \"compare\" looks at models, not at tolerances");
+  if (read_.contains("tolerance_samples") && !read_.contains("tolerances"))
+    faults_.add("/tolerance_samples", shown(document_["tolerance_samples"]),
+                "the job has no \"tolerances\" that they could check");
   const auto demand = [&](const char* section) {
     if (!read_.contains(section))
       faults_.add("/" + std::string(section), "nothing",
@@ -213,6 +224,11 @@ void JobReader::read_sections() {
   if (read_.contains("optimise"))
     job_.optimise = read_optimise(read_["optimise"], *family_, job_, cases_, faults_);
   if (read_.contains("samples")) job_.compare = read_compare(read_, *family_, job_, faults_);
+  if (read_.contains("tolerances") && job_.kind != JobKind::compare &&
+      is_geometry_sound(*family_, faults_)) {
+    job_.tolerances = read_tolerances(read_, *family_, job_, faults_);
+    job_.tolerances->goals = job_.optimise;
+  }
   if (job_.kind != JobKind::optimise) job_.optimise.reset();
   if (job_.kind != JobKind::compare) job_.compare.reset();
 }
@@ -275,6 +291,11 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
   if (wrong.empty()) return job;
   locate(wrong, text, overridden);
   throw SpecError(std::move(wrong));
+}
+
+double Tolerance::standard_deviation() const {
+  constexpr double limits = 3;  // of a normal one, in standard deviations
+  return spread == ToleranceSpread::uniform ? 1 / std::sqrt(3.0) : 1 / limits;
 }
 
 std::vector<JobCase> cases_of(const Job& job) {

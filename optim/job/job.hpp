@@ -142,6 +142,33 @@ struct DesignSpec {
 /// was written by hand. Throws SpecError.
 std::shared_ptr<const ParametricDesign> resolve(const DesignSpec& design);
 
+/// How a number lies within its tolerance: evenly between the limits, or normal with the limits at
+/// three standard deviations.
+enum class ToleranceSpread { uniform, normal };
+
+struct ToleranceTerm {
+  std::string parameter;  ///< of the family, or one of job_numbers
+  double change = 0;      ///< SI, at the entry's upper limit
+};
+
+/// A deviation z, −1 … 1 between its limits, of one parameter or of several together:
+/// parameter + Σ change · z.
+struct Tolerance {
+  std::string name;
+  ToleranceSpread spread = ToleranceSpread::uniform;
+  std::vector<ToleranceTerm> terms;
+  /// Of z: 1/√3 of a uniform one, 1/3 of a normal one.
+  double standard_deviation() const;
+};
+
+struct TolerancesSpec {
+  std::vector<Tolerance> entries;
+  int samples = 200;
+  unsigned seed = 1;
+  /// Objective and constraints that are looked at: those of "optimise", whatever the job.
+  std::optional<OptimiseSpec> goals;
+};
+
 /// One of several load cases: what acts on the mechanism, and where it goes.
 struct JobCase {
   std::string name;
@@ -168,6 +195,7 @@ struct Job {
   ModelOptions model;
   std::optional<OptimiseSpec> optimise;
   std::optional<CompareSpec> compare;
+  std::optional<TolerancesSpec> tolerances;
   /// Of a job that lists several; all else is then that of the first one.
   std::vector<ListedDesign> designs;
   std::vector<Expectation> expect;

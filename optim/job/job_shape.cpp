@@ -10,6 +10,7 @@
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 
@@ -229,6 +230,8 @@ Shape job_shape(const Family* family) {
   };
   fields.insert(fields.end(), sections.begin(), sections.end());
   fields.push_back(cases_field(sections));
+  fields.push_back(tolerances_field());
+  fields.push_back(tolerance_samples_field());
   return record(std::move(fields));
 }
 

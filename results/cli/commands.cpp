@@ -83,7 +83,7 @@ int run_job(const CommandLine& line) {
       case JobKind::evaluate:
         break;
     }
-    return run_evaluation(job, folder.path(), progress);
+    return run_evaluation(job, folder.path(), line.threads, progress);
   }();
   record.timings["total"] = seconds();
   return end(write_run(folder.path(), record), summary_of(record));

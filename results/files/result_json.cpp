@@ -14,6 +14,7 @@
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/tolerances.hpp"
 #include "results/files/units.hpp"
 #include "results/files/version.hpp"
 
@@ -526,6 +527,7 @@ OrderedJson make_result(const RunRecord& record) {
     result["extremes"] = extremes_json(record);
     result["cases"] = cases_json(record);
   }
+  if (record.tolerances) result["tolerances"] = make_tolerances(record);
   flag_non_finite(result);
   return result;
 }

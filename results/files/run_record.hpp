@@ -10,6 +10,7 @@
 #include "optim/compare/comparison.hpp"
 #include "optim/job/job.hpp"
 #include "optim/search/optimum.hpp"
+#include "optim/tolerances/tolerance_study.hpp"
 
 namespace flexopt {
 
@@ -23,11 +24,12 @@ struct DrawnDesign {
 
 struct RunRecord {
   Job job;
-  Mechanism mechanism;                    ///< the evaluated one: of the job, or of the optimum
-  StrokeResponse response;                ///< job evaluate; of several load cases the first
-  std::vector<StrokeResponse> cases;      ///< the same of all of them, where there are several
-  std::optional<Optimum> optimum;         ///< job optimise; its response stands for `response`
-  std::optional<Comparison> comparison;   ///< job compare; there is no path then
+  Mechanism mechanism;                        ///< the evaluated one: of the job, or of the optimum
+  StrokeResponse response;                    ///< job evaluate; of several load cases the first
+  std::vector<StrokeResponse> cases;          ///< the same of all of them, where there are several
+  std::optional<Optimum> optimum;             ///< job optimise; its response stands for `response`
+  std::optional<Comparison> comparison;       ///< job compare; there is no path then
+  std::optional<ToleranceReport> tolerances;  ///< where the job has some, and a design to look at
   std::string status = "ok";              ///< "ok", or why the result is not usable, in one word
   std::string message;                    ///< one sentence with the figures
   std::vector<DrawnDesign> others;        ///< of an optimisation; for the report alone

@@ -8,6 +8,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
 #include "optim/search/optimise.hpp"
+#include "optim/tolerances/tolerance_study.hpp"
 #include "results/files/units.hpp"
 #include "results/files/version.hpp"
 #include "results/run/run_files.hpp"
@@ -69,6 +70,14 @@ void add_timings(RunRecord& record) {
   }
 }
 
+/// Of the design with these parameters, where the job has tolerances.
+void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& model, int threads,
+                        ProgressDisplay& display, RunRecord& record) {
+  if (!record.job.tolerances) return;
+  display.say(fmt::format("tolerances: {} sampled designs", record.job.tolerances->samples));
+  record.tolerances = study_tolerances(record.job, parameters, model, threads);
+}
+
 /// Ctrl-C: one sentence, then the usual end. Only calls that a signal handler may make.
 extern "C" void say_how_to_resume(int signal) {
   constexpr char text[] =
@@ -106,7 +115,7 @@ std::string progress_text(const Progress& progress, const std::string& unit) {
 
 }  // namespace
 
-RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder,
+RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
                          ProgressDisplay& display) {
   write_job(folder, job);
   RunRecord record;
@@ -122,6 +131,8 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder,
       job.cases.empty() ? drawn_response(job, record.mechanism, job.request) : record.cases.front();
   add_timings(record);
   conclude(record);
+  if (record.status == "ok")
+    look_at_tolerances(job.design.parameters, job.model, threads, display, record);
   return record;
 }
 
@@ -158,6 +169,9 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
     optimum.response = job.cases.empty() ? drawn_response(job, record.mechanism, job.request)
                                          : optimum.cases.front();
     draw_others(record);
+    ModelOptions model = job.model;
+    if (optimum.at_full_accuracy) model.accuracy = Accuracy::full;
+    look_at_tolerances(optimum.parameters, model, threads, display, record);
   }
   add_timings(record);
   conclude(record);

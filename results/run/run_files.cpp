@@ -10,6 +10,7 @@
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/files/timings.hpp"
+#include "results/files/tolerances.hpp"
 #include "results/files/vtk.hpp"
 #include "results/report/report.hpp"
 #include "results/run/interrupted.hpp"
@@ -49,6 +50,7 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
     write_pareto_csv(folder, record);
   else
     fs::remove(folder / "pareto.csv");
+  write_tolerances_csv(folder, record);
   write_shapes(folder, response_of(record).path);
   fs::remove_all(folder / "cases");  // of an earlier run
   const auto responses = responses_of(record);
