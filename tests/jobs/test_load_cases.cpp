@@ -28,7 +28,7 @@ json job_document() {
     "optimise": {
       "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"}],
       "objective": {"maximise": "support_stiffness.uz"},
-      "constraints": [{"quantity": "drive_load", "over_stroke": "max_abs", "max": "6 N",
+      "constraints": [{"quantity": "drive_load", "over_stroke": "max_abs", "max": "9 N",
                        "case": "hanging"}],
       "algorithm": {"library": "nlopt", "name": "LD_SLSQP"}, "starts": 2},
     "tolerances": {"thickness": "10 um"}, "tolerance_samples": {"count": 10}})");
@@ -66,7 +66,7 @@ TEST_CASE("each load case has the result of a job with this case alone", "[jobs]
     const json one = result_of(place, name);
     for (const char* key :
          {"status", "message", "units", "quantities", "path", "frequency_derivatives", "shapes"})
-      CHECK(own[key] == one[key]);
+      CHECK(own.value(key, json()) == one.value(key, json()));
     rows += one["path"].size();
     CHECK(fs::exists(place.path / "all" / "cases" / name / "shapes.pvd"));
   }
