@@ -213,11 +213,14 @@ std::string tolerance_lines(const RunRecord& record, const DriveList& drives) {
     text += line(goal.label == "objective" && !goal.quantity.empty() ? goal.quantity : goal.label,
                  cells);
   }
-  if (report.room)
+  if (report.room && *report.room > 1e-4)
     text += fmt::format(
         "  room: all tolerances times {:.3g} keep every constraint (first order); "
         "{} ends it\n",
         *report.room, report.room_of);
+  else if (report.room)
+    text += fmt::format("  no room for any tolerance: {} is at its bound or beyond it\n",
+                        report.room_of);
   if (report.yield)
     text += fmt::format("  {:.1f} % of {} sampled designs keep every constraint{}\n",
                         100 * *report.yield, report.samples,

@@ -468,13 +468,16 @@ Json extremes_json(const RunRecord& record) {
     if (!q.row->in_report) continue;
     std::optional<double> least, largest;
     GoalPlace at_least, at_largest;
-    for (std::size_t k = 0; k < responses.size(); ++k)
+    for (std::size_t k = 0; k < responses.size(); ++k) {
+      const bool driven = record.job.cases[k].request.loads.driven();
+      if (q.row->name == "drive_load" && !driven) continue;  // nothing is
       for (std::size_t i = 0; i < responses[k]->path.size(); ++i) {
         const std::optional<double> value = q.value(responses[k]->path[i]);
         if (!value) continue;
         if (!least || *value < *least) least = value, at_least = {k, i};
         if (!largest || *value > *largest) largest = value, at_largest = {k, i};
       }
+    }
     if (!least) continue;
     const auto entry = [&](double value, const GoalPlace& place) {
       Json json = {{"value", value}};

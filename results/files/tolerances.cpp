@@ -23,16 +23,18 @@ std::string name_of(ToleranceSpread spread) {
   return spread == ToleranceSpread::uniform ? "uniform" : "normal";
 }
 
-Json entries_json(const std::vector<Tolerance>& entries) {
+Json entries_json(const std::vector<Tolerance>& entries, const Family& family) {
   Json list = Json::array();
   for (const Tolerance& entry : entries) {
-    Json changes = Json::object(), deviations = Json::object();
+    Json changes = Json::object(), deviations = Json::object(), units = Json::object();
     for (const ToleranceTerm& term : entry.terms) {
       changes[term.parameter] = term.change;
+      units[term.parameter] = parameter_unit(family, term.parameter);
       deviations[term.parameter] = std::abs(term.change) * entry.standard_deviation();
     }
     list.push_back({{"name", entry.name},
                     {"distribution", name_of(entry.spread)},
+                    {"units", std::move(units)},
                     {"at_upper_limit", std::move(changes)},
                     {"standard_deviation", std::move(deviations)}});
   }
@@ -113,7 +115,7 @@ OrderedJson make_tolerances(const RunRecord& record) {
        "limits that keeps every constraint; a normal tolerance has its limits at three standard "
        "deviations"},
       {"message", report.message},
-      {"entries", entries_json(spec.entries)},
+      {"entries", entries_json(spec.entries, resolve(record.job.design)->family())},
       {"goals", std::move(goals)},
       {"room",
        report.room ? Json{{"scale", *report.room}, {"constraint", report.room_of}} : Json()},

@@ -25,10 +25,11 @@ function quantity_rows(tolerances) {
 export function tolerance_section() {
   const {tolerances} = result;
   if (!tolerances) return [];
-  const {entries, goals, samples, room} = tolerances, rows = quantity_rows(tolerances), unit = result.units?.parameters ?? {};
+  const {entries, goals, samples, room} = tolerances, rows = quantity_rows(tolerances);
   const said = [
-    `${entries.map((e) => `${readable(e.name)}: ${Object.entries(e.at_upper_limit).map(([p, c]) => `${p === e.name ? "" : readable(p) + " "}±${quantity_text(Math.abs(c), unit[p] ?? "")}`).join(", ")} (${e.distribution})`).join("; ")}.`,
-    room && `All tolerances may be ${number_text(room.scale)} times as large, to first order; then ${readable(room.constraint)} is at its bound.`,
+    `${entries.map((e) => `${readable(e.name)}: ${Object.entries(e.at_upper_limit).map(([p, c]) => `${p === e.name ? "" : readable(p) + " "}±${quantity_text(Math.abs(c), e.units[p])}`).join(", ")} (${e.distribution})`).join("; ")}.`,
+    room && (room.scale > 1e-4 ? `All tolerances may be ${number_text(room.scale)} times as large, to first order; then ${readable(room.constraint)} is at its bound.`
+      : `There is no room for any tolerance: ${readable(room.constraint)} is at its bound or beyond it.`),
     tolerances.yield !== null && `${per_cent(tolerances.yield)} of ${samples.count} sampled designs keep every constraint${samples.failed ? `, ${samples.failed} of them have no equilibrium` : ""}.`,
     tolerances.message].filter(Boolean).join(" ");
   return [element("p", {class: "lead"}, said),
