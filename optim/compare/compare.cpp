@@ -1,7 +1,9 @@
 #include "optim/compare/compare.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -126,22 +128,40 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+/// Adds a load case; what it says is said with its name.
+void append(StrokeResponse of_case, const std::string& name, StrokeResponse& whole) {
+  std::ranges::move(of_case.path, std::back_inserter(whole.path));
+  whole.seconds_path += of_case.seconds_path;
+  const bool worse = of_case.status != Status::ok && whole.status == Status::ok;
+  if (worse || whole.message.empty()) {
+    whole.status = of_case.status;
+    whole.message = (name.empty() ? "" : "load case " + name + ": ") + of_case.message;
+  }
+}
+
 ComparedPath evaluate(const Job& job, const Sample& sample, int design, int model,
                       const StrokeEvaluator& evaluator, EvaluationSeconds& seconds) {
   if (!sample.refused.empty()) return failed_path(design, model, sample.refused);
   const CompareSpec& spec = *job.compare;
   const ModelChoice& choice =
       model == 0 ? spec.full : spec.models[static_cast<std::size_t>(model - 1)];
-  StrokeRequest request = job.request;
-  request.points = sample.stroke;
-  request.newton = choice.newton;
-  request.outputs.remove({Output::shapes, Output::frequency_derivatives, Output::envelope,
-                          Output::moving_envelope, Output::clearance, Output::buckling});
   const auto begin = std::chrono::steady_clock::now();
   try {
-    const StrokeResponse response = evaluator(make_mechanism(job, sample), choice.model, request);
-    seconds = {response.seconds_path, seconds_since(begin)};
-    return compared_path(design, model, response);
+    const Mechanism mechanism = make_mechanism(job, sample);
+    StrokeResponse whole;  // all load cases one after the other
+    auto first = sample.stroke.begin();
+    for (const JobCase& one : cases_of(job)) {
+      StrokeRequest request = one.request;
+      const auto last = first + static_cast<std::ptrdiff_t>(request.points.size());
+      request.points.assign(first, last);
+      first = last;
+      request.newton = choice.newton;
+      request.outputs.remove({Output::shapes, Output::frequency_derivatives, Output::envelope,
+                              Output::moving_envelope, Output::clearance, Output::buckling});
+      append(evaluator(mechanism, choice.model, request), one.name, whole);
+    }
+    seconds = {whole.seconds_path, seconds_since(begin)};
+    return compared_path(design, model, whole);
   } catch (const SpecError& error) {
     return failed_path(design, model, error.what());
   }

@@ -79,7 +79,10 @@ std::vector<Sample> make_samples(const Job& job) {
     largest_stroke.emplace(spec.largest_stroke.formula, spec.largest_stroke.may_use,
                            spec.largest_stroke.pointer);
   double furthest = 0;
-  for (const double s : job.request.points) furthest = std::max(furthest, std::abs(s));
+  std::vector<double> points;  // of all load cases
+  for (const JobCase& one : cases_of(job))
+    points.insert(points.end(), one.request.points.begin(), one.request.points.end());
+  for (const double s : points) furthest = std::max(furthest, std::abs(s));
 
   for (Sample& sample : samples) try {
       const ParameterValues sampled = sample.parameters;
@@ -88,7 +91,7 @@ std::vector<Sample> make_samples(const Job& job) {
       for (std::size_t i = 0; i < formulas.size(); ++i)
         sample.parameters[spec.formulas[i].parameter] = value_of(formulas[i], sample);
       sample.parameters = complete_parameters(job.design, sample.parameters);
-      sample.stroke = job.request.points;
+      sample.stroke = points;
       if (largest_stroke) {
         const double largest = value_of(*largest_stroke, sample);
         for (double& s : sample.stroke) s *= largest / furthest;

@@ -10,7 +10,7 @@ namespace flexopt {
 struct Sample {
   ParameterValues parameters;  ///< all of the family's; only the sampled ones where `refused`
   ParameterValues symbols;     ///< sampled numbers that only formulas use
-  std::vector<double> stroke;  ///< [m or rad]
+  std::vector<double> stroke;  ///< [m or rad]; of several load cases one after the other
   std::string refused;         ///< why there is no such design; empty otherwise
 };
 

@@ -12,11 +12,13 @@
 #include "core/reduction/superelement/superelement_grid.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_cases.hpp"
 #include "optim/job/job_design.hpp"
 #include "optim/job/job_designs.hpp"
 #include "optim/job/job_loads.hpp"
 #include "optim/job/job_shape.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 
@@ -124,9 +126,12 @@ namespace {
 /// Reads a job from its document. Each part is read as far as what it depends on is sound.
 class JobReader {
  public:
-  /// Files that the job names are relative to `folder`.
-  JobReader(const json& document, const std::string& folder, FaultList& faults)
+  /// Files that the job names are relative to `folder`. `cases`: which load cases there are, for
+  /// goals to name.
+  JobReader(const json& document, const std::string& folder, const CaseNames& cases,
+            FaultList& faults)
       : document_(document),
+        cases_(cases),
         faults_(faults),
         source_(design_source(document, folder, faults)),
         family_(source_.get()) {}
@@ -139,6 +144,7 @@ class JobReader {
   bool sound(const char* pointer) const { return faults_.sound(pointer); }
 
   const json& document_;
+  const CaseNames& cases_;
   FaultList& faults_;
   std::shared_ptr<const Family> source_;
   const Family* family_;  ///< the same
@@ -191,12 +197,22 @@ void JobReader::read_mechanism() {
 
 void JobReader::read_sections() {
   const std::string kind = read_["job"];
+  // tolerances look at the goals of a search that the job does not make
+  const auto looked_at = [&](const std::string& section) {
+    return section == "optimise" && job_.kind == JobKind::evaluate && read_.contains("tolerances");
+  };
   for (const auto& [section, owner] : {std::pair{"optimise", JobKind::optimise},
                                        {"samples", JobKind::compare},
                                        {"models", JobKind::compare}})
-    if (read_.contains(section) && job_.kind != owner)
+    if (read_.contains(section) && job_.kind != owner && !looked_at(section))
       job_.notes.push_back(
           fmt::format("The section {} is not used by \"job\": \"{}\".", section, kind));
+  if (read_.contains("tolerances") && job_.kind == JobKind::compare)
+    faults_.add("/tolerances", shown(document_["tolerances"]),
+                "a job \"compare\" looks at models, not at tolerances");
+  if (read_.contains("tolerance_samples") && !read_.contains("tolerances"))
+    faults_.add("/tolerance_samples", shown(document_["tolerance_samples"]),
+                "the job has no \"tolerances\" that they could check");
   const auto demand = [&](const char* section) {
     if (!read_.contains(section))
       faults_.add("/" + std::string(section), "nothing",
@@ -206,8 +222,13 @@ void JobReader::read_sections() {
   if (job_.kind == JobKind::compare) demand("samples");
   if (!family_) return;  // names and units are the family's
   if (read_.contains("optimise"))
-    job_.optimise = read_optimise(read_["optimise"], *family_, job_, faults_);
+    job_.optimise = read_optimise(read_["optimise"], *family_, job_, cases_, faults_);
   if (read_.contains("samples")) job_.compare = read_compare(read_, *family_, job_, faults_);
+  if (read_.contains("tolerances") && job_.kind != JobKind::compare &&
+      is_geometry_sound(*family_, faults_)) {
+    job_.tolerances = read_tolerances(read_, *family_, job_, faults_);
+    job_.tolerances->goals = job_.optimise;
+  }
   if (job_.kind != JobKind::optimise) job_.optimise.reset();
   if (job_.kind != JobKind::compare) job_.compare.reset();
 }
@@ -224,11 +245,19 @@ void add_override_faults(const SpecError& error, std::vector<Fault>& faults) {
 
 namespace {
 
+/// Of one design, under one load case or several.
+Job read_design_document(const json& document, const std::string& folder, FaultList& faults) {
+  if (!lists_cases(document)) return JobReader(document, folder, {}, faults).read();
+  return read_cases(document, faults, [&](const json& one, const CaseNames& cases, FaultList& own) {
+    return JobReader(one, folder, cases, own).read();
+  });
+}
+
 /// Of one design or of several.
 Job read_document(const json& document, const std::string& folder, FaultList& faults) {
-  if (!lists_designs(document)) return JobReader(document, folder, faults).read();
+  if (!lists_designs(document)) return read_design_document(document, folder, faults);
   return read_listed_designs(document, faults, [&](const json& one, FaultList& own) {
-    return JobReader(one, folder, own).read();
+    return read_design_document(one, folder, own);
   });
 }
 
@@ -264,6 +293,16 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
   throw SpecError(std::move(wrong));
 }
 
+double Tolerance::standard_deviation() const {
+  constexpr double limits = 3;  // of a normal one, in standard deviations
+  return spread == ToleranceSpread::uniform ? 1 / std::sqrt(3.0) : 1 / limits;
+}
+
+std::vector<JobCase> cases_of(const Job& job) {
+  if (!job.cases.empty()) return job.cases;
+  return {{{}, job.request}};
+}
+
 const json& document_of(const Job& job) {
   static const json nothing;
   return job.as_read ? *job.as_read : nothing;
@@ -284,6 +323,7 @@ json job_schema() {
     const json then{{"properties",
                      {{"design", whole["properties"]["design"]},
                       {"stroke", whole["properties"]["stroke"]},
+                      {"cases", whole["properties"]["cases"]},
                       {"optimise", whole["properties"]["optimise"]},
                       {"samples", whole["properties"]["samples"]}}}};
     by_family.push_back({{"if", is_family}, {"then", then}});

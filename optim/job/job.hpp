@@ -30,6 +30,7 @@ struct Objective {
   std::string quantity;                      ///< of a path point, or
   std::string expression;                    ///< of the design parameters; one of the two is empty
   OverStroke over_stroke = OverStroke::min;  ///< unused for an expression
+  std::string load_case;                     ///< the one that counts; empty: the worst of all
 };
 
 struct Constraint {
@@ -37,6 +38,7 @@ struct Constraint {
   OverStroke over_stroke = OverStroke::max;
   std::optional<double> min, max;  ///< SI; at least one
   std::string label;               ///< "max_stress max over stroke"
+  std::string load_case;           ///< the one that counts; empty: the worst of all
 };
 
 struct Algorithm {
@@ -54,7 +56,8 @@ struct ParetoSpec {
   OverStroke over_stroke = OverStroke::max;
   bool maximise = false;
   int points = 9;
-  std::string label;  ///< "drive_load max_abs over stroke"
+  std::string label;      ///< "drive_load max_abs over stroke"
+  std::string load_case;  ///< the one that counts; empty: the worst of all
 };
 
 /// The optimum is to be that of full accuracy.
@@ -139,6 +142,39 @@ struct DesignSpec {
 /// was written by hand. Throws SpecError.
 std::shared_ptr<const ParametricDesign> resolve(const DesignSpec& design);
 
+/// How a number lies within its tolerance: evenly between the limits, or normal with the limits at
+/// three standard deviations.
+enum class ToleranceSpread { uniform, normal };
+
+struct ToleranceTerm {
+  std::string parameter;  ///< of the family, or one of job_numbers
+  double change = 0;      ///< SI, at the entry's upper limit
+};
+
+/// A deviation z, −1 … 1 between its limits, of one parameter or of several together:
+/// parameter + Σ change · z.
+struct Tolerance {
+  std::string name;
+  ToleranceSpread spread = ToleranceSpread::uniform;
+  std::vector<ToleranceTerm> terms;
+  /// Of z: 1/√3 of a uniform one, 1/3 of a normal one.
+  double standard_deviation() const;
+};
+
+struct TolerancesSpec {
+  std::vector<Tolerance> entries;
+  int samples = 200;
+  unsigned seed = 1;
+  /// Objective and constraints that are looked at: those of "optimise", whatever the job.
+  std::optional<OptimiseSpec> goals;
+};
+
+/// One of several load cases: what acts on the mechanism, and where it goes.
+struct JobCase {
+  std::string name;
+  StrokeRequest request;
+};
+
 struct Job;
 
 /// One of several designs, as a job of its own.
@@ -153,10 +189,13 @@ struct Job {
   JobKind kind = JobKind::evaluate;
   DesignSpec design;
   EndEffector end_effector;
-  StrokeRequest request;
+  StrokeRequest request;  ///< of several load cases that of the first
+  /// Of a job that has several, in the order of their names.
+  std::vector<JobCase> cases;
   ModelOptions model;
   std::optional<OptimiseSpec> optimise;
   std::optional<CompareSpec> compare;
+  std::optional<TolerancesSpec> tolerances;
   /// Of a job that lists several; all else is then that of the first one.
   std::vector<ListedDesign> designs;
   std::vector<Expectation> expect;
@@ -170,6 +209,9 @@ struct Job {
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
 /// The same from a parsed document. Throws SpecError with all that is wrong.
 Job parse_job(const nlohmann::json& document);
+
+/// The load cases of a job: its own, or the one without a name.
+std::vector<JobCase> cases_of(const Job& job);
 
 /// What the job's reader left in `as_read`; null for a job made by hand.
 const nlohmann::json& document_of(const Job& job);

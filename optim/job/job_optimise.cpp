@@ -34,7 +34,26 @@ struct Context {
   std::vector<Quantity> quantities;
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<FormulaName> names;  ///< of these, the family's first
+  const CaseNames& cases;
   FaultList& faults;
+
+  /// The load case that a goal names; empty where it is over all of them. Throws SpecError.
+  std::string load_case(const json& goal, const Pointer& at) const {
+    if (!goal.contains("case")) return "";
+    std::string name = goal["case"];
+    const std::string place = (at / "case").to_string();
+    if (cases.all.empty())
+      throw SpecError(place, shown(goal["case"]),
+                      "the job has no \"cases\", of which a goal could name one");
+    if (std::ranges::find(cases.all, name) == cases.all.end())
+      throw SpecError(place, shown(goal["case"]),
+                      "no load case has this name; " + known_names(name, cases.all));
+    return name;
+  }
+  /// Whether what the goal asks of the job is for this load case to answer.
+  bool counts(const std::string& load_case) const {
+    return load_case.empty() || load_case == cases.own;
+  }
 
   const Quantity* find_quantity(const std::string& name) const {
     const auto it = std::find_if(quantities.begin(), quantities.end(),
@@ -43,7 +62,8 @@ struct Context {
   }
 
   /// The quantity of that name, with what it asks of the rest of the job. Throws SpecError.
-  const Quantity& quantity(const std::string& name, const Pointer& at) const {
+  const Quantity& quantity(const std::string& name, const std::string& load_case,
+                           const Pointer& at) const {
     const Quantity* found = find_quantity(name);
     if (!found) {
       std::vector<std::string> names;
@@ -54,7 +74,8 @@ struct Context {
     if (found->row->needs.need_frequencies() && request.frequencies == 0)
       throw SpecError("/frequencies", "0",
                       fmt::format("\"{}\" at {} needs at least 1", name, at.to_string()));
-    if (found->row->needs.has(Output::buckling) && request.buckling_load.empty())
+    if (found->row->needs.has(Output::buckling) && request.buckling_load.empty() &&
+        counts(load_case))
       throw SpecError(at.to_string(), '"' + name + '"',
                       "it needs \"buckling\": {\"load\": …}, which says which load grows");
     return *found;
@@ -176,9 +197,16 @@ Variable read_variable(json& read, const Context& context, const Pointer& at,
 }
 
 void forbid_over_stroke(const json& read, const Pointer& at) {
+  if (read.contains("case"))
+    throw SpecError((at / "case").to_string(), shown(read["case"]),
+                    "a formula of the parameters is the same in all load cases: leave it away");
   if (read.contains("over_stroke"))
     throw SpecError((at / "over_stroke").to_string(), shown(read["over_stroke"]),
                     "a formula of the parameters does not vary over the stroke: leave it away");
+}
+
+std::string in_case(const std::string& load_case) {
+  return load_case.empty() ? "" : ", case " + load_case;
 }
 
 Objective read_objective(json& read, const Context& context) {
@@ -196,7 +224,8 @@ Objective read_objective(json& read, const Context& context) {
     objective.expression = Expression(goal, context.names, (at / key).to_string()).text();
     return objective;
   }
-  objective.quantity = context.quantity(goal, at / key).name;
+  objective.load_case = context.load_case(read, at);
+  objective.quantity = context.quantity(goal, objective.load_case, at / key).name;
   if (!read.contains("over_stroke"))
     objective.over_stroke = objective.maximise ? OverStroke::min : OverStroke::max;
   read["over_stroke"] = name_in_job(objective.over_stroke);
@@ -218,17 +247,24 @@ Constraint read_constraint(json& read, const Context& context, const Pointer& at
       return formula_bound(formula.formula(), read[key], at / key);
     };
   } else {
-    const Quantity& quantity = context.quantity(constraint.quantity, at / "quantity");
+    constraint.load_case = context.load_case(read, at);
+    const Quantity& quantity =
+        context.quantity(constraint.quantity, constraint.load_case, at / "quantity");
     const bool said = read.contains("over_stroke"), least = read.contains("min"),
                largest = read.contains("max");
     if (!said && least && largest)
       throw SpecError((at / "over_stroke").to_string(), "nothing",
                       "with min and max it must be said which value over the stroke is meant: "
                       "min, max, max_abs, first, last");
+    if (least && largest && constraint.load_case.empty() && context.cases.all.size() > 1)
+      throw SpecError((at / "case").to_string(), "nothing",
+                      "with min and max over several load cases two numbers are meant: give two "
+                      "constraints, or the case");
     if (!said) constraint.over_stroke = largest ? OverStroke::max : OverStroke::min;
     read["over_stroke"] = name_in_job(constraint.over_stroke);
     constraint.label =
-        fmt::format("{} {} over stroke", quantity.name, name_in_job(constraint.over_stroke));
+        fmt::format("{} {} over stroke{}", quantity.name, name_in_job(constraint.over_stroke),
+                    in_case(constraint.load_case));
     bound = [&, unit = quantity.unit](const char* key) {
       return read_quantity(shape::quantity(unit), read[key], at / key);
     };
@@ -287,22 +323,27 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
     front.expression = front.label =
         Expression(front.expression, context.names, (at / "expression").to_string()).text();
   } else {
-    front.quantity = context.quantity(front.quantity, at / "quantity").name;
+    front.load_case = context.load_case(read, at);
+    front.quantity = context.quantity(front.quantity, front.load_case, at / "quantity").name;
     if (!read.contains("over_stroke"))
       front.over_stroke = front.maximise ? OverStroke::min : OverStroke::max;
     read["over_stroke"] = name_in_job(front.over_stroke);
-    front.label = fmt::format("{} {} over stroke", front.quantity, name_in_job(front.over_stroke));
+    front.label = fmt::format("{} {} over stroke{}", front.quantity, name_in_job(front.over_stroke),
+                              in_case(front.load_case));
   }
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
-      (!front.expression.empty() || front.over_stroke == objective.over_stroke))
+      (!front.expression.empty() ||
+       (front.over_stroke == objective.over_stroke && front.load_case == objective.load_case)))
     throw SpecError((at / (front.quantity.empty() ? "expression" : "quantity")).to_string(),
                     '"' + (front.quantity.empty() ? front.expression : front.quantity) + '"',
                     "it is the objective already: a front needs a second one");
   return front;
 }
 
-Context context_of(const Family& family, const Job& job, FaultList& faults) {
-  Context context{family, job.design, job.request, quantities(family.drives), {}, {}, faults};
+Context context_of(const Family& family, const Job& job, const CaseNames& cases,
+                   FaultList& faults) {
+  Context context{family, job.design, job.request, quantities(family.drives),
+                  {},     {},         cases,       faults};
   context.values = job.design.parameters;
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});
@@ -319,8 +360,9 @@ Context context_of(const Family& family, const Job& job, FaultList& faults) {
 
 }  // namespace
 
-OptimiseSpec read_optimise(json& read, const Family& family, Job& job, FaultList& faults) {
-  const Context context = context_of(family, job, faults);
+OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const CaseNames& cases,
+                           FaultList& faults) {
+  const Context context = context_of(family, job, cases, faults);
   const Pointer at("/optimise");
   const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
   OptimiseSpec spec = search_table().read(read);

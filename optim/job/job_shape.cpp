@@ -6,9 +6,11 @@
 #include "core/response/quantities.hpp"
 #include "designs/design_shape.hpp"
 #include "designs/library.hpp"
+#include "optim/job/job_cases.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 
@@ -227,6 +229,9 @@ Shape job_shape(const Family* family) {
                "values the result must have; a job in the repository is a test"),
   };
   fields.insert(fields.end(), sections.begin(), sections.end());
+  fields.push_back(cases_field(sections));
+  fields.push_back(tolerances_field());
+  fields.push_back(tolerance_samples_field());
   return record(std::move(fields));
 }
 

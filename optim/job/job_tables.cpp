@@ -85,6 +85,7 @@ Shape seed_shape() { return integer(0, 4294967295.0); }
 
 constexpr const char* over_stroke_meaning =
     "how a quantity's values over the stroke become one; default: the worst";
+constexpr const char* case_meaning = "the load case that counts; default: the worst of all";
 
 }  // namespace
 
@@ -342,7 +343,8 @@ const RecordTable<Objective>& objective_table() {
           .other(shape::optional("minimise", text(), "the same, to be made small"))
           .optional_choice<OverStroke>(
               "over_stroke", over_stroke_names, &Objective::over_stroke,
-              "how its values over the stroke become one; default: the worst");
+              "how its values over the stroke become one; default: the worst")
+          .optional("case", text(100), &Objective::load_case, case_meaning);
   return table;
 }
 
@@ -354,6 +356,7 @@ const RecordTable<Constraint>& constraint_table() {
                     "or a formula of the parameters, in SI")
           .optional_choice<OverStroke>("over_stroke", over_stroke_names, &Constraint::over_stroke,
                                        over_stroke_meaning)
+          .optional("case", text(100), &Constraint::load_case, case_meaning)
           .other(shape::optional("min", shape::quantity(""), "lower bound"))
           .other(shape::optional("max", shape::quantity(""), "upper bound"));
   return table;
@@ -387,6 +390,7 @@ const RecordTable<ParetoSpec>& pareto_table() {
           .optional("expression", text(), &ParetoSpec::expression, "or a formula of the parameters")
           .optional_choice<OverStroke>("over_stroke", over_stroke_names, &ParetoSpec::over_stroke,
                                        over_stroke_meaning)
+          .optional("case", text(100), &ParetoSpec::load_case, case_meaning)
           .choice<bool>("sense", {{"minimise", false}, {"maximise", true}}, &ParetoSpec::maximise,
                         "which way is better")
           .standard("points", integer(2, 200), &ParetoSpec::points,

@@ -183,8 +183,10 @@ int rank_of(const Quantity& frequency) {
 // A design with its exact derivatives and all that their differences are compared by.
 class Checker {
  public:
-  Checker(const Job& job, double tolerance) : job_(job), tolerance_(tolerance) {
-    request_ = job.optimise ? request_of_goals(job, make_goals(job)) : job.request;
+  Checker(const Job& job, std::size_t load_case, double tolerance)
+      : job_(job), tolerance_(tolerance) {
+    request_ = job.optimise ? request_of_goals(job, make_goals(job), load_case)
+                            : cases_of(job)[load_case].request;
     request_.values = PathValues::differentiable;
     request_.outputs.add({Output::equilibrium, Output::stiffness}).remove(Output::shapes);
     request_.newton.tolerance = std::min(request_.newton.tolerance, 1e-12);
@@ -444,9 +446,11 @@ std::vector<GradientCheck> Checker::check(std::size_t parameter) const {
 
 }  // namespace
 
-GradientReport check_gradients(const Job& job, double tolerance, int threads) {
+namespace {
+
+GradientReport check_case(const Job& job, std::size_t load_case, double tolerance, int threads) {
   GradientReport report;
-  Checker checker(job, tolerance);
+  Checker checker(job, load_case, tolerance);
   if (auto reason = checker.prepare()) {
     report.message = std::move(*reason);
     return report;
@@ -480,6 +484,25 @@ GradientReport check_gradients(const Job& job, double tolerance, int threads) {
     report.message += fmt::format("; no exact derivatives: {}", fmt::join(names, ", "));
   for (const std::string& f : failed) report.message += "; " + f;
   return report;
+}
+
+}  // namespace
+
+GradientReport check_gradients(const Job& job, double tolerance, int threads) {
+  if (job.cases.empty()) return check_case(job, 0, tolerance, threads);
+  GradientReport all;
+  all.ok = true;
+  for (std::size_t k = 0; k < job.cases.size(); ++k) {
+    const GradientReport report = check_case(job, k, tolerance, threads);
+    const std::string& name = job.cases[k].name;
+    all.ok = all.ok && report.ok;
+    all.message += fmt::format("{}load case {}: {}", k == 0 ? "" : "; ", name, report.message);
+    for (GradientCheck check : report.checks) {
+      check.load_case = name;
+      all.checks.push_back(std::move(check));
+    }
+  }
+  return all;
 }
 
 }  // namespace flexopt

@@ -29,8 +29,13 @@ namespace {
 Job prepared(Job job) {
   OptimiseSpec& spec = *job.optimise;
   if (const auto& front = spec.pareto)
-    spec.constraints.push_back(
-        {front->quantity, front->expression, front->over_stroke, {}, {}, front->label});
+    spec.constraints.push_back({front->quantity,
+                                front->expression,
+                                front->over_stroke,
+                                {},
+                                {},
+                                front->label,
+                                front->load_case});
   const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
   job.design.resolved = resolve(job.design);
   std::vector<std::string> wanted;
@@ -79,15 +84,16 @@ Evaluators::Evaluators(StrokeEvaluator of_values, StrokeGradientEvaluator of_gra
     : values(std::move(of_values)), gradients(std::move(of_gradients)) {}
 
 DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
-    : job_(prepared(job)),
-      evaluators_(std::move(evaluators)),
-      goals_(make_goals(job_)),
-      request_(request_of_goals(job_, goals_)) {
+    : job_(prepared(job)), evaluators_(std::move(evaluators)), goals_(make_goals(job_)) {
+  for (std::size_t k = 0; k < cases_of(job_).size(); ++k)
+    requests_.push_back(request_of_goals(job_, goals_, k));
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
   // values with and without derivatives must be those of one function
   if (evaluators_.gradients && needs_gradients(optimiser_options(*job_.optimise))) {
-    request_.values = PathValues::differentiable;
-    if (bears_repetition(optimiser_options(*job_.optimise))) add_stress_branches(goals_, request_);
+    for (StrokeRequest& request : requests_) {
+      request.values = PathValues::differentiable;
+      if (bears_repetition(optimiser_options(*job_.optimise))) add_stress_branches(goals_, request);
+    }
   }
   moving_ = moving_parameters(job_);
 }
@@ -183,9 +189,35 @@ MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
 
 }  // namespace
 
-DesignValues DesignProblem::read(const Variables& variables, const StrokeResponse& response,
-                                 const StrokeRequest& request,
-                                 const StrokeGradients* gradients) const {
+GoalReading DesignProblem::read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
+                                      const std::vector<StrokeRequest>& requests) const {
+  GoalReading whole;
+  whole.ok = true;
+  bool differentiated = true;
+  for (const GoalPart& part : goal.parts) {
+    const StrokeSensitivity& of = found[part.load_case];
+    GoalReading reading = read_goal(goal, of.response, requests[part.load_case],
+                                    of.gradients ? &*of.gradients : nullptr);
+    if (!reading.ok) {
+      if (!job_.cases.empty())
+        reading.message += fmt::format(" (load case {})", job_.cases[part.load_case].name);
+      return reading;
+    }
+    differentiated = differentiated &&
+                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
+    whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
+    const Eigen::Index before = whole.gradient.rows();
+    if (!differentiated) continue;
+    whole.gradient.conservativeResize(before + reading.gradient.rows(), reading.gradient.cols());
+    whole.gradient.bottomRows(reading.gradient.rows()) = reading.gradient;
+  }
+  if (!differentiated) whole.gradient.resize(0, 0);
+  return whole;
+}
+
+DesignValues DesignProblem::read(const Variables& variables,
+                                 const std::vector<StrokeSensitivity>& found,
+                                 const std::vector<StrokeRequest>& requests) const {
   DesignValues values;
   const ParameterValues all = parameters(variables);
   const std::optional<MatrixXd> moved = parameter_derivatives(all);
@@ -193,7 +225,7 @@ DesignValues DesignProblem::read(const Variables& variables, const StrokeRespons
   if (!moved) why = "a formula among the parameters has no derivative";
   for (const Goal& goal : goals_) {
     GoalReading reading =
-        goal.expression ? read_goal(goal, all) : read_goal(goal, response, request, gradients);
+        goal.expression ? read_goal(goal, all) : read_parts(goal, found, requests);
     if (!reading.ok) {
       values.message = std::move(reading.message);
       values.goals.clear();
@@ -208,7 +240,8 @@ DesignValues DesignProblem::read(const Variables& variables, const StrokeRespons
       why = fmt::format("{} has no exact derivatives", name);
     if (why.empty()) {
       const std::vector<std::string> along =
-          goal.expression ? goal.expression->names() : gradients->parameters;
+          goal.expression ? goal.expression->names()
+                          : found[goal.parts.front().load_case].gradients->parameters;
       const MatrixXd chained = reading.gradient * rows_of(*moved, all, along);
       const Eigen::Index before = values.gradient.rows();
       values.gradient.conservativeResize(before + chained.rows(), size());
@@ -234,18 +267,24 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
   };
   try {
     if (!needs_mechanics_) {
-      DesignValues values = read(variables, StrokeResponse{}, request_);
+      DesignValues values = read(variables, {}, requests_);
       return gradient ? values : of_values(std::move(values));
     }
     ModelOptions model = job_.model;
     if (accuracy) model.accuracy = *accuracy;
-    if (!gradient || !evaluators_.gradients)
-      return of_values(read(variables, respond(variables, model, request_), request_));
-    const StrokeSensitivity found =
-        evaluators_.gradients(job_, parameters(variables), moving_, model, request_);
-    DesignValues values =
-        read(variables, found.response, request_, found.gradients ? &*found.gradients : nullptr);
-    if (values.ok && !found.gradients && !found.message.empty()) values.no_gradient = found.message;
+    const bool differentiate = gradient && evaluators_.gradients;
+    std::vector<StrokeSensitivity> found(requests_.size());
+    for (std::size_t k = 0; k < requests_.size(); ++k) {
+      if (requests_[k].outputs.empty()) continue;  // no goal is about this load case
+      if (differentiate)
+        found[k] = evaluators_.gradients(job_, parameters(variables), moving_, model, requests_[k]);
+      else
+        found[k].response = respond(variables, model, requests_[k]);
+    }
+    DesignValues values = read(variables, found, requests_);
+    if (!differentiate) return of_values(std::move(values));
+    for (const StrokeSensitivity& of : found)
+      if (values.ok && !of.gradients && !of.message.empty()) values.no_gradient = of.message;
     return values;
   } catch (const SpecError& error) {
     DesignValues values;

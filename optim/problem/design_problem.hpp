@@ -68,7 +68,9 @@ class DesignProblem {
   }
   const OptimiseSpec& spec() const { return *job_.optimise; }
   const std::vector<Goal>& goals() const { return goals_; }
-  const StrokeRequest& request() const { return request_; }
+  /// What the goals ask of a load case.
+  const StrokeRequest& request(std::size_t load_case = 0) const { return requests_[load_case]; }
+  std::size_t cases() const { return requests_.size(); }
   int size() const { return static_cast<int>(spec().variables.size()); }
 
   /// max − min of a variable: d variable / d x.
@@ -96,8 +98,9 @@ class DesignProblem {
   /// A path with the given model and request.
   StrokeResponse respond(const Variables& variables, const ModelOptions& model,
                          const StrokeRequest& request) const;
-  DesignValues read(const Variables& variables, const StrokeResponse& response,
-                    const StrokeRequest& request, const StrokeGradients* gradients = nullptr) const;
+  /// The goals from the responses of all load cases; of a case that no goal needs it may be empty.
+  DesignValues read(const Variables& variables, const std::vector<StrokeSensitivity>& found,
+                    const std::vector<StrokeRequest>& requests) const;
 
   /// Values of one goal with a formula; nothing when it or the parameters make no sense there.
   std::optional<double> formula(std::size_t goal, const Variables& variables) const;
@@ -121,10 +124,14 @@ class DesignProblem {
   /// variables themselves, and formulas over them. Nothing where a formula's is not finite.
   std::optional<MatrixXd> parameter_derivatives(const ParameterValues& parameters) const;
 
+  /// A goal's values, and its derivatives where `gradients` holds, part by part.
+  GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
+                         const std::vector<StrokeRequest>& requests) const;
+
   Evaluators evaluators_;
   std::vector<std::string> moving_;  ///< parameters that change when a variable does
   std::vector<Goal> goals_;
-  StrokeRequest request_;
+  std::vector<StrokeRequest> requests_;  ///< of each load case
   bool needs_mechanics_ = false;
 };
 

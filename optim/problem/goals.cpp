@@ -36,9 +36,21 @@ bool is_lowest_of_modes(const std::string& quantity) {
   return quantity == "parasitic_frequency" || quantity == "parasitic_frequency_screening";
 }
 
+/// Every load case, or the one that is named.
+std::vector<GoalPart> parts_of(const Job& job, const std::string& load_case) {
+  std::vector<GoalPart> parts;
+  const std::vector<JobCase> cases = cases_of(job);
+  for (std::size_t k = 0; k < cases.size(); ++k)
+    if (load_case.empty() || cases[k].name == load_case)
+      parts.push_back({k, cases[k].request.points.size()});
+  return parts;
+}
+
 Goal make_goal(const Job& job, const std::string& label, const std::string& quantity,
-               const std::string& expression, OverStroke over, const std::string& pointer) {
-  Goal goal{label, quantity, {}, over, 1};
+               const std::string& expression, OverStroke over, const std::string& load_case,
+               bool least, const std::string& pointer) {
+  Goal goal{label, quantity, {}, over, 1, {}, least};
+  if (expression.empty()) goal.parts = parts_of(job, load_case);
   if (!expression.empty()) {
     std::vector<FormulaName> names;
     const Family& family = resolve(job.design)->family();
@@ -153,11 +165,13 @@ std::vector<Goal> make_goals(const Job& job) {
   assert(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
   const Objective& o = spec.objective;
-  std::vector<Goal> goals{
-      make_goal(job, "objective", o.quantity, o.expression, o.over_stroke, "/optimise/objective")};
+  std::vector<Goal> goals{make_goal(job, "objective", o.quantity, o.expression, o.over_stroke,
+                                    o.load_case, o.maximise, "/optimise/objective")};
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
     const Constraint& c = spec.constraints[i];
-    goals.push_back(make_goal(job, c.label, c.quantity, c.expression, c.over_stroke,
+    const bool front = !c.min && !c.max && spec.pareto;  // the second objective of a front
+    goals.push_back(make_goal(job, c.label, c.quantity, c.expression, c.over_stroke, c.load_case,
+                              front ? spec.pareto->maximise : c.min.has_value(),
                               fmt::format("/optimise/constraints/{}", i)));
   }
   return goals;
@@ -169,12 +183,21 @@ void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request) {
       goal.branches = request.stress_peaks = stress_branches;
 }
 
-StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals) {
-  StrokeRequest request = job.request;
+StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals,
+                               std::size_t load_case) {
+  StrokeRequest request = job.cases.empty() ? job.request : job.cases[load_case].request;
   request.outputs = {};
   for (const Goal& goal : goals)
-    if (!goal.quantity.empty()) request.outputs.add(needs_of(goal.quantity));
+    if (std::ranges::find(goal.parts, load_case, &GoalPart::load_case) != goal.parts.end())
+      request.outputs.add(needs_of(goal.quantity));
   return request;
+}
+
+std::size_t Goal::points() const {
+  if (expression) return 1;
+  std::size_t count = 0;
+  for (const GoalPart& part : parts) count += part.points;
+  return count;
 }
 
 GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
@@ -243,11 +266,14 @@ GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
   return reading;
 }
 
-Extreme extreme(const Goal& goal, const GoalValues& values) {
-  assert(!values.empty() && values.size() % static_cast<std::size_t>(goal.branches) == 0);
+namespace {
+
+/// Of the values first, first + 1, …, last − 1.
+Extreme extreme_within(const Goal& goal, const GoalValues& values, std::size_t first,
+                       std::size_t last) {
   const auto stride = static_cast<std::size_t>(goal.branches);
-  Extreme best;
-  if (goal.over_stroke == OverStroke::last) best.entry = values.size() - stride;
+  Extreme best{first, 1};
+  if (goal.over_stroke == OverStroke::last) best.entry = last - stride;
   const auto rank = [&](std::size_t i) {
     switch (goal.over_stroke) {
       case OverStroke::min:
@@ -260,10 +286,41 @@ Extreme extreme(const Goal& goal, const GoalValues& values) {
         return 0.0;
     }
   };
-  for (std::size_t i = 0; i < values.size(); i += stride)
+  for (std::size_t i = first; i < last; i += stride)
     if (rank(i) > rank(best.entry)) best.entry = i;
   if (goal.over_stroke == OverStroke::max_abs && values[best.entry] < 0) best.sign = -1;
   return best;
+}
+
+}  // namespace
+
+Extreme extreme(const Goal& goal, const GoalValues& values, std::size_t part) {
+  const auto stride = static_cast<std::size_t>(goal.branches);
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < part; ++k) first += goal.parts[k].points * stride;
+  return extreme_within(goal, values, first, first + goal.parts[part].points * stride);
+}
+
+Extreme extreme(const Goal& goal, const GoalValues& values) {
+  assert(!values.empty() && values.size() % static_cast<std::size_t>(goal.branches) == 0);
+  if (goal.parts.size() < 2) return extreme_within(goal, values, 0, values.size());
+  const auto number = [&](const Extreme& e) { return e.sign * values[e.entry]; };
+  Extreme worst = extreme(goal, values, 0);
+  for (std::size_t k = 1; k < goal.parts.size(); ++k) {
+    const Extreme here = extreme(goal, values, k);
+    if (goal.least ? number(here) < number(worst) : number(here) > number(worst)) worst = here;
+  }
+  return worst;
+}
+
+GoalPlace place_of(const Goal& goal, std::size_t entry) {
+  assert(!goal.expression);
+  std::size_t point = entry / static_cast<std::size_t>(goal.branches);
+  for (const GoalPart& part : goal.parts) {
+    if (point < part.points) return {part.load_case, point};
+    point -= part.points;
+  }
+  return {0, point};
 }
 
 double aggregate(const Goal& goal, const GoalValues& values) {

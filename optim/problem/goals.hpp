@@ -11,6 +11,12 @@
 
 namespace flexopt {
 
+/// What a goal has of one load case.
+struct GoalPart {
+  std::size_t load_case = 0;  ///< of the job's
+  std::size_t points = 0;     ///< on its path
+};
+
 /// One number of a design, and the finer numbers it is made of.
 struct Goal {
   std::string label;
@@ -21,6 +27,13 @@ struct Goal {
   /// one, so that a gradient method sees the modes on both sides of a crossing; descending: the
   /// places of largest stress, for the same reason. 1 for all others.
   int branches = 1;
+  /// Of a quantity: the load cases whose values stand one after the other. None: one part of any
+  /// size.
+  std::vector<GoalPart> parts;
+  bool least = false;  ///< of several load cases the least number counts, not the largest
+
+  /// Points of all parts; 1 of a formula.
+  std::size_t points() const;
 };
 
 /// The objective first, then the constraints in the job's order, then the second objective of a
@@ -31,10 +44,11 @@ std::vector<Goal> make_goals(const Job& job);
 /// Largest stresses get several candidates a point: for exact evaluations, which know them.
 void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request);
 
-/// The job's request with only what the goals need.
-StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals);
+/// The request of one of the job's load cases with only what the goals need of it.
+StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals,
+                               std::size_t load_case = 0);
 
-/// Values of one goal: points × branches, or one for a formula.
+/// Values of one goal: points × branches, part by part, or one for a formula.
 using GoalValues = std::vector<double>;
 
 struct GoalReading {
@@ -44,7 +58,7 @@ struct GoalReading {
   MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
 };
 
-/// Of a goal with a quantity; with derivatives where they are given.
+/// Of a goal with a quantity, one load case; with derivatives where they are given.
 GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
                       const StrokeRequest& request, const StrokeGradients* gradients = nullptr);
 /// Of a goal with a formula; its derivatives are had from the formula itself.
@@ -57,6 +71,15 @@ struct Extreme {
   double sign = 1;
 };
 Extreme extreme(const Goal& goal, const GoalValues& values);
+/// The same within one part alone.
+Extreme extreme(const Goal& goal, const GoalValues& values, std::size_t part);
+
+/// Where a value of a goal is from.
+struct GoalPlace {
+  std::size_t load_case = 0, point = 0;
+};
+/// Of a goal with a quantity.
+GoalPlace place_of(const Goal& goal, std::size_t entry);
 
 /// The goal's one number.
 double aggregate(const Goal& goal, const GoalValues& values);

@@ -62,9 +62,11 @@ Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& p
   if (aim == Aim::feasibility) {
     slack_ = slack;
     sense_ = 1;
-  } else if (slack && pointwise(problem.goals()[pose.goal], !pose.maximise)) {
+  } else if (const Goal& goal = problem.goals()[pose.goal];
+             slack && (pointwise(goal, !pose.maximise) || by_parts(goal, !pose.maximise))) {
     slack_ = true;
-    add_rows(pose.goal, !pose.maximise, 0, scale(pose.goal), pose.maximise ? 1 : -1, true);
+    add_rows(pose.goal, !pose.maximise, 0, scale(pose.goal), pose.maximise ? 1 : -1,
+             pointwise(goal, !pose.maximise));
   }
   for (std::size_t g = 1; g < problem.goals().size(); ++g) {
     const Bounds& b = pose.bounds[g - 1];
@@ -83,10 +85,15 @@ double Posing::scale(std::size_t goal) const {
 /// Whether bounding the goal's one number is the same as bounding every value.
 bool Posing::pointwise(const Goal& goal, bool upper) const {
   if (!split_ || goal.expression) return false;
-  const auto values = problem_.request().points.size() * static_cast<std::size_t>(goal.branches);
+  const auto values = goal.points() * static_cast<std::size_t>(goal.branches);
   if (goal.over_stroke == OverStroke::min) return !upper && values > 1;
   if (goal.over_stroke == OverStroke::max) return upper && values > 1;
   return goal.over_stroke == OverStroke::max_abs && upper;
+}
+
+/// Whether bounding the goal's one number is the same as bounding that of every load case.
+bool Posing::by_parts(const Goal& goal, bool upper) const {
+  return split_ && goal.parts.size() > 1 && goal.least != upper;
 }
 
 void Posing::add_rows(std::size_t goal, bool upper, double bound, double scale, double slack,
@@ -94,10 +101,12 @@ void Posing::add_rows(std::size_t goal, bool upper, double bound, double scale, 
   const Goal& of = problem_.goals()[goal];
   const double sign = upper ? 1 : -1;
   if (!pointwise) {
-    rows_.push_back({goal, -1, sign, sign * bound / scale, scale, slack});
+    const bool split = by_parts(of, upper);
+    for (int part = split ? 0 : -1; part < (split ? static_cast<int>(of.parts.size()) : 0); ++part)
+      rows_.push_back({goal, -1, sign, sign * bound / scale, scale, slack, part});
     return;
   }
-  const auto entries = static_cast<int>(problem_.request().points.size()) * of.branches;
+  const auto entries = static_cast<int>(of.points()) * of.branches;
   for (int k = 0; k < entries; ++k) {
     rows_.push_back({goal, k, sign, sign * bound / scale, scale, slack});
     if (of.over_stroke == OverStroke::max_abs)
@@ -177,8 +186,7 @@ void Posing::track(const MatrixXd& derivatives) {
   const bool first = last_derivatives_.rows() != derivatives.rows();
   std::ptrdiff_t begin = 0;
   for (const Goal& goal : problem_.goals()) {
-    const std::ptrdiff_t points =
-        goal.expression ? 1 : static_cast<std::ptrdiff_t>(problem_.request().points.size());
+    const std::ptrdiff_t points = static_cast<std::ptrdiff_t>(goal.points());
     for (std::ptrdiff_t k = 0; k < points; ++k, begin += goal.branches) {
       if (goal.branches == 1 || first) continue;
       const auto jump = [&](const std::vector<Eigen::Index>& rows) {
@@ -237,7 +245,8 @@ void Posing::set_rows(const VectorXd& x, const Seen& seen, bool gradient,
     const Eigen::Index first = seen.first[row.goal];
     Extreme e;
     if (row.entry < 0) {
-      e = extreme(problem_.goals()[row.goal], of);
+      const Goal& goal = problem_.goals()[row.goal];
+      e = row.part < 0 ? extreme(goal, of) : extreme(goal, of, static_cast<std::size_t>(row.part));
     } else {
       const Eigen::Index entry = first + row.entry;
       e.entry = static_cast<std::size_t>(

@@ -5,6 +5,7 @@
 //     maximise min over stroke:  min −t,  t − v_jk / s ≤ 0   at each point j, lowest modes k
 //     minimise max over stroke:  min  t,  v_j / s − t ≤ 0    (±v_j under max_abs)
 //     v ≤ b over the stroke:     (v_j − b) / s ≤ 0           at each point j
+// of all load cases,
 // so that modes and points which change places do not make kinks. With exact derivatives each row
 // keeps its mode when modes cross between designs. Without it (methods that see one
 // merit value anyway), and where the best point counts ("the maximum must exceed b"), one value.
@@ -77,11 +78,13 @@ class Posing {
   std::vector<double> multipliers(const VectorXd& lambda) const;
 
  private:
-  /// c = slack · t + sign · v / scale − bound, v one value or (entry < 0) the aggregate of a goal.
+  /// c = slack · t + sign · v / scale − bound, v one value or (entry < 0) the aggregate of a goal,
+  /// of its one load case `part` where that is not below zero.
   struct Row {
     std::size_t goal = 0;
     int entry = -1;
     double sign = 1, bound = 0, scale = 1, slack = 0;
+    int part = -1;
   };
   /// A design as an optimiser meets it.
   struct Seen {
@@ -102,6 +105,7 @@ class Posing {
   void add_rows(std::size_t goal, bool upper, double bound, double scale, double slack,
                 bool pointwise);
   bool pointwise(const Goal& goal, bool upper) const;
+  bool by_parts(const Goal& goal, bool upper) const;
   double scale(std::size_t goal) const;
   double merit(const Candidate& candidate) const;
   /// Values (and derivatives) at full size, corrected.

@@ -10,6 +10,12 @@
 namespace flexopt {
 namespace {
 
+/// Where the number of a goal is from; nothing of a formula.
+std::optional<GoalPlace> place(const Goal& goal, const GoalValues& values) {
+  if (goal.expression) return std::nullopt;
+  return place_of(goal, extreme(goal, values).entry);
+}
+
 std::vector<ConstraintState> states(const DesignProblem& problem, const Scales& scales,
                                     const DesignValues& design) {
   const std::vector<double> values = problem.constraints(design);
@@ -22,6 +28,7 @@ std::vector<ConstraintState> states(const DesignProblem& problem, const Scales& 
     s.min = c.min;
     s.max = c.max;
     s.margin = -excess(values[i], c.min, c.max, 1.0);
+    s.decisive = place(problem.goals()[i + 1], design.goals[i + 1]);
     s.active = std::abs(s.margin) <= problem.spec().constraint_tolerance * scales.constraints[i];
     result.push_back(std::move(s));
   }
@@ -43,6 +50,7 @@ void judge(const DesignProblem& problem, const Scales& scales, const Chosen& ans
            Optimum& optimum) {
   optimum.parameters = problem.parameters(problem.variables(answer.best.x));
   optimum.objective = answer.best.objective;
+  optimum.decisive = place(problem.goals()[0], answer.best.values.goals[0]);
   optimum.constraints = states(problem, scales, answer.best.values);
   const bool feasible = answer.best.violation <= problem.spec().constraint_tolerance;
   optimum.status = !feasible   ? OptimumStatus::infeasible
@@ -96,20 +104,37 @@ void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const C
 void add_paths(const DesignProblem& problem, const Variables& variables, const DesignValues& own,
                int threads, Optimum& optimum) {
   const Job& job = problem.job();
-  StrokeRequest request = job.request;
-  request.outputs.remove(Output::shapes);
+  const std::vector<JobCase> cases = cases_of(job);
+  const std::size_t count = cases.size();
+  std::vector<StrokeRequest> requests;
+  for (const JobCase& one : cases) {
+    requests.push_back(one.request);
+    requests.back().outputs.remove(Output::shapes);
+  }
   Verification& v = optimum.verified.emplace();
+  std::vector<StrokeResponse> own_paths(count);
+  std::vector<StrokeSensitivity> full_paths(count);
+  const ModelOptions full_model = at_full_accuracy(job.model);
   if (optimum.at_full_accuracy) {
-    optimum.response = problem.respond(variables, at_full_accuracy(job.model), job.request);
-    v.response = optimum.response;
-    for (PathPoint& point : v.response.path) point.shapes.clear();
+    for (std::size_t k = 0; k < count; ++k) {
+      own_paths[k] = problem.respond(variables, full_model, cases[k].request);
+      full_paths[k].response = own_paths[k];
+      for (PathPoint& point : full_paths[k].response.path) point.shapes.clear();
+    }
   } else {
-    parallel_for(2, threads, [&](int i) {
-      if (i == 0) optimum.response = problem.respond(variables, job.model, job.request);
-      if (i == 1) v.response = problem.respond(variables, at_full_accuracy(job.model), request);
+    parallel_for(static_cast<int>(2 * count), threads, [&](int i) {
+      const std::size_t k = static_cast<std::size_t>(i) / 2;
+      if (i % 2 == 0) own_paths[k] = problem.respond(variables, job.model, cases[k].request);
+      if (i % 2 == 1) full_paths[k].response = problem.respond(variables, full_model, requests[k]);
     });
   }
-  const DesignValues full = problem.read(variables, v.response, request);
+  const DesignValues full = problem.read(variables, full_paths, requests);
+  optimum.response = own_paths.front();
+  v.response = full_paths.front().response;
+  if (!job.cases.empty()) {
+    optimum.cases = std::move(own_paths);
+    for (StrokeSensitivity& of : full_paths) v.cases.push_back(std::move(of.response));
+  }
   if (!full.ok) {
     if (v.response.message.empty()) v.response.message = full.message;
     return;
@@ -121,6 +146,12 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
   const std::vector<double> own_constraints = problem.constraints(own);
   for (std::size_t i = 0; i < v.constraints.size(); ++i)
     v.constraint_differences.push_back(difference(own_constraints[i], v.constraints[i]));
+}
+
+const StrokeResponse& Verification::outcome() const {
+  for (const StrokeResponse& one : cases)
+    if (one.status != Status::ok) return one;
+  return response;
 }
 
 }  // namespace flexopt

@@ -8,16 +8,18 @@
 #include "core/response/response.hpp"
 #include "designs/family.hpp"
 #include "optim/problem/evaluation_record.hpp"
+#include "optim/problem/goals.hpp"
 
 namespace flexopt {
 
 struct ConstraintState {
   std::string label;
   double value = 0;
-  std::optional<double> min, max;    ///< bounds asked for
-  double margin = 0;                 ///< distance to the nearest bound, negative when violated
-  bool active = false;               ///< |margin| within the constraint tolerance
-  std::optional<double> multiplier;  ///< dObjective/dBound, where the algorithm yields one
+  std::optional<double> min, max;     ///< bounds asked for
+  double margin = 0;                  ///< distance to the nearest bound, negative when violated
+  bool active = false;                ///< |margin| within the constraint tolerance
+  std::optional<double> multiplier;   ///< dObjective/dBound, where the algorithm yields one
+  std::optional<GoalPlace> decisive;  ///< where its value is from; of a quantity
 };
 
 struct StartSummary {
@@ -54,7 +56,10 @@ struct VerificationLoop {
 /// The optimum evaluated again at full accuracy. Where that found no equilibrium, `response` says
 /// so and there are no values. Differences: reduced / full − 1, reduced − full where full is 0.
 struct Verification {
-  StrokeResponse response;
+  StrokeResponse response;            ///< of several load cases that of the first
+  std::vector<StrokeResponse> cases;  ///< of all of them, where there are several
+  /// The response, or the first one of the cases that has no equilibrium.
+  const StrokeResponse& outcome() const;
   std::optional<VerificationLoop> loop;  ///< where the job asks for it
   double objective = 0;
   std::vector<double> constraints;
@@ -114,6 +119,7 @@ struct Optimum {
   /// Objective and constraints are those of full accuracy: the verification was asked to correct.
   bool at_full_accuracy = false;
   double objective = 0;
+  std::optional<GoalPlace> decisive;  ///< where the objective is from; of a quantity
   std::vector<ConstraintState> constraints;
   int evaluations = 0, failed_evaluations = 0;
   int best_start = 0, agreeing_starts = 0;
@@ -122,7 +128,8 @@ struct Optimum {
   std::optional<ParetoFront> pareto;
   /// At the optimum, by the model that objective and constraints are of: the job's own, or that at
   /// full accuracy.
-  StrokeResponse response;
+  StrokeResponse response;            ///< of several load cases that of the first
+  std::vector<StrokeResponse> cases;  ///< of all of them, where there are several
   std::optional<Verification> verified;
   std::vector<Sensitivity> sensitivities;
   std::vector<EvaluationRecord> history;  ///< in the order start, number

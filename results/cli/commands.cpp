@@ -83,7 +83,7 @@ int run_job(const CommandLine& line) {
       case JobKind::evaluate:
         break;
     }
-    return run_evaluation(job, folder.path(), progress);
+    return run_evaluation(job, folder.path(), line.threads, progress);
   }();
   record.timings["total"] = seconds();
   return end(write_run(folder.path(), record), summary_of(record));
@@ -164,8 +164,12 @@ int validate_job(const CommandLine& line) {
           : "";
   const std::string designs =
       job.designs.empty() ? job.design.family : fmt::format("{} designs", job.designs.size());
-  fmt::print("{}: a valid job ({} {}, {} stroke points{})\n", line.job, name_of(job.kind), designs,
-             job.request.points.size(), batch);
+  std::size_t points = 0;
+  for (const JobCase& one : cases_of(job)) points += one.request.points.size();
+  const std::string cases =
+      job.cases.empty() ? "" : fmt::format(" in {} load cases", job.cases.size());
+  fmt::print("{}: a valid job ({} {}, {} stroke points{}{})\n", line.job, name_of(job.kind),
+             designs, points, cases, batch);
   return exit_usable;
 }
 
@@ -197,10 +201,13 @@ bool print_gradient_checks(const Job& job, const CommandLine& line) {
   const GradientReport report = check_gradients(job, line.tolerance, line.threads);
   fmt::print("{:<28} {:<28} {:>5} {:>14} {:>14} {:>9} {:>9}\n", "quantity", "parameter", "point",
              "exact", "difference", "relative", "known to");
-  for (const GradientCheck& c : report.checks)
+  std::string load_case;
+  for (const GradientCheck& c : report.checks) {
+    if (c.load_case != load_case) fmt::print("load case {}\n", load_case = c.load_case);
     fmt::print("{:<28} {:<28} {:>5} {:>14.6e} {:>14.6e} {:>9.1e} {:>9.1e}{}\n", c.quantity,
                c.parameter, c.point, c.exact, c.difference, c.error, c.known_to,
                c.agrees ? "" : "  WRONG");
+  }
   fmt::print("{}\n", report.message);
   return report.ok;
 }

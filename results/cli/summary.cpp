@@ -152,7 +152,7 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
   const auto unit = [&](const std::string& quantity) {
     return quantity.empty() ? std::string("(SI)") : quantity_unit(quantity, drives);
   };
-  const bool verified = optimum.verified && optimum.verified->response.status == Status::ok;
+  const bool verified = optimum.verified && optimum.verified->outcome().status == Status::ok;
   std::vector<std::string> header{"value", "bound"};
   if (verified) header.insert(header.end(), {"full accuracy", "reduced/full - 1"});
   text += line("", header);
@@ -174,7 +174,59 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
     }
     text += line(state.label, cells);
   }
-  return text + "  (* active)\n";
+  text += "  (* active)\n";
+  if (job.cases.empty()) return text;
+  const auto decisive = [&](const std::string& label, const std::optional<GoalPlace>& place) {
+    if (place)
+      text += fmt::format("  {} is that of case {}, point {}\n", label,
+                          job.cases[place->load_case].name, place->point);
+  };
+  decisive("the objective", optimum.decisive);
+  for (const ConstraintState& state : optimum.constraints)
+    if (state.active) decisive(state.label, state.decisive);
+  return text;
+}
+
+std::string tolerance_lines(const RunRecord& record, const DriveList& drives) {
+  if (!record.tolerances) return "";
+  const ToleranceReport& report = *record.tolerances;
+  const std::vector<Tolerance>& entries = record.job.tolerances->entries;
+  std::string text;
+  if (!report.goals.empty())
+    text += line("within the tolerances:",
+                 {"value", "+- first order", "standard deviation", "sampled", "largest share"});
+  for (const ToleratedGoal& goal : report.goals) {
+    const std::string unit =
+        goal.quantity.empty() ? std::string("(SI)") : quantity_unit(goal.quantity, drives);
+    const ToleratedNumber& n = goal.number;
+    std::vector<std::string> cells{shown(n.value, unit), "-", "-", "-", "-"};
+    if (n.slopes) {
+      cells[1] = shown(farthest(*n.slopes), unit);
+      cells[2] = shown(standard_deviation(entries, *n.slopes), unit);
+      Eigen::Index most = 0;
+      const double share = variance_shares(entries, *n.slopes).maxCoeff(&most);
+      if (share > 0)
+        cells[4] =
+            fmt::format("{} {:.0f} %", entries[static_cast<std::size_t>(most)].name, 100 * share);
+    }
+    if (n.sampled) cells[3] = shown(n.sampled->standard_deviation, unit);
+    text += line(goal.label == "objective" && !goal.quantity.empty() ? goal.quantity : goal.label,
+                 cells);
+  }
+  if (report.room && *report.room > 1e-4)
+    text += fmt::format(
+        "  room: all tolerances times {:.3g} keep every constraint (first order); "
+        "{} ends it\n",
+        *report.room, report.room_of);
+  else if (report.room)
+    text += fmt::format("  no room for any tolerance: {} is at its bound or beyond it\n",
+                        report.room_of);
+  if (report.yield)
+    text += fmt::format("  {:.1f} % of {} sampled designs keep every constraint{}\n",
+                        100 * *report.yield, report.samples,
+                        report.failed > 0 ? fmt::format(" ({} failed)", report.failed) : "");
+  if (!report.message.empty()) text += "  tolerances: " + report.message + "\n";
+  return text;
 }
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
@@ -210,7 +262,14 @@ std::string summary_of(const RunRecord& record) {
   const DriveList drives(record.mechanism);
   if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drives);
-  return text + stroke_lines(response_of(record), drives, record.job.request);
+  text += tolerance_lines(record, drives);
+  if (record.job.cases.empty())
+    return text + stroke_lines(response_of(record), drives, record.job.request);
+  const auto responses = responses_of(record);
+  for (std::size_t k = 0; k < responses.size(); ++k)
+    text += fmt::format("load case {}\n", record.job.cases[k].name) +
+            stroke_lines(*responses[k], drives, record.job.cases[k].request);
+  return text;
 }
 
 }  // namespace flexopt

@@ -11,32 +11,20 @@
 
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/evaluation_log.hpp"
+#include "results/files/csv_text.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {
 
+using csv::number_cell;
+using csv::row;
+using csv::text_cell;
+
 namespace {
-
-/// RFC 4180: quoted where a comma, a quote or a line break would be misread.
-std::string text_cell(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
-
-/// Shortest text that reads back to the same double; empty where there is no finite number.
-std::string number_cell(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? fmt::format("{}", *value) : "";
-}
 
 std::string headed(const std::string& name, const std::string& unit) {
   return text_cell(unit.empty() ? name : name + " [" + unit + "]");
-}
-
-std::string row(const std::vector<std::string>& cells) {
-  return fmt::format("{}\n", fmt::join(cells, ","));
 }
 
 struct Column {
@@ -194,6 +182,31 @@ std::string path_csv(const StrokeResponse& response, const DriveList& drives,
   return text;
 }
 
+std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const DriveList& drives,
+                      const std::vector<JobCase>& cases) {
+  std::vector<std::vector<Column>> columns;
+  std::vector<std::string> headers{"case"};
+  for (std::size_t k = 0; k < responses.size(); ++k)
+    columns.push_back(path_columns(*responses[k], drives, cases[k].request));
+  for (const bool strokes : {true, false})  // those of all cases first
+    for (const std::vector<Column>& of_case : columns)
+      for (const Column& column : of_case)
+        if (column.header.starts_with("stroke") == strokes &&
+            std::ranges::find(headers, column.header) == headers.end())
+          headers.push_back(column.header);
+  std::string text = row(headers);
+  for (std::size_t k = 0; k < responses.size(); ++k)
+    for (const PathPoint& point : responses[k]->path) {
+      std::vector<std::string> cells{text_cell(cases[k].name)};
+      for (std::size_t h = 1; h < headers.size(); ++h) {
+        const auto found = std::ranges::find(columns[k], headers[h], &Column::header);
+        cells.push_back(found == columns[k].end() ? "" : found->cell(point));
+      }
+      text += row(cells);
+    }
+  return text;
+}
+
 std::string history_csv(const Job& job, const Optimum& optimum, const DriveList& drives) {
   assert(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
@@ -304,8 +317,10 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
 }
 
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  write_file(folder / "path.csv",
-             path_csv(response_of(record), DriveList(record.mechanism), record.job.request));
+  const DriveList drives(record.mechanism);
+  write_file(folder / "path.csv", record.job.cases.empty()
+                                      ? path_csv(response_of(record), drives, record.job.request)
+                                      : cases_csv(responses_of(record), drives, record.job.cases));
 }
 
 void write_history_csv(const std::filesystem::path& folder, const RunRecord& record) {

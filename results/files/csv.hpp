@@ -12,6 +12,11 @@ namespace flexopt {
 std::string path_csv(const StrokeResponse& response, const DriveList& drives,
                      const StrokeRequest& request);
 
+/// The same of several load cases, one after the other, with the column "case" first. A cell is
+/// empty where its case has no such column.
+std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const DriveList& drives,
+                      const std::vector<JobCase>& cases);
+
 /// One row an evaluated design, in the order start, number; `best` is the objective of the best
 /// feasible design up to and including this row, `difference` marks neighbours for derivatives.
 std::string history_csv(const Job& job, const Optimum& optimum, const DriveList& drives);

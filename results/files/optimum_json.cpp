@@ -30,7 +30,16 @@ Json nearest_bound(const ConstraintState& state) {
   return state.value - *state.min < *state.max - state.value ? *state.min : *state.max;
 }
 
-Json constraints_json(const OptimiseSpec& spec, const Optimum& optimum, const DriveList& drives) {
+/// Which load case and point a number is from; nothing to be said of a job with one case.
+void add_decisive(const Job& job, const Mechanism& mechanism,
+                  const std::optional<GoalPlace>& decisive, Json& json) {
+  if (job.cases.empty()) return;
+  json["decisive"] = decisive ? place_json(job, mechanism, *decisive) : Json();
+}
+
+Json constraints_json(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
+  const OptimiseSpec& spec = *job.optimise;
+  const DriveList drives(mechanism);
   assert(optimum.constraints.size() == spec.constraints.size() || optimum.constraints.empty());
   Json constraints = Json::array();
   for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
@@ -45,6 +54,8 @@ Json constraints_json(const OptimiseSpec& spec, const Optimum& optimum, const Dr
                  {"margin", state.margin},
                  {"active", state.active},
                  {"multiplier", optional_json(state.multiplier)}});
+    if (!asked.load_case.empty()) json["case"] = asked.load_case;
+    add_decisive(job, mechanism, state.decisive, json);
     constraints.push_back(std::move(json));
   }
   return constraints;
@@ -119,6 +130,7 @@ Json pareto_json(const OptimiseSpec& spec, const Optimum& optimum, const DriveLi
   const ParetoSpec& asked = *spec.pareto;
   Json second = {{"label", asked.label}, {"sense", asked.maximise ? "maximise" : "minimise"}};
   second.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drives));
+  if (!asked.load_case.empty()) second["case"] = asked.load_case;
   Json points = Json::array();
   for (const ParetoPoint& p : optimum.pareto->points)
     points.push_back({{"bound", optional_json(p.bound)},
@@ -154,8 +166,8 @@ Json loop_json(const VerificationLoop& loop, const VerifySpec& asked) {
           {"steps", std::move(steps)}};
 }
 
-Json verified_json(const OptimiseSpec& spec, const Optimum& optimum, const Mechanism& mechanism,
-                   const StrokeRequest& request) {
+Json verified_json(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
+  const OptimiseSpec& spec = *job.optimise;
   if (!optimum.verified) return nullptr;
   const Verification& verified = *optimum.verified;
   assert(verified.constraints.size() == verified.constraint_differences.size());
@@ -165,18 +177,24 @@ Json verified_json(const OptimiseSpec& spec, const Optimum& optimum, const Mecha
         {{"label", i < optimum.constraints.size() ? optimum.constraints[i].label : ""},
          {"value", verified.constraints[i]},
          {"difference", verified.constraint_differences[i]}});
-  Json path = Json::array();
-  for (const PathPoint& point : verified.response.path)
-    path.push_back(make_path_point(point, mechanism, request));
-  const bool found = verified.response.status == Status::ok;
-  return {{"accuracy", "full"},
-          {"status", found ? "ok" : "no_equilibrium"},
-          {"message", verified.response.message},
-          {"objective", found ? Json(verified.objective) : Json()},
-          {"objective_difference", found ? Json(verified.objective_difference) : Json()},
-          {"constraints", std::move(constraints)},
-          {"loop", verified.loop ? loop_json(*verified.loop, *spec.verify) : Json()},
-          {"path", std::move(path)}};
+  const auto path_of = [&](const StrokeResponse& response, const StrokeRequest& request) {
+    Json path = Json::array();
+    for (const PathPoint& point : response.path)
+      path.push_back(make_path_point(point, mechanism, request));
+    return path;
+  };
+  const bool found = verified.outcome().status == Status::ok;
+  Json json = {{"accuracy", "full"},
+               {"status", found ? "ok" : "no_equilibrium"},
+               {"message", verified.outcome().message},
+               {"objective", found ? Json(verified.objective) : Json()},
+               {"objective_difference", found ? Json(verified.objective_difference) : Json()},
+               {"constraints", std::move(constraints)},
+               {"loop", verified.loop ? loop_json(*verified.loop, *spec.verify) : Json()},
+               {"path", path_of(verified.response, job.request)}};
+  for (std::size_t k = 0; k < verified.cases.size(); ++k)
+    json["cases"][job.cases[k].name] = {{"path", path_of(verified.cases[k], job.cases[k].request)}};
+  return json;
 }
 
 /// SI unit of the goal with this label; that of the objective where no constraint has it.
@@ -223,12 +241,14 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   Json goal = {{"sense", spec.objective.maximise ? "maximise" : "minimise"}};
   goal.update(goal_json(spec.objective.quantity, spec.objective.expression,
                         spec.objective.over_stroke, DriveList(mechanism)));
+  if (!spec.objective.load_case.empty()) goal["case"] = spec.objective.load_case;
+  if (optimum.status != OptimumStatus::failed) add_decisive(job, mechanism, optimum.decisive, goal);
   return {{"status", name_of(optimum.status)},
           {"stop_reason", optimum.stop_reason},
           {"parameters", optimum.parameters},
           {"objective", optimum.status == OptimumStatus::failed ? Json() : Json(optimum.objective)},
           {"goal", std::move(goal)},
-          {"constraints", constraints_json(spec, optimum, DriveList(mechanism))},
+          {"constraints", constraints_json(job, optimum, mechanism)},
           {"variables", variables_json(job, optimum, family)},
           {"accuracy",
            optimum.at_full_accuracy || job.model.accuracy == Accuracy::full ? "full" : "reduced"},
@@ -245,7 +265,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
           {"starts", starts_json(optimum)},
           {"stock", stock_json(optimum)},
           {"pareto", pareto_json(spec, optimum, DriveList(mechanism))},
-          {"verified", verified_json(spec, optimum, mechanism, job.request)},
+          {"verified", verified_json(job, optimum, mechanism)},
           {"sensitivities", sensitivities_json(spec, optimum, family, DriveList(mechanism))},
           {"history", history_json(optimum)}};
 }

@@ -14,6 +14,7 @@
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/tolerances.hpp"
 #include "results/files/units.hpp"
 #include "results/files/version.hpp"
 
@@ -191,12 +192,12 @@ void add_quantity_units(const DriveList& drives, Json& units) {
   }
 }
 
-Json units_json(const Job& job, const Mechanism& mechanism) {
+Json units_json(const Job& job, const Mechanism& mechanism, const StrokeRequest& request) {
   Json parameters = Json::object();
   for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
   const DriveList drives(mechanism);
-  Json units = {{"stroke", stroke_unit(drives, job.request)}};
-  if (drives.named() && job.request.loads.driven()) {
+  Json units = {{"stroke", stroke_unit(drives, request)}};
+  if (drives.named() && request.loads.driven()) {
     units["stroke"] = Json::object();
     for (const DriveList::Item& drive : drives.items)
       units["stroke"][drive.name] = is_rotation(drive.direction) ? "rad" : "m";
@@ -205,7 +206,7 @@ Json units_json(const Job& job, const Mechanism& mechanism) {
   units["compliance"] = "[m m m rad rad rad] against [N N N N m N m N m]";
   units["frequency_derivatives"] =
       fmt::format("omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke in {}",
-                  stroke_unit(drives, job.request));
+                  stroke_unit(drives, request));
   if (drives.named())
     units["frequency_derivatives"] =
         "omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke of the drive in m or rad";
@@ -429,18 +430,89 @@ Json frequency_derivatives_json(const StrokeResponse& response, const Mechanism&
 
 }  // namespace
 
-OrderedJson make_result(const RunRecord& record) {
-  const StrokeResponse& response = response_of(record);
+namespace {
+
+Json path_json(const StrokeResponse& response, const Mechanism& mechanism,
+               const StrokeRequest& request) {
   Json path = Json::array();
   for (const PathPoint& point : response.path)
-    path.push_back(make_path_point(point, record.mechanism, record.job.request));
+    path.push_back(make_path_point(point, mechanism, request));
+  return path;
+}
+
+/// Each load case with the keys that a result of one has.
+Json cases_json(const RunRecord& record) {
+  Json cases = Json::object();
+  const auto responses = responses_of(record);
+  for (std::size_t k = 0; k < responses.size(); ++k) {
+    const auto& [name, request] = record.job.cases[k];
+    const auto [status, message] = conclusion_of_case(record, k);
+    Json& json =
+        cases[name] = {{"status", status},
+                       {"message", message},
+                       {"units", units_json(record.job, record.mechanism, request)},
+                       {"quantities", quantities_json(DriveList(record.mechanism), request)},
+                       {"path", path_json(*responses[k], record.mechanism, request)}};
+    if (request.wants_frequency_derivatives())
+      json["frequency_derivatives"] = frequency_derivatives_json(*responses[k], record.mechanism);
+    json["shapes"] = shapes_json(*responses[k], record.mechanism);
+  }
+  return cases;
+}
+
+/// The least and the largest value of each quantity over all load cases, and where they are.
+Json extremes_json(const RunRecord& record) {
+  Json extremes = Json::object();
+  const auto responses = responses_of(record);
+  for (const Quantity& q : quantities(DriveList(record.mechanism))) {
+    if (!q.row->in_report) continue;
+    std::optional<double> least, largest;
+    GoalPlace at_least, at_largest;
+    for (std::size_t k = 0; k < responses.size(); ++k) {
+      const bool driven = record.job.cases[k].request.loads.driven();
+      if (q.row->name == "drive_load" && !driven) continue;  // nothing is
+      for (std::size_t i = 0; i < responses[k]->path.size(); ++i) {
+        const std::optional<double> value = q.value(responses[k]->path[i]);
+        if (!value) continue;
+        if (!least || *value < *least) least = value, at_least = {k, i};
+        if (!largest || *value > *largest) largest = value, at_largest = {k, i};
+      }
+    }
+    if (!least) continue;
+    const auto entry = [&](double value, const GoalPlace& place) {
+      Json json = {{"value", value}};
+      json.update(place_json(record.job, record.mechanism, place));
+      return json;
+    };
+    extremes[q.name] = {{"least", entry(*least, at_least)},
+                        {"largest", entry(*largest, at_largest)}};
+  }
+  return extremes;
+}
+
+}  // namespace
+
+OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPlace& place) {
+  const auto& [name, request] = job.cases[place.load_case];
+  Json stroke = request.points[place.point];
+  if (!request.strokes.empty() && DriveList(mechanism).named()) {
+    stroke = Json::object();
+    for (std::size_t k = 0; k < mechanism.drives.size(); ++k)
+      stroke[mechanism.drives[k].name] = request.strokes[place.point][static_cast<Eigen::Index>(k)];
+  }
+  return {{"case", name}, {"point", place.point}, {"stroke", std::move(stroke)}};
+}
+
+OrderedJson make_result(const RunRecord& record) {
+  const StrokeResponse& response = response_of(record);
+  Json path = path_json(response, record.mechanism, record.job.request);
 
   Json result = {{"flexopt", {{"version", version()}, {"commit", commit()}}},
                  {"job", Json(document_of(record.job))},
                  {"status", record.status},
                  {"message", record.message},
                  {"notes", record.job.notes},
-                 {"units", units_json(record.job, record.mechanism)},
+                 {"units", units_json(record.job, record.mechanism, record.job.request)},
                  {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},
                  {"conventions", conventions_json(record)},
                  {"material", material_json(record.job.design.material)},
@@ -453,6 +525,12 @@ OrderedJson make_result(const RunRecord& record) {
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);
   if (record.comparison) result["comparison"] = make_comparison_json(*record.comparison);
   result["shapes"] = shapes_json(response, record.mechanism);
+  if (!record.job.cases.empty() && !responses_of(record).empty()) {
+    result["case"] = record.job.cases.front().name;  // that of path
+    result["extremes"] = extremes_json(record);
+    result["cases"] = cases_json(record);
+  }
+  if (record.tolerances) result["tolerances"] = make_tolerances(record);
   flag_non_finite(result);
   return result;
 }

@@ -14,6 +14,9 @@ OrderedJson make_result(const RunRecord& record);
 OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                             const StrokeRequest& request);
 
+/// Load case, point and stroke of a place on the paths of a job with several load cases.
+OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPlace& place);
+
 /// The part "optimum" of the result.
 OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism& mechanism);
 

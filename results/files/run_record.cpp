@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <tuple>
 
 namespace flexopt {
 
@@ -13,23 +14,39 @@ std::string plural(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
-void conclude_evaluation(RunRecord& record) {
-  const auto& path = record.response.path;
+/// Status and message of one path.
+std::pair<std::string, std::string> conclusion(const StrokeResponse& response, Accuracy accuracy) {
+  const auto& path = response.path;
   const auto converged = static_cast<std::size_t>(std::ranges::count(
       path, PointStatus::converged, [](const PathPoint& point) { return point.status; }));
-  if (record.response.status == Status::ok && converged == path.size()) {
-    record.status = "ok";
-    record.message =
-        fmt::format("Equilibrium found at {}, {} accuracy.", plural(path.size(), "stroke point"),
-                    name_of(record.job.model.accuracy));
+  if (response.status == Status::ok && converged == path.size())
+    return {"ok", fmt::format("Equilibrium found at {}, {} accuracy.",
+                              plural(path.size(), "stroke point"), name_of(accuracy))};
+  if (!response.message.empty()) return {"no_equilibrium", response.message + "."};
+  return {"no_equilibrium",
+          fmt::format("{} of {} converged.", converged, plural(path.size(), "stroke point"))};
+}
+
+void conclude_evaluation(RunRecord& record) {
+  const Accuracy accuracy = record.job.model.accuracy;
+  if (record.cases.empty()) {
+    std::tie(record.status, record.message) = conclusion(record.response, accuracy);
     return;
   }
-  record.status = "no_equilibrium";
-  record.message = record.response.message;
-  if (record.message.empty())
+  std::size_t points = 0;
+  record.status = "ok";
+  for (std::size_t k = 0; k < record.cases.size(); ++k) {
+    const auto [status, message] = conclusion(record.cases[k], accuracy);
+    points += record.cases[k].path.size();
+    if (status == "ok") continue;
+    record.status = status;
+    record.message += fmt::format("{}Load case {}: {}", record.message.empty() ? "" : " ",
+                                  record.job.cases[k].name, message);
+  }
+  if (record.status == "ok")
     record.message =
-        fmt::format("{} of {} converged", converged, plural(path.size(), "stroke point"));
-  record.message += ".";
+        fmt::format("Equilibrium found at {} in {} load cases, {} accuracy.",
+                    plural(points, "stroke point"), record.cases.size(), name_of(accuracy));
 }
 
 void conclude_optimisation(RunRecord& record) {
@@ -59,10 +76,10 @@ void conclude_optimisation(RunRecord& record) {
   if (optimum.failed_evaluations > 0)
     record.message += fmt::format(" ({} failed)", optimum.failed_evaluations);
   record.message += optimum.stop_reason.empty() ? "." : "; " + optimum.stop_reason;
-  if (optimum.verified && optimum.verified->response.status != Status::ok) {
+  if (optimum.verified && optimum.verified->outcome().status != Status::ok) {
     if (record.status == "ok") record.status = "not_verified";
     record.message +=
-        " At full accuracy it has no equilibrium: " + optimum.verified->response.message;
+        " At full accuracy it has no equilibrium: " + optimum.verified->outcome().message;
   }
 }
 
@@ -110,8 +127,20 @@ void conclude(RunRecord& record) {
     conclude_evaluation(record);
 }
 
+std::vector<const StrokeResponse*> responses_of(const RunRecord& record) {
+  const std::vector<StrokeResponse>& cases = record.optimum ? record.optimum->cases : record.cases;
+  if (record.job.cases.empty()) return {&response_of(record)};
+  std::vector<const StrokeResponse*> all;
+  for (const StrokeResponse& one : cases) all.push_back(&one);
+  return all;
+}
+
 const StrokeResponse& response_of(const RunRecord& record) {
   return record.optimum ? record.optimum->response : record.response;
+}
+
+std::pair<std::string, std::string> conclusion_of_case(const RunRecord& record, std::size_t k) {
+  return conclusion(*responses_of(record)[k], record.job.model.accuracy);
 }
 
 std::string name_of(JobKind kind) {

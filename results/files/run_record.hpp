@@ -3,12 +3,14 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/response/response.hpp"
 #include "optim/compare/comparison.hpp"
 #include "optim/job/job.hpp"
 #include "optim/search/optimum.hpp"
+#include "optim/tolerances/tolerance_study.hpp"
 
 namespace flexopt {
 
@@ -22,10 +24,12 @@ struct DrawnDesign {
 
 struct RunRecord {
   Job job;
-  Mechanism mechanism;                    ///< the evaluated one: of the job, or of the optimum
-  StrokeResponse response;                ///< job evaluate
-  std::optional<Optimum> optimum;         ///< job optimise; its response stands for `response`
-  std::optional<Comparison> comparison;   ///< job compare; there is no path then
+  Mechanism mechanism;                        ///< the evaluated one: of the job, or of the optimum
+  StrokeResponse response;                    ///< job evaluate; of several load cases the first
+  std::vector<StrokeResponse> cases;          ///< the same of all of them, where there are several
+  std::optional<Optimum> optimum;             ///< job optimise; its response stands for `response`
+  std::optional<Comparison> comparison;       ///< job compare; there is no path then
+  std::optional<ToleranceReport> tolerances;  ///< where the job has some, and a design to look at
   std::string status = "ok";              ///< "ok", or why the result is not usable, in one word
   std::string message;                    ///< one sentence with the figures
   std::vector<DrawnDesign> others;        ///< of an optimisation; for the report alone
@@ -35,8 +39,13 @@ struct RunRecord {
 /// Fills in status and message from the response, the optimum or the comparison.
 void conclude(RunRecord& record);
 
-/// The path that the run is about.
+/// The path that the run is about; of several load cases that of the first.
 const StrokeResponse& response_of(const RunRecord& record);
+/// The paths of all load cases, in the order of cases_of(record.job); none where the run has none.
+std::vector<const StrokeResponse*> responses_of(const RunRecord& record);
+
+/// Status and message of the path of a load case.
+std::pair<std::string, std::string> conclusion_of_case(const RunRecord& record, std::size_t k);
 
 std::string name_of(JobKind kind);
 std::string name_of(Accuracy accuracy);

@@ -239,9 +239,9 @@ OrderedJson make_scene(const RunRecord& record) {
   Json designs = Json::array();
   const auto add = [&](const std::string& label, const std::string& kind,
                        const ParameterValues& parameters, const Mechanism& mechanism,
-                       const StrokeResponse& response, const Budget& budget) {
-    auto design =
-        design_json(label, kind, parameters, mechanism, response, record.job.request.loads, budget);
+                       const StrokeResponse& response, const LoadCase& loads,
+                       const Budget& budget) {
+    auto design = design_json(label, kind, parameters, mechanism, response, loads, budget);
     if (!design) return;
     if (kind == "start") {  // the result has the path of its own design alone
       Json path = Json::array();
@@ -252,12 +252,24 @@ OrderedJson make_scene(const RunRecord& record) {
     }
     designs.push_back(std::move(*design));
   };
+  const auto responses = responses_of(record);
+  const std::vector<JobCase> cases = cases_of(record.job);
   const bool optimised = record.optimum.has_value();
-  add(optimised ? "optimum" : "design", "result",
-      optimised ? record.optimum->parameters : record.job.design.parameters, record.mechanism,
-      response_of(record), whole_budget);
+  const LoadCase& loads = record.job.request.loads;
+  const ParameterValues& own =
+      optimised ? record.optimum->parameters : record.job.design.parameters;
+  add(optimised ? "optimum" : "design", "result", own, record.mechanism, response_of(record), loads,
+      whole_budget);
+  if (!record.job.cases.empty() && !designs.empty()) designs[0]["case"] = cases[0].name;
+  for (std::size_t k = 1; k < responses.size(); ++k) {  // they share what one more design may take
+    const std::size_t before = designs.size();
+    add("load case " + cases[k].name, "case", own, record.mechanism, *responses[k],
+        cases[k].request.loads,
+        {whole_budget.equilibria / responses.size(), whole_budget.modes / responses.size()});
+    if (designs.size() > before) designs.back()["case"] = cases[k].name;
+  }
   for (const DrawnDesign& other : record.others)
-    add(other.label, other.kind, other.parameters, other.mechanism, other.response,
+    add(other.label, other.kind, other.parameters, other.mechanism, other.response, loads,
         other.kind == "start" ? start_budget : front_budget);
   Json scene = {{"flexopt_scene", 1}, {"designs", std::move(designs)}};
   scene["evaluations"] = optimised ? evaluations_json(record) : Json();

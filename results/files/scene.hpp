@@ -10,8 +10,9 @@
 namespace flexopt {
 
 /// {"flexopt_scene": 1, "designs": [...], "evaluations"}. The first design is the one of the
-/// result; others are the start of an optimisation and the points of its front. Arrays are those of
-/// packed_array.hpp; SI units, global axes. Of a design:
+/// result; others are its other load cases ("case" has their names), the start of an optimisation
+/// and the points of its front. Arrays are those of packed_array.hpp; SI units, global axes. Of a
+/// design:
 ///     bodies, leaves, joints, springs, drives, loads   the undeflected mechanism
 ///     frames         index in the path of every point that is drawn
 ///     rest           mesh points of all leaves, undeflected [points × 3]

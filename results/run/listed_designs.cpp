@@ -36,7 +36,7 @@ OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threa
     fs::create_directories(own);
     RunRecord record = job.kind == JobKind::optimise
                            ? run_optimisation(*design.job, own, threads, display)
-                           : run_evaluation(*design.job, own, display);
+                           : run_evaluation(*design.job, own, threads, display);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     record.timings["total"] = timings[design.label] = seconds;

@@ -8,6 +8,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
 #include "optim/search/optimise.hpp"
+#include "optim/tolerances/tolerance_study.hpp"
 #include "results/files/units.hpp"
 #include "results/files/version.hpp"
 #include "results/run/run_files.hpp"
@@ -17,10 +18,16 @@ namespace flexopt {
 namespace {
 
 /// Evaluates a design with shapes, for drawing.
-StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism) {
-  StrokeRequest request = job.request;
+StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism, StrokeRequest request) {
   request.outputs.add(Output::shapes);
   return evaluate_stroke(mechanism, job.model, request);
+}
+
+/// The same for all load cases of a job; none where it has one only.
+std::vector<StrokeResponse> drawn_cases(const Job& job, const Mechanism& mechanism) {
+  std::vector<StrokeResponse> cases;
+  for (const JobCase& one : job.cases) cases.push_back(drawn_response(job, mechanism, one.request));
+  return cases;
 }
 
 /// Adds another design for the report to draw; one that cannot be made or has no equilibrium is
@@ -35,7 +42,7 @@ void draw_beside(RunRecord& record, const std::string& label, const std::string&
   }
   try {
     other.mechanism = make_mechanism(job, parameters);
-    other.response = drawn_response(job, other.mechanism);
+    other.response = drawn_response(job, other.mechanism, job.request);
   } catch (const SpecError&) {
     return;
   }
@@ -54,6 +61,21 @@ void draw_others(RunRecord& record) {
   for (std::size_t k = 0; k < optimum.pareto->points.size(); ++k)
     if (const ParetoPoint& p = optimum.pareto->points[k]; p.ok)
       draw_beside(record, fmt::format("front, point {}", k + 1), "pareto", p.parameters);
+}
+
+void add_timings(RunRecord& record) {
+  for (const StrokeResponse* one : responses_of(record)) {
+    record.timings["coefficients"] += one->seconds_coefficients;
+    record.timings["path"] += one->seconds_path;
+  }
+}
+
+/// Of the design with these parameters, where the job has tolerances.
+void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& model, int threads,
+                        ProgressDisplay& display, RunRecord& record) {
+  if (!record.job.tolerances) return;
+  display.say(fmt::format("tolerances: {} sampled designs", record.job.tolerances->samples));
+  record.tolerances = study_tolerances(record.job, parameters, model, threads);
 }
 
 /// Ctrl-C: one sentence, then the usual end. Only calls that a signal handler may make.
@@ -93,18 +115,24 @@ std::string progress_text(const Progress& progress, const std::string& unit) {
 
 }  // namespace
 
-RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder,
+RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
                          ProgressDisplay& display) {
   write_job(folder, job);
   RunRecord record;
   record.job = job;
   record.mechanism = make_mechanism(job, job.design.parameters);
-  display.say(
-      fmt::format("evaluating {} at {} stroke points", job.name, job.request.points.size()));
-  record.response = drawn_response(job, record.mechanism);
-  record.timings["coefficients"] = record.response.seconds_coefficients;
-  record.timings["path"] = record.response.seconds_path;
+  std::size_t points = 0;
+  for (const JobCase& one : cases_of(job)) points += one.request.points.size();
+  const std::string cases =
+      job.cases.empty() ? "" : fmt::format(" in {} load cases", job.cases.size());
+  display.say(fmt::format("evaluating {} at {} stroke points{}", job.name, points, cases));
+  record.cases = drawn_cases(job, record.mechanism);
+  record.response =
+      job.cases.empty() ? drawn_response(job, record.mechanism, job.request) : record.cases.front();
+  add_timings(record);
   conclude(record);
+  if (record.status == "ok")
+    look_at_tolerances(job.design.parameters, job.model, threads, display, record);
   return record;
 }
 
@@ -137,11 +165,15 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
   const bool evaluated = optimum.status != OptimumStatus::failed;
   record.mechanism = make_mechanism(job, evaluated ? optimum.parameters : job.design.parameters);
   if (evaluated) {
-    optimum.response = drawn_response(job, record.mechanism);
+    optimum.cases = drawn_cases(job, record.mechanism);
+    optimum.response = job.cases.empty() ? drawn_response(job, record.mechanism, job.request)
+                                         : optimum.cases.front();
     draw_others(record);
+    ModelOptions model = job.model;
+    if (optimum.at_full_accuracy) model.accuracy = Accuracy::full;
+    look_at_tolerances(optimum.parameters, model, threads, display, record);
   }
-  record.timings["coefficients"] = optimum.response.seconds_coefficients;
-  record.timings["path"] = optimum.response.seconds_path;
+  add_timings(record);
   conclude(record);
   return record;
 }

@@ -8,7 +8,7 @@
 namespace flexopt {
 
 /// Both leave job.json in the folder before they start.
-RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder,
+RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
                          ProgressDisplay& display);
 
 /// Appends to evaluations.jsonl in the folder, and goes on from the one it finds there. Throws

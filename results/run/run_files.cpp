@@ -10,6 +10,7 @@
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/files/timings.hpp"
+#include "results/files/tolerances.hpp"
 #include "results/files/vtk.hpp"
 #include "results/report/report.hpp"
 #include "results/run/interrupted.hpp"
@@ -49,7 +50,14 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
     write_pareto_csv(folder, record);
   else
     fs::remove(folder / "pareto.csv");
+  write_tolerances_csv(folder, record);
   write_shapes(folder, response_of(record).path);
+  fs::remove_all(folder / "cases");  // of an earlier run
+  const auto responses = responses_of(record);
+  for (std::size_t k = 0; k < responses.size() && !record.job.cases.empty(); ++k) {
+    fs::create_directories(folder / "cases" / record.job.cases[k].name);
+    write_shapes(folder / "cases" / record.job.cases[k].name, responses[k]->path);
+  }
   write_timings(folder, record.timings);
   const OrderedJson scene = make_scene(record);
   write_scene(folder, scene);

@@ -73,6 +73,7 @@ set(tested_by
   optim/job/job_optimise optim/job/test_job
   optim/job/job_shape optim/job/test_job
   optim/job/job_tables optim/job/test_job
+  optim/job/job_tolerances optim/tolerances/test_tolerance_study
   optim/search/answer optim/search/test_optimise
   optim/numerics/parallel optim/compare/test_compare
   optim/problem/check_gradients results/cli/test_command_line
@@ -91,7 +92,9 @@ set(tested_by
   results/cli/commands results/cli/test_command_line
   results/cli/quantity_list results/cli/test_command_line
   results/files/comparison_json results/files/test_comparison
+  results/files/csv_text results/files/test_csv
   results/files/optimum_json results/run/test_run_files
+  results/files/tolerances jobs/test_load_cases
   results/run/interrupted jobs/test_optimise_resumes
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files

@@ -1,5 +1,6 @@
 // What a manager reads: is it good, five numbers, and what limits it.
 import {least, max, min} from "d3";
+import {case_chooser} from "./cases.js";
 import {allowable, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, load_unit_of, optimum, parameter_text, path, place_text, quantities, rest_point, result, stroke_unit, supports} from "./result.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit} from "./text.js";
 
@@ -118,7 +119,7 @@ export function first_screen(picture) {
   return [
     element("header", {}, element("div", {class: "kicker"}, `flexopt · ${job.job ?? "run"} · ${listed.length ? `${listed.length} designs` : job.design?.family ?? job.design?.file ?? "mechanism"}`),
       element("h1", {}, job.name ?? "flexopt report"),
-      element("p", {class: "lead"}, element("span", {class: `pill ${tone}`}, word), text)),
+      element("p", {class: "lead"}, element("span", {class: `pill ${tone}`}, word), text), case_chooser()),
     element("div", {class: comparison ? "" : "stage"}, comparison ? null : picture, element("div", {class: "beside", id: "first"},
       ...(comparison ? comparison_numbers() : [element("div", {class: "tiles"}, ...five_numbers())]),
       said.length ? element("div", {class: "limits"}, element("h3", {}, "What limits it"), element("ul", {}, ...said.map((line) => element("li", {}, line)))) : null)),

@@ -1,4 +1,5 @@
 // The report: result.json and scene.json, section by section.
+import {case_section} from "./cases.js";
 import {comparison_sections} from "./comparison.js";
 import {design_sections} from "./designs.js";
 import {facts, first_screen} from "./first_screen.js";
@@ -13,6 +14,7 @@ import {state} from "./state.js";
 import {stroke_charts} from "./stroke_plots.js";
 import {checks, stroke_table} from "./tables.js";
 import {element} from "./text.js";
+import {tolerance_section} from "./tolerances.js";
 import {view_panel} from "./view_panel.js";
 
 const page = document.getElementById("report");
@@ -49,6 +51,8 @@ function draw() {
     section("Towards the optimum of full accuracy", verification_section());
   }
   for (const [title, children] of comparison_sections()) section(title, children);
+  section("Tolerances", tolerance_section());
+  section("Load cases", case_section());
   section("Stroke table", stroke_table());
   section("Compliance", [matrix_panel(), principal_panel()]);
   section("Checks", checks());

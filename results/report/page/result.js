@@ -2,9 +2,21 @@
 import {least, max} from "d3";
 import {heading, number_text, quantity_text, shown_unit, shown_factor} from "./text.js";
 
-export const result = JSON.parse(document.getElementById("result").textContent);
-export const job = result.job ?? {};
+const whole = JSON.parse(document.getElementById("result").textContent);
+/// Load cases of a job with several, and the one that the page shows: that of its address.
+export const cases = whole.cases ?? {};
+const asked = /case=([\w-]+)/.exec(location.hash)?.[1];
+export const shown_case = asked in cases ? asked : whole.case ?? null;
+export const result = shown_case ? {...whole, ...cases[shown_case], status: whole.status, message: whole.message} : whole;
+function job_of_case() {
+  const own = whole.job?.cases?.[shown_case] ?? {}, all = {...whole.job};
+  if (own.stroke) delete all.load_path;
+  if (own.load_path) delete all.stroke;
+  return {...all, ...own};
+}
+export const job = shown_case ? job_of_case() : result.job ?? {};
 export const optimum = result.optimum ?? null;
+if (optimum?.verified?.cases) optimum.verified.path = optimum.verified.cases[shown_case]?.path ?? [];
 export const comparison = result.comparison ?? null;
 /// Of a job that lists designs; all else in the result is then of the best, or of the first.
 export const listed = result.ranking ?? result.designs ?? [];

@@ -1,7 +1,7 @@
 // The scene: equilibria and modes on the meshes of the leaves, decoded from the file, and the pose
 // of a mechanism at any stroke between them.
 import {unzlibSync} from "fflate";
-import {drive_units, load_path, path, with_one_stroke} from "./result.js";
+import {cases, drive_units, load_path, path, shown_case, with_one_stroke} from "./result.js";
 
 const scene = JSON.parse(document.getElementById("scene").textContent) ?? {};
 
@@ -61,7 +61,10 @@ export class Design {
     this.motion = unpacked(json.motion);
     this.points = this.rest.length / 3;
     // A listed design has the points of its own job, whose path this result does not have.
-    const own = this.kind === "listed" ? listed_path(json.listed) ?? this.path : this.path;
+    // So has another load case.
+    const other = this.kind === "case" && cases[json.case]?.path;
+    const own = this.kind === "listed" ? listed_path(json.listed) ?? this.path
+      : other ? with_one_stroke(structuredClone(other)) : this.path;
     this.path = own;
     this.order = json.frames.map((point, k) => ({k, stroke: own[point]?.stroke ?? k})).sort((a, b) => a.stroke - b.stroke);
     this.strokes = this.order.map((f) => f.stroke);
@@ -164,7 +167,15 @@ function listed_path(k) {
   return entry?.result?.path ? with_one_stroke(entry.result.path) : null;
 }
 
+/// The load case that is shown first; start and front are drawn beside their own case alone.
+function ordered(list) {
+  const k = list.findIndex((d) => d.case && d.case === shown_case);
+  if (k <= 0) return list;
+  const others = list.filter((d, i) => i !== k && d.case).map((d) => ({...d, kind: "case", label: `load case ${d.case}`}));
+  return [{...list[k], kind: "result", label: list[0].label}, ...others];
+}
+
 /// The designs of the scene that can be drawn; the first is the one of the result.
-export const designs = (scene.designs ?? []).map((json, k) => new Design(json, k));
+export const designs = ordered(scene.designs ?? []).map((json, k) => new Design(json, k));
 export const evaluations = scene.evaluations ?? null;
 export const left_out = scene.left_out ?? [];

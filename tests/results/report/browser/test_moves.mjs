@@ -232,5 +232,29 @@ async function changes(page, act) {
   check(faults.length === 0, "a comparison makes no error", faults);
   await page.close();
 }
+{  // load cases
+  const {page} = await show("cases");
+  const strokes = () => page.evaluate(() => [...document.querySelectorAll("table")].filter((t) => /^(Stroke|Load factor)/.test(t.querySelector("th").textContent))
+    .flatMap((t) => [...t.querySelectorAll("tbody tr")].map((row) => row.querySelector("td").textContent)));
+  const select = 'select[aria-label="Load case"]';
+  check(await page.$eval(select, (e) => e.value) === "hanging", "the first load case is shown");
+  check((await strokes()).join() === "0,2.5,5", "with its strokes", await strokes());
+  for (const [name, text, label] of [["standing", "0,2.667,5.333,8", "stroke"], ["pulled", "0,0.5,1", "load factor"]]) {
+    await Promise.all([page.waitForNavigation({waitUntil: "load"}), page.select(select, name)]);
+    await page.waitForFunction(() => document.documentElement.dataset.ready === "yes", {timeout: 60000});
+    check(await page.$eval(select, (e) => e.value) === name, `the load case ${name} can be chosen`);
+    check((await strokes()).join() === text, `${name} has its own ${label}s`, await strokes());
+    const far = await page.evaluate(() => {
+      const {view, state} = window.flexopt_report, {design} = view.figures[0];
+      design.pose(state.stroke, null, 0);
+      return [state.stroke, design.bodies_now[1]];
+    });
+    check(name !== "standing" || Math.abs(far[1] - 8e-3) < 1e-7, `${name} is drawn at its own stroke`, far);
+  }
+  const text = await page.evaluate(() => document.querySelector("main").innerText);
+  check(/Tolerances/.test(text) && /sampled designs keep every constraint/.test(text), "the tolerances are told");
+  await page.close();
+}
+
 await browser.close();
 finish();
