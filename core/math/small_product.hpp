@@ -10,7 +10,8 @@ template <class C, class A, class B>
 void assign_small_product(C& c, const A& a, const B& b) {
   constexpr int rows = A::RowsAtCompileTime, inner = A::ColsAtCompileTime;
   static_assert(rows != Eigen::Dynamic && inner != Eigen::Dynamic);
-  const Eigen::Matrix<double, rows, inner> by = a;  // columns one after another
+  // columns one after another
+  const Eigen::Matrix<double, rows, inner> by = a;  // NOLINT(performance-*)
   c.resize(rows, b.cols());
   Eigen::Index j = 0;
   for (; j + 3 <= b.cols(); j += 3) {

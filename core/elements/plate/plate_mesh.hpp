@@ -198,7 +198,8 @@ std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, doub
 std::vector<NodalWeight> tip_mean_weights(const PlateMesh& mesh);
 /// ∂weight/∂(w/L) of either at a constant place: functions of slopes across grow with the width.
 inline double width_slope(const PlateMesh& mesh, const NodalWeight& w) {
-  return w.function % 4 / 2 * w.weight / mesh.shape().width;
+  const int slopes = w.function % 4 / 2;
+  return slopes * w.weight / mesh.shape().width;
 }
 /// Derivatives of point_weights along a direction of the shape, at a constant place: those that are
 /// not zero.

@@ -16,7 +16,7 @@ Vector3d pick(const Vector6d& e, const int (&places)[3]) {
 
 /// W* at the state's forces; stores R and F⁻¹.
 PotentialValue evaluate_at(const TubePotential& potential, const Vector6d& e, MixedState& state) {
-  const PotentialValue p = potential.evaluate(pick(e, soft), state.f);
+  PotentialValue p = potential.evaluate(pick(e, soft), state.f);
   state.R = p.gradient.tail<3>() + potential.force_scale().cwiseProduct(pick(e, stiff));
   state.F_inverse = p.hessian.bottomRightCorner<3, 3>().inverse();
   return p;

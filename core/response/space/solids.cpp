@@ -317,7 +317,9 @@ std::vector<Solids::Sample> Solids::surface_samples(int solid) const {
   const std::vector<Vector3d>& nodes = solids_[static_cast<std::size_t>(solid)].nodes;
   const auto add = [&](const Vector3d& u) { samples.push_back({u, place({solid, u})}); };
   if (!is_leaf(solid)) {
-    for (int k = 0; k < 27; ++k) add(Vector3d(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
+    for (const double z : {-1, 0, 1})
+      for (const double y : {-1, 0, 1})
+        for (const double x : {-1, 0, 1}) add({x, y, z});
   } else if (is_wire(solid)) {
     for (int i = 0; i < stations_along; ++i)
       for (int k = 0; k < 4; ++k) add({along_of(i), 0.5 * std::numbers::pi * k, 1});

@@ -88,7 +88,7 @@ void follow(std::span<FrequencyDerivatives> modes, const std::vector<PointAlong>
       const Mode& mode = point->modes_free[found[i]];
       const double w = 2 * std::numbers::pi * mode.frequency, omega2 = w * std::abs(w);
       const double exponent = d.d_omega2 == 0 ? 4 : 3;
-      const auto check = [&](bool& valid, std::optional<double>& to, double error) {
+      const auto check = [&, s = s](bool& valid, std::optional<double>& to, double error) {
         if (!valid || !(error > parabola_tolerance)) return;
         valid = false;
         const double reach = std::abs(s) * std::pow(parabola_tolerance / error, 1 / exponent);
