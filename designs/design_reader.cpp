@@ -128,7 +128,8 @@ void PlanReader::read_lets() {
   std::map<std::string, json> open;
   for (const auto& [name, from] : read_["let"].items()) {
     const Pointer at = Pointer("/let") / name;
-    if (faults_.sound(at.to_string()) && faults_.attempt([&] { check_name(name, at); }))
+    if (faults_.sound(at.to_string()) &&
+        faults_.attempt([&, &name = name] { check_name(name, at); }))
       open[name] = from;
   }
   while (!open.empty()) {
@@ -149,7 +150,7 @@ void PlanReader::read_lets() {
     const Pointer at = Pointer("/let") / name;
     DesignNumber value;
     std::string unit;  // of a bare number: none
-    faults_.attempt([&] {
+    faults_.attempt([&, &from = from] {
       if (from.is_number()) {
         value.constant = from;
         return;
@@ -313,7 +314,7 @@ DesignSource library_source(const std::string& name) {
           .lead = {}};
 }
 
-std::shared_ptr<const DesignPlan> read_plan(const json& document, DesignSource source,
+std::shared_ptr<const DesignPlan> read_plan(const json& document, const DesignSource& source,
                                             DesignHead& head, FaultList& faults,
                                             std::vector<std::string> within) {
   FaultList own;

@@ -18,8 +18,9 @@ struct DesignHead {
 
 /// Reads a design document. All that is wrong is added to `faults`, with its place. `within`: the
 /// files that this one is a part of, outermost first.
-std::shared_ptr<const DesignPlan> read_plan(const nlohmann::json& document, DesignSource source,
-                                            DesignHead& head, FaultList& faults,
+std::shared_ptr<const DesignPlan> read_plan(const nlohmann::json& document,
+                                            const DesignSource& source, DesignHead& head,
+                                            FaultList& faults,
                                             std::vector<std::string> within = {});
 
 /// Of a family that the program brings along.

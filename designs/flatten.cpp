@@ -213,7 +213,7 @@ void Flattener<S>::collect_frames() {
       throw SpecError(item.pointer + "/name", "\"" + name + "\"", "another frame has this name");
   });
   for (const auto& [name, frame] : frames_)
-    faults_.attempt([&] { (void)this->frame(name, *frame.item); });
+    faults_.attempt([&, &name = name, &frame = frame] { (void)this->frame(name, *frame.item); });
 }
 
 template <class S>
@@ -284,7 +284,7 @@ void Flattener<S>::add_part(const PartItem& item) {
   const auto inner = Flattener(*item.design, input, std::move(scope), out_, faults).run();
   if (!faults.faults().empty()) throw SpecError(faults.faults());
   for (const auto& [own, index] : inner)
-    if (own != "ground") bodies_[name + "/" + own] = index;
+    if (own != "ground") bodies_[fmt::format("{}/{}", name, own)] = index;
 }
 
 template <class S>
@@ -296,7 +296,7 @@ std::map<std::string, int> Flattener<S>::run() {
   collect_frames();
   each(plan_.bodies, [&](const BodyItem& item) { add_body(item); });
   for (const auto& [name, index] : scope_.joined) {
-    const auto known = [&](const BodyItem& item) { return item.name == name; };
+    const auto known = [&name = name](const BodyItem& item) { return item.name == name; };
     if (name != "ground" && std::ranges::none_of(plan_.bodies, known))
       faults_.add("/join", "\"" + name + "\"", "the part has no such body" + scope_.instance);
   }

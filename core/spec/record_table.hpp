@@ -38,6 +38,7 @@ class RecordTable {
     return row(shape::required(std::move(name), std::move(shape), std::move(meaning)), where);
   }
 
+  // NOLINTBEGIN(performance-unnecessary-value-param): moved on, where the template is filled in
   /// A key whose default is what a new Record holds.
   template <class Where>
   RecordTable& standard(std::string name, Shape shape, Where where, std::string meaning) {
@@ -71,6 +72,7 @@ class RecordTable {
     return enum_row(shape::optional(std::move(name), shape_of(names), std::move(meaning)), names,
                     where);
   }
+  // NOLINTEND(performance-unnecessary-value-param)
 
   /// A key with its own way to go into a record and back. `write` gives null for nothing.
   RecordTable& row(Field field, Read read, Write write) {

@@ -95,7 +95,7 @@ void read_parameters(json& read, const Family& family, FaultList& faults, Design
   }
   const ParameterValues given = design.parameters;
   for (const auto& [name, formula] : design.expressions)
-    faults.attempt([&] {
+    faults.attempt([&, &name = name] {
       if (const auto value = value_by_formula(family, design, name, given))
         design.parameters[name] = *value;
       else

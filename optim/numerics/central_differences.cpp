@@ -113,6 +113,7 @@ void Neighbours::find_lost() {
 
 /// By Newton's divided differences through the three points, differentiated at the middle one; by
 /// one side where only that has values, nothing where none has.
+// NOLINTNEXTLINE(performance-unnecessary-value-param): both may change places
 std::optional<VectorXd> difference(Neighbours::Pair pair, const VectorXd& center,
                                    const DifferenceOptions& options) {
   auto& [a, b] = pair;

@@ -77,8 +77,8 @@ Condensation::Condensation(const PlateBody& body, const PlateCondensation& conde
             if (!free.held[dof(i, j, d, k)]) free.release(dof(i, j, d, k));
 
   Matrices matrices = assemble(body, *mesh_);
-  stiffness_ = std::move(matrices.stiffness);
-  mass_ = std::move(matrices.mass);
+  stiffness_.swap(matrices.stiffness);
+  mass_.swap(matrices.mass);
   free_ = SparseMatrix(dof.count(), free.unknowns);
   free_.setFromTriplets(free.free.begin(), free.free.end());
   factor_.compute(SparseMatrix(free_.transpose() * stiffness_ * free_));
