@@ -32,9 +32,10 @@ OpenedAtlas opened(const fs::path& file) {
 }  // namespace
 
 std::string find_atlas(ModelOptions& model) {
-  const bool tubes =
-      model.accuracy == Accuracy::reduced && model.method == Reduction::mixed_potential;
-  if (model.atlas_use == AtlasUse::off || model.atlas || !tubes) return {};
+  if (model.atlas_use == AtlasUse::off || model.atlas || model.accuracy == Accuracy::full)
+    return {};
+  if (model.method != Reduction::mixed_potential)
+    return "an atlas has leaves of \"method\": \"mixed_potential\"";
   if (model.degree != 5)
     return fmt::format("an atlas has potentials of degree 5, not {}", model.degree);
   if (model.flexure != Flexure::plate) return "an atlas has plates, not beams";
