@@ -49,6 +49,23 @@ void print_check(const AtlasCheck& check) {
   }
 }
 
+int show_atlas(const std::filesystem::path& file) {
+  const OpenedAtlas opened = open_atlas(file);
+  if (!opened.atlas) {
+    fmt::print(stderr, "flexopt: {}: {}\n", file.string(), opened.problem);
+    return exit_not_usable;
+  }
+  const AtlasSettings& s = opened.atlas->settings();
+  fmt::print(
+      "{}\n  {} x {} elements, w/L {:g} to {:g}, t/L 1/{:.0f} to 1/{:.0f}, Poisson's ratio "
+      "{:g} to {:g}, to {:g} rad; contents {}\n",
+      file.string(), s.mesh[0], s.mesh[1], s.width[0], s.width[1], 1 / s.thickness[0],
+      1 / s.thickness[1], s.poissons_ratios.front(), s.poissons_ratios.back(), s.sigmas.back(),
+      opened.atlas->fingerprint());
+  if (!opened.atlas->check().rays.empty()) print_check(opened.atlas->check());
+  return exit_usable;
+}
+
 }  // namespace
 
 int make_atlas_file(const CommandLine& line) {
@@ -56,6 +73,7 @@ int make_atlas_file(const CommandLine& line) {
   settings.mesh = line.mesh;
   const std::filesystem::path file =
       line.file.empty() ? default_atlas_file(settings.mesh) : std::filesystem::path(line.file);
+  if (line.show) return show_atlas(file);
   if (const std::string problem = obstacle(file); !problem.empty())
     throw SpecError("--out", file.string(), problem);
   const auto begin = std::chrono::steady_clock::now();

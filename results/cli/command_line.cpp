@@ -105,6 +105,8 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       ->type_name("FILE");
   atlas->add_option("--mesh", line.mesh, "elements along and across of its leaves [10 4]")
       ->check(CLI::Range(2, 128));
+  atlas->add_flag("--show", line.show,
+                  "make nothing; print what the file has and its errors when it was made");
   atlas->add_option("--threads", line.threads, "threads to use at most; does not change any result")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");

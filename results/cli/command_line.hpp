@@ -32,6 +32,7 @@ struct CommandLine {
   double tolerance = 1e-6;            ///< of check-gradients
   std::string file;                   ///< --out of atlas; empty: where jobs look for it
   std::array<int, 2> mesh{10, 4};     ///< of atlas
+  bool show = false;                  ///< of atlas: what a file holds, nothing is made
 };
 
 /// Parses, or prints help or what is wrong; then `exit_code` is set instead.
