@@ -10,6 +10,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
 #include "optim/job/job_atlas.hpp"
+#include "optim/problem/evaluation_log.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -87,6 +88,11 @@ TEST_CASE("a job is the same with and without a file in the cache unless it asks
   CHECK(job.notes.empty());
   CHECK(parse_job(job_with({{"atlas", "auto"}, {"mesh", {4, 2}}})).model.atlas == job.model.atlas);
   CHECK_FALSE(parse_job(job_with({{"mesh", {4, 2}}})).model.atlas);
+
+  // a run that was interrupted does not go on with leaves from elsewhere
+  CHECK(log_identity(job, "1").contains("atlases"));
+  CHECK(log_identity(job, "1") != log_identity(automatic, "1"));
+  CHECK_FALSE(log_identity(plain, "1").contains("atlases"));
 
   // what an atlas does not have
   const auto with = [&](const char* key, const json& value) {
