@@ -77,7 +77,7 @@ std::vector<std::unique_ptr<LeafElement>> leaves_at_rest(const std::vector<LeafS
     const PlateShape shape = leaf_shape(leaf, model);
     auto [tube, unknown] = tubes.try_emplace(shape);
     if (unknown) tube->second = known_tube(shape, {.sigma_max = 0}, model, 2);
-    if (tube->second && !leaf.point && leaf.growth == 1)
+    if (tube->second && !leaf.point && leaf.tip != free_edge && leaf.growth == 1)
       leaves.push_back(std::make_unique<TubeLeaf>(leaf, tube->second, i));
     else
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i));
