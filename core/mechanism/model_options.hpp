@@ -1,10 +1,13 @@
 #pragma once
 // How a mechanism is modelled and solved. Plain data.
 #include <array>
+#include <memory>
 
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
+
+class TubeAtlas;
 
 enum class Accuracy { reduced, full };
 
@@ -35,6 +38,13 @@ enum class LeafMass {
   constant,    ///< of the undeflected one, turned with its chord frame
 };
 
+/// Whether reduced leaves are looked up in an atlas instead of built.
+enum class AtlasUse {
+  off,
+  automatic,  ///< where there is one
+  required
+};
+
 /// How a mechanism is modelled.
 struct ModelOptions {
   Accuracy accuracy = Accuracy::reduced;
@@ -52,6 +62,9 @@ struct ModelOptions {
   /// Fixed-interface modes kept per leaf for frequencies, at least; 0: none, nor any other internal
   /// shape, so that leaves only move as their edges make them.
   int leaf_modes = 2;
+  AtlasUse atlas_use = AtlasUse::off;
+  /// Of the leaves' mesh; none: every leaf is built. Whoever reads the job opens it.
+  std::shared_ptr<const TubeAtlas> atlas = {};
 };
 
 /// A wire is a beam, whatever the other leaves are.

@@ -12,6 +12,7 @@
 #include "core/reduction/superelement/superelement_grid.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_atlas.hpp"
 #include "optim/job/job_cases.hpp"
 #include "optim/job/job_design.hpp"
 #include "optim/job/job_designs.hpp"
@@ -96,8 +97,8 @@ void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& not
 }  // namespace
 
 ModelChoice read_model(const json& read, const Pointer& at, FaultList& faults) {
-  const ModelChoice choice = model_table().read(read);
-  const ModelOptions& model = choice.model;
+  ModelChoice choice = model_table().read(read);
+  ModelOptions& model = choice.model;
   const std::string method = name_in_job(model.method);
   const auto refuse = [&](const char* key, const std::string& rule) {
     faults.add((at / key).to_string(), read[key].dump(), rule);
@@ -118,6 +119,10 @@ ModelChoice read_model(const json& read, const Pointer& at, FaultList& faults) {
     refuse("superelements", fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
                                         "number, or \"method\": \"linear_craig_bampton\"",
                                         method));
+  if (faults.sound(at.to_string()))
+    if (const std::string problem = find_atlas(model);
+        !problem.empty() && model.atlas_use == AtlasUse::required)
+      refuse("atlas", problem);
   return choice;
 }
 
@@ -166,6 +171,8 @@ Job JobReader::read() {
   const ModelChoice choice = read_model(read_["model"], Pointer("/model"), faults_);
   job_.model = choice.model;
   job_.request.newton = choice.newton;
+  if (const std::string note = note_on_atlas(choice.model); !note.empty())
+    job_.notes.push_back(note);
   read_request(read_, document_, family_, faults_, job_.request);
   job_.expect = read_expectations(read_["expect"], faults_);
   read_mechanism();

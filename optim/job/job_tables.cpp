@@ -306,6 +306,14 @@ const RecordTable<ModelChoice>& model_table() {
               in_model(&ModelOptions::mass),
               "of the leaves in the frequencies: of the deflected leaf; or of the undeflected "
               "one, turned with its chord")
+          .choice<AtlasUse>("atlas",
+                            {{"off", AtlasUse::off},
+                             {"auto", AtlasUse::automatic},
+                             {"required", AtlasUse::required}},
+                            in_model(&ModelOptions::atlas_use),
+                            "whether the coefficients of reduced leaves are looked up in the atlas "
+                            "that flexopt atlas makes: never; where there is one; or the job is "
+                            "wrong without it")
           .standard("leaf_modes", integer(0, 40), in_model(&ModelOptions::leaf_modes),
                     "modes of a leaf between fixed edges kept for the frequencies, at least; 0: "
                     "leaves move only as their edges make them")

@@ -6,6 +6,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/reduction/atlas/tube_atlas.hpp"
+
 namespace flexopt {
 
 using nlohmann::json;
@@ -91,7 +93,15 @@ json log_identity(const Job& job, const std::string& version) {
   for (const char* key : {"name", "expect"}) identity.erase(key);
   if (identity.contains("optimise"))
     for (const char* key : {"starts", "max_evaluations"}) identity["optimise"].erase(key);
-  return {{"version", version}, {"job", std::move(identity)}};
+  json whole{{"version", version}, {"job", std::move(identity)}};
+  // leaves that another atlas, or none, would give are others
+  const auto add_atlas = [&](const ModelOptions& model) {
+    if (model.atlas) whole["atlases"].push_back(model.atlas->fingerprint());
+  };
+  add_atlas(job.model);
+  if (job.compare)
+    for (const ModelChoice& choice : job.compare->models) add_atlas(choice.model);
+  return whole;
 }
 
 EvaluationLog::EvaluationLog(const Job& job, const std::filesystem::path& path,

@@ -99,6 +99,19 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   CLI::App* report = command("report", "Write the report of a run again", Command::report);
   report->add_option("DIR", line.folder, "the output folder of the run")->required();
 
+  CLI::App* atlas =
+      command("atlas", "Make the atlas that jobs with \"atlas\" look leaves up in", Command::atlas);
+  atlas->add_option("--out", line.file, "the file [FLEXOPT_ATLAS, or one in the user's cache]")
+      ->type_name("FILE");
+  atlas->add_option("--mesh", line.mesh, "elements along and across of its leaves [10 4]")
+      ->check(CLI::Range(2, 128));
+  atlas->add_flag("--show", line.show,
+                  "make nothing; print what the file has and its errors when it was made");
+  atlas->add_option("--threads", line.threads, "threads to use at most; does not change any result")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  atlas->add_flag("--quiet", line.quiet, "no progress on stderr");
+
   try {
     app.parse(argc, argv);
     if (run->parsed() && run->count("--out") == 0) line.folder = default_folder(line.job);

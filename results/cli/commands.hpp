@@ -17,5 +17,6 @@ int expand_job(const CommandLine& line);
 int print_schema(const CommandLine& line);
 int check_gradients(const CommandLine& line);
 int rewrite_report(const CommandLine& line);
+int make_atlas_file(const CommandLine& line);
 
 }  // namespace flexopt

@@ -30,6 +30,8 @@ int main(int argc, char** argv) try {
       return check_gradients(line);
     case Command::report:
       return rewrite_report(line);
+    case Command::atlas:
+      return make_atlas_file(line);
   }
   return exit_bug;
 } catch (const flexopt::SpecError& error) {

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/elements/plate/leaf_validity.hpp"
+#include "core/reduction/atlas/tube_atlas.hpp"
 #include "core/response/mobility/mobility.hpp"
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
@@ -115,7 +116,8 @@ Json leaves_json(const PathPoint& point, const Mechanism& mechanism) {
     leaves.push_back({{"name", mechanism.leaves[i].name},
                       {"model", leaf.model},
                       {"reason", leaf.reason},
-                      {"check", leaf.check}});
+                      {"check", leaf.check},
+                      {"source", leaf.source}});
   }
   return leaves;
 }
@@ -523,6 +525,8 @@ OrderedJson make_result(const RunRecord& record) {
     result["frequency_derivatives"] = frequency_derivatives_json(response, record.mechanism);
   if (record.optimum)
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);
+  if (const auto& atlas = record.job.model.atlas)
+    result["atlas"] = {{"contents", atlas->fingerprint()}, {"mesh", atlas->settings().mesh}};
   if (record.comparison) result["comparison"] = make_comparison_json(*record.comparison);
   result["shapes"] = shapes_json(response, record.mechanism);
   if (!record.job.cases.empty() && !responses_of(record).empty()) {

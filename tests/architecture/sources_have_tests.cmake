@@ -27,6 +27,11 @@ set(tested_by
   core/math/sparse_matrix core/math/test_sparse_solver
   core/math/deflated_solve core/reduction/modal/test_modal_derivatives
   core/math/nearest_rotation core/math/test_rotation
+  core/math/chebyshev core/reduction/atlas/test_tube_atlas
+  core/reduction/atlas/atlas_file core/reduction/atlas/test_tube_atlas
+  core/reduction/atlas/make_atlas core/reduction/atlas/test_tube_atlas
+  core/reduction/atlas/ray_interpolation core/reduction/atlas/test_tube_atlas
+  core/reduction/tube/bent_states core/reduction/atlas/test_tube_atlas
   core/reduction/expansion/dynamics_expansion core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/field_solver core/reduction/tube/test_tube_leaf
   core/reduction/expansion/load_fields core/reduction/tube/test_tube_dynamics
@@ -89,6 +94,7 @@ set(tested_by
   optim/solvers/ipopt_optimiser optim/solvers/test_hock_schittkowski
   optim/solvers/nlopt_optimiser optim/solvers/test_hock_schittkowski
   optim/solvers/trials optim/solvers/test_optimiser
+  results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
   results/cli/quantity_list results/cli/test_command_line
   results/files/comparison_json results/files/test_comparison

@@ -28,6 +28,8 @@ struct LeafReport {
   std::string model;   ///< "tube", "linear_craig_bampton", "full"
   std::string reason;  ///< why not the default; empty otherwise
   double check = 0;    ///< relative correction of the condensed full leaf; 0 if not made
+  /// Where the coefficients of a tube come from: "built" or "atlas"; of other models empty.
+  std::string source = {};
 };
 
 /// Deformed mid-surface of a leaf on its mesh, points along first.

@@ -5,12 +5,14 @@
 #include <Eigen/Cholesky>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <iterator>
 #include <numbers>
 
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/math/polynomial.hpp"
+#include "core/reduction/tube/bent_states.hpp"
 
 namespace flexopt {
 
@@ -37,57 +39,150 @@ std::vector<double> curved_nodes(const TubeRange& range, double angle, double sl
 }
 }  // namespace
 
-TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range)
-    : mesh_(std::move(mesh)), range_(range), leaf_(mesh_) {
-  directions_.col(0) = range.ray;
-  // across the ray; for the S (1, 1) and C (1, −1) rays the other one of the two
-  directions_.col(1) = Eigen::Vector2d(range.ray[1], -range.ray[0]);
-  if (range.ray[0] * range.ray[1] < 0) directions_.col(1) *= -1;
-
-  const PlateShape& shape = mesh_->shape();
-  const double width = shape.mean_width();
-  const double slenderness = width * width / shape.mean_thickness();  // w²/(L t)
+namespace {
+/// Where the nodes of a flat leaf stand.
+std::vector<double> flat_nodes(const TubeRange& range, double slenderness) {
   std::vector<double> sigma{0};
   // the transition to a stiffened, wide leaf lies at small curvature
   if (slenderness > 20 && range.sigma_max > 0.05) sigma.push_back(0.03);
   if (slenderness > 5 && range.sigma_max > 0.16) sigma.push_back(0.1);
   if (range.sigma_max > 0.32) sigma.push_back(0.22);
   sigma.push_back(std::max(range.sigma_max, 0.01));
+  return sigma;
+}
+
+/// w²/(L t).
+double slenderness_of(const PlateShape& shape) {
+  const double width = shape.mean_width();
+  return width * width / shape.mean_thickness();
+}
+}  // namespace
+
+TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range)
+    : shape_(mesh->shape()), mesh_(std::move(mesh)), range_(range) {
+  directions_.col(0) = range.ray;
+  // across the ray; for the S (1, 1) and C (1, −1) rays the other one of the two
+  directions_.col(1) = Eigen::Vector2d(range.ray[1], -range.ray[0]);
+  if (range.ray[0] * range.ray[1] < 0) directions_.col(1) *= -1;
+  build();
+}
+
+TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range,
+                     const Eigen::Matrix2d& directions, const std::vector<TubeNode>& nodes)
+    : shape_(shape), range_(range), directions_(directions), known_(true) {
+  range_.ray = directions.col(0);
+  make_potentials(nodes);
+}
+
+void TubeModel::build() {
+  std::vector<double> sigma = flat_nodes(range_, slenderness_of(shape_));
   std::vector<double> below;
-  if (shape.curve) {
-    const std::vector<double> all = curved_nodes(range, *shape.curve, slenderness);
+  if (shape_.curve) {
+    const std::vector<double> all = curved_nodes(range_, *shape_.curve, slenderness_of(shape_));
     const auto zero = std::find(all.begin(), all.end(), 0.0);
     sigma.assign(zero, all.end());
     below.assign(std::make_reverse_iterator(zero), all.rend());
   }
   for (const double s : sigma)
     if (!add(s)) return;
-  if (!below.empty()) leaf_.reset();
+  if (!below.empty()) leaf().reset();
   for (const double s : below)
     if (!add(s)) return;
   std::vector<TubeNode> nodes;
   for (const TubeExpansion& e : expansions_) nodes.push_back({e.sigma, e.W});
+  make_potentials(nodes);
+}
+
+void TubeModel::make_potentials(const std::vector<TubeNode>& nodes) {
   for (const int less : {0, 1})
     (less ? lower_ : potential_) = std::make_unique<TubePotential>(
-        directions_, tube_force_scale(shape), 2 * range.order + 1 - less, nodes,
-        Vector3d(range.force_centre, 0, 0), !shape.curve.has_value());
+        directions_, tube_force_scale(shape_), 2 * range_.order + 1 - less, nodes,
+        Vector3d(range_.force_centre, 0, 0), !shape_.curve.has_value());
+}
+
+int TubeModel::bent_states() const {
+  return static_cast<int>(known_ ? flat_nodes(range_, slenderness_of(shape_)).size()
+                                 : expansions_.size());
+}
+
+const std::shared_ptr<const PlateMesh>& TubeModel::mesh() const {
+  if (!mesh_) mesh_ = std::make_shared<PlateMesh>(shape_);
+  return mesh_;
+}
+
+ChordLeaf& TubeModel::leaf() {
+  if (!leaf_) leaf_ = std::make_unique<ChordLeaf>(mesh());
+  return *leaf_;
+}
+
+EdgePoses TubeModel::rest() const {
+  if (mesh_) return {mesh_->line_pose(0), mesh_->line_pose(mesh_->lines() - 1)};
+  return {EdgePose{Vector3d::Zero(), Matrix3d::Identity()},
+          EdgePose{Vector3d::UnitX(), Matrix3d::Identity()}};
 }
 
 bool TubeModel::add(double sigma) {
   const Vector3d s(range_.ray[0] * sigma, range_.ray[1] * sigma, 0);
-  const Vector3d f(range_.force_centre * tube_force_scale(mesh_->shape())[0], 0, 0);
-  if (!leaf_.solve(s, f).converged || leaf_.plate().negative_pivots() > 0) return false;
+  const Vector3d f(range_.force_centre * tube_force_scale(shape_)[0], 0, 0);
+  if (!leaf().solve(s, f).converged || leaf().plate().negative_pivots() > 0) return false;
   const auto place =
       std::lower_bound(expansions_.begin(), expansions_.end(), sigma,
                        [](const TubeExpansion& e, double at) { return e.sigma < at; });
-  expansions_.insert(place, expand(leaf_, sigma, directions_, range_.order));
+  expansions_.insert(place, expand(leaf(), sigma, directions_, range_.order));
   return true;
 }
 
+void TubeModel::cover(double sigma) {
+  if (!known_ || covered_) return;
+  const auto expand_here = [&](double at) {
+    expansions_.push_back({at, {}, expand_fields(leaf(), directions_, range_.order).fields});
+    if (dynamics_) dynamics_->add(leaf(), at);
+  };
+  // on to the next node, or as far as the leaf can be bent
+  const auto bend_on = [&](double to) {
+    const double from = expansions_.back().sigma, at = bend(leaf(), range_.ray, from, to);
+    covered_ = at != to;
+    if (at > from) expand_here(at);
+  };
+  if (expansions_.empty()) {
+    leaf().reset();
+    expand_here(0);
+    for (const double at : flat_nodes(range_, slenderness_of(shape_)))
+      if (at > 0 && !covered_) bend_on(at);
+  }
+  assert(expansions_.size() >= 2);
+  if (sigma > expansions_.back().sigma * (1 + 1e-9) && !covered_) {
+    const TubeExpansion& last = expansions_.back();
+    leaf().stand_at({range_.ray[0] * last.sigma, range_.ray[1] * last.sigma, 0}, Vector3d::Zero(),
+                    last.fields.col(0));
+    bend_on(std::min(1.1 * sigma, std::max(sigma, potential_->last_sigma())));
+  }
+}
+
 bool TubeModel::extend(double sigma) {
-  if (!potential_->mirrored()) leaf_.reset();
+  if (known_) {  // its own states, mesh and all, take the place of the known ones
+    const TubeRange before = range_;
+    const bool tables = dynamics_ != nullptr;
+    known_ = false;
+    range_.sigma_max = sigma;
+    expansions_.clear();
+    dynamics_.reset();
+    leaf().reset();
+    build();
+    if (static_cast<int>(potential_->nodes().size()) == static_cast<int>(expansions_.size()) &&
+        potential_->last_sigma() == sigma) {
+      if (tables) make_dynamics();
+      return true;
+    }
+    known_ = true;
+    range_ = before;
+    expansions_.clear();
+    covered_ = false;
+    return false;
+  }
+  if (!potential_->mirrored()) leaf().reset();
   if (!add(sigma)) return false;
-  if (dynamics_) dynamics_->add(leaf_, sigma);
+  if (dynamics_) dynamics_->add(leaf(), sigma);
   const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});
@@ -123,11 +218,14 @@ HermiteWeights two_point_hermite(int q, double t) {
 
 }  // namespace
 
-VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) const {
+VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
   const TubeLocation location = potential_->locate(s);
   const double side = potential_->mirrored() && location.sigma < 0 ? -1 : 1;
   const double sigma = side * location.sigma;
-  const TubeExpansion &a = expansions_[location.interval], &b = expansions_[location.interval + 1];
+  cover(sigma);
+  std::size_t interval = 0;
+  while (interval + 2 < expansions_.size() && sigma > expansions_[interval + 1].sigma) ++interval;
+  const TubeExpansion &a = expansions_[interval], &b = expansions_[interval + 1];
   const double h = b.sigma - a.sigma, t = (sigma - a.sigma) / h;
   const double z[5] = {side * location.tau, side * s[2], f[0] - range_.force_centre, f[1], f[2]};
 
@@ -147,13 +245,13 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) const {
   if (side < 0) {  // mirror in the thickness: the normal components of the interior change sign
     const int n = mesh_->functions_per_line();
     for (int i = 1; i + 1 < mesh_->lines(); ++i)
-      y.segment(leaf_.plate().block_offset(i) + 2 * n, n) *= -1;
+      y.segment(leaf().plate().block_offset(i) + 2 * n, n) *= -1;
     // … and so do the slopes of the edges along it
     const auto& slopes = mesh_->edge_slopes();
     const int per_node = static_cast<int>(slopes.size());
     for (const int line : {0, mesh_->lines() - 1})
       for (int k = 0; k < mesh_->edge_unknowns(); ++k)
-        if (slopes[k % per_node].axis == 2) y[leaf_.plate().block_offset(line) + k] *= -1;
+        if (slopes[k % per_node].axis == 2) y[leaf().plate().block_offset(line) + k] *= -1;
   }
   return y;
 }
@@ -163,9 +261,9 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) const {
 TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index)
     : leaf_(leaf),
       index_(index),
-      scale_(leaf, model->mesh()->shape().flexure),
+      scale_(leaf, model->shape().flexure),
       model_(std::move(model)),
-      edges_(PlateLeaf::undeflected(*model_->mesh()).edges) {
+      edges_(model_->rest()) {
   state_.mixed.f[0] = model_->range().force_centre;
 }
 
@@ -176,17 +274,17 @@ void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
 }
 
 EdgePoses TubeLeaf::chord_edges() const {
-  const PlateMesh& mesh = *model_->mesh();
   EdgePoses edges = edges_;
-  if (!mesh.shape().curve) return edges;
+  if (!model_->shape().curve) return edges;
+  const PlateMesh& mesh = *model_->mesh();
   edges[0].axes = (edges[0].axes * mesh.line_pose(0).axes.transpose()).eval();
   edges[1].axes = (edges[1].axes * mesh.line_pose(mesh.lines() - 1).axes.transpose()).eval();
   return edges;
 }
 
 const LeafEvaluation& TubeLeaf::evaluate() {
-  const PlateMesh& mesh = *model_->mesh();
-  const double chord = mesh.line_pose(mesh.lines() - 1).position[0];
+  const PlateShape& shape = model_->shape();
+  const double chord = model_->rest()[1].position[0];
   const bool framed =
       evaluate_reduced_leaf(model_->potential(), chord, chord_edges(), state_, response_);
   if (!framed) {  // edges on top of each other: no step leads on from here
@@ -196,9 +294,9 @@ const LeafEvaluation& TubeLeaf::evaluate() {
   evaluation_.energy = scale_.energy * response_.mixed.energy;
   evaluation_.force = scale_.global_force(response_.force);
   evaluation_.tangent = scale_.global_tangent(response_.tangent);
-  const double t = mesh.shape().mean_thickness();  // an arc gives way without stretching
-  evaluation_.strain = mesh.shape().curve ? std::abs(state_.mixed.f[0]) * t * t / 12
-                                          : std::abs(response_.frame.e[elongation]);
+  const double t = shape.mean_thickness();  // an arc gives way without stretching
+  evaluation_.strain = shape.curve ? std::abs(state_.mixed.f[0]) * t * t / 12
+                                   : std::abs(response_.frame.e[elongation]);
   // the energy that the forces still want to give, as in the full leaf
   const MixedState& m = state_.mixed;
   evaluation_.correction = std::sqrt(std::abs(m.R.dot(m.F_inverse * m.R)));

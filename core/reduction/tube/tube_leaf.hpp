@@ -9,16 +9,9 @@
 #include "core/reduction/expansion/tube_expansion.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
+#include "core/reduction/tube/tube_range.hpp"
 
 namespace flexopt {
-
-/// What a tube is built for.
-struct TubeRange {
-  Eigen::Vector2d ray{1, 1};  ///< (θ1y, θ2y) of the drive, the larger one 1
-  double sigma_max = 0.3;     ///< along the ray [rad]
-  double force_centre = 0;    ///< N about which to expand, over the force scale
-  int order = 2;              ///< of the fields: potential of degree 2 order + 1
-};
 
 /// Largest relative change of the leaf's stiffness by the highest degree of its potential: beyond
 /// it the support stiffness may be off by more than about 0.5 % (degree 5, measured on some 5000
@@ -30,20 +23,31 @@ class TubeModel {
  public:
   /// Solves and expands the bent states; `built()` tells whether all were found.
   TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range);
+  /// Of a flat leaf of uniform width and thickness, from expansions that are known: `directions` is
+  /// D, its first column the ray. Mesh, bent states and fields are made when somebody asks for
+  /// fields, for tables of dynamics or for a state beyond the last node.
+  TubeModel(const PlateShape& shape, const TubeRange& range, const Eigen::Matrix2d& directions,
+            const std::vector<TubeNode>& nodes);
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
   /// The same without the highest degree: what that changes tells what the next would.
   const TubePotential& lower() const { return *lower_; }
   const TubeRange& range() const { return range_; }
-  const std::shared_ptr<const PlateMesh>& mesh() const { return mesh_; }
+  const PlateShape& shape() const { return shape_; }
+  /// Made at its first use where nothing had to be solved. Not for several threads at once.
+  const std::shared_ptr<const PlateMesh>& mesh() const;
+  /// Poses of both edges, undeflected.
+  EdgePoses rest() const;
+  /// Whether the potential is made of known expansions.
+  bool known() const { return known_; }
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
 
   /// Unknowns of the leaf in its chord frame (ChordLeaf::unknowns) at s, f (over their scale):
   /// second-order fields, every coefficient joined by two-point Hermite interpolation.
-  VectorXd fields(const Vector3d& s, const Vector3d& f) const;
+  VectorXd fields(const Vector3d& s, const Vector3d& f);
 
   /// Tables of the internal dynamics about the same bent states; they grow with these. None for
   /// leaves with a profile, curved and very wide ones and beams, and for meshes that are too
@@ -53,16 +57,25 @@ class TubeModel {
   /// once they cost less than condensing the full leaf at each of them.
   void expect_dynamics(int states);
   const TubeDynamics* dynamics() const { return dynamics_.get(); }
-  int bent_states() const { return static_cast<int>(expansions_.size()); }
+  /// Sees to it that fields and tables of dynamics reach as far as sigma, where only the potential
+  /// was known.
+  void cover(double sigma);
 
  private:
+  void build();
+  int bent_states() const;  ///< so many carry the fields
   bool add(double sigma);
+  ChordLeaf& leaf();
+  void make_potentials(const std::vector<TubeNode>& nodes);
 
-  std::shared_ptr<const PlateMesh> mesh_;
+  PlateShape shape_;
+  mutable std::shared_ptr<const PlateMesh> mesh_;
   TubeRange range_;
   Eigen::Matrix2d directions_;
-  ChordLeaf leaf_;
-  std::vector<TubeExpansion> expansions_;  ///< by sigma
+  bool known_ = false;
+  std::unique_ptr<ChordLeaf> leaf_;
+  std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
+  bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
   std::unique_ptr<TubeDynamics> dynamics_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
@@ -86,7 +99,9 @@ class TubeLeaf final : public LeafElement {
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
-  LeafReport report() const override { return {"tube", condensed_because_, check_}; }
+  LeafReport report() const override {
+    return {"tube", condensed_because_, check_, model_->known() ? "atlas" : "built"};
+  }
 
  private:
   /// The edges as those of a flat leaf on the chord.

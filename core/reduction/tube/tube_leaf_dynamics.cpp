@@ -43,19 +43,20 @@ void TubeModel::expect_dynamics(int states) {
 }
 
 void TubeModel::make_dynamics() {
-  const PlateShape& shape = mesh_->shape();
+  const PlateShape& shape = shape_;
   const bool flat = !shape.curve && shape.width_profile.empty() && shape.thickness_profile.empty();
   // Beyond it neither the statics nor the dynamics were compared with full leaves.
   constexpr double widest = 1200;  // w²/(L t)
   const bool narrow = shape.width * shape.width <= widest * shape.thickness;
   if (dynamics_ || !built() || !flat || shape.is_beam() || !narrow) return;
-  leaf_.reset();
-  auto dynamics = std::make_unique<TubeDynamics>(leaf_, directions_, range_.force_centre);
+  cover(range_.sigma_max);
+  leaf().reset();
+  auto dynamics = std::make_unique<TubeDynamics>(leaf(), directions_, range_.force_centre);
   if (dynamics->possible()) {
     const Vector3d f(range_.force_centre * tube_force_scale(shape)[0], 0, 0);
     for (const TubeExpansion& e : expansions_) {
-      leaf_.stand_at({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0}, f, e.fields.col(0));
-      dynamics->add(leaf_, e.sigma);
+      leaf().stand_at({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0}, f, e.fields.col(0));
+      dynamics->add(leaf(), e.sigma);
     }
     dynamics_ = std::move(dynamics);
   }
@@ -70,6 +71,7 @@ std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
   const TubeDynamics* tables = model_->dynamics();
   condensed_because_.clear();
   if (!tables || modes == 0) return std::nullopt;
+  model_->cover(std::abs(response_.location.sigma));
   if (modes > tabulated_modes) {
     condensed_because_ =
         "frequencies of the full leaf: they take more internal modes than the tables have";

@@ -13,6 +13,7 @@
 #include "core/equilibrium/system.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/joint.hpp"
+#include "core/reduction/atlas/tube_atlas.hpp"
 #include "core/reduction/modal/modal_leaf.hpp"
 #include "core/reduction/superelement/superelement_leaf.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
@@ -56,6 +57,38 @@ std::vector<std::unique_ptr<LeafElement>> full_leaves(const std::vector<LeafSpri
   return leaves;
 }
 
+// Of the atlas, if that has such leaves.
+std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, const TubeRange& range,
+                                      const ModelOptions& model, int nodes = 0) {
+  if (!model.atlas || !model.atlas->gap(shape, range).empty()) return nullptr;
+  const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
+  return std::make_shared<TubeModel>(shape, range, tube.directions, tube.nodes);
+}
+
+// For linear statics at rest: full leaves, and tubes where the atlas has them.
+std::vector<std::unique_ptr<LeafElement>> leaves_at_rest(const std::vector<LeafSpring>& springs,
+                                                         const ModelOptions& model,
+                                                         Meshes& meshes) {
+  if (!model.atlas) return full_leaves(springs, model, meshes);
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  std::map<PlateShape, std::shared_ptr<TubeModel>> tubes;
+  for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
+    const LeafSpring& leaf = springs[i];
+    const PlateShape shape = leaf_shape(leaf, model);
+    auto [tube, unknown] = tubes.try_emplace(shape);
+    if (unknown) tube->second = known_tube(shape, {.sigma_max = 0}, model, 2);
+    if (tube->second && !leaf.point && leaf.tip != free_edge && leaf.growth == 1)
+      leaves.push_back(std::make_unique<TubeLeaf>(leaf, tube->second, i));
+    else
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i));
+  }
+  return leaves;
+}
+
+bool is_uniform_plate(const PlateShape& shape) {
+  return !shape.is_beam() && !shape.curve && !shape.has_profile();
+}
+
 struct LinearMotion {
   Eigen::Vector2d bending = Eigen::Vector2d::Zero();  ///< (θ1y, θ2y) for a unit stroke
   double axial = 0;  ///< N under the dead load, drive held; over D/L
@@ -80,7 +113,7 @@ std::vector<Vector12d> forced_increments(const Mechanism& mechanism, const LoadC
 std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelOptions& model,
                                         const LoadCase& loads, LoadFactors factors,
                                         const std::vector<VectorXd>& strokes, Meshes& meshes) {
-  System system(mechanism, full_leaves(leaves_of(mechanism), model, meshes));
+  System system(mechanism, leaves_at_rest(leaves_of(mechanism), model, meshes));
   system.assemble();
   // at a dead point of the conditions nothing is known; the solver then says so
   const auto answer = [&](bool drives_held, const MatrixXd& forces) -> MatrixXd {
@@ -244,15 +277,18 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
   std::vector<std::shared_ptr<TubeModel>> models;
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
-    const auto mesh = mesh_of(leaf, model, meshes);
+    const auto full = [&](const std::string& reason) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i, reason));
+    };
     if (leaf.point) {
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "it has no two rigid edges"));
+      full("it has no two rigid edges");
       continue;
     }
     if (const auto rule = acts_inside(leaf, loads)) {
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, *rule));
+      full(*rule);
       continue;
     }
+    const PlateShape shape = leaf_shape(leaf, model);
     TubeRange range;
     range.order = model.degree == 7 ? 3 : 2;
     Eigen::Vector2d b = motion[i].bending;
@@ -267,22 +303,30 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
     range.sigma_max = !driven           ? std::min(0.5, 1.12 * size)
                       : several.empty() ? 1.12 * size * largest
                                         : 1.12 * size;
-    const double scale = tube_force_scale(mesh->shape())[0];
-    const double buckling = 4 * std::numbers::pi * std::numbers::pi * mesh->bending_stiffness();
-    if (driven && std::abs(motion[i].axial) > 0.01 * buckling)
-      range.force_centre = motion[i].axial / scale;
+    const double scale = tube_force_scale(shape)[0];
+    if (driven && motion[i].axial != 0) {
+      const double stiffness = model.atlas && is_uniform_plate(shape)
+                                   ? shape.width
+                                   : mesh_of(leaf, model, meshes)->bending_stiffness();
+      const double buckling = 4 * std::numbers::pi * std::numbers::pi * stiffness;
+      if (std::abs(motion[i].axial) > 0.01 * buckling) range.force_centre = motion[i].axial / scale;
+    }
 
     std::shared_ptr<TubeModel> tube;
     for (const auto& m : models)
-      if (m->mesh() == mesh && (m->range().ray - range.ray).norm() < 1e-6 &&
+      if (m->shape() == shape && (m->range().ray - range.ray).norm() < 1e-6 &&
           std::abs(m->range().sigma_max - range.sigma_max) < 1e-6 &&
           std::abs(m->range().force_centre - range.force_centre) < 1e-6)
         tube = m;
-    if (!tube) models.push_back(tube = std::make_shared<TubeModel>(mesh, range));
+    if (!tube) {
+      tube = known_tube(shape, range, model);
+      if (!tube) tube = std::make_shared<TubeModel>(mesh_of(leaf, model, meshes), range);
+      models.push_back(tube);
+    }
     if (tube->built())
       leaves.push_back(std::make_unique<TubeLeaf>(leaf, tube, i));
     else
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh, i, "no bent states were found"));
+      full("no bent states were found");
   }
   return leaves;
 }

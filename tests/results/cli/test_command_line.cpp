@@ -136,6 +136,17 @@ TEST_CASE(
   CHECK_THAT(tied.out, Contains("principal_stiffness") && !Contains("WRONG"));
 }
 
+TEST_CASE("An atlas that cannot be written is refused before it is made", "[results][command]") {
+  const test::TemporaryFolder folder;
+  const Outcome refused = flexopt_in(folder.path(), "atlas --out /proc/no/such/folder/one.atlas");
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err, Contains("--out") && Contains("/proc/no/such/folder/one.atlas"));
+  CHECK(flexopt_in(folder.path(), "atlas --mesh 1 4").code == 2);
+  const Outcome none = flexopt_in(folder.path(), "atlas --show --out none.atlas");
+  CHECK(none.code == 1);
+  CHECK_THAT(none.err, Contains("none.atlas"));
+}
+
 TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
   const test::TemporaryFolder folder;
   save(folder.path() / "leaf.json", leaf_job());

@@ -1,0 +1,273 @@
+#include "core/reduction/atlas/atlas_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/reduction/atlas/make_atlas.hpp"
+#include "core/reduction/atlas/ray_interpolation.hpp"
+
+namespace flexopt {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+// The file: this, the settings as JSON, the exponents, the values; each part at a multiple of 64.
+struct Head {
+  char magic[16];
+  std::uint64_t byte_order;
+  std::uint64_t text, text_size, exponents, exponents_size, values, values_size, size;
+  std::uint64_t contents;  ///< hash of all that follows the head
+};
+constexpr char magic[16] = "flexopt atlas 1";
+constexpr std::uint64_t byte_order = 0x0102030405060708;
+constexpr std::uint64_t part = 64;
+
+std::uint64_t padded(std::uint64_t size) { return (size + part - 1) / part * part; }
+
+// Of whole 8-byte words.
+std::uint64_t hash(const char* data, std::uint64_t size) {
+  std::uint64_t h = 0x9E3779B97F4A7C15;
+  for (std::uint64_t i = 0; i + 8 <= size; i += 8) {
+    std::uint64_t word;
+    std::memcpy(&word, data + i, 8);
+    h = (h ^ word) * 0xD6E8FEB86659FD93;
+    h ^= h >> 32;
+  }
+  return h;
+}
+
+json settings_json(const AtlasSettings& s) {
+  return {{"mesh", s.mesh},        {"free_edge_torsion", s.free_edge_torsion},
+          {"width", s.width},      {"thickness", s.thickness},
+          {"points", s.points},    {"poissons_ratios", s.poissons_ratios},
+          {"rays", s.rays},        {"sigmas", s.sigmas},
+          {"degree", atlas_degree}};
+}
+
+AtlasSettings settings_of(const json& j) {
+  AtlasSettings s;
+  j.at("mesh").get_to(s.mesh);
+  j.at("free_edge_torsion").get_to(s.free_edge_torsion);
+  j.at("width").get_to(s.width);
+  j.at("thickness").get_to(s.thickness);
+  j.at("points").get_to(s.points);
+  j.at("poissons_ratios").get_to(s.poissons_ratios);
+  j.at("rays").get_to(s.rays);
+  j.at("sigmas").get_to(s.sigmas);
+  return s;
+}
+
+json check_json(const AtlasCheck& check) {
+  json rays = json::array();
+  for (const AtlasCheck::Ray& ray : check.rays) {
+    json samples = json::array();
+    for (const AtlasCheck::Sample& s : ray.samples)
+      samples.push_back({s.width, s.thickness, s.poissons_ratio, s.errors.drive, s.errors.on_ray,
+                         s.errors.off_ray});
+    rays.push_back({{"rho", ray.rho}, {"samples", samples}});
+  }
+  return {{"cells", check.cells}, {"rays", rays}};
+}
+
+AtlasCheck check_of(const json& j) {
+  AtlasCheck check;
+  j.at("cells").get_to(check.cells);
+  for (const json& ray : j.at("rays")) {
+    AtlasCheck::Ray& r = check.rays.emplace_back();
+    ray.at("rho").get_to(r.rho);
+    for (const json& s : ray.at("samples"))
+      r.samples.push_back({s.at(0), s.at(1), s.at(2), {s.at(3), s.at(4), s.at(5)}});
+  }
+  return check;
+}
+
+// Tells other mechanics: coefficients of a coarse leaf, about a bent state off every symmetry.
+const std::vector<double>& probe() {
+  static const std::vector<double> numbers = [] {
+    const PlateShape shape{0.7, 1.0 / 90, 0.28, {4, 2}, true};
+    constexpr double rho = 0.4;
+    const auto nodes = bent_states(shape, {1, rho}, ray_directions(rho), {0, 0.06});
+    return nodes.size() == 2 ? nodes[1].W : std::vector<double>();
+  }();
+  return numbers;
+}
+
+bool same_mechanics(const std::vector<double>& stored) {
+  constexpr double rounding = 1e-7;
+  const std::vector<double>& now = probe();
+  if (now.empty() || stored.size() != now.size()) return false;
+  for (const AtlasTerm& term : atlas_terms({0.06})) {
+    const double a = stored[static_cast<std::size_t>(term.monomial)],
+                 b = now[static_cast<std::size_t>(term.monomial)];
+    if (!(std::abs(a - b) <= rounding * (std::abs(b) + 1e-6))) return false;
+  }
+  return true;
+}
+
+struct Mapping {
+  const char* data = nullptr;
+  std::uint64_t size = 0;
+  Mapping() = default;
+  Mapping(const Mapping&) = delete;
+  Mapping& operator=(const Mapping&) = delete;
+  ~Mapping() {
+    if (data) ::munmap(const_cast<char*>(data), size);
+  }
+};
+
+std::string map_file(const fs::path& file, Mapping& mapping) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return std::strerror(errno);
+  struct stat status {};
+  std::string problem;
+  if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+    problem = "it is no file";
+  } else if (static_cast<std::uint64_t>(status.st_size) < sizeof(Head)) {
+    problem = "it is no atlas, or not whole";
+  } else {
+    void* data = ::mmap(nullptr, static_cast<std::size_t>(status.st_size), PROT_READ, MAP_SHARED,
+                        descriptor, 0);
+    if (data == MAP_FAILED) {
+      problem = std::strerror(errno);
+    } else {
+      mapping.data = static_cast<const char*>(data);
+      mapping.size = static_cast<std::uint64_t>(status.st_size);
+    }
+  }
+  ::close(descriptor);
+  return problem;
+}
+
+bool sound(const AtlasSettings& s) {
+  const auto ascending = [](const std::vector<double>& x) {
+    return std::adjacent_find(x.begin(), x.end(), std::greater_equal<>()) == x.end();
+  };
+  return s.points[0] >= 2 && s.points[1] >= 2 && 0 < s.width[0] && s.width[0] < s.width[1] &&
+         0 < s.thickness[0] && s.thickness[0] < s.thickness[1] && !s.poissons_ratios.empty() &&
+         ascending(s.poissons_ratios) && s.rays.size() >= 2 && s.rays.front() == -1 &&
+         s.rays.back() == 1 && ascending(s.rays) && s.sigmas.size() >= 2 && s.sigmas[0] == 0 &&
+         ascending(s.sigmas);
+}
+
+}  // namespace
+
+fs::path default_atlas_file(const std::array<int, 2>& mesh) {
+  const auto named = [](const char* name) {
+    const char* value = std::getenv(name);
+    return fs::path(value ? value : "");
+  };
+  if (const fs::path file = named("FLEXOPT_ATLAS"); !file.empty()) return file;
+  fs::path cache = named("XDG_CACHE_HOME");
+  if (cache.empty()) cache = named("HOME") / ".cache";
+  return cache / "flexopt" / fmt::format("tubes-{}x{}.atlas", mesh[0], mesh[1]);
+}
+
+namespace {
+fs::path draft_of(const fs::path& file) {
+  return file.string() + fmt::format(".{}.part", ::getpid());
+}
+}  // namespace
+
+std::string obstacle(const fs::path& file) {
+  std::error_code failed;
+  if (fs::is_directory(file, failed)) return "it is a folder";
+  if (file.has_parent_path()) fs::create_directories(file.parent_path(), failed);
+  if (failed) return failed.message();
+  const fs::path draft = draft_of(file);
+  const bool writable = std::ofstream(draft).good();
+  fs::remove(draft, failed);
+  return writable ? std::string() : "it cannot be written";
+}
+
+std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
+  const AtlasSettings& s = atlas.settings();
+  const std::string text = json{
+      {"settings", settings_json(s)},
+      {"check", check_json(atlas.check())},
+      {"probe", probe()}}.dump();
+  Head head{};
+  std::memcpy(head.magic, magic, sizeof magic);
+  head.byte_order = byte_order;
+  head.text = padded(sizeof head);
+  head.text_size = text.size();
+  head.exponents = head.text + padded(head.text_size);
+  head.exponents_size = 2 * atlas.terms().size() * s.rays.size();
+  head.values = head.exponents + padded(head.exponents_size);
+  head.values_size =
+      sizeof(float) * static_cast<std::uint64_t>(s.tables()) *
+      static_cast<std::uint64_t>(s.shapes()) *
+      static_cast<std::uint64_t>(TubeAtlas::stride(static_cast<int>(atlas.terms().size())));
+  head.size = head.values + padded(head.values_size);
+  std::string contents(head.size, '\0');
+  std::memcpy(contents.data() + head.text, text.data(), text.size());
+  std::memcpy(contents.data() + head.exponents, atlas.numbers().exponents, head.exponents_size);
+  std::memcpy(contents.data() + head.values, atlas.numbers().values, head.values_size);
+  head.contents = hash(contents.data() + head.text, head.size - head.text);
+  std::memcpy(contents.data(), &head, sizeof head);
+
+  if (std::string problem = obstacle(file); !problem.empty()) return problem;
+  std::error_code failed;
+  const fs::path draft = draft_of(file);
+  {
+    std::ofstream out(draft, std::ios::binary);
+    out.write(contents.data(), static_cast<std::streamsize>(contents.size()));
+    out.close();
+    if (!out) {
+      const std::string problem = fmt::format("{} cannot be written", draft.string());
+      fs::remove(draft, failed);
+      return problem;
+    }
+  }
+  fs::rename(draft, file, failed);
+  return failed ? failed.message() : std::string();
+}
+
+OpenedAtlas open_atlas(const fs::path& file) {
+  auto mapping = std::make_shared<Mapping>();
+  if (std::string problem = map_file(file, *mapping); !problem.empty()) return {nullptr, problem};
+  Head head;
+  std::memcpy(&head, mapping->data, sizeof head);
+  if (std::memcmp(head.magic, magic, sizeof magic - 2) != 0) return {nullptr, "it is no atlas"};
+  if (std::memcmp(head.magic, magic, sizeof magic) != 0 || head.byte_order != byte_order)
+    return {nullptr, "it is an atlas of another format"};
+  if (head.size != mapping->size) return {nullptr, "it is not whole"};
+  if (head.text != padded(sizeof head) ||
+      head.contents != hash(mapping->data + head.text, head.size - head.text))
+    return {nullptr, "its contents are damaged"};
+  const json text = json::parse(mapping->data + head.text,
+                                mapping->data + head.text + head.text_size, nullptr, false);
+  try {
+    const AtlasSettings settings = settings_of(text.at("settings"));
+    const int terms = static_cast<int>(atlas_terms(settings.sigmas).size());
+    const std::uint64_t values = sizeof(float) * static_cast<std::uint64_t>(settings.tables()) *
+                                 static_cast<std::uint64_t>(settings.shapes()) *
+                                 static_cast<std::uint64_t>(TubeAtlas::stride(terms));
+    if (!sound(settings) || text.at("settings").at("degree") != atlas_degree ||
+        head.values_size != values || head.values + values > head.size ||
+        head.exponents_size != 2 * static_cast<std::uint64_t>(terms) * settings.rays.size())
+      return {nullptr, "it is an atlas of another format"};
+    if (!same_mechanics(text.at("probe")))
+      return {nullptr, "it was made with other mechanics: this program expands leaves otherwise"};
+    TubeAtlas::Numbers numbers{reinterpret_cast<const std::int8_t*>(mapping->data + head.exponents),
+                               reinterpret_cast<const float*>(mapping->data + head.values),
+                               mapping};
+    return {std::make_shared<TubeAtlas>(settings, numbers, check_of(text.at("check")),
+                                        fmt::format("{:016x}", head.contents)),
+            {}};
+  } catch (const json::exception&) {
+    return {nullptr, "it is an atlas of another format"};
+  }
+}
+
+}  // namespace flexopt

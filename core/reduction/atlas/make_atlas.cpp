@@ -1,0 +1,280 @@
+#include "core/reduction/atlas/make_atlas.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "core/math/chebyshev.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/polynomial.hpp"
+#include "core/reduction/atlas/ray_interpolation.hpp"
+#include "core/reduction/tube/bent_states.hpp"
+#include "core/reduction/tube/mixed_condensation.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+
+namespace flexopt {
+
+void run_in_order(int count, const std::function<void(int)>& work) {
+  for (int i = 0; i < count; ++i) work(i);
+}
+
+std::vector<TubeNode> bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                  const Eigen::Matrix2d& directions,
+                                  const std::vector<double>& sigmas) {
+  ChordLeaf leaf(std::make_shared<PlateMesh>(shape));
+  if (!leaf.solve(Vector3d::Zero(), Vector3d::Zero()).converged) return {};
+  std::vector<TubeNode> nodes;
+  double at = 0;
+  for (const double sigma : sigmas) {
+    if (sigma != at && bend(leaf, ray, at, sigma) != sigma) break;
+    at = sigma;
+    nodes.push_back({sigma, expand(leaf, sigma, directions, 2).W});
+  }
+  return nodes;
+}
+
+namespace {
+
+PlateShape shape_at(const AtlasSettings& settings, double width, double thickness,
+                    double poissons_ratio) {
+  return {width, thickness, poissons_ratio, settings.mesh, settings.free_edge_torsion};
+}
+
+std::vector<TubeNode> bent_states(const AtlasSettings& settings, const PlateShape& shape,
+                                  double rho) {
+  std::vector<TubeNode> nodes = bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas);
+  if (std::abs(rho) == 1)  // equal ends, equal numbers
+    for (TubeNode& node : nodes) {
+      const std::vector<double> turned = end_for_end(node.W, rho);
+      for (std::size_t k = 0; k < node.W.size(); ++k) node.W[k] = 0.5 * (node.W[k] + turned[k]);
+    }
+  return nodes;
+}
+
+// The numbers of an atlas while they are made.
+struct Store {
+  std::vector<std::int8_t> exponents;
+  std::vector<float> values;
+};
+
+// Doubled half-integers of the power law that fits the sizes of a coefficient best.
+std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd& sizes) {
+  constexpr int most = 16;
+  std::vector<int> rows;
+  for (int k = 0; k < sizes.size(); ++k)
+    if (sizes[k] > 1e-290) rows.push_back(k);
+  if (rows.size() < 8) return {0, 0};
+  const int n = static_cast<int>(rows.size());
+  MatrixXd A(n, 3);
+  VectorXd b(n);
+  for (int k = 0; k < n; ++k) {
+    A.row(k) << 1, log_shapes(rows[k], 0), log_shapes(rows[k], 1);
+    b[k] = std::log(sizes[rows[k]]);
+  }
+  const VectorXd x = Lu(A.transpose() * A).solve(A.transpose() * b);
+  const auto rounded = [&](double p) {
+    return static_cast<std::int8_t>(std::clamp(static_cast<int>(std::lround(2 * p)), -most, most));
+  };
+  return {rounded(x[1]), rounded(x[2])};
+}
+
+// Fills the table of one ray for all Poisson's ratios from its bent states, [ratio × shape].
+void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms, int ray,
+              const MatrixXd& log_shapes, const std::vector<std::vector<TubeNode>>& nodes,
+              Store& store) {
+  const int shapes = settings.shapes(), ratios = static_cast<int>(settings.poissons_ratios.size());
+  const int rays = static_cast<int>(settings.rays.size());
+  const std::size_t stride = TubeAtlas::stride(static_cast<int>(terms.size()));
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    VectorXd c(ratios * shapes);
+    MatrixXd places(ratios * shapes, 2);
+    for (int k = 0; k < c.size(); ++k) {
+      c[k] = nodes[static_cast<std::size_t>(k)][terms[i].node].W[terms[i].monomial];
+      places.row(k) = log_shapes.row(k % shapes);
+    }
+    const auto power = power_law(places, c.cwiseAbs());
+    const std::size_t e = 2 * (static_cast<std::size_t>(ray) * terms.size() + i);
+    store.exponents[e] = power[0];
+    store.exponents[e + 1] = power[1];
+    for (int n = 0; n < ratios; ++n)
+      for (int k = 0; k < shapes; ++k) {
+        const double law =
+            std::exp(0.5 * (power[0] * log_shapes(k, 0) + power[1] * log_shapes(k, 1)));
+        store.values[((static_cast<std::size_t>(n) * rays + ray) * shapes + k) * stride + i] =
+            static_cast<float>(c[n * shapes + k] / law);
+      }
+  }
+}
+
+}  // namespace
+
+TubePotential tube_potential(const PlateShape& shape, const Eigen::Matrix2d& directions,
+                             std::vector<TubeNode> nodes) {
+  return TubePotential(directions, tube_force_scale(shape), atlas_degree, std::move(nodes));
+}
+
+AtlasCheck::Errors difference(const TubePotential& found, const TubePotential& truth,
+                              const PlateShape& shape) {
+  AtlasCheck::Errors worst;
+  const Vector3d scale = tube_force_scale(shape);
+  const Eigen::Matrix2d& D = truth.ray();
+  const double last = truth.last_sigma();
+  // a tenth of the buckling load between clamped ends, over the scale; a moment of its size
+  const double N = 0.4 * std::numbers::pi * std::numbers::pi * shape.width / scale[0];
+  constexpr double moment = 1, turn = 0.4 * std::numbers::pi / 180;
+  const TubePotential lower(D, scale, atlas_degree - 1, truth.nodes());
+  const auto stiffness_error = [&](double sigma, double tau, double phi, const Vector3d& f) {
+    const Eigen::Vector2d bent = D * Eigen::Vector2d(sigma, tau);
+    Vector6d e = Vector6d::Zero();
+    e[theta1y] = bent[0];
+    e[theta2y] = bent[1];
+    e[twist] = phi;
+    MixedState a, b, c;
+    a.f = b.f = c.f = f;
+    const Matrix6d K = condense(truth, e, b).hessian, dK = condense(found, e, a).hessian - K,
+                   change = condense(lower, e, c).hessian - K;
+    const Cholesky factor(K);
+    if (!factor.positive_definite()) return 0.0;  // not stable on its own: nothing to compare with
+    const auto relative = [&](const Matrix6d& d) -> MatrixXd {
+      const MatrixXd X = factor.solve_lower(d);
+      return factor.solve_lower(X.transpose());
+    };
+    if (relative(change).norm() > largest_degree_change) return 0.0;  // (R5): nobody uses it
+    return symmetric_eigenvalues(relative(dK)).cwiseAbs().maxCoeff();
+  };
+  for (const double share : {0.01, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0}) {
+    const double sigma = share * last;
+    const Eigen::Vector2d bent = D * Eigen::Vector2d(sigma, 0);
+    const Vector3d s(bent[0], bent[1], 0);
+    const double M = D.col(0).dot(truth.evaluate(s, Vector3d::Zero()).gradient.head<2>());
+    const double M_found = D.col(0).dot(found.evaluate(s, Vector3d::Zero()).gradient.head<2>());
+    worst.drive = std::max(worst.drive, std::abs(M_found / M - 1));
+    worst.on_ray = std::max(worst.on_ray, stiffness_error(sigma, 0, 0, Vector3d::Zero()));
+    if (share < 0.05 || share > 0.7) continue;
+    struct Place {
+      double tau, phi, N, M1, M2;
+    };
+    for (const Place& p : std::initializer_list<Place>{
+             {0.2 * sigma, 0, 0, 0, 0},
+             {-0.2 * sigma, 0, 0, 0, 0},
+             {0, turn, 0, 0, 0},
+             {0, 0, N, 0, 0},
+             {0, 0, -N, 0, 0},
+             {0, 0, 0, moment, -moment},
+             {0, 0, 0, moment, moment},
+             {0.1 * sigma, 0.5 * turn, 0.5 * N, 0.5 * moment, 0.3 * moment}})
+      worst.off_ray =
+          std::max(worst.off_ray, stiffness_error(sigma, p.tau, p.phi, Vector3d(p.N, p.M1, p.M2)));
+  }
+  return worst;
+}
+
+namespace {
+
+AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
+                   const std::function<void()>& one_more) {
+  const AtlasSettings& s = atlas.settings();
+  AtlasCheck check{options.check_cells, {}};
+  const int across = check.cells[1], per_ray = check.cells[0] * across;
+  std::mt19937 random(20);
+  const auto in = [&](double a, double b) {
+    return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
+  };
+  for (const double rho : options.check_rays) {
+    AtlasCheck::Ray& ray = check.rays.emplace_back();
+    ray.rho = rho;
+    for (int c = 0; c < per_ray; ++c) {
+      const auto place = [&](const std::array<double, 2>& box, int cell, int cells) {
+        const double a = std::log(box[0]), b = std::log(box[1]);
+        return std::exp(a + (b - a) * (cell + in(0, 1)) / cells);
+      };
+      AtlasCheck::Sample& sample = ray.samples.emplace_back();
+      sample.width = place(s.width, c / across, check.cells[0]);
+      sample.thickness = place(s.thickness, c % across, across);
+      sample.poissons_ratio = in(s.poissons_ratios.front(), s.poissons_ratios.back());
+    }
+  }
+  options.loop(static_cast<int>(check.rays.size()) * per_ray, [&](int i) {
+    AtlasCheck::Ray& ray = check.rays[static_cast<std::size_t>(i / per_ray)];
+    AtlasCheck::Sample& sample = ray.samples[static_cast<std::size_t>(i % per_ray)];
+    const PlateShape shape = shape_at(s, sample.width, sample.thickness, sample.poissons_ratio);
+    TubeAtlas::Tube tube = atlas.look_up(shape, {1, ray.rho});
+    std::vector<TubeNode> nodes =
+        bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas);
+    // A shape that the grid surrounds has bent states as the grid has; without them nothing holds.
+    sample.errors =
+        nodes.size() == s.sigmas.size()
+            ? difference(tube_potential(shape, tube.directions, std::move(tube.nodes)),
+                         tube_potential(shape, tube.directions, std::move(nodes)), shape)
+            : AtlasCheck::Errors{1, 1, 1};
+    one_more();
+  });
+  return check;
+}
+
+}  // namespace
+
+MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options) {
+  const int shapes = settings.shapes(), ratios = static_cast<int>(settings.poissons_ratios.size()),
+            rays = static_cast<int>(settings.rays.size()), per_ray = ratios * shapes;
+  const std::vector<double> width =
+                                chebyshev_points(std::log(settings.width[0]),
+                                                 std::log(settings.width[1]), settings.points[0]),
+                            thickness = chebyshev_points(std::log(settings.thickness[0]),
+                                                         std::log(settings.thickness[1]),
+                                                         settings.points[1]);
+  MatrixXd log_shapes(shapes, 2);
+  for (int k = 0; k < shapes; ++k)
+    log_shapes.row(k) << width[k / settings.points[1]], thickness[k % settings.points[1]];
+
+  const int checks =
+      options.check_cells[0] * options.check_cells[1] * static_cast<int>(options.check_rays.size());
+  const int total = rays * per_ray + checks;
+  std::atomic<int> done = 0;
+  const auto one_more = [&] {
+    const int so_far = ++done;
+    if (options.progress) options.progress(so_far, total);
+  };
+
+  auto store = std::make_shared<Store>();
+  const std::vector<AtlasTerm> terms = atlas_terms(settings.sigmas);
+  const std::size_t stride = TubeAtlas::stride(static_cast<int>(terms.size()));
+  store->exponents.resize(2 * terms.size() * rays);
+  store->values.resize(stride * shapes * settings.tables());
+  MadeAtlas made;
+  for (int ray = 0; ray < rays; ++ray) {
+    const double rho = settings.rays[static_cast<std::size_t>(ray)];
+    std::vector<std::vector<TubeNode>> nodes(static_cast<std::size_t>(per_ray));
+    options.loop(per_ray, [&](int i) {
+      const int k = i % shapes;
+      nodes[static_cast<std::size_t>(i)] =
+          bent_states(settings,
+                      shape_at(settings, std::exp(log_shapes(k, 0)), std::exp(log_shapes(k, 1)),
+                               settings.poissons_ratios[static_cast<std::size_t>(i / shapes)]),
+                      rho);
+      one_more();
+    });
+    for (int i = 0; i < per_ray; ++i)
+      if (nodes[static_cast<std::size_t>(i)].size() < settings.sigmas.size()) {
+        made.problem = fmt::format(
+            "a leaf with w/L = {:.4g}, t/L = 1/{:.4g} has only {} of {} bent states on the ray "
+            "(1, {:.3g})",
+            std::exp(log_shapes(i % shapes, 0)), std::exp(-log_shapes(i % shapes, 1)),
+            nodes[static_cast<std::size_t>(i)].size(), settings.sigmas.size(), rho);
+        return made;
+      }
+    fill_ray(settings, terms, ray, log_shapes, nodes, *store);
+  }
+  const TubeAtlas::Numbers numbers{store->exponents.data(), store->values.data(), store};
+  AtlasCheck check;
+  if (checks > 0) check = checked(TubeAtlas(settings, numbers), options, one_more);
+  made.atlas = std::make_shared<TubeAtlas>(settings, numbers, std::move(check));
+  return made;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,43 @@
+#pragma once
+// Making an atlas: every leaf of its grid is solved and expanded, in any order and on any threads.
+#include <functional>
+#include <string>
+
+#include "core/reduction/atlas/tube_atlas.hpp"
+
+namespace flexopt {
+
+/// Runs work(0) … work(count − 1), in any order, and returns when all are done.
+using WorkLoop = std::function<void(int count, const std::function<void(int)>& work)>;
+/// One after the other.
+void run_in_order(int count, const std::function<void(int)>& work);
+
+/// Expansions of one leaf about all bent states; fewer where one of them was not found.
+std::vector<TubeNode> bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                  const Eigen::Matrix2d& directions,
+                                  const std::vector<double>& sigmas);
+
+struct AtlasOptions {
+  WorkLoop loop = run_in_order;
+  /// So many of all leaves are done; called from any thread.
+  std::function<void(int done, int total)> progress;
+  std::array<int, 2> check_cells{6, 4};  ///< along log w/L and log t/L; 0: no check
+  /// Rays that are checked: S, C and some between those of the atlas.
+  std::vector<double> check_rays{1, -1, 0.84, 0.2, -0.57};
+};
+
+struct MadeAtlas {
+  std::shared_ptr<const TubeAtlas> atlas;  ///< none where a leaf of the grid has no bent states
+  std::string problem;                     ///< then why
+};
+MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options = {});
+
+/// Two potentials of one leaf, the second one being the truth.
+AtlasCheck::Errors difference(const TubePotential& found, const TubePotential& truth,
+                              const PlateShape& shape);
+
+/// The potential that TubeModel makes of bent states.
+TubePotential tube_potential(const PlateShape& shape, const Eigen::Matrix2d& directions,
+                             std::vector<TubeNode> nodes);
+
+}  // namespace flexopt

@@ -1,0 +1,38 @@
+#pragma once
+// Expansions of the mixed potential about the same σ of neighbouring rays. Every expansion holds
+// terms off its ray, so it knows how it changes when the ray turns. Equations (A3) and (A4) of
+// core/reduction/README.md.
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// Degree of the expansions: monomials in (σ, τ, φ, N, M1, M2), σ counted from that of the node.
+inline constexpr int atlas_degree = 5;
+
+/// D of the ray (1, ρ): (θ1y, θ2y)ᵀ = D (σ, τ), D = [1, −ρ; ρ, 1].
+Eigen::Matrix2d ray_directions(double rho);
+
+/// ∂W/∂ρ and ∂²W/∂ρ² at constant (σ, τ, φ, N, M1, M2). The first one is right to degree 4, the
+/// second to degree 3; higher terms are zero.
+struct RayRates {
+  std::vector<double> first, second;
+};
+RayRates ray_rates(const std::vector<double>& W, double sigma, double rho);
+
+/// The expansion on a ray ρ between a < b from those on both: of each degree two-point Hermite
+/// interpolation of all derivatives that there are, up to two.
+std::vector<double> between_rays(const std::vector<double>& W_a, double a,
+                                 const std::vector<double>& W_b, double b, double sigma,
+                                 double rho);
+
+/// The same leaf seen from its other end: the expansion about the ray (ρ, 1), D = ±[0, 1; 1, 0]
+/// [1, −ρ; ρ, 1], of a leaf with the expansion W about (1, ρ). `same_sign`: the sign of D.
+std::vector<double> from_other_end(const std::vector<double>& W, bool same_sign);
+
+/// What `W` of a ray ρ = ±1 becomes when the leaf is turned end for end, which the ray survives:
+/// equal to W but for rounding.
+std::vector<double> end_for_end(const std::vector<double>& W, double rho);
+
+}  // namespace flexopt

@@ -1,0 +1,123 @@
+#pragma once
+// Tube potentials of all flat leaves of uniform width and thickness, looked up instead of built:
+// coefficients at Chebyshev points of (log w/L, log t/L), bending rays and Poisson's ratios.
+// Equations (A1) to (A4) of core/reduction/README.md.
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/elements/plate/plate_mesh.hpp"
+#include "core/reduction/tube/tube_potential.hpp"
+#include "core/reduction/tube/tube_range.hpp"
+
+namespace flexopt {
+
+/// What an atlas is made of: two atlases of equal settings hold the same numbers.
+struct AtlasSettings {
+  std::array<int, 2> mesh{10, 4};  ///< elements along and across of the leaves in it
+  bool free_edge_torsion = true;
+  std::array<double, 2> width{0.1, 2.5};                  ///< smallest and largest w/L
+  std::array<double, 2> thickness{1.0 / 700, 1.0 / 50};   ///< smallest and largest t/L
+  std::array<int, 2> points{17, 9};                       ///< along either, at least 2
+  std::vector<double> poissons_ratios{0.25, 0.30, 0.35};  ///< ascending
+  std::vector<double> rays{-1,   -0.92, -0.70, -0.38, 0,  // ρ, ascending, both ends ±1
+                           0.38, 0.70,  0.92,  1};
+  std::vector<double> sigmas{0, 0.03, 0.1, 0.22, 0.45};  ///< bent states [rad], ascending from 0
+
+  int shapes() const { return points[0] * points[1]; }
+  int tables() const { return static_cast<int>(poissons_ratios.size() * rays.size()); }
+  bool operator==(const AtlasSettings&) const = default;
+};
+
+/// The Taylor coefficients that an atlas holds of a ray: of every bent state the monomials
+/// (polynomial.hpp, 6 variables, degree ≤ 5) that the mirrors of a leaf allow.
+struct AtlasTerm {
+  int node = 0, monomial = 0;
+};
+std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas);
+
+/// How well an atlas agrees with tubes of the same bent states that were built anew, over random
+/// shapes, one in each cell of its box.
+struct AtlasCheck {
+  struct Errors {
+    double drive = 0;  ///< relative, of the moment along the ray
+    double on_ray = 0;  ///< relative, of the worst stiffness or compliance of the leaf: |L⁻¹ΔKL⁻ᵀ|
+    double off_ray = 0;  ///< the same at bending off the ray, twist, axial force, moments in plane
+  };
+  struct Sample {
+    double width = 0, thickness = 0, poissons_ratio = 0;
+    Errors errors;
+  };
+  struct Ray {
+    double rho = 0;
+    std::vector<Sample> samples;  ///< cells with ascending width, then ascending thickness
+    Errors largest() const;
+    Errors median() const;
+  };
+  std::array<int, 2> cells{0, 0};  ///< of the box along log w/L and log t/L
+  std::vector<Ray> rays;
+};
+
+/// Read-only; shared by threads.
+class TubeAtlas {
+ public:
+  /// Where the numbers are. `exponents`: two half-integers, doubled, for each ray and term: (p, q)
+  /// of (A1). `values`: of each Poisson's ratio and ray a matrix of `stride` × shapes, rows the
+  /// terms, padded; shapes with ascending width, then ascending thickness.
+  struct Numbers {
+    const std::int8_t* exponents = nullptr;
+    const float* values = nullptr;
+    std::shared_ptr<const void> owner;  ///< keeps both alive
+  };
+  TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check = {},
+            std::string fingerprint = {});
+
+  const AtlasSettings& settings() const { return settings_; }
+  const Numbers& numbers() const { return numbers_; }
+  const AtlasCheck& check() const { return check_; }
+  const std::vector<AtlasTerm>& terms() const { return terms_; }
+  /// Tells contents apart; of an atlas from a file.
+  const std::string& fingerprint() const { return fingerprint_; }
+  /// Terms, padded so that every shape starts on a cache line.
+  static int stride(int terms) { return (terms + 15) / 16 * 16; }
+
+  /// Why there are no coefficients for leaves of this shape that bend so; empty where there are.
+  std::string gap(const PlateShape& shape, const TubeRange& range) const;
+
+  /// Bent states of a leaf, in the form of TubeModel.
+  struct Tube {
+    Eigen::Matrix2d directions;  ///< D; its first column is the ray
+    std::vector<TubeNode> nodes;
+  };
+  /// Where there is no gap(). `ray`: as of TubeRange, ray[0] ≥ 0. `nodes`: so many of the first
+  /// bent states; 0: all.
+  Tube look_up(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0) const;
+
+  /// The same with its derivatives by (log w, log t, log L), each with the other two sizes and the
+  /// ray held, in the scaled units of the leaf: exact ones of the same interpolant.
+  struct Rates {
+    Tube tube;
+    std::array<std::vector<TubeNode>, 3> by_size;
+  };
+  Rates look_up_with_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
+
+ private:
+  struct Weights;
+  Weights weights(const PlateShape& shape, bool with_slopes) const;
+  std::vector<double> sums(int ray, int terms, const Weights& weights,
+                           const std::vector<double>& shapes) const;
+  std::vector<std::vector<double>> taylor(int ray, const Weights& weights, int nodes,
+                                          int slope) const;
+  Tube assemble(const Weights& weights, const Eigen::Vector2d& ray, int nodes, int slope) const;
+
+  AtlasSettings settings_;
+  Numbers numbers_;
+  AtlasCheck check_;
+  std::string fingerprint_;
+  std::vector<AtlasTerm> terms_;
+  std::vector<double> log_width_, log_thickness_;
+};
+
+}  // namespace flexopt

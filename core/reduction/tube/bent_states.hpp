@@ -1,0 +1,13 @@
+#pragma once
+// The way of a leaf to a bent state of its ray.
+#include "core/reduction/expansion/tube_expansion.hpp"
+
+namespace flexopt {
+
+/// Bends `leaf` to (θ1y, θ2y) = ray σ without twist, under the forces that it has, in one step or,
+/// where that does not lead there, in smaller ones. Returns how far it came: `to`, or less where no
+/// stable equilibrium was found beyond; the leaf then stands at the last one. `from`: σ of its
+/// present state.
+double bend(ChordLeaf& leaf, const Eigen::Vector2d& ray, double from, double to);
+
+}  // namespace flexopt

@@ -1,0 +1,14 @@
+#pragma once
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// What a tube is built for.
+struct TubeRange {
+  Eigen::Vector2d ray{1, 1};  ///< (θ1y, θ2y) of the drive, the larger one 1
+  double sigma_max = 0.3;     ///< along the ray [rad]
+  double force_centre = 0;    ///< N about which to expand, over the force scale
+  int order = 2;              ///< of the fields: potential of degree 2 order + 1
+};
+
+}  // namespace flexopt

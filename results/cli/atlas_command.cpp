@@ -1,0 +1,108 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <mutex>
+
+#include "core/reduction/atlas/atlas_file.hpp"
+#include "core/reduction/atlas/make_atlas.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/numerics/parallel.hpp"
+#include "results/cli/commands.hpp"
+#include "results/run/progress.hpp"
+
+namespace flexopt {
+namespace {
+
+void print_check(const AtlasCheck& check) {
+  fmt::print("against tubes built anew, {} random shapes a ray:\n",
+             check.cells[0] * check.cells[1]);
+  fmt::print("  {:>6} {:>21} {:>21} {:>21}\n", "ray", "drive load", "stiffness", "off the ray");
+  fmt::print("  {:>6}{}\n", "rho",
+             fmt::format(" {:>10} {:>10}", "median", "largest") +
+                 fmt::format(" {:>10} {:>10}", "median", "largest") +
+                 fmt::format(" {:>10} {:>10}", "median", "largest"));
+  for (const AtlasCheck::Ray& ray : check.rays) {
+    const AtlasCheck::Errors m = ray.median(), l = ray.largest();
+    fmt::print("  {:>6.2f} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e}\n", ray.rho,
+               m.drive, l.drive, m.on_ray, l.on_ray, m.off_ray, l.off_ray);
+  }
+  fmt::print("largest error of the stiffness on all rays, by w/L (down) and L/t (across):\n{:>14}",
+             "");
+  // the middles of the cells, of the first ray's samples
+  const int across = check.cells[1];
+  const auto sample = [&](int cell) -> const AtlasCheck::Sample& {
+    return check.rays.front().samples[static_cast<std::size_t>(cell)];
+  };
+  for (int j = 0; j < across; ++j)
+    fmt::print(" {:>10}", fmt::format("~{:.0f}", 1 / sample(j).thickness));
+  fmt::print("\n");
+  for (int i = 0; i < check.cells[0]; ++i) {
+    fmt::print("  {:>12}", fmt::format("~{:.2f}", sample(i * across).width));
+    for (int j = 0; j < across; ++j) {
+      double worst = 0;
+      for (const AtlasCheck::Ray& ray : check.rays)
+        worst =
+            std::max(worst, ray.samples[static_cast<std::size_t>(i * across + j)].errors.on_ray);
+      fmt::print(" {:>10.1e}", worst);
+    }
+    fmt::print("\n");
+  }
+}
+
+int show_atlas(const std::filesystem::path& file) {
+  const OpenedAtlas opened = open_atlas(file);
+  if (!opened.atlas) {
+    fmt::print(stderr, "flexopt: {}: {}\n", file.string(), opened.problem);
+    return exit_not_usable;
+  }
+  const AtlasSettings& s = opened.atlas->settings();
+  fmt::print(
+      "{}\n  {} x {} elements, w/L {:g} to {:g}, t/L 1/{:.0f} to 1/{:.0f}, Poisson's ratio "
+      "{:g} to {:g}, to {:g} rad; contents {}\n",
+      file.string(), s.mesh[0], s.mesh[1], s.width[0], s.width[1], 1 / s.thickness[0],
+      1 / s.thickness[1], s.poissons_ratios.front(), s.poissons_ratios.back(), s.sigmas.back(),
+      opened.atlas->fingerprint());
+  if (!opened.atlas->check().rays.empty()) print_check(opened.atlas->check());
+  return exit_usable;
+}
+
+}  // namespace
+
+int make_atlas_file(const CommandLine& line) {
+  AtlasSettings settings;
+  settings.mesh = line.mesh;
+  const std::filesystem::path file =
+      line.file.empty() ? default_atlas_file(settings.mesh) : std::filesystem::path(line.file);
+  if (line.show) return show_atlas(file);
+  if (const std::string problem = obstacle(file); !problem.empty())
+    throw SpecError("--out", file.string(), problem);
+  const auto begin = std::chrono::steady_clock::now();
+  ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
+  std::mutex mutex;
+  int shown = 0;  // leaves may be told of in another order than they were done
+  AtlasOptions options;
+  options.loop = [&](int count, const std::function<void(int)>& work) {
+    parallel_for(count, line.threads, work);
+  };
+  options.progress = [&](int done, int total) {
+    const std::lock_guard lock(mutex);
+    if (done <= shown) return;
+    shown = done;
+    progress.step(done, total, fmt::format("{} of {} leaves", done, total));
+  };
+  const MadeAtlas made = make_atlas(settings, options);
+  if (!made.atlas) {
+    fmt::print(stderr, "flexopt: no atlas: {}\n", made.problem);
+    return exit_not_usable;
+  }
+  if (const std::string problem = write_atlas(*made.atlas, file); !problem.empty())
+    throw SpecError("--out", file.string(), problem);
+  print_check(made.atlas->check());
+  fmt::print("atlas: {} ({:.1f} MB, {} leaves, {:.0f} s)\n", file.string(),
+             1e-6 * static_cast<double>(std::filesystem::file_size(file)),
+             settings.shapes() * settings.tables(),
+             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  return exit_usable;
+}
+
+}  // namespace flexopt

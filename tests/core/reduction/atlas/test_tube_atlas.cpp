@@ -1,0 +1,395 @@
+// Tubes that are looked up against tubes that are built, on a coarse mesh and a small box.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "core/math/chebyshev.hpp"
+#include "core/math/polynomial.hpp"
+#include "core/reduction/atlas/atlas_file.hpp"
+#include "core/reduction/atlas/make_atlas.hpp"
+#include "core/reduction/atlas/ray_interpolation.hpp"
+#include "core/reduction/tube/bent_states.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+const MonomialTable& table() { return monomials<6, atlas_degree>(); }
+
+AtlasSettings small_settings() {
+  AtlasSettings s;
+  s.mesh = {4, 2};
+  s.width = {0.25, 0.4};
+  s.thickness = {1.0 / 240, 1.0 / 160};
+  s.points = {4, 3};
+  s.poissons_ratios = {0.28, 0.3, 0.32};
+  s.rays = {-1, -0.5, 0, 0.5, 1};
+  s.sigmas = {0, 0.05, 0.2};
+  return s;
+}
+
+const MadeAtlas& small_atlas() {
+  static const MadeAtlas made =
+      make_atlas(small_settings(), {.check_cells = {2, 2}, .check_rays = {1, -1, 0.8, -0.2}});
+  return made;
+}
+
+PlateShape shape_of(double width, double thickness, double nu = 0.3) {
+  return {width, thickness, nu, small_settings().mesh, true};
+}
+
+std::vector<double> expansion(const PlateShape& shape, const Eigen::Vector2d& ray,
+                              const Eigen::Matrix2d& D, double sigma) {
+  const auto nodes = bent_states(shape, ray, D, {0, sigma});
+  REQUIRE(nodes.size() == 2);
+  return nodes[1].W;
+}
+
+// Largest difference to a degree over the largest coefficient, of those that the mirror across the
+// width allows.
+double distance(const std::vector<double>& a, const std::vector<double>& b, int degree) {
+  double worst = 0, size = 0;
+  for (const AtlasTerm& term : atlas_terms({0.1})) {
+    if (table().degree(term.monomial) > degree) continue;
+    const auto k = static_cast<std::size_t>(term.monomial);
+    size = std::max(size, std::abs(b[k]));
+    worst = std::max(worst, std::abs(a[k] - b[k]));
+  }
+  REQUIRE(size > 0);
+  return worst / size;
+}
+
+}  // namespace
+
+TEST_CASE("polynomials of the degree of their points are interpolated exactly, and so are slopes",
+          "[core][atlas]") {
+  const std::vector<double> x = chebyshev_points(-2, 1, 6);
+  CHECK(x.front() == -2);
+  CHECK(x.back() == 1);
+  const auto f = [](double t) { return 1 - t + 0.3 * t * t * t * t * t; };
+  const auto slope = [](double t) { return -1 + 1.5 * t * t * t * t; };
+  for (const double t : {-2.0, -1.3, 0.2, x[2], 1.0}) {
+    const PointWeights w = polynomial_weights(x, t);
+    double value = 0, rate = 0;
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      value += w.value[k] * f(x[k]);
+      rate += w.slope[k] * f(x[k]);
+    }
+    CHECK(value == Approx(f(t)).margin(1e-13));
+    CHECK(rate == Approx(slope(t)).margin(1e-12));
+  }
+  CHECK(polynomial_weights(x, x[3]).value == std::vector<double>{0, 0, 0, 1, 0, 0});
+}
+
+TEST_CASE("a leaf is bent in smaller steps where one does not lead there", "[core][atlas]") {
+  ChordLeaf leaf(std::make_shared<PlateMesh>(shape_of(0.3, 1.0 / 200)));
+  CHECK(bend(leaf, {1, 0.5}, 0, 0.3) == 0.3);
+  CHECK(leaf.soft()[0] == 0.3);
+  CHECK(leaf.soft()[1] == 0.15);
+  const VectorXd there = leaf.unknowns();
+  // nothing to do, and back: the state is a matter of place alone
+  CHECK(bend(leaf, {1, 0.5}, 0.3, 0.3) == 0.3);
+  CHECK(bend(leaf, {1, 0.5}, 0.3, 0.05) == 0.05);
+  CHECK(bend(leaf, {1, 0.5}, 0.05, 0.3) == 0.3);
+  CHECK((leaf.unknowns() - there).cwiseAbs().maxCoeff() < 1e-9);
+}
+
+TEST_CASE("an expansion knows how it changes when its ray turns", "[core][atlas]") {
+  const PlateShape shape = shape_of(0.3, 1.0 / 90);
+  const double sigma = 0.1, rho = 0.35, h = 2e-3;
+  const auto at = [&](double r) { return expansion(shape, {1, r}, ray_directions(r), sigma); };
+  const auto W = at(rho), more = at(rho + h), less = at(rho - h);
+  std::vector<double> first(W.size()), second(W.size());
+  for (std::size_t k = 0; k < W.size(); ++k) {
+    first[k] = (more[k] - less[k]) / (2 * h);
+    second[k] = (more[k] - 2 * W[k] + less[k]) / (h * h);
+  }
+  const RayRates rates = ray_rates(W, sigma, rho);
+  // h² of the differences
+  CHECK(distance(rates.first, first, atlas_degree - 1) < 2e-4);
+  CHECK(distance(rates.second, second, atlas_degree - 2) < 2e-4);
+}
+
+TEST_CASE("between two rays the expansion has the order of their derivatives", "[core][atlas]") {
+  const PlateShape shape = shape_of(0.3, 1.0 / 90);
+  const double sigma = 0.1, rho = 0.4;
+  const auto at = [&](double r) { return expansion(shape, {1, r}, ray_directions(r), sigma); };
+  const auto truth = at(rho);
+  const auto error = [&](double h, int degree) {
+    return distance(between_rays(at(rho - h), rho - h, at(rho + h), rho + h, sigma, rho), truth,
+                    degree);
+  };
+  CHECK(between_rays(truth, rho, at(0.5), 0.5, sigma, rho) == truth);
+  // sixth and fourth order; at half the distance 2⁻⁶ and 2⁻⁴
+  CHECK(error(0.1, 3) < 2.5 / 64 * error(0.2, 3));
+  CHECK(error(0.1, 4) < 2.5 / 16 * error(0.2, 4));
+}
+
+TEST_CASE("a leaf seen from its other end has the potential of the mirrored ray", "[core][atlas]") {
+  const PlateShape shape = shape_of(0.3, 1.0 / 90);
+  const double sigma = 0.12;
+  for (const double rho : {0.4, -0.4}) {
+    const auto W = expansion(shape, {1, rho}, ray_directions(rho), sigma);
+    for (const bool same : {true, false}) {
+      Eigen::Matrix2d D = ray_directions(rho);
+      D.row(0).swap(D.row(1));
+      if (!same) D *= -1;
+      const auto other = expansion(shape, D.col(0), D, sigma);
+      CHECK(distance(from_other_end(W, same), other, atlas_degree) < 1e-9);
+    }
+  }
+  for (const double rho : {1.0, -1.0}) {
+    const auto W = expansion(shape, {1, rho}, ray_directions(rho), sigma);
+    CHECK(distance(end_for_end(W, rho), W, atlas_degree) < 1e-9);
+  }
+}
+
+TEST_CASE("an atlas has the built tubes at the shapes of its grid", "[core][atlas]") {
+  REQUIRE(small_atlas().problem.empty());
+  const TubeAtlas& atlas = *small_atlas().atlas;
+  const AtlasSettings& s = atlas.settings();
+  const auto widths = chebyshev_points(std::log(s.width[0]), std::log(s.width[1]), s.points[0]);
+  const auto thicknesses =
+      chebyshev_points(std::log(s.thickness[0]), std::log(s.thickness[1]), s.points[1]);
+  for (const auto& [i, j, rho] : {std::tuple{0, 0, 1.0}, {2, 1, -0.5}, {3, 2, -1.0}}) {
+    const PlateShape shape = shape_of(std::exp(widths[i]), std::exp(thicknesses[j]), 0.28);
+    const TubeAtlas::Tube found = atlas.look_up(shape, {1, rho});
+    const auto built = bent_states(shape, {1, rho}, found.directions, s.sigmas);
+    REQUIRE(found.nodes.size() == built.size());
+    double size = 0, worst = 0;
+    for (const AtlasTerm& term : atlas.terms()) {
+      const double c = built[term.node].W[term.monomial];
+      if (std::abs(c) < 1e-7) continue;  // what bent states are exact to
+      size = std::max(size, std::abs(c));
+      worst = std::max(worst, std::abs(found.nodes[term.node].W[term.monomial] / c - 1));
+    }
+    CHECK(size > 1);
+    CHECK(worst < 1e-5);  // single numbers, and the symmetry of S and C imposed
+  }
+}
+
+TEST_CASE("between its shapes and rays an atlas is as exact as its check says", "[core][atlas]") {
+  const TubeAtlas& atlas = *small_atlas().atlas;
+  const AtlasSettings& s = atlas.settings();
+  REQUIRE(atlas.check().rays.size() == 4);
+  double stated = 0;
+  for (const AtlasCheck::Ray& ray : atlas.check().rays) {
+    CHECK(ray.samples.size() == 4);
+    CHECK(ray.largest().drive > 0);
+    CHECK(ray.largest().drive >= ray.median().drive);
+    CHECK(ray.largest().drive < 1e-4);  // of this grid
+    CHECK(ray.largest().on_ray < 3e-3);
+    CHECK(ray.largest().off_ray < 1e-2);
+    stated = std::max(stated, ray.largest().on_ray);
+  }
+  for (const Eigen::Vector2d& ray : {Eigen::Vector2d(1, 1), Eigen::Vector2d(1, -0.3),
+                                     Eigen::Vector2d(0.8, 1), Eigen::Vector2d(0.25, -1)}) {
+    const PlateShape shape = shape_of(0.31, 1.0 / 190, 0.305);
+    const TubeAtlas::Tube found = atlas.look_up(shape, ray);
+    CHECK((found.directions.col(0) - ray).norm() < 1e-15);
+    const auto built = bent_states(shape, ray, found.directions, s.sigmas);
+    const auto error = difference(tube_potential(shape, found.directions, found.nodes),
+                                  tube_potential(shape, found.directions, built), shape);
+    CHECK(error.on_ray > 0);
+    CHECK(error.on_ray < 2 * stated);
+  }
+}
+
+TEST_CASE("what an atlas looks up has exact derivatives by the leaf's shape", "[core][atlas]") {
+  const TubeAtlas& atlas = *small_atlas().atlas;
+  const double h = 1e-4;
+  const Eigen::Vector2d ray(1, -0.3);
+  const auto rates = atlas.look_up_with_rates(shape_of(0.31, 1.0 / 190, 0.305), ray);
+  for (int by = 0; by < 3; ++by) {  // width, thickness, length
+    const auto moved = [&](double step) {
+      const double length = std::exp(by == 2 ? step : 0);
+      return atlas.look_up(shape_of(0.31 * std::exp(by == 0 ? step : 0) / length,
+                                    std::exp(by == 1 ? step : 0) / 190 / length, 0.305),
+                           ray);
+    };
+    const auto a = moved(h), b = moved(-h), c = moved(2 * h), d = moved(-2 * h);
+    for (std::size_t n = 0; n < a.nodes.size(); ++n) {
+      std::vector<double> difference(a.nodes[n].W.size());
+      for (std::size_t k = 0; k < difference.size(); ++k)
+        difference[k] =
+            (8 * (a.nodes[n].W[k] - b.nodes[n].W[k]) - (c.nodes[n].W[k] - d.nodes[n].W[k])) /
+            (12 * h);
+      for (int degree = 2; degree <= atlas_degree; ++degree)
+        CHECK(distance(rates.by_size[by][n].W, difference, degree) < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("an atlas says which leaves it does not have", "[core][atlas]") {
+  const TubeAtlas& atlas = *small_atlas().atlas;
+  const TubeRange range{.sigma_max = 0.15};
+  const PlateShape inside = shape_of(0.3, 1.0 / 200);
+  CHECK(atlas.gap(inside, range).empty());
+  CHECK(atlas.gap(shape_of(0.25, 1.0 / 240), range).empty());  // at its edge
+  CHECK_FALSE(atlas.gap(shape_of(0.24, 1.0 / 200), range).empty());
+  CHECK_FALSE(atlas.gap(shape_of(0.3, 1.0 / 150), range).empty());
+  CHECK_FALSE(atlas.gap(shape_of(0.3, 1.0 / 200, 0.33), range).empty());
+  CHECK_FALSE(atlas.gap(inside, {.sigma_max = 0.21}).empty());
+  CHECK_FALSE(atlas.gap(inside, {.sigma_max = 0.1, .force_centre = 1e-3}).empty());
+  CHECK_FALSE(atlas.gap(inside, {.sigma_max = 0.1, .order = 3}).empty());
+  PlateShape other = inside;
+  other.mesh = {5, 2};
+  CHECK_FALSE(atlas.gap(other, range).empty());
+  other = inside;
+  other.free_edge_torsion = false;
+  CHECK_FALSE(atlas.gap(other, range).empty());
+  other = inside;
+  other.curve = 0.1;
+  CHECK_FALSE(atlas.gap(other, range).empty());
+  other = inside;
+  other.thickness_profile = {1, 1.2};
+  CHECK_FALSE(atlas.gap(other, range).empty());
+  other = inside;
+  other.flexure = Flexure::beam;
+  CHECK_FALSE(atlas.gap(other, range).empty());
+}
+
+TEST_CASE("a tube of known states makes fields and further states when they are asked for",
+          "[core][atlas]") {
+  const TubeAtlas& atlas = *small_atlas().atlas;
+  const PlateShape shape = shape_of(0.31, 1.0 / 190);
+  const TubeRange range{.sigma_max = 0.12};
+  const TubeAtlas::Tube found = atlas.look_up(shape, range.ray);
+  TubeModel known(shape, range, found.directions, found.nodes);
+  TubeModel built(std::make_shared<PlateMesh>(shape), {.sigma_max = 0.2});
+  CHECK(known.known());
+  CHECK_FALSE(built.known());
+  const Vector3d f(0.1, 0.02, -0.01);
+  for (const Vector3d& s :
+       {Vector3d(0.1, 0.09, 1e-3), Vector3d(-0.03, -0.04, 0), Vector3d(0.19, 0.18, 0)}) {
+    const VectorXd a = known.fields(s, f), b = built.fields(s, f);
+    REQUIRE(a.size() == b.size());
+    CHECK((a - b).cwiseAbs().maxCoeff() < 2e-5);  // other nodes; steps between them
+  }
+  REQUIRE(known.extend(0.3));
+  CHECK_FALSE(known.known());
+  CHECK(known.potential().last_sigma() == 0.3);
+  CHECK(known.fields({0.25, 0.25, 0}, f).allFinite());
+}
+
+namespace {
+
+StrokeResponse guide(const std::shared_ptr<const TubeAtlas>& atlas, double size, double modulus,
+                     int frequencies) {
+  Mechanism m = models::guide(0.1 * size, 0.03 * size, 0.0005 * size, 0.1 * size);
+  for (LeafSpring& leaf : m.leaves) leaf.material.youngs_modulus *= modulus;
+  ModelOptions model;
+  model.mesh = small_settings().mesh;
+  model.atlas = atlas;
+  StrokeRequest request;
+  request.points = {0, 0.005 * size, 0.012 * size};
+  request.frequencies = frequencies;
+  return evaluate_stroke(m, model, request);
+}
+
+}  // namespace
+
+TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas]") {
+  const StrokeResponse found = guide(small_atlas().atlas, 1, 1, 4), built = guide(nullptr, 1, 1, 4);
+  REQUIRE(found.status == Status::ok);
+  REQUIRE(built.status == Status::ok);
+  for (std::size_t k = 0; k < built.path.size(); ++k) {
+    const PathPoint &a = found.path[k], &b = built.path[k];
+    for (const LeafReport& leaf : a.leaves) CHECK(leaf.source == "atlas");
+    for (const LeafReport& leaf : b.leaves) CHECK(leaf.source == "built");
+    CHECK(a.drive_load == Approx(b.drive_load).epsilon(1e-4).margin(1e-9));
+    for (int d = 0; d < 6; ++d)
+      if (b.support_stiffness[d])
+        CHECK(*a.support_stiffness[d] == Approx(*b.support_stiffness[d]).epsilon(2e-3));
+    CHECK(a.max_stress->value == Approx(b.max_stress->value).epsilon(2e-3).margin(1));
+    REQUIRE(a.frequencies_locked.size() == b.frequencies_locked.size());
+    for (std::size_t i = 0; i < b.frequencies_locked.size(); ++i)
+      CHECK(a.frequencies_locked[i] == Approx(b.frequencies_locked[i]).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[core][atlas]") {
+  const double size = 0.37, modulus = 1.0 / 3;
+  const StrokeResponse one = guide(small_atlas().atlas, 1, 1, 0),
+                       other = guide(small_atlas().atlas, size, modulus, 0);
+  REQUIRE(one.status == Status::ok);
+  REQUIRE(other.status == Status::ok);
+  for (std::size_t k = 1; k < one.path.size(); ++k) {
+    CHECK(other.path[k].drive_load ==
+          Approx(modulus * size * size * one.path[k].drive_load).epsilon(1e-9));
+    for (int d = 0; d < 6; ++d)
+      if (one.path[k].support_stiffness[d])
+        CHECK(*other.path[k].support_stiffness[d] ==
+              Approx(modulus * (d < 3 ? size : size * size * size) *
+                     *one.path[k].support_stiffness[d])
+                  .epsilon(1e-8));
+  }
+}
+
+TEST_CASE("an atlas is read from its file as it was made, or not at all", "[core][atlas]") {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / "flexopt_test_atlas";
+  const fs::path file = folder / "inner" / "small.atlas";
+  fs::remove_all(folder);
+  CHECK_FALSE(open_atlas(file).problem.empty());
+  const TubeAtlas& atlas = *small_atlas().atlas;
+  REQUIRE(write_atlas(atlas, file).empty());
+  CHECK(std::distance(fs::directory_iterator(file.parent_path()), {}) == 1);  // no draft is left
+  const OpenedAtlas opened = open_atlas(file);
+  REQUIRE(opened.atlas);
+  CHECK(opened.atlas->settings() == atlas.settings());
+  CHECK(opened.atlas->fingerprint().size() == 16);
+  REQUIRE(opened.atlas->check().rays.size() == atlas.check().rays.size());
+  CHECK(opened.atlas->check().rays[2].largest().on_ray == atlas.check().rays[2].largest().on_ray);
+  const PlateShape shape = shape_of(0.33, 1.0 / 210);
+  const auto a = atlas.look_up(shape, {1, 0.2}), b = opened.atlas->look_up(shape, {1, 0.2});
+  for (std::size_t n = 0; n < a.nodes.size(); ++n) CHECK(a.nodes[n].W == b.nodes[n].W);
+
+  std::ifstream in(file, std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(in)), {});
+  const auto refused = [&](const std::string& contents) {
+    std::ofstream(file, std::ios::binary) << contents;
+    const OpenedAtlas again = open_atlas(file);
+    CHECK_FALSE(again.atlas);
+    return again.problem;
+  };
+  CHECK(refused(whole.substr(0, whole.size() - 64)) == "it is not whole");
+  CHECK(refused(whole.substr(0, 40)) == "it is no atlas, or not whole");
+  std::string changed = whole;
+  changed[whole.size() / 2] ^= 1;
+  CHECK(refused(changed) == "its contents are damaged");
+  changed = whole;
+  changed[14] = '2';
+  CHECK(refused(changed) == "it is an atlas of another format");
+  CHECK(refused(std::string(500, 'x')) == "it is no atlas");
+  fs::remove_all(folder);
+  CHECK_FALSE(obstacle("/proc/no/such/folder/a.atlas").empty());
+  CHECK_FALSE(write_atlas(atlas, "/proc/no/such/folder/a.atlas").empty());
+}
+
+TEST_CASE("the place of an atlas follows the environment", "[core][atlas]") {
+  const auto keep = [](const char* name) {
+    const char* value = std::getenv(name);
+    return std::pair(name, value ? std::optional<std::string>(value) : std::nullopt);
+  };
+  const auto before = {keep("FLEXOPT_ATLAS"), keep("XDG_CACHE_HOME"), keep("HOME")};
+  ::unsetenv("FLEXOPT_ATLAS");
+  ::unsetenv("XDG_CACHE_HOME");
+  ::setenv("HOME", "/home/someone", 1);
+  CHECK(default_atlas_file({10, 4}) == "/home/someone/.cache/flexopt/tubes-10x4.atlas");
+  ::setenv("XDG_CACHE_HOME", "/cache", 1);
+  CHECK(default_atlas_file({16, 8}) == "/cache/flexopt/tubes-16x8.atlas");
+  ::setenv("FLEXOPT_ATLAS", "/data/my.atlas", 1);
+  CHECK(default_atlas_file({16, 8}) == "/data/my.atlas");
+  for (const auto& [name, value] : before)
+    if (value)
+      ::setenv(name, value->c_str(), 1);
+    else
+      ::unsetenv(name);
+}

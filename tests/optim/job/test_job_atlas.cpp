@@ -1,0 +1,114 @@
+// Which atlas a job gets, and what is said where it gets none.
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "core/reduction/atlas/atlas_file.hpp"
+#include "core/reduction/atlas/make_atlas.hpp"
+#include "core/spec/json_file.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/job/job.hpp"
+#include "optim/job/job_atlas.hpp"
+#include "optim/problem/evaluation_log.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+namespace {
+
+// A file in the place of the user's atlas while it lives.
+struct AtlasPlace {
+  fs::path folder = fs::temp_directory_path() / "flexopt_test_job_atlas";
+  fs::path file = folder / "one.atlas";
+  AtlasPlace() {
+    fs::remove_all(folder);
+    ::setenv("FLEXOPT_ATLAS", file.c_str(), 1);
+  }
+  ~AtlasPlace() {
+    ::unsetenv("FLEXOPT_ATLAS");
+    fs::remove_all(folder);
+  }
+};
+
+json job_with(const json& model) {
+  json document =
+      read_json_file(FLEXOPT_SOURCE_DIR "/tests/jobs/wrong/cases.json")["bases"]["evaluate"];
+  document["model"] = model;
+  return document;
+}
+
+std::string refusal(const json& model) {
+  try {
+    (void)parse_job(job_with(model));
+  } catch (const SpecError& error) {
+    CHECK(error.pointer() == "/model/atlas");
+    return error.rule();
+  }
+  FAIL("the job was accepted");
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("a job is the same with and without a file in the cache unless it asks for an atlas",
+          "[optim][job][atlas]") {
+  const AtlasPlace place;
+  const Job plain = parse_job(job_with(json::object()));
+  CHECK(plain.model.atlas_use == AtlasUse::off);
+  CHECK_FALSE(plain.model.atlas);
+  CHECK(plain.notes.empty());
+  CHECK((*plain.as_read)["model"]["atlas"] == "off");
+
+  // no file yet
+  CHECK_THAT(refusal({{"atlas", "required"}}),
+             Contains(place.file.string()) && Contains("flexopt atlas --mesh 10 4"));
+  const Job automatic = parse_job(job_with({{"atlas", "auto"}}));
+  CHECK_FALSE(automatic.model.atlas);
+  REQUIRE(automatic.notes.size() == 1);
+  CHECK_THAT(automatic.notes[0], Contains("there is none"));
+
+  AtlasSettings settings;
+  settings.mesh = {4, 2};
+  settings.points = {2, 2};
+  settings.width = {0.25, 0.3};
+  settings.thickness = {1.0 / 220, 1.0 / 200};
+  settings.poissons_ratios = {0.3};
+  settings.rays = {-1, 1};
+  settings.sigmas = {0, 0.1};
+  const MadeAtlas made = make_atlas(settings, {.check_cells = {0, 0}});
+  REQUIRE(made.atlas);
+  REQUIRE(write_atlas(*made.atlas, place.file).empty());
+  const json model{{"atlas", "required"}, {"mesh", {4, 2}}};
+  const Job job = parse_job(job_with(model));
+  REQUIRE(job.model.atlas);
+  CHECK(job.model.atlas->settings() == settings);
+  CHECK(job.notes.empty());
+  CHECK(parse_job(job_with({{"atlas", "auto"}, {"mesh", {4, 2}}})).model.atlas == job.model.atlas);
+  CHECK_FALSE(parse_job(job_with({{"mesh", {4, 2}}})).model.atlas);
+
+  // a run that was interrupted does not go on with leaves from elsewhere
+  CHECK(log_identity(job, "1").contains("atlases"));
+  CHECK(log_identity(job, "1") != log_identity(automatic, "1"));
+  CHECK_FALSE(log_identity(plain, "1").contains("atlases"));
+
+  // what an atlas does not have
+  const auto with = [&](const char* key, const json& value) {
+    json other = model;
+    other[key] = value;
+    return refusal(other);
+  };
+  CHECK_THAT(with("mesh", {10, 4}), Contains("4 x 2 elements, not 10 x 4"));
+  CHECK_THAT(with("degree", 7), Contains("degree 5"));
+  CHECK_THAT(with("flexure", "beam"), Contains("plates, not beams"));
+  CHECK_THAT(with("free_edge_torsion", false), Contains("free_edge_torsion"));
+  CHECK_THAT(with("method", "linear_craig_bampton"), Contains("mixed_potential"));
+
+  // a file that is not whole any more is not used, and the reader notices
+  const auto before = fs::last_write_time(place.file);
+  fs::resize_file(place.file, fs::file_size(place.file) - 100);
+  fs::last_write_time(place.file, before + std::chrono::seconds(2));
+  CHECK_THAT(refusal(model), Contains("it is not whole"));
+}
