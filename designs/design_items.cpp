@@ -109,6 +109,21 @@ void PlanReader::read_leaves() {
         throw SpecError((at / "across").to_string(), "nothing",
                         "a curved wire is bent about a direction: it needs across");
     }
+    if (from.contains("fold")) {
+      leaf.fold = vector(from["fold"]["at"], "m", at / "fold" / "at");
+      for (const char* key : {"curve", "reinforcement", "diameter"})
+        if (from.contains(key))
+          throw SpecError((at / key).to_string(), shown(from[key]),
+                          "a folded leaf is flat on both sides of its fold, of one width and "
+                          "thickness");
+      for (const char* key : {"width", "thickness"})
+        if (!from[key].is_number() && !from[key].is_string())
+          throw SpecError((at / key).to_string(), shown(from[key]),
+                          "a folded leaf has one width and one thickness");
+      if (!from["tip"].contains("body"))
+        throw SpecError((at / "tip").to_string(), shown(from["tip"]),
+                        "both edges of a folded leaf are held: it needs a body");
+    }
     if (from.contains("reinforcement")) {
       const json& thick = from["reinforcement"];
       const Pointer here = at / "reinforcement";

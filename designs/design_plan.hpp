@@ -91,6 +91,7 @@ struct LeafItem : DesignItem {
   DesignSize width, thickness;  ///< of a wire the diameter, as `thickness`
   std::optional<Material> material;
   std::optional<DesignNumber> curve;  ///< subtended angle [rad]
+  std::optional<DesignVector> fold;   ///< middle of its fold line
   struct Reinforcement {
     DesignNumber fraction, thickness;
     bool rigid = true;  ///< a box; else an elastic plate between rigid lines

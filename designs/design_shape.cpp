@@ -123,6 +123,9 @@ Shape leaves() {
       optional("material", material(), "of this leaf alone"),
       optional("curve", record({required("angle", number(), "subtended by the circular arc")}),
                "initially curved about its width, bulging to its normal"),
+      optional(
+          "fold", record({required("at", vector(), "the middle of the fold line")}),
+          "elastic fold: the leaf runs from its base to the fold line and from there to its tip"),
       optional("reinforcement",
                record({required("fraction", number(), "of the length, in the middle"),
                        required("thickness", number(), "in all"),

@@ -75,6 +75,7 @@ class Expander {
         item["thickness"] = size(leaf.thickness);
       }
       if (leaf.curve) item["curve"] = {{"angle", *leaf.curve}};
+      if (leaf.fold) item["fold"] = {{"at", numbers(*leaf.fold)}};
       if (leaf.material) item["material"] = material(*leaf.material);
       list.push_back(std::move(item));
     }

@@ -50,8 +50,9 @@ struct FlatLeaf {
   int base = ground, tip = ground;  ///< bodies; free_edge
   Vector3<S> base_at, tip_at, across;
   bool wire = false;
-  FlatSize<S> width, thickness;  ///< of a wire both the diameter
-  std::optional<S> curve;        ///< angle of its arc, bulging to across × (base → tip) [rad]
+  FlatSize<S> width, thickness;    ///< of a wire both the diameter
+  std::optional<S> curve;          ///< angle of its arc, bulging to across × (base → tip) [rad]
+  std::optional<Vector3<S>> fold;  ///< middle of its fold line
   std::optional<Material> material;  ///< its own
 };
 

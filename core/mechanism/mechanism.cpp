@@ -25,9 +25,18 @@ struct Box {
   double sheet;  ///< half its height were it almost without thickness [m]
 };
 
-/// One for a flat leaf; for an arc one for every few degrees, from base to tip.
+/// One for a flat leaf or leg; for an arc one for every few degrees, from base to tip.
 std::vector<Box> boxes_of(const LeafSpring& leaf) {
   constexpr double degrees = 4 * std::numbers::pi / 180;
+  if (leaf.fold) {
+    LeafSpring legs[2]{leaf, leaf};
+    for (LeafSpring& leg : legs) leg.fold.reset();
+    legs[0].length = leaf.length * leaf.fold->place;
+    legs[1].length = leaf.length - legs[0].length;
+    legs[1].origin = legs[0].tip_middle();
+    legs[1].axes = leaf.edge_axes(1);
+    return {boxes_of(legs[0]).front(), boxes_of(legs[1]).front()};
+  }
   const int pieces =
       std::max(1, static_cast<int>(std::ceil(std::abs(leaf.curve.value_or(0)) / degrees)));
   const double w = leaf.width * profile_range(leaf.width_profile).largest,
@@ -157,6 +166,17 @@ std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
     return name + ": the width of a circular section must be its thickness, the diameter";
   if (leaf.curve && !(std::abs(*leaf.curve) <= std::numbers::pi))
     return name + ": its arc must not subtend more than half a turn";
+  if (leaf.fold) {
+    const LeafFold& fold = *leaf.fold;
+    if (!(fold.place > 0 && fold.place < 1)) return name + ": its fold line lies outside";
+    if (!(std::abs(fold.angle) <= largest_fold))
+      return name + ": its legs must not lie on each other";
+    if (leaf.curve || leaf.has_profile() || leaf.point || leaf.section == Section::circular ||
+        leaf.tip == free_edge)
+      return name + ": a folded leaf is a flat one of one width and thickness, held at both edges";
+    if (!(leaf.thickness < leaf.length * std::min(fold.place, 1 - fold.place)))
+      return name + ": each of its legs must be thinner than long";
+  }
   if (auto rule = broken_profile(leaf)) return rule;
   if ((leaf.axes.transpose() * leaf.axes - Matrix3d::Identity()).norm() > 1e-9 ||
       leaf.axes.determinant() < 0)

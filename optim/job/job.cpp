@@ -47,7 +47,7 @@ void check_superelements(const Mechanism& mechanism, const ModelOptions& model, 
   if (model.method == Reduction::mixed_potential || model.accuracy == Accuracy::full) return;
   for (const LeafSpring& leaf : mechanism.leaves)
     if (const auto rule = broken_rule(leaf, model)) {
-      if (leaf.has_profile() || leaf.curve)
+      if (leaf.has_profile() || leaf.curve || leaf.fold)
         throw SpecError("/model/method", read["method"].dump(), leaf.name + ": " + *rule);
       throw SpecError("/model/superelements",
                       read.contains("superelements") ? read["superelements"].dump() : "1", *rule);
@@ -181,6 +181,10 @@ void JobReader::read_mechanism() {
     }
     if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }
+  if (mechanism && has_fold(*mechanism))
+    job_.notes.push_back(
+        "Leaves with an elastic fold are evaluated in full, as plates; envelope and clearance are "
+        "not known.");
   if (mechanism && job_.model.flexure == Flexure::plate) note_thick_leaves(*mechanism, job_.notes);
   if (job_.model.flexure == Flexure::plate && job_.model.warping == Warping::free)
     job_.notes.push_back("Free warping is a matter of beams; the plate's ends are clamped.");

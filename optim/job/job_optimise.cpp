@@ -35,6 +35,7 @@ struct Context {
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<FormulaName> names;  ///< of these, the family's first
   FaultList& faults;
+  bool folded = false;  ///< a leaf has an elastic fold
 
   const Quantity* find_quantity(const std::string& name) const {
     const auto it = std::find_if(quantities.begin(), quantities.end(),
@@ -57,6 +58,11 @@ struct Context {
     if (found->row->needs.has(Output::buckling) && request.buckling_load.empty())
       throw SpecError(at.to_string(), '"' + name + '"',
                       "it needs \"buckling\": {\"load\": …}, which says which load grows");
+    const bool room = name.starts_with("envelope") || name.starts_with("clearance");
+    if (folded && room)
+      throw SpecError(at.to_string(), '"' + name + '"',
+                      "the room that a leaf with an elastic fold takes is not known: expected "
+                      "another quantity, or a rigid fold");
     return *found;
   }
 };
@@ -303,6 +309,11 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
 
 Context context_of(const Family& family, const Job& job, FaultList& faults) {
   Context context{family, job.design, job.request, quantities(family.drives), {}, {}, faults};
+  try {
+    context.folded = has_fold(make_mechanism(job, job.design.parameters));
+  } catch (const SpecError&) {
+    // told where the mechanism is read
+  }
   context.values = job.design.parameters;
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});

@@ -16,6 +16,7 @@ PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
   shape.width_profile = leaf.width_profile;
   shape.thickness_profile = leaf.thickness_profile;
   shape.curve = leaf.curve;
+  shape.fold = leaf.fold;
   return shape;
 }
 

@@ -86,6 +86,12 @@ class Conditions {
       add(m, displacement(body, place, direction), -displacement(leaf.base, place, direction));
     };
     const bool wire = leaf.section == Section::circular;
+    if (leaf.fold) {  // both legs together hold one direction: along their fold
+      const int m = member(leaf.name, leaf.tip, leaf.base);
+      same_displacement(m, leaf.tip, leaf.origin + along * (leaf.length * leaf.fold->place),
+                        across);
+      return;
+    }
     if (leaf.tip != free_edge) {
       const int m = member(leaf.name, leaf.tip, leaf.base);
       same_displacement(m, leaf.tip, leaf.tip_middle(), along);

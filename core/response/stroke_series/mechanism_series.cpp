@@ -91,7 +91,7 @@ void MechanismSeries::expand() {
       if (!fit.turn.isIdentity(0))
         own[e] = scale.axes.transpose() * fit.turn * scale.axes * place.axes();
       edges[e].rotation[0] = own[e];
-      edges[e].arm = own[e].transpose() * (Vector3d(place.x / scale.growth, 0, 0) +
+      edges[e].arm = own[e].transpose() * (Vector3d(place.x, 0, place.z) / scale.growth +
                                            scale.axes.transpose() * fit.move / scale.length);
     }
     LeafSeries::PointSeries point;

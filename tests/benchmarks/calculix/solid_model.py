@@ -58,8 +58,11 @@ def graded(count, grade):
     return points
 
 
-def mesh_leaf(leaf, thickness, mesh, first_node):
-    """Nodes {number: xyz}, elements (20 nodes each), base and tip node lists, local axes."""
+def mesh_leaf(leaf, thickness, mesh, first_node, skew=(0.0, 0.0)):
+    """Nodes {number: xyz}, elements (20 nodes each), base and tip node lists, local axes.
+
+    skew: how far the faces at base and tip of a flat leaf lean along it, over the thickness.
+    """
     base, tip = np.array(leaf.base), np.array(leaf.tip)
     along = tip - base
     length = np.linalg.norm(along)
@@ -73,9 +76,13 @@ def mesh_leaf(leaf, thickness, mesh, first_node):
     zs = graded(mesh.across, mesh.grade) - 0.5
     ys = (np.linspace(0, 1, 2 * mesh.through + 1) - 0.5) * thickness
 
+    lean = np.zeros(len(xs))
+    lean[[0, 1]] += skew[0] * np.array([1, 0.5])
+    lean[[-1, -2]] += skew[1] * np.array([1, 0.5])
+
     def place(i, y):
         if not leaf.curve:
-            return base + ex * xs[i] + ey * y
+            return base + ex * (xs[i] + lean[i] * y) + ey * y
         angle = leaf.curve / 2 - leaf.curve * xs[i] / length  # direction of the arc
         radius = length / (2 * np.sin(leaf.curve / 2))
         middle = base + ex * length / 2 - ey * radius * np.cos(leaf.curve / 2)
@@ -99,6 +106,31 @@ def mesh_leaf(leaf, thickness, mesh, first_node):
                 for k in range(mesh.across)]
     ends = [[n for (i, j, k), n in number.items() if i == end] for end in (0, len(xs) - 1)]
     return nodes, elements, ends[0], ends[1], (ex, ey, ez)
+
+
+def mesh_folded(legs, thickness, mesh, first_node):
+    """Two legs that share the nodes of a mitred face: nodes, cells of each, base and tip nodes,
+    axes of each."""
+    def normal(leg):
+        along = np.array(leg.tip) - np.array(leg.base)
+        along = along / np.linalg.norm(along)
+        return along, np.cross(np.array(leg.across) / np.linalg.norm(leg.across), along)
+
+    (x1, y1), (x2, y2) = normal(legs[0]), normal(legs[1])
+    mitre = (y1 + y2) / (1 + y1 @ y2)
+    first = mesh_leaf(legs[0], thickness, mesh, first_node, (0.0, mitre @ x1))
+    second = mesh_leaf(legs[1], thickness, mesh, first_node + len(first[0]), (mitre @ x2, 0.0))
+    shared = dict(zip(second[2], first[3]))
+    for own, other in shared.items():
+        assert np.linalg.norm(second[0][own] - first[0][other]) < 1e-9 * thickness + 1e-12
+    # without holes in the numbers
+    keep = {n: first_node + len(first[0]) + k
+            for k, n in enumerate(n for n in second[0] if n not in shared)}
+    number = {**keep, **shared}
+    nodes = {**first[0], **{keep[n]: p for n, p in second[0].items() if n in keep}}
+    cells = [[number[n] for n in cell] for cell in second[1]]
+    return (nodes, (first[1], cells), first[2], [number[n] for n in second[3]],
+            (first[4], second[4]))
 
 
 def orientation(index, leaf, axes):

@@ -1,0 +1,38 @@
+// Exact derivatives with respect to the legs and the angle of leaves with an elastic fold, against
+// differences.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/support/gradient_checks.hpp"
+#include "tests/support/models.hpp"
+
+using namespace flexopt;
+using namespace flexopt::test;
+
+namespace {
+
+const std::vector<Number> parameters{{"first leg", 0.06},   {"second leg", 0.05}, {"width", 0.03},
+                                     {"thickness", 0.5e-3}, {"poisson", 0.3},     {"angle", 1.3},
+                                     {"tilt", 0.2}};
+
+/// Two folded leaves that open to each other, held by the ground and the end-effector.
+Mechanism stage(const Values& p) {
+  const Material material{"steel", 2e11, p[4], 7800, {}};
+  Mechanism m;
+  m.drives = {make_drive<double>(Direction::ux)};
+  m.bodies = {models::body({0.07, 0.04, 0.002}, 0.4, 3e-4)};
+  for (const double side : {1.0, -1.0}) {
+    LeafSpring l =
+        models::leaf({0, 0.03 * side, 0}, {1, p[6] * side, 0}, p[0] + p[1], p[2], p[3], material);
+    l.fold = LeafFold{p[0] / (p[0] + p[1]), -side * p[5]};
+    m.leaves.push_back(l);
+  }
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("gradients of leaves with an elastic fold agree with differences", "[fold][gradients]") {
+  check_loaded_guide({stage, parameters, {0, 1, 2, 3, 4, 5, 6}, 10.0}, Flexure::plate,
+                     Accuracy::full, 1e-3);
+}
