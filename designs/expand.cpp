@@ -52,6 +52,12 @@ class Expander {
       Json held = Json::array();
       for (std::size_t i = 0; i < 6; ++i)
         if (body.held[i]) held.push_back(direction_names[i]);
+      for (const FlatHeld<double>& along : body.held_along) {
+        Json vector = Json::object();
+        vector[along.type == JointType::held_rotation ? "rotation" : "displacement"] =
+            numbers(along.axis);
+        held.push_back(std::move(vector));
+      }
       if (!held.empty()) item["held"] = std::move(held);
       list.push_back(std::move(item));
     }

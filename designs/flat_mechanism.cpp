@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <type_traits>
+#include <utility>
 
 #include "core/math/dual.hpp"
 #include "core/spec/names.hpp"
@@ -158,6 +159,28 @@ void add_payload(RigidBodyT<S>& body, bool has_mass, const EndEffectorT<S>& payl
   body.inertia = inertia;
 }
 
+/// Held directions that are no coordinates. Of one rotation alone the component of the rotation
+/// vector is held; the spins about an axis do not add up to a rotation about it.
+template <class S>
+void add_held(MechanismT<S>& mechanism, const FlatBody<S>& from, int index) {
+  RigidBodyT<S>& body = mechanism.bodies[static_cast<std::size_t>(index)];
+  std::vector<FlatHeld<S>> held = from.held_along;
+  std::ptrdiff_t rotations = std::ranges::count(held, JointType::held_rotation, &FlatHeld<S>::type);
+  for (std::size_t d = 3; d < 6; ++d) rotations += body.held[d];
+  for (std::size_t d = 3; rotations == 1 && d < 6; ++d)
+    if (std::exchange(body.held[d], false)) {
+      const Vector3d axis = Vector3d::Unit(static_cast<Eigen::Index>(d) - 3);
+      held.push_back({JointType::held_rotation, axis.cast<S>()});
+    }
+  for (const FlatHeld<S>& direction : held)
+    mechanism.joints.push_back({.name = from.name + " (held)",
+                                .type = direction.type,
+                                .body = index,
+                                .other = ground,
+                                .place = from.at,
+                                .axis = direction.axis});
+}
+
 template <class S>
 void set_drives(MechanismT<S>& mechanism, const FlatDesign<S>& design) {
   for (const FlatDrive<S>& from : design.drives)
@@ -214,6 +237,8 @@ MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& mate
                                 .other = from.other,
                                 .place = from.at,
                                 .axis = from.axis});
+  for (std::size_t i = 0; i < design.bodies.size(); ++i)
+    add_held(mechanism, design.bodies[i], static_cast<int>(i));
   for (const FlatSpring<S>& from : design.springs) mechanism.springs.push_back(from.spring);
   set_drives(mechanism, design);
   faults.raise();

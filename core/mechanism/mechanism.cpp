@@ -201,7 +201,10 @@ std::optional<std::string> broken_rule(const Joint& joint, int bodies) {
     if (!known(body)) return fmt::format("{}: there is no body {}", joint.name, body);
   if (joint.body == joint.other) return joint.name + ": it ties a body to itself";
   if (!joint.place.allFinite()) return joint.name + ": its place is not finite";
-  const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic;
+  const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic ||
+                        is_held(joint.type);
+  if (is_held(joint.type) && (joint.body < 0 || joint.other != ground))
+    return joint.name + ": a body is held against the ground";
   if (has_axis && !(std::abs(joint.axis.norm() - 1) < 1e-9))
     return joint.name + ": its axis must have the length one";
   return std::nullopt;
@@ -264,7 +267,8 @@ std::optional<std::string> loose_body(const Mechanism& mechanism) {
     tie(body, other);
     tie(other, body);
   };
-  for (const Joint& joint : mechanism.joints) both(joint.body, joint.other);
+  for (const Joint& joint : mechanism.joints)
+    if (!is_held(joint.type)) both(joint.body, joint.other);
   for (const Spring& spring : mechanism.springs) both(spring.body, spring.other);
   std::vector<bool> held(bodies, false);
   std::vector<std::size_t> reached{bodies};

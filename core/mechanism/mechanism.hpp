@@ -153,7 +153,8 @@ struct RigidBodyT {
   Scalar mass{};                   ///< [kg]
   Vector3<Scalar> center_of_mass;  ///< [m]
   Matrix3<Scalar> inertia;         ///< about the centre of mass, global axes [kg m²]
-  /// Directions in which it cannot move. A material point of a leaf has no rotations.
+  /// Directions along global axes in which it cannot move; other ones are joints of the kinds
+  /// held_displacement and held_rotation. A material point of a leaf has no rotations.
   std::array<bool, 6> held{};
   std::optional<BodyBoxT<Scalar>> box;
 };
@@ -162,8 +163,15 @@ enum class JointType {
   rigid,      ///< no relative motion
   revolute,   ///< turns about the axis
   spherical,  ///< turns about the place
-  prismatic   ///< slides along the axis
+  prismatic,  ///< slides along the axis
+  /// The body holds one direction against the ground: the displacement of its reference point along
+  /// the axis, or the component of its rotation vector.
+  held_displacement,
+  held_rotation
 };
+inline bool is_held(JointType type) {
+  return type == JointType::held_displacement || type == JointType::held_rotation;
+}
 
 /// Ties two bodies, or a body to the ground, by conditions with Lagrange multipliers: joint.hpp.
 template <class Scalar>
@@ -172,7 +180,7 @@ struct JointT {
   JointType type = JointType::rigid;
   int body = 0, other = ground;
   Vector3<Scalar> place;                            ///< in the undeflected state, global axes [m]
-  Vector3<Scalar> axis = Vector3<Scalar>::UnitZ();  ///< unit; of a revolute or prismatic joint
+  Vector3<Scalar> axis = Vector3<Scalar>::UnitZ();  ///< unit; not of a rigid or spherical joint
 };
 
 /// A spring between two points of two bodies, or a bushing between them: spring.hpp.

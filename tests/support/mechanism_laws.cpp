@@ -208,8 +208,7 @@ Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long see
   Matrix3d R = Matrix3d::Identity();
   for (int k = 0; k < 3; ++k) {
     const int axis = random.whole(0, 2);
-    const double angle =
-        design.quarter_turns ? random.whole(0, 3) * (std::numbers::pi / 2) : random.between(-3, 3);
+    const double angle = random.between(-3, 3);
     frame["turn"].push_back({std::string(1, "xyz"[axis]), angle});
     R = R * Eigen::AngleAxisd(angle, Vector3d(Vector3d::Unit(axis))).toRotationMatrix();
   }
@@ -382,7 +381,7 @@ std::string label(const Mechanism& mechanism, std::size_t k) {
   for (const RigidBody& b : mechanism.bodies) entered(b.name, b.box ? 28 : 16);
   for (const LeafSpring& l : mechanism.leaves)
     entered(l.name, 18 + l.width_profile.size() + l.thickness_profile.size() + (l.point ? 2 : 0) +
-                        (l.curve ? 1 : 0));
+                        (l.curve ? 1 : 0) + (l.fold ? 2 : 0));
   for (const Joint& j : mechanism.joints) entered(j.name, 6);
   for (const Spring& s : mechanism.springs) entered(s.name, s.matrix ? 39 : 8);
   entered("drive", 9 * mechanism.drives.size());
@@ -461,6 +460,7 @@ std::vector<double> scales_of(const Mechanism& mechanism) {
     put(9, 1);
     for (const double own : {leaf.length, leaf.width, leaf.thickness}) put(1, own);
     if (leaf.curve) put(1, 1);
+    if (leaf.fold) put(2, 1);
     put(leaf.width_profile.size() + leaf.thickness_profile.size(), 1);
     for (const double own :
          {leaf.material.youngs_modulus, leaf.material.poissons_ratio, leaf.material.density})
@@ -494,7 +494,7 @@ std::vector<bool> free_choices(const Mechanism& mechanism) {
     const auto first = static_cast<std::ptrdiff_t>(free.size());
     free.insert(free.end(),
                 18 + leaf.width_profile.size() + leaf.thickness_profile.size() +
-                    (leaf.point ? 2 : 0) + (leaf.curve ? 1 : 0),
+                    (leaf.point ? 2 : 0) + (leaf.curve ? 1 : 0) + (leaf.fold ? 2 : 0),
                 false);
     if (leaf.section == Section::circular)
       std::fill(free.begin() + first + 6, free.begin() + first + 12, true);

@@ -113,6 +113,32 @@ TEST_CASE("the default method takes a folded leaf in full and says so", "[fold]"
   CHECK(b.path[1].leaves[0].reason == "it is folded");
 }
 
+TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
+  Mechanism flat = folded(true), none = flat;
+  flat.leaves[0].fold.reset();
+  none.leaves[0].fold = LeafFold{0.5, 0};
+  for (Mechanism* m : {&flat, &none}) {
+    m->bodies[0] = models::body({2 * length, 0, 0}, 0.5, 4e-4);
+    m->leaves[0].material.thermal_expansion = 1.2e-5;
+    m->drives = {make_drive<double>(Direction::uy)};
+  }
+  StrokeRequest request;
+  request.points = {0, 2e-3};
+  request.loads = {.temperature = {40}, .gravity = {3, -9, 5}};
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  const StrokeResponse a = evaluate_stroke(none, model, request);
+  model.mesh = {32, 4};
+  const StrokeResponse b = evaluate_stroke(flat, model, request);
+  REQUIRE(a.status == Status::ok);
+  REQUIRE(b.status == Status::ok);
+  for (std::size_t k = 0; k < 2; ++k) {
+    CHECK(a.path[k].drive_stiffness == Approx(b.path[k].drive_stiffness).epsilon(1e-3));
+    CHECK((a.path[k].displacement - b.path[k].displacement).norm() < 1e-3 * 4e-5);
+    CHECK((a.path[k].rotation - b.path[k].rotation).norm() < 1e-3 * 1e-2);
+  }
+}
+
 TEST_CASE("the mass of an undeflected folded leaf is that of the deflected one at rest", "[fold]") {
   const StrokeResponse a = evaluated(folded(true), {0}),
                        b = evaluated(folded(true), {0}, Accuracy::full, LeafMass::constant);
@@ -121,9 +147,10 @@ TEST_CASE("the mass of an undeflected folded leaf is that of the deflected one a
 }
 
 TEST_CASE("a folded leaf holds one direction, along its fold", "[fold]") {
-  const Mobility mobility = mobility_of(folded(true));
-  CHECK(mobility.degrees_of_freedom == 5);
-  CHECK(mobility.overconstraints == 0);
+  const Mobility elastic = mobility(folded(true)), rigid = mobility(folded(false));
+  CHECK(elastic.degrees_of_freedom == 5);
+  CHECK(elastic.overconstraints == 0);
+  CHECK(rigid.end_effector_degrees_of_freedom == 5);
 }
 
 TEST_CASE("a probe on the second leg stands on it", "[fold]") {
