@@ -78,7 +78,7 @@ void PlanReader::read_bodies() {
   });
 }
 
-HeldDirection PlanReader::held(const json& from, const Pointer& at, std::string key) const {
+HeldDirection PlanReader::held(const json& from, const Pointer& at, std::string key) {
   HeldDirection held;
   held.key = std::move(key);
   if (from.is_string()) {

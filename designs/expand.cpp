@@ -173,9 +173,11 @@ class Expander {
   /// Turns about z, y, x in this order that make these axes.
   static Json turns(const Matrix3d& axes) {
     const double y = std::asin(std::clamp(-axes(2, 0), -1.0, 1.0));
-    return {{"z", std::atan2(axes(1, 0), axes(0, 0))},
-            {"y", y},
-            {"x", std::atan2(axes(2, 1), axes(2, 2))}};
+    Json list = Json::array();  // a list of pairs in braces would be an object
+    list.push_back(Json::array({"z", std::atan2(axes(1, 0), axes(0, 0))}));
+    list.push_back(Json::array({"y", y}));
+    list.push_back(Json::array({"x", std::atan2(axes(2, 1), axes(2, 2))}));
+    return list;
   }
 
   const FlatDesign<double>& design_;

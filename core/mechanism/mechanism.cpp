@@ -18,14 +18,15 @@
 namespace flexopt {
 namespace {
 
-/// A leaf, or a piece of it, as the box it fills, as wide and thick as it is anywhere.
+/// A leaf, or a piece of it, as the box it fills, as wide and thick as the piece is anywhere.
 struct Box {
   Vector3d middle, half;  ///< half sizes along the axes [m]
   Matrix3d axes;
   double sheet;  ///< half its height were it almost without thickness [m]
 };
 
-/// One for a flat leaf or leg; for an arc one for every few degrees, from base to tip.
+/// One for a flat leaf or leg; for an arc one for every few degrees, of a profile one for every
+/// piece of it, from base to tip.
 std::vector<Box> boxes_of(const LeafSpring& leaf) {
   constexpr double degrees = 4 * std::numbers::pi / 180;
   if (leaf.fold) {
@@ -38,11 +39,19 @@ std::vector<Box> boxes_of(const LeafSpring& leaf) {
     return {boxes_of(legs[0]).front(), boxes_of(legs[1]).front()};
   }
   const int pieces =
-      std::max(1, static_cast<int>(std::ceil(std::abs(leaf.curve.value_or(0)) / degrees)));
-  const double w = leaf.width * profile_range(leaf.width_profile).largest,
-               t = leaf.thickness * profile_range(leaf.thickness_profile).largest;
+      std::max(leaf.has_profile() ? profile_pieces : 1,
+               static_cast<int>(std::ceil(std::abs(leaf.curve.value_or(0)) / degrees)));
+  const auto largest = [&](const std::vector<double>& profile, int piece) {
+    constexpr int parts = 4;
+    double most = 0;
+    for (int j = 0; j <= parts; ++j)
+      most = std::max(most, profile_at(profile, (piece + static_cast<double>(j) / parts) / pieces));
+    return most;
+  };
   std::vector<Box> boxes;
   for (int k = 0; k < pieces; ++k) {
+    const double w = leaf.width * largest(leaf.width_profile, k),
+                 t = leaf.thickness * largest(leaf.thickness_profile, k);
     const auto at = [&](double s) {
       const ArcPoint<double> p = leaf.middle((k + s) / pieces);
       return Vector3d(leaf.length * Vector3d(p.x, 0, p.z));

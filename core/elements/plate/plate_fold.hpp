@@ -66,47 +66,91 @@ class FoldMap {
   using Node = FoldNode<S>;
 
   /// Of a fold by this angle.
-  static FoldMap of(double angle) { return {std::cos(angle), std::sin(angle)}; }
+  static FoldMap of(double angle) { return {std::cos(angle), std::sin(angle), 1}; }
   /// Derivative of the map with the angle.
-  static FoldMap rate(double angle) { return {-std::sin(angle), std::cos(angle)}; }
+  static FoldMap rate(double angle) { return {-std::sin(angle), std::cos(angle), 0}; }
 
-  Pair value(const Node& u) const { return sum(quadratic(u, u), cubic(u, u, u)); }
+  // the part with n is the product f C of f = (3 − |r,y|²)/2 and a cubic form
+  Pair value(const Node& u) const {
+    Pair sum = quadratic(u, u);
+    add(sum, factor(u), cubic(u, u, u));
+    return sum;
+  }
   /// Along y.
   Pair first(const Node& u, const Node& y) const {
-    return sum(sum(quadratic(u, y), quadratic(y, u)),
-               sum(sum(cubic(y, u, u), cubic(u, y, u)), cubic(u, u, y)));
+    Pair sum = quadratic(u, y);
+    add(sum, S(1), quadratic(y, u));
+    add(sum, factor(u), cubic_first(u, y));
+    add(sum, factor(u, y), cubic(u, u, u));
+    return sum;
   }
   /// Along y and z.
   Pair second(const Node& u, const Node& y, const Node& z) const {
-    return sum(sum(quadratic(y, z), quadratic(z, y)), third(u, y, z));
+    Pair sum = quadratic(y, z);
+    add(sum, S(1), quadratic(z, y));
+    add(sum, factor(u), cubic_second(u, y, z));
+    add(sum, factor(u, y), cubic_first(u, z));
+    add(sum, factor(u, z), cubic_first(u, y));
+    add(sum, factor(y, z), cubic(u, u, u));
+    return sum;
   }
-  /// Along all three; the same at every u.
-  Pair third(const Node& x, const Node& y, const Node& z) const {
-    return sum(sum(sum(cubic(x, y, z), cubic(y, z, x)), sum(cubic(z, x, y), cubic(x, z, y))),
-               sum(cubic(z, y, x), cubic(y, x, z)));
+  /// Along x, y and z.
+  Pair third(const Node& u, const Node& x, const Node& y, const Node& z) const {
+    Pair sum = zero();
+    add(sum, factor(u), cubic_second(x, y, z));
+    const std::array<const Node*, 3> along{&x, &y, &z};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Node &one = *along[i], &two = *along[(i + 1) % 3], &three = *along[(i + 2) % 3];
+      add(sum, factor(u, one), cubic_second(u, two, three));
+      add(sum, factor(one, two), cubic_first(u, three));
+    }
+    return sum;
   }
 
  private:
-  FoldMap(double cosine, double sine) : cosine_(cosine), sine_(sine) {}
+  FoldMap(double cosine, double sine, double own) : cosine_(cosine), sine_(sine), own_(own) {}
 
-  static Pair sum(const Pair& a, const Pair& b) {
-    return {Vector3<S>(a[0] + b[0]), Vector3<S>(a[1] + b[1])};
+  static Pair zero() { return {Vector3<S>(Vector3<S>::Zero()), Vector3<S>(Vector3<S>::Zero())}; }
+  static void add(Pair& sum, const S& by, const Pair& part) {
+    for (std::size_t k = 0; k < 2; ++k)
+      for (int i = 0; i < 3; ++i) sum[k][i] += by * part[k][i];
   }
   static Vector3<S> cross(const Vector3<S>& a, const Vector3<S>& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
   }
+  /// 1/|r,y| to the order of the strain of the line, and its derivatives: the first one along y,
+  /// and the second one along both, whatever the state is.
+  static S factor(const Node& u) { return 1.5 - 0.5 * u.across.dot(u.across); }
+  static S factor(const Node& u, const Node& y) { return -u.across.dot(y.across); }
+
   Pair quadratic(const Node& p, const Node& q) const {
-    const S c = S(cosine_) * p.stretch, dc = S(cosine_) * p.stretch_rate;
-    return {Vector3<S>(c * q.along + p.shear * q.across),
-            Vector3<S>(c * q.both + dc * q.along + p.shear_rate * q.across)};
+    const S c = S(cosine_) * p.stretch, dc = S(cosine_) * p.stretch_rate, g = S(own_) * p.shear,
+            dg = S(own_) * p.shear_rate;
+    return {Vector3<S>(c * q.along + g * q.across),
+            Vector3<S>(c * q.both + dc * q.along + dg * q.across)};
   }
   Pair cubic(const Node& p, const Node& q, const Node& r) const {
     const S s = S(sine_) * p.stretch, ds = S(sine_) * p.stretch_rate;
     const Vector3<S> normal = cross(q.along, r.across), turning = cross(q.both, r.across);
     return {Vector3<S>(s * normal), Vector3<S>(s * turning + ds * normal)};
   }
+  Pair cubic_first(const Node& u, const Node& y) const {
+    Pair sum = cubic(y, u, u);
+    add(sum, S(1), cubic(u, y, u));
+    add(sum, S(1), cubic(u, u, y));
+    return sum;
+  }
+  Pair cubic_second(const Node& u, const Node& y, const Node& z) const {
+    Pair sum = cubic(u, y, z);
+    add(sum, S(1), cubic(y, z, u));
+    add(sum, S(1), cubic(z, u, y));
+    add(sum, S(1), cubic(u, z, y));
+    add(sum, S(1), cubic(z, y, u));
+    add(sum, S(1), cubic(y, u, z));
+    return sum;
+  }
 
-  double cosine_, sine_;
+  double cosine_, sine_, own_;
 };
 
 }  // namespace flexopt

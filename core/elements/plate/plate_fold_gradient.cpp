@@ -112,7 +112,7 @@ void PlateGradient<S>::add_fold_quadratic(const Matrix& Y, const std::vector<Mat
         const auto e = FoldNode<S>::unit(unknown);
         q.state(plate_->block_offset(line) + FoldNode<S>::row(unknown, n, j), k) +=
             fold_product(n1[line], j, k, map.second(u, y, e)) +
-            fold_product(nodal_force_[line], j, 0, map.third(y, y, e));
+            fold_product(nodal_force_[line], j, 0, map.third(u, y, y, e));
       }
       by_angle += fold_product(n0[line], j, k, opened.value(u)) +
                   fold_product(n1[line], j, k, opened.first(u, y)) +
@@ -151,9 +151,9 @@ void PlateGradient<S>::add_fold_force_rates(const std::vector<LeafVariation<S>>&
       const std::vector<LeafVariation<S>>&) const;                                              \
   template void PlateGradient<S>::add_fold_second(const Matrix&, std::vector<Matrix>&,          \
                                                   std::vector<Matrix>&) const;                  \
-  template void PlateGradient<S>::add_fold_quadratic(const Matrix&, const std::vector<Matrix>&, \
-                                                     const std::vector<Matrix>&,                \
-                                                     LeafQuadratic<S>&) const;                  \
+  template void PlateGradient<S>::add_fold_quadratic(                                           \
+      const Matrix&, const std::vector<Matrix>&, const std::vector<Matrix>&, LeafQuadratic<S>&) \
+      const;                                                                                    \
   template void PlateGradient<S>::add_fold_force_rates(const std::vector<LeafVariation<S>>&,    \
                                                        Matrix&) const;
 INSTANTIATE(double)

@@ -24,6 +24,11 @@ class Leaf:
 
 
 @dataclass
+class Folded:
+    legs: list                      # two of Leaf, the second from the fold on
+
+
+@dataclass
 class Case:
     name: str
     thickness: float
@@ -167,7 +172,7 @@ class Model:
     def __init__(self, case, mesh, material):
         self.case, self.mesh, self.material = case, mesh, material
         self.nodes = {REFERENCE: np.array(case.reference), ROTATION: np.array(case.reference)}
-        self.masses, self.base, self.tip, self.leaves = [], [], [], []
+        self.masses, self.base, self.tip, self.leaves, self.solids = [], [], [], [], []
         # Six equal masses at +-a on the axes: inertia (m/6) 4 a^2 about every axis.
         arm = (1.5 * case.inertia / case.mass) ** 0.5
         for axis in range(3):
@@ -177,11 +182,17 @@ class Model:
                 self.masses.append(n)
         first, elements = FIRST_MASS + 6, 0
         for leaf in case.leaves:
-            nodes, cells, base, tip, axes = mesh_leaf(leaf, case.thickness, mesh, first)
+            if isinstance(leaf, Folded):
+                nodes, cells, base, tip, axes = mesh_folded(leaf.legs, case.thickness, mesh, first)
+                self.leaves += zip(cells, axes)
+                self.solids += leaf.legs
+            else:
+                nodes, cells, base, tip, axes = mesh_leaf(leaf, case.thickness, mesh, first)
+                self.leaves.append((cells, axes))
+                self.solids.append(leaf)
             self.nodes.update(nodes)
             self.base += base
             self.tip += tip
-            self.leaves.append((cells, axes))
             first += len(nodes)
         self.unknowns = 3 * len(self.nodes)
 
@@ -195,7 +206,7 @@ class Model:
                 out.append(f"{element}, " + ", ".join(map(str, cell[:15])) + ",")
                 out.append(", ".join(map(str, cell[15:])))
                 element += 1
-            lines, thickness = orientation(index, c.leaves[index - 1], axes)
+            lines, thickness = orientation(index, self.solids[index - 1], axes)
             out += lines
             materials.append({"x": "ARC", "y": "FLAT"}[thickness])
         out.append("*ELEMENT, TYPE=MASS, ELSET=POINTS")
