@@ -77,13 +77,15 @@ std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, Fau
 
 void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& notes) {
   constexpr double thin = 0.1;  // of the smaller side; plate theory's customary limit
-  for (const LeafSpring& leaf : mechanism.leaves)
-    if (leaf.section != Section::circular &&
-        leaf.thickness > thin * std::min(leaf.length, leaf.width))
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    const double leg = leaf.fold ? std::min(leaf.fold->place, 1 - leaf.fold->place) : 1,
+                 side = std::min(leg * leaf.length, leaf.width);
+    if (leaf.section != Section::circular && leaf.thickness > thin * side)
       notes.push_back(
           fmt::format("{} is {:.2g} times as thick as its smaller side; plate theory "
                       "wants at most {:g}.",
-                      leaf.name, leaf.thickness / std::min(leaf.length, leaf.width), thin));
+                      leaf.name, leaf.thickness / side, thin));
+  }
   for (const LeafSpring& leaf : mechanism.leaves)
     if (leaf.curve && leaf.thickness * std::abs(*leaf.curve) > thin * leaf.length)
       notes.push_back(
