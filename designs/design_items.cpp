@@ -72,9 +72,26 @@ void PlanReader::read_bodies() {
       throw SpecError((at / "density").to_string(), shown(from["density"]),
                       "a box given by its edges has mass and inertia instead");
     if (from.contains("held"))
-      for (const json& name : from["held"]) body.held.push_back(direction_of(name));
+      for (std::size_t i = 0; i < from["held"].size(); ++i)
+        body.held.push_back(held(from["held"][i], at / "held" / i, "/held/" + std::to_string(i)));
     plan_.bodies.push_back(std::move(body));
   });
+}
+
+HeldDirection PlanReader::held(const json& from, const Pointer& at, std::string key) {
+  HeldDirection held;
+  held.key = std::move(key);
+  if (from.is_string()) {
+    held.direction = direction_of(from);
+    return held;
+  }
+  held.rotation = from.contains("rotation");
+  if (held.rotation == from.contains("displacement"))
+    throw SpecError(at.to_string(), shown(from),
+                    "give the vector of a displacement or of a rotation, one of the two");
+  const char* kind = held.rotation ? "rotation" : "displacement";
+  held.along = vector(from[kind], "1", at / kind);
+  return held;
 }
 
 void PlanReader::read_leaves() {
@@ -108,6 +125,21 @@ void PlanReader::read_leaves() {
       if (!from.contains("across"))
         throw SpecError((at / "across").to_string(), "nothing",
                         "a curved wire is bent about a direction: it needs across");
+    }
+    if (from.contains("fold")) {
+      leaf.fold = vector(from["fold"]["at"], "m", at / "fold" / "at");
+      for (const char* key : {"curve", "reinforcement", "diameter"})
+        if (from.contains(key))
+          throw SpecError((at / key).to_string(), shown(from[key]),
+                          "a folded leaf is flat on both sides of its fold, of one width and "
+                          "thickness");
+      for (const char* key : {"width", "thickness"})
+        if (!from[key].is_number() && !from[key].is_string())
+          throw SpecError((at / key).to_string(), shown(from[key]),
+                          "a folded leaf has one width and one thickness");
+      if (!from["tip"].contains("body"))
+        throw SpecError((at / "tip").to_string(), shown(from["tip"]),
+                        "both edges of a folded leaf are held: it needs a body");
     }
     if (from.contains("reinforcement")) {
       const json& thick = from["reinforcement"];

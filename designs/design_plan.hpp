@@ -66,6 +66,14 @@ struct HeldPlace {
   DesignVector at;
 };
 
+/// A direction that a body holds, in the item's frame: one of its axes, or that of a vector.
+struct HeldDirection {
+  std::optional<Direction> direction;
+  DesignVector along;     ///< instead of it
+  bool rotation = false;  ///< about `along`
+  std::string key;        ///< behind the pointer of the body
+};
+
 struct BodyItem : DesignItem {
   DesignVector at;   ///< of a material point: its place on the leaf
   std::string leaf;  ///< of which it is a material point; empty: a rigid body
@@ -73,7 +81,7 @@ struct BodyItem : DesignItem {
   DesignVector center_of_mass;  ///< relative to `at`
   DesignMatrix inertia;         ///< none, 3 principal values or 9
   DesignMatrix box;             ///< none, 3 lengths along the frame's axes or 3 edges, 9
-  std::vector<Direction> held;  ///< along the axes of the item's frame
+  std::vector<HeldDirection> held;
 };
 
 /// A size along a leaf.
@@ -91,6 +99,7 @@ struct LeafItem : DesignItem {
   DesignSize width, thickness;  ///< of a wire the diameter, as `thickness`
   std::optional<Material> material;
   std::optional<DesignNumber> curve;  ///< subtended angle [rad]
+  std::optional<DesignVector> fold;   ///< middle of its fold line
   struct Reinforcement {
     DesignNumber fraction, thickness;
     bool rigid = true;  ///< a box; else an elastic plate between rigid lines

@@ -18,10 +18,13 @@ Shape number() { return quantity(""); }
 Shape vector() { return list(number(), 3, 3); }
 Shape reference() { return text(200); }
 
-Shape directions(std::size_t most) {
-  std::vector<std::string> names(direction_names.begin(), direction_names.end());
-  const Shape one = choice(std::move(names));
-  return most == 1 ? one : list(one, 0, most);
+Shape direction() { return choice({direction_names.begin(), direction_names.end()}); }
+
+/// Along an axis of the item's frame, or along (about) a vector in it.
+Shape held_direction() {
+  return one_of(
+      {direction(), record({optional("displacement", vector(), "the direction that cannot move"),
+                            optional("rotation", vector(), "about which it cannot turn")})});
 }
 
 /// The fields of an item, behind those that any item may have.
@@ -108,7 +111,7 @@ Shape bodies() {
                "the room it takes, around the centre of mass: three lengths, or three edges of a "
                "turned box"),
       optional("density", number(), "of the box, instead of mass and inertia"),
-      optional("held", directions(6), "directions that cannot move"),
+      optional("held", list(held_direction(), 0, 6), "directions that cannot move"),
   });
 }
 
@@ -123,6 +126,9 @@ Shape leaves() {
       optional("material", material(), "of this leaf alone"),
       optional("curve", record({required("angle", number(), "subtended by the circular arc")}),
                "initially curved about its width, bulging to its normal"),
+      optional(
+          "fold", record({required("at", vector(), "the middle of the fold line")}),
+          "elastic fold: the leaf runs from its base to the fold line and from there to its tip"),
       optional("reinforcement",
                record({required("fraction", number(), "of the length, in the middle"),
                        required("thickness", number(), "in all"),
@@ -168,7 +174,7 @@ Shape parts() {
 std::vector<Field> drive_fields() {
   return {standard("body", reference(), "end_effector", "what is driven"),
           standard("other", reference(), "ground", "against what"),
-          required("direction", directions(1), "along or about which axis of its frame"),
+          required("direction", direction(), "along or about which axis of its frame"),
           optional("frame", reference(), "the frame that it is written in"),
           optional("when", text(), "only under these choices")};
 }

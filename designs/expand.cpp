@@ -52,6 +52,12 @@ class Expander {
       Json held = Json::array();
       for (std::size_t i = 0; i < 6; ++i)
         if (body.held[i]) held.push_back(direction_names[i]);
+      for (const FlatHeld<double>& along : body.held_along) {
+        Json vector = Json::object();
+        vector[along.type == JointType::held_rotation ? "rotation" : "displacement"] =
+            numbers(along.axis);
+        held.push_back(std::move(vector));
+      }
       if (!held.empty()) item["held"] = std::move(held);
       list.push_back(std::move(item));
     }
@@ -75,6 +81,7 @@ class Expander {
         item["thickness"] = size(leaf.thickness);
       }
       if (leaf.curve) item["curve"] = {{"angle", *leaf.curve}};
+      if (leaf.fold) item["fold"] = {{"at", numbers(*leaf.fold)}};
       if (leaf.material) item["material"] = material(*leaf.material);
       list.push_back(std::move(item));
     }
@@ -166,9 +173,11 @@ class Expander {
   /// Turns about z, y, x in this order that make these axes.
   static Json turns(const Matrix3d& axes) {
     const double y = std::asin(std::clamp(-axes(2, 0), -1.0, 1.0));
-    return {{"z", std::atan2(axes(1, 0), axes(0, 0))},
-            {"y", y},
-            {"x", std::atan2(axes(2, 1), axes(2, 2))}};
+    Json list = Json::array();  // a list of pairs in braces would be an object
+    list.push_back(Json::array({"z", std::atan2(axes(1, 0), axes(0, 0))}));
+    list.push_back(Json::array({"y", y}));
+    list.push_back(Json::array({"x", std::atan2(axes(2, 1), axes(2, 2))}));
+    return list;
   }
 
   const FlatDesign<double>& design_;

@@ -22,6 +22,13 @@ struct ItemSource {
 /// The error with its place, and the copy that it comes from.
 SpecError located(const ItemSource& item, const SpecError& error);
 
+/// A direction that a body holds, of the kind held_displacement or held_rotation.
+template <class S>
+struct FlatHeld {
+  JointType type = JointType::held_displacement;
+  Vector3<S> axis;  ///< unit
+};
+
 template <class S>
 struct FlatBody {
   std::string name;
@@ -32,8 +39,9 @@ struct FlatBody {
   Vector3<S> center_of_mass = Vector3<S>::Zero();  ///< relative to `at`
   Matrix3<S> inertia = Matrix3<S>::Zero();
   std::optional<Matrix3<S>> box_half_edges;  ///< columns; around the centre of mass
-  std::array<bool, 6> held{};
-  std::string leaf;  ///< of which it is a material point, by its full name
+  std::array<bool, 6> held{};                ///< along global axes, whatever the parameters are
+  std::vector<FlatHeld<S>> held_along;       ///< the others
+  std::string leaf;                          ///< of which it is a material point, by its full name
 };
 
 /// A size along a leaf: one value; or at base and tip; or at profile_stations().
@@ -50,8 +58,9 @@ struct FlatLeaf {
   int base = ground, tip = ground;  ///< bodies; free_edge
   Vector3<S> base_at, tip_at, across;
   bool wire = false;
-  FlatSize<S> width, thickness;  ///< of a wire both the diameter
-  std::optional<S> curve;        ///< angle of its arc, bulging to across × (base → tip) [rad]
+  FlatSize<S> width, thickness;    ///< of a wire both the diameter
+  std::optional<S> curve;          ///< angle of its arc, bulging to across × (base → tip) [rad]
+  std::optional<Vector3<S>> fold;  ///< middle of its fold line
   std::optional<Material> material;  ///< its own
 };
 

@@ -3,7 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <type_traits>
+#include <utility>
 
 #include "core/math/dual.hpp"
 #include "core/spec/names.hpp"
@@ -34,6 +36,30 @@ void set_size(const FlatSize<S>& from, S& reference, std::vector<S>& profile) {
     for (const S& value : from.values) profile.push_back(value / reference);
 }
 
+/// The second leg of a leaf whose first one stands: both lie across the width, along the fold.
+template <class S>
+void add_fold(LeafSpringT<S>& leaf, const FlatLeaf<S>& from) {
+  using std::atan2;
+  const std::string at = from.source.pointer + "/fold/at";
+  const Vector3<S> line = from.tip_at - *from.fold;
+  const S first = leaf.length, second = line.norm();
+  if (!(value_of(second) > 0)) throw SpecError(at, "0 m", "fold and tip stand in one place");
+  const S along = leaf.axes.col(0).dot(line), across = leaf.axes.col(1).dot(line),
+          above = leaf.axes.col(2).dot(line);
+  const double angle = std::atan2(value_of(above), value_of(along));
+  if (std::abs(value_of(across)) > 1e-6 * value_of(second))
+    throw SpecError(from.source.pointer + "/across", "a vector that is not along the fold",
+                    "both legs stand at right angles to the fold line: across is normal to base -> "
+                    "fold and to fold -> tip");
+  constexpr double degrees = 180 / std::numbers::pi;
+  if (std::abs(angle) > largest_fold)
+    throw SpecError(
+        at, fmt::format("{:.1f} deg", 180 - std::abs(angle) * degrees),
+        fmt::format("the legs open by at least {:g} deg", 180 - largest_fold * degrees));
+  leaf.length = first + second;
+  leaf.fold = LeafFoldT<S>{first / leaf.length, S(atan2(above, along))};
+}
+
 template <class S>
 LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& material) {
   LeafSpringT<S> leaf;
@@ -41,10 +67,12 @@ LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& mater
   leaf.base = from.base;
   leaf.tip = from.tip;
   leaf.origin = from.base_at;
-  const Vector3<S> line = from.tip_at - from.base_at;
+  const Vector3<S> line = from.fold.value_or(from.tip_at) - from.base_at;
   leaf.length = line.norm();
   if (!(value_of(leaf.length) > 0))
-    throw SpecError(from.source.pointer + "/tip/at", "0 m", "base and tip stand in one place");
+    throw SpecError(
+        from.source.pointer + (from.fold ? "/fold/at" : "/tip/at"), "0 m",
+        from.fold ? "base and fold stand in one place" : "base and tip stand in one place");
   leaf.axes.col(0) = line / leaf.length;
   if (from.curve) {
     leaf.curve = -*from.curve;  // the normal of the core's axes is (base → tip) × across
@@ -61,6 +89,7 @@ LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& mater
                     "the width lies across the line from base to tip");
   leaf.axes.col(1) = across / length;
   leaf.axes.col(2) = Vector3<S>(leaf.axes.col(0)).cross(Vector3<S>(leaf.axes.col(1)));
+  if (from.fold) add_fold(leaf, from);
   set_size(from.width, leaf.width, leaf.width_profile);
   set_size(from.thickness, leaf.thickness, leaf.thickness_profile);
   leaf.material = from.material ? constant_material<S>(*from.material) : material;
@@ -81,6 +110,9 @@ void put_on_leaf(MechanismT<S>& mechanism, const FlatBody<S>& body, int index) {
   if (leaf->point)
     throw SpecError(body.source.pointer + "/on/leaf", "\"" + body.leaf + "\"",
                     "a leaf has one material point at most");
+  if (leaf->fold)
+    throw SpecError(body.source.pointer + "/on/leaf", "\"" + body.leaf + "\"",
+                    "a folded leaf has no material point that is a body");
   const Vector3<S> place = leaf->coordinates(body.at);
   const S along = place[0] / leaf->length, across = place[1] / leaf->width + 0.5, off = place[2];
   if (std::abs(value_of(off)) > 1e-6 * value_of(leaf->length))
@@ -125,6 +157,28 @@ void add_payload(RigidBodyT<S>& body, bool has_mass, const EndEffectorT<S>& payl
   body.mass = mass;
   body.center_of_mass = middle;
   body.inertia = inertia;
+}
+
+/// Held directions that are no coordinates. Of one rotation alone the component of the rotation
+/// vector is held; the spins about an axis do not add up to a rotation about it.
+template <class S>
+void add_held(MechanismT<S>& mechanism, const FlatBody<S>& from, int index) {
+  RigidBodyT<S>& body = mechanism.bodies[static_cast<std::size_t>(index)];
+  std::vector<FlatHeld<S>> held = from.held_along;
+  std::ptrdiff_t rotations = std::ranges::count(held, JointType::held_rotation, &FlatHeld<S>::type);
+  for (std::size_t d = 3; d < 6; ++d) rotations += body.held[d];
+  for (std::size_t d = 3; rotations == 1 && d < 6; ++d)
+    if (std::exchange(body.held[d], false)) {
+      const Vector3d axis = Vector3d::Unit(static_cast<Eigen::Index>(d) - 3);
+      held.push_back({JointType::held_rotation, axis.cast<S>()});
+    }
+  for (const FlatHeld<S>& direction : held)
+    mechanism.joints.push_back({.name = from.name + " (held)",
+                                .type = direction.type,
+                                .body = index,
+                                .other = ground,
+                                .place = from.at,
+                                .axis = direction.axis});
 }
 
 template <class S>
@@ -183,6 +237,8 @@ MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& mate
                                 .other = from.other,
                                 .place = from.at,
                                 .axis = from.axis});
+  for (std::size_t i = 0; i < design.bodies.size(); ++i)
+    add_held(mechanism, design.bodies[i], static_cast<int>(i));
   for (const FlatSpring<S>& from : design.springs) mechanism.springs.push_back(from.spring);
   set_drives(mechanism, design);
   faults.raise();

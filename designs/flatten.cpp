@@ -205,6 +205,14 @@ void Flattener<S>::check_rules() {
   }
 }
 
+// Of numbers and indices alone: their slots come behind those of parameters and lets.
+template <class S>
+bool Flattener<S>::is_fixed(const DesignNumber& n) const {
+  const auto first = static_cast<int>(plan_.parameters.size() + plan_.lets.size());
+  return !n.formula ||
+         std::ranges::all_of(n.formula->slots(), [&](int slot) { return slot >= first; });
+}
+
 template <class S>
 void Flattener<S>::collect_frames() {
   each(plan_.frames, [&](const FrameItem& item) {
@@ -244,6 +252,7 @@ Placement<S> Flattener<S>::frame(const std::string& name, const DesignItem& item
     for (const FrameItem::Turn& turn : own.turns)
       turned = Matrix3<S>(turned.lazyProduct(turn_about<S>(turn.axis, number(turn.angle))));
     Placement<S> result = outer.inside(vector(own.at), turned, false);
+    for (const FrameItem::Turn& turn : own.turns) result.fixed &= is_fixed(turn.angle);
     restore();
     return result;
   } catch (...) {

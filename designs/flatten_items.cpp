@@ -10,21 +10,34 @@
 
 namespace flexopt {
 
+// A unit vector stays as it is to the last bit; its derivatives are those of its direction.
 template <class S>
-std::array<bool, 6> Flattener<S>::held(const BodyItem& item, const Placement<S>& at) const {
-  std::array<bool, 6> result{};
-  for (const Direction direction : item.held) {
-    const int axis = index(direction) % 3;
-    int global = -1;
-    for (int i = 0; i < 3; ++i)
-      if (std::abs(std::abs(value_of(at.axes(i, axis))) - 1) < 1e-12) global = i;
-    if (global < 0)
-      throw SpecError(item.pointer + "/held", std::string(direction_names[index(direction)]),
-                      "a held direction lies along a global axis: its frame may stand in quarter "
-                      "turns only");
-    result[static_cast<std::size_t>(global + (is_rotation(direction) ? 3 : 0))] = true;
+Vector3<S> Flattener<S>::unit(const Vector3<S>& v, const std::string& pointer) const {
+  S length = v.norm();
+  if (!(value_of(length) > 0)) throw SpecError(pointer, "0", "an axis has a direction");
+  if (const double off = value_of(length) - 1; std::abs(off) < 1e-15) length -= S(off);
+  return v / length;
+}
+
+template <class S>
+void Flattener<S>::add_held(const HeldDirection& held, const std::string& pointer,
+                            const Placement<S>& at, FlatBody<S>& body) const {
+  if (!held.direction) {
+    body.held_along.push_back(
+        {held.rotation ? JointType::held_rotation : JointType::held_displacement,
+         unit(at.direction(vector(held.along)),
+              pointer + held.key + (held.rotation ? "/rotation" : "/displacement"))});
+    return;
   }
-  return result;
+  const bool rotation = is_rotation(*held.direction);
+  const int axis = index(*held.direction) % 3;
+  for (int i = 0; at.fixed && i < 3; ++i)
+    if (std::abs(std::abs(value_of(at.axes(i, axis))) - 1) < 1e-12) {
+      body.held[static_cast<std::size_t>(i + (rotation ? 3 : 0))] = true;
+      return;
+    }
+  body.held_along.push_back({rotation ? JointType::held_rotation : JointType::held_displacement,
+                             unit(at.axes.col(axis), pointer + held.key)});
 }
 
 template <class S>
@@ -43,7 +56,7 @@ void Flattener<S>::add_body(const BodyItem& item) {
     body.leaf = scope_.prefix + instance_name(item, item.leaf);
     body.held = {false, false, false, true, true, true};
   } else {
-    body.held = held(item, at);
+    for (const HeldDirection& held : item.held) add_held(held, item.pointer, at, body);
     body.has_mass = item.mass || item.density || !item.inertia.empty();
     body.center_of_mass = at.direction(vector(item.center_of_mass));
     if (item.mass) body.mass = number(*item.mass);
@@ -102,13 +115,7 @@ void Flattener<S>::add_joint(const JointItem& item) {
   joint.other = body(item, item.other, "/other");
   joint.at = at.place(vector(item.at));
   if (item.type == JointType::revolute || item.type == JointType::prismatic) {
-    const Vector3<S> axis = at.direction(vector(item.axis));
-    S length = axis.norm();
-    if (!(value_of(length) > 0))
-      throw SpecError(item.pointer + "/axis", "0", "an axis has a direction");
-    // a unit vector stays as it is to the last bit; its derivatives are those of its direction
-    if (const double off = value_of(length) - 1; std::abs(off) < 1e-15) length -= S(off);
-    joint.axis = axis / length;
+    joint.axis = unit(at.direction(vector(item.axis)), item.pointer + "/axis");
   }
   out_.joints.push_back(std::move(joint));
 }

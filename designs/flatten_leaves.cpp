@@ -64,6 +64,7 @@ FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
       throw SpecError(item.pointer + "/curve/angle", fmt::format("{:g} deg", degrees),
                       "an arc subtends at most half a turn, to either side");
   }
+  if (item.fold) leaf.fold = at.place(vector(*item.fold));
   leaf.thickness = size_along(item.thickness, thick, item.wire ? "a diameter" : "a thickness");
   leaf.width =
       item.wire ? leaf.thickness : size_along(item.width, item.pointer + "/width", "a width");

@@ -46,7 +46,10 @@ class Flattener {
   void add_drive(const DriveItem& item);
   FlatLeaf<S> leaf_of(const LeafItem& item);
   FlatSize<S> size_along(const DesignSize& size, const std::string& pointer, const char* what);
-  std::array<bool, 6> held(const BodyItem& item, const Placement<S>& at) const;
+  void add_held(const HeldDirection& held, const std::string& pointer, const Placement<S>& at,
+                FlatBody<S>& body) const;
+  bool is_fixed(const DesignNumber& n) const;
+  Vector3<S> unit(const Vector3<S>& v, const std::string& pointer) const;
 
   template <class Item, class Add>
   void each(const std::vector<Item>& items, Add add);

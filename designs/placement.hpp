@@ -12,6 +12,7 @@ struct Placement {
   Matrix3<S> axes = Matrix3<S>::Identity();
   bool mirrored = false;
   bool plain = true;  ///< that of the file: nothing to compute, nothing to round
+  bool fixed = true;  ///< no parameter turns it
 
   Vector3<S> direction(const Vector3<S>& v) const {
     return plain ? v : Vector3<S>(axes.lazyProduct(v));
@@ -34,6 +35,7 @@ struct Placement {
     inner.axes = plain ? turned : Matrix3<S>(axes.lazyProduct(turned));
     inner.mirrored = mirrored != reflects;
     inner.plain = false;
+    inner.fixed = fixed;
     return inner;
   }
 };

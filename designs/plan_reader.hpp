@@ -35,6 +35,9 @@ class PlanReader {
   void read_springs();
   void read_parts();
   void read_drives();
+  /// `at`: its pointer, which ends with `key` behind that of the body.
+  HeldDirection held(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
+                     std::string key);
   PartItem part(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
   std::shared_ptr<const DesignPlan> plan_of_part(const std::string& design,
                                                  const nlohmann::json::json_pointer& at);

@@ -74,7 +74,7 @@ void System::set_factors(LoadFactors factors) {
     fits_[i] = {};
     // a warm leaf starts as it would be without its bodies, which then bring its tip to its place
     if (share != 1 && leaf.tip != free_edge)
-      fits_[i][1].move = (1 - share) * (leaf.growth - 1) * leaf.chord() * leaf.axes.col(0);
+      fits_[i][1].move = (1 - share) * (leaf.growth - 1) * leaf.span();
     if (acts_inside(leaf, loads_)) leaves_[i]->act({share, share * loads_.gravity});
   }
   for (const AssemblyError& error : loads_.assembly) {

@@ -40,6 +40,15 @@ ArcPoint<S> arc_point(const S& angle, const S& s) {
   return {chord * cos(secant), chord * sin(secant), cos(direction), sin(direction)};
 }
 
+/// At the part s of two legs of the length one in all, the first along x up to `fold`, the second
+/// turned by `angle` towards z: a place of the second.
+template <class S>
+ArcPoint<S> leg_point(const S& fold, const S& angle, const S& s) {
+  using std::cos, std::sin;
+  const S cosine = cos(angle), sine = sin(angle), way = s - fold;
+  return {fold + way * cosine, way * sine, cosine, sine};
+}
+
 /// The part s of the arc that a place in its plane is above or below, and its height above it, both
 /// over the length. The angle is not zero.
 template <class S>

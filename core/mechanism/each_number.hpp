@@ -58,6 +58,10 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
     visit(leaf.width);
     visit(leaf.thickness);
     if (leaf.curve) visit(*leaf.curve);
+    if (leaf.fold) {
+      visit(leaf.fold->place);
+      visit(leaf.fold->angle);
+    }
     for (auto& factor : leaf.width_profile) visit(factor);
     for (auto& factor : leaf.thickness_profile) visit(factor);
     each_material_number(leaf.material, named);
@@ -118,6 +122,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     leaf.width_profile.resize(l.width_profile.size());
     leaf.thickness_profile.resize(l.thickness_profile.size());
     if (l.curve) leaf.curve.emplace();
+    if (l.fold) leaf.fold.emplace();
     leaf.material.name = l.material.name;
     leaf.material.allowable_stress = l.material.allowable_stress;
     leaf.material.thermal_expansion = l.material.thermal_expansion;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cassert>
+#include <cmath>
 #include <tuple>
 
 #include "core/math/rotation.hpp"
@@ -23,6 +24,8 @@ std::vector<Pair> right_angles(JointType type) {
     case JointType::revolute:
       return {{1, 0}, {2, 0}};
     case JointType::spherical:
+    case JointType::held_displacement:
+    case JointType::held_rotation:
       break;
   }
   return {};
@@ -222,11 +225,40 @@ void add_bilinear_curvature(Eigen::Matrix<S, 12, 12>& H, JointType type, const L
 }  // namespace
 
 JointSize size_of(JointType type) {
+  if (is_held(type)) return {1, type == JointType::held_displacement ? 1 : 0};
   const int lengths = type == JointType::prismatic ? 2 : 3;
   return {lengths + static_cast<int>(right_angles(type).size()), lengths};
 }
 
+Drive held_direction(const Joint& joint) {
+  Drive drive;
+  drive.body = joint.body;
+  drive.direction = joint.type == JointType::held_displacement ? Direction::ux : Direction::rx;
+  drive.axes.setZero();
+  drive.axes.col(0) = joint.axis;
+  return drive;
+}
+
+namespace {
+template <class S>
+DriveStroke<S> held_stroke(const Joint& joint, const JointBodyOf<S>& body) {
+  return drive_stroke<S>(held_direction(joint), DriveLoad::conjugate, body, {});
+}
+// The whole second derivative along exp(hat δ).
+template <class S>
+Eigen::Matrix<S, 12, 12> held_curvature(const DriveStroke<S>& stroke, const S& multiplier) {
+  return multiplier * (stroke.curvature + stroke.winding);
+}
+}  // namespace
+
 JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other) {
+  if (is_held(joint.type)) {
+    const DriveStroke<double> stroke = held_stroke<double>(joint, body);
+    JointConditions c = no_conditions<double>(joint.type);
+    c.value[0] = stroke.value;
+    c.gradient.row(0) = stroke.gradient.transpose();
+    return c;
+  }
   const Geometry<double> g = geometry(joint, body, other);
   JointConditions c = no_conditions<double>(joint.type);
   if (joint.type != JointType::prismatic) {
@@ -240,6 +272,7 @@ JointConditions conditions(const Joint& joint, const JointBody& body, const Join
 
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
                     const Eigen::Ref<const VectorXd>& multipliers) {
+  if (is_held(joint.type)) return held_curvature(held_stroke<double>(joint, body), multipliers[0]);
   const Geometry<double> g = geometry(joint, body, other);
   const Loads<double> loads = loads_of<double>(joint.type, g.axes, multipliers);
   Matrix12d H = Matrix12d::Zero();
@@ -251,6 +284,17 @@ Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& 
 template <class S>
 JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate) {
   const JointType type = state.joint.type;
+  if (is_held(type)) {
+    const StrokeState<S> at{held_direction(state.joint), state.body, {}},
+        moves{held_direction(rate.joint), rate.body, {Vector3<S>::Zero(), Matrix3<S>::Zero()}};
+    const DriveStroke<S> stroke = held_stroke<S>(state.joint, state.body),
+                         change = drive_stroke_rate(at, DriveLoad::conjugate, moves);
+    JointRates<S> r{no_conditions<S>(type), held_curvature(change, S(state.multipliers[0])) +
+                                                held_curvature(stroke, S(rate.multipliers[0]))};
+    r.conditions.value[0] = change.value;
+    r.conditions.gradient.row(0) = change.gradient.transpose();
+    return r;
+  }
   const Geometry<S> g = geometry(state.joint, state.body, state.other),
                     dg = geometry_rate(state, rate);
   JointRates<S> r{no_conditions<S>(type), Eigen::Matrix<S, 12, 12>::Zero()};
@@ -343,6 +387,12 @@ std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
       if (k < size_of(joint.type).lengths) row /= length;
       repeated += !adds(row);
     }
+    if (repeated > 0 && is_held(joint.type))
+      return fmt::format(
+          "{}: joints and other held directions already hold its {} {}",
+          mechanism.bodies[joint.body].name,
+          joint.type == JointType::held_rotation ? "rotation about" : "displacement along",
+          described(joint.axis));
     if (repeated > 0)
       return fmt::format(
           "{}: {} of its {} conditions are already fixed by the joints before it; a joint that "
@@ -368,6 +418,13 @@ std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
     return who + (k == 0 ? ": the joints hold it" : ": joints and other drives already hold it");
   }
   return std::nullopt;
+}
+
+std::string described(const Vector3d& axis) {
+  constexpr double straight = 1e-6;
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(axis[k]) > 1 - straight) return std::string(1, "xyz"[k]);
+  return fmt::format("({:.3g}, {:.3g}, {:.3g})", axis[0], axis[1], axis[2]);
 }
 
 std::vector<int> rigid_groups(const Mechanism& mechanism) {

@@ -27,6 +27,10 @@ struct JointSize {
 };
 JointSize size_of(JointType type);
 
+/// The drive against the ground whose stroke a held direction keeps at zero. Of a joint that moves:
+/// how it moves.
+Drive held_direction(const Joint& joint);
+
 /// Up to 6 conditions over (displacement, spin) of `body` and of `other`. With a, b the present
 /// places of the joint on both bodies, e_i the axes of the joint turning with `body` (e1 the
 /// joint's axis) and e′_i those turning with `other`:
@@ -34,6 +38,7 @@ JointSize size_of(JointType type);
 ///   revolute   a − b,               e2·e′1, e3·e′1
 ///   spherical  a − b
 ///   prismatic  e2·(b − a), e3·(b − a),  e1·e′2, e2·e′3, e3·e′1
+///   held       the stroke of held_direction()
 template <class S>
 struct JointConditionsOf {
   Eigen::Matrix<S, Eigen::Dynamic, 1, 0, 6, 1> value;
@@ -66,6 +71,9 @@ JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate)
 extern template JointRates<double> joint_rates(const JointState<double>&,
                                                const JointState<double>&);
 extern template JointRates<Jet> joint_rates(const JointState<Jet>&, const JointState<Jet>&);
+
+/// "x", or "(0.707, 0.707, 0)" where it is no global axis.
+std::string described(const Vector3d& axis);
 
 /// Why the undeflected joints and drives do not fit together: conditions that others already fix,
 /// or strokes that joints and the drives before them hold.

@@ -18,22 +18,40 @@
 namespace flexopt {
 namespace {
 
-/// A leaf, or a piece of it, as the box it fills, as wide and thick as it is anywhere.
+/// A leaf, or a piece of it, as the box it fills, as wide and thick as the piece is anywhere.
 struct Box {
   Vector3d middle, half;  ///< half sizes along the axes [m]
   Matrix3d axes;
   double sheet;  ///< half its height were it almost without thickness [m]
 };
 
-/// One for a flat leaf; for an arc one for every few degrees, from base to tip.
+/// One for a flat leaf or leg; for an arc one for every few degrees, of a profile one for every
+/// piece of it, from base to tip.
 std::vector<Box> boxes_of(const LeafSpring& leaf) {
   constexpr double degrees = 4 * std::numbers::pi / 180;
+  if (leaf.fold) {
+    LeafSpring legs[2]{leaf, leaf};
+    for (LeafSpring& leg : legs) leg.fold.reset();
+    legs[0].length = leaf.length * leaf.fold->place;
+    legs[1].length = leaf.length - legs[0].length;
+    legs[1].origin = legs[0].tip_middle();
+    legs[1].axes = leaf.edge_axes(1);
+    return {boxes_of(legs[0]).front(), boxes_of(legs[1]).front()};
+  }
   const int pieces =
-      std::max(1, static_cast<int>(std::ceil(std::abs(leaf.curve.value_or(0)) / degrees)));
-  const double w = leaf.width * profile_range(leaf.width_profile).largest,
-               t = leaf.thickness * profile_range(leaf.thickness_profile).largest;
+      std::max(leaf.has_profile() ? profile_pieces : 1,
+               static_cast<int>(std::ceil(std::abs(leaf.curve.value_or(0)) / degrees)));
+  const auto largest = [&](const std::vector<double>& profile, int piece) {
+    constexpr int parts = 4;
+    double most = 0;
+    for (int j = 0; j <= parts; ++j)
+      most = std::max(most, profile_at(profile, (piece + static_cast<double>(j) / parts) / pieces));
+    return most;
+  };
   std::vector<Box> boxes;
   for (int k = 0; k < pieces; ++k) {
+    const double w = leaf.width * largest(leaf.width_profile, k),
+                 t = leaf.thickness * largest(leaf.thickness_profile, k);
     const auto at = [&](double s) {
       const ArcPoint<double> p = leaf.middle((k + s) / pieces);
       return Vector3d(leaf.length * Vector3d(p.x, 0, p.z));
@@ -157,6 +175,17 @@ std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
     return name + ": the width of a circular section must be its thickness, the diameter";
   if (leaf.curve && !(std::abs(*leaf.curve) <= std::numbers::pi))
     return name + ": its arc must not subtend more than half a turn";
+  if (leaf.fold) {
+    const LeafFold& fold = *leaf.fold;
+    if (!(fold.place > 0 && fold.place < 1)) return name + ": its fold line lies outside";
+    if (!(std::abs(fold.angle) <= largest_fold))
+      return name + ": its legs must not lie on each other";
+    if (leaf.curve || leaf.has_profile() || leaf.point || leaf.section == Section::circular ||
+        leaf.tip == free_edge)
+      return name + ": a folded leaf is a flat one of one width and thickness, held at both edges";
+    if (!(leaf.thickness < leaf.length * std::min(fold.place, 1 - fold.place)))
+      return name + ": each of its legs must be thinner than long";
+  }
   if (auto rule = broken_profile(leaf)) return rule;
   if ((leaf.axes.transpose() * leaf.axes - Matrix3d::Identity()).norm() > 1e-9 ||
       leaf.axes.determinant() < 0)
@@ -181,7 +210,10 @@ std::optional<std::string> broken_rule(const Joint& joint, int bodies) {
     if (!known(body)) return fmt::format("{}: there is no body {}", joint.name, body);
   if (joint.body == joint.other) return joint.name + ": it ties a body to itself";
   if (!joint.place.allFinite()) return joint.name + ": its place is not finite";
-  const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic;
+  const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic ||
+                        is_held(joint.type);
+  if (is_held(joint.type) && (joint.body < 0 || joint.other != ground))
+    return joint.name + ": a body is held against the ground";
   if (has_axis && !(std::abs(joint.axis.norm() - 1) < 1e-9))
     return joint.name + ": its axis must have the length one";
   return std::nullopt;
@@ -244,7 +276,8 @@ std::optional<std::string> loose_body(const Mechanism& mechanism) {
     tie(body, other);
     tie(other, body);
   };
-  for (const Joint& joint : mechanism.joints) both(joint.body, joint.other);
+  for (const Joint& joint : mechanism.joints)
+    if (!is_held(joint.type)) both(joint.body, joint.other);
   for (const Spring& spring : mechanism.springs) both(spring.body, spring.other);
   std::vector<bool> held(bodies, false);
   std::vector<std::size_t> reached{bodies};

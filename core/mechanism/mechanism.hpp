@@ -2,6 +2,7 @@
 // What a mechanism is: plain data, never changed after it was built. SI units, global axes.
 // Templated on the scalar so that a family can be differentiated with respect to its parameters.
 #include <array>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -51,20 +52,33 @@ struct LeafPointT {
 /// Cross-section of a leaf. Circular: a wire flexure, width = thickness = diameter.
 enum class Section { rectangular, circular };
 
-/// A leaf spring, flat or a circular arc when undeformed; both short edges are clamped along their
-/// whole width to a body or to the ground; the tip edge may be free. Width and thickness may vary
-/// along it.
+/// The sharpest fold: both legs must have room [rad].
+inline constexpr double largest_fold = 175 * std::numbers::pi / 180;
+
+/// A line across a leaf at which it turns when undeformed: two flat legs at a fixed angle.
+template <class Scalar>
+struct LeafFoldT {
+  Scalar place{};  ///< of the line: the first leg's part of the length, between 0 and 1
+  Scalar angle{};  ///< of the second leg against the first, towards the normal [rad]
+  auto operator<=>(const LeafFoldT&) const = default;
+};
+
+/// A leaf spring, flat, folded or a circular arc when undeformed; both short edges are clamped
+/// along their whole width to a body or to the ground; the tip edge may be free. Width and
+/// thickness may vary along a leaf that is not folded.
 template <class Scalar>
 struct LeafSpringT {
   std::string name;
   int base = ground;       ///< body that holds the base edge
   int tip = 0;             ///< body that holds the tip edge, or free_edge
   Vector3<Scalar> origin;  ///< middle of the base edge [m]
-  Matrix3<Scalar> axes;    ///< columns: along the leaf or its chord, along its width, normal to it
-  /// [m]; of profiles: what their factors refer to. The length is that of the arc.
+  /// Columns: along the leaf (its chord, its first leg), along its width, normal to it.
+  Matrix3<Scalar> axes;
+  /// [m]; of profiles: what their factors refer to. The length is that of the arc, or of both legs.
   Scalar length{}, width{}, thickness{};
   /// Of a curved leaf: the angle that its arc subtends, bulging to the normal [rad].
   std::optional<Scalar> curve;
+  std::optional<LeafFoldT<Scalar>> fold;
   /// Factors on width and thickness along the leaf: profile.hpp. Empty: uniform.
   std::vector<Scalar> width_profile, thickness_profile;
   MaterialT<Scalar> material;
@@ -78,17 +92,34 @@ struct LeafSpringT {
   Scalar chord() const {
     return curve ? Scalar(length * sine_ratio<Scalar>(0.5 * *curve)) : length;
   }
-  Vector3<Scalar> tip_middle() const { return origin + axes.col(0) * chord(); }
+  /// From the middle of the base edge to that of the tip edge.
+  Vector3<Scalar> span() const {
+    if (!fold) return axes.col(0) * chord();
+    const ArcPoint<Scalar> tip = middle(Scalar(1));
+    return axes.col(0) * (length * tip.x) + axes.col(2) * (length * tip.z);
+  }
+  Vector3<Scalar> tip_middle() const { return origin + span(); }
   /// Place of the middle line over the length, in the leaf's axes, and its direction, at the part s
   /// of the length.
   ArcPoint<Scalar> middle(const Scalar& s) const {
     if (curve) return arc_point<Scalar>(*curve, s);
+    if (fold && value_of(s) > value_of(fold->place))
+      return leg_point<Scalar>(fold->place, fold->angle, s);
     return {s, Scalar(0), Scalar(1), Scalar(0)};
   }
   /// Of a place in global axes: along the leaf, across it from the middle, and above it [m].
   Vector3<Scalar> coordinates(const Vector3<Scalar>& place) const {
     const Vector3<Scalar> way = place - origin;
     Vector3<Scalar> local(axes.col(0).dot(way), axes.col(1).dot(way), axes.col(2).dot(way));
+    if (fold) {
+      const ArcPoint<Scalar> leg = leg_point<Scalar>(fold->place, fold->angle, fold->place);
+      const Scalar x = local[0] - length * leg.x, z = local[2];
+      const Scalar along = leg.cosine * x + leg.sine * z, above = leg.cosine * z - leg.sine * x;
+      using std::abs;
+      const bool second = abs(value_of(above)) < abs(value_of(z)) && value_of(along) > 0;
+      if (second) return {length * leg.x + along, local[1], above};
+      return local;
+    }
     if (!curve || value_of(*curve) == 0) return local;
     const ArcCoordinates<Scalar> at =
         arc_coordinates<Scalar>(*curve, local[0] / length, local[2] / length);
@@ -98,7 +129,7 @@ struct LeafSpringT {
   }
   /// Axes of the clamped edge (0 base, 1 tip): along the leaf there, along its width, normal to it.
   Matrix3<Scalar> edge_axes(int end) const {
-    if (!curve) return axes;
+    if (!curve && !fold) return axes;
     return axes * middle(Scalar(end)).axes();
   }
   bool has_profile() const { return !width_profile.empty() || !thickness_profile.empty(); }
@@ -122,7 +153,8 @@ struct RigidBodyT {
   Scalar mass{};                   ///< [kg]
   Vector3<Scalar> center_of_mass;  ///< [m]
   Matrix3<Scalar> inertia;         ///< about the centre of mass, global axes [kg m²]
-  /// Directions in which it cannot move. A material point of a leaf has no rotations.
+  /// Directions along global axes in which it cannot move; other ones are joints of the kinds
+  /// held_displacement and held_rotation. A material point of a leaf has no rotations.
   std::array<bool, 6> held{};
   std::optional<BodyBoxT<Scalar>> box;
 };
@@ -131,8 +163,15 @@ enum class JointType {
   rigid,      ///< no relative motion
   revolute,   ///< turns about the axis
   spherical,  ///< turns about the place
-  prismatic   ///< slides along the axis
+  prismatic,  ///< slides along the axis
+  /// The body holds one direction against the ground: the displacement of its reference point along
+  /// the axis, or the component of its rotation vector.
+  held_displacement,
+  held_rotation
 };
+inline bool is_held(JointType type) {
+  return type == JointType::held_displacement || type == JointType::held_rotation;
+}
 
 /// Ties two bodies, or a body to the ground, by conditions with Lagrange multipliers: joint.hpp.
 template <class Scalar>
@@ -141,7 +180,7 @@ struct JointT {
   JointType type = JointType::rigid;
   int body = 0, other = ground;
   Vector3<Scalar> place;                            ///< in the undeflected state, global axes [m]
-  Vector3<Scalar> axis = Vector3<Scalar>::UnitZ();  ///< unit; of a revolute or prismatic joint
+  Vector3<Scalar> axis = Vector3<Scalar>::UnitZ();  ///< unit; not of a rigid or spherical joint
 };
 
 /// A spring between two points of two bodies, or a bushing between them: spring.hpp.
@@ -190,6 +229,14 @@ struct MechanismT {
   std::vector<DriveT<Scalar>> drives;
 };
 
+/// Whether a leaf has an elastic fold: room and clearance of such leaves are not known.
+template <class Scalar>
+bool has_fold(const MechanismT<Scalar>& mechanism) {
+  for (const auto& leaf : mechanism.leaves)
+    if (leaf.fold) return true;
+  return false;
+}
+
 /// Direction of the first drive; uy where there is none.
 template <class Scalar>
 Direction drive_direction(const MechanismT<Scalar>& mechanism) {
@@ -198,6 +245,7 @@ Direction drive_direction(const MechanismT<Scalar>& mechanism) {
 
 using Material = MaterialT<double>;
 using LeafPoint = LeafPointT<double>;
+using LeafFold = LeafFoldT<double>;
 using LeafSpring = LeafSpringT<double>;
 using RigidBody = RigidBodyT<double>;
 using Joint = JointT<double>;

@@ -67,8 +67,9 @@ struct ModelOptions {
   std::shared_ptr<const TubeAtlas> atlas = {};
 };
 
-/// A wire is a beam, whatever the other leaves are.
+/// A wire is a beam and a folded leaf a plate, whatever the other leaves are.
 inline Flexure flexure_of(const LeafSpring& leaf, const ModelOptions& model) {
+  if (leaf.fold) return Flexure::plate;
   return leaf.section == Section::circular ? Flexure::beam : model.flexure;
 }
 

@@ -50,7 +50,7 @@ void check_superelements(const Mechanism& mechanism, const ModelOptions& model, 
   if (model.method == Reduction::mixed_potential || model.accuracy == Accuracy::full) return;
   for (const LeafSpring& leaf : mechanism.leaves)
     if (const auto rule = broken_rule(leaf, model)) {
-      if (leaf.has_profile() || leaf.curve)
+      if (leaf.has_profile() || leaf.curve || leaf.fold)
         throw SpecError("/model/method", read["method"].dump(), leaf.name + ": " + *rule);
       throw SpecError("/model/superelements",
                       read.contains("superelements") ? read["superelements"].dump() : "1", *rule);
@@ -80,13 +80,15 @@ std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, Fau
 
 void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& notes) {
   constexpr double thin = 0.1;  // of the smaller side; plate theory's customary limit
-  for (const LeafSpring& leaf : mechanism.leaves)
-    if (leaf.section != Section::circular &&
-        leaf.thickness > thin * std::min(leaf.length, leaf.width))
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    const double leg = leaf.fold ? std::min(leaf.fold->place, 1 - leaf.fold->place) : 1,
+                 side = std::min(leg * leaf.length, leaf.width);
+    if (leaf.section != Section::circular && leaf.thickness > thin * side)
       notes.push_back(
           fmt::format("{} is {:.2g} times as thick as its smaller side; plate theory "
                       "wants at most {:g}.",
-                      leaf.name, leaf.thickness / std::min(leaf.length, leaf.width), thin));
+                      leaf.name, leaf.thickness / side, thin));
+  }
   for (const LeafSpring& leaf : mechanism.leaves)
     if (leaf.curve && leaf.thickness * std::abs(*leaf.curve) > thin * leaf.length)
       notes.push_back(
@@ -194,6 +196,10 @@ void JobReader::read_mechanism() {
     }
     if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }
+  if (mechanism && has_fold(*mechanism))
+    job_.notes.push_back(
+        "Leaves with an elastic fold are evaluated in full, as plates; envelope and clearance are "
+        "not known.");
   if (mechanism && job_.model.flexure == Flexure::plate) note_thick_leaves(*mechanism, job_.notes);
   if (job_.model.flexure == Flexure::plate && job_.model.warping == Warping::free)
     job_.notes.push_back("Free warping is a matter of beams; the plate's ends are clamped.");

@@ -36,6 +36,7 @@ struct Context {
   std::vector<FormulaName> names;  ///< of these, the family's first
   const CaseNames& cases;
   FaultList& faults;
+  bool folded = false;  ///< a leaf has an elastic fold
 
   /// The load case that a goal names; empty where it is over all of them. Throws SpecError.
   std::string load_case(const json& goal, const Pointer& at) const {
@@ -78,6 +79,11 @@ struct Context {
         counts(load_case))
       throw SpecError(at.to_string(), '"' + name + '"',
                       "it needs \"buckling\": {\"load\": …}, which says which load grows");
+    const bool room = name.starts_with("envelope") || name.starts_with("clearance");
+    if (folded && room)
+      throw SpecError(at.to_string(), '"' + name + '"',
+                      "the room that a leaf with an elastic fold takes is not known: expected "
+                      "another quantity, or a rigid fold");
     return *found;
   }
 };
@@ -344,6 +350,11 @@ Context context_of(const Family& family, const Job& job, const CaseNames& cases,
                    FaultList& faults) {
   Context context{family, job.design, job.request, quantities(family.drives),
                   {},     {},         cases,       faults};
+  try {
+    context.folded = has_fold(make_mechanism(job, job.design.parameters));
+  } catch (const SpecError&) {
+    // told where the mechanism is read
+  }
   context.values = job.design.parameters;
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});

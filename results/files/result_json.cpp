@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -174,6 +175,9 @@ Json leaf_geometry_json(const Mechanism& mechanism) {
                       {"validity", validity_json(leaf)}});
     // of its arc, positive to the side of across × (base → tip)
     if (leaf.curve) leaves.back()["curve"] = -*leaf.curve;
+    // the part of the length before it, and the angle by which the leaf turns there
+    if (leaf.fold)
+      leaves.back()["fold"] = {{"place", leaf.fold->place}, {"angle", std::abs(leaf.fold->angle)}};
   }
   return leaves;
 }

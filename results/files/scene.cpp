@@ -79,13 +79,15 @@ Json leaves_json(const Mechanism& mechanism, const std::vector<LeafShape>& shape
 Json ties_json(const Mechanism& mechanism) {
   Json ties = {{"joints", Json::array()}, {"springs", Json::array()}, {"drives", Json::array()}};
   constexpr std::array<const char*, 4> types{"rigid", "revolute", "spherical", "prismatic"};
-  for (const Joint& joint : mechanism.joints)
+  for (const Joint& joint : mechanism.joints) {
+    if (is_held(joint.type)) continue;
     ties["joints"].push_back({{"name", joint.name},
                               {"type", types[static_cast<std::size_t>(joint.type)]},
                               {"body", joint.body},
                               {"other", joint.other},
                               {"place", triple_json(joint.place)},
                               {"axis", triple_json(joint.axis)}});
+  }
   for (const Spring& spring : mechanism.springs)
     ties["springs"].push_back(
         {{"name", spring.name},

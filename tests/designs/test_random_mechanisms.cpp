@@ -47,8 +47,8 @@ double limit(const laws::Deviation& d, bool reduced) {
 TEST_CASE("random mechanisms are of all kinds", "[random]") {
   const Folder folder("kinds");
   int leaves = 0, wires = 0, profiles = 0, joints = 0, springs = 0, bushings = 0, loops = 0,
-      several = 0, massless = 0, held = 0, mirrored = 0, repeats = 0, nested = 0, curves = 0,
-      points = 0, driven_points = 0;
+      several = 0, massless = 0, held = 0, turned = 0, mirrored = 0, repeats = 0, nested = 0,
+      curves = 0, folds = 0, points = 0, driven_points = 0;
   for (int seed = 0; seed < count; ++seed) {
     const RandomDesign design = random_design(seed, folder.path);
     const Mechanism m = design.make();
@@ -56,10 +56,12 @@ TEST_CASE("random mechanisms are of all kinds", "[random]") {
     for (const LeafSpring& leaf : m.leaves) {
       wires += leaf.section == Section::circular;
       curves += leaf.curve.has_value();
+      folds += leaf.fold.has_value();
       points += leaf.point.has_value();
       profiles += !leaf.thickness_profile.empty() || !leaf.width_profile.empty();
     }
-    joints += !m.joints.empty();
+    joints += !design.document["joints"].empty();
+    for (const Joint& joint : m.joints) turned += is_held(joint.type);
     driven_points += design.driven == "point";
     for (const Spring& spring : m.springs) (spring.matrix ? bushings : springs) += 1;
     loops += m.leaves.size() > m.bodies.size();
@@ -76,8 +78,9 @@ TEST_CASE("random mechanisms are of all kinds", "[random]") {
   }
   CHECK(leaves > 3 * count / 2);
   for (const int number : {wires, profiles, joints, springs, bushings, loops, several, massless,
-                           held, mirrored, repeats, nested, curves, points, driven_points})
+                           held, mirrored, repeats, nested, curves, folds, points, driven_points})
     CHECK(number >= 5);
+  CHECK(turned > 0);
 }
 
 TEST_CASE("a random mechanism written flat, or without repeats, is the same to the last bit",

@@ -30,7 +30,9 @@ Mechanism build(const nlohmann::json& solid) {
   payload.inertia = solid.at("inertia").get<double>() * Matrix3d::Identity();
   const Material material{
       "steel", solid.at("youngs_modulus"), solid.at("poissons_ratio"), solid.at("density"), {}};
-  return family.make(values, standard_choices(family), material, payload);
+  FamilyChoices choices = standard_choices(family);
+  for (auto& [name, choice] : choices) choice = solid.at("design").value(name, choice);
+  return family.make(values, choices, material, payload);
 }
 
 /// Relative differences of every quantity at every stroke stay below `bar`.

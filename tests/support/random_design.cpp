@@ -41,8 +41,8 @@ class Writer {
                      "k": {"unit": "N/m", "min": 0, "default": 2000}},
       "let": {"half": "size/2", "twice": "4*half"},
       "frames": [], "bodies": [], "leaves": [], "joints": [], "springs": [], "parts": []})");
-    quarter_turns_ = random_.chance(0.1);
-    if (!quarter_turns_ && random_.chance(0.6)) {
+    holds_ = random_.chance(0.1);
+    if (!holds_ && random_.chance(0.6)) {
       frame_ = "tilted";
       document_["frames"].push_back({{"name", "tilted"},
                                      {"at", place(0.01 * random_.direction())},
@@ -70,7 +70,6 @@ class Writer {
     design.folder = folder_;
     design.driven = driven_;
     design.direction = direction_;
-    design.quarter_turns = quarter_turns_;
     return design;
   }
 
@@ -162,11 +161,27 @@ class Writer {
                             {"rigid", random_.chance(0.7)}};
     if (kind == 7)
       l["curve"] = {{"angle", angle((random_.chance(0.5) ? 1 : -1) * random_.between(0.1, 1.2))}};
+    if (kind == 0 || kind == 6) fold(l, from, to, across);
     if (kind == 6 || random_.chance(0.1))
       l["material"] = {{"youngs_modulus", random_.between(70e9, 200e9)},
                        {"poissons_ratio", random_.between(0.2, 0.4)},
                        {"density", random_.between(2700, 8000)}};
     return l;
+  }
+
+  // Some leaves have an elastic fold; their legs keep at right angles to it at all parameters.
+  void fold(json& l, const Vector3d& from, const Vector3d& to, const Vector3d& across) {
+    RandomNumbers own(7919 * seed_ + ++folds_);
+    if (!own.chance(0.5)) return;
+    const Vector3d along = (to - from).normalized(),
+                   width = (across - along * along.dot(across)).normalized(),
+                   at = from + own.between(0.35, 0.65) * (to - from) +
+                        own.between(0.2, 0.6) * (to - from).norm() * width.cross(along);
+    const auto numbers = [](const Vector3d& v) { return json::array({v[0], v[1], v[2]}); };
+    l["base"]["at"] = numbers(from);
+    l["tip"]["at"] = numbers(to);
+    l["across"] = numbers(width);
+    l["fold"] = {{"at", numbers(at)}};
   }
 
   json body(const std::string& name, const Vector3d& at) {
@@ -356,7 +371,7 @@ class Writer {
   void material_point() {
     const json* on = nullptr;
     for (const json& l : document_["leaves"]) {
-      const bool flat = !l.contains("diameter") && !l.contains("curve") &&
+      const bool flat = !l.contains("diameter") && !l.contains("curve") && !l.contains("fold") &&
                         !l.contains("reinforcement") && !l.contains("repeat");
       if (flat && (!on || random_.chance(0.5))) on = &l;
     }
@@ -391,7 +406,7 @@ class Writer {
       direction_ = directions[random_.whole(0, 2)];
     }
     document_["drive"] = {{"body", driven_}, {"direction", direction_}};
-    if (!quarter_turns_) return;
+    if (!holds_) return;
     const std::size_t held = any_body();
     const std::string along = directions[random_.whole(0, 5)];
     if (names_[held] != driven_ || along != direction_)
@@ -399,14 +414,14 @@ class Writer {
   }
 
   RandomNumbers random_;
-  unsigned long long seed_;
+  unsigned long long seed_, folds_ = 0;
   std::string folder_;
   json document_;
   std::vector<std::string> names_;  // of the tree's bodies, in its frame
   std::vector<Vector3d> places_;
   std::string driven_, direction_;
   std::string frame_;
-  bool quarter_turns_ = false, has_point_ = false;
+  bool holds_ = false, has_point_ = false;
 };
 
 }  // namespace

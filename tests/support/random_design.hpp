@@ -32,7 +32,6 @@ struct RandomDesign {
   std::string folder;          ///< where the files of its parts are
   std::string driven;          ///< body
   std::string direction;       ///< of the drive
-  bool quarter_turns = false;  ///< a body is held along global axes: it turns in quarters
   std::shared_ptr<const Family> family;
   ParameterValues values;  ///< the defaults
   int refused = 0;         ///< tries before it that were no sensible mechanisms

@@ -13,11 +13,18 @@ ProfileRate rate_of(const LeafSpring& direction) {
   if (changes(direction.width_profile)) rate.width = direction.width_profile;
   if (changes(direction.thickness_profile)) rate.thickness = direction.thickness_profile;
   rate.curve = direction.curve.value_or(0);
+  const LeafFold fold = direction.fold.value_or(LeafFold{});
+  rate.fold_place = fold.place;
+  rate.fold_angle = fold.angle;
   return rate;
 }
 
+bool is_shaped(const LeafSpring& leaf) { return leaf.has_profile() || leaf.curve || leaf.fold; }
+
 ProfileRate profiles_of(const LeafSpring& leaf) {
-  return {leaf.width_profile, leaf.thickness_profile, leaf.curve.value_or(0)};
+  const LeafFold fold = leaf.fold.value_or(LeafFold{});
+  return {leaf.width_profile, leaf.thickness_profile, leaf.curve.value_or(0), fold.place,
+          fold.angle};
 }
 
 }  // namespace
@@ -26,7 +33,7 @@ ProfileDirections::ProfileDirections(const Mechanism& mechanism,
                                      const std::vector<Mechanism>& directions) {
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
-    if (!leaf.has_profile() && !leaf.curve) continue;
+    if (!is_shaped(leaf)) continue;
     std::vector<ProfileRate>& own = directions_[profiles_of(leaf)];
     for (const Mechanism& direction : directions) {
       ProfileRate rate = rate_of(direction.leaves[i]);
@@ -43,7 +50,7 @@ const std::vector<ProfileRate>& ProfileDirections::of(const ProfileRate& profile
 }
 
 VectorXd ProfileDirections::coordinates(const LeafSpring& leaf, const LeafSpring& direction) const {
-  if (!leaf.has_profile() && !leaf.curve) return {};
+  if (!is_shaped(leaf)) return {};
   const std::vector<ProfileRate>& own = of(profiles_of(leaf));
   VectorXd along = VectorXd::Zero(static_cast<Eigen::Index>(own.size()));
   const auto found = std::find(own.begin(), own.end(), rate_of(direction));

@@ -20,11 +20,15 @@ struct ShapeParameter {
 };
 
 /// Derivatives of the factors of a leaf's profiles along one direction, as many as there are
-/// factors or none where they are constant, and of the angle of its arc. Also these themselves.
+/// factors or none where they are constant, of the angle of its arc, and of its fold. Also these
+/// themselves.
 struct ProfileRate {
   std::vector<double> width, thickness;
   double curve = 0;
-  bool is_zero() const { return width.empty() && thickness.empty() && curve == 0; }
+  double fold_place = 0, fold_angle = 0;
+  bool is_zero() const {
+    return width.empty() && thickness.empty() && curve == 0 && fold_place == 0 && fold_angle == 0;
+  }
   auto operator<=>(const ProfileRate&) const = default;
 };
 

@@ -16,6 +16,7 @@ PlateShape plate_shape(const LeafSpring& leaf, const std::array<int, 2>& mesh,
   shape.width_profile = leaf.width_profile;
   shape.thickness_profile = leaf.thickness_profile;
   shape.curve = leaf.curve;
+  shape.fold = leaf.fold;
   return shape;
 }
 
@@ -200,7 +201,7 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
   auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
   const std::vector<PlateLeaf::Mode> modes =
-      plate.modes(std::min(mode_count, plate.unknowns() / 4), 1e-5);
+      plate.modes(std::min(mode_count, plate.unknowns() / 4));
   const int n = plate.unknowns(), m = static_cast<int>(modes.size());
   const int b = plate.has_point() ? 15 : 12;  // boundary coordinates; the ground's do not move
   std::vector<int> moving;

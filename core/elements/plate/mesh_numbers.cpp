@@ -92,6 +92,12 @@ S number(double value, double rate) {
     return {value, {rate}};
 }
 
+template <class S>
+LeafFoldT<S> fold_of(const PlateShape& shape, const ShapeRate& rate) {
+  const LeafFold fold = shape.fold.value_or(LeafFold{});
+  return {number<S>(fold.place, rate.fold.place), number<S>(fold.angle, rate.fold.angle)};
+}
+
 // At a place that may move.
 template <class S>
 S profile(const std::vector<double>& numbers, const std::vector<double>& rates, const S& place,
@@ -122,6 +128,7 @@ MeshNumbers<S>::MeshNumbers(const PlateShape& shape, const ShapeRate& rate)
       thickness(number<S>(shape.thickness, rate.size[1])),
       poissons_ratio(number<S>(shape.poissons_ratio, rate.size[2])),
       curve(number<S>(shape.curve.value_or(0), rate.curve)),
+      fold(fold_of<S>(shape, rate)),
       shape_(&shape),
       rate_(&rate) {
   x = lines_along();
@@ -134,6 +141,7 @@ MeshNumbers<S>::MeshNumbers(const PlateShape& shape, const std::vector<S>& lines
       thickness(shape.thickness),
       poissons_ratio(shape.poissons_ratio),
       curve(shape.curve.value_or(0)),
+      fold(fold_of<S>(shape, constant())),
       x(lines),
       shape_(&shape),
       rate_(&constant()) {
@@ -142,8 +150,13 @@ MeshNumbers<S>::MeshNumbers(const PlateShape& shape, const std::vector<S>& lines
 
 template <class S>
 void MeshNumbers<S>::set_lines() {
-  for (const S& place : x)
-    middle.push_back(curved() ? arc_point<S>(curve, place) : ArcPoint<S>{place, S(0), S(1), S(0)});
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (curved())
+      middle.push_back(arc_point<S>(curve, x[i]));
+    else if (folded() && static_cast<int>(i) > shape_->mesh[0])
+      middle.push_back(leg_point<S>(fold.place, fold.angle, x[i]));
+    else
+      middle.push_back({x[i], S(0), S(1), S(0)});
   line_width.resize(x.size());
   if (shape_->is_beam()) {
     y = {S(0)};
@@ -165,6 +178,12 @@ std::vector<S> MeshNumbers<S>::lines_along() const {
   constexpr int terms = 12, samples = 256;
   const std::vector<double> graded = graded_points(0, 1, n, grading);
   std::vector<S> lines(graded.begin(), graded.end());
+  if (folded()) {  // both legs alike
+    lines.clear();
+    for (const double place : graded) lines.push_back(place * fold.place);
+    for (const double place : graded) lines.push_back(fold.place + place * (1.0 - fold.place));
+    return lines;
+  }
   if (shape_->thickness_profile.empty()) return lines;
   const auto place = [](const auto& xi) {
     using std::cos;
@@ -316,6 +335,16 @@ S MeshNumbers<S>::bending_stiffness() const {
 
 template <class S>
 PlateMesh::Element MeshNumbers<S>::element(int i, int j) const {
+  if (folded() && i == shape_->mesh[0]) {
+    PlateMesh::Element none;
+    none.gradient.setZero();
+    none.weight.setZero();
+    none.bending.setZero();
+    none.mass.setZero();
+    none.metric.setOnes();
+    if constexpr (!std::is_same_v<S, double>) none.metric.setZero();
+    return none;
+  }
   return shape_->is_beam() ? beam_element(i) : plate_element(i, j);
 }
 

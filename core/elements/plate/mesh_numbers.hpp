@@ -39,6 +39,7 @@ class MeshNumbers {
   MeshNumbers(const PlateShape& shape, const std::vector<S>& lines);
 
   S width, thickness, poissons_ratio, curve;
+  LeafFoldT<S> fold;
   /// Lines along: graded, and closer together where the leaf is thin: (P4). Lines across.
   std::vector<S> x, y;
   struct LineWidth {
@@ -52,6 +53,7 @@ class MeshNumbers {
   const PlateShape& shape() const { return *shape_; }
   bool width_varies() const { return !shape_->width_profile.empty(); }
   bool curved() const { return shape_->curve.has_value(); }
+  bool folded() const { return shape_->fold.has_value(); }
   S width_factor(const S& x, int order = 0) const;
   S thickness_factor(const S& x) const;
   /// In element i along, at s of it.

@@ -192,6 +192,7 @@ template <class S>
 void PlateGradient<S>::add_to_rows(int line, const Matrix& nodal, Matrix& rows) const {
   const int n = mesh_->functions_per_line(), columns = static_cast<int>(rows.cols());
   const int e = edge_at(line);
+  if (plate_->is_second_of_fold(line)) return add_fold_rows(nodal, rows);
   if (e < 0) {
     rows.middleRows(plate_->block_offset(line), 3 * n) += nodal.reshaped(3 * n, columns);
     return;
@@ -241,7 +242,11 @@ template <class S>
 auto PlateGradient<S>::line_rates(int line, const Matrix& Y) const -> Matrix {
   const int n = mesh_->functions_per_line(), columns = static_cast<int>(Y.cols()),
             first = plate_->block_offset(line), e = edge_at(line);
-  if (e < 0) return Matrix(Y.middleRows(first, 3 * n)).reshaped(n, 3 * columns);
+  if (e < 0) {
+    Matrix N = Matrix(Y.middleRows(first, 3 * n)).reshaped(n, 3 * columns);
+    if (plate_->is_second_of_fold(line)) set_fold_rates(Y, N);
+    return N;
+  }
   const auto& slopes = mesh_->edge_slopes();
   const int body = rows_.body(e), per_node = static_cast<int>(slopes.size());
   Matrix N(n, 3 * columns);
@@ -264,10 +269,12 @@ std::unique_ptr<LeafFields> PlateGradient<S>::fields(
     const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const {
   if constexpr (std::is_same_v<S, double>) {
     const std::array<Matrix, 2> edges = edge_nodal_rates(variations);
+    const Matrix fold = fold_nodal_rates(variations);
     std::vector<Matrix> rates;
     for (int i = 0; i < mesh_->lines(); ++i) {
       rates.push_back(line_rates(i, rows));
       if (const int e = edge_at(i); e >= 0) rates.back() += edges[e];
+      if (plate_->is_second_of_fold(i)) rates.back() += fold;
     }
     std::vector<ShapeRate> shapes;
     for (const LeafVariation<S>& v : variations) shapes.push_back(rate_->along(v.shape));
@@ -283,6 +290,7 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
   const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
             ny = mesh_->elements_across(), columns = static_cast<int>(variations.size());
   const std::array<Matrix, 2> N = edge_nodal_rates(variations);
+  const Matrix fold = fold_nodal_rates(variations);
   std::vector<Matrix> F(nx + 1, Matrix::Zero(n, 3 * columns));
   for (int line = 0; line <= nx; ++line)
     for (int k = 0; k < columns; ++k)
@@ -303,14 +311,17 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
         F[w.line].template block<1, 3>(w.function, 3 * k) -=
             variations[k].point[a] * w.weight * point_force;
 
-  // K N′, which only the elements at the edges feel
+  // K N′, which only the elements at the edges and behind a fold feel
   const auto product = [&]<int Side>() {
     using PointBlock = Eigen::Matrix<S, 16, Eigen::Dynamic>;
     Eigen::Matrix<S, 2 * Side, Eigen::Dynamic> f, bent;
     const Matrix zero = Matrix::Zero(n, 3 * columns);
     for (int i = 0; i < nx; ++i) {
-      if (edge_at(i) < 0 && edge_at(i + 1) < 0) continue;
-      const Matrix &low = edge_at(i) >= 0 ? N[edge_at(i)] : zero,
+      const bool behind = plate_->is_second_of_fold(i);
+      if (edge_at(i) < 0 && edge_at(i + 1) < 0 && !behind) continue;
+      const Matrix &low = behind            ? fold
+                          : edge_at(i) >= 0 ? N[edge_at(i)]
+                                            : zero,
                    &high = edge_at(i + 1) >= 0 ? N[edge_at(i + 1)] : zero;
       for (int j = 0; j < ny; ++j) {
         const int e = i * ny + j;
@@ -349,6 +360,7 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
   Matrix rows = Matrix::Zero(size(), columns);
   for (int line = 0; line <= nx; ++line) add_to_rows(line, F[line], rows);
   add_point_rates(N, variations, rows);
+  add_fold_force_rates(variations, rows);
   // the edges' axes and arms turn and grow
   const auto& slopes = mesh_->edge_slopes();
   for (int e = 0; e < 2; ++e) {

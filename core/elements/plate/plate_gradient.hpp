@@ -63,6 +63,21 @@ class PlateGradient final : public LeafGradient<S> {
     std::vector<Vector3<S>> local, arm;  ///< w and v = R w of every function
   };
   int edge_at(int line) const;
+  /// Rates of the nodal values behind a fold that opens: functions × (3 components of each).
+  Matrix fold_nodal_rates(const std::vector<LeafVariation<S>>& variations) const;
+  /// Of the angle of the fold.
+  double fold_rate(const LeafVariation<S>& v) const;
+  /// The block of a fold, of some vector.
+  auto fold_block(const Vector& x) const {
+    return x.segment(plate_->block_offset(mesh_->fold_line()), plate_->fold_unknowns());
+  }
+  /// Of the line behind the fold: rows += Jᵀ nodal, and N's r,x and r,xy of states moving by Y.
+  void add_fold_rows(const Matrix& nodal, Matrix& rows) const;
+  void set_fold_rates(const Matrix& Y, Matrix& N) const;
+  void add_fold_force_rates(const std::vector<LeafVariation<S>>& variations, Matrix& rows) const;
+  void add_fold_second(const Matrix& Y, std::vector<Matrix>& N2, std::vector<Matrix>& n1) const;
+  void add_fold_quadratic(const Matrix& Y, const std::vector<Matrix>& n0,
+                          const std::vector<Matrix>& n1, LeafQuadratic<S>& q) const;
   int directions() const { return rate_->directions(); }
   template <int Side>
   void prepare();

@@ -114,18 +114,18 @@ void PlateGradient<S>::add_weight_quadratic(const std::vector<Matrix>& N2,
                                             LeafQuadratic<S>& q) const {
   if (weight_.isZero(0)) return;
   const Vector3<S> weight = weight_.template cast<S>();
-  for (const EdgeNodes& edge : edges_) {
-    const Matrix& second = N2[static_cast<std::size_t>(edge.line)];
+  for (int line = 0; line < mesh_->lines(); ++line) {
+    const Matrix& second = N2[static_cast<std::size_t>(line)];
     for (Eigen::Index k = 0; 3 * k < second.cols(); ++k) {
       const auto of = second.template middleCols<3>(3 * k);
       const auto moved = [&](const VectorXd& m) {
         return Vector3<S>(of.transpose() * m.template cast<S>());
       };
-      const Vector3<S> whole = moved(mesh_->mass_moment(edge.line));
+      const Vector3<S> whole = moved(mesh_->mass_moment(line));
       q.stiffness[k] -= weight.dot(whole);
       q.weight.col(k) -= whole;
       for (int p = 0; p < directions(); ++p)
-        q.shape(p, k) -= weight.dot(moved(moment_rates_[p][static_cast<std::size_t>(edge.line)]));
+        q.shape(p, k) -= weight.dot(moved(moment_rates_[p][static_cast<std::size_t>(line)]));
     }
   }
 }
@@ -137,7 +137,8 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
   assert(Y.rows() == size() && mu.size() == columns);
   std::vector<Matrix> N1(lines), n0(lines, Matrix::Zero(n, 3 * columns));
   for (int i = 0; i < lines; ++i) N1[i] = line_rates(i, Y);
-  std::vector<Matrix> N2(lines), n1(lines);  // of the edges alone
+  std::vector<Matrix> N2(lines), n1(lines);  // of the edges and behind a fold alone
+  add_fold_second(Y, N2, n1);
   for (int e = 0; e < 2; ++e) {
     if (!rigid_[e]) continue;
     N2[edges_[e].line] = second_nodes(e, Y);
@@ -153,6 +154,7 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
 
   for (int i = 0; i < lines; ++i)
     if (edge_at(i) < 0) add_to_rows(i, n0[i], q.state);
+  add_fold_quadratic(Y, n0, n1, q);
   for (int e = 0; e < 2; ++e)
     if (rigid_[e]) add_edge_quadratic(e, Y, n0[edges_[e].line], n1[edges_[e].line], q);
   return q;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/elements/plate/plate_curvature.hpp"
+#include "core/elements/plate/plate_fold.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
@@ -61,6 +62,17 @@ PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support
   const int m = mesh_->edge_unknowns();
   for (const int line : {0, lines - 1})
     if (is_rigid_edge(line)) sizes[line] = m;
+  if (const int fold = mesh_->fold_line(); fold >= 0) {
+    assert(!support_.free_tip && support_.point.empty());
+    sizes[fold] = fold_unknowns();
+    sizes.erase(sizes.begin() + fold + 1);
+    for (int side = 0; side < 2; ++side) {
+      fold_diagonal_[side].resize(3 * n, 3 * n);
+      fold_below_[side].resize(3 * n, 3 * n);
+    }
+    fold_gap_ = MatrixXd::Zero(3 * n, 3 * n);
+    fold_jacobian_ = MatrixXd::Zero(3 * n, fold_unknowns());
+  }
   K_.resize(sizes);
   nodal_.assign(lines, MatrixXd::Zero(n, 3));
   nodal_force_.assign(lines, VectorXd::Zero(3 * n));
@@ -84,10 +96,17 @@ PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh, bool free_tip) {
   State state;
   state.edges = {mesh.line_pose(0), mesh.line_pose(lines - 1)};
   const int last = free_tip ? lines - 1 : lines - 2;  // the last line with nodal unknowns
-  state.x = VectorXd::Zero(m + last * 3 * n + (free_tip ? 0 : m));
+  const int fold = mesh.fold_line(), own = 4 * mesh.nodes_per_line();
+  const int nodal = fold < 0 ? last * 3 * n : (last - 1) * 3 * n + own;
+  state.x = VectorXd::Zero(m + nodal + (free_tip ? 0 : m));
+  int o = m;
   for (int i = 1; i <= last; ++i) {
-    const int o = m + (i - 1) * 3 * n;
+    if (fold >= 0 && i == fold + 1) {
+      o += own;
+      continue;
+    }
     state.x.segment(o, 3 * n) = mesh.undeflected(i).reshaped();
+    o += 3 * n;
   }
   return state;
 }
@@ -141,6 +160,7 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
   for (int i = 0; i <= nx; ++i) rates[i] = nodal_rates(i, T).reshaped(n, 3);
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < ny; ++j) {
+      if (i == mesh_->fold_line()) continue;
       const PlateMesh::Element& element = mesh_->element(i, j);
       PointState& point = points_[i * ny + j];
       Eigen::Matrix<double, 2 * Side, 3> dU;
@@ -189,13 +209,23 @@ MatrixXd PlateLeaf::edge_nodal(const PlateMesh& mesh, int edge, const EdgePose& 
 void PlateLeaf::update_nodal() {
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
   for (int i = 1; i <= last; ++i)
-    if (!is_rigid_edge(i))
-      nodal_[i] = Eigen::Map<const MatrixXd>(state_.x.data() + K_.offset[i], n, 3);
+    if (!is_rigid_edge(i) && !is_second_of_fold(i))
+      nodal_[i] = Eigen::Map<const MatrixXd>(state_.x.data() + block_offset(i), n, 3);
+  if (const int fold = mesh_->fold_line(); fold >= 0) {
+    const auto map = FoldMap<double>::of(mesh_->shape().fold->angle);
+    nodal_[fold + 1] = nodal_[fold];
+    for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
+      const auto own = map.value(
+          FoldNode<double>::state(state_.x.segment(block_offset(fold), fold_unknowns()), n, j));
+      nodal_[fold + 1].row(4 * j + 1) = own[0].transpose();
+      nodal_[fold + 1].row(4 * j + 3) = own[1].transpose();
+    }
+  }
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : last;
     if (!is_rigid_edge(line)) continue;
     nodal_[line] =
-        edge_nodal(*mesh_, e, state_.edges[e], state_.x.data() + K_.offset[line], clamp_);
+        edge_nodal(*mesh_, e, state_.edges[e], state_.x.data() + block_offset(line), clamp_);
   }
 }
 
@@ -205,11 +235,17 @@ void PlateLeaf::assemble_elements() {
   const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
             ny = mesh_->elements_across();
   const auto [A11, A12, A33] = mesh_->membrane();
+  const int fold = mesh_->fold_line();
   auto diagonal = [&](int i) -> MatrixXd& {
-    return is_rigid_edge(i) ? edge_diagonal_[edge_of(i)] : K_.diagonal[i];
+    if (fold >= 0 && (i == fold || i == fold + 1)) return fold_diagonal_[i - fold];
+    return is_rigid_edge(i) ? edge_diagonal_[edge_of(i)] : K_.diagonal[block(i)];
   };
   auto below = [&](int i) -> MatrixXd& {
-    return is_rigid_edge(i) ? edge_below_[0] : is_rigid_edge(i + 1) ? edge_below_[1] : K_.below[i];
+    if (fold >= 0 && i >= fold - 1 && i <= fold + 1)
+      return i == fold ? fold_gap_ : fold_below_[i < fold ? 0 : 1];
+    return is_rigid_edge(i)       ? edge_below_[0]
+           : is_rigid_edge(i + 1) ? edge_below_[1]
+                                  : K_.below[block(i)];
   };
   for (int i = 0; i <= nx; ++i) diagonal(i).setZero();
   for (int i = 0; i < nx; ++i) below(i).setZero();
@@ -217,6 +253,7 @@ void PlateLeaf::assemble_elements() {
   energy_ = strain_ = 0;
 
   for (int i = 0; i < nx; ++i) {
+    if (i == fold) continue;
     MatrixXd &D0 = diagonal(i), &D1 = diagonal(i + 1), &O = below(i);
     for (int j = 0; j < ny; ++j) {
       const PlateMesh::Element& element = mesh_->element(i, j);
@@ -341,7 +378,9 @@ void PlateLeaf::linearise() {
     for (int c = 0; c < 3; ++c)
       nodal_force_[w.line][c * n + w.function] -= w.weight * state_.point_force[c];
   for (int i = 1; i <= last; ++i)
-    if (!is_rigid_edge(i)) g_.segment(K_.offset[i], 3 * n) = nodal_force_[i];
+    if (!is_rigid_edge(i) && !is_second_of_fold(i))
+      g_.segment(block_offset(i), 3 * n) = nodal_force_[i];
+  if (mesh_->fold_line() >= 0) add_fold();
   coupling_.setZero();
   edge_tangent_.setZero();
   edge_force_.setZero();
@@ -373,21 +412,65 @@ void PlateLeaf::linearise() {
     D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
     H.noalias() += J.transpose() * (D * J);
     const VectorXd gJ = J.transpose() * f;
-    K_.diagonal[line] = H.topLeftCorner(m, m);
-    g_.segment(K_.offset[line], m) = gJ.head(m);
+    K_.diagonal[block(line)] = H.topLeftCorner(m, m);
+    g_.segment(block_offset(line), m) = gJ.head(m);
     edge_force_.segment<6>(6 * e) = gJ.tail<6>();
     edge_tangent_.block<6, 6>(6 * e, 6 * e) = H.bottomRightCorner<6, 6>();
     // mixed terms stand below the diagonal only
-    coupling_.block(K_.offset[line], 6 * e, m, 6) = H.bottomLeftCorner(6, m).transpose();
+    coupling_.block(block_offset(line), 6 * e, m, 6) = H.bottomLeftCorner(6, m).transpose();
     const MatrixXd& O = edge_below_[e];
     if (e == 0) {
       K_.below[0].noalias() = O * J.leftCols(m);
-      coupling_.block(K_.offset[inner], 0, 3 * n, 6).noalias() = O * J.rightCols<6>();
+      coupling_.block(block_offset(inner), 0, 3 * n, 6).noalias() = O * J.rightCols<6>();
     } else {
-      K_.below[last - 1].noalias() = J.leftCols(m).transpose() * O;
-      coupling_.block(K_.offset[inner], 6, 3 * n, 6).noalias() = O.transpose() * J.rightCols<6>();
+      K_.below[block(last - 1)].noalias() = J.leftCols(m).transpose() * O;
+      coupling_.block(block_offset(inner), 6, 3 * n, 6).noalias() =
+          O.transpose() * J.rightCols<6>();
     }
   }
+}
+
+// The block of a fold: the first leg's nodal values N are unknowns themselves, those of the second
+// N2(u), so that K = K1 + Jᵀ K2 J + f2·N2,uu with J = N2,u.
+void PlateLeaf::add_fold() {
+  const int n = mesh_->functions_per_line(), line = mesh_->fold_line(), b = block(line),
+            size = fold_unknowns();
+  constexpr int unknowns = FoldNode<double>::unknowns;
+  const auto map = FoldMap<double>::of(mesh_->shape().fold->angle);
+  const auto x = state_.x.segment(block_offset(line), size);
+  const VectorXd& f = nodal_force_[line + 1];
+  MatrixXd& J = fold_jacobian_;
+  MatrixXd H = MatrixXd::Zero(size, size);
+  J.setZero();
+  for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
+    const auto u = FoldNode<double>::state(x, n, j);
+    for (int c = 0; c < 3; ++c)
+      for (const int k : {0, 2}) J(c * n + 4 * j + k, c * n + 4 * j + k) = 1;
+    const int rows[] = {4 * j + 1, 4 * j + 3};
+    for (int k = 0; k < unknowns; ++k) {
+      const auto y = FoldNode<double>::unit(k);
+      const auto along = map.first(u, y);
+      for (int p = 0; p < 2; ++p)
+        for (int c = 0; c < 3; ++c)
+          J(c * n + rows[p], FoldNode<double>::row(k, n, j)) = along[p][c];
+      for (int l = 0; l < unknowns; ++l) {
+        const auto twice = map.second(u, y, FoldNode<double>::unit(l));
+        double& h = H(FoldNode<double>::row(k, n, j), FoldNode<double>::row(l, n, j));
+        for (int p = 0; p < 2; ++p)
+          for (int c = 0; c < 3; ++c) h += f[c * n + rows[p]] * twice[p][c];
+      }
+    }
+  }
+  MatrixXd& D = fold_diagonal_[1];
+  D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
+  H.noalias() += J.transpose() * (D * J);
+  H.topLeftCorner(3 * n, 3 * n) += fold_diagonal_[0];  // its lower triangle counts
+  K_.diagonal[b] = H;
+  g_.segment(block_offset(line) + 3 * n, size - 3 * n).setZero();
+  g_.segment(block_offset(line), size) += J.transpose() * f;
+  K_.below[b - 1].setZero(size, K_.below[b - 1].cols());
+  K_.below[b - 1].topRows(3 * n) = fold_below_[0];
+  K_.below[b] = fold_below_[1] * J;
 }
 
 MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
@@ -412,7 +495,7 @@ MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
 
 BlockTridiagonal PlateLeaf::line_factor() const {
   const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
-  assert(!support_.free_tip);
+  assert(!support_.free_tip && mesh_->fold_line() < 0);
   BlockTridiagonal K;
   K.resize(std::vector<int>(inner, n3));
   for (int i = 0; i < inner; ++i) {
@@ -435,7 +518,7 @@ MatrixXd PlateLeaf::line_shapes() const {
 void PlateLeaf::eliminate() {
   const int last = mesh_->lines() - 1;
   K_.factorise();
-  interior_.condense(K_, g_, coupling_, edge_force_, edge_tangent_, last - 1);
+  interior_.condense(K_, g_, coupling_, edge_force_, edge_tangent_, block(last - 1));
   if (has_point()) hold_point();
 }
 
@@ -447,7 +530,7 @@ void PlateLeaf::hold_point() {
                                  .force = state_.point_force};
   for (const NodalWeight& w : support_.point) {
     point.missing -= w.weight * nodal_[w.line].row(w.function).transpose();
-    const int o = K_.offset[w.line];
+    const int o = block_offset(w.line);
     for (int c = 0; c < 3; ++c) {
       if (!is_rigid_edge(w.line)) {
         point.gradient(o + c * n + w.function, c) += w.weight;
@@ -464,10 +547,12 @@ void PlateLeaf::hold_point() {
 
 MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {
   const int n = mesh_->functions_per_line();
-  if (!is_rigid_edge(line)) return T.middleRows(K_.offset[line], 3 * n);
+  if (is_second_of_fold(line))
+    return fold_jacobian_ * T.middleRows(block_offset(line), fold_unknowns());
+  if (!is_rigid_edge(line)) return T.middleRows(block_offset(line), 3 * n);
   const int e = edge_of(line);
   const int m = mesh_->edge_unknowns();
-  MatrixXd rates = edge_jacobian_[e].leftCols(m) * T.middleRows(K_.offset[line], m);
+  MatrixXd rates = edge_jacobian_[e].leftCols(m) * T.middleRows(block_offset(line), m);
   if (T.rows() == unknowns() + 12)
     rates.noalias() += edge_jacobian_[e].rightCols<6>() * T.middleRows(unknowns() + 6 * e, 6);
   return rates;
@@ -497,7 +582,7 @@ MatrixXd PlateLeaf::station_rates(const MatrixXd& T) const {
   MatrixXd rates(6 * inner, T.cols());
   for (int i = 0; i < inner; ++i)
     for (int c = 0; c < 3; ++c) {
-      const int row = K_.offset[i + 1] + c * n + middle;
+      const int row = block_offset(i + 1) + c * n + middle;
       rates.row(6 * i + c) = T.row(row);
       rates.row(6 * i + 3 + c) = 0.5 * mesh_->shape().width * T.row(row + 2);
     }
@@ -520,12 +605,16 @@ MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
     if (is_rigid_edge(i)) {
       const int u = mesh_->edge_unknowns();
       const MatrixXd& J = edge_jacobian_[edge_of(i)];
-      result.middleRows(K_.offset[i], u).noalias() = J.leftCols(u).transpose() * rows;
+      result.middleRows(block_offset(i), u).noalias() = J.leftCols(u).transpose() * rows;
       if (edges)
         result.middleRows(unknowns() + 6 * edge_of(i), 6).noalias() =
             J.rightCols<6>().transpose() * rows;
+    } else if (is_second_of_fold(i)) {
+      result.middleRows(block_offset(i), fold_unknowns()).noalias() +=
+          fold_jacobian_.transpose() * rows;
     } else {
-      result.middleRows(K_.offset[i], 3 * n) = rows;
+      if (i == mesh_->fold_line()) result.middleRows(block_offset(i), fold_unknowns()).setZero();
+      result.middleRows(block_offset(i), 3 * n) = rows;
     }
   }
   return result;

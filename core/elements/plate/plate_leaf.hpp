@@ -25,7 +25,9 @@ struct PlateSupport {
 
 /// State of a plate leaf and the linear algebra about it. The unknowns, in the order of the blocks:
 /// base line (the free slopes α, γ, α′, γ′ of each node), the interior lines (r, r,x, r,y, r,xy;
-/// component by component), tip line; the two edge poses are arguments.
+/// component by component), tip line; the two edge poses are arguments. The two lines of a fold
+/// share one block: the nodal values of the first leg, then α, γ, α′, γ′ of the second at each
+/// node.
 class PlateLeaf {
  public:
   explicit PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support = {});
@@ -34,7 +36,13 @@ class PlateLeaf {
   const std::shared_ptr<const PlateMesh>& shared_mesh() const { return mesh_; }
   const PlateSupport& support() const { return support_; }
   int unknowns() const { return K_.size(); }
-  int block_offset(int line) const { return K_.offset[line]; }
+  /// First unknown of a line; the lines of a fold have the same.
+  int block_offset(int line) const { return K_.offset[block(line)]; }
+  /// Whether the line is where the second leg of a folded leaf begins.
+  bool is_second_of_fold(int line) const { return line > 0 && line - 1 == mesh_->fold_line(); }
+  int fold_unknowns() const {
+    return 3 * mesh_->functions_per_line() + 4 * mesh_->nodes_per_line();
+  }
 
   /// Edge poses in leaf axes over L, undeflected: (0, 1) and (e1, 1).
   struct State {
@@ -159,6 +167,10 @@ class PlateLeaf {
   std::vector<Mode> modes(int count, double tolerance = 1e-7) const;
 
  private:
+  int block(int line) const {
+    return mesh_->fold_line() >= 0 && line > mesh_->fold_line() ? line - 1 : line;
+  }
+  void add_fold();
   int edge_of(int line) const { return line == 0 ? 0 : 1; }
   void update_nodal();
   /// Side: functions of an element on a line, 8 (plate) or 4 (beam).
@@ -189,6 +201,9 @@ class PlateLeaf {
   BlockTridiagonal K_;
   MatrixXd edge_diagonal_[2], edge_below_[2];
   MatrixXd edge_jacobian_[2];
+  /// Of the lines at a fold: K of the elements before and behind, and how the nodal values of the
+  /// second leg depend on the unknowns.
+  MatrixXd fold_diagonal_[2], fold_below_[2], fold_gap_, fold_jacobian_;
   VectorXd g_;         ///< residual
   MatrixXd coupling_;  ///< K_fb
   Matrix12d edge_tangent_;

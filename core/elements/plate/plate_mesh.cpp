@@ -45,6 +45,7 @@ PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
   if (shape.is_beam()) shape_.mesh[1] = 1;
   assert(shape.mesh[0] >= 2 && shape.mesh[1] >= 1);
   assert(shape.poissons_ratio > -1);
+  assert(!shape.fold || !(shape.is_beam() || shape.curve || shape.has_profile()));
   const MeshNumbers<double> numbers(shape_);
   x_ = numbers.x;
   y_ = numbers.y;

@@ -28,6 +28,8 @@ struct PlateShape {
   /// Factors on width and thickness along the leaf: core/mechanism/profile.hpp.
   std::vector<double> width_profile{}, thickness_profile{};
   std::optional<double> curve{};  ///< angle of the arc [rad]; none: flat
+  /// Place of the fold over L, and its angle; `mesh` is then that of each leg.
+  std::optional<LeafFoldT<double>> fold{};
 
   bool is_beam() const { return flexure == Flexure::beam; }
   bool has_profile() const { return !width_profile.empty() || !thickness_profile.empty(); }
@@ -45,6 +47,7 @@ struct ShapeRate {
   /// Of the factors of the profiles; empty where none of them changes.
   std::vector<double> width_profile{}, thickness_profile{};
   double curve = 0;  ///< of the angle of the arc
+  LeafFold fold;     ///< of its place and angle
 
   ShapeRate() = default;
   ShapeRate(const Vector3d& size) : size(size) {}
@@ -131,7 +134,10 @@ class PlateMesh {
   explicit PlateMesh(const PlateShape& shape);
 
   const PlateShape& shape() const { return shape_; }
-  int elements_along() const { return shape_.mesh[0]; }
+  /// Of a folded leaf, one of the length zero between the lines fold_line() and fold_line() + 1 at
+  /// the ends of the legs, all its operators zero.
+  int elements_along() const { return shape_.fold ? 2 * shape_.mesh[0] + 1 : shape_.mesh[0]; }
+  int fold_line() const { return shape_.fold ? shape_.mesh[0] : -1; }
   int elements_across() const { return shape_.mesh[1]; }
   int lines() const { return elements_along() + 1; }
   int nodes_per_line() const { return shape_.is_beam() ? 1 : elements_across() + 1; }

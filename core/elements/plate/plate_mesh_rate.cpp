@@ -69,6 +69,7 @@ PlateMeshRate::PlateMeshRate(const PlateMesh& mesh, const std::vector<ProfileRat
     along.width_profile = profile.width;
     along.thickness_profile = profile.thickness;
     along.curve = profile.curve;
+    along.fold = {profile.fold_place, profile.fold_angle};
   }
   for (const ShapeRate& along : direction) shape.push_back(rate_along(mesh, along));
 }
@@ -86,6 +87,8 @@ ShapeRate PlateMeshRate::along(const VectorXd& shape_rate) const {
     add(sum.width_profile, shape_rate[k], own.width_profile);
     add(sum.thickness_profile, shape_rate[k], own.thickness_profile);
     sum.curve += shape_rate[k] * own.curve;
+    sum.fold.place += shape_rate[k] * own.fold.place;
+    sum.fold.angle += shape_rate[k] * own.fold.angle;
   }
   return sum;
 }
@@ -94,8 +97,10 @@ std::shared_ptr<const PlateMeshRate> shared_mesh_rate(
     LeafRates& rates, const std::shared_ptr<const PlateMesh>& mesh) {
   return rates.of<PlateMeshRate>(mesh, [&] {
     const PlateShape& shape = mesh->shape();
-    return PlateMeshRate(*mesh, rates.profiles().of({shape.width_profile, shape.thickness_profile,
-                                                     shape.curve.value_or(0)}));
+    const LeafFold fold = shape.fold.value_or(LeafFold{});
+    return PlateMeshRate(*mesh,
+                         rates.profiles().of({shape.width_profile, shape.thickness_profile,
+                                              shape.curve.value_or(0), fold.place, fold.angle}));
   });
 }
 

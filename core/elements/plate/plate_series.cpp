@@ -1,6 +1,7 @@
 #include "core/elements/plate/plate_series.hpp"
 
 #include "core/elements/plate/plate_curvature.hpp"
+#include "core/elements/plate/plate_fold.hpp"
 #include "core/math/small_product.hpp"
 
 namespace flexopt {
@@ -85,12 +86,15 @@ void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Serie
   for (int i = 0; i <= last; ++i)
     if (is_rigid_edge(i))
       expand_edge(edge_of(i), edges[edge_of(i)], x);
+    else if (map_of(i) == fold)
+      expand_fold(x);
     else
       for (int o = 0; o < 3; ++o) nodal_[o][i] = x[o].segment(offset_[i], 3 * n);
   expand_elements();
   for (int i = 0; i <= last; ++i)
     for (int c = 0; c < 3; ++c)
       force_[0][i].segment(c * n, n) -= plate_->weight()[c] * mesh_->mass_moment(i);
+  if (mesh_->fold_line() >= 0) expand_fold_curvature(x);
   for (const NodalWeight& w : support_.point)
     for (int o = 0; o < 3; ++o)
       for (int c = 0; c < 3; ++c)
@@ -159,6 +163,66 @@ void PlateSeries::expand_edge(int e, const EdgeBodySeries& body, const Series<Ve
         nodal_[o][line][c * n + s] = v[o][c] + (k == 0 ? body.position[o][c] : 0.0);
       }
     }
+  }
+}
+
+namespace {
+Eigen::VectorX<Jet> fold_block(const Series<VectorXd>& x, int first, int size) {
+  Series<VectorXd> part;
+  for (int o = 0; o < 3; ++o) part[o] = x[o].segment(first, size);
+  return jets(part);
+}
+}  // namespace
+
+void PlateSeries::expand_fold(const Series<VectorXd>& x) {
+  using Node = FoldNode<Jet>;
+  const int n = mesh_->functions_per_line(), line = mesh_->fold_line() + 1,
+            size = plate_->fold_unknowns();
+  const auto map = FoldMap<Jet>::of(mesh_->shape().fold->angle);
+  const Eigen::VectorX<Jet> block = fold_block(x, offset_[line], size);
+  for (int o = 0; o < 3; ++o) {
+    nodal_[o][line] = nodal_[o][line - 1];
+    J_[fold][o] = MatrixXd::Zero(3 * n, size);
+  }
+  for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
+    const Node u = Node::state(block, n, j);
+    const auto values = map.value(u);
+    for (int c = 0; c < 3; ++c)
+      for (const int k : {0, 2}) J_[fold][0](c * n + 4 * j + k, c * n + 4 * j + k) = 1;
+    const auto put = [&](const FoldMap<Jet>::Pair& pair, const auto& to) {
+      for (int p = 0; p < 2; ++p)
+        for (int c = 0; c < 3; ++c)
+          for (int o = 0; o < 3; ++o) to(o, c * n + 4 * j + 1 + 2 * p) = pair[p][c].c[o];
+    };
+    put(values, [&](int o, int row) -> double& { return nodal_[o][line][row]; });
+    for (int k = 0; k < Node::unknowns; ++k)
+      put(map.first(u, Node::unit(k)),
+          [&](int o, int row) -> double& { return J_[fold][o](row, Node::row(k, n, j)); });
+  }
+}
+
+void PlateSeries::expand_fold_curvature(const Series<VectorXd>& x) {
+  using Node = FoldNode<Jet>;
+  const int n = mesh_->functions_per_line(), line = mesh_->fold_line() + 1,
+            size = plate_->fold_unknowns();
+  const auto map = FoldMap<Jet>::of(mesh_->shape().fold->angle);
+  const Eigen::VectorX<Jet> block = fold_block(x, offset_[line], size);
+  for (int o = 0; o < 3; ++o) H_[fold][o] = MatrixXd::Zero(size, size);
+  for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
+    const Node u = Node::state(block, n, j);
+    for (int k = 0; k < Node::unknowns; ++k)
+      for (int l = 0; l <= k; ++l) {
+        const auto twice = map.second(u, Node::unit(k), Node::unit(l));
+        Jet sum;
+        for (int p = 0; p < 2; ++p)
+          for (int c = 0; c < 3; ++c) {
+            const int row = c * n + 4 * j + 1 + 2 * p;
+            sum +=
+                Jet(force_[0][line][row], force_[1][line][row], force_[2][line][row]) * twice[p][c];
+          }
+        const int a = Node::row(k, n, j), b = Node::row(l, n, j);
+        for (int o = 0; o < 3; ++o) H_[fold][o](a, b) = H_[fold][o](b, a) = sum.c[o];
+      }
   }
 }
 
@@ -235,6 +299,8 @@ PlateGradientState<Jet> PlateSeries::path() const {
 
 MatrixXd PlateSeries::rates(int line, int order, const MatrixXd& Y) const {
   const int n = mesh_->functions_per_line(), m = offset_[line + 1] - offset_[line];
+  if (map_of(line) == fold)
+    return J_[fold][order] * Y.middleRows(offset_[line], plate_->fold_unknowns());
   if (!is_rigid_edge(line))
     return order == 0 ? MatrixXd(Y.middleRows(offset_[line], 3 * n))
                       : MatrixXd(MatrixXd::Zero(3 * n, Y.cols()));
@@ -246,6 +312,11 @@ MatrixXd PlateSeries::rates(int line, int order, const MatrixXd& Y) const {
 
 void PlateSeries::add_to_rows(int line, int order, const MatrixXd& F, MatrixXd& Y) const {
   const int n = mesh_->functions_per_line(), m = offset_[line + 1] - offset_[line];
+  if (map_of(line) == fold) {
+    Y.middleRows(offset_[line], plate_->fold_unknowns()).noalias() +=
+        J_[fold][order].transpose() * F;
+    return;
+  }
   if (!is_rigid_edge(line)) {
     if (order == 0) Y.middleRows(offset_[line], 3 * n) += F;
     return;
@@ -286,7 +357,7 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
       df[o].push_back(MatrixXd::Zero(3 * n, columns));
     }
   for (int i = 0; i < nx; ++i) {
-    const int moving = is_rigid_edge(i) || is_rigid_edge(i + 1) ? orders : 1;  // orders of dr
+    const int moving = map_of(i) >= 0 || map_of(i + 1) >= 0 ? orders : 1;  // orders of dr
     for (int j = 0; j < ny; ++j) {
       const PlateMesh::Element& element = mesh_->element(i, j);
       const Point& point = points_[i * ny + j];
@@ -345,6 +416,10 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
   for (int line = 0; line <= nx; ++line)
     for (int a = 0; a < orders; ++a)
       for (int b = 0; a + b < orders; ++b) add_to_rows(line, a, df[b][line], result[a + b]);
+  if (const int line = mesh_->fold_line(); line >= 0)
+    for (int o = 0; o < orders; ++o)
+      result[o].middleRows(offset_[line], plate_->fold_unknowns()) +=
+          H_[fold][o] * Y.middleRows(offset_[line], plate_->fold_unknowns());
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : nx;
     if (!is_rigid_edge(line)) continue;

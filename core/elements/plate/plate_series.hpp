@@ -42,7 +42,15 @@ class PlateSeries final : public LeafSeries {
   }
   int edge_of(int line) const { return line == 0 ? 0 : 1; }
   void expand_edge(int edge, const EdgeBodySeries& body, const Series<VectorXd>& x);
+  void expand_fold(const Series<VectorXd>& x);
+  void expand_fold_curvature(const Series<VectorXd>& x);
   void expand_elements();
+  /// Whose nodal values are a function of the unknowns that is not linear: an edge, 2 behind a
+  /// fold, or −1.
+  int map_of(int line) const {
+    if (plate_->is_second_of_fold(line)) return fold;
+    return is_rigid_edge(line) ? edge_of(line) : -1;
+  }
   /// Nodal rates J_k Y of the order k.
   MatrixXd rates(int line, int order, const MatrixXd& Y) const;
   /// Y += J_kᵀ F of a line.
@@ -58,9 +66,10 @@ class PlateSeries final : public LeafSeries {
   Series<VectorXd> x_;
   Vector3d point_place_;  ///< of the undeflected leaf
   PointSeries point_;
-  /// Of an edge over (its unknowns, 6 of its body): dr = J dY and the second derivatives of the map
-  /// times the force.
-  std::array<Series<MatrixXd>, 2> J_, H_;
+  /// Of an edge over (its unknowns, 6 of its body), of the line behind a fold over the fold's
+  /// unknowns: dr = J dY and the second derivatives of the map times the force.
+  static constexpr int fold = 2;
+  std::array<Series<MatrixXd>, 3> J_, H_;
   std::array<Series<std::vector<Vector3d>>, 2> arm_;  ///< v = r − p of each nodal vector
   std::array<Series<Matrix3d>, 2> axes_;
   /// At the membrane points: r,x above r,y, and the stresses (n11, n22, n12) times weight.

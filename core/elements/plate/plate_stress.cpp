@@ -76,9 +76,13 @@ template <class S>
 std::vector<S> gauss_stations(const std::vector<S>& points) {
   std::vector<S> s;
   for (std::size_t i = 0; i + 1 < points.size(); ++i)
-    for (const double a : station) s.push_back(points[i] + a * (points[i + 1] - points[i]));
+    for (const double a : station)
+      if (value_of(points[i + 1]) > value_of(points[i]))  // none between the lines of a fold
+        s.push_back(points[i] + a * (points[i + 1] - points[i]));
   return s;
 }
+
+FoldSplit split_of(const PlateShape& shape);
 
 // Strains at the 2 × 2 Gauss stations of every element, where those of a cubic are superconvergent.
 // (Second derivatives jump from element to element; read anywhere else they are a saw-tooth.)
@@ -87,6 +91,7 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
   const MeshNumbers<double> numbers(mesh.shape(), mesh.x());
   for (int i = 0; i < mesh.elements_along(); ++i)
     for (const double a : station) {
+      if (i == mesh.fold_line()) continue;
       const HermiteValues X = hermite(a, mesh.x()[i + 1] - mesh.x()[i]);
       const WidthMap<double> map = numbers.map(i, a);
       for (int j = 0; j < mesh.elements_across(); ++j) {
@@ -98,13 +103,23 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
                                            mesh.y()[j] + b * hy));
       }
     }
-  return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values)};
+  return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
+          split_of(mesh.shape())};
+}
+
+// Stations before the fold: strains jump there.
+FoldSplit split_of(const PlateShape& shape) {
+  if (!shape.fold) return {};
+  return {2 * shape.mesh[0], shape.fold->place};
 }
 
 // Interval of the stations (the first or last one beyond them) and the place in it.
-std::pair<int, double> bracket(const std::vector<double>& points, double s) {
-  const int last = static_cast<int>(points.size()) - 2;
-  int i = 0;
+std::pair<int, double> bracket(const std::vector<double>& points, double s,
+                               const FoldSplit& split = {}) {
+  const bool behind = split.stations > 0 && s > split.place;
+  const int end = split.stations > 0 && !behind ? split.stations : static_cast<int>(points.size()),
+            last = end - 2;
+  int i = behind ? split.stations : 0;
   while (i < last && s > points[i + 1]) ++i;
   return {i, (s - points[i]) / (points[i + 1] - points[i])};
 }
@@ -120,13 +135,14 @@ std::vector<double> stations(double a, double b, int intervals, double zone) {
 
 }  // namespace
 
-StrainField::StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values)
-    : x_(std::move(x)), y_(std::move(y)), values_(std::move(values)) {
+StrainField::StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values,
+                         FoldSplit split)
+    : x_(std::move(x)), y_(std::move(y)), values_(std::move(values)), split_(split) {
   assert(values_.size() == x_.size() * y_.size());
 }
 
 Strains StrainField::at(double x, double y) const {
-  const auto [i, s] = bracket(x_, x);
+  const auto [i, s] = bracket(x_, x, split_);
   const auto [j, t] = bracket(y_, y);
   const Strains *low = &values_[i * y_.size() + j], *high = low + y_.size();
   return (1 - s) * ((1 - t) * low[0] + t * low[1]) + s * ((1 - t) * high[0] + t * high[1]);
@@ -141,6 +157,9 @@ SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double y
 
 namespace {
 
+/// The nearest place that is read in the second leg.
+double behind(double fold) { return fold + 1e-9; }
+
 /// Stations of a plate's stress, and what is not to be read there.
 struct Stations {
   std::vector<double> x, y;           // over L
@@ -153,6 +172,15 @@ struct Stations {
     margin_side = side * (1 - 1e-9);
     // closer where the thickness varies: at places that do not depend on the mesh, nor the profile
     x = stations(0, 1, shape.thickness_profile.empty() ? 16 : 64, zone);
+    if (shape.fold) {  // each leg's own, on both sides of the fold
+      const double fold = shape.fold->place;
+      x = graded_points(0, fold, 16, 0.5);
+      x.push_back(zone);
+      x.push_back(1 - zone);
+      for (const double place : graded_points(fold, 1, 16, 0.5))
+        x.push_back(place == fold ? behind(fold) : place);
+      std::sort(x.begin(), x.end());
+    }
     y = stations(-width / 2, width / 2, 8, side);
   }
   bool in_corner(double sx, double sy) const {
@@ -251,6 +279,11 @@ double stress_rate(const PlateShape& shape, const std::vector<Dual1>& xs,
     return std::abs(distance - zone.value) < 1e-9 * zone.value;
   };
   Dual1 x = peak.along, y = (peak.across - 0.5) * width;
+  if (shape.fold) {  // a place keeps its part of the leg
+    const double fold = shape.fold->place;
+    const double part = peak.along > fold ? (1 - peak.along) / (1 - fold) : peak.along / fold;
+    x = Dual1(peak.along, {part * rate.shape.fold.place});
+  }
   if (at_border(peak.along, moving)) x = moving;
   if (at_border(1 - peak.along, moving)) x = 1.0 - moving;
   if (at_border(across + shape.width / 2, moving_side)) y = moving_side - 0.5 * width;
@@ -258,7 +291,7 @@ double stress_rate(const PlateShape& shape, const std::vector<Dual1>& xs,
 
   std::vector<double> at_x;
   for (const Dual1& place : xs) at_x.push_back(place.value);
-  const auto [i, s0] = bracket(at_x, peak.along);
+  const auto [i, s0] = bracket(at_x, peak.along, split_of(shape));
   const auto [j, t0] = bracket(ys, across);
   const Dual1 per_width = width / shape.width;
   const Dual1 s = (x - xs[i]) / (xs[i + 1] - xs[i]),
@@ -291,7 +324,7 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
   if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
   const MeshNumbers<Dual1> numbers(shape, rate.shape);
   const auto strains_at = [&](int a, int b) {
-    const int ei = a / 2, ej = b / 2;
+    const int ei = a / 2 + (shape.fold && a / 2 >= shape.mesh[0] ? 1 : 0), ej = b / 2;
     Eigen::Matrix<Dual1, 16, 3> U;
     for (int f = 0; f < 16; ++f)
       for (int c = 0; c < 3; ++c)
@@ -330,7 +363,9 @@ LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd
       shape.undeflected.push_back(scale.origin +
                                   scale.axes * place * (scale.length / scale.growth));
       shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
-      const SurfaceStress s = surface_stress(mesh.shape(), field.at(mesh.x()[i], mesh.y()[j]),
+      const bool second = mesh.fold_line() >= 0 && i == mesh.fold_line() + 1;
+      const double x = second ? behind(mesh.x()[i]) : mesh.x()[i];
+      const SurfaceStress s = surface_stress(mesh.shape(), field.at(x, mesh.y()[j]),
                                              leaf.material.youngs_modulus, mesh.x()[i]);
       shape.von_mises.push_back(std::max(s.positive, s.negative));
     }

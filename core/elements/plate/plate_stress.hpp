@@ -21,17 +21,26 @@ template <class S>
 using StrainsT = Eigen::Matrix<S, 6, 1>;
 using Strains = StrainsT<double>;
 
+/// Of a folded leaf: how many stations along stand before the fold, and its place. Nothing is
+/// interpolated across it; it belongs to the first leg.
+struct FoldSplit {
+  int stations = 0;
+  double place = 0;
+};
+
 /// Strains known at a tensor grid of stations over the leaf, and between them by bilinear
 /// interpolation. Places over L: x from 0, y from −w/2; where the width varies, the y0 of (P2).
 class StrainField {
  public:
   /// `values`: stations across run fastest.
-  StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values);
+  StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values,
+              FoldSplit split = {});
   Strains at(double x, double y) const;
 
  private:
   std::vector<double> x_, y_;
   std::vector<Strains> values_;
+  FoldSplit split_;
 };
 
 /// Von Mises stress [Pa] on the side of the normal, and opposite.

@@ -290,6 +290,9 @@ std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOption
     return "it is curved, and this method takes flat leaves alone: expected \"mixed_potential\", "
            "or "
            "\"accuracy\": \"full\"";
+  if (leaf.fold)
+    return "it is folded, and this method takes flat leaves alone: expected \"mixed_potential\", "
+           "or \"accuracy\": \"full\"";
   if (leaf.has_profile())
     return "its width or thickness varies, and this method takes leaves of one width and thickness "
            "alone: expected \"mixed_potential\", or \"accuracy\": \"full\"";

@@ -117,6 +117,16 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
     const System::EdgeFit& fit = factor_->system().edge_fit(i, e);
     Matrix3d own = Matrix3d::Identity(), down = Matrix3d::Zero();
     Vector3d dplace = Vector3d::Zero();
+    Vector3d end(e * leaf.chord() / L, 0, 0);
+    if (leaf.fold && e == 1) {
+      const ArcPoint<Dual1> at = leg_point<Dual1>({leaf.fold->place, {d.fold->place}},
+                                                  {leaf.fold->angle, {d.fold->angle}}, Dual1(1));
+      end = {at.x.value, 0, at.z.value};
+      dplace = Vector3d(at.x.derivatives[0], 0, at.z.derivatives[0]) / leaf.growth;
+      const Matrix3<Dual1> axes = at.axes();
+      own = axes.unaryExpr([](const Dual1& x) { return x.value; });
+      down = axes.unaryExpr([](const Dual1& x) { return x.derivatives[0]; });
+    }
     if (leaf.curve) {
       const ArcPoint<Dual1> at =
           arc_point<Dual1>({*leaf.curve, {*d.curve}}, Dual1(static_cast<double>(e)));
@@ -146,9 +156,7 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
     const Vector3<S> place = at.position - leaf.origin.template cast<S>();
     v.edge[e].position = along * place + (moves / held_length).template cast<S>();
     const Vector3d arm = dplace - (along * undeflected + moves / held_length),
-                   reach = (Vector3d(e * leaf.chord(), 0, 0) +
-                            to_leaf * Vector3d(fit.move - undeflected)) /
-                           held_length;
+                   reach = (L * end + to_leaf * Vector3d(fit.move - undeflected)) / held_length;
     v.edge[e].arm = own.transpose() * arm + down.transpose() * reach;
     // at.rotation is R: of (Aᵀ R A) own, where own holds Aᵀ Θ A of the fit's turn Θ
     v.edge[e].rotation =

@@ -86,6 +86,13 @@ class Conditions {
       add(m, displacement(body, place, direction), -displacement(leaf.base, place, direction));
     };
     const bool wire = leaf.section == Section::circular;
+    if (leaf.fold && std::abs(std::sin(leaf.fold->angle)) > Mobility::tolerance) {
+      // both legs together hold one direction: along their fold
+      const int m = member(leaf.name, leaf.tip, leaf.base);
+      same_displacement(m, leaf.tip, leaf.origin + along * (leaf.length * leaf.fold->place),
+                        across);
+      return;
+    }
     if (leaf.tip != free_edge) {
       const int m = member(leaf.name, leaf.tip, leaf.base);
       same_displacement(m, leaf.tip, leaf.tip_middle(), along);
@@ -141,13 +148,6 @@ std::string listed(const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < names.size(); ++i)
     text += (i == 0 ? "`" : i + 1 == names.size() ? " and `" : ", `") + names[i] + "`";
   return text;
-}
-
-std::string described(const Vector3d& axis) {
-  constexpr double straight = 1e-6;
-  for (int k = 0; k < 3; ++k)
-    if (std::abs(axis[k]) > 1 - straight) return std::string(1, "xyz"[k]);
-  return fmt::format("({:.3g}, {:.3g}, {:.3g})", axis[0], axis[1], axis[2]);
 }
 
 // Which direction of which body a state of stress without loads acts in: that of what its last

@@ -100,7 +100,7 @@ std::vector<Vector12d> forced_increments(const Mechanism& mechanism, const LoadC
   std::vector<Vector12d> increments(mechanism.leaves.size(), Vector12d::Zero());
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
-    increments[i].segment<3>(6) = share * (1 - leaf.growth) * leaf.chord() * leaf.axes.col(0);
+    increments[i].segment<3>(6) = share * (1 - leaf.growth) * leaf.span();
   }
   for (const AssemblyError& error : loads.assembly)
     increments[static_cast<std::size_t>(error.leaf)].segment<6>(6 * error.end) +=
@@ -145,6 +145,7 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
   std::vector<LinearMotion> motion(system.leaves());
   for (int i = 0; i < system.leaves(); ++i) {
     const LeafSpring& l = mechanism.leaves[i];
+    if (l.fold) continue;  // never reduced
     const LeafScale scale(l, flexure_of(l, model));
     auto edge_increment = [&](const VectorXd& q) {
       Vector12d dq = Vector12d::Zero();
@@ -280,8 +281,8 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
     const auto full = [&](const std::string& reason) {
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i, reason));
     };
-    if (leaf.point) {
-      full("it has no two rigid edges");
+    if (leaf.point || leaf.fold) {
+      full(leaf.fold ? "it is folded" : "it has no two rigid edges");
       continue;
     }
     if (const auto rule = acts_inside(leaf, loads)) {

@@ -1,6 +1,7 @@
 #include "core/response/modes/constant_mass.hpp"
 
 #include "core/elements/leaf/leaf_scale.hpp"
+#include "core/math/nearest_rotation.hpp"
 #include "core/reduction/frame/chord_frame.hpp"
 #include "core/response/models/leaf_models.hpp"
 
@@ -18,6 +19,11 @@ Matrix3d turn_of(const System& system, int i) {
   const LeafSpring& leaf = system.mechanism().leaves[i];
   const EdgePose base = system.edge_pose(i, 0);
   if (leaf.tip == free_edge) return base.axes * leaf.edge_axes(0).transpose();
+  if (leaf.fold) {
+    const EdgePose tip = system.edge_pose(i, 1);
+    return nearest_rotation(base.axes * leaf.edge_axes(0).transpose() +
+                            tip.axes * leaf.edge_axes(1).transpose());
+  }
   const LeafScale scale(leaf);
   EdgePoses edges{scale.scaled(base), scale.scaled(system.edge_pose(i, 1))};
   for (int e = 0; e < 2; ++e)

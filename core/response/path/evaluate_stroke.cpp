@@ -89,8 +89,8 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
 // Envelopes and mass of the leaves, once for all points.
 void add_room_taken(const Mechanism& mechanism, const StrokeRequest& request,
                     DifferentiablePath* differentiable, StrokeResponse& response) {
-  const bool still = request.outputs.has(Output::envelope),
-             moving = request.outputs.has(Output::moving_envelope);
+  const bool known = !has_fold(mechanism), still = request.outputs.has(Output::envelope),
+             moving = known && request.outputs.has(Output::moving_envelope);
   if ((!still && !moving) || mechanism.leaves.empty()) return;
   const Solids solids = Solids::undeflected(mechanism);
   const Extents rest = extents_of(solids);
@@ -115,10 +115,10 @@ void add_room_taken(const Mechanism& mechanism, const StrokeRequest& request,
   MatrixXd at_rest_rates, over_stroke_rates;
   std::optional<VectorXd> mass_rate;
   if (still) {
-    at_rest = envelope_of({&rest});
+    if (known) at_rest = envelope_of({&rest});
     mass = leaf_mass(mechanism);
     if (gradients) {
-      at_rest_rates = envelope_rates({&rest}, {&rest_rates});
+      if (known) at_rest_rates = envelope_rates({&rest}, {&rest_rates});
       mass_rate = leaf_mass_rate(mechanism, *rates.directions);
     }
   }

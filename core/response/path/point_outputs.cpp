@@ -129,7 +129,8 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
     : model_(&model), request_(&request), differentiable_(differentiable) {
   if (request.frequencies > 0 && model.mass == LeafMass::constant)
     constant_mass_.emplace(mechanism, model);
-  if (request.outputs.has(Output::clearance)) clearance_pairs_ = clearance_pairs(mechanism);
+  if (request.outputs.has(Output::clearance) && !has_fold(mechanism))
+    clearance_pairs_ = clearance_pairs(mechanism);
 }
 
 // Of the condensed mechanism.

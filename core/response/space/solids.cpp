@@ -439,6 +439,12 @@ struct MiddlePlace {
   Vector3d place, rate;
 };
 MiddlePlace middle_place(const LeafSpring& leaf, const LeafSpring& direction, double along) {
+  if (leaf.fold && along > leaf.fold->place) {
+    const LeafFold rate = direction.fold.value_or(LeafFold{});
+    const ArcPoint<Dual1> leg = leg_point<Dual1>({leaf.fold->place, {rate.place}},
+                                                 {leaf.fold->angle, {rate.angle}}, Dual1(along));
+    return {{leg.x.value, 0, leg.z.value}, {leg.x.derivatives[0], 0, leg.z.derivatives[0]}};
+  }
   if (!leaf.curve) return {along * Vector3d::UnitX(), Vector3d::Zero()};
   const ArcPoint<Dual1> arc =
       arc_point(Dual1(*leaf.curve, {direction.curve.value_or(0)}), Dual1(along));

@@ -91,7 +91,7 @@ void MechanismSeries::expand() {
       if (!fit.turn.isIdentity(0))
         own[e] = scale.axes.transpose() * fit.turn * scale.axes * place.axes();
       edges[e].rotation[0] = own[e];
-      edges[e].arm = own[e].transpose() * (Vector3d(place.x / scale.growth, 0, 0) +
+      edges[e].arm = own[e].transpose() * (Vector3d(place.x, 0, place.z) / scale.growth +
                                            scale.axes.transpose() * fit.move / scale.length);
     }
     LeafSeries::PointSeries point;
@@ -143,8 +143,28 @@ void MechanismSeries::expand_conditions() {
     }
     return at;
   };
+  const auto body_series = [&](int b) -> JointBodyOf<Jet> {
+    if (b < 0) return {};
+    return {jets(place_[b]), jets(rotation_[b]), m.bodies[b].reference};
+  };
   int row = 0;
   for (const Joint& joint : m.joints) {
+    if (is_held(joint.type)) {  // no polynomial of rotation matrices
+      const DriveStroke<Jet> stroke = drive_stroke<Jet>(held_direction(joint), DriveLoad::conjugate,
+                                                        body_series(joint.body), {});
+      for (int o = 0; o < 3; ++o) {
+        conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
+        conditions_.rows[o][static_cast<std::size_t>(row)].gradient =
+            coefficients(stroke.gradient, o);
+        for (int p = 0; o + p < 3; ++p) {
+          const MatrixXd H = multipliers_[o][row] *
+                             (coefficients(stroke.curvature, p) + coefficients(stroke.winding, p));
+          conditions_.curvature[o + p].block(joint.body, joint.body) += H.topLeftCorner<6, 6>();
+        }
+      }
+      ++row;
+      continue;
+    }
     const auto series = [&](const auto& f) {
       const auto at = [&](int order, double sign) {
         return MatrixXd(f(body(joint.body, order, sign), body(joint.other, order, sign)));
@@ -178,11 +198,8 @@ void MechanismSeries::expand_conditions() {
   const DriveLoad load = load_of_rotations(m);
   for (const int k : factor_->system().constraints().drives()) {
     const Drive& drive = m.drives[static_cast<std::size_t>(k)];
-    const auto body = [&](int b) -> JointBodyOf<Jet> {
-      if (b < 0) return {};
-      return {jets(place_[b]), jets(rotation_[b]), m.bodies[b].reference};
-    };
-    const DriveStroke<Jet> stroke = drive_stroke(drive, load, body(drive.body), body(drive.other));
+    const DriveStroke<Jet> stroke =
+        drive_stroke(drive, load, body_series(drive.body), body_series(drive.other));
     const int sides[] = {drive.body, drive.other};
     for (int o = 0; o < 3; ++o) {
       conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];

@@ -16,7 +16,7 @@ export class LeafSolid {
     const finer = Math.max(1, Math.ceil(least_along / (leaf.points_along - 1)));
     this.places = [];
     for (let i = 0; i + 1 < leaf.points_along; ++i)
-      for (let k = 0; k < finer; ++k)
+      for (let k = 0; k < finer && leaf.along[i + 1] > leaf.along[i]; ++k)  // a fold is there twice
         this.places.push(leaf.along[i] + (leaf.along[i + 1] - leaf.along[i]) * k / finer);
     this.places.push(1);
     this.weights = this.places.map((s) => cubic_weights(leaf.along, s));

@@ -25,17 +25,20 @@ export function unpacked(array) {
 }
 
 /// Weights of the values at the places xs (ascending) for the value at x: a cubic through them with
-/// slopes from differences. [[place, weight], …]
+/// slopes from differences. Where a place is there twice, as at a fold, there is a kink. [[place, weight], …]
 export function cubic_weights(xs, x) {
   const n = xs.length;
   if (n === 1 || x <= xs[0]) return [[0, 1]];
   if (x >= xs[n - 1]) return [[n - 1, 1]];
   let i = 0;
   while (xs[i + 1] < x) ++i;
+  let first = i, last = i + 1;  // of the smooth part
+  while (first > 0 && xs[first - 1] < xs[first]) --first;
+  while (last + 1 < n && xs[last + 1] > xs[last]) ++last;
   const h = xs[i + 1] - xs[i], t = (x - xs[i]) / h, weights = new Map();
   const add = (k, w) => weights.set(k, (weights.get(k) ?? 0) + w);
   const slope = (k, w) => {  // w times h d/dx at place k
-    const a = Math.max(k - 1, 0), b = Math.min(k + 1, n - 1);
+    const a = Math.max(k - 1, first), b = Math.min(k + 1, last);
     if (b - a < 2) { add(b, w * h / (xs[b] - xs[a])); add(a, -w * h / (xs[b] - xs[a])); return; }
     const l = xs[k] - xs[a], r = xs[b] - xs[k];  // derivative of the parabola through three places
     add(a, -w * h * r / (l * (l + r)));

@@ -13,7 +13,7 @@ import subprocess
 
 import numpy as np
 
-from solid_model import REFERENCE, ROTATION, Case, Leaf, Mesh, Model, run_ccx
+from solid_model import REFERENCE, ROTATION, Case, Folded, Leaf, Mesh, Model, run_ccx
 
 DIRECTIONS = ["ux", "uy", "uz", "rx", "ry", "rz"]
 MODES = 6
@@ -62,6 +62,26 @@ def curved_leaf(name, chord, angle, width, thickness, strokes):
     return Case(name, thickness, leaves, (chord, 0, 0), 5, strokes, 0.3, 3e-4, design)
 
 
+def folded(name, first, second, turn, width, thickness, strokes, design=None):
+    """One leg along x, the other one turned by `turn` towards y from there on; elastic fold."""
+    fold = (first, 0, 0)
+    tip = (first + second * math.cos(turn), second * math.sin(turn), 0)
+    leaf = {"name": "leaf", "base": {"body": "ground", "at": [0, 0, 0]}, "fold": {"at": fold},
+            "tip": {"body": "end_effector", "at": tip}, "across": [0, 0, 1], "width": width,
+            "thickness": thickness}
+    design = design or {"mechanism": {
+        "flexopt_design": 1, "leaves": [leaf], "drive": {"direction": "ux"},
+        "bodies": [{"name": "end_effector", "at": tip}]}}
+    legs = Folded([Leaf((0, 0, 0), fold, width), Leaf(fold, tip, width)])
+    return Case(name, thickness, [legs], tip, 0, strokes, 0.5, 4e-4, design)
+
+
+def folded_leaf(name, length, width, thickness, strokes):
+    design = {"family": "folded_leaf", "fold": "elastic",
+              "parameters": {"length": length, "width": width, "thickness": thickness}}
+    return folded(name, length, length, math.pi / 2, width, thickness, strokes, design)
+
+
 DEG = math.pi / 180
 CASES = {c.name: (c, mesh) for c, mesh in [
     (guide("guide", 0.1, 0.03, 0.5e-3, 0.06, [0.01, 0.02]), Mesh(24, 14, 2)),
@@ -76,6 +96,12 @@ CASES = {c.name: (c, mesh) for c, mesh in [
      Mesh(24, 12, 2)),
     (curved_leaf("curved_leaf_90_wide", 0.08, 90 * DEG, 0.04, 0.4e-3, [-20 * DEG, -10 * DEG]),
      Mesh(24, 16, 2)),
+    (folded_leaf("folded_leaf", 0.06, 0.03, 0.5e-3, [0.1e-3, 3e-3, 10e-3]), Mesh(24, 14, 2)),
+    (folded_leaf("wide_folded_leaf", 0.04, 0.04, 0.3e-3, [2e-3, 6e-3]), Mesh(24, 16, 2)),
+    (folded("acute_fold", 0.05, 0.04, 130 * DEG, 0.02, 0.4e-3, [0.1e-3, 3e-3]),
+     Mesh(24, 12, 2)),
+    (folded("obtuse_wide_fold", 0.03, 0.03, 50 * DEG, 0.04, 0.4e-3, [0.1e-3, 1e-3]),
+     Mesh(20, 16, 2)),
 ]}
 
 

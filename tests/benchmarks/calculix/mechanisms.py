@@ -17,13 +17,14 @@ import subprocess
 import numpy as np
 
 from make_and_compare import DIRECTIONS, eigenvalues, rotation_matrix, spin_of_rate, tables
-from solid_model import Leaf, Mesh, chunks, mesh_leaf, orientation, plate_material, run_ccx
+from solid_model import (Leaf, Mesh, chunks, mesh_folded, mesh_leaf, orientation, plate_material,
+                         run_ccx)
 
 MATERIAL = {"youngs_modulus": 200e9, "poissons_ratio": 0.3, "density": 7800.0}
 MASS, INERTIA = 0.5, 4e-4
 MODES = 6
 
-# name: (family, parameters, strokes, mesh of a leaf)
+# name: (family, parameters, strokes, mesh of a leaf or leg[, choices])
 CASES = {
     "double_parallelogram": ("double_parallelogram", {
         "length": 0.1, "width": 0.03, "thickness": 5e-4, "outer_spacing": 0.09,
@@ -33,6 +34,13 @@ CASES = {
         "reinforcement_thickness": 4e-3}, [0.002, 0.004], Mesh(12, 12, 1)),
     "folded_leaf": ("folded_leaf", {"length": 0.06, "width": 0.03, "thickness": 5e-4},
                     [0.001, 0.003], Mesh(16, 10, 1)),
+    "folded_leaf_elastic": (
+        "folded_leaf", {"length": 0.06, "width": 0.03, "thickness": 5e-4}, [0.001, 0.003],
+        Mesh(16, 10, 1), {"fold": "elastic"}),
+    "spherical_joint_elastic": (
+        "spherical_joint", {"length": 0.04, "width": 0.02, "thickness": 4e-4, "radius": 0.05},
+        [0.05, 0.1],
+        Mesh(16, 10, 1), {"fold": "elastic"}),
     "cartwheel_hinge": ("cartwheel_hinge", {
         "length": 0.04, "width": 0.02, "thickness": 4e-4, "half_angle": 0.6, "hub_mass": 0.01},
         [0.06, 0.12], Mesh(14, 8, 1)),
@@ -46,9 +54,10 @@ CASES = {
 
 
 def job_of(name, accuracy="full"):
-    family, parameters, strokes, _ = CASES[name]
+    family, parameters, strokes, _, *choices = CASES[name]
     return {"flexopt": 1, "name": name, "job": "evaluate",
-            "design": {"family": family, "parameters": parameters, "material": MATERIAL},
+            "design": {"family": family, "parameters": parameters, "material": MATERIAL,
+                       **(choices[0] if choices else {})},
             "end_effector": {"mass": MASS, "inertia": [INERTIA] * 3},
             "stroke": {"at": [0] + strokes}, "model": {"accuracy": accuracy},
             "frequencies": MODES}
@@ -73,6 +82,9 @@ class Mechanism:
         self.fixed, self.leaves = [], []
         for leaf in design["leaves"]:
             width = leaf["width"] if isinstance(leaf["width"], list) else [leaf["width"]] * 2
+            if "fold" in leaf:
+                self.add_folded(leaf, mesh)
+                continue
             angle = leaf.get("curve", {}).get("angle", 0.0)
             solid = Leaf(tuple(leaf["base"]["at"]), tuple(leaf["tip"]["at"]), width[0],
                          tuple(leaf["across"]), width[1], angle)
@@ -82,6 +94,16 @@ class Mechanism:
             self.leaves.append((cells, axes, solid))
             for body, edge in ((leaf["base"]["body"], base), (leaf["tip"]["body"], tip)):
                 (self.fixed if body == "ground" else self.on[body]).extend(edge)
+
+    def add_folded(self, leaf, mesh):
+        at = [tuple(leaf["base"]["at"]), tuple(leaf["fold"]["at"]), tuple(leaf["tip"]["at"])]
+        legs = [Leaf(at[k], at[k + 1], leaf["width"], tuple(leaf["across"])) for k in range(2)]
+        nodes, cells, base, tip, axes = mesh_folded(legs, leaf["thickness"], mesh,
+                                                    len(self.nodes) + 1)
+        self.nodes.update(nodes)
+        self.leaves += zip(cells, axes, legs)
+        for body, edge in ((leaf["base"]["body"], base), (leaf["tip"]["body"], tip)):
+            (self.fixed if body == "ground" else self.on[body]).extend(edge)
 
     def add(self, place):
         self.nodes[len(self.nodes) + 1] = place
@@ -152,7 +174,7 @@ class Mechanism:
 
 def solve(name, flexopt, folder, with_supports):
     """CalculiX's answers; flexopt's stiffness serves only to choose the size of small loads."""
-    _, _, strokes, mesh = CASES[name]
+    _, _, strokes, mesh, *_ = CASES[name]
     os.makedirs(folder, exist_ok=True)
     with open(os.path.join(folder, "job.json"), "w") as file:
         json.dump(job_of(name), file)

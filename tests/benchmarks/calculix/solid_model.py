@@ -24,6 +24,11 @@ class Leaf:
 
 
 @dataclass
+class Folded:
+    legs: list                      # two of Leaf, the second from the fold on
+
+
+@dataclass
 class Case:
     name: str
     thickness: float
@@ -58,8 +63,11 @@ def graded(count, grade):
     return points
 
 
-def mesh_leaf(leaf, thickness, mesh, first_node):
-    """Nodes {number: xyz}, elements (20 nodes each), base and tip node lists, local axes."""
+def mesh_leaf(leaf, thickness, mesh, first_node, skew=(0.0, 0.0)):
+    """Nodes {number: xyz}, elements (20 nodes each), base and tip node lists, local axes.
+
+    skew: how far the faces at base and tip of a flat leaf lean along it, over the thickness.
+    """
     base, tip = np.array(leaf.base), np.array(leaf.tip)
     along = tip - base
     length = np.linalg.norm(along)
@@ -73,9 +81,13 @@ def mesh_leaf(leaf, thickness, mesh, first_node):
     zs = graded(mesh.across, mesh.grade) - 0.5
     ys = (np.linspace(0, 1, 2 * mesh.through + 1) - 0.5) * thickness
 
+    lean = np.zeros(len(xs))
+    lean[[0, 1]] += skew[0] * np.array([1, 0.5])
+    lean[[-1, -2]] += skew[1] * np.array([1, 0.5])
+
     def place(i, y):
         if not leaf.curve:
-            return base + ex * xs[i] + ey * y
+            return base + ex * (xs[i] + lean[i] * y) + ey * y
         angle = leaf.curve / 2 - leaf.curve * xs[i] / length  # direction of the arc
         radius = length / (2 * np.sin(leaf.curve / 2))
         middle = base + ex * length / 2 - ey * radius * np.cos(leaf.curve / 2)
@@ -99,6 +111,31 @@ def mesh_leaf(leaf, thickness, mesh, first_node):
                 for k in range(mesh.across)]
     ends = [[n for (i, j, k), n in number.items() if i == end] for end in (0, len(xs) - 1)]
     return nodes, elements, ends[0], ends[1], (ex, ey, ez)
+
+
+def mesh_folded(legs, thickness, mesh, first_node):
+    """Two legs that share the nodes of a mitred face: nodes, cells of each, base and tip nodes,
+    axes of each."""
+    def normal(leg):
+        along = np.array(leg.tip) - np.array(leg.base)
+        along = along / np.linalg.norm(along)
+        return along, np.cross(np.array(leg.across) / np.linalg.norm(leg.across), along)
+
+    (x1, y1), (x2, y2) = normal(legs[0]), normal(legs[1])
+    mitre = (y1 + y2) / (1 + y1 @ y2)
+    first = mesh_leaf(legs[0], thickness, mesh, first_node, (0.0, mitre @ x1))
+    second = mesh_leaf(legs[1], thickness, mesh, first_node + len(first[0]), (mitre @ x2, 0.0))
+    shared = dict(zip(second[2], first[3]))
+    for own, other in shared.items():
+        assert np.linalg.norm(second[0][own] - first[0][other]) < 1e-9 * thickness + 1e-12
+    # without holes in the numbers
+    keep = {n: first_node + len(first[0]) + k
+            for k, n in enumerate(n for n in second[0] if n not in shared)}
+    number = {**keep, **shared}
+    nodes = {**first[0], **{keep[n]: p for n, p in second[0].items() if n in keep}}
+    cells = [[number[n] for n in cell] for cell in second[1]]
+    return (nodes, (first[1], cells), first[2], [number[n] for n in second[3]],
+            (first[4], second[4]))
 
 
 def orientation(index, leaf, axes):
@@ -135,7 +172,7 @@ class Model:
     def __init__(self, case, mesh, material):
         self.case, self.mesh, self.material = case, mesh, material
         self.nodes = {REFERENCE: np.array(case.reference), ROTATION: np.array(case.reference)}
-        self.masses, self.base, self.tip, self.leaves = [], [], [], []
+        self.masses, self.base, self.tip, self.leaves, self.solids = [], [], [], [], []
         # Six equal masses at +-a on the axes: inertia (m/6) 4 a^2 about every axis.
         arm = (1.5 * case.inertia / case.mass) ** 0.5
         for axis in range(3):
@@ -145,11 +182,17 @@ class Model:
                 self.masses.append(n)
         first, elements = FIRST_MASS + 6, 0
         for leaf in case.leaves:
-            nodes, cells, base, tip, axes = mesh_leaf(leaf, case.thickness, mesh, first)
+            if isinstance(leaf, Folded):
+                nodes, cells, base, tip, axes = mesh_folded(leaf.legs, case.thickness, mesh, first)
+                self.leaves += zip(cells, axes)
+                self.solids += leaf.legs
+            else:
+                nodes, cells, base, tip, axes = mesh_leaf(leaf, case.thickness, mesh, first)
+                self.leaves.append((cells, axes))
+                self.solids.append(leaf)
             self.nodes.update(nodes)
             self.base += base
             self.tip += tip
-            self.leaves.append((cells, axes))
             first += len(nodes)
         self.unknowns = 3 * len(self.nodes)
 
@@ -163,7 +206,7 @@ class Model:
                 out.append(f"{element}, " + ", ".join(map(str, cell[:15])) + ",")
                 out.append(", ".join(map(str, cell[15:])))
                 element += 1
-            lines, thickness = orientation(index, c.leaves[index - 1], axes)
+            lines, thickness = orientation(index, self.solids[index - 1], axes)
             out += lines
             materials.append({"x": "ARC", "y": "FLAT"}[thickness])
         out.append("*ELEMENT, TYPE=MASS, ELSET=POINTS")

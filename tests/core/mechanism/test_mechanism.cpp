@@ -113,3 +113,17 @@ TEST_CASE("leaves that share volume intersect, leaves that touch do not", "[mech
   m.leaves[1].origin = Vector3d(0.05, -0.05, 2 * edge * 0.999);
   CHECK(broken_rule(m));
 }
+
+TEST_CASE("a leaf beside the narrow end of a tapered one does not cross it", "[mechanism]") {
+  Mechanism m = one_leaf();
+  m.leaves[0].width_profile = {1.0, 0.5};
+  // upright beside the last tenth of it, where it is 15 to 16.5 mm wide
+  m.leaves.push_back(leaf("b", {0.09, 0, -0.05}, rotation_exp({0, -M_PI / 2, 0})));
+  m.leaves[1].width = 4e-3;
+  const double half = 0.5 * m.leaves[0].width, narrow = 0.5 * half;
+  m.leaves[1].origin[1] = narrow * 1.2 + 2e-3;
+  REQUIRE(m.leaves[1].origin[1] - 2e-3 < half);
+  CHECK_FALSE(broken_rule(m));
+  m.leaves[1].origin[1] = narrow + 1.9e-3;
+  CHECK(broken_rule(m));
+}

@@ -1,0 +1,236 @@
+// A leaf with an elastic fold: laws, closed forms and derivatives.
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "core/elements/plate/plate_fold.hpp"
+#include "core/elements/plate/plate_leaf.hpp"
+#include "core/elements/plate/plate_mesh_rate.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/rotation.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+PlateShape shape(double place, double angle) {
+  PlateShape s{.width = 0.3, .thickness = 0.006, .mesh = {6, 3}};
+  s.fold = LeafFold{place, angle};
+  return s;
+}
+
+VectorXd random_vector(Eigen::Index size, double scale, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> u(-scale, scale);
+  VectorXd v(size);
+  for (double& x : v) x = u(random);
+  return v;
+}
+
+}  // namespace
+
+TEST_CASE("the legs of a fold keep their angle under every strain of the line", "[fold]") {
+  for (const double angle : {0.7, M_PI / 2, -2.1}) {
+    // r,x of the first leg stretched by 1.02 at right angles to a line stretched by 1 + 1e-6,
+    // turned
+    const Matrix3d R = rotation_exp({0.4, -0.7, 1.3});
+    FoldNode<double> u = FoldNode<double>::zero();
+    u.along = R * Vector3d(1.02, 0, 0);
+    u.across = R * Vector3d(0, 1 + 1e-6, 0);
+    u.both = R * Vector3d(0.01, 0.02, 0.3);  // the line turns about itself by 0.3/1.02
+    u.stretch = 0.99;
+    u.shear = 0.01;
+    const auto second = FoldMap<double>::of(angle).value(u);
+    const Vector3d a = R * Vector3d(std::cos(angle), 0, std::sin(angle)),
+                   n = R * Vector3d(-std::sin(angle), 0, std::cos(angle)), t = R.col(1);
+    CHECK(second[0].dot(n) == Approx(0).margin(1e-11));  // squares of strains
+    CHECK(second[0].dot(a) == Approx(0.99 * 1.02));
+    CHECK(second[0].dot(t) == Approx(0.01 * (1 + 1e-6)));
+    CHECK(second[1].dot(n) == Approx(0.99 * 0.3));  // the same turn
+  }
+}
+
+TEST_CASE("derivatives of the map at a fold are those of its values", "[fold]") {
+  const auto node = [](const VectorXd& x) { return FoldNode<double>::of(x, 4, 0); };
+  const VectorXd u = random_vector(16, 1, 1), y = random_vector(16, 1, 2),
+                 z = random_vector(16, 1, 3), w = random_vector(16, 1, 4);
+  const auto map = FoldMap<double>::of(0.8);
+  const double h = 1e-3;  // of polynomials of the fifth degree
+  const auto rate = [&](auto value) {
+    FoldMap<double>::Pair sum{Vector3d::Zero(), Vector3d::Zero()};
+    for (const auto& [at, weight] : {std::pair{h, 8.0}, {-h, -8.0}, {2 * h, -1.0}, {-2 * h, 1.0}}) {
+      const auto p = value(at);
+      for (int k = 0; k < 2; ++k) sum[k] += weight / (12 * h) * p[k];
+    }
+    return sum;
+  };
+  const auto check = [&](const auto& found, const auto& expected) {
+    for (int k = 0; k < 2; ++k) CHECK((found[k] - expected[k]).norm() < 1e-10);
+  };
+  check(map.first(node(u), node(y)), rate([&](double s) { return map.value(node(u + s * y)); }));
+  check(map.second(node(u), node(y), node(z)),
+        rate([&](double s) { return map.first(node(u + s * z), node(y)); }));
+  check(map.third(node(u), node(w), node(y), node(z)),
+        rate([&](double s) { return map.second(node(u + s * w), node(y), node(z)); }));
+  check(FoldMap<double>::rate(0.8).value(node(u)),
+        rate([&](double s) { return FoldMap<double>::of(0.8 + s).value(node(u)); }));
+}
+
+TEST_CASE("a folded leaf is free of stress wherever it is moved rigidly", "[fold]") {
+  for (const auto& [place, angle] : {std::pair{0.5, M_PI / 2}, {0.3, -2.0}, {0.6, 0.4}}) {
+    const auto mesh = std::make_shared<PlateMesh>(shape(place, angle));
+    PlateLeaf leaf(mesh);
+    const Matrix3d R = rotation_exp({0.7, -1.1, 2.0});
+    const Vector3d shift(0.3, -2, 0.7);
+    for (const bool moved : {false, true}) {
+      PlateLeaf::State state = PlateLeaf::undeflected(*mesh);
+      if (moved) {
+        for (EdgePose& edge : state.edges) edge = {R * edge.position + shift, R * edge.axes};
+        const int n = mesh->functions_per_line();
+        for (int line = 1; line + 1 < mesh->lines(); ++line) {
+          if (leaf.is_second_of_fold(line)) continue;
+          Eigen::Map<MatrixXd> r(state.x.data() + leaf.block_offset(line), n, 3);
+          r = (r * R.transpose()).eval();
+          for (int s = 0; s < n; s += 4) r.row(s) += shift.transpose();
+        }
+      }
+      leaf.set_state(state);
+      leaf.assemble();
+      CHECK(std::abs(leaf.energy()) < 1e-9);
+      CHECK(leaf.residual().norm() < 1e-7);
+      CHECK(leaf.edge_force().norm() < 1e-7);
+      CHECK(leaf.negative_pivots() == 0);
+    }
+    leaf.set_state(PlateLeaf::undeflected(*mesh));
+    leaf.assemble();
+    const Matrix12d K = leaf.tangent();
+    Eigen::Matrix<double, 12, 6> rigid;
+    for (int e = 0; e < 2; ++e) {
+      rigid.block<3, 3>(6 * e, 0).setIdentity();
+      rigid.block<3, 3>(6 * e, 3) = -hat(leaf.state().edges[e].position);
+      rigid.block<3, 3>(6 * e + 3, 0).setZero();
+      rigid.block<3, 3>(6 * e + 3, 3).setIdentity();
+    }
+    CHECK((K * rigid).norm() < 1e-9 * K.norm());
+    CHECK((K - K.transpose()).norm() < 1e-10 * K.norm());
+  }
+}
+
+TEST_CASE("force and tangent of a folded leaf are derivatives of its energy", "[fold]") {
+  const auto mesh = std::make_shared<PlateMesh>(shape(0.45, 1.2));
+  PlateLeaf leaf(mesh);
+  PlateLeaf::State state = PlateLeaf::undeflected(*mesh);
+  state.edges[1].position += Vector3d(-0.01, 0.01, 0.05);
+  state.edges[1].axes = rotation_exp({0.1, 0.2, 0.03}) * state.edges[1].axes;
+  state.x += random_vector(state.x.size(), 0.003, 3);
+  const VectorXd d = random_vector(state.x.size(), 1, 4);
+  const auto moved_to = [&](double h) {
+    PlateLeaf::State moved = state;
+    moved.x += h * d;
+    leaf.set_state(moved);
+    leaf.linearise();
+  };
+  const auto difference = [&](double h, auto value) {
+    const auto slope = [&](double step) {
+      moved_to(step);
+      const auto plus = value();
+      moved_to(-step);
+      return (plus - value()) / (2 * step);
+    };
+    return (4 * slope(h) - slope(2 * h)) / 3;
+  };
+  const double slope = difference(5e-5, [&] { return leaf.energy(); });
+  const double bend = difference(5e-5, [&] { return leaf.residual().dot(d); });
+  moved_to(0);
+  REQUIRE(std::abs(slope) > 1);
+  CHECK(leaf.residual().dot(d) == Approx(slope).epsilon(1e-7));
+  CHECK(d.dot(VectorXd(leaf.tangent_times(d))) == Approx(bend).epsilon(1e-8));
+  // solving and multiplying fit together
+  const VectorXd product = leaf.tangent_times(d);
+  leaf.eliminate();
+  MatrixXd back = product;
+  leaf.solve(back);
+  CHECK((back.col(0) - d).norm() < 1e-6 * d.norm());
+}
+
+TEST_CASE("a fold of no angle is a flat leaf", "[fold]") {
+  PlateShape folded = shape(0.5, 0), flat = folded;
+  folded.mesh = {8, 4};
+  flat.mesh = {16, 4};
+  flat.fold.reset();
+  PlateLeaf a(std::make_shared<PlateMesh>(folded)), b(std::make_shared<PlateMesh>(flat));
+  a.assemble();
+  b.assemble();
+  const SymmetricEigen of_a(MatrixXd(a.tangent())), of_b(MatrixXd(b.tangent()));
+  for (int k = 6; k < 12; ++k)
+    CHECK(of_a.eigenvalues()[k] == Approx(of_b.eigenvalues()[k]).epsilon(1e-3));
+  const auto modes_a = a.modes(4), modes_b = b.modes(4);
+  for (int k = 0; k < 4; ++k) CHECK(modes_a[k].omega2 == Approx(modes_b[k].omega2).epsilon(2e-4));
+}
+
+TEST_CASE("stiffness of an L frame in its plane", "[fold]") {
+  for (const auto& [place, angle] : {std::pair{0.5, M_PI / 2}, {0.35, -1.9}}) {
+    PlateShape s = shape(place, angle);
+    s.poissons_ratio = 0;  // no bending across
+    s.free_edge_torsion = false;
+    const auto mesh = std::make_shared<PlateMesh>(s);
+    PlateLeaf leaf(mesh);
+    leaf.assemble();
+    const double EI = mesh->bending_stiffness(), EA = 12 * EI / (s.thickness * s.thickness);
+    const Vector3d tip = mesh->line_pose(mesh->lines() - 1).position;
+    Matrix3d C = Matrix3d::Zero();
+    constexpr int points = 2000;
+    for (int k = 0; k < points; ++k) {
+      const double at = (k + 0.5) / points;
+      const ArcPoint<double> p =
+          at < place ? ArcPoint<double>{at, 0, 1, 0} : leg_point(place, angle, at);
+      // of Fx, Fz and My at the tip: moment about y at s, and pull along the leg
+      const Vector3d moment(tip[2] - p.z, -(tip[0] - p.x), 1), pull(p.cosine, p.sine, 0);
+      C += (moment * moment.transpose() / EI + pull * pull.transpose() / EA) / points;
+    }
+    Matrix3d K;
+    const int rows[] = {6, 8, 10};
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) K(i, j) = leaf.tangent()(rows[i], rows[j]);
+    const Matrix3d found = K.inverse();
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        CHECK(std::abs(found(i, j) - C(i, j)) < 1e-4 * std::sqrt(C(i, i) * C(j, j)));
+  }
+}
+
+TEST_CASE("operators change along place and angle of a fold as their differences do", "[fold]") {
+  const PlateShape at = shape(0.4, 1.3);
+  const PlateMesh mesh(at);
+  const PlateMeshRate rate(mesh, {{.fold_place = 1.0}, {.fold_place = 0.3, .fold_angle = -0.6}});
+  for (int p = 0; p < rate.directions(); ++p) {
+    const auto moved = [&](double h) {
+      PlateShape s = at;
+      const ShapeRate& along = rate.direction[p];
+      s.width += h * along.size[0];
+      s.thickness += h * along.size[1];
+      s.poissons_ratio += h * along.size[2];
+      s.fold->place += h * along.fold.place;
+      s.fold->angle += h * along.fold.angle;
+      return PlateMesh(s);
+    };
+    const double h = p == 1 ? 1e-5 : 1e-4;
+    const PlateMesh plus = moved(h), minus = moved(-h), plus2 = moved(2 * h),
+                    minus2 = moved(-2 * h);
+    const auto compare = [&](const MatrixXd& found, auto part) {
+      const MatrixXd d = (8 * (part(plus) - part(minus)) - (part(plus2) - part(minus2))) / (12 * h);
+      CHECK((found - d).norm() <= 1e-8 * d.norm() + 1e-7 * part(mesh).norm() + 1e-12);
+    };
+    const PlateMeshRate::Shape& by = rate.shape[p];
+    const int ny = mesh.elements_across();
+    for (int i = 0; i < mesh.elements_along(); ++i)
+      for (int j = 0; j < ny; ++j)
+        compare(by.bending[i * ny + j],
+                [&](const PlateMesh& m) { return MatrixXd(m.element(i, j).bending); });
+    for (int line = 0; line < mesh.lines(); ++line)
+      compare(by.undeflected.empty() ? MatrixXd::Zero(mesh.functions_per_line(), 3)
+                                     : by.undeflected[line],
+              [&](const PlateMesh& m) { return m.undeflected(line); });
+  }
+}

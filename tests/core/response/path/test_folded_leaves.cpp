@@ -1,0 +1,184 @@
+// Mechanisms of leaves with an elastic fold: against rigid folds, turned and mirrored, driven far.
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/math/rotation.hpp"
+#include "core/response/mobility/mobility.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+constexpr double length = 0.06, width = 0.03, thickness = 5e-4;
+
+/// A leaf along x, a fold along z, a leaf along y to O.
+Mechanism folded(bool elastic) {
+  Mechanism m;
+  m.drives = {make_drive<double>(Direction::ux)};
+  m.bodies = {models::body({length, length, 0}, 0.5, 4e-4)};
+  if (elastic) {
+    m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 2 * length, width, thickness)};
+    m.leaves[0].fold = LeafFold{0.5, -M_PI / 2};  // the normal is −y
+    return m;
+  }
+  m.bodies.push_back(models::body({length, 0, 0}, 0, 0));
+  m.bodies.back().name = "fold";
+  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, length, width, thickness),
+              models::leaf({length, 0, 0}, {0, 1, 0}, length, width, thickness)};
+  m.leaves[0].tip = 1;
+  m.leaves[1].base = 1;
+  m.leaves[1].tip = 0;
+  return m;
+}
+
+StrokeResponse evaluated(const Mechanism& m, std::vector<double> points,
+                         Accuracy accuracy = Accuracy::full, LeafMass mass = LeafMass::consistent) {
+  REQUIRE_FALSE(broken_rule(m));
+  ModelOptions model;
+  model.accuracy = accuracy;
+  model.mass = mass;
+  StrokeRequest request;
+  request.points = std::move(points);
+  request.frequencies = 4;
+  request.outputs.add(Output::stress);
+  StrokeResponse r = evaluate_stroke(m, model, request);
+  INFO(r.message);
+  REQUIRE(r.status == Status::ok);
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("an elastic fold is softer than a rigid one, and little so", "[fold]") {
+  const StrokeResponse rigid = evaluated(folded(false), {0}),
+                       elastic = evaluated(folded(true), {0});
+  const PathPoint &r = rigid.path[0], &e = elastic.path[0];
+  const MatrixXd more = e.compliance_free - r.compliance_free;
+  // the rigid fold is the elastic one held: no load finds it softer
+  const Eigen::Matrix<double, 6, 1> scale = r.compliance_free.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixXd relative = scale.asDiagonal() * more * scale.asDiagonal();
+  CHECK(Eigen::SelfAdjointEigenSolver<MatrixXd>(relative).eigenvalues()[0] > -2e-4);
+  for (int d = 0; d < 6; ++d) {
+    if (!r.support_stiffness[d]) continue;
+    CHECK(*e.support_stiffness[d] < 1.0002 * *r.support_stiffness[d]);
+    CHECK(*e.support_stiffness[d] > 0.6 * *r.support_stiffness[d]);
+  }
+  for (std::size_t k = 0; k < 4; ++k)
+    CHECK(e.frequencies_locked[k] < 1.0002 * r.frequencies_locked[k]);
+  CHECK(e.drive_stiffness == Approx(r.drive_stiffness).epsilon(0.03));
+}
+
+TEST_CASE("a mechanism with an elastic fold turned in space gives the same answers", "[fold]") {
+  const Mechanism m = folded(true);
+  Mechanism turned = m;
+  const Matrix3d R = rotation_exp({0.4, -0.8, 1.1});
+  const Vector3d shift(0.1, -0.2, 0.05);
+  for (LeafSpring& l : turned.leaves) {
+    l.origin = R * l.origin + shift;
+    l.axes = R * l.axes;
+  }
+  RigidBody& body = turned.bodies[0];
+  body.reference = R * body.reference + shift;
+  body.center_of_mass = R * body.center_of_mass + shift;
+  turned.drives[0].axes = R;
+  const StrokeResponse a = evaluated(m, {0, 3e-3}), b = evaluated(turned, {0, 3e-3});
+  CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-8));
+  CHECK(b.path[1].max_stress->value == Approx(a.path[1].max_stress->value).epsilon(1e-6));
+  for (std::size_t k = 0; k < 4; ++k)
+    CHECK(b.path[1].frequencies_locked[k] == Approx(a.path[1].frequencies_locked[k]).epsilon(1e-6));
+}
+
+TEST_CASE("a fold may be walked through from either side", "[fold]") {
+  // the same leaf from the end-effector to the ground
+  Mechanism m = folded(true);
+  LeafSpring& l = m.leaves[0];
+  l = models::leaf({length, length, 0}, {0, -1, 0}, 2 * length, width, thickness);
+  l.fold = LeafFold{0.5, M_PI / 2};  // the normal is −x, the second leg runs to it
+  l.base = 0;
+  l.tip = ground;
+  const StrokeResponse a = evaluated(folded(true), {0, 2e-3}), b = evaluated(m, {0, 2e-3});
+  CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-6));
+  for (std::size_t k = 0; k < 4; ++k)
+    CHECK(b.path[1].frequencies_locked[k] == Approx(a.path[1].frequencies_locked[k]).epsilon(1e-6));
+}
+
+TEST_CASE("the default method takes a folded leaf in full and says so", "[fold]") {
+  const StrokeResponse a = evaluated(folded(true), {0, 2e-3}),
+                       b = evaluated(folded(true), {0, 2e-3}, Accuracy::reduced);
+  CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-9));
+  CHECK(b.path[1].leaves[0].model == "full");
+  CHECK(b.path[1].leaves[0].reason == "it is folded");
+}
+
+TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
+  Mechanism flat = folded(true), none = flat;
+  flat.leaves[0].fold.reset();
+  none.leaves[0].fold = LeafFold{0.5, 0};
+  for (Mechanism* m : {&flat, &none}) {
+    m->bodies[0] = models::body({2 * length, 0, 0}, 0.5, 4e-4);
+    m->leaves[0].material.thermal_expansion = 1.2e-5;
+    m->drives = {make_drive<double>(Direction::uy)};
+  }
+  StrokeRequest request;
+  request.points = {0, 2e-3};
+  request.loads = {.temperature = {40}, .gravity = {3, -9, 5}};
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  const StrokeResponse a = evaluate_stroke(none, model, request);
+  model.mesh = {32, 4};
+  const StrokeResponse b = evaluate_stroke(flat, model, request);
+  REQUIRE(a.status == Status::ok);
+  REQUIRE(b.status == Status::ok);
+  for (std::size_t k = 0; k < 2; ++k) {
+    CHECK(a.path[k].drive_stiffness == Approx(b.path[k].drive_stiffness).epsilon(1e-3));
+    CHECK((a.path[k].displacement - b.path[k].displacement).norm() < 1e-3 * 4e-5);
+    CHECK((a.path[k].rotation - b.path[k].rotation).norm() < 1e-3 * 1e-2);
+  }
+}
+
+TEST_CASE("the mass of an undeflected folded leaf is that of the deflected one at rest", "[fold]") {
+  const StrokeResponse a = evaluated(folded(true), {0}),
+                       b = evaluated(folded(true), {0}, Accuracy::full, LeafMass::constant);
+  for (std::size_t k = 0; k < 4; ++k)
+    CHECK(b.path[0].frequencies_locked[k] == Approx(a.path[0].frequencies_locked[k]).epsilon(1e-9));
+}
+
+TEST_CASE("a folded leaf holds one direction, along its fold", "[fold]") {
+  const Mobility elastic = mobility(folded(true)), rigid = mobility(folded(false));
+  CHECK(elastic.degrees_of_freedom == 5);
+  CHECK(elastic.overconstraints == 0);
+  CHECK(rigid.end_effector_degrees_of_freedom == 5);
+}
+
+TEST_CASE("a probe on the second leg stands on it", "[fold]") {
+  const Mechanism m = folded(true);
+  const auto probe = probe_at(m, "p", {length, 0.25 * length, 0.005});
+  REQUIRE(probe);
+  CHECK(probe->along == Approx(0.625));
+  CHECK_FALSE(probe_at(m, "p", {0.8 * length, 0.25 * length, 0}));
+  StrokeRequest request;
+  request.points = {0};
+  request.probes = {*probe};
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  CHECK(evaluate_stroke(m, model, request).path[0].probes[0].norm() < 1e-12);
+}
+
+TEST_CASE("folds that cannot be are refused", "[fold]") {
+  const auto rule = [](auto change) {
+    Mechanism m = folded(true);
+    change(m.leaves[0]);
+    return broken_rule(m).value_or("");
+  };
+  CHECK(rule([](LeafSpring& l) { l.fold->place = 1; }).find("fold line lies outside") !=
+        std::string::npos);
+  CHECK(rule([](LeafSpring& l) { l.fold->angle = 3.1; }).find("lie on each other") !=
+        std::string::npos);
+  CHECK(rule([](LeafSpring& l) { l.curve = 0.1; }).find("a folded leaf is a flat one") !=
+        std::string::npos);
+  CHECK(rule([](LeafSpring& l) { l.fold->place = 1e-3; }).find("thinner than long") !=
+        std::string::npos);
+}
