@@ -42,9 +42,10 @@ std::string describe_family(const Family& family) {
                         direction_names[static_cast<std::size_t>(index(drive.direction))]);
   text += "\nparameters:\n";
   for (const Parameter& p : family.parameters)
-    text += fmt::format("  {:<18} {:<4} {}\n  {:<18} {:<4} {}; {}\n", p.name, p.unit, p.meaning, "",
-                        "", range_in_words(p),
-                        p.standard ? "default " + value_in_words(*p.standard, p.unit) : "required");
+    text += fmt::format(
+        "  {:<18} {:<4} {}\n  {:<18} {:<4} {}; {}\n", p.name, p.unit, p.meaning, "", "",
+        range_in_words(p),
+        p.default_value ? "default " + value_in_words(*p.default_value, p.unit) : "required");
   for (const FamilyOption& option : family.options)
     text += fmt::format("  {:<18} {:<4} {}; one of: {}\n", option.name, "", option.meaning,
                         fmt::join(option.choices, ", "));

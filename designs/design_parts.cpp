@@ -71,8 +71,8 @@ PartItem PlanReader::part(const json& from, const Pointer& at) {
   for (const Parameter& p : design.parameters) {
     if (from["parameters"].contains(p.name)) {
       part.parameters.push_back(number(from["parameters"][p.name], p.unit, here / p.name));
-    } else if (p.standard) {
-      part.parameters.push_back({*p.standard, nullptr});
+    } else if (p.default_value) {
+      part.parameters.push_back({*p.default_value, nullptr});
     } else {
       throw SpecError((here / p.name).to_string(), "nothing",
                       "the part needs it: " + (p.meaning.empty() ? p.name : p.meaning));

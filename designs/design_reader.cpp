@@ -97,8 +97,8 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
   p.min = bound(p.open_min ? "above" : "min").value_or(p.min);
   p.max = bound(p.open_max ? "below" : "max").value_or(p.max);
   if (from.contains("default"))
-    p.standard = read_quantity(shape::quantity(p.unit, p.min, p.max, p.open_min, p.open_max),
-                               from["default"], at / "default");
+    p.default_value = read_quantity(shape::quantity(p.unit, p.min, p.max, p.open_min, p.open_max),
+                                    from["default"], at / "default");
   names_.push_back({p.name, p.unit});
   plan_.parameters.push_back(std::move(p));
 }

@@ -89,9 +89,10 @@ Shape matrix(std::size_t n) { return list(list(number(), n, n), n, n); }
 
 Shape frames() {
   return items({
-      standard("at", vector(), nlohmann::json{0, 0, 0}, "its origin"),
-      standard("turn", list(list(number(), 2, 2), 0, 20), nlohmann::json::array(),
-               "turns in their order, each about an axis as turned so far: [[\"z\", \"30 deg\"]]"),
+      with_default("at", vector(), nlohmann::json{0, 0, 0}, "its origin"),
+      with_default(
+          "turn", list(list(number(), 2, 2), 0, 20), nlohmann::json::array(),
+          "turns in their order, each about an axis as turned so far: [[\"z\", \"30 deg\"]]"),
       optional("in", reference(), "the frame that it is written in"),
   });
 }
@@ -132,7 +133,7 @@ Shape leaves() {
       optional("reinforcement",
                record({required("fraction", number(), "of the length, in the middle"),
                        required("thickness", number(), "in all"),
-                       standard("rigid", boolean(), true, "a rigid box, or an elastic plate")}),
+                       with_default("rigid", boolean(), true, "a rigid box, or an elastic plate")}),
                "a thicker middle"),
   });
 }
@@ -142,7 +143,7 @@ Shape joints() {
       required("type", choice({"rigid", "revolute", "spherical", "prismatic"}),
                "what it lets move"),
       required("body", reference(), "one of its bodies"),
-      standard("other", reference(), "ground", "the other one"),
+      with_default("other", reference(), "ground", "the other one"),
       required("at", vector(), "its place"),
       optional("axis", vector(), "of a revolute or prismatic joint"),
   });
@@ -151,7 +152,7 @@ Shape joints() {
 Shape springs() {
   return items({
       required("body", reference(), "one of its bodies"),
-      standard("other", reference(), "ground", "the other one"),
+      with_default("other", reference(), "ground", "the other one"),
       required("at", vector(), "its end on the body; of a bushing its place"),
       optional("other_at", vector(), "its end on the other body"),
       optional("stiffness", number(), "force a length"),
@@ -164,16 +165,16 @@ Shape parts() {
   return items({
       required("design", reference(), "a family, or a file relative to this one"),
       optional("mirror", choice({"x", "y", "z"}), "axis of the part that is reflected"),
-      standard("parameters", map(number()), nlohmann::json::object(),
-               "of the part: numbers, formulas in the names of this file, and choices"),
-      standard("join", map(reference()), nlohmann::json::object(),
-               "bodies of the part that are bodies of this file"),
+      with_default("parameters", map(number()), nlohmann::json::object(),
+                   "of the part: numbers, formulas in the names of this file, and choices"),
+      with_default("join", map(reference()), nlohmann::json::object(),
+                   "bodies of the part that are bodies of this file"),
   });
 }
 
 std::vector<Field> drive_fields() {
-  return {standard("body", reference(), "end_effector", "what is driven"),
-          standard("other", reference(), "ground", "against what"),
+  return {with_default("body", reference(), "end_effector", "what is driven"),
+          with_default("other", reference(), "ground", "against what"),
           required("direction", direction(), "along or about which axis of its frame"),
           optional("frame", reference(), "the frame that it is written in"),
           optional("when", text(), "only under these choices")};
@@ -192,20 +193,20 @@ const Shape& design_file_shape() {
         optional("drawing", list(text(200), 0, 100), "lines of a sketch in letters"),
         optional("mesh", list(integer(1, 200), 2, 2),
                  "elements along and across a leaf that the design wants"),
-        standard("parameters", parameters(), nlohmann::json::object(), "what its user chooses"),
-        standard("let", map(number()), nlohmann::json::object(), "names for formulas"),
-        standard("rules",
-                 list(record({required("that", text(), "a comparison that must hold"),
-                              required("else", text(), "what the user reads otherwise")}),
-                      0, 200),
-                 nlohmann::json::array(), "what parameters must keep to"),
-        standard("options", options(), nlohmann::json::object(), "choices by name"),
-        standard("frames", frames(), nlohmann::json::array(), "axes to write items in"),
-        standard("bodies", bodies(), nlohmann::json::array(), "rigid bodies"),
-        standard("leaves", leaves(), nlohmann::json::array(), "leaf springs and wires"),
-        standard("joints", joints(), nlohmann::json::array(), "ideal joints"),
-        standard("springs", springs(), nlohmann::json::array(), "springs and bushings"),
-        standard("parts", parts(), nlohmann::json::array(), "other designs as parts"),
+        with_default("parameters", parameters(), nlohmann::json::object(), "what its user chooses"),
+        with_default("let", map(number()), nlohmann::json::object(), "names for formulas"),
+        with_default("rules",
+                     list(record({required("that", text(), "a comparison that must hold"),
+                                  required("else", text(), "what the user reads otherwise")}),
+                          0, 200),
+                     nlohmann::json::array(), "what parameters must keep to"),
+        with_default("options", options(), nlohmann::json::object(), "choices by name"),
+        with_default("frames", frames(), nlohmann::json::array(), "axes to write items in"),
+        with_default("bodies", bodies(), nlohmann::json::array(), "rigid bodies"),
+        with_default("leaves", leaves(), nlohmann::json::array(), "leaf springs and wires"),
+        with_default("joints", joints(), nlohmann::json::array(), "ideal joints"),
+        with_default("springs", springs(), nlohmann::json::array(), "springs and bushings"),
+        with_default("parts", parts(), nlohmann::json::array(), "other designs as parts"),
         optional("drive", record(drive_fields()), "what the stroke prescribes"),
         optional("drives", list(record(named), 1, 6), "several of them"),
     });

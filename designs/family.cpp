@@ -218,7 +218,7 @@ std::vector<MechanismDirection> Family::directions(const ParameterValues& values
   return directions;
 }
 
-FamilyChoices standard_choices(const Family& family) {
+FamilyChoices default_choices(const Family& family) {
   FamilyChoices choices;
   for (const FamilyOption& option : family.options) choices[option.name] = option.choices.front();
   return choices;

@@ -53,7 +53,7 @@ struct Family {
 };
 
 /// The first choice of every option.
-FamilyChoices standard_choices(const Family& family);
+FamilyChoices default_choices(const Family& family);
 
 /// The families that the program brings along, in the order of the documentation.
 const std::vector<Family>& families();

@@ -11,8 +11,8 @@ namespace flexopt {
 /// One geometric parameter of a design.
 struct Parameter {
   std::string name;
-  std::string unit;                ///< SI unit: "m", "rad", "1"
-  std::optional<double> standard;  ///< default; required when missing
+  std::string unit;                     ///< SI unit: "m", "rad", "1"
+  std::optional<double> default_value;  ///< required when there is none
   /// Allowed range, ends excluded where `open`.
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();

@@ -93,11 +93,11 @@ Field optional(std::string name, Shape shape, std::string meaning) {
   return {.name = std::move(name), .shape = std::move(shape), .meaning = std::move(meaning)};
 }
 
-Field standard(std::string name, Shape shape, const json& value, std::string meaning) {
+Field with_default(std::string name, Shape shape, const json& value, std::string meaning) {
   return {.name = std::move(name),
           .shape = std::move(shape),
           .meaning = std::move(meaning),
-          .standard = std::make_shared<const json>(value)};
+          .default_value = std::make_shared<const json>(value)};
 }
 
 }  // namespace shape
@@ -246,7 +246,8 @@ json read_record(const Shape& shape, const json& value, const Pointer& at, Fault
     else if (field.required)
       faults.add(here.to_string(), "nothing",
                  fmt::format("it is required: {} ({})", field.meaning, describe(field.shape)));
-    if (read.is_null() && field.standard) read = read_value(field.shape, *field.standard, here);
+    if (read.is_null() && field.default_value)
+      read = read_value(field.shape, *field.default_value, here);
     if (!read.is_null()) result[field.name] = std::move(read);
   }
   return result;

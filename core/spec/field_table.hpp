@@ -48,7 +48,7 @@ struct Field {
   Shape shape;
   std::string meaning;
   bool required = false;
-  std::shared_ptr<const nlohmann::json> standard;  ///< default; null: the key may be left out
+  std::shared_ptr<const nlohmann::json> default_value;  ///< null: the key may be left out
 };
 
 /// Short ways to write a Shape or a Field.
@@ -68,7 +68,7 @@ Shape one_of(std::vector<Shape> alternatives);
 
 Field required(std::string name, Shape shape, std::string meaning);
 Field optional(std::string name, Shape shape, std::string meaning);
-Field standard(std::string name, Shape shape, const nlohmann::json& value, std::string meaning);
+Field with_default(std::string name, Shape shape, const nlohmann::json& value, std::string meaning);
 
 }  // namespace shape
 

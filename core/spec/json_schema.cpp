@@ -24,7 +24,7 @@ json record_schema(const Shape& shape) {
         property.contains("description")
             ? field.meaning + " (" + property["description"].get<std::string>() + ")"
             : field.meaning;
-    if (field.standard) property["default"] = *field.standard;
+    if (field.default_value) property["default"] = *field.default_value;
     properties[field.name] = std::move(property);
     if (field.required) required.push_back(field.name);
   }

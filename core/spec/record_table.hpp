@@ -41,10 +41,10 @@ class RecordTable {
   // NOLINTBEGIN(performance-unnecessary-value-param): moved on, where the template is filled in
   /// A key whose default is what a new Record holds.
   template <class Where>
-  RecordTable& standard(std::string name, Shape shape, Where where, std::string meaning) {
+  RecordTable& with_default(std::string name, Shape shape, Where where, std::string meaning) {
     const Record fresh{};
-    return row(shape::standard(std::move(name), std::move(shape),
-                               written_member(std::invoke(where, fresh)), std::move(meaning)),
+    return row(shape::with_default(std::move(name), std::move(shape),
+                                   written_member(std::invoke(where, fresh)), std::move(meaning)),
                where);
   }
 
@@ -60,8 +60,8 @@ class RecordTable {
                       std::string meaning) {
     const Record fresh{};
     return enum_row(
-        shape::standard(std::move(name), shape_of(names),
-                        name_among(names, std::invoke(where, fresh)), std::move(meaning)),
+        shape::with_default(std::move(name), shape_of(names),
+                            name_among(names, std::invoke(where, fresh)), std::move(meaning)),
         names, where);
   }
 

@@ -140,7 +140,7 @@ Field cases_field(const std::vector<Field>& of_job) {
   std::vector<Field> fields;
   for (Field field : of_job) {
     if (std::ranges::find(case_keys(), field.name) == case_keys().end()) continue;
-    field.standard = nullptr;  // the job's own is the default
+    field.default_value = nullptr;  // the job's own is the default
     fields.push_back(std::move(field));
   }
   return shape::optional("cases", shape::map(shape::record(std::move(fields))),

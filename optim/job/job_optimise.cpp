@@ -359,7 +359,7 @@ Context context_of(const Family& family, const Job& job, const CaseNames& cases,
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});
     // a parameter whose value is wrong: any number will do to find out the unit of a formula
-    context.values.try_emplace(p.name, p.standard.value_or(std::clamp(0.1, p.min, p.max)));
+    context.values.try_emplace(p.name, p.default_value.value_or(std::clamp(0.1, p.min, p.max)));
   }
   for (const auto& [name, value] : numbers_of(job.design.material, job.end_effector))
     if (!without_number(family, job.design.choices, name)) {

@@ -34,12 +34,12 @@ Shape parameters_shape(const Family& family) {
     if (wires && p.name == "width")  // the job's reader demands it where it must be
       fields.push_back(optional(p.name, shape, p.meaning + "; a circular section needs none"));
     else
-      fields.push_back(p.standard ? standard(p.name, shape, *p.standard, p.meaning)
-                                  : required(p.name, shape, p.meaning));
+      fields.push_back(p.default_value ? with_default(p.name, shape, *p.default_value, p.meaning)
+                                       : required(p.name, shape, p.meaning));
   }
   for (const FamilyOption& option : family.options)
     fields.push_back(
-        standard(option.name, choice(option.choices), option.choices.front(), option.meaning));
+        with_default(option.name, choice(option.choices), option.choices.front(), option.meaning));
   return record(std::move(fields));
 }
 
@@ -54,8 +54,9 @@ Shape material_shape() {
 
 /// Whether there are parameters without default.
 bool demands_parameters(const Family* family) {
-  return family && std::ranges::any_of(family->parameters,
-                                       [](const Parameter& p) { return !p.standard.has_value(); });
+  return family && std::ranges::any_of(family->parameters, [](const Parameter& p) {
+           return !p.default_value.has_value();
+         });
 }
 
 Shape design_shape(const Family* family) {
@@ -65,8 +66,8 @@ Shape design_shape(const Family* family) {
       optional("mechanism", design_file_shape(), "or a design that is written here"),
       demands_parameters(family)
           ? required("parameters", parameters_shape(*family), "what the design leaves open")
-          : standard("parameters", family ? parameters_shape(*family) : any_parameters_shape(),
-                     json::object(), "what the design leaves open"),
+          : with_default("parameters", family ? parameters_shape(*family) : any_parameters_shape(),
+                         json::object(), "what the design leaves open"),
       required("material", material_shape(), "a built-in material by name, or its constants"),
   };
   const auto add_options = [&](const Family& known) {
@@ -117,9 +118,9 @@ Shape optimise_shape(const Family* family) {
   std::vector<Field> fields{
       required("variables", list(variable_shape(family), 1, 50), "what may change"),
       required("objective", objective_table().shape(), "what should become best"),
-      standard("constraints", list(with_quantities(constraint_table().shape(), family), 0, 200),
-               json::array(), "what must hold"),
-      standard("algorithm", algorithm_table().shape(), json::object(), "who searches"),
+      with_default("constraints", list(with_quantities(constraint_table().shape(), family), 0, 200),
+                   json::array(), "what must hold"),
+      with_default("algorithm", algorithm_table().shape(), json::object(), "who searches"),
       optional("pareto", with_quantities(pareto_table().shape(), family),
                "a second objective: the front of both"),
       optional("verify", verify_table().shape(), "the optimum is to be that of full accuracy"),
@@ -158,8 +159,8 @@ Shape samples_shape(const Family* family) {
   std::vector<Field> fields = samples_table().fields();
   fields.push_back(
       optional("points", integer(1, 1000), "of a grid, for each sampled number; default 5"));
-  fields.push_back(standard("vary", list(vary_shape(family), 0, 50), json::array(),
-                            "what differs from design to design"));
+  fields.push_back(with_default("vary", list(vary_shape(family), 0, 50), json::array(),
+                                "what differs from design to design"));
   fields.push_back(optional(
       "designs", list(family ? record(std::move(listed)) : any_parameters_shape(), 1, 100000),
       "of a list: parameters that differ from the job's own"));
@@ -177,7 +178,7 @@ Shape model_shape() { return model_table().shape(); }
 Shape model_entry_shape() {
   std::vector<Field> fields{required("name", text(100), "for the results; each its own")};
   for (Field field : model_shape().fields) {
-    field.standard = nullptr;  // the job's own model is the default
+    field.default_value = nullptr;  // the job's own model is the default
     fields.push_back(std::move(field));
   }
   return record(std::move(fields));
@@ -190,43 +191,43 @@ Shape parameter_shape(const Parameter& p) {
 Shape job_shape(const Family* family) {
   const DriveList drives = family ? family->drives : DriveList();
   const Shape parasitic = record({
-      standard("drive", choice({"locked", "free"}), "locked", "which list of frequencies"),
-      standard("skip", list(choice({"leaf", "intermediate_body"}), 0, 2), json::array(),
-               "kinds of modes to leave out"),
+      with_default("drive", choice({"locked", "free"}), "locked", "which list of frequencies"),
+      with_default("skip", list(choice({"leaf", "intermediate_body"}), 0, 2), json::array(),
+                   "kinds of modes to leave out"),
   });
-  std::vector<Field> fields{standard("flexopt", integer(1, 1), 1, "version of the job format")};
+  std::vector<Field> fields{with_default("flexopt", integer(1, 1), 1, "version of the job format")};
   const std::vector<Field>& head = head_table().fields();
   fields.insert(fields.end(), head.begin(), head.end());
   const std::vector<Field> sections{
       required("design", design_shape(family), "the mechanism"),
-      standard("end_effector", end_effector_table().shape(), json::object(),
-               "what the leaves carry"),
+      with_default("end_effector", end_effector_table().shape(), json::object(),
+                   "what the leaves carry"),
       optional("stroke", stroke_shape(family ? &drives : nullptr),
                "where the drive goes; or give load_path"),
       optional("load_path", load_path_table().shape(),
                "a dead load at O that grows from zero, beside loads; nothing is driven, and stroke "
                "in the results is the load factor"),
-      standard("probes", list(probe_table().shape(), 0, 100), json::array(),
-               "material points of the undeflected leaves whose displacement is wanted"),
-      standard("loads", list(load_table().shape(), 0, 100), json::array(),
-               "dead loads on bodies in global axes, applied before the stroke"),
+      with_default("probes", list(probe_table().shape(), 0, 100), json::array(),
+                   "material points of the undeflected leaves whose displacement is wanted"),
+      with_default("loads", list(load_table().shape(), 0, 100), json::array(),
+                   "dead loads on bodies in global axes, applied before the stroke"),
       optional("gravity", vector3("m/s^2", 1e6),
                "acceleration that acts on bodies and leaves, global axes, before the stroke"),
       optional("temperature", temperature_shape(),
                "how much warmer leaves are than the bodies that hold them, before the stroke"),
-      standard("assembly", list(assembly_table().shape(), 0, 1000), json::array(),
-               "edges that sit in their bodies other than designed, before the stroke"),
+      with_default("assembly", list(assembly_table().shape(), 0, 1000), json::array(),
+                   "edges that sit in their bodies other than designed, before the stroke"),
       optional("buckling", buckling_table().shape(),
                "at every point the factor of a load at which the mechanism becomes unstable"),
-      standard("model", model_shape(), json::object(), "how the mechanism is modelled"),
-      standard("parasitic", parasitic, json::object(), "what the parasitic frequency is"),
+      with_default("model", model_shape(), json::object(), "how the mechanism is modelled"),
+      with_default("parasitic", parasitic, json::object(), "what the parasitic frequency is"),
       optional("optimise", optimise_shape(family), "the search, for job optimise"),
       optional("samples", samples_shape(family), "the designs, for job compare"),
       optional("models", list(model_entry_shape(), 1, 20),
                "what is compared with full accuracy, for job compare; keys left out are those of "
                "model; default: the reduced one"),
-      standard("expect", list(expectation_table().shape(), 0, 1000), json::array(),
-               "values the result must have; a job in the repository is a test"),
+      with_default("expect", list(expectation_table().shape(), 0, 1000), json::array(),
+                   "values the result must have; a job in the repository is a test"),
   };
   fields.insert(fields.end(), sections.begin(), sections.end());
   fields.push_back(cases_field(sections));

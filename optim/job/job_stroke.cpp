@@ -58,11 +58,12 @@ Shape named_shape(const DriveList& drives) {
   std::vector<Field> point, axes;
   for (const DriveList::Item& drive : drives.items) {
     const Shape place = stroke_place(drive.direction);
-    point.push_back(standard(drive.name, place, 0.0, "stroke of " + drive.name));
+    point.push_back(with_default(drive.name, place, 0.0, "stroke of " + drive.name));
     axes.push_back(optional(
         drive.name,
-        record({standard("from", place, 0.0, "first stroke"), required("to", place, "last stroke"),
-                standard("points", integer(1, most_points), 11, "how many, both ends included")}),
+        record(
+            {with_default("from", place, 0.0, "first stroke"), required("to", place, "last stroke"),
+             with_default("points", integer(1, most_points), 11, "how many, both ends included")}),
         "strokes of " + drive.name + "; without them it stays at 0"));
   }
   return record(

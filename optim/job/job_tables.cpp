@@ -100,15 +100,15 @@ Shape vector3(const std::string& unit, double largest) {
 const RecordTable<Job>& head_table() {
   static const auto table =
       RecordTable<Job>()
-          .row(shape::standard("name", text(200), "job", "for the report"), &Job::name)
+          .row(shape::with_default("name", text(200), "job", "for the report"), &Job::name)
           .choice<JobKind>("job",
                            {{"evaluate", JobKind::evaluate},
                             {"optimise", JobKind::optimise},
                             {"compare", JobKind::compare}},
                            &Job::kind, "what to do")
           .row(
-              shape::standard("frequencies", integer(0, 100), 6,
-                              "how many, drive free and drive locked each"),
+              shape::with_default("frequencies", integer(0, 100), 6,
+                                  "how many, drive free and drive locked each"),
               [](auto& job) -> auto& { return job.request.frequencies; });
   return table;
 }
@@ -150,14 +150,15 @@ const RecordTable<EndEffector>& end_effector_table() {
   const Shape any = quantity("kg m^2", -largest_number, largest_number);
   static const auto table =
       RecordTable<EndEffector>()
-          .standard("mass", quantity("kg", 0, largest_number), &EndEffector::mass,
-                    "mass of the rigid end-effector")
-          .standard("inertia", one_of({list(principal, 3, 3), list(list(any, 3, 3), 3, 3)}),
-                    &EndEffector::inertia,
-                    "about its centre of mass, global axes: three principal values or a symmetric "
-                    "3x3")
-          .standard("center_of_mass", vector3("m", 1e3), &EndEffector::center_of_mass,
-                    "relative to O");
+          .with_default("mass", quantity("kg", 0, largest_number), &EndEffector::mass,
+                        "mass of the rigid end-effector")
+          .with_default(
+              "inertia", one_of({list(principal, 3, 3), list(list(any, 3, 3), 3, 3)}),
+              &EndEffector::inertia,
+              "about its centre of mass, global axes: three principal values or a symmetric "
+              "3x3")
+          .with_default("center_of_mass", vector3("m", 1e3), &EndEffector::center_of_mass,
+                        "relative to O");
   return table;
 }
 
@@ -187,20 +188,20 @@ const RecordTable<LoadSpec>& load_table() {
                     "on which it acts; default the end-effector")
           .optional("at", vector3("m", 1e3), &LoadSpec::at,
                     "place on that body, undeflected, global axes; default its reference point")
-          .standard("force", vector3("N", largest_number), &LoadSpec::force,
-                    "dead force; keeps its direction")
-          .standard("moment", vector3("N m", largest_number), &LoadSpec::moment, "dead moment");
+          .with_default("force", vector3("N", largest_number), &LoadSpec::force,
+                        "dead force; keeps its direction")
+          .with_default("moment", vector3("N m", largest_number), &LoadSpec::moment, "dead moment");
   return table;
 }
 
 const RecordTable<LoadSpec>& load_path_table() {
   static const auto table = RecordTable<LoadSpec>()
-                                .standard("force", vector3("N", largest_number), &LoadSpec::force,
-                                          "dead force at O at its end")
-                                .standard("moment", vector3("N m", largest_number),
-                                          &LoadSpec::moment, "dead moment at O at its end")
-                                .standard("points", integer(2, 10001), &LoadSpec::points,
-                                          "how many, zero and the whole load included");
+                                .with_default("force", vector3("N", largest_number),
+                                              &LoadSpec::force, "dead force at O at its end")
+                                .with_default("moment", vector3("N m", largest_number),
+                                              &LoadSpec::moment, "dead moment at O at its end")
+                                .with_default("points", integer(2, 10001), &LoadSpec::points,
+                                              "how many, zero and the whole load included");
   return table;
 }
 
@@ -212,19 +213,19 @@ const RecordTable<AssemblySpec>& assembly_table() {
               shape::required("end", choice({"base", "tip"}), "which of its edges"),
               [](const json& read, AssemblySpec& error) { error.end = read == "tip" ? 1 : 0; },
               [](const AssemblySpec& error) -> json { return error.end == 1 ? "tip" : "base"; })
-          .standard("move", vector3("m", 1), &AssemblySpec::move,
-                    "of the edge's middle relative to the body that holds it, global axes")
-          .standard("turn", vector3("rad", 1), &AssemblySpec::turn,
-                    "rotation vector of the edge about its middle, global axes");
+          .with_default("move", vector3("m", 1), &AssemblySpec::move,
+                        "of the edge's middle relative to the body that holds it, global axes")
+          .with_default("turn", vector3("rad", 1), &AssemblySpec::turn,
+                        "rotation vector of the edge about its middle, global axes");
   return table;
 }
 
 Shape temperature_shape() {
   constexpr double largest = 1e4;  // [K]
   const Shape change = quantity("K", -largest, largest);
-  return record({shape::standard("change", change, 0.0, "of all leaves, against the bodies"),
-                 shape::standard("leaves", map(change), json::object(),
-                                 "of single leaves by their names, instead of that of all")});
+  return record({shape::with_default("change", change, 0.0, "of all leaves, against the bodies"),
+                 shape::with_default("leaves", map(change), json::object(),
+                                     "of single leaves by their names, instead of that of all")});
 }
 
 const RecordTable<BucklingSpec>& buckling_table() {
@@ -250,7 +251,7 @@ const RecordTable<Expectation>& expectation_table() {
           .required("value", quantity("1"), &Expectation::value, "expected, SI")
           .required("tolerance", quantity("1", 0, Shape::infinity), &Expectation::tolerance,
                     "largest difference, SI")
-          .row(shape::standard("source", text(2000), "unnamed", "where the value comes from"),
+          .row(shape::with_default("source", text(2000), "unnamed", "where the value comes from"),
                &Expectation::source);
   return table;
 }
@@ -294,13 +295,14 @@ const RecordTable<ModelChoice>& model_table() {
                                "linear_craig_bampton also [along, across] of four nodes; default "
                                "1, as mixed_potential has it"),
                read_superelements, written_superelements)
-          .standard("mesh", list(integer(2, 128), 2, 2), in_model(&ModelOptions::mesh),
-                    "elements of a leaf, [along, across]")
-          .standard("free_edge_torsion", boolean(), in_model(&ModelOptions::free_edge_torsion),
-                    "the three-dimensional torsion layer of the free edges; off: the thin-shell "
-                    "limit")
-          .standard("degree", integer(5, 7), in_model(&ModelOptions::degree),
-                    "of the reduced potential: 5 or 7")
+          .with_default("mesh", list(integer(2, 128), 2, 2), in_model(&ModelOptions::mesh),
+                        "elements of a leaf, [along, across]")
+          .with_default(
+              "free_edge_torsion", boolean(), in_model(&ModelOptions::free_edge_torsion),
+              "the three-dimensional torsion layer of the free edges; off: the thin-shell "
+              "limit")
+          .with_default("degree", integer(5, 7), in_model(&ModelOptions::degree),
+                        "of the reduced potential: 5 or 7")
           .choice<LeafMass>(
               "mass", {{"consistent", LeafMass::consistent}, {"constant", LeafMass::constant}},
               in_model(&ModelOptions::mass),
@@ -314,10 +316,11 @@ const RecordTable<ModelChoice>& model_table() {
                             "whether the coefficients of reduced leaves are looked up in the atlas "
                             "that flexopt atlas makes: never; where there is one; or the job is "
                             "wrong without it")
-          .standard("leaf_modes", integer(0, 40), in_model(&ModelOptions::leaf_modes),
-                    "modes of a leaf between fixed edges kept for the frequencies, at least; 0: "
-                    "leaves move only as their edges make them")
-          .standard(
+          .with_default(
+              "leaf_modes", integer(0, 40), in_model(&ModelOptions::leaf_modes),
+              "modes of a leaf between fixed edges kept for the frequencies, at least; 0: "
+              "leaves move only as their edges make them")
+          .with_default(
               "tolerance", quantity("1", 0, 1e-3, true),
               [](auto& choice) -> auto& { return choice.newton.tolerance; },
               "Newton's largest last correction, lengths divided by the leaf length");
@@ -327,19 +330,19 @@ const RecordTable<ModelChoice>& model_table() {
 const RecordTable<OptimiseSpec>& search_table() {
   static const auto table =
       RecordTable<OptimiseSpec>()
-          .standard("starts", integer(1, 1000), &OptimiseSpec::starts,
-                    "starts: the first at the job's values, the others spread over the box")
+          .with_default("starts", integer(1, 1000), &OptimiseSpec::starts,
+                        "starts: the first at the job's values, the others spread over the box")
           .choice<Spread>("spread",
                           {{"sobol", Spread::sobol}, {"latin_hypercube", Spread::latin_hypercube}},
                           &OptimiseSpec::spread, "how the starts but the first are spread")
-          .standard("seed", seed_shape(), &OptimiseSpec::seed, "of the spread of the starts")
-          .standard("max_evaluations", integer(1, 1000000), &OptimiseSpec::max_evaluations,
-                    "for each start")
-          .standard("tolerance", quantity("1", 0, 0.1, true), &OptimiseSpec::tolerance,
-                    "relative change of scaled variables and objective that ends a start")
-          .standard("constraint_tolerance", quantity("1", 0, 0.1, true),
-                    &OptimiseSpec::constraint_tolerance,
-                    "allowed violation, relative to the bound");
+          .with_default("seed", seed_shape(), &OptimiseSpec::seed, "of the spread of the starts")
+          .with_default("max_evaluations", integer(1, 1000000), &OptimiseSpec::max_evaluations,
+                        "for each start")
+          .with_default("tolerance", quantity("1", 0, 0.1, true), &OptimiseSpec::tolerance,
+                        "relative change of scaled variables and objective that ends a start")
+          .with_default("constraint_tolerance", quantity("1", 0, 0.1, true),
+                        &OptimiseSpec::constraint_tolerance,
+                        "allowed violation, relative to the bound");
   return table;
 }
 
@@ -373,7 +376,8 @@ const RecordTable<Constraint>& constraint_table() {
 const RecordTable<Algorithm>& algorithm_table() {
   static const auto table =
       RecordTable<Algorithm>()
-          .standard("library", shape::choice({"nlopt", "ipopt"}), &Algorithm::library, "optimiser")
+          .with_default("library", shape::choice({"nlopt", "ipopt"}), &Algorithm::library,
+                        "optimiser")
           .optional("name", text(), &Algorithm::name,
                     "NLopt's name of the algorithm; default " + Algorithm().name)
           .optional("local", text(), &Algorithm::local,
@@ -384,10 +388,11 @@ const RecordTable<Algorithm>& algorithm_table() {
 const RecordTable<VerifySpec>& verify_table() {
   static const auto table =
       RecordTable<VerifySpec>()
-          .standard("tolerance", quantity("1", 0, 0.1, true), &VerifySpec::tolerance,
-                    "largest difference to full accuracy, relative, of objective and constraints")
-          .standard("max_full_evaluations", integer(1, 1000), &VerifySpec::max_full_evaluations,
-                    "evaluations at full accuracy");
+          .with_default(
+              "tolerance", quantity("1", 0, 0.1, true), &VerifySpec::tolerance,
+              "largest difference to full accuracy, relative, of objective and constraints")
+          .with_default("max_full_evaluations", integer(1, 1000), &VerifySpec::max_full_evaluations,
+                        "evaluations at full accuracy");
   return table;
 }
 
@@ -401,8 +406,8 @@ const RecordTable<ParetoSpec>& pareto_table() {
           .optional("case", text(100), &ParetoSpec::load_case, case_meaning)
           .choice<bool>("sense", {{"minimise", false}, {"maximise", true}}, &ParetoSpec::maximise,
                         "which way is better")
-          .standard("points", integer(2, 200), &ParetoSpec::points,
-                    "designs on the front, both ends included");
+          .with_default("points", integer(2, 200), &ParetoSpec::points,
+                        "designs on the front, both ends included");
   return table;
 }
 

@@ -46,10 +46,10 @@ const RecordTable<EntrySpec>& tolerance_table() {
 const RecordTable<TolerancesSpec>& check_table() {
   static const auto table =
       RecordTable<TolerancesSpec>()
-          .standard("count", shape::integer(0, 100000), &TolerancesSpec::samples,
-                    "designs within the tolerances that are evaluated as a check; 0: none")
-          .standard("seed", shape::integer(0, 4294967295.0), &TolerancesSpec::seed,
-                    "of their Latin hypercube");
+          .with_default("count", shape::integer(0, 100000), &TolerancesSpec::samples,
+                        "designs within the tolerances that are evaluated as a check; 0: none")
+          .with_default("seed", shape::integer(0, 4294967295.0), &TolerancesSpec::seed,
+                        "of their Latin hypercube");
   return table;
 }
 

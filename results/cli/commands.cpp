@@ -102,8 +102,8 @@ bool is_design_file(const std::string& file) {
 std::optional<ParameterValues> default_values(const Family& design) {
   ParameterValues values;
   for (const Parameter& p : design.parameters) {
-    if (!p.standard) return std::nullopt;
-    values[p.name] = *p.standard;
+    if (!p.default_value) return std::nullopt;
+    values[p.name] = *p.default_value;
   }
   return values;
 }
@@ -111,7 +111,7 @@ std::optional<ParameterValues> default_values(const Family& design) {
 std::string names_without_default(const Family& design) {
   std::vector<std::string> names;
   for (const Parameter& p : design.parameters)
-    if (!p.standard) names.push_back(p.name);
+    if (!p.default_value) names.push_back(p.name);
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
@@ -119,7 +119,7 @@ int validate_design(const CommandLine& line) {
   const auto design = read_family_file(line.job);
   const auto values = default_values(*design);
   if (values)
-    (void)design->make(*values, standard_choices(*design), materials().front().material, {});
+    (void)design->make(*values, default_choices(*design), materials().front().material, {});
   fmt::print("{}: a valid design ({}, {} parameters)\n", line.job, design->name,
              design->parameters.size());
   if (!values)
@@ -137,9 +137,9 @@ int expand_job(const CommandLine& line) {
     if (!values)
       throw SpecError("/parameters", names_without_default(*design),
                       "a design without these defaults is expanded in a job that gives them");
-    fmt::print("{}\n",
-               expanded(*design, *values, standard_choices(*design), materials().front().material)
-                   .dump(2));
+    fmt::print(
+        "{}\n",
+        expanded(*design, *values, default_choices(*design), materials().front().material).dump(2));
     return exit_usable;
   }
   const Job job = checked_job(line);

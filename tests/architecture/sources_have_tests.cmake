@@ -51,7 +51,7 @@ set(tested_by
   core/response/models/leaf_models core/reduction/tube/test_tube_leaf
   core/response/modes/constant_mass core/response/modes/test_mass_options
   core/response/modes/frequencies core/response/path/test_response
-  core/response/modes/mechanism_factor core/response/modes/test_exact_modes
+  core/response/modes/mechanism_factor core/response/modes/test_full_modes
   core/response/path/evaluate_stroke core/response/path/test_response
   core/response/path/stiffness core/response/path/test_response
   core/response/probe core/response/path/test_material_points

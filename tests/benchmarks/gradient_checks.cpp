@@ -35,10 +35,10 @@ Json job_around_defaults(const Case& of, Uniform&& u, bool as_they_are) {
   Json p = Json::object();
   double length = 0;
   for (const Parameter& parameter : family.parameters) {
-    if (length == 0 && parameter.unit == "m") length = *parameter.standard;
+    if (length == 0 && parameter.unit == "m") length = *parameter.default_value;
     const bool counts = std::ranges::find(family.counts, parameter.name) != family.counts.end();
     const double factor = as_they_are || counts ? 1 : 0.96 + 0.08 * u();
-    p[parameter.name] = *parameter.standard * factor;
+    p[parameter.name] = *parameter.default_value * factor;
   }
   Json points = Json::array();
   for (const double share : {0.0, 0.1, 1.0}) {
@@ -124,7 +124,7 @@ int main(int argc, char** argv) {
     const bool known =
         std::ranges::any_of(cases, [&](const Case& of) { return of.family == family.name; });
     if (known || family.name == "clamped_plate") continue;  // a plate without rigid end-effector
-    const bool wires = family.is_of_wires(standard_choices(family));
+    const bool wires = family.is_of_wires(default_choices(family));
     cases.push_back({family.name, wires ? "beam" : "plate", Json::object(), true});
   }
   const PageTable page("gradient_checks");

@@ -40,7 +40,7 @@ int main() {
   EndEffector payload;
   payload.mass = 1;
   payload.inertia = 1e-3 * Matrix3d::Identity();
-  const FamilyChoices choices = standard_choices(family);
+  const FamilyChoices choices = default_choices(family);
   const Mechanism mechanism = family.make(values, choices, material, payload);
   const ParametricDesign design(family, choices, {});
   const std::vector<MechanismDirection> all =

@@ -32,8 +32,8 @@ Mechanism make(const json& document, const ParameterValues& values = {}) {
   const auto family = read(document);
   ParameterValues all = values;
   for (const Parameter& p : family->parameters)
-    if (p.standard) all.try_emplace(p.name, *p.standard);
-  return family->make(all, standard_choices(*family), steel(), {});
+    if (p.default_value) all.try_emplace(p.name, *p.default_value);
+  return family->make(all, default_choices(*family), steel(), {});
 }
 
 std::string complaint(const json& document, const ParameterValues& values = {}) {

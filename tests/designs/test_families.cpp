@@ -24,7 +24,7 @@ EndEffector payload() {
 
 Mechanism make(const std::string& family, const ParameterValues& values) {
   return find_family(family, "")
-      .make(values, standard_choices(find_family(family, "")), materials().front().material,
+      .make(values, default_choices(find_family(family, "")), materials().front().material,
             payload());
 }
 
@@ -102,7 +102,7 @@ TEST_CASE("a leaf spring reaches from the origin along x, O in the middle of its
 
 TEST_CASE("a hinged tip edge is a body of its own on a revolute joint about z", "[designs]") {
   const Family& family = find_family("leaf_spring", "");
-  FamilyChoices choices = standard_choices(family);
+  FamilyChoices choices = default_choices(family);
   choices["tip"] = "hinged";
   const Mechanism m = family.make(spring, choices, materials().front().material, payload());
   CHECK_FALSE(broken_rule(m));
@@ -137,7 +137,7 @@ TEST_CASE("directions hold the rates of joints and material points too", "[desig
                                 {"load_point_z", 0.1}},
                                {}});
   const Family& family = find_family(c.family, "");
-  FamilyChoices choices = standard_choices(family);
+  FamilyChoices choices = default_choices(family);
   for (const auto& [option, choice] : c.choices) choices[option] = choice;
   const Material& material = materials().front().material;
   const auto at = [&](const ParameterValues& values) {
@@ -234,7 +234,7 @@ TEST_CASE("the tables of the families are sound", "[designs]") {
       CHECK(is_known_unit(p.unit));
       CHECK(p.min < p.max);
       CHECK_FALSE(p.meaning.empty());
-      if (p.standard) CHECK((p.min <= *p.standard && *p.standard <= p.max));
+      if (p.default_value) CHECK((p.min <= *p.default_value && *p.default_value <= p.max));
     }
   }
 }

@@ -59,7 +59,7 @@ TEST_CASE("the derivatives of a family's numbers are those of central difference
                                .margin(2e-8 + 10 * known));
           largest = std::max(largest, std::abs(rate[i]));
         }
-        if (choices == standard_choices(family)) CHECK(largest > 1e-6);  // it moves something
+        if (choices == default_choices(family)) CHECK(largest > 1e-6);  // it moves something
       }
     }
 }
@@ -68,7 +68,7 @@ TEST_CASE("a direction of material or payload moves that number alone", "[design
   const Family& family = find_family("parallel_guide", "");
   const auto rate = [&](const std::string& name) {
     return family
-        .directions(sample_values(family), standard_choices(family), materials().front().material,
+        .directions(sample_values(family), default_choices(family), materials().front().material,
                     payload(), {name})
         .front()
         .rate;

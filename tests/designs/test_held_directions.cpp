@@ -47,7 +47,7 @@ Mechanism make(const json& document, double tilt = 0.4) {
   const auto family = read_document(document, "");
   ParameterValues values = default_values(*family);
   values["tilt"] = tilt;
-  return family->make(values, standard_choices(*family), steel(), random_payload());
+  return family->make(values, default_choices(*family), steel(), random_payload());
 }
 
 StrokeRequest request_of(const Matrix3d& turn, std::vector<double> points = {0, 4e-3}) {
@@ -170,7 +170,7 @@ TEST_CASE("derivatives along a parameter that turns held directions", "[held][gr
       return all;
     };
     const auto directions =
-        family->directions(values, standard_choices(*family), steel(), random_payload(), {"tilt"});
+        family->directions(values, default_choices(*family), steel(), random_payload(), {"tilt"});
     const StrokeSensitivity exact =
         evaluate_stroke_gradients(make(document), directions, model, request);
     INFO(exact.message << exact.response.message);
@@ -206,7 +206,7 @@ TEST_CASE("held directions written flat are the same to the last bit", "[held][f
       document["drive"].erase("frame");
       const auto family = read_document(document, "");
       const auto flat =
-          expanded(*family, default_values(*family), standard_choices(*family), steel());
+          expanded(*family, default_values(*family), default_choices(*family), steel());
       const auto again = read_document(json::parse(flat.dump()), "");
       CHECK(expanded(*again, {}, {}, steel()).dump() == flat.dump());
       const Mechanism a = make(document), b = again->make({}, {}, steel(), random_payload());
@@ -221,7 +221,7 @@ TEST_CASE("held directions written flat are the same to the last bit", "[held][f
 TEST_CASE("a drive in a turned frame is written flat", "[held][files]") {
   const json document = guide(turns, {"uz"});
   const auto family = read_document(document, "");
-  const auto flat = expanded(*family, default_values(*family), standard_choices(*family), steel());
+  const auto flat = expanded(*family, default_values(*family), default_choices(*family), steel());
   const Mechanism a = make(document), b = read_document(json::parse(flat.dump()), "")
                                               ->make({}, {}, steel(), random_payload());
   CHECK((a.drives[0].axes - b.drives[0].axes).norm() < 1e-15);

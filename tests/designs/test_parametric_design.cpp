@@ -13,7 +13,7 @@ namespace {
 
 ParametricDesign guide(const std::map<std::string, std::string>& formulas) {
   const Family& family = find_family("parallel_guide", "");
-  return {family, standard_choices(family), formulas};
+  return {family, default_choices(family), formulas};
 }
 
 const Material steel{"steel", 210e9, 0.3, 7800, {}};
@@ -107,6 +107,6 @@ TEST_CASE("a design can be differentiated by all that its formulas do not give",
         std::vector<std::string>{"length", "thickness", "spacing"});
   CHECK(names.size() == 3 + 3 + 10);  // of material and payload
   const Family& plate = find_family("clamped_plate", "");
-  const ParametricDesign no_payload(plate, standard_choices(plate), {});
+  const ParametricDesign no_payload(plate, default_choices(plate), {});
   CHECK(no_payload.independent_names().size() == plate.parameters.size() + 3);
 }

@@ -22,7 +22,7 @@ Mechanism build(const nlohmann::json& solid) {
   const Family& family = find_family(solid.at("design").at("family"), "");
   ParameterValues values;
   for (const Parameter& p : family.parameters)
-    if (p.standard) values[p.name] = *p.standard;
+    if (p.default_value) values[p.name] = *p.default_value;
   for (const auto& [name, value] : solid.at("design").at("parameters").items())
     values[name] = value;
   EndEffector payload;
@@ -30,7 +30,7 @@ Mechanism build(const nlohmann::json& solid) {
   payload.inertia = solid.at("inertia").get<double>() * Matrix3d::Identity();
   const Material material{
       "steel", solid.at("youngs_modulus"), solid.at("poissons_ratio"), solid.at("density"), {}};
-  FamilyChoices choices = standard_choices(family);
+  FamilyChoices choices = default_choices(family);
   for (auto& [name, choice] : choices) choice = solid.at("design").value(name, choice);
   return family.make(values, choices, material, payload);
 }

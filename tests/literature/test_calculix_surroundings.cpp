@@ -19,7 +19,7 @@ Mechanism build(const nlohmann::json& solid) {
   const Family& family = find_family(solid.at("design").at("family"), "");
   ParameterValues values;
   for (const Parameter& p : family.parameters)
-    if (p.standard) values[p.name] = *p.standard;
+    if (p.default_value) values[p.name] = *p.default_value;
   for (const auto& [name, value] : solid.at("design").at("parameters").items())
     values[name] = value;
   EndEffector payload;
@@ -28,7 +28,7 @@ Mechanism build(const nlohmann::json& solid) {
   Material material{
       "steel", solid.at("youngs_modulus"), solid.at("poissons_ratio"), solid.at("density"), {}};
   material.thermal_expansion = solid.at("thermal_expansion");
-  return family.make(values, standard_choices(family), material, payload);
+  return family.make(values, default_choices(family), material, payload);
 }
 
 LoadCase loads_of(const nlohmann::json& solid) {

@@ -16,7 +16,7 @@ inline ParameterValues sample_values(const Family& family) {
       {"inner_width", 0.05}, {"load_point_x", 0.03}, {"load_point_z", 0.01}};
   ParameterValues values;
   for (const Parameter& p : family.parameters)
-    values[p.name] = p.standard ? *p.standard : usual.at(p.name);
+    values[p.name] = p.default_value ? *p.default_value : usual.at(p.name);
   if (values.contains("half_angle") && values.contains("gap")) values["half_angle"] = 0.6;
   return values;
 }

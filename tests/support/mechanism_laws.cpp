@@ -257,7 +257,7 @@ Deviation motion_of_the_whole(const RandomDesign& design, unsigned long long see
   EndEffector payload = random_payload();
   payload.inertia = (turn.Q * payload.inertia * turn.Q.transpose()).eval();
   payload.center_of_mass = turn.polar(payload.center_of_mass);
-  const Mechanism there = family->make(default_values(*family), standard_choices(*family),
+  const Mechanism there = family->make(default_values(*family), default_choices(*family),
                                        materials().front().material, payload);
 
   const auto [stroke, rounding] = at_rest(here, model);
@@ -455,7 +455,7 @@ Deviation ways_of_writing(const RandomDesign& design) {
   const Mechanism here = design.make();
   const Material& material = materials().front().material;
   const auto flat =
-      expanded(*design.family, design.values, standard_choices(*design.family), material);
+      expanded(*design.family, design.values, default_choices(*design.family), material);
   const auto flat_family = read_document(json::parse(flat.dump()), design.folder);
   const Mechanism of_flat = flat_family->make({}, {}, material, random_payload());
   compare_bits(here, of_flat, "flat", worst);
@@ -463,7 +463,7 @@ Deviation ways_of_writing(const RandomDesign& design) {
     worst.add(1, 1, "expanded again");
   const auto written = read_document(without_repeats(design.document), design.folder);
   compare_bits(here,
-               written->make(design.values, standard_choices(*written), material, random_payload()),
+               written->make(design.values, default_choices(*written), material, random_payload()),
                "without repeats", worst);
   return worst;
 }
@@ -549,7 +549,7 @@ Deviation derivatives(const RandomDesign& design) {
   std::vector<std::string> names;
   for (const Parameter& p : design.family->parameters) names.push_back(p.name);
   const std::vector<MechanismDirection> exact =
-      design.family->directions(design.values, standard_choices(*design.family),
+      design.family->directions(design.values, default_choices(*design.family),
                                 materials().front().material, random_payload(), names);
   for (const MechanismDirection& direction : exact) {
     const double p = design.values.at(direction.parameter);

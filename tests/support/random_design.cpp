@@ -443,13 +443,12 @@ std::shared_ptr<const Family> read_document(const json& document, const std::str
 
 ParameterValues default_values(const Family& family) {
   ParameterValues values;
-  for (const Parameter& p : family.parameters) values[p.name] = p.standard.value();
+  for (const Parameter& p : family.parameters) values[p.name] = p.default_value.value();
   return values;
 }
 
 Mechanism RandomDesign::make(const ParameterValues& at) const {
-  return family->make(at, standard_choices(*family), materials().front().material,
-                      random_payload());
+  return family->make(at, default_choices(*family), materials().front().material, random_payload());
 }
 
 RandomDesign random_design(unsigned long long seed, const std::string& folder) {

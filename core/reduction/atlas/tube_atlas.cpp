@@ -92,6 +92,7 @@ std::string TubeAtlas::gap(const PlateShape& shape, const TubeRange& range) cons
   };
   if (shape.is_beam()) return "it is a beam";
   if (shape.curve) return "it is curved";
+  if (shape.fold) return "it is folded";
   if (shape.has_profile()) return "its width or thickness varies";
   if (shape.mesh != s.mesh || shape.free_edge_torsion != s.free_edge_torsion)
     return "it has another mesh";

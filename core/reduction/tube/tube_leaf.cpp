@@ -390,16 +390,16 @@ PlateLeaf& TubeLeaf::condensed() {
                          std::sqrt(12 / shape.mean_width()) /
                          (4 * std::numbers::pi * std::numbers::pi);
     plate_->set_state(state);
-    plate_is_exact_ = force > 0.02;
-    if (plate_is_exact_) plate_->assemble();
+    plate_is_corrected_ = force > 0.02;
+    if (plate_is_corrected_) plate_->assemble();
     // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
     // can tell: the steps that are left then.
     constexpr double good = 1e-4;
     constexpr int most = 4;
     double change = check_;
     for (int k = 0; shape.curve && change > good && k < most; ++k) {
-      if (!plate_is_exact_) plate_->assemble();
-      plate_is_exact_ = true;
+      if (!plate_is_corrected_) plate_->assemble();
+      plate_is_corrected_ = true;
       state = plate_->state();
       const VectorXd further = plate_->internal_step(Vector12d::Zero());
       change = further.cwiseAbs().maxCoeff();

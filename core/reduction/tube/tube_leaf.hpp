@@ -133,7 +133,7 @@ class TubeLeaf final : public LeafElement {
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::unique_ptr<PlateLeaf> plate_;
   bool plate_is_current_ = false;
-  bool plate_is_exact_ = false;  ///< assembled after the Newton step, not before it
+  bool plate_is_corrected_ = false;  ///< assembled after the Newton step, not before it
 };
 
 }  // namespace flexopt

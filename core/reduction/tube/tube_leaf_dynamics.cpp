@@ -134,7 +134,7 @@ LeafDynamics TubeLeaf::dynamics(int modes) {
   PlateLeaf& plate = condensed();
   LeafDynamics dynamics = plate_dynamics(plate, leaf_, scale_, modes);
   // the tube knows the stiffness better than the rebuilt state, not better than the one after it
-  if (!plate_is_exact_) dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
+  if (!plate_is_corrected_) dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
   dynamics.check = check_;
   return dynamics;
 }

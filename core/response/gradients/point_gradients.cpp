@@ -92,7 +92,7 @@ struct ModeColumns {
   std::vector<Run> runs;
 };
 
-ModeColumns mode_columns(const MechanismFactor& factor, const ExactModes& exact,
+ModeColumns mode_columns(const MechanismFactor& factor, const FullModes& exact,
                          std::vector<Column>& columns) {
   ModeColumns modes;
   modes.wanted = static_cast<int>(exact.modes.size());
@@ -332,7 +332,7 @@ void set_room_taken(const Solids& solids, const PathPoint& point, const PlaceRat
 PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
-                               const ExactModeLists& lists, const Solids* solids) {
+                               const FullModeLists& lists, const Solids* solids) {
   const Mechanism& mechanism = factor.system().mechanism();
   const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
                                    model);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/response/gradients/design_rates.hpp"
-#include "core/response/modes/exact_modes.hpp"
+#include "core/response/modes/full_modes.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 #include "core/response/space/solids.hpp"
 #include "core/response/stroke_gradients.hpp"
@@ -17,6 +17,6 @@ namespace flexopt {
 PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
-                               const ExactModeLists& lists, const Solids* solids);
+                               const FullModeLists& lists, const Solids* solids);
 
 }  // namespace flexopt

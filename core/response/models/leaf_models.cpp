@@ -86,7 +86,7 @@ std::vector<std::unique_ptr<LeafElement>> leaves_at_rest(const std::vector<LeafS
 }
 
 bool is_uniform_plate(const PlateShape& shape) {
-  return !shape.is_beam() && !shape.curve && !shape.has_profile();
+  return !shape.is_beam() && !shape.curve && !shape.fold && !shape.has_profile();
 }
 
 struct LinearMotion {

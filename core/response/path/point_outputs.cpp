@@ -147,8 +147,8 @@ void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
 }
 
 // Of the whole mechanism, to rounding. False where they are not found.
-bool PointOutputs::add_exact_frequencies(const MechanismFactor& factor, ExactModeLists& lists,
-                                         PathPoint& point) {
+bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, FullModeLists& lists,
+                                        PathPoint& point) {
   const int free = request_->frequencies_of(DriveState::free),
             locked = request_->frequencies_of(DriveState::locked);
   if (model_->leaf_modes == 0) {
@@ -158,7 +158,7 @@ bool PointOutputs::add_exact_frequencies(const MechanismFactor& factor, ExactMod
                          std::all_of(factor.leaves().begin(), factor.leaves().end(),
                                      [](const MechanismFactor::Leaf& leaf) { return leaf.full; });
     const int needed = at_rest ? std::min(modes_needed(request_->frequencies), factor.size()) : 0;
-    auto modes = exact_modes(factor, std::max(free, needed), locked);
+    auto modes = full_modes(factor, std::max(free, needed), locked);
     if (!modes) {
       point.status = PointStatus::no_equilibrium;
       point.message =
@@ -183,8 +183,8 @@ bool PointOutputs::add_exact_frequencies(const MechanismFactor& factor, ExactMod
 
 // What differentiable points have beside others; derivatives of everything, if asked for.
 // Frequencies by a constant mass have none.
-void PointOutputs::evaluate_exactly(System& system, const Solids* solids, PathPoint& point,
-                                    PointGradients* gradients) {
+void PointOutputs::evaluate_differentiable(System& system, const Solids* solids, PathPoint& point,
+                                           PointGradients* gradients) {
   const auto refuse = [&](const std::string& reason) {
     point.status = PointStatus::no_equilibrium;
     point.message = reason;
@@ -192,8 +192,8 @@ void PointOutputs::evaluate_exactly(System& system, const Solids* solids, PathPo
   const Answer<MechanismFactor> linear = MechanismFactor::of(system);
   if (!linear.value) return refuse(linear.reason);
   const MechanismFactor& factor = *linear.value;
-  ExactModeLists modes;
-  if (model_->mass == LeafMass::consistent && !add_exact_frequencies(factor, modes, point)) return;
+  FullModeLists modes;
+  if (model_->mass == LeafMass::consistent && !add_full_frequencies(factor, modes, point)) return;
   if (point.max_stress && request_->stress_peaks > 0)
     add_stress_peaks(system, request_->stress_peaks, point);
   if (!gradients) return;
@@ -248,7 +248,8 @@ void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, Path
     solids = solids_of(system);
   if (request_->outputs.has(Output::moving_envelope)) point.extents = extents_of(*solids);
   if (!clearance_pairs_.empty()) point.clearance = clearance_of(*solids, clearance_pairs_);
-  if (differentiable_) evaluate_exactly(system, solids ? &*solids : nullptr, point, gradients);
+  if (differentiable_)
+    evaluate_differentiable(system, solids ? &*solids : nullptr, point, gradients);
 }
 
 }  // namespace flexopt

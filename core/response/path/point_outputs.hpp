@@ -46,10 +46,9 @@ class PointOutputs {
 
  private:
   void add_ritz_frequencies(System& system, PathPoint& point);
-  bool add_exact_frequencies(const MechanismFactor& factor, ExactModeLists& lists,
-                             PathPoint& point);
-  void evaluate_exactly(System& system, const Solids* solids, PathPoint& point,
-                        PointGradients* gradients);
+  bool add_full_frequencies(const MechanismFactor& factor, FullModeLists& lists, PathPoint& point);
+  void evaluate_differentiable(System& system, const Solids* solids, PathPoint& point,
+                               PointGradients* gradients);
 
   const ModelOptions* model_;
   const StrokeRequest* request_;

@@ -12,7 +12,7 @@
 #include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/modes/exact_modes.hpp"
+#include "core/response/modes/full_modes.hpp"
 #include "core/response/stroke_series/mechanism_series.hpp"
 
 namespace flexopt {
@@ -44,8 +44,8 @@ struct Modes {
 };
 
 // Enough modes to solve for those asked for: a few above, and whole clusters.
-std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool exact,
-                                  const ExactModes* known) {
+std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool for_gradients,
+                                  const FullModes* known) {
   const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   // modes of equal leaves come in clusters of as many: larger ones are given up at once
@@ -53,14 +53,15 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
   for (int guard = modes_needed(count) - count; guard <= most; guard *= 2) {
     const int wanted = std::min(count + guard, factor.size());
     Modes modes;
-    if (exact) {
-      std::optional<ExactModeLists> own;
-      if (!known || known->exact < wanted) {
-        own = exact_modes(factor, wanted, 0);
+    if (for_gradients) {
+      std::optional<FullModeLists> own;
+      if (!known || known->converged < wanted) {
+        own = full_modes(factor, wanted, 0);
         if (!own) return std::nullopt;
       }
-      const ExactModes& lowest = own ? own->free : *known;
-      modes = {lowest.lambda.head(lowest.exact), lowest.phi.leftCols(lowest.exact), {}, count};
+      const FullModes& lowest = own ? own->free : *known;
+      modes = {
+          lowest.lambda.head(lowest.converged), lowest.phi.leftCols(lowest.converged), {}, count};
     } else {
       const int width = std::min(std::max(3, static_cast<int>(factor.leaves().size())), wanted);
       LowestPairs pairs = lowest_pairs(factor.size(), wanted, width, solve, mass, 1e-6);
@@ -164,7 +165,8 @@ struct ModeSeries {
 
 // (S3), (S4)
 std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const MechanismSeries& series,
-                                      int drive, Modes found, bool exact, std::string& message) {
+                                      int drive, Modes found, bool for_gradients,
+                                      std::string& message) {
   const System& system = factor.system();
   ModeSeries result{std::move(found), {}, {}, {}, {}, {}, {}};
   Modes& modes = result.modes;
@@ -209,7 +211,7 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
       first[a] = A(0, 0);
     }
     for (int i = a; i < c.second; ++i) {
-      if (!exact && std::abs(first[i]) < noise(i)) first[i] = 0;
+      if (!for_gradients && std::abs(first[i]) < noise(i)) first[i] = 0;
       result.cluster_of[i] = c;
     }
     for (const Range& f : clusters(first, a, c.second, noise(a))) families.push_back(f);
@@ -218,9 +220,9 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
   const auto lambda = modes.lambda.head(p).asDiagonal();
   const MatrixXd B = modes.M_phi.leftCols(p) * first.asDiagonal() - B1(0, p);
   std::optional<MatrixXd> modal =
-      exact ? solve_shifted_exactly(factor, series, modes, result.cluster_of, B)
-            : solve_shifted(factor, modes, result.cluster_of, B,
-                            1e-6 / (unit * unit) * modes.lambda.head(p).cwiseAbs(), 1e-20);
+      for_gradients ? solve_shifted_exactly(factor, series, modes, result.cluster_of, B)
+                    : solve_shifted(factor, modes, result.cluster_of, B,
+                                    1e-6 / (unit * unit) * modes.lambda.head(p).cwiseAbs(), 1e-20);
   if (!modal) {
     message = "the modal derivatives of the modes were not found in 200 iterations";
     return std::nullopt;
@@ -340,7 +342,7 @@ bool add_along(int drive, const MechanismFactor& factor, MechanismSeries& series
 
 FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
                                                  const ExactDerivatives* exact,
-                                                 const ExactModes* known) {
+                                                 const FullModes* known) {
   FrequencyDerivativesResult result;
   if (factor.drives() == 0) {
     result.message = "nothing is driven";

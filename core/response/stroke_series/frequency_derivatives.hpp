@@ -7,7 +7,7 @@
 #include "core/equilibrium/system.hpp"
 #include "core/mechanism/model_options.hpp"
 #include "core/response/gradients/design_rates.hpp"
-#include "core/response/modes/exact_modes.hpp"
+#include "core/response/modes/full_modes.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stroke_gradients.hpp"
 
@@ -35,7 +35,7 @@ constexpr int modes_needed(int count) { return count + 3; }
 /// drive free, if there are some.
 FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
                                                  const ExactDerivatives* exact = nullptr,
-                                                 const ExactModes* known = nullptr);
+                                                 const FullModes* known = nullptr);
 
 /// At stroke zero with the dead load applied, on full leaves whatever the accuracy of the model.
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,

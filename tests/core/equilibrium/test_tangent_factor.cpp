@@ -9,8 +9,8 @@
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/modes/exact_modes.hpp"
 #include "core/response/modes/frequencies.hpp"
+#include "core/response/modes/full_modes.hpp"
 #include "core/response/path/stiffness.hpp"
 #include "support/models.hpp"
 

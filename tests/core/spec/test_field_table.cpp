@@ -14,12 +14,13 @@ namespace {
 Shape leaf_table() {
   return record({
       required("length", quantity("m", 0, 20, true), "length of the leaf"),
-      standard("angle", quantity("rad", -1, 1), 0.5, "its angle"),
-      standard("count", integer(1, 9), 3, "how many"),
-      standard("kind", choice({"plate"}), "plate", "its model"),
-      standard("inertia",
-               one_of({list(quantity("kg m^2"), 3, 3), list(list(quantity("kg m^2"), 3, 3), 3, 3)}),
-               json::array({0, 0, 0}), "three values or three rows"),
+      with_default("angle", quantity("rad", -1, 1), 0.5, "its angle"),
+      with_default("count", integer(1, 9), 3, "how many"),
+      with_default("kind", choice({"plate"}), "plate", "its model"),
+      with_default(
+          "inertia",
+          one_of({list(quantity("kg m^2"), 3, 3), list(list(quantity("kg m^2"), 3, 3), 3, 3)}),
+          json::array({0, 0, 0}), "three values or three rows"),
       optional("note", text(10), "words"),
       optional("on", boolean(), "a switch"),
   });

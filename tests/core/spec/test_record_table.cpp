@@ -29,12 +29,12 @@ struct Leaf {
 RecordTable<Leaf> leaf_table() {
   return RecordTable<Leaf>()
       .required("length", shape::quantity("m", 0, 20, true), &Leaf::length, "length of the leaf")
-      .standard("count", shape::integer(1, 9), &Leaf::count, "how many")
+      .with_default("count", shape::integer(1, 9), &Leaf::count, "how many")
       .choice<Kind>("kind", {{"plate", Kind::plate}, {"beam", Kind::beam}}, &Leaf::kind, "model")
       .optional("limit", shape::quantity("Pa"), &Leaf::limit, "largest stress")
-      .standard("mesh", shape::list(shape::integer(1, 99), 2, 2), &Leaf::mesh, "elements")
+      .with_default("mesh", shape::list(shape::integer(1, 99), 2, 2), &Leaf::mesh, "elements")
       .optional("note", shape::text(), &Leaf::note, "words")
-      .standard(
+      .with_default(
           "degree", shape::integer(1, 9), [](auto& leaf) -> auto& { return leaf.part.degree; },
           "of its part")
       .row(

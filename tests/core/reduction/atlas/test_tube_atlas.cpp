@@ -253,6 +253,9 @@ TEST_CASE("an atlas says which leaves it does not have", "[core][atlas]") {
   other = inside;
   other.flexure = Flexure::beam;
   CHECK_FALSE(atlas.gap(other, range).empty());
+  other = inside;
+  other.fold = LeafFoldT<double>{.place = 0.5, .angle = 1.5};
+  CHECK_FALSE(atlas.gap(other, range).empty());
 }
 
 TEST_CASE("a tube of known states makes fields and further states when they are asked for",

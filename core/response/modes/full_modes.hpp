@@ -8,8 +8,8 @@
 
 namespace flexopt {
 
-struct ExactModes {
-  int exact = 0;            ///< the lowest of them, those asked for: the others are guards
+struct FullModes {
+  int converged = 0;        ///< so many were asked for, the lowest; the others are guards
   VectorXd lambda;          ///< squares of the frequencies, ascending
   MatrixXd phi;             ///< M-orthonormal
   std::vector<Mode> modes;  ///< those listed: all that were asked for, or fewer
@@ -17,16 +17,16 @@ struct ExactModes {
   bool static_shapes = false;
 };
 
-struct ExactModeLists {
-  ExactModes free, locked;
+struct FullModeLists {
+  FullModes free, locked;
 };
 
 /// The lowest `free` modes with the drive free and `locked` ones with the drive held, from one
 /// Krylov space. Nothing where the iteration fails.
-std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int free, int locked);
+std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked);
 
 /// The same without internal motions of the leaves (`leaf_modes: 0`): as many as the bodies have.
-ExactModeLists static_modes(const MechanismFactor& factor, int free, int locked);
+FullModeLists static_modes(const MechanismFactor& factor, int free, int locked);
 
 /// Modes by their squared frequencies, motions (columns) and M times these: shares of the kinetic
 /// energy as in natural_frequencies(), Craig–Bampton coordinates, mixed terms half each.

@@ -1,4 +1,4 @@
-#include "core/response/modes/exact_modes.hpp"
+#include "core/response/modes/full_modes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -93,9 +93,9 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
 }
 
 // On the columns of Y, λ of which ascend: the lower triangle of YᵀK Y then is the accurate one.
-ExactModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
-                         const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
-                         const Eigen::Ref<const MatrixXd>& KY) {
+FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
+                        const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
+                        const Eigen::Ref<const MatrixXd>& KY) {
   const MatrixXd G = Y.transpose() * MY, A = Y.transpose() * KY;
   const SymmetricEigen ritz(A, G);
   const MatrixXd& Z = ritz.eigenvectors();
@@ -110,7 +110,7 @@ ExactModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int c
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return lambda[a] < lambda[b]; });
   const MatrixXd S = Z(Eigen::all, order);
-  ExactModes found{count, lambda(order), Y * S, {}, false};
+  FullModes found{count, lambda(order), Y * S, {}, false};
   found.modes = classified_modes(factor, drive_locked, found.lambda.head(count),
                                  found.phi.leftCols(count), MY * S.leftCols(count));
   return found;
@@ -160,8 +160,8 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
   return modes;
 }
 
-std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int free, int locked) {
-  ExactModeLists found;
+std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked) {
+  FullModeLists found;
   if (free == 0 && locked == 0) return found;
   const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
@@ -228,7 +228,7 @@ std::optional<ExactModeLists> exact_modes(const MechanismFactor& factor, int fre
 }
 
 // With M̂ = R Rᵀ the mass carried by the bodies, Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.
-ExactModeLists static_modes(const MechanismFactor& factor, int free, int locked) {
+FullModeLists static_modes(const MechanismFactor& factor, int free, int locked) {
   constexpr double nothing = 1e-14;  // of the largest: motions that have no mass, or are held
   const int bodies = factor.bodies();
   const MatrixXd follow = factor.static_motion(MatrixXd::Identity(bodies, bodies));
@@ -252,17 +252,17 @@ ExactModeLists static_modes(const MechanismFactor& factor, int free, int locked)
               [&](int a, int b) { return 1 / values[a] < 1 / values[b]; });
     const VectorXd lambda = values(order).cwiseInverse();
     const MatrixXd q = (X * eigen.eigenvectors()(Eigen::all, order)).topRows(bodies);
-    ExactModes found{std::min(count, static_cast<int>(order.size())), lambda, {}, {}, true};
+    FullModes found{std::min(count, static_cast<int>(order.size())), lambda, {}, {}, true};
     found.phi = factor.static_motion(q * lambda.cwiseAbs().asDiagonal());
     found.phi.bottomRows(factor.conditions()) =
         (X * eigen.eigenvectors()(Eigen::all, order)).bottomRows(factor.conditions()) *
         lambda.cwiseAbs().asDiagonal();
-    const auto phi = found.phi.leftCols(found.exact);
+    const auto phi = found.phi.leftCols(found.converged);
     found.modes =
-        classified_modes(factor, drive_locked, lambda.head(found.exact), phi, factor.mass(phi));
+        classified_modes(factor, drive_locked, lambda.head(found.converged), phi, factor.mass(phi));
     return found;
   };
-  ExactModeLists found;
+  FullModeLists found;
   if (free > 0) found.free = list(false, free);
   if (locked > 0) found.locked = list(true, locked);
   return found;

@@ -1,4 +1,4 @@
-#include "core/response/modes/exact_modes.hpp"
+#include "core/response/modes/full_modes.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -49,10 +49,10 @@ TEST_CASE("both lists of modes are those of the dense matrices, bent far too") {
       const auto linear = MechanismFactor::of(system).value;
       REQUIRE(linear);
       const MechanismFactor& factor = *linear;
-      const auto found = exact_modes(factor, 7, 5);
+      const auto found = full_modes(factor, 7, 5);
       REQUIRE(found);
       for (const bool locked : {true, false}) {
-        const ExactModes& list = locked ? found->locked : found->free;
+        const FullModes& list = locked ? found->locked : found->free;
         const int count = locked ? 5 : 7;
         REQUIRE(static_cast<int>(list.modes.size()) == count);
         const std::vector<double> expected = assembled(factor, locked, 2 * list.lambda[count - 1]);
@@ -84,7 +84,7 @@ TEST_CASE("a coarse mesh has no more modes than unknowns") {
   const auto linear = MechanismFactor::of(system).value;
   REQUIRE(linear);
   const MechanismFactor& factor = *linear;
-  const auto found = exact_modes(factor, factor.size() + 20, factor.size() + 20);
+  const auto found = full_modes(factor, factor.size() + 20, factor.size() + 20);
   REQUIRE(found);
   CHECK(found->free.modes.size() > 6);
   CHECK(static_cast<int>(found->free.modes.size()) <= factor.size());
