@@ -307,13 +307,9 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
   return front;
 }
 
-Context context_of(const Family& family, const Job& job, FaultList& faults) {
+Context context_of(const Family& family, bool folded, const Job& job, FaultList& faults) {
   Context context{family, job.design, job.request, quantities(family.drives), {}, {}, faults};
-  try {
-    context.folded = has_fold(make_mechanism(job, job.design.parameters));
-  } catch (const SpecError&) {
-    // told where the mechanism is read
-  }
+  context.folded = folded;
   context.values = job.design.parameters;
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});
@@ -330,8 +326,9 @@ Context context_of(const Family& family, const Job& job, FaultList& faults) {
 
 }  // namespace
 
-OptimiseSpec read_optimise(json& read, const Family& family, Job& job, FaultList& faults) {
-  const Context context = context_of(family, job, faults);
+OptimiseSpec read_optimise(json& read, const Family& family, bool folded, Job& job,
+                           FaultList& faults) {
+  const Context context = context_of(family, folded, job, faults);
   const Pointer at("/optimise");
   const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
   OptimiseSpec spec = search_table().read(read);

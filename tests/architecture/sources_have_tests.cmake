@@ -17,6 +17,7 @@ set(tested_by
   core/elements/plate/plate_gradient core/response/gradients/test_point_gradients
   core/elements/plate/plate_mesh core/elements/plate/test_plate_leaf
   core/elements/plate/plate_mesh_rate core/response/gradients/test_point_gradients
+  core/elements/plate/plate_fold_gradient core/response/gradients/test_fold_gradients
   core/elements/plate/plate_gradient_quadratic core/response/gradients/test_point_gradients
   core/elements/plate/plate_point_gradient core/response/gradients/test_material_point_gradients
   core/elements/plate/plate_series core/response/stroke_series/test_frequency_derivatives
