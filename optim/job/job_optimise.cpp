@@ -346,15 +346,11 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
   return front;
 }
 
-Context context_of(const Family& family, const Job& job, const CaseNames& cases,
+Context context_of(const Family& family, bool folded, const Job& job, const CaseNames& cases,
                    FaultList& faults) {
   Context context{family, job.design, job.request, quantities(family.drives),
                   {},     {},         cases,       faults};
-  try {
-    context.folded = has_fold(make_mechanism(job, job.design.parameters));
-  } catch (const SpecError&) {
-    // told where the mechanism is read
-  }
+  context.folded = folded;
   context.values = job.design.parameters;
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});
@@ -371,9 +367,9 @@ Context context_of(const Family& family, const Job& job, const CaseNames& cases,
 
 }  // namespace
 
-OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const CaseNames& cases,
-                           FaultList& faults) {
-  const Context context = context_of(family, job, cases, faults);
+OptimiseSpec read_optimise(json& read, const Family& family, bool folded, Job& job,
+                           const CaseNames& cases, FaultList& faults) {
+  const Context context = context_of(family, folded, job, cases, faults);
   const Pointer at("/optimise");
   const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
   OptimiseSpec spec = search_table().read(read);

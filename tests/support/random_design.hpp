@@ -29,9 +29,9 @@ class RandomNumbers {
 
 struct RandomDesign {
   nlohmann::json document;
-  std::string folder;          ///< where the files of its parts are
-  std::string driven;          ///< body
-  std::string direction;       ///< of the drive
+  std::string folder;     ///< where the files of its parts are
+  std::string driven;     ///< body
+  std::string direction;  ///< of the drive
   std::shared_ptr<const Family> family;
   ParameterValues values;  ///< the defaults
   int refused = 0;         ///< tries before it that were no sensible mechanisms

@@ -39,8 +39,8 @@ CASES = {
         Mesh(16, 10, 1), {"fold": "elastic"}),
     "spherical_joint_elastic": (
         "spherical_joint", {"length": 0.04, "width": 0.02, "thickness": 4e-4, "radius": 0.05},
-        [0.05, 0.1],
-        Mesh(16, 10, 1), {"fold": "elastic"}),
+        [0.02],
+        Mesh(24, 14, 1), {"fold": "elastic"}),
     "cartwheel_hinge": ("cartwheel_hinge", {
         "length": 0.04, "width": 0.02, "thickness": 4e-4, "half_angle": 0.6, "hub_mass": 0.01},
         [0.06, 0.12], Mesh(14, 8, 1)),
