@@ -1,5 +1,5 @@
 // Mechanisms of leaves with an elastic fold: against rigid folds, turned and mirrored, driven far.
-#include <Eigen/Geometry>
+#include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <cmath>
 
