@@ -12,6 +12,7 @@
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/path/stiffness.hpp"
 #include "core/response/space/room_taken.hpp"
+#include "core/response/stress_safety.hpp"
 
 namespace flexopt {
 namespace {
@@ -89,6 +90,17 @@ void add_max_stress(System& system, PathPoint& point) {
     if (!point.max_stress || peak.value > point.max_stress->value * (1 + 1e-9))
       point.max_stress = peak;
   }
+}
+
+void add_safety(System& system, const StressRules& rules, PathPoint& point) {
+  if (!rules.fillet && !rules.yield && !rules.fatigue) return;
+  const Mechanism& mechanism = system.mechanism();
+  if (rules.fillet) point.fillet_fault = fillet_fault(mechanism, *rules.fillet);
+  if (!point.fillet_fault.empty()) return;
+  std::vector<StressPeak> leaves;
+  for (int i = 0; i < system.leaves(); ++i)
+    leaves.push_back(notched_stress(system.leaf(i), mechanism, i, rules.fillet));
+  add_stress_safety(leaves, mechanism, rules, point);
 }
 
 // Largest first, the one that is named max_stress at their head.
@@ -239,7 +251,10 @@ void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, Path
                            request_->frequencies_of(DriveState::locked) > 0;
   if (frequencies && (!differentiable_ || model_->mass == LeafMass::constant))
     add_ritz_frequencies(system, point);
-  if (request_->outputs.has(Output::stress)) add_max_stress(system, point);
+  if (request_->outputs.has(Output::stress)) {
+    add_max_stress(system, point);
+    add_safety(system, request_->stress, point);
+  }
   if (request_->outputs.has(Output::shapes))
     for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());
   std::optional<Solids> solids;
