@@ -91,16 +91,11 @@ std::optional<double> fatigue_strength(const Material& material, const FatigueRu
   return 2 / (amplitude + std::sqrt(amplitude * amplitude + 4 * mean * mean));
 }
 
-StressPeak notched_stress(LeafElement& leaf, const Mechanism& mechanism, int index,
-                          std::optional<double> fillet) {
-  StressPeak largest = leaf.max_stress();
-  largest.leaf = index;
-  if (!fillet) return largest;
-  for (StressPeak peak : leaf.clamp_stresses(
-           clamp_factors(mechanism.leaves[static_cast<std::size_t>(index)], *fillet))) {
-    peak.leaf = index;
+StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& mechanism,
+                        double fillet) {
+  const LeafSpring& spring = mechanism.leaves[static_cast<std::size_t>(largest.leaf)];
+  for (const StressPeak& peak : leaf.clamp_stresses(clamp_factors(spring, fillet)))
     if (peak.value > largest.value * (1 + 1e-9)) largest = peak;
-  }
   return largest;
 }
 

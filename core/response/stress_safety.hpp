@@ -24,12 +24,13 @@ std::string fillet_fault(const Mechanism& mechanism, double radius);
 /// where the material lacks a number.
 std::optional<double> fatigue_strength(const Material& material, const FatigueRule& rule);
 
-/// Of a leaf: its largest stress, the factors of the fillets multiplied in.
-StressPeak notched_stress(LeafElement& leaf, const Mechanism& mechanism, int index,
-                          std::optional<double> fillet);
+/// The largest stress of a leaf, from that without fillets: (Y1). The fillet has no fault.
+StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& mechanism,
+                        double fillet);
 
 /// Fills `notch_stress`, `yield_safety` and `fatigue_safety` of a point, of those that the request
-/// asks for, from the stresses of all leaves (notched_stress).
+/// asks for, from the largest stresses of all leaves, with fillets where
+/// there are some.
 void add_stress_safety(const std::vector<StressPeak>& leaves, const Mechanism& mechanism,
                        const StressRules& rules, PathPoint& point);
 
