@@ -75,6 +75,13 @@ Shape material() {
                required("density", quantity("kg/m^3", 0, 1e5, true), "density"),
                optional("allowable_stress", quantity("Pa", 0, 1e12, true),
                         "von Mises stress a leaf may see; for the report"),
+               optional("yield_strength", quantity("Pa", 0, 1e12, true),
+                        "stress at which it yields (Rp0.2), for yield_safety"),
+               optional("ultimate_strength", quantity("Pa", 0, 1e12, true),
+                        "tensile strength (Rm), for fatigue_safety"),
+               optional("endurance_limit", quantity("Pa", 0, 1e12, true),
+                        "stress amplitude at mean zero that the leaf endures, "
+                        "with surface and size as made; for fatigue_safety"),
                optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3),
                         "linear coefficient of thermal expansion, for a job's temperature")})});
 }

@@ -166,6 +166,9 @@ class Expander {
               {"poissons_ratio", m.poissons_ratio},
               {"density", m.density}};
     if (m.allowable_stress) item["allowable_stress"] = *m.allowable_stress;
+    if (m.yield_strength) item["yield_strength"] = *m.yield_strength;
+    if (m.ultimate_strength) item["ultimate_strength"] = *m.ultimate_strength;
+    if (m.endurance_limit) item["endurance_limit"] = *m.endurance_limit;
     if (m.thermal_expansion) item["thermal_expansion"] = *m.thermal_expansion;
     return item;
   }

@@ -89,6 +89,9 @@ DesignInput<S> input_of(const Family& family, const ParameterValues& values,
     input.parameters.push_back(seed(p.name, values.at(p.name)));
   input.material.name = material.name;
   input.material.allowable_stress = material.allowable_stress;
+  input.material.yield_strength = material.yield_strength;
+  input.material.ultimate_strength = material.ultimate_strength;
+  input.material.endurance_limit = material.endurance_limit;
   input.material.thermal_expansion = material.thermal_expansion;
   std::vector<S> numbers;
   each_material_number(material, [&](std::string_view name, double x) {

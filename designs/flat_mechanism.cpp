@@ -23,6 +23,9 @@ MaterialT<S> constant_material(const Material& m) {
   material.poissons_ratio = S(m.poissons_ratio);
   material.density = S(m.density);
   material.allowable_stress = m.allowable_stress;
+  material.yield_strength = m.yield_strength;
+  material.ultimate_strength = m.ultimate_strength;
+  material.endurance_limit = m.endurance_limit;
   material.thermal_expansion = m.thermal_expansion;
   return material;
 }

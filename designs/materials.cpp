@@ -55,6 +55,9 @@ Material material_of(const nlohmann::json& read) {
   m.poissons_ratio = read["poissons_ratio"];
   m.density = read["density"];
   if (read.contains("allowable_stress")) m.allowable_stress = read["allowable_stress"];
+  if (read.contains("yield_strength")) m.yield_strength = read["yield_strength"];
+  if (read.contains("ultimate_strength")) m.ultimate_strength = read["ultimate_strength"];
+  if (read.contains("endurance_limit")) m.endurance_limit = read["endurance_limit"];
   if (read.contains("thermal_expansion")) m.thermal_expansion = read["thermal_expansion"];
   return m;
 }

@@ -93,6 +93,9 @@ MaterialT<To> with_numbers(const MaterialT<From>& from, const F& f) {
   MaterialT<To> to;
   to.name = from.name;
   to.allowable_stress = from.allowable_stress;
+  to.yield_strength = from.yield_strength;
+  to.ultimate_strength = from.ultimate_strength;
+  to.endurance_limit = from.endurance_limit;
   to.thermal_expansion = from.thermal_expansion;
   std::vector<To> numbers;
   each_material_number(from, [&](std::string_view, const From& x) { numbers.push_back(f(x)); });
@@ -125,6 +128,9 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     if (l.fold) leaf.fold.emplace();
     leaf.material.name = l.material.name;
     leaf.material.allowable_stress = l.material.allowable_stress;
+    leaf.material.yield_strength = l.material.yield_strength;
+    leaf.material.ultimate_strength = l.material.ultimate_strength;
+    leaf.material.endurance_limit = l.material.endurance_limit;
     leaf.material.thermal_expansion = l.material.thermal_expansion;
     leaf.growth = l.growth;
     if (l.point) {

@@ -28,6 +28,8 @@ struct MaterialT {
   Scalar poissons_ratio{};                 ///< [-]
   Scalar density{};                        ///< [kg/m³]
   std::optional<double> allowable_stress;  ///< [Pa]
+  /// Rp0.2, Rm, and the amplitude that is endured at mean zero, of the surface as made [Pa].
+  std::optional<double> yield_strength, ultimate_strength, endurance_limit;
   std::optional<double>
       thermal_expansion;  ///< linear coefficient, the same at all temperatures [1/K]
 

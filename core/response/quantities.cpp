@@ -171,6 +171,44 @@ std::vector<QuantityRow> frequencies_and_stress() {
            .in_report = true}};
 }
 
+std::optional<double> value_of_safety(const std::optional<StressSafety>& safety) {
+  return safety ? std::optional(safety->value) : std::nullopt;
+}
+
+std::vector<QuantityRow> stress_safety() {
+  return {
+      {.name = "notch_stress",
+       .label = "largest stress with fillets",
+       .meaning = "largest von Mises stress, at clamped edges with the stress concentration "
+                  "factors of the job's fillet",
+       .needs = {Output::stress},
+       .unit = pascal,
+       .value =
+           [](const PathPoint& p, int) {
+             return p.notch_stress ? std::optional(p.notch_stress->value) : std::nullopt;
+           },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.notch_stress; },
+       .in_report = true},
+      {.name = "yield_safety",
+       .label = "safety against yield",
+       .meaning = "yield_strength over the largest von Mises stress, with the fillet if the job "
+                  "has one; the least of all leaves",
+       .needs = {Output::stress},
+       .unit = plain_number,
+       .value = [](const PathPoint& p, int) { return value_of_safety(p.yield_safety); },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.yield_safety; },
+       .in_report = true},
+      {.name = "fatigue_safety",
+       .label = "safety against fatigue",
+       .meaning = "factor on a cycle whose largest stress is that of the point, with the job's "
+                  "stress ratio, to the Goodman or Gerber line; the least of all leaves",
+       .needs = {Output::stress},
+       .unit = plain_number,
+       .value = [](const PathPoint& p, int) { return value_of_safety(p.fatigue_safety); },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.fatigue_safety; },
+       .in_report = true}};
+}
+
 QuantityRow softest_translation() {
   return {.name = "principal_stiffness",
           .label = "principal stiffness",
@@ -283,6 +321,7 @@ std::vector<QuantityRow> buckling() {
 std::vector<QuantityRow> make_rows() {
   std::vector<QuantityRow> rows = load_and_motion();
   for (auto& row : frequencies_and_stress()) rows.push_back(std::move(row));
+  for (auto& row : stress_safety()) rows.push_back(std::move(row));
   rows.push_back(softest_translation());
   for (auto& row : room_taken()) rows.push_back(std::move(row));
   for (auto& row : buckling()) rows.push_back(std::move(row));
@@ -340,6 +379,14 @@ std::optional<double> Quantity::value(const PathPoint& point) const {
 std::optional<VectorXd> Quantity::gradient(const PathPoint& point,
                                            const PointGradients& gradients) const {
   return row->gradient(point, gradients, component);
+}
+
+bool is_answered(const QuantityRow& row, const StrokeRequest& request) {
+  if (row.needs.has(Output::buckling)) return !request.buckling_load.empty();
+  if (row.name == "notch_stress") return request.stress.fillet.has_value();
+  if (row.name == "yield_safety") return request.stress.yield;
+  if (row.name == "fatigue_safety") return request.stress.fatigue;
+  return true;
 }
 
 DriveList::DriveList(Direction drive) : items{{{}, drive}} {

@@ -78,6 +78,10 @@ struct QuantityRow {
 
 const std::vector<QuantityRow>& quantity_rows();
 
+/// Whether an evaluation by this request has the numbers of the row: a load that grows is named, a
+/// fillet is given, the materials have what a safety needs.
+bool is_answered(const QuantityRow& row, const StrokeRequest& request);
+
 /// A number of the table that objectives, constraints and columns can name.
 struct Quantity {
   std::string name;   ///< "drive_load", "support_stiffness.ux", "displacement.x", …

@@ -106,6 +106,27 @@ struct ParasiticRule {
   bool admits(ModeKind kind) const;
 };
 
+/// What a mean stress takes from the amplitude that is endured.
+enum class MeanStress {
+  goodman,  ///< σa/σe + σm/σu = 1
+  gerber    ///< σa/σe + (σm/σu)² = 1
+};
+
+/// The cycle that the stress of a path point is the largest of.
+struct FatigueRule {
+  double stress_ratio = -1;  ///< smallest over largest stress, in [−1, 1)
+  MeanStress mean_stress = MeanStress::goodman;
+};
+
+/// How stresses are judged.
+struct StressRules {
+  /// Radius where leaves meet bodies [m]; nothing: no concentration of stress there.
+  std::optional<double> fillet;
+  /// Whether safeties are wanted; all leaves' materials then have the numbers.
+  bool yield = false, fatigue = false;
+  FatigueRule fatigue_rule;
+};
+
 struct StrokeRequest {
   /// Stroke of the drive, in the order wanted [m or rad]; factors of the growing loads where the
   /// load case has some.
@@ -120,6 +141,7 @@ struct StrokeRequest {
   PathValues values = PathValues::as_modelled;
   int frequencies = 0;  ///< how many modes of each list wanted, and in the frequency derivatives
   ParasiticRule parasitic;
+  StressRules stress;
   /// Of differentiable points, how many places of large stress: PathPoint::stress_peaks.
   int stress_peaks = 0;
   std::vector<Probe> probes;

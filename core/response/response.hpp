@@ -98,8 +98,14 @@ struct Buckling {
   CriticalLoad drive_locked, drive_free;  ///< strokes kept; loads of the drives kept
 };
 
-/// What a factor counts as in goals where there is none.
+/// What a factor or a safety counts as in goals where there is none.
 inline constexpr double no_critical_factor = 1e6;
+
+/// Strength over stress, of the leaf where it is the least.
+struct StressSafety {
+  double value = 0;
+  StressPeak stress;
+};
 
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
 /// Stroke, drive load and drive stiffness of several drives: those of the first, and lists.
@@ -127,6 +133,10 @@ struct PathPoint {
   /// The same foretold from the undeflected state: README.md (S5) [Hz].
   std::optional<double> parasitic_frequency_screening;
   std::optional<StressPeak> max_stress;
+  std::optional<StressPeak> notch_stress;  ///< with the factors of the fillets at clamped edges
+  /// Nothing above no_critical_factor.
+  std::optional<StressSafety> yield_safety, fatigue_safety;
+  std::string fillet_fault;  ///< why a fillet has no factor; the three above are then missing
   /// The largest of the local maxima of all leaves, from `max_stress` down to 0.8 of it; as many
   /// as were asked for or fewer.
   std::vector<StressPeak> stress_peaks;

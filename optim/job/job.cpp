@@ -18,6 +18,7 @@
 #include "optim/job/job_designs.hpp"
 #include "optim/job/job_loads.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_stress.hpp"
 #include "optim/job/job_tables.hpp"
 #include "optim/job/job_tolerances.hpp"
 
@@ -194,6 +195,7 @@ void JobReader::read_mechanism() {
     if (mechanism) {
       find_loaded_bodies(read_["loads"], *mechanism, faults_, job_.request.loads.constant);
       read_surroundings(read_, *mechanism, job_.model, faults_, job_.request.loads, job_.notes);
+      read_stress_rules(read_, *mechanism, faults_, job_.request.stress);
     }
     if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }

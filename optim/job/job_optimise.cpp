@@ -15,6 +15,7 @@
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
+#include "optim/job/job_stress.hpp"
 #include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
 #include "optim/solvers/problem.hpp"
@@ -84,6 +85,9 @@ struct Context {
       throw SpecError(at.to_string(), '"' + name + '"',
                       "the room that a leaf with an elastic fold takes is not known: expected "
                       "another quantity, or a rigid fold");
+    if (const char* missing = missing_for_stress(name, request);
+        *missing && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
+      throw SpecError(at.to_string(), '"' + name + '"', missing);
     return *found;
   }
 };

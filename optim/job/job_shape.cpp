@@ -8,6 +8,7 @@
 #include "designs/library.hpp"
 #include "optim/job/job_cases.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/job/job_stress.hpp"
 #include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
 #include "optim/job/job_tolerances.hpp"
@@ -230,6 +231,7 @@ Shape job_shape(const Family* family) {
                    "values the result must have; a job in the repository is a test"),
   };
   fields.insert(fields.end(), sections.begin(), sections.end());
+  for (Field& field : stress_fields()) fields.push_back(std::move(field));
   fields.push_back(cases_field(sections));
   fields.push_back(tolerances_field());
   fields.push_back(tolerance_samples_field());

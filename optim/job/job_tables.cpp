@@ -140,6 +140,15 @@ const RecordTable<Material>& material_table() {
           .required("density", quantity("kg/m^3", 0, 1e5, true), &Material::density, "density")
           .optional("allowable_stress", quantity("Pa", 0, largest_number, true),
                     &Material::allowable_stress, "von Mises stress a leaf may see; for the report")
+          .optional("yield_strength", quantity("Pa", 0, largest_number, true),
+                    &Material::yield_strength,
+                    "stress at which it yields (Rp0.2), for yield_safety")
+          .optional("ultimate_strength", quantity("Pa", 0, largest_number, true),
+                    &Material::ultimate_strength, "tensile strength (Rm), for fatigue_safety")
+          .optional("endurance_limit", quantity("Pa", 0, largest_number, true),
+                    &Material::endurance_limit,
+                    "stress amplitude at mean zero that the leaf endures, "
+                    "with surface and size as made; for fatigue_safety")
           .optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3), &Material::thermal_expansion,
                     "linear coefficient of thermal expansion, for temperature");
   return table;

@@ -318,7 +318,8 @@ Numbers Checker::slopes_along(std::size_t parameter) const {
       slopes.push_back(g ? std::optional(columns_.total(*g, parameter)) : std::nullopt);
       // a stress that is nothing but rounding
       const std::size_t i = slopes.size() - 1;
-      if (q.name == "max_stress" && here_[i].value_or(0) < 1e-6 * largest_[i % names_.size()])
+      if ((q.name == "max_stress" || q.name == "notch_stress") &&
+          here_[i].value_or(0) < 1e-6 * largest_[i % names_.size()])
         slopes[i].reset();
     }
   return slopes;

@@ -19,10 +19,12 @@ constexpr int most_branches = 3;  // two modes cross at a point of the path; the
 constexpr double clearance_without_pairs = 1;  // [m]: more than any bound asks for
 
 // What a quantity counts as where there is nothing that it could be: no pair that can touch, no
-// load, but for a reversed one, at which the tangent is singular.
+// load, but for a reversed one, at which the tangent is singular; no stress to speak of.
 std::optional<double> value_of_nothing(const PathPoint& point, const std::string& quantity) {
   if (quantity == "clearance")
     return point.clearance ? std::nullopt : std::optional(clearance_without_pairs);
+  if (quantity == "yield_safety" || quantity == "fatigue_safety")
+    return point.fillet_fault.empty() ? std::optional(no_critical_factor) : std::nullopt;
   if (!point.buckling) return std::nullopt;
   const CriticalLoad& load =
       quantity == "buckling.drive_free" ? point.buckling->drive_free : point.buckling->drive_locked;
@@ -230,6 +232,8 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
     if (!value || !std::isfinite(*value)) {
       reading.message =
           fmt::format("{} has no value at stroke {:.6g}", goal.quantity, point.stroke);
+      if (!point.fillet_fault.empty() && needs_of(goal.quantity).has(Output::stress))
+        reading.message += ": " + point.fillet_fault;
       if (point.buckling && goal.quantity.starts_with("buckling"))
         reading.message +=
             ": " + (goal.quantity == "buckling.drive_free" ? point.buckling->drive_free

@@ -118,8 +118,10 @@ std::string stroke_lines(const StrokeResponse& response, const DriveList& drives
     text += line(request.loads.driven() ? "stroke " + direction : "load factor", strokes);
   }
   for (const QuantityRow& row : quantity_rows()) {
-    const bool buckling = row.name == "buckling_load_factor" && !request.buckling_load.empty();
-    if (row.in_summary == SummaryLine::none && !buckling) continue;
+    const bool where_asked = row.name == "buckling_load_factor" || row.name == "notch_stress" ||
+                             row.name == "yield_safety" || row.name == "fatigue_safety";
+    const bool asked = where_asked && is_answered(row, request);
+    if (row.in_summary == SummaryLine::none && !asked) continue;
     if (!row.of_drives) {
       text += quantity_lines(row, response, points, drives.first());
       continue;

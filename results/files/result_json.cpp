@@ -68,6 +68,14 @@ Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& m
           {"surface", peak->on_positive_normal ? "positive_normal" : "negative_normal"}};
 }
 
+/// The same with the stress there, and the factors of the fillet that it has in it.
+Json notch_place_json(const StressPeak& peak, const Mechanism& mechanism) {
+  Json json = stress_place_json(peak, mechanism);
+  json["stress"] = peak.value;
+  json["fillet_factors"] = {{"membrane", peak.notch.membrane}, {"bending", peak.notch.bending}};
+  return json;
+}
+
 Json clearance_place_json(const std::optional<Clearance>& clearance) {
   if (!clearance) return nullptr;
   return {{"between", {clearance->names[0], clearance->names[1]}},
@@ -129,6 +137,9 @@ Json material_json(const Material& material) {
           {"poissons_ratio", material.poissons_ratio},
           {"density", material.density},
           {"allowable_stress", optional_json(material.allowable_stress)},
+          {"yield_strength", optional_json(material.yield_strength)},
+          {"ultimate_strength", optional_json(material.ultimate_strength)},
+          {"endurance_limit", optional_json(material.endurance_limit)},
           {"thermal_expansion", optional_json(material.thermal_expansion)}};
 }
 
@@ -225,7 +236,7 @@ Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
   Json list = Json::array();
   for (const Quantity& q : quantities(drives)) {
     if (!q.row->in_report) continue;
-    if (q.row->needs.has(Output::buckling) && request.buckling_load.empty()) continue;
+    if (!is_answered(*q.row, request)) continue;
     Json at = {key_of(q.name)};
     if (const std::size_t dot = q.name.find('.'); dot != std::string::npos)
       at.push_back(q.name.substr(dot + 1));
@@ -275,6 +286,39 @@ Json conventions_json(const RunRecord& record) {
   json["matrix_order"] = direction_names;
   json["matrix_point"] = "the moved O, global axes";
   return json;
+}
+
+/// What is checked of the stress, and what is not.
+Json stress_checks_json(const StressRules& rules) {
+  const auto check = [](bool checked, std::string how) -> Json {
+    return {{"checked", checked}, {"how", std::move(how)}};
+  };
+  const char* fillets = rules.fillet ? "with" : "without";
+  const FatigueRule& cycle = rules.fatigue_rule;
+  return {
+      {"yield",
+       rules.yield ? check(true, fmt::format("yield_strength over the largest von Mises stress, {} "
+                                             "fillets",
+                                             fillets))
+                   : check(false, "a material has no yield_strength")},
+      {"fatigue",
+       rules.fatigue
+           ? check(true,
+                   fmt::format("cycles of stress ratio {:g} up to the largest von Mises stress of "
+                               "each point, {}, {} fillets",
+                               cycle.stress_ratio,
+                               cycle.mean_stress == MeanStress::goodman ? "Goodman" : "Gerber",
+                               fillets))
+           : check(false, fmt::format("a material has no endurance_limit{}",
+                                      cycle.stress_ratio > -1 ? " or no ultimate_strength" : ""))},
+      {"fillets",
+       rules.fillet
+           ? check(true, fmt::format("radius {:g} m at every edge that a body holds; elastic "
+                                     "factors of a flat bar with a shoulder, Roark table 17.1",
+                                     *rules.fillet))
+           : check(false, "no fillet in the job: concentration of stress at the edges left out")},
+      {"corners", check(false, "squares where a held edge meets a free one are left out")},
+      {"welds_and_surface", check(false, "the endurance_limit must have them in it")}};
 }
 
 /// Deformed leaves at the smallest, the unmoved and the largest converged stroke, for drawing.
@@ -397,6 +441,13 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                         {"drive_locked", matrix_json(point.compliance_locked)}};
   json["modes"] = modes_json(point);
   json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
+  if (point.notch_stress)
+    json["notch_stress_place"] = notch_place_json(*point.notch_stress, mechanism);
+  if (point.yield_safety)
+    json["yield_safety_place"] = notch_place_json(point.yield_safety->stress, mechanism);
+  if (point.fatigue_safety)
+    json["fatigue_safety_place"] = notch_place_json(point.fatigue_safety->stress, mechanism);
+  if (!point.fillet_fault.empty()) json["fillet_fault"] = point.fillet_fault;
   json["clearance_place"] = clearance_place_json(point.clearance);
   json["bodies"] = bodies_json(point, mechanism);
   if (!point.probes.empty()) {
@@ -522,6 +573,7 @@ OrderedJson make_result(const RunRecord& record) {
                  {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},
                  {"conventions", conventions_json(record)},
                  {"material", material_json(record.job.design.material)},
+                 {"stress_checks", stress_checks_json(record.job.request.stress)},
                  {"leaves", leaf_geometry_json(record.mechanism)},
                  {"constraints", constraints_json(record.mechanism)},
                  {"path", std::move(path)}};

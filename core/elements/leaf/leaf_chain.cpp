@@ -255,6 +255,18 @@ std::vector<StressPeak> LeafChain::stress_peaks() {
   return peaks;
 }
 
+std::vector<StressPeak> LeafChain::clamp_stresses(const ClampFactors& factors) {
+  std::vector<StressPeak> peaks;
+  for (const int end : {0, 1}) {
+    ClampFactors own;
+    own[end] = factors[end];
+    const int i = end == 0 ? 0 : segments() - 1;
+    for (const StressPeak& peak : segments_[i]->clamp_stresses(own))
+      peaks.push_back(peak_of_leaf(peak, i, segments()));
+  }
+  return peaks;
+}
+
 MatrixXd LeafChain::static_shapes() const {
   MatrixXd X = Y_;
   K_.apply_signs(X);

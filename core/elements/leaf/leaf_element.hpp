@@ -115,6 +115,9 @@ class LeafElement {
   /// The places where the stress of a surface is larger than at all stations around, their
   /// positions left open. The largest of them is that of max_stress().
   virtual std::vector<StressPeak> stress_peaks() = 0;
+  /// The largest stress along each edge that has factors, these multiplied in; corners left out as
+  /// by max_stress().
+  virtual std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) = 0;
   virtual LeafShape shape() = 0;
   /// Present place of a point of the mid-surface, given by its place in [0, 1]².
   virtual Vector3d material_point(double along, double across) = 0;

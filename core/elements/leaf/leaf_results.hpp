@@ -1,11 +1,21 @@
 #pragma once
 // What a leaf tells of itself at an equilibrium. Plain data.
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/math/types.hpp"
 
 namespace flexopt {
+
+/// What a notch multiplies the stresses of a section with: their mean over the thickness, and what
+/// differs from it.
+struct NotchFactors {
+  double membrane = 1, bending = 1;
+};
+/// Of the base edge and of the tip edge; nothing where the edge has no notch or is free.
+using ClampFactors = std::array<std::optional<NotchFactors>, 2>;
 
 struct StressPeak {
   double value = 0;                      ///< von Mises [Pa]
@@ -14,6 +24,10 @@ struct StressPeak {
   Vector3d position = Vector3d::Zero();  ///< deflected place [m]
   bool on_positive_normal = true;        ///< which surface
   int segment = 0;                       ///< of a leaf that consists of segments
+  NotchFactors notch;                    ///< that the value has in it
+  double per_membrane = 0,
+         per_bending =
+             0;  ///< derivatives of the value by these factors, where there is a notch [Pa]
 };
 
 /// A peak of segment i of n equal ones, as one of the whole leaf.

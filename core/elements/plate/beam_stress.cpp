@@ -102,12 +102,13 @@ S circular_stress(const MeasuresT<S>& m, const S& t, const S& nu) {
 }
 template <class S>
 S rectangular_stress(const MeasuresT<S>& m, const S& w, const S& t, const S& nu, const S& shear_k,
-                     double f, const S& torsion, bool positive) {
+                     double f, const S& torsion, bool positive, const S& membrane = S(1),
+                     const S& bending = S(1)) {
   const S y = 0.5 * f * w, half = 0.5 * t, G = shear_ratio(nu);
-  const S plane = m[stretch] + y * m[in_plane] + 0.5 * y * y * m[lateral],
-          bend = half * (m[across] + y * m[warping]),
-          cut = 1.5 * (1 - f * f) * G * shear_k * m[shear],
-          turn = 2.0 * G * half * m[twist] * torsion;
+  const S plane = membrane * (m[stretch] + y * m[in_plane] + 0.5 * y * y * m[lateral]),
+          bend = bending * (half * (m[across] + y * m[warping])),
+          cut = membrane * (1.5 * (1 - f * f) * G * shear_k * m[shear]),
+          turn = bending * (2.0 * G * half * m[twist] * torsion);
   return positive ? von_mises<S>(plane + bend, cut + turn) : von_mises<S>(plane - bend, cut - turn);
 }
 
@@ -230,6 +231,44 @@ std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vect
   return peaks;
 }
 
+std::vector<StressPeak> beam_clamp_stresses(const PlateMesh& mesh,
+                                            const std::vector<MatrixXd>& nodal,
+                                            const LeafSpring& leaf, int index,
+                                            const ClampFactors& factors, BeamStrain strain) {
+  using Dual2 = Dual<2>;
+  const PlateShape& shape = mesh.shape();
+  const RecoveredMeasures field(mesh, nodal, strain);
+  std::vector<StressPeak> peaks;
+  for (const int end : {0, 1}) {
+    if (!factors[end] || shape.section == Section::circular) continue;
+    StressPeak peak;
+    peak.leaf = index;
+    peak.along = end;
+    peak.notch = *factors[end];
+    const double w = shape.width_at(end), t = shape.thickness_at(end), nu = shape.poissons_ratio;
+    const double E = leaf.material.youngs_modulus;
+    const double shear_k = beam_section(shape.section, w, t, nu).shear;
+    const MeasuresT<Dual2> m = field.at(end).template cast<Dual2>();
+    for (int k = 0; k < stations_across; ++k) {
+      const double f = -1 + 2.0 * k / (stations_across - 1);
+      for (const bool positive : {true, false}) {
+        const Dual2 stress = rectangular_stress<Dual2>(
+            m, Dual2(w), Dual2(t), Dual2(nu), Dual2(shear_k), f,
+            Dual2(torsion_stress_factor(w, t, f)), positive,
+            Dual2::variable(peak.notch.membrane, 0), Dual2::variable(peak.notch.bending, 1));
+        if (E * stress.value <= peak.value * (1 + 1e-9)) continue;
+        peak.value = E * stress.value;
+        peak.per_membrane = E * stress.derivatives[0];
+        peak.per_bending = E * stress.derivatives[1];
+        peak.on_positive_normal = positive;
+        peak.across = 0.5 * (1 + f);
+      }
+    }
+    peaks.push_back(peak);
+  }
+  return peaks;
+}
+
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                         const StressPeak& peak, double youngs_modulus, const StressRate& rate,
                         BeamStrain strain) {
@@ -267,7 +306,8 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
     const double f = 2 * peak.across - 1;
     stress = rectangular_stress<Dual1>(
         m, w, t, nu, beam_section<Dual1>(shape.section, w, t, nu).shear, f,
-        torsion_stress_factor_of<Dual1>(w, t, f), peak.on_positive_normal);
+        torsion_stress_factor_of<Dual1>(w, t, f), peak.on_positive_normal,
+        Dual1(peak.notch.membrane), Dual1(peak.notch.bending));
   }
   return youngs_modulus * stress.derivatives[0] + rate.youngs_modulus * stress.value;
 }

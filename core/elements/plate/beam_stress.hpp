@@ -32,7 +32,17 @@ std::vector<StressPeak> beam_stress_peaks(const PlateMesh& mesh, const std::vect
                                           const LeafSpring& leaf, int index,
                                           BeamStrain strain = BeamStrain::finite);
 
-/// Derivative of the stress at a peak found by beam_max_stress, at the same place.
+/// The largest stress of the end sections that have factors, as plate_clamp_stresses: stresses that
+/// are even in z times the membrane's, odd ones times the bending's. Rectangular sections only.
+/// Positions left open.
+std::vector<StressPeak> beam_clamp_stresses(const PlateMesh& mesh,
+                                            const std::vector<MatrixXd>& nodal,
+                                            const LeafSpring& leaf, int index,
+                                            const ClampFactors& factors,
+                                            BeamStrain strain = BeamStrain::finite);
+
+/// Derivative of the stress at a peak found by beam_max_stress or beam_clamp_stresses, at the same
+/// place, with the same notch factors.
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                         const StressPeak& peak, double youngs_modulus, const StressRate& rate,
                         BeamStrain strain = BeamStrain::finite);

@@ -281,6 +281,10 @@ std::vector<StressPeak> FullLeaf::stress_peaks() {
   return plate_stress_peaks(plate_.mesh(), plate_.nodal(), leaf_, index_);
 }
 
+std::vector<StressPeak> FullLeaf::clamp_stresses(const ClampFactors& factors) {
+  return plate_clamp_stresses(plate_.mesh(), plate_.nodal(), leaf_, scale_, index_, factors);
+}
+
 LeafShape FullLeaf::shape() {
   return plate_deformed_shape(plate_.mesh(), plate_.nodal(), leaf_, scale_);
 }

@@ -257,6 +257,56 @@ StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& 
   return peak;
 }
 
+std::vector<StressPeak> clamp_stresses(const StrainField& field, const PlateShape& shape,
+                                       double youngs_modulus, int index,
+                                       const ClampFactors& factors) {
+  using Dual2 = Dual<2>;
+  const Stations at(shape);
+  std::vector<StressPeak> peaks;
+  for (const int end : {0, 1}) {
+    if (!factors[end]) continue;
+    StressPeak peak;
+    peak.leaf = index;
+    peak.along = end;
+    peak.notch = *factors[end];
+    for (const double sy : at.y) {
+      if (at.in_corner(end, sy)) continue;
+      const Strains e = field.at(end, sy);
+      for (const double side : {1.0, -1.0}) {
+        const double half = side * 0.5 * shape.thickness_at(end);
+        const Dual2 membrane = Dual2::variable(peak.notch.membrane, 0),
+                    bending = Dual2::variable(peak.notch.bending, 1);
+        Vector3<Dual2> strain;
+        for (int k = 0; k < 3; ++k) strain[k] = membrane * e[k] + bending * (half * e[k + 3]);
+        const Dual2 stress =
+            von_mises<Dual2>(strain, Dual2(shape.poissons_ratio), Dual2(youngs_modulus));
+        if (stress.value <= peak.value * (1 + 1e-9)) continue;
+        peak.value = stress.value;
+        peak.per_membrane = stress.derivatives[0];
+        peak.per_bending = stress.derivatives[1];
+        peak.on_positive_normal = side > 0;
+        peak.across = (sy + at.width / 2) / at.width;
+      }
+    }
+    peaks.push_back(peak);
+  }
+  return peaks;
+}
+
+std::vector<StressPeak> plate_clamp_stresses(const PlateMesh& mesh,
+                                             const std::vector<MatrixXd>& nodal,
+                                             const LeafSpring& leaf, const LeafScale& scale,
+                                             int index, const ClampFactors& factors) {
+  if (!factors[0] && !factors[1]) return {};
+  std::vector<StressPeak> peaks =
+      mesh.shape().is_beam() ? beam_clamp_stresses(mesh, nodal, leaf, index, factors)
+                             : clamp_stresses(recovered_strains(mesh, nodal), mesh.shape(),
+                                              leaf.material.youngs_modulus, index, factors);
+  for (StressPeak& peak : peaks)
+    peak.position = plate_material_point(mesh, nodal, scale, peak.along, peak.across);
+  return peaks;
+}
+
 // By dual numbers, only at the four stations around the place.
 double stress_rate(const PlateShape& shape, const std::vector<Dual1>& xs,
                    const std::vector<double>& ys,
@@ -314,7 +364,8 @@ double stress_rate(const PlateShape& shape, const std::vector<Dual1>& xs,
                   {(by.empty() ? 0 : profile_at(by, peak.along)) + slope * x.derivatives[0]});
   }
   Vector3<Dual1> strain;
-  for (int k = 0; k < 3; ++k) strain[k] = e[k] + half * e[k + 3];
+  for (int k = 0; k < 3; ++k)
+    strain[k] = peak.notch.membrane * e[k] + peak.notch.bending * half * e[k + 3];
   return von_mises<Dual1>(strain, nu, modulus).derivatives[0];
 }
 

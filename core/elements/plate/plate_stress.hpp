@@ -77,14 +77,29 @@ std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
                                            const std::vector<MatrixXd>& nodal,
                                            const LeafSpring& leaf, int index);
 
+/// The largest stress along each clamped edge that has factors: those of a section times them,
+///
+///     ε = K_membrane e ± K_bending t/2 κ
+///
+/// at the stations of the edge, corners left out as above. Positions left open.
+std::vector<StressPeak> clamp_stresses(const StrainField& field, const PlateShape& shape,
+                                       double youngs_modulus, int index,
+                                       const ClampFactors& factors);
+/// The same of a leaf, with positions.
+std::vector<StressPeak> plate_clamp_stresses(const PlateMesh& mesh,
+                                             const std::vector<MatrixXd>& nodal,
+                                             const LeafSpring& leaf, const LeafScale& scale,
+                                             int index, const ClampFactors& factors);
+
 /// How a leaf changes along a design parameter, for the stress in it.
 struct StressRate {
   std::vector<MatrixXd> nodal;  ///< of the nodal dofs, per line
   ShapeRate shape;
   double youngs_modulus = 0;
 };
-/// Derivative of the stress at a peak found by plate_max_stress: at the same station, which keeps
-/// its place in [0, 1]² unless it stands at the border of a corner zone.
+/// Derivative of the stress at a peak found by plate_max_stress or plate_clamp_stresses: at the
+/// same station, which keeps its place in [0, 1]² unless it stands at the border of a corner zone.
+/// The notch factors of the peak are constants here.
 double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                          const StressPeak& peak, double youngs_modulus, const StressRate& rate);
 

@@ -428,6 +428,11 @@ std::vector<StressPeak> ModalLeaf::stress_peaks() {
   return plate_stress_peaks(*model_->mesh(), nodal(), leaf_, index_);
 }
 
+std::vector<StressPeak> ModalLeaf::clamp_stresses(const ClampFactors& factors) {
+  place();
+  return plate_clamp_stresses(*model_->mesh(), nodal(), leaf_, scale_, index_, factors);
+}
+
 LeafShape ModalLeaf::shape() {
   place();
   return plate_deformed_shape(*model_->mesh(), nodal(), leaf_, scale_);

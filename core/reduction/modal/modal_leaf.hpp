@@ -79,6 +79,7 @@ class ModalLeaf final : public LeafElement {
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
+  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;

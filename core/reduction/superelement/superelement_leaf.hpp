@@ -28,6 +28,7 @@ class SuperelementLeaf final : public LeafElement {
   LeafDynamics dynamics(int modes) override;
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
+  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override;

@@ -63,6 +63,27 @@ std::vector<StressPeak> SuperelementLeaf::stress_peaks() {
   return peaks;
 }
 
+std::vector<StressPeak> SuperelementLeaf::clamp_stresses(const ClampFactors& factors) {
+  const SuperelementGrid::State state = grid_state();
+  std::vector<StressPeak> peaks;
+  if (!grid_->shape().is_beam()) {
+    peaks = flexopt::clamp_stresses(grid_->strains(state), grid_->shape(),
+                                    leaf_.material.youngs_modulus, index_, factors);
+  } else {
+    for (const int end : {0, 1}) {
+      ClampFactors own;
+      own[end] = factors[end];
+      const int e = end == 0 ? 0 : grid_->elements() - 1;
+      for (const StressPeak& peak :
+           beam_clamp_stresses(*grid_->plate(e).mesh, grid_->beam_displacements(state, e),
+                               segment(), index_, own, BeamStrain::linear))
+        peaks.push_back(peak_of_leaf(peak, e, grid_->along()));
+    }
+  }
+  for (StressPeak& peak : peaks) peak.position = grid_->place(state, peak.along, peak.across);
+  return peaks;
+}
+
 double SuperelementLeaf::stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,
                                      const StressRate& rate) const {
   const SuperelementGrid::State state = grid_state();

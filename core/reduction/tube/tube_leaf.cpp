@@ -427,6 +427,10 @@ std::vector<StressPeak> TubeLeaf::stress_peaks() {
   return plate_stress_peaks(*model_->mesh(), rebuilt_nodal(), leaf_, index_);
 }
 
+std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
+  return plate_clamp_stresses(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_, factors);
+}
+
 LeafShape TubeLeaf::shape() {
   return plate_deformed_shape(*model_->mesh(), rebuilt_nodal(), leaf_, scale_);
 }

@@ -10,6 +10,7 @@
 #include "core/math/eigenvalue_branches.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/space/room_taken.hpp"
+#include "core/response/stress_safety.hpp"
 
 namespace flexopt {
 namespace {
@@ -271,7 +272,7 @@ void set_motion(const MechanismFactor& factor, const PathPoint& point,
       moved.middleRows(ee + 3, 3);
 }
 
-void set_stress(const Mechanism& mechanism, const PathPoint& point,
+void set_stress(const Mechanism& mechanism, const PathPoint& point, const StressRules& rules,
                 const std::vector<Mechanism>& directions, MovingFields& fields,
                 PointGradients& gradients) {
   const auto stress_rate = [&](const StressPeak& peak) {
@@ -282,7 +283,17 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point,
     return fields.of(peak.leaf).stress_rates(
         peak, mechanism.leaves[peak.leaf].material.youngs_modulus, modulus_rates);
   };
+  const auto notched_rate = [&](const StressPeak& peak) {
+    VectorXd rates = stress_rate(peak);
+    if (!rules.fillet) return rates;
+    return with_fillet_rates(std::move(rates), peak, mechanism, directions, *rules.fillet);
+  };
   if (point.max_stress) gradients.max_stress = stress_rate(*point.max_stress);
+  if (point.notch_stress) gradients.notch_stress = notched_rate(*point.notch_stress);
+  if (const auto& safety = point.yield_safety)
+    gradients.yield_safety = safety_rates(*safety, notched_rate(safety->stress));
+  if (const auto& safety = point.fatigue_safety)
+    gradients.fatigue_safety = safety_rates(*safety, notched_rate(safety->stress));
   gradients.stress_peaks.resize(static_cast<Eigen::Index>(point.stress_peaks.size()),
                                 static_cast<Eigen::Index>(directions.size()));
   for (Eigen::Index k = 0; k < gradients.stress_peaks.rows(); ++k)
@@ -346,7 +357,7 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
   MovingFields fields(factor, design, state_rates);
   PointGradients gradients;
   set_motion(factor, point, directions, moved, fields, gradients);
-  set_stress(mechanism, point, directions, fields, gradients);
+  set_stress(mechanism, point, request.stress, directions, fields, gradients);
   if (solids)
     set_room_taken(*solids, point, moving_places(factor, *solids, directions, state_rates, fields),
                    gradients);

@@ -12,6 +12,7 @@
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/path/stiffness.hpp"
 #include "core/response/space/room_taken.hpp"
+#include "core/response/stress_safety.hpp"
 
 namespace flexopt {
 namespace {
@@ -82,13 +83,33 @@ void add_modes(const StrokeRequest& request, const std::vector<Mode>& free,
   if (lowest != modes.end()) point.parasitic_frequency = lowest->frequency;
 }
 
-void add_max_stress(System& system, PathPoint& point) {
-  for (int i = 0; i < system.leaves(); ++i) {
-    const StressPeak peak = system.leaf(i).max_stress();
+/// Of every leaf.
+std::vector<StressPeak> largest_stresses(System& system) {
+  std::vector<StressPeak> peaks;
+  for (int i = 0; i < system.leaves(); ++i) peaks.push_back(system.leaf(i).max_stress());
+  return peaks;
+}
+
+void add_max_stress(const std::vector<StressPeak>& leaves, PathPoint& point) {
+  for (const StressPeak& peak : leaves) {
     // equal leaves carry equal stress but for rounding: the first one is named
     if (!point.max_stress || peak.value > point.max_stress->value * (1 + 1e-9))
       point.max_stress = peak;
   }
+}
+
+void add_safety(System& system, const StressRules& rules, std::vector<StressPeak> leaves,
+                PathPoint& point) {
+  if (!rules.fillet && !rules.yield && !rules.fatigue) return;
+  const Mechanism& mechanism = system.mechanism();
+  if (rules.fillet) point.fillet_fault = fillet_fault(mechanism, *rules.fillet);
+  if (!point.fillet_fault.empty()) return;
+  if (rules.fillet)
+    for (int i = 0; i < system.leaves(); ++i) {
+      StressPeak& largest = leaves[static_cast<std::size_t>(i)];
+      largest = with_fillets(largest, system.leaf(i), mechanism, *rules.fillet);
+    }
+  add_stress_safety(leaves, mechanism, rules, point);
 }
 
 // Largest first, the one that is named max_stress at their head.
@@ -240,7 +261,11 @@ void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, Path
                            request_->frequencies_of(DriveState::locked) > 0;
   if (frequencies && (!differentiable_ || model_->mass == LeafMass::constant))
     add_ritz_frequencies(system, point);
-  if (request_->outputs.has(Output::stress)) add_max_stress(system, point);
+  if (request_->outputs.has(Output::stress)) {
+    std::vector<StressPeak> leaves = largest_stresses(system);
+    add_max_stress(leaves, point);
+    add_safety(system, request_->stress, std::move(leaves), point);
+  }
   if (request_->outputs.has(Output::shapes))
     for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());
   std::optional<Solids> solids;

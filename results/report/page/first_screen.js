@@ -108,6 +108,10 @@ function limits() {
   }
   const buckled = lowest_buckling();
   if (buckled && Math.abs(buckled.value) < 3) said.push(`${heading(buckled.q.label)} is only ${number_text(buckled.value)}, ${at_stroke(buckled.point)}.`);
+  for (const [key, name] of [["yield_safety", "yield"], ["fatigue_safety", "fatigue"]]) {
+    const least_safe = least_at((p) => p[key]), place = least_safe?.[`${key}_place`];
+    if (least_safe && least_safe[key] < 2) said.push(`Safety against ${name} is ${number_text(least_safe[key])}, ${at_stroke(least_safe)}${place ? ` in ${place.leaf}` : ""}.`);
+  }
   const over = result.constraints?.overconstraints ?? 0;
   if (over > 0) said.push(`${over === 1 ? "One direction is" : `${over} directions are`} held more than once: ${(result.constraints.redundant ?? []).slice(0, 2).map((r) => r.text.replace(/`/g, "")).join("; ")}${over > 2 ? "; and others" : ""}. Errors of assembly cause stress there.`);
   for (const note of result.notes ?? []) said.push(note);
@@ -144,6 +148,8 @@ export function facts() {
     ["Geometry", parameters.map(([name, value]) => `${readable(name)} ${parameter_text(name, value)}`).join(", ")],
     ["Support stiffness", result.conventions?.support_stiffness],
     ["Parasitic frequency", result.conventions?.parasitic_frequency],
+    ...Object.entries(result.stress_checks ?? {}).filter(([key]) => ["yield", "fatigue", "fillets"].includes(key))
+      .map(([key, check]) => [heading(key), check.checked ? check.how : `not checked: ${check.how}`]),
     ["Reference", "stiffness and motion at the end-effector's point O, moved along, global axes"],
     ["Made by", result.flexopt && `flexopt ${result.flexopt.version}, commit ${result.flexopt.commit}`],
   ];

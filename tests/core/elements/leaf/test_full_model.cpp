@@ -84,6 +84,9 @@ class BareLeaf final : public LeafElement {
   LeafDynamics dynamics(int modes) override { return full_.dynamics(modes); }
   StressPeak max_stress() override { return full_.max_stress(); }
   std::vector<StressPeak> stress_peaks() override { return full_.stress_peaks(); }
+  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override {
+    return full_.clamp_stresses(factors);
+  }
   LeafShape shape() override { return full_.shape(); }
   Vector3d material_point(double along, double across) override {
     if (lost) return Vector3d::Constant(std::nan(""));

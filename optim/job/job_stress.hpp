@@ -1,0 +1,22 @@
+#pragma once
+// How stresses are judged: the keys "fillet" and "fatigue" of a job.
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include "core/spec/fault_list.hpp"
+#include "core/spec/field_table.hpp"
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+/// The two keys.
+std::vector<Field> stress_fields();
+
+/// Reads them against the leaves and their materials.
+void read_stress_rules(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
+                       StressRules& rules);
+
+/// Why the request does not answer a quantity made of stress; empty if it does.
+const char* missing_for_stress(const std::string& quantity, const StrokeRequest& request);
+
+}  // namespace flexopt

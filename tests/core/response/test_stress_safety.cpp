@@ -1,0 +1,180 @@
+// Stress with fillets, safety against yield and fatigue: worked by hand, their laws, their exact
+// derivatives.
+#include "core/response/stress_safety.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/elements/leaf/fillet.hpp"
+#include "tests/support/gradient_checks.hpp"
+#include "tests/support/models.hpp"
+
+using namespace flexopt;
+using namespace flexopt::test;
+
+namespace {
+
+Material strong(double yield = 1400e6) {
+  Material m = models::steel();
+  m.yield_strength = yield;
+  m.ultimate_strength = 1700e6;
+  m.endurance_limit = 500e6;
+  return m;
+}
+
+Mechanism strong_guide(double thickness = 0.5e-3) {
+  Mechanism m = models::guide(0.1, 0.03, thickness);
+  for (LeafSpring& leaf : m.leaves) leaf.material = strong();
+  return m;
+}
+
+ModelOptions model_of(Flexure flexure, Accuracy accuracy = Accuracy::full) {
+  ModelOptions model;
+  model.accuracy = accuracy;
+  model.flexure = flexure;
+  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
+  return model;
+}
+
+StrokeRequest stresses(double stroke, std::optional<double> fillet) {
+  StrokeRequest request;
+  request.points = {stroke};
+  request.outputs = {Output::equilibrium, Output::stress};
+  request.stress = {.fillet = fillet, .yield = true, .fatigue = true, .fatigue_rule = {}};
+  return request;
+}
+
+PathPoint point_of(const Mechanism& m, const ModelOptions& model, const StrokeRequest& request) {
+  const StrokeResponse r = evaluate_stroke(m, model, request);
+  REQUIRE(r.status == Status::ok);
+  return r.path.back();
+}
+
+}  // namespace
+
+TEST_CASE("safety of a guide is that worked by hand", "[stress]") {
+  // docs/stress.md, at a tenth of its stroke: bending 3 E t x / L² = 15 MPa with the factor 1.2444,
+  // and the couple of the leaves' axial forces, F L / 2b = 0.625 N or 0.0417 MPa, with 1.6582
+  constexpr double bending = 15e6, axial = 0.0417e6, notch = 1.244432 * bending + 1.658224 * axial;
+  constexpr double edges = 2e-3;  // what the bent leaf's edges are stretched by, 1.5e-3 found
+  StrokeRequest request = stresses(0.5e-3, 0.25e-3);
+  const PathPoint p = point_of(strong_guide(), model_of(Flexure::beam), request);
+  CHECK(p.max_stress->value == Approx(bending + axial).epsilon(edges));
+  CHECK(p.notch_stress->value == Approx(notch).epsilon(edges));
+  CHECK(p.yield_safety->value == Approx(1400e6 / notch).epsilon(edges));
+  CHECK(p.fatigue_safety->value == Approx(500e6 / notch).epsilon(edges));
+  CHECK(p.notch_stress->notch.bending == Approx(1.244432).epsilon(1e-9));
+  CHECK(p.yield_safety->value == Approx(1400e6 / p.notch_stress->value).epsilon(1e-12));
+  request.stress.fillet.reset();
+  const PathPoint plain = point_of(strong_guide(), model_of(Flexure::beam), request);
+  CHECK_FALSE(plain.notch_stress);
+  CHECK(plain.yield_safety->value == Approx(1400e6 / plain.max_stress->value).epsilon(1e-12));
+}
+
+TEST_CASE("what a cycle may reach is that of Goodman and Gerber", "[stress]") {
+  const Material m = strong();
+  CHECK(*fatigue_strength(m, {-1, MeanStress::goodman}) == Approx(500e6));
+  CHECK(*fatigue_strength(m, {-1, MeanStress::gerber}) == Approx(500e6));
+  CHECK(*fatigue_strength(m, {0, MeanStress::goodman}) == Approx(772.73e6).epsilon(1e-5));
+  CHECK(*fatigue_strength(m, {0, MeanStress::gerber}) == Approx(925.8e6).epsilon(1e-3));
+  for (const double ratio : {-0.7, 0.0, 0.4, 0.9}) {
+    const double goodman = *fatigue_strength(m, {ratio, MeanStress::goodman}),
+                 gerber = *fatigue_strength(m, {ratio, MeanStress::gerber});
+    const auto share = [&](double s, double power) {
+      return 0.5 * s * (1 - ratio) / 500e6 + std::pow(0.5 * s * (1 + ratio) / 1700e6, power);
+    };
+    CHECK(share(goodman, 1) == Approx(1).epsilon(1e-12));
+    CHECK(share(gerber, 2) == Approx(1).epsilon(1e-12));
+    CHECK(gerber > goodman);
+    CHECK(gerber < 1700e6 * (1 + 1e-12));
+  }
+  Material lacking = m;
+  lacking.ultimate_strength.reset();
+  CHECK(fatigue_strength(lacking, {}));
+  CHECK_FALSE(fatigue_strength(lacking, {0, MeanStress::goodman}));
+  lacking.endurance_limit.reset();
+  CHECK_FALSE(fatigue_strength(lacking, {}));
+}
+
+TEST_CASE("the weakest material decides, not the largest stress", "[stress]") {
+  Mechanism m = strong_guide();
+  m.leaves[0].thickness = 0.6e-3;        // the larger stress
+  m.leaves[1].material = strong(500e6);  // the smaller strength
+  const PathPoint p = point_of(m, model_of(Flexure::beam), stresses(5e-3, 0.25e-3));
+  CHECK(p.notch_stress->leaf == 0);
+  CHECK(p.yield_safety->stress.leaf == 1);
+  CHECK(p.fatigue_safety->stress.leaf == 0);
+  CHECK(p.yield_safety->value < 1400e6 / p.notch_stress->value);
+}
+
+TEST_CASE("every model of a leaf has the same stress at a fillet", "[stress]") {
+  const Mechanism m = strong_guide();
+  const StrokeRequest request = stresses(5e-3, 0.3e-3);
+  const double full = point_of(m, model_of(Flexure::plate), request).notch_stress->value;
+  CHECK(full > point_of(m, model_of(Flexure::plate), request).max_stress->value);
+  for (const Reduction method : {Reduction::mixed_potential, Reduction::modal_derivatives,
+                                 Reduction::linear_craig_bampton}) {
+    ModelOptions reduced = model_of(Flexure::plate, Accuracy::reduced);
+    reduced.method = method;
+    if (method == Reduction::linear_craig_bampton) reduced.superelements = {8, 0};
+    INFO(static_cast<int>(method));
+    // linear superelements: four halves of the leaf's curvature each, 2 %
+    CHECK(point_of(m, reduced, request).notch_stress->value == Approx(full).epsilon(0.02));
+  }
+}
+
+TEST_CASE("a fillet acts at clamped edges only", "[stress]") {
+  // bent at its clamp, free at its tip: the stress without factor is largest at the clamp, too
+  Mechanism m = models::guide(0.1, 0.03, 0.5e-3);
+  StrokeRequest request = stresses(5e-3, 0.25e-3);
+  request.stress.yield = request.stress.fatigue = false;
+  const PathPoint p = point_of(m, model_of(Flexure::plate), request);
+  CHECK((p.notch_stress->along == 0 || p.notch_stress->along == 1));
+  CHECK(p.notch_stress->value > 1.2 * p.max_stress->value * 0.97);
+  CHECK(p.notch_stress->value < 1.67 * p.max_stress->value);
+  // value = K_m ∂/∂K_m + K_b ∂/∂K_b, because it is homogeneous in both
+  const StressPeak& peak = *p.notch_stress;
+  CHECK(peak.notch.membrane * peak.per_membrane + peak.notch.bending * peak.per_bending ==
+        Approx(peak.value).epsilon(1e-9));
+  CHECK_FALSE(p.yield_safety);
+  CHECK_FALSE(p.fatigue_safety);
+}
+
+TEST_CASE("a fillet without a factor is said, and leaves no number", "[stress]") {
+  const Mechanism m = strong_guide();
+  CHECK(fillet_fault(m, 0.05e-3).empty());
+  CHECK(fillet_fault(m, 1e-3).empty());
+  CHECK(fillet_fault(m, 0.049e-3).find("0.098 times") != std::string::npos);
+  CHECK(fillet_fault(m, 1.1e-3).find("2.2 times") != std::string::npos);
+  const PathPoint p = point_of(m, model_of(Flexure::beam), stresses(5e-3, 2e-3));
+  CHECK_FALSE(p.fillet_fault.empty());
+  CHECK_FALSE(p.notch_stress);
+  CHECK_FALSE(p.yield_safety);
+  CHECK(p.max_stress);
+}
+
+TEST_CASE("no stress, no number of safety", "[stress]") {
+  const PathPoint p = point_of(strong_guide(), model_of(Flexure::beam), stresses(0, 0.25e-3));
+  CHECK_FALSE(p.yield_safety);
+  CHECK_FALSE(p.fatigue_safety);
+}
+
+TEST_CASE("exact derivatives of stress safety agree with differences", "[stress][gradients]") {
+  const auto flexure = GENERATE(Flexure::beam, Flexure::plate);
+  const auto tapered = GENERATE(false, true);
+  const auto make = [tapered](const Values& p) {
+    Mechanism m = models::guide(p[0], p[1], p[2]);
+    for (LeafSpring& leaf : m.leaves) {
+      leaf.material = strong();
+      leaf.material.youngs_modulus = p[3];
+    }
+    m.leaves[0].thickness *= 1.1;  // one leaf decides
+    if (tapered) m.leaves[0].thickness_profile = {1 + 100 * p[2], 1};
+    return m;
+  };
+  StrokeRequest request = stresses(6e-3, 0.3e-3);
+  request.stress.fatigue_rule = {0.1, MeanStress::gerber};
+  const std::vector<Number> numbers{
+      {"length", 0.1}, {"width", 0.03}, {"thickness", 0.5e-3}, {"modulus", 2e11}};
+  CHECK(check_gradients({make, numbers, {0, 1, 2, 3}, 10.0}, model_of(flexure), request) > 20);
+}

@@ -1,0 +1,74 @@
+// The keys "fillet" and "fatigue", and goals of what they give.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "optim/job/job.hpp"
+#include "optim/problem/goals.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+json document() {
+  return json::parse(R"({
+    "job": "optimise",
+    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
+               "thickness": "0.5 mm", "spacing": "60 mm"},
+               "material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
+                 "density": "7800 kg/m^3", "yield_strength": "1400 MPa",
+                 "endurance_limit": "500 MPa"}},
+    "fillet": "0.25 mm",
+    "end_effector": {"mass": "0.5 kg"}, "frequencies": 2,
+    "stroke": {"at": [0, "5 mm"]},
+    "optimise": {
+      "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"}],
+      "objective": {"maximise": "parasitic_frequency"},
+      "constraints": [{"quantity": "yield_safety", "over_stroke": "min", "min": 3},
+                      {"quantity": "fatigue_safety", "over_stroke": "min", "min": 1.5},
+                      {"quantity": "notch_stress", "over_stroke": "max", "max": "500 MPa"}],
+      "algorithm": {"library": "ipopt"}}})");
+}
+
+}  // namespace
+
+TEST_CASE("a job's fillet and cycle reach the evaluation", "[job][stress]") {
+  const Job plain = parse_job(document());
+  CHECK(plain.request.stress.fillet == Approx(0.25e-3));
+  CHECK(plain.request.stress.yield);
+  CHECK(plain.request.stress.fatigue);
+  CHECK(plain.request.stress.fatigue_rule.stress_ratio == -1);
+  json cycle = document();
+  cycle["design"]["material"]["ultimate_strength"] = "1700 MPa";
+  cycle["fatigue"] = {{"stress_ratio", 0}, {"mean_stress", "gerber"}};
+  const Job job = parse_job(cycle);
+  CHECK(job.request.stress.fatigue_rule.stress_ratio == 0);
+  CHECK(job.request.stress.fatigue_rule.mean_stress == MeanStress::gerber);
+  CHECK(document_of(job)["fillet"] == Approx(0.25e-3));
+  CHECK(document_of(job)["fatigue"]["mean_stress"] == "gerber");
+  CHECK(job.design.material.ultimate_strength == Approx(1700e6));
+  json none = document();
+  none.erase("fillet");
+  none["optimise"]["constraints"].erase(2);
+  CHECK_FALSE(parse_job(none).request.stress.fillet);
+}
+
+TEST_CASE("where there is no stress a safety is beyond every bound; without a factor it has none",
+          "[job][stress]") {
+  const Job job = parse_job(document());
+  const std::vector<Goal> goals = make_goals(job);
+  StrokeResponse response;
+  response.path.resize(2);
+  for (PathPoint& p : response.path) p.status = PointStatus::converged;
+  response.path[1].yield_safety = StressSafety{2.5, {}};
+  const GoalReading reading = read_goal(goals[1], response, job.request);
+  REQUIRE(reading.ok);
+  CHECK(reading.values == GoalValues{no_critical_factor, 2.5});
+  CHECK(aggregate(goals[1], reading.values) == 2.5);
+  response.path[0].fillet_fault = "the radius is 3 times the thickness";
+  const GoalReading refused = read_goal(goals[1], response, job.request);
+  CHECK_FALSE(refused.ok);
+  CHECK_THAT(refused.message, Contains("yield_safety has no value at stroke 0") &&
+                                  Contains("3 times the thickness"));
+}
