@@ -28,10 +28,10 @@ struct MaterialT {
   Scalar poissons_ratio{};                 ///< [-]
   Scalar density{};                        ///< [kg/m³]
   std::optional<double> allowable_stress;  ///< [Pa]
-  /// Rp0.2, Rm, and the amplitude that is endured at mean zero, of the surface as made [Pa].
-  std::optional<double> yield_strength, ultimate_strength, endurance_limit;
   std::optional<double>
       thermal_expansion;  ///< linear coefficient, the same at all temperatures [1/K]
+  /// Rp0.2, Rm, and the amplitude that is endured at mean zero, of the surface as made [Pa].
+  std::optional<double> yield_strength, ultimate_strength, endurance_limit;
 
   Scalar shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poissons_ratio)); }
 };

@@ -26,6 +26,9 @@ TEST_CASE("every quantity has a derivative of its own", "[response][gradients]")
   point.parasitic_frequency = vector();
   point.parasitic_frequency_screening = vector();
   point.max_stress = vector();
+  point.notch_stress = vector();
+  point.yield_safety = vector();
+  point.fatigue_safety = vector();
   point.envelope = numbered(4);
   point.moving_envelope = numbered(4);
   point.leaf_mass = vector();
