@@ -348,7 +348,10 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
     const bool moved = violation - trials.best_violation() > options.constraint_tolerance ||
                        f - trials.best().f > 10 * options.tolerance;
     if (trials.stopped() || result == nlopt::FORCED_STOP) {
-      if (met_test && !moved) result = nlopt::XTOL_REACHED;
+      if (met_test && !moved)
+        result = nlopt::XTOL_REACHED;
+      else if (result < 0)  // LBFGS takes a stop for rounding
+        result = nlopt::FORCED_STOP;
       break;
     }
     if (entry.info.gradients) balance = trials.multipliers();
