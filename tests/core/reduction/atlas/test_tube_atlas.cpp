@@ -203,7 +203,7 @@ TEST_CASE("between its shapes and rays an atlas is as exact as its check says", 
 
 TEST_CASE("what an atlas looks up has exact derivatives by the leaf's shape", "[core][atlas]") {
   const TubeAtlas& atlas = *small_atlas().atlas;
-  const double h = 1e-4;
+  const double h = 1e-3;  // the coefficients are sums of large terms: small steps see rounding
   const Eigen::Vector2d ray(1, -0.3);
   const auto rates = atlas.look_up_with_rates(shape_of(0.31, 1.0 / 190, 0.305), ray);
   for (int by = 0; by < 3; ++by) {  // width, thickness, length
