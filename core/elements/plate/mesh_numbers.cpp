@@ -310,6 +310,15 @@ void MeshNumbers<S>::add_natural(PlateMesh::Element& element, const S& w, const 
 }
 
 template <class S>
+S MeshNumbers<S>::excess_of_bending_in_plane(S ratio) const {
+  if (ratio > 0.5) ratio = S(0.5);
+  const S &nu = poissons_ratio, square = ratio * ratio;
+  const S bending = (3.0 - 2.0 * nu + 3.0 * nu * nu) / (12.0 * (1.0 - nu * nu));
+  const S edges = shape_->free_edge_torsion ? S(free_edge_coefficient / (1.0 + nu)) : S(0);
+  return square * (bending - edges * ratio);
+}
+
+template <class S>
 auto MeshNumbers<S>::membrane() const -> Membrane {
   const S stretch = 12.0 / (thickness * thickness);
   if (!shape_->is_beam())
@@ -355,8 +364,8 @@ PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
   const S hx = x[i + 1] - x[i];
   const S hy = y[j + 1] - y[j];
   const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
-  // −½ G c t⁴ ∫ |r,xy|² ds with c = 0.105 for each free edge, over D.
-  const S edge = (shape_->free_edge_torsion ? 0.105 * 6 : 0.0) * (1.0 - nu) * thickness;
+  // Equation (E2) over D.
+  const S edge = (shape_->free_edge_torsion ? 6 * free_edge_coefficient : 0.0) * (1.0 - nu) * thickness;
 
   PlateMesh::Element element;
   element.bending.setZero();
@@ -416,7 +425,8 @@ PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
     const HermiteValuesT<S> X = hermite<S>(membrane_x.point[a], hx);
     const WidthMap<S> map = this->map(i, membrane_x.point[a]);
     const S t = thickness_factor(S(x[i] + membrane_x.point[a] * hx)),
-            metric = rest(i, membrane_x.point[a]).metric;
+            metric = rest(i, membrane_x.point[a]).metric,
+            excess = excess_of_bending_in_plane(S(thickness * t / (width * map.factor)));
     for (int b = 0; b < 4; ++b) {
       const HermiteValuesT<S> Y = hermite<S>(full.point[b], hy);
       const int g = 4 * a + b;
@@ -428,7 +438,10 @@ PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
       }
       set_row<S>(element.gradient, g, Nx);
       set_row<S>(element.gradient, PlateMesh::points + g, Ny);
-      element.weight[g] = part(S(membrane_x.weight[a] * full.weight[b] * hx * hy * map.factor * t));
+      const S across = (y[j] + full.point[b] * hy) / width;
+      const S share = 1.0 - 180.0 * excess * (across * across - 1.0 / 12);
+      const S area = membrane_x.weight[a] * full.weight[b] * hx * hy * map.factor;
+      element.weight[g] = part(S(area * t * share));
       element.metric[g] = part(metric);
     }
   }

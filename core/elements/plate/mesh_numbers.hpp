@@ -94,6 +94,9 @@ class MeshNumbers {
   /// U = ½ w |v|² of v = normal n, by the metric to first order, and what stays of it at rest.
   void add_natural(PlateMesh::Element& element, const S& w, const Rest& rest,
                    const Eigen::Matrix<S, 16, 1>& Nx, const Eigen::Matrix<S, 16, 1>& Ny) const;
+  /// Of a section with t/w = `ratio`: by how much the bending energy makes its second moment in the
+  /// plane of the leaf too large, over t w³: equation (E9). The ratio counts up to 1/2.
+  S excess_of_bending_in_plane(S ratio) const;
   PlateMesh::Element plate_element(int i, int j) const;
   PlateMesh::Element beam_element(int i) const;
 

@@ -15,6 +15,9 @@
 
 namespace flexopt {
 
+/// c of the layer along free edges: equation (E2) of core/elements/README.md.
+inline constexpr double free_edge_coefficient = 0.105;
+
 /// What distinguishes the leaves once size and Young's modulus are scaled out.
 struct PlateShape {
   double width = 0.3;       ///< w/L
@@ -109,7 +112,7 @@ class PlateMesh {
   /// leading 8 rows and columns.
   struct Element {
     Matrix16 gradient;                       ///< rows: ∂x at the membrane points, then ∂y
-    Eigen::Array<double, points, 1> weight;  ///< area weights of the points
+    Eigen::Array<double, points, 1> weight;  ///< area weights of the points: equation (E9)
     Matrix16 bending;  ///< of one displacement component, free-edge term included
     Matrix16 mass;     ///< ∫ N Nᵀ dA
     Eigen::Array<double, points, 1> metric;  ///< |r,x|² of the undeflected leaf at the points

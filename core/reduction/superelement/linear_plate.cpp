@@ -12,9 +12,11 @@ namespace {
 using Matrix16 = PlateMesh::Matrix16;
 enum Component { u, v, w };
 
-// Rows and columns of an element's matrices of one displacement component.
+// Rows and columns of an element's matrices of one displacement component. The bending of a plate
+// leaf acts on all components alike (its excess in the plane is out of the weights of the membrane:
+// (E9) of core/elements), the torsion of free edges on the normal one alone.
 struct ElementMatrices {
-  Matrix16 uu, vv, uv, bending, mass;
+  Matrix16 uu, vv, uv, bending, edge, mass;
 };
 
 // Integrals of the products of first derivatives, weights included.
@@ -38,7 +40,7 @@ void add_membrane(ElementMatrices& to, const PlateMesh::Membrane& A, const Membr
   to.uv += A.A12 * p.xy + A.A33 * p.xy.transpose();
 }
 
-// ½ G c t⁴ ∫ |r,xy|² ds along a free edge, c = 0.105, over D; r,xy at an edge is quadratic along
+// ½ G c t⁴ ∫ |r,xy|² ds along a free edge, over D; r,xy at an edge is quadratic along
 // it. With derivatives in w/L, t/L, ν.
 struct EdgeTorsion {
   Matrix16 value = Matrix16::Zero();
@@ -49,7 +51,7 @@ EdgeTorsion edge_torsion(const PlateMesh& mesh, int i, int j, int side, double c
   const double hx = mesh.x()[i + 1] - mesh.x()[i], y = mesh.y()[j + 1] - mesh.y()[j];
   const Dual3 hy(y, {y / shape.width, 0, 0}), t = Dual3::variable(shape.thickness, 1),
                                               nu = Dual3::variable(shape.poissons_ratio, 2);
-  const Dual3 factor = (0.105 * 6 * std::pow(cell, 4)) * (1.0 - nu) * t;
+  const Dual3 factor = (6 * free_edge_coefficient * std::pow(cell, 4)) * (1.0 - nu) * t;
   constexpr double offset = 0.7745966692414834;  // Gauss, three points
   EdgeTorsion torsion;
   for (const auto& [at, weight] :
@@ -91,7 +93,7 @@ class Assembler {
         K_.emplace_back(at[v][a], at[v][b], e.vv(a, b) + e.bending(a, b));
         K_.emplace_back(at[u][a], at[v][b], e.uv(a, b));
         K_.emplace_back(at[v][a], at[u][b], e.uv(b, a));
-        K_.emplace_back(at[w][a], at[w][b], e.bending(a, b));
+        K_.emplace_back(at[w][a], at[w][b], e.bending(a, b) + e.edge(a, b));
         for (int c = 0; c < 3; ++c) M_.emplace_back(at[c][a], at[c][b], e.mass(a, b));
       }
   }
@@ -111,7 +113,7 @@ class Assembler {
 
 ElementMatrices no_matrices() {
   const Matrix16 none = Matrix16::Zero();
-  return {none, none, none, none, none};
+  return {none, none, none, none, none, none};
 }
 
 // `add(i, j, t)` for every element that is there, and its thickness over that of the plate.
@@ -138,7 +140,7 @@ Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
     const PlateMesh::Element& element = mesh.element(i, j);
     ElementMatrices e = no_matrices();
     e.bending = t * t * t * element.bending;
-    each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.bending -= x.value; });
+    each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.edge -= x.value; });
     add_membrane(e, mesh.membrane(),
                  membrane_products(element.gradient, t * element.weight, element.gradient));
     e.mass = t * element.mass;
@@ -158,7 +160,7 @@ std::array<Matrices, 3> assemble_rates(const PlateBody& body, const PlateMesh& m
       const auto k = static_cast<std::size_t>(i * mesh.elements_across() + j);
       ElementMatrices e = no_matrices();
       if (!by.bending.empty()) e.bending = t * t * t * by.bending[k];
-      each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.bending -= x.rate[p]; });
+      each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.edge -= x.rate[p]; });
       if (!by.mass.empty()) e.mass = t * by.mass[k];
       // (A Gᵀ W G)′
       const PlateMesh::Membrane& A = mesh.membrane();
