@@ -26,7 +26,11 @@ LeafValidity leaf_validity(const LeafSpring& leaf) {
   v.beam_drive = nu * nu / (1 + 0.25 * v.aspect);
   v.beam = std::max(v.beam_drive, 0.02 + 0.15 * v.flatness / (v.flatness + 25));
   v.beam_free_warping = std::max(v.beam, 1 - std::pow(1 - lost, 4));
-  if (nu <= 0.5) v.plate = (1 / (1 - nu * nu) + 2 / (1 + nu)) * (t / w) * (t / w);
+  // (E9) as far as it goes, and what the clamps make of it
+  const double ratio = t / w, counted = std::min(ratio, 0.5);
+  if (nu <= 0.5)
+    v.plate = 0.1 * ratio * ratio +
+              (3 - 2 * nu + 3 * nu * nu) / (1 - nu * nu) * (ratio * ratio - counted * counted);
   if (v.beam_free_warping <= LeafValidity::accepted)
     v.needed = "beam";
   else if (v.beam <= LeafValidity::accepted || !v.plate || v.beam < *v.plate)

@@ -112,7 +112,7 @@ S profile(const std::vector<double>& numbers, const std::vector<double>& rates, 
   }
 }
 
-constexpr double grading = 0.5;
+constexpr double grading = 0.75, grading_across = 0.7;
 
 }  // namespace
 
@@ -162,7 +162,7 @@ void MeshNumbers<S>::set_lines() {
     y = {S(0)};
     return;
   }
-  for (const double place : graded_points(-0.5, 0.5, shape_->mesh[1], 0.7))
+  for (const double place : graded_points(-0.5, 0.5, shape_->mesh[1], grading_across))
     y.push_back(place * width);
   if (!width_varies()) return;
   for (std::size_t i = 0; i < x.size(); ++i)
@@ -310,12 +310,18 @@ void MeshNumbers<S>::add_natural(PlateMesh::Element& element, const S& w, const 
 }
 
 template <class S>
+S MeshNumbers<S>::free_edge() const {
+  if (!shape_->free_edge_torsion) return S(0);
+  const S size = (y[1] - y[0]) / (least_edge_element * thickness);
+  return size < 1.0 ? S(free_edge_coefficient * size) : S(free_edge_coefficient);
+}
+
+template <class S>
 S MeshNumbers<S>::excess_of_bending_in_plane(S ratio) const {
   if (ratio > 0.5) ratio = S(0.5);
   const S &nu = poissons_ratio, square = ratio * ratio;
   const S bending = (3.0 - 2.0 * nu + 3.0 * nu * nu) / (12.0 * (1.0 - nu * nu));
-  const S edges = shape_->free_edge_torsion ? S(free_edge_coefficient / (1.0 + nu)) : S(0);
-  return square * (bending - edges * ratio);
+  return square * (bending - free_edge() / (1.0 + nu) * ratio);
 }
 
 template <class S>
@@ -365,7 +371,7 @@ PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
   const S hy = y[j + 1] - y[j];
   const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
   // Equation (E2) over D.
-  const S edge = (shape_->free_edge_torsion ? 6 * free_edge_coefficient : 0.0) * (1.0 - nu) * thickness;
+  const S edge = 6.0 * free_edge() * (1.0 - nu) * thickness;
 
   PlateMesh::Element element;
   element.bending.setZero();

@@ -30,6 +30,9 @@ MappedDerivatives<V> mapped(const WidthMap<S>& map, const S& y0, const V& x, con
           V(per * (xy - map.slope * y + g * yy)), V(squared * yy)};
 }
 
+/// Width over t of elements at a free edge below which c of (E2) is smaller in proportion.
+inline constexpr double least_edge_element = 0.6;
+
 template <class S>
 class MeshNumbers {
  public:
@@ -94,6 +97,7 @@ class MeshNumbers {
   /// U = ½ w |v|² of v = normal n, by the metric to first order, and what stays of it at rest.
   void add_natural(PlateMesh::Element& element, const S& w, const Rest& rest,
                    const Eigen::Matrix<S, 16, 1>& Nx, const Eigen::Matrix<S, 16, 1>& Ny) const;
+  S free_edge() const;  ///< c of (E2)
   /// Of a section with t/w = `ratio`: by how much the bending energy makes its second moment in the
   /// plane of the leaf too large, over t w³: equation (E9). The ratio counts up to 1/2.
   S excess_of_bending_in_plane(S ratio) const;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/elements/plate/mesh_numbers.hpp"
 #include "core/math/dual.hpp"
 
 namespace flexopt::linear_plate {
@@ -51,7 +52,8 @@ EdgeTorsion edge_torsion(const PlateMesh& mesh, int i, int j, int side, double c
   const double hx = mesh.x()[i + 1] - mesh.x()[i], y = mesh.y()[j + 1] - mesh.y()[j];
   const Dual3 hy(y, {y / shape.width, 0, 0}), t = Dual3::variable(shape.thickness, 1),
                                               nu = Dual3::variable(shape.poissons_ratio, 2);
-  const Dual3 factor = (6 * free_edge_coefficient * std::pow(cell, 4)) * (1.0 - nu) * t;
+  Dual3 factor = (6 * free_edge_coefficient * std::pow(cell, 4)) * (1.0 - nu) * t;
+  if (y < least_edge_element * shape.thickness) factor *= hy / (least_edge_element * t);
   constexpr double offset = 0.7745966692414834;  // Gauss, three points
   EdgeTorsion torsion;
   for (const auto& [at, weight] :

@@ -86,6 +86,8 @@ DEG = math.pi / 180
 CASES = {c.name: (c, mesh) for c, mesh in [
     (guide("guide", 0.1, 0.03, 0.5e-3, 0.06, [0.01, 0.02]), Mesh(24, 14, 2)),
     (guide("wide_short_guide", 0.03, 0.06, 0.5e-3, 0.06, [0.0015, 0.003]), Mesh(20, 18, 2)),
+    (guide("narrow_guide", 0.1, 0.005, 1e-3, 0.06, [0.1e-3, 0.01]), Mesh(28, 6, 2)),
+    (guide("slender_guide", 0.1, 0.01, 1e-3, 0.06, [0.1e-3, 0.01]), Mesh(28, 8, 2)),
     (cross_hinge("cross_hinge", 0.1, 0.02, 0.35e-3, 0.005, [15 * DEG, 30 * DEG]),
      Mesh(14, 8, 1)),
     (three_flexure("three_flexure_cross_hinge", 0.1, 0.02, 0.04, 0.35e-3, 0.005,
