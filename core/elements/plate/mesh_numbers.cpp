@@ -112,7 +112,7 @@ S profile(const std::vector<double>& numbers, const std::vector<double>& rates, 
   }
 }
 
-constexpr double grading = 0.75, grading_across = 0.7;
+constexpr double grading = 0.5;
 
 }  // namespace
 
@@ -162,7 +162,7 @@ void MeshNumbers<S>::set_lines() {
     y = {S(0)};
     return;
   }
-  for (const double place : graded_points(-0.5, 0.5, shape_->mesh[1], grading_across))
+  for (const double place : graded_points(-0.5, 0.5, shape_->mesh[1], 0.7))
     y.push_back(place * width);
   if (!width_varies()) return;
   for (std::size_t i = 0; i < x.size(); ++i)
@@ -318,6 +318,7 @@ S MeshNumbers<S>::free_edge() const {
 
 template <class S>
 S MeshNumbers<S>::excess_of_bending_in_plane(S ratio) const {
+  if (shape_->linear) return S(0);
   if (ratio > 0.5) ratio = S(0.5);
   const S &nu = poissons_ratio, square = ratio * ratio;
   const S bending = (3.0 - 2.0 * nu + 3.0 * nu * nu) / (12.0 * (1.0 - nu * nu));

@@ -13,11 +13,9 @@ namespace {
 using Matrix16 = PlateMesh::Matrix16;
 enum Component { u, v, w };
 
-// Rows and columns of an element's matrices of one displacement component. The bending of a plate
-// leaf acts on all components alike (its excess in the plane is out of the weights of the membrane:
-// (E9) of core/elements), the torsion of free edges on the normal one alone.
+// Rows and columns of an element's matrices of one displacement component.
 struct ElementMatrices {
-  Matrix16 uu, vv, uv, bending, edge, mass;
+  Matrix16 uu, vv, uv, bending, mass;
 };
 
 // Integrals of the products of first derivatives, weights included.
@@ -74,7 +72,8 @@ EdgeTorsion edge_torsion(const PlateMesh& mesh, int i, int j, int side, double c
 // Adds the elements' matrices to those of the mesh.
 class Assembler {
  public:
-  explicit Assembler(const PlateMesh& mesh) : dof_(mesh), side_(mesh.functions_per_side()) {
+  explicit Assembler(const PlateMesh& mesh)
+      : dof_(mesh), side_(mesh.functions_per_side()), in_plane_(mesh.shape().linear ? 0 : 1) {
     const auto entries = static_cast<std::size_t>(4 * side_ * side_ * mesh.elements_along() *
                                                   mesh.elements_across());
     K_.reserve(5 * entries);
@@ -91,11 +90,11 @@ class Assembler {
       }
     for (int a = 0; a < functions; ++a)
       for (int b = 0; b < functions; ++b) {
-        K_.emplace_back(at[u][a], at[u][b], e.uu(a, b) + e.bending(a, b));
-        K_.emplace_back(at[v][a], at[v][b], e.vv(a, b) + e.bending(a, b));
+        K_.emplace_back(at[u][a], at[u][b], e.uu(a, b) + in_plane_ * e.bending(a, b));
+        K_.emplace_back(at[v][a], at[v][b], e.vv(a, b) + in_plane_ * e.bending(a, b));
         K_.emplace_back(at[u][a], at[v][b], e.uv(a, b));
         K_.emplace_back(at[v][a], at[u][b], e.uv(b, a));
-        K_.emplace_back(at[w][a], at[w][b], e.bending(a, b) + e.edge(a, b));
+        K_.emplace_back(at[w][a], at[w][b], e.bending(a, b));
         for (int c = 0; c < 3; ++c) M_.emplace_back(at[c][a], at[c][b], e.mass(a, b));
       }
   }
@@ -110,12 +109,13 @@ class Assembler {
  private:
   Dofs dof_;
   int side_;
+  double in_plane_;  ///< share of the bending that displacements in the plane have: that of a leaf
   Triplets K_, M_;
 };
 
 ElementMatrices no_matrices() {
   const Matrix16 none = Matrix16::Zero();
-  return {none, none, none, none, none, none};
+  return {none, none, none, none, none};
 }
 
 // `add(i, j, t)` for every element that is there, and its thickness over that of the plate.
@@ -125,10 +125,11 @@ void each_element(const PlateBody& body, const PlateMesh& mesh, const Add& add) 
     for (int j = 0; j < mesh.elements_across(); ++j)
       if (const double t = cell_thickness(body, i, j); t != 0) add(i, j, t);
 }
-// `add(torsion)` for every side of an element that is a free edge.
+// `add(torsion)` for every side of an element that is a free edge, where the mesh has it not.
 template <class Add>
 void each_free_edge(const PlateBody& body, const PlateMesh& mesh, int i, int j, double t,
                     const Add& add) {
+  if (mesh.shape().free_edge_torsion) return;
   for (int side = 0; side < 2; ++side)
     if (body.free_edges[side] && (side == 0 ? j == 0 : j == mesh.elements_across() - 1))
       add(edge_torsion(mesh, i, j, side, t));
@@ -142,7 +143,7 @@ Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
     const PlateMesh::Element& element = mesh.element(i, j);
     ElementMatrices e = no_matrices();
     e.bending = t * t * t * element.bending;
-    each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.edge -= x.value; });
+    each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.bending -= x.value; });
     add_membrane(e, mesh.membrane(),
                  membrane_products(element.gradient, t * element.weight, element.gradient));
     e.mass = t * element.mass;
@@ -162,7 +163,7 @@ std::array<Matrices, 3> assemble_rates(const PlateBody& body, const PlateMesh& m
       const auto k = static_cast<std::size_t>(i * mesh.elements_across() + j);
       ElementMatrices e = no_matrices();
       if (!by.bending.empty()) e.bending = t * t * t * by.bending[k];
-      each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.edge -= x.rate[p]; });
+      each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.bending -= x.rate[p]; });
       if (!by.mass.empty()) e.mass = t * by.mass[k];
       // (A Gᵀ W G)′
       const PlateMesh::Membrane& A = mesh.membrane();

@@ -5,8 +5,11 @@
 
 namespace flexopt {
 
-std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body) {
-  return std::make_shared<PlateMesh>(plate_shape(body.plate, body.mesh, false));
+std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body, Interface interface) {
+  const bool leaf = interface == Interface::rigid_edges;
+  PlateShape shape = plate_shape(body.plate, body.mesh, leaf && body.free_edges[0]);
+  shape.linear = !leaf;
+  return std::make_shared<PlateMesh>(shape);
 }
 
 PlateMatrices plate_matrices(const PlateBody& body, const PlateMesh& mesh) {
@@ -15,7 +18,7 @@ PlateMatrices plate_matrices(const PlateBody& body, const PlateMesh& mesh) {
 }
 
 CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation) {
-  return condense(body, condensation, plate_body_mesh(body));
+  return condense(body, condensation, plate_body_mesh(body, condensation.interface));
 }
 
 CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation,

@@ -58,8 +58,9 @@ struct PlateMatrices {
   MatrixXd stiffness, mass;
 };
 PlateMatrices plate_matrices(const PlateBody& body, const PlateMesh& mesh);
-/// The mesh of a body: without free-edge term, which depends on the sides.
-std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body);
+/// The mesh of a body: between rigid edges that of the leaf, whose sides are both free or neither;
+/// else that of a linear plate, without free-edge term, which depends on the sides.
+std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body, Interface interface);
 
 /// Static condensation to the interface nodes, and the lowest fixed-interface modes. The middle of
 /// the plate, where the frame sits, must not lie in a cell that was left out.
