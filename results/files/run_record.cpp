@@ -116,6 +116,33 @@ void conclude_comparison(RunRecord& record) {
   record.message += ".";
 }
 
+std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
+
+/// What the estimated errors add.
+void conclude_errors(RunRecord& record) {
+  const auto numbers = largest_error(record.errors, false);
+  const auto stresses = largest_error(record.errors, true);
+  if (record.chosen) {
+    record.message += " Chosen: " + record.chosen->message;
+    const bool met =
+        record.chosen->met && numbers && numbers->relative <= record.job.accuracy.tolerance;
+    if (!met && record.chosen->met && numbers)  // the optimum is another design
+      record.message += fmt::format(" Of this design the largest estimated error is {}, of {}.",
+                                    percent(numbers->relative), numbers->name);
+    if (!met && record.status == "ok") record.status = "tolerance_not_met";
+  } else if (numbers) {
+    record.message += fmt::format(" The largest estimated error is {}, of {}.",
+                                  percent(numbers->relative), numbers->name);
+  }
+  if (stresses)
+    record.message += fmt::format(" Stresses may be off by {}.", percent(stresses->relative));
+  for (const StrokeErrors& errors : record.errors)
+    if (!errors.message.empty()) {
+      record.message += fmt::format(" No errors are known of some points: {}.", errors.message);
+      break;
+    }
+}
+
 }  // namespace
 
 void conclude(RunRecord& record) {
@@ -125,6 +152,7 @@ void conclude(RunRecord& record) {
     conclude_optimisation(record);
   else
     conclude_evaluation(record);
+  if (!record.errors.empty()) conclude_errors(record);
 }
 
 std::vector<const StrokeResponse*> responses_of(const RunRecord& record) {
