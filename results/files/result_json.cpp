@@ -540,7 +540,7 @@ Json accuracy_json(const RunRecord& record) {
   }
   if (!record.chosen) return json;
   json["tolerance"] = record.job.accuracy.tolerance;
-  json["met"] = record.status != "tolerance_not_met" && record.chosen->met;
+  json["met"] = meets_tolerance(record);
   json["message"] = record.chosen->message;
   json["tried"] = Json::array();
   for (const TriedModel& tried : record.chosen->tried)

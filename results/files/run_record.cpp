@@ -124,8 +124,7 @@ void conclude_errors(RunRecord& record) {
   const auto stresses = largest_error(record.errors, true);
   if (record.chosen) {
     record.message += " Chosen: " + record.chosen->message;
-    const bool met =
-        record.chosen->met && numbers && numbers->relative <= record.job.accuracy.tolerance;
+    const bool met = meets_tolerance(record);
     if (!met && record.chosen->met && numbers)  // the optimum is another design
       record.message += fmt::format(" Of this design the largest estimated error is {}, of {}.",
                                     percent(numbers->relative), numbers->name);
@@ -144,6 +143,12 @@ void conclude_errors(RunRecord& record) {
 }
 
 }  // namespace
+
+bool meets_tolerance(const RunRecord& record) {
+  const auto largest = largest_error(record.errors, false);
+  return record.chosen && record.chosen->met && largest &&
+         largest->relative <= record.job.accuracy.tolerance;
+}
 
 void conclude(RunRecord& record) {
   if (record.comparison)

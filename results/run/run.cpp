@@ -42,15 +42,18 @@ void choose_accuracy(ProgressDisplay& display, RunRecord& record) {
   record.job.model = record.chosen->model;
 }
 
-/// Of the paths that the run is about, evaluated by this model.
+/// Of the paths that the run is about, evaluated by this model. The full paths of the choice are
+/// those of an evaluated design; an optimum is another one.
 void add_errors(const ModelOptions& model, ProgressDisplay& display, RunRecord& record) {
   if (!record.job.accuracy.wants_estimates()) return;
   display.say("estimating errors");
   const std::vector<JobCase> cases = cases_of(record.job);
   const auto responses = responses_of(record);
+  const bool known = record.chosen && !record.optimum;
   for (std::size_t k = 0; k < responses.size(); ++k)
     record.errors.push_back(
-        estimate_errors(record.mechanism, model, cases[k].request, *responses[k]));
+        known ? errors_of(*responses[k], record.chosen->full[k].view())
+              : estimate_errors(record.mechanism, model, cases[k].request, *responses[k]));
 }
 
 /// Adds another design for the report to draw; one that cannot be made or has no equilibrium is

@@ -24,7 +24,8 @@ using namespace flexopt;
 
 namespace {
 
-const double degree = std::numbers::pi / 180;
+constexpr double degree = std::numbers::pi / 180;
+constexpr double L = 0.1;  ///< [m] of most leaves
 
 /// A design and the largest stroke, drawn at random.
 struct Drawn {
@@ -63,7 +64,6 @@ Sizes leaf_sizes(Random& random, double length, double thinnest = 5) {
 using Draw = std::function<Drawn(Random&)>;
 
 const std::vector<Draw>& draws() {
-  constexpr double L = 0.1;
   static const std::vector<Draw> all{
       [](Random& r) -> Drawn {
         const Sizes s = leaf_sizes(r, L);

@@ -29,12 +29,18 @@ class Paths {
     return options;
   }
 
-  const StrokeResponse& get(Accuracy accuracy, const std::array<int, 2>& mesh, std::size_t k) {
-    auto& path = paths_[{accuracy, mesh, k}];
+  using Path = std::shared_ptr<const StrokeResponse>;
+  Path get(Accuracy accuracy, const std::array<int, 2>& mesh, std::size_t k) {
+    Path& path = paths_[{accuracy, mesh, k}];
     if (!path)
-      path = std::make_unique<StrokeResponse>(
+      path = std::make_shared<const StrokeResponse>(
           evaluate_stroke(*mechanism_, options(accuracy, mesh), requests_[k]));
-    return *path;
+    return path;
+  }
+
+  KeptFullPaths full(const std::array<int, 2>& mesh, std::size_t k, bool across) {
+    return {get(Accuracy::full, mesh, k), get(Accuracy::full, more_along(mesh), k),
+            across ? get(Accuracy::full, more_across(mesh), k) : nullptr, mesh};
   }
 
  private:
@@ -47,7 +53,7 @@ class Paths {
   const Mechanism* mechanism_;
   const ModelOptions* model_;
   std::vector<StrokeRequest> requests_;
-  std::map<Key, std::unique_ptr<StrokeResponse>> paths_;
+  std::map<Key, Path> paths_;
 };
 
 /// Errors of a model over all requests.
@@ -56,11 +62,8 @@ TriedModel tried_model(Paths& paths, Accuracy accuracy, const std::array<int, 2>
   TriedModel tried{accuracy, mesh, {}, {}};
   std::vector<StrokeErrors> all;
   for (std::size_t k = 0; k < paths.requests(); ++k) {
-    const StrokeResponse& response = paths.get(accuracy, mesh, k);
-    const FullPaths full{&paths.get(Accuracy::full, mesh, k),
-                         &paths.get(Accuracy::full, more_along(mesh), k),
-                         across ? &paths.get(Accuracy::full, more_across(mesh), k) : nullptr, mesh};
-    StrokeErrors errors = errors_of(response, full);
+    const StrokeResponse& response = *paths.get(accuracy, mesh, k);
+    StrokeErrors errors = errors_of(response, paths.full(mesh, k, across).view());
     if (response.status != Status::ok && tried.message.empty()) tried.message = response.message;
     if (!errors.message.empty() && tried.message.empty()) tried.message = errors.message;
     all.push_back(std::move(errors));
@@ -123,6 +126,8 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
     mesh = next;
   }
   chosen.model = paths.options(accuracy, mesh);
+  for (std::size_t k = 0; k < paths.requests(); ++k)
+    chosen.full.push_back(paths.full(mesh, k, across));
   chosen.message = message_of(chosen, tolerance);
   return chosen;
 }

@@ -1,6 +1,7 @@
 #pragma once
 // Reduced or full leaves, and their mesh, chosen so that errors stay below a tolerance.
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -18,10 +19,20 @@ struct TriedModel {
   std::string message;   ///< why it has no estimates; empty otherwise
 };
 
+/// Full paths that outlive the choice.
+struct KeptFullPaths {
+  std::shared_ptr<const StrokeResponse> own, along, across;
+  std::array<int, 2> mesh{};
+
+  FullPaths view() const { return {own.get(), along.get(), across.get(), mesh}; }
+};
+
 /// Which model was chosen, and why.
 struct ChosenModel {
   ModelOptions model;
-  bool met = false;               ///< the estimates are below the tolerance
+  bool met = false;  ///< the estimates are below the tolerance
+  /// Of every request on the chosen mesh: what errors_of wants.
+  std::vector<KeptFullPaths> full;
   std::vector<TriedModel> tried;  ///< in their order, the chosen one last
   std::string message;            ///< one sentence with the figures
 };
