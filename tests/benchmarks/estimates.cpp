@@ -1,6 +1,6 @@
 // How good estimated errors are: against fine meshes, over sampled designs of ten families.
 //
-//   bench_estimates [DESIGNS]     designs of each family (12), none of them used for calibration
+//   bench_estimates [DESIGNS]     designs of each family (8), none of them used for calibration
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -328,6 +328,56 @@ void families_table(const std::vector<Judged>& numbers) {
         [&](const Judged& n) { return n.family == name && n.kind != ErrorKind::stress; });
 }
 
+/// What "auto" makes of a tolerance.
+struct Chosen {
+  double tolerance = 0;
+  int designs = 0, met = 0, kept = 0, full = 0;  ///< kept: no number of them is off by more
+  std::size_t numbers = 0, within = 0;
+  std::map<std::array<int, 2>, int> meshes;
+};
+
+void choose(const Mechanism& mechanism, const StrokeRequest& request,
+            const std::vector<Values>& truth, Chosen& of) {
+  const ChosenModel chosen = choose_model(mechanism, {}, {request}, of.tolerance);
+  ++of.designs;
+  if (!chosen.met) return;
+  ++of.met;
+  ++of.meshes[chosen.model.mesh];
+  of.full += chosen.model.accuracy == Accuracy::full;
+  const StrokeResponse response = evaluate_stroke(mechanism, chosen.model, request);
+  const StrokeErrors errors = errors_of(response, chosen.full.front().view());
+  bool kept = true;
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    for (const EstimatedError& number : errors.path[k]) {
+      const auto found = truth[k].find(number.name);
+      if (found == truth[k].end() || number.scale == 0 || number.kind == ErrorKind::stress)
+        continue;
+      const bool within = std::abs(number.value - found->second) <= of.tolerance * number.scale;
+      kept = kept && within;
+      ++of.numbers;
+      of.within += within;
+    }
+  of.kept += kept;
+}
+
+void chosen_table(const std::vector<Chosen>& all) {
+  const PageTable page("estimates chosen");
+  fmt::print(
+      "| tolerance | designs | met | of these without a number beyond it | numbers within it | "
+      "full "
+      "leaves | meshes |\n|---|---|---|---|---|---|---|\n");
+  for (const Chosen& c : all) {
+    std::string meshes;
+    for (const auto& [mesh, count] : c.meshes)
+      meshes += fmt::format("{}{} × {}: {}", meshes.empty() ? "" : ", ", mesh[0], mesh[1], count);
+    fmt::print("| {:g} % | {} | {} | {} | {:.2f} % | {} | {} |\n", 100 * c.tolerance, c.designs,
+               c.met, c.kept,
+               100.0 * static_cast<double>(c.within) /
+                   static_cast<double>(std::max<std::size_t>(c.numbers, 1)),
+               c.full, meshes);
+  }
+}
+
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 void cost_table() {
@@ -373,8 +423,9 @@ void cost_table() {
 
 int main(int argc, char** argv) {
   keep_freed_memory();
-  const int designs = argc > 1 ? std::atoi(argv[1]) : 12;
+  const int designs = argc > 1 ? std::atoi(argv[1]) : 8;
   std::vector<Judged> reduced, finer, full;
+  std::vector<Chosen> chosen{{.tolerance = 0.01}, {.tolerance = 0.003}};
   int failed = 0;
   for (int i = 0; i < designs; ++i)
     for (std::size_t f = 0; f < draws().size(); ++f) {
@@ -401,6 +452,8 @@ int main(int argc, char** argv) {
           if (own) judge(paths.own, paths, mesh, truth, drawn.family, full);
         }
         failed += !whole;
+        if (whole && i < 2)  // they take long
+          for (Chosen& of : chosen) choose(mechanism, request, truth, of);
       } catch (const SpecError&) {
         ++failed;  // sizes that make no mechanism
       }
@@ -411,5 +464,6 @@ int main(int argc, char** argv) {
   table("estimates full", full);
   table("estimates finer", finer);
   families_table(reduced);
+  chosen_table(chosen);
   cost_table();
 }

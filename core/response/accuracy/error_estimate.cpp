@@ -276,7 +276,7 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
       const ErrorLaw law = law_of(number.kind);
       const double raw = (number.along + number.across) / number.scale;
       const double mesh = std::max(law.safety * differences.smoothed(number, k),
-                                   least_on(full.mesh, law));  // (S28)
+                                   full.across ? least_on(full.mesh, law) : 0);  // (S28)
       const double share = raw > 0 ? number.across / (number.along + number.across) : 0;
       number.along = (1 - share) * mesh * number.scale;
       number.across = share * mesh * number.scale;
