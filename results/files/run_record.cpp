@@ -122,17 +122,14 @@ std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share);
 void conclude_errors(RunRecord& record) {
   const auto numbers = largest_error(record.errors, false);
   const auto stresses = largest_error(record.errors, true);
-  if (record.chosen) {
-    record.message += " Chosen: " + record.chosen->message;
-    const bool met = meets_tolerance(record);
-    if (!met && record.chosen->met && numbers)  // the optimum is another design
-      record.message += fmt::format(" Of this design the largest estimated error is {}, of {}.",
-                                    percent(numbers->relative), numbers->name);
-    if (!met && record.status == "ok") record.status = "tolerance_not_met";
-  } else if (numbers) {
-    record.message += fmt::format(" The largest estimated error is {}, of {}.",
+  if (!record.message.ends_with('.')) record.message += '.';
+  if (record.chosen) record.message += " Chosen: " + record.chosen->message;
+  if (numbers && (!record.chosen || record.optimum))  // the optimum is another design
+    record.message += fmt::format(" The largest estimated error {}is {}, of {}.",
+                                  record.optimum ? "of the optimum " : "",
                                   percent(numbers->relative), numbers->name);
-  }
+  if (record.chosen && !meets_tolerance(record) && record.status == "ok")
+    record.status = "tolerance_not_met";
   if (stresses)
     record.message += fmt::format(" Stresses may be off by {}.", percent(stresses->relative));
   for (const StrokeErrors& errors : record.errors)

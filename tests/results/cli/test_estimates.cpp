@@ -120,7 +120,7 @@ TEST_CASE("an optimisation has estimates at its optimum", "[results][estimates]"
   job["job"] = "optimise";
   job["stroke"]["points"] = 2;
   job["frequencies"] = 0;
-  job["model"] = {{"estimate", true}};
+  job["model"] = {{"accuracy", "auto"}, {"tolerance", 0.05}};
   job["optimise"] = OrderedJson::parse(R"({
     "variables": [{"parameter": "thickness", "min": "0.3 mm", "max": "0.6 mm"}],
     "objective": {"maximise": "support_stiffness.uz", "over_stroke": "min"},
@@ -128,6 +128,8 @@ TEST_CASE("an optimisation has estimates at its optimum", "[results][estimates]"
     "algorithm": {"library": "nlopt", "name": "LD_SLSQP"}})");
   const Ran ran = run(job);
   CHECK(ran.code == 0);
+  CHECK(ran.result["accuracy"]["met"] == true);
+  CHECK_THAT(ran.result["message"].get<std::string>(), Contains("of the optimum"));
   for (const OrderedJson& point : ran.result["path"])
     CHECK(point["estimated_error"]["relative"]["support_stiffness"]["uz"].get<double>() > 0);
 }
