@@ -73,6 +73,7 @@ std::vector<QuantityRow> load_and_motion() {
        .value = [](const PathPoint& p, int k) { return of_drive(p.drive_load, p.drive_loads, k); },
        .gradient = [](const PathPoint&, const PointGradients& g,
                       int k) { return of_drive(g.drive_load, g.drive_loads, k); },
+       .error = ErrorKind::load,
        .of_drives = true,
        .in_summary = SummaryLine::number,
        .in_report = true},
@@ -85,6 +86,7 @@ std::vector<QuantityRow> load_and_motion() {
                    int k) { return of_drive(p.drive_stiffness, p.drive_stiffnesses, k); },
        .gradient = [](const PathPoint&, const PointGradients& g,
                       int k) { return of_drive(g.drive_stiffness, g.drive_stiffnesses, k); },
+       .error = ErrorKind::stiffness,
        .of_drives = true,
        .in_report = true},
       {.name = "support_stiffness",
@@ -98,6 +100,7 @@ std::vector<QuantityRow> load_and_motion() {
                    int d) { return p.support_stiffness[static_cast<std::size_t>(d)]; },
        .gradient = [](const PathPoint&, const PointGradients& g,
                       int d) { return g.support_stiffness[static_cast<std::size_t>(d)]; },
+       .error = ErrorKind::stiffness,
        .of_supports = true,
        .in_summary = SummaryLine::weakest,
        .in_report = true},
@@ -109,7 +112,8 @@ std::vector<QuantityRow> load_and_motion() {
        .unit = metre,
        .value = [](const PathPoint& p, int k) { return entry(p.displacement, k); },
        .gradient = [](const PathPoint&, const PointGradients& g,
-                      int k) { return row_of(g.displacement, k); }},
+                      int k) { return row_of(g.displacement, k); },
+       .error = ErrorKind::motion},
       {.name = "rotation",
        .components = axes(),
        .layout = Layout::list,
@@ -118,7 +122,8 @@ std::vector<QuantityRow> load_and_motion() {
        .unit = radian,
        .value = [](const PathPoint& p, int k) { return entry(p.rotation, k); },
        .gradient = [](const PathPoint&, const PointGradients& g,
-                      int k) { return row_of(g.rotation, k); }}};
+                      int k) { return row_of(g.rotation, k); },
+       .error = ErrorKind::motion}};
 }
 
 std::vector<QuantityRow> frequencies_and_stress() {
@@ -129,6 +134,7 @@ std::vector<QuantityRow> frequencies_and_stress() {
            .value = [](const PathPoint& p, int) { return p.parasitic_frequency; },
            .gradient = [](const PathPoint&, const PointGradients& g,
                           int) { return g.parasitic_frequency; },
+           .error = ErrorKind::frequency,
            .in_summary = SummaryLine::number,
            .in_report = true},
           {.name = "parasitic_frequency_screening",
@@ -147,6 +153,7 @@ std::vector<QuantityRow> frequencies_and_stress() {
            .value = [](const PathPoint& p, int k) { return entry(p.frequencies_free, k); },
            .gradient = [](const PathPoint&, const PointGradients& g,
                           int k) { return row_of(g.frequencies_free, k); },
+           .error = ErrorKind::frequency,
            .in_csv = false},
           {.name = "frequencies.drive_locked",
            .components = ranks(),
@@ -157,6 +164,7 @@ std::vector<QuantityRow> frequencies_and_stress() {
            .value = [](const PathPoint& p, int k) { return entry(p.frequencies_locked, k); },
            .gradient = [](const PathPoint&, const PointGradients& g,
                           int k) { return row_of(g.frequencies_locked, k); },
+           .error = ErrorKind::frequency,
            .in_csv = false},
           {.name = "max_stress",
            .label = "largest von Mises stress",
@@ -167,6 +175,7 @@ std::vector<QuantityRow> frequencies_and_stress() {
                  return p.max_stress ? std::optional(p.max_stress->value) : std::nullopt;
                },
            .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.max_stress; },
+           .error = ErrorKind::stress,
            .in_summary = SummaryLine::number,
            .in_report = true}};
 }
@@ -188,6 +197,7 @@ std::vector<QuantityRow> stress_safety() {
              return p.notch_stress ? std::optional(p.notch_stress->value) : std::nullopt;
            },
        .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.notch_stress; },
+       .error = ErrorKind::stress,
        .in_report = true},
       {.name = "yield_safety",
        .label = "safety against yield",
@@ -197,6 +207,7 @@ std::vector<QuantityRow> stress_safety() {
        .unit = plain_number,
        .value = [](const PathPoint& p, int) { return value_of_safety(p.yield_safety); },
        .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.yield_safety; },
+       .error = ErrorKind::stress,
        .in_report = true},
       {.name = "fatigue_safety",
        .label = "safety against fatigue",
@@ -206,6 +217,7 @@ std::vector<QuantityRow> stress_safety() {
        .unit = plain_number,
        .value = [](const PathPoint& p, int) { return value_of_safety(p.fatigue_safety); },
        .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.fatigue_safety; },
+       .error = ErrorKind::stress,
        .in_report = true}};
 }
 
@@ -227,6 +239,7 @@ QuantityRow softest_translation() {
             const auto softest = principal_stiffness(p);
             return softest ? std::optional(softest->direction) : std::nullopt;
           },
+          .error = ErrorKind::stiffness,
           .in_summary = SummaryLine::number,
           .in_report = true};
 }

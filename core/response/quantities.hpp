@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/response/estimated_error.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stroke_gradients.hpp"
 
@@ -68,10 +69,11 @@ struct QuantityRow {
   /// Unit vector that belongs to the number, if one does; result.json then has
   /// {"value", "direction"}.
   std::optional<Vector3d> (*direction)(const PathPoint&) = nullptr;
-  bool of_supports = false;  ///< the components are directions; a drive's is not offered
-  bool of_drives = false;    ///< of drives with names the components are the drives
-  bool of_design = false;    ///< one number of the design: the same at every point
-  bool in_csv = true;        ///< as columns of their own; the frequencies have their kinds beside
+  ErrorKind error = ErrorKind::none;  ///< how its errors are estimated, if they are
+  bool of_supports = false;           ///< the components are directions; a drive's is not offered
+  bool of_drives = false;             ///< of drives with names the components are the drives
+  bool of_design = false;             ///< one number of the design: the same at every point
+  bool in_csv = true;  ///< as columns of their own; the frequencies have their kinds beside
   SummaryLine in_summary = SummaryLine::none;
   bool in_report = false;  ///< a row of the report's tables
 };

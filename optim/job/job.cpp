@@ -8,8 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "core/reduction/superelement/superelement_grid.hpp"
+#include "core/response/accuracy/error_estimate.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_atlas.hpp"
@@ -102,12 +104,16 @@ void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& not
 ModelChoice read_model(const json& read, const Pointer& at, FaultList& faults) {
   ModelChoice choice = model_table().read(read);
   ModelOptions& model = choice.model;
+  if (choice.accuracy.automatic)
+    choice.accuracy.tolerance = std::exchange(choice.newton.tolerance, NewtonOptions{}.tolerance);
   const std::string method = name_in_job(model.method);
   const auto refuse = [&](const char* key, const std::string& rule) {
     faults.add((at / key).to_string(), read[key].dump(), rule);
   };
   if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
   if (!faults.sound((at / "method").to_string())) return choice;
+  if (const auto reason = no_estimates(model); reason && choice.accuracy.wants_estimates())
+    refuse(choice.accuracy.automatic ? "accuracy" : "estimate", *reason);
   if (model.method != Reduction::modal_derivatives &&
       model.modal_derivatives != ModalDerivativeSet::all)
     refuse("modal_derivatives", fmt::format("\"method\": \"{}\" has no choice of them; expected "
@@ -162,7 +168,8 @@ class JobReader {
 };
 
 Job JobReader::read() {
-  read_ = read_value(job_shape(family_),
+  const Shape shape = job_shape(family_);
+  read_ = read_value(chooses_accuracy(document_) ? with_error_tolerance(shape) : shape,
                      family_ && may_be_wire(*family_) ? with_width_of_wire(document_) : document_,
                      Pointer(), faults_);
   if (!read_.is_object()) return {};
@@ -174,6 +181,7 @@ Job JobReader::read() {
   job_.end_effector = read_end_effector(read_["end_effector"], faults_, job_.notes);
   const ModelChoice choice = read_model(read_["model"], Pointer("/model"), faults_);
   job_.model = choice.model;
+  job_.accuracy = choice.accuracy;
   job_.request.newton = choice.newton;
   if (const std::string note = note_on_atlas(choice.model); !note.empty())
     job_.notes.push_back(note);
@@ -227,6 +235,11 @@ void JobReader::read_sections() {
   if (read_.contains("tolerances") && job_.kind == JobKind::compare)
     faults_.add("/tolerances", shown(document_["tolerances"]),
                 "a job \"compare\" looks at models, not at tolerances");
+  if (job_.kind == JobKind::compare)
+    for (const char* key : {"accuracy", "estimate"})
+      if (key == std::string("accuracy") ? job_.accuracy.automatic : job_.accuracy.estimate)
+        faults_.add("/model/" + std::string(key), read_["model"][key].dump(),
+                    "a job \"compare\" measures errors against full accuracy and estimates none");
   if (read_.contains("tolerance_samples") && !read_.contains("tolerances"))
     faults_.add("/tolerance_samples", shown(document_["tolerance_samples"]),
                 "the job has no \"tolerances\" that they could check");
@@ -326,7 +339,7 @@ const json& document_of(const Job& job) {
 }
 
 json job_schema() {
-  json schema = json_schema(job_shape(nullptr));
+  json schema = json_schema(with_error_tolerance(job_shape(nullptr)));
   schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
   schema["title"] = "A job of flexopt";
   json by_family = json::array();  // each family's own parameters and unit of the stroke

@@ -109,10 +109,20 @@ struct SamplesSpec {
   SampleFormula largest_stroke;          ///< no formula: the job's stroke for every design
 };
 
+/// What the job wants to know of its errors.
+struct AccuracySpec {
+  bool estimate = false;     ///< estimated errors beside the numbers
+  bool automatic = false;    ///< accuracy and mesh are chosen by them; `model` is where that begins
+  double tolerance = 0.003;  ///< of the choice, relative
+
+  bool wants_estimates() const { return estimate || automatic; }
+};
+
 struct ModelChoice {
   std::string name;
   ModelOptions model;
   NewtonOptions newton;
+  AccuracySpec accuracy;
 };
 
 struct CompareSpec {
@@ -193,6 +203,7 @@ struct Job {
   /// Of a job that has several, in the order of their names.
   std::vector<JobCase> cases;
   ModelOptions model;
+  AccuracySpec accuracy;
   std::optional<OptimiseSpec> optimise;
   std::optional<CompareSpec> compare;
   std::optional<TolerancesSpec> tolerances;

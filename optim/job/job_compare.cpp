@@ -280,6 +280,12 @@ ModelChoice model_choice(const std::string& name, const json& whole, const Desig
                          const Pointer& at, FaultList& faults) {
   ModelChoice choice = read_model(whole, at, faults);
   choice.name = name;
+  if (choice.accuracy.automatic && at.to_string() != "/model")
+    faults.add((at / "accuracy").to_string(), "\"auto\"",
+               "a compared model is known beforehand: expected \"reduced\" or \"full\"");
+  if (choice.accuracy.estimate && at.to_string() != "/model")
+    faults.add((at / "estimate").to_string(), "true",
+               "a job \"compare\" measures errors against full accuracy and estimates none");
   if (faults.sound("/design")) faults.attempt([&] { check_leaf_model(design, choice.model, at); });
   return choice;
 }

@@ -189,6 +189,23 @@ Shape parameter_shape(const Parameter& p) {
   return quantity(p.unit, p.min, p.max, p.open_min, p.open_max);
 }
 
+bool chooses_accuracy(const json& document) {
+  const auto model = document.is_object() ? document.find("model") : document.end();
+  return model != document.end() && model->is_object() && model->contains("accuracy") &&
+         (*model)["accuracy"] == "auto";
+}
+
+Shape with_error_tolerance(Shape job) {
+  constexpr double largest = 0.1;
+  const auto field = [](Shape& of, const char* name) -> Field& {
+    return *std::ranges::find(of.fields, name, &Field::name);
+  };
+  Field& tolerance = field(field(job, "model").shape, "tolerance");
+  tolerance = with_default("tolerance", quantity("1", 0, largest, true), AccuracySpec{}.tolerance,
+                           tolerance.meaning);
+  return job;
+}
+
 Shape job_shape(const Family* family) {
   const DriveList drives = family ? family->drives : DriveList();
   const Shape parasitic = record({

@@ -12,6 +12,10 @@ namespace flexopt {
 /// The job of a family: its parameters, and the unit of its stroke. Without a family: what any job
 /// may hold, for the schema and for jobs whose family is not readable.
 Shape job_shape(const Family* family);
+/// The same of a job with "accuracy": "auto", whose model.tolerance is one of estimated errors.
+Shape with_error_tolerance(Shape job);
+/// Whether a job's document asks for that.
+bool chooses_accuracy(const nlohmann::json& document);
 
 /// The numbers of a family parameter: unit and range.
 Shape parameter_shape(const Parameter& parameter);

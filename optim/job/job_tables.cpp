@@ -276,6 +276,14 @@ const RecordTable<ModelChoice>& model_table() {
     const std::array<int, 2>& cut = choice.model.superelements;
     return cut[1] == 0 ? json(cut[0]) : json(cut);
   };
+  const auto read_accuracy = [](const json& read, ModelChoice& choice) {
+    choice.model.accuracy = read == "full" ? Accuracy::full : Accuracy::reduced;
+    choice.accuracy.automatic = read == "auto";
+  };
+  const auto written_accuracy = [](const ModelChoice& choice) -> json {
+    if (choice.accuracy.automatic) return "auto";
+    return choice.model.accuracy == Accuracy::full ? "full" : "reduced";
+  };
   static const auto table =
       RecordTable<ModelChoice>()
           .choice<Flexure>(
@@ -285,9 +293,14 @@ const RecordTable<ModelChoice>& model_table() {
           .choice<Warping>("warping", {{"clamped", Warping::clamped}, {"free", Warping::free}},
                            in_model(&ModelOptions::warping),
                            "whether the ends of a beam hold the warping of its section")
-          .choice<Accuracy>("accuracy", {{"reduced", Accuracy::reduced}, {"full", Accuracy::full}},
-                            in_model(&ModelOptions::accuracy),
-                            "superelements, or the discretisation they were made from")
+          .row(shape::with_default(
+                   "accuracy", shape::choice({"reduced", "full", "auto"}), "reduced",
+                   "superelements, or the discretisation they were made from; auto: that and the "
+                   "mesh are chosen so that estimated errors are below the tolerance"),
+               read_accuracy, written_accuracy)
+          .with_default(
+              "estimate", boolean(), [](auto& choice) -> auto& { return choice.accuracy.estimate; },
+              "estimated errors beside the numbers; auto has them anyway")
           .choice<Reduction>("method", reduction_names, in_model(&ModelOptions::method),
                              "the reduction")
           .optional_choice<ModalDerivativeSet>(
@@ -332,7 +345,9 @@ const RecordTable<ModelChoice>& model_table() {
           .with_default(
               "tolerance", quantity("1", 0, 1e-3, true),
               [](auto& choice) -> auto& { return choice.newton.tolerance; },
-              "Newton's largest last correction, lengths divided by the leaf length");
+              "Newton's largest last correction, lengths divided by the leaf length; of "
+              "\"accuracy\": "
+              "\"auto\" the largest estimated error");
   return table;
 }
 

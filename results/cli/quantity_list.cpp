@@ -27,6 +27,20 @@ std::string cost_of(const QuantityRow& row) {
   return row.needs.has(Output::equilibrium) ? "equilibrium" : "the design";
 }
 
+/// How its errors are estimated.
+const char* estimate_of(const QuantityRow& row) {
+  switch (row.error) {
+    case ErrorKind::none:
+      return "-";
+    case ErrorKind::motion:
+      return "of path";
+    case ErrorKind::stress:
+      return "coarse";
+    default:
+      return "yes";
+  }
+}
+
 template <class Of>
 std::string distinct(std::size_t count, const Of& of) {
   std::vector<std::string> all;
@@ -40,8 +54,8 @@ std::string distinct(std::size_t count, const Of& of) {
 
 std::string describe_quantities(const DriveList& drives) {
   // rows whose components are offered for these drives, in the order of the table
-  std::string text =
-      fmt::format("{:<46} {:<13} {:<22} {}\n", "quantity", "unit", "needs", "meaning");
+  std::string text = fmt::format("{:<46} {:<13} {:<22} {:<9} {}\n", "quantity", "unit", "needs",
+                                 "estimate", "meaning");
   const std::vector<Quantity> all = quantities(drives);
   for (const QuantityRow& row : quantity_rows()) {
     std::vector<const Quantity*> own;
@@ -56,8 +70,8 @@ std::string describe_quantities(const DriveList& drives) {
     std::string meaning = row.meaning.empty() ? row.label : row.meaning;
     if (meaning.ends_with(',')) meaning.pop_back();  // a label that its components complete
     const std::string unit = distinct(own.size(), [&](std::size_t k) { return own[k]->unit; });
-    text += fmt::format("{:<46} {:<13} {:<22} {}\n", name, unit == "1" ? "-" : unit, cost_of(row),
-                        meaning);
+    text += fmt::format("{:<46} {:<13} {:<22} {:<9} {}\n", name, unit == "1" ? "-" : unit,
+                        cost_of(row), estimate_of(row), meaning);
   }
   return text;
 }

@@ -71,8 +71,25 @@ void add_frequencies(std::vector<Column>& columns, const StrokeResponse& respons
   }
 }
 
+/// Estimated errors, of the quantities that have columns and of the frequencies, absolute.
+void add_errors(std::vector<Column>& columns, const StrokeResponse& response,
+                const DriveList& drives, const StrokeErrors& errors) {
+  for (const Quantity& quantity : quantities(drives)) {
+    bool some = false;
+    for (std::size_t k = 0; k < response.path.size(); ++k)
+      some = some || errors.find(k, quantity.name);
+    if (!some) continue;
+    columns.push_back({headed("estimated_error." + quantity.name, quantity.unit),
+                       [&response, &errors, name = quantity.name](const PathPoint& point) {
+                         const auto k = static_cast<std::size_t>(&point - response.path.data());
+                         const EstimatedError* error = errors.find(k, name);
+                         return error ? number_cell(error->absolute()) : std::string();
+                       }});
+  }
+}
+
 std::vector<Column> path_columns(const StrokeResponse& response, const DriveList& drives,
-                                 const StrokeRequest& request) {
+                                 const StrokeRequest& request, const StrokeErrors* errors) {
   std::vector<Column> columns;
   if (drives.named() && request.loads.driven())
     for (std::size_t k = 0; k < drives.items.size(); ++k)
@@ -113,6 +130,7 @@ std::vector<Column> path_columns(const StrokeResponse& response, const DriveList
                   &PathPoint::modes_locked);
   add_compliance(columns, "compliance.drive_free", &PathPoint::compliance_free);
   add_compliance(columns, "compliance.drive_locked", &PathPoint::compliance_locked);
+  if (errors) add_errors(columns, response, drives, *errors);
   return columns;
 }
 
@@ -169,8 +187,8 @@ std::vector<std::string> comparison_header(const Job& job, const DriveList& driv
 }  // namespace
 
 std::string path_csv(const StrokeResponse& response, const DriveList& drives,
-                     const StrokeRequest& request) {
-  const auto columns = path_columns(response, drives, request);
+                     const StrokeRequest& request, const StrokeErrors* errors) {
+  const auto columns = path_columns(response, drives, request, errors);
   std::vector<std::string> cells;
   for (const Column& column : columns) cells.push_back(column.header);
   std::string text = row(cells);
@@ -183,11 +201,12 @@ std::string path_csv(const StrokeResponse& response, const DriveList& drives,
 }
 
 std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const DriveList& drives,
-                      const std::vector<JobCase>& cases) {
+                      const std::vector<JobCase>& cases, const std::vector<StrokeErrors>& errors) {
   std::vector<std::vector<Column>> columns;
   std::vector<std::string> headers{"case"};
   for (std::size_t k = 0; k < responses.size(); ++k)
-    columns.push_back(path_columns(*responses[k], drives, cases[k].request));
+    columns.push_back(path_columns(*responses[k], drives, cases[k].request,
+                                   k < errors.size() ? &errors[k] : nullptr));
   for (const bool strokes : {true, false})  // those of all cases first
     for (const std::vector<Column>& of_case : columns)
       for (const Column& column : of_case)
@@ -318,9 +337,11 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
 
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
   const DriveList drives(record.mechanism);
-  write_file(folder / "path.csv", record.job.cases.empty()
-                                      ? path_csv(response_of(record), drives, record.job.request)
-                                      : cases_csv(responses_of(record), drives, record.job.cases));
+  write_file(folder / "path.csv",
+             record.job.cases.empty()
+                 ? path_csv(response_of(record), drives, record.job.request,
+                            record.errors.empty() ? nullptr : &record.errors.front())
+                 : cases_csv(responses_of(record), drives, record.job.cases, record.errors));
 }
 
 void write_history_csv(const std::filesystem::path& folder, const RunRecord& record) {

@@ -8,14 +8,15 @@
 
 namespace flexopt {
 
-/// One row a stroke point; a cell without value is empty.
+/// One row a stroke point; a cell without value is empty. `errors`: of the response, or null.
 std::string path_csv(const StrokeResponse& response, const DriveList& drives,
-                     const StrokeRequest& request);
+                     const StrokeRequest& request, const StrokeErrors* errors = nullptr);
 
 /// The same of several load cases, one after the other, with the column "case" first. A cell is
 /// empty where its case has no such column.
 std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const DriveList& drives,
-                      const std::vector<JobCase>& cases);
+                      const std::vector<JobCase>& cases,
+                      const std::vector<StrokeErrors>& errors = {});
 
 /// One row an evaluated design, in the order start, number; `best` is the objective of the best
 /// feasible design up to and including this row, `difference` marks neighbours for derivatives.

@@ -489,12 +489,67 @@ Json frequency_derivatives_json(const StrokeResponse& response, const Mechanism&
 
 namespace {
 
+/// Estimated errors of a point in the places of its numbers; null where a quantity has none.
+Json point_errors_json(const std::vector<EstimatedError>& errors) {
+  Json relative = Json::object(), absolute = Json::object();
+  for (const QuantityRow& row : quantity_rows())
+    if (row.error == ErrorKind::none)
+      relative[key_of(row.name)] = absolute[key_of(row.name)] = nullptr;
+  for (const EstimatedError& error : errors) {
+    relative[Json::json_pointer(error.pointer)] = error.scale > 0 ? Json(error.relative()) : Json();
+    absolute[Json::json_pointer(error.pointer)] = error.absolute();
+  }
+  return {{"relative", std::move(relative)}, {"absolute", std::move(absolute)}};
+}
+
+/// `errors`: null where none were asked for.
 Json path_json(const StrokeResponse& response, const Mechanism& mechanism,
-               const StrokeRequest& request) {
+               const StrokeRequest& request, const StrokeErrors* errors) {
   Json path = Json::array();
-  for (const PathPoint& point : response.path)
-    path.push_back(make_path_point(point, mechanism, request));
+  for (std::size_t k = 0; k < response.path.size(); ++k) {
+    path.push_back(make_path_point(response.path[k], mechanism, request));
+    if (errors)
+      path.back()["estimated_error"] =
+          errors->path[k].empty() ? Json() : point_errors_json(errors->path[k]);
+  }
   return path;
+}
+
+const StrokeErrors* errors_of_case(const RunRecord& record, std::size_t k) {
+  return k < record.errors.size() ? &record.errors[k] : nullptr;
+}
+
+Json largest_json(const LargestError& largest, const Job& job) {
+  Json json = {{"quantity", largest.name}, {"point", largest.point}};
+  if (!job.cases.empty()) json["case"] = job.cases[largest.path].name;
+  json["relative"] = largest.relative;
+  json["of_it"] = {{"elements_along", largest.along},
+                   {"elements_across", largest.across},
+                   {"reduction", largest.reduction}};
+  return json;
+}
+
+/// How exact the run is, by its own estimate, and what was chosen for that.
+Json accuracy_json(const RunRecord& record) {
+  const ModelOptions& model = record.job.model;
+  Json json = {{"accuracy", name_of(model.accuracy)}, {"mesh", model.mesh}};
+  for (const bool stresses : {false, true}) {
+    const auto largest = largest_error(record.errors, stresses);
+    json[stresses ? "largest_of_stresses" : "largest"] =
+        largest ? largest_json(*largest, record.job) : Json();
+  }
+  if (!record.chosen) return json;
+  json["tolerance"] = record.job.accuracy.tolerance;
+  json["met"] = meets_tolerance(record);
+  json["message"] = record.chosen->message;
+  json["tried"] = Json::array();
+  for (const TriedModel& tried : record.chosen->tried)
+    json["tried"].push_back(
+        {{"accuracy", name_of(tried.accuracy)},
+         {"mesh", tried.mesh},
+         {"largest", tried.message.empty() ? largest_json(tried.largest, record.job) : Json()},
+         {"message", tried.message}});
+  return json;
 }
 
 /// Each load case with the keys that a result of one has.
@@ -504,12 +559,12 @@ Json cases_json(const RunRecord& record) {
   for (std::size_t k = 0; k < responses.size(); ++k) {
     const auto& [name, request] = record.job.cases[k];
     const auto [status, message] = conclusion_of_case(record, k);
-    Json& json =
-        cases[name] = {{"status", status},
-                       {"message", message},
-                       {"units", units_json(record.job, record.mechanism, request)},
-                       {"quantities", quantities_json(DriveList(record.mechanism), request)},
-                       {"path", path_json(*responses[k], record.mechanism, request)}};
+    Json& json = cases[name] = {
+        {"status", status},
+        {"message", message},
+        {"units", units_json(record.job, record.mechanism, request)},
+        {"quantities", quantities_json(DriveList(record.mechanism), request)},
+        {"path", path_json(*responses[k], record.mechanism, request, errors_of_case(record, k))}};
     if (request.wants_frequency_derivatives())
       json["frequency_derivatives"] = frequency_derivatives_json(*responses[k], record.mechanism);
     json["shapes"] = shapes_json(*responses[k], record.mechanism);
@@ -562,7 +617,7 @@ OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPla
 
 OrderedJson make_result(const RunRecord& record) {
   const StrokeResponse& response = response_of(record);
-  Json path = path_json(response, record.mechanism, record.job.request);
+  Json path = path_json(response, record.mechanism, record.job.request, errors_of_case(record, 0));
 
   Json result = {{"flexopt", {{"version", version()}, {"commit", commit()}}},
                  {"job", Json(document_of(record.job))},
@@ -581,6 +636,7 @@ OrderedJson make_result(const RunRecord& record) {
     result["frequency_derivatives"] = frequency_derivatives_json(response, record.mechanism);
   if (record.optimum)
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);
+  if (!record.errors.empty()) result["accuracy"] = accuracy_json(record);
   if (const auto& atlas = record.job.model.atlas)
     result["atlas"] = {{"contents", atlas->fingerprint()}, {"mesh", atlas->settings().mesh}};
   if (record.comparison) result["comparison"] = make_comparison_json(*record.comparison);

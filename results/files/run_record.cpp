@@ -116,7 +116,36 @@ void conclude_comparison(RunRecord& record) {
   record.message += ".";
 }
 
+std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
+
+/// What the estimated errors add.
+void conclude_errors(RunRecord& record) {
+  const auto numbers = largest_error(record.errors, false);
+  const auto stresses = largest_error(record.errors, true);
+  if (!record.message.ends_with('.')) record.message += '.';
+  if (record.chosen) record.message += " Chosen: " + record.chosen->message;
+  if (numbers && (!record.chosen || record.optimum))  // the optimum is another design
+    record.message += fmt::format(" The largest estimated error {}is {}, of {}.",
+                                  record.optimum ? "of the optimum " : "",
+                                  percent(numbers->relative), numbers->name);
+  if (record.chosen && !meets_tolerance(record) && record.status == "ok")
+    record.status = "tolerance_not_met";
+  if (stresses)
+    record.message += fmt::format(" Stresses may be off by {}.", percent(stresses->relative));
+  for (const StrokeErrors& errors : record.errors)
+    if (!errors.message.empty()) {
+      record.message += fmt::format(" No errors are known of some points: {}.", errors.message);
+      break;
+    }
+}
+
 }  // namespace
+
+bool meets_tolerance(const RunRecord& record) {
+  const auto largest = largest_error(record.errors, false);
+  return record.chosen && record.chosen->met && largest &&
+         largest->relative <= record.job.accuracy.tolerance;
+}
 
 void conclude(RunRecord& record) {
   if (record.comparison)
@@ -125,6 +154,7 @@ void conclude(RunRecord& record) {
     conclude_optimisation(record);
   else
     conclude_evaluation(record);
+  if (!record.errors.empty()) conclude_errors(record);
 }
 
 std::vector<const StrokeResponse*> responses_of(const RunRecord& record) {

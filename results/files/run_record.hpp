@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/response/accuracy/model_choice.hpp"
 #include "core/response/response.hpp"
 #include "optim/compare/comparison.hpp"
 #include "optim/job/job.hpp"
@@ -24,11 +25,14 @@ struct DrawnDesign {
 
 struct RunRecord {
   Job job;
-  Mechanism mechanism;                        ///< the evaluated one: of the job, or of the optimum
-  StrokeResponse response;                    ///< job evaluate; of several load cases the first
-  std::vector<StrokeResponse> cases;          ///< the same of all of them, where there are several
-  std::optional<Optimum> optimum;             ///< job optimise; its response stands for `response`
-  std::optional<Comparison> comparison;       ///< job compare; there is no path then
+  Mechanism mechanism;                ///< the evaluated one: of the job, or of the optimum
+  StrokeResponse response;            ///< job evaluate; of several load cases the first
+  std::vector<StrokeResponse> cases;  ///< the same of all of them, where there are several
+  /// Of every path of responses_of, where the job asks for them.
+  std::vector<StrokeErrors> errors;
+  std::optional<ChosenModel> chosen;     ///< of "accuracy": "auto"; then also the model of `job`
+  std::optional<Optimum> optimum;        ///< job optimise; its response stands for `response`
+  std::optional<Comparison> comparison;  ///< job compare; there is no path then
   std::optional<ToleranceReport> tolerances;  ///< where the job has some, and a design to look at
   std::string status = "ok";              ///< "ok", or why the result is not usable, in one word
   std::string message;                    ///< one sentence with the figures
@@ -36,8 +40,12 @@ struct RunRecord {
   std::map<std::string, double> timings;  ///< [s], only for timings.json
 };
 
-/// Fills in status and message from the response, the optimum or the comparison.
+/// Fills in status and message from the response, the optimum or the comparison, and what the
+/// estimated errors add to them.
 void conclude(RunRecord& record);
+
+/// Whether what was chosen keeps the tolerance at the design that the run is about.
+bool meets_tolerance(const RunRecord& record);
 
 /// The path that the run is about; of several load cases that of the first.
 const StrokeResponse& response_of(const RunRecord& record);

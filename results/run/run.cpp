@@ -5,6 +5,7 @@
 
 #include <csignal>
 
+#include "core/response/accuracy/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
 #include "optim/search/optimise.hpp"
@@ -28,6 +29,31 @@ std::vector<StrokeResponse> drawn_cases(const Job& job, const Mechanism& mechani
   std::vector<StrokeResponse> cases;
   for (const JobCase& one : job.cases) cases.push_back(drawn_response(job, mechanism, one.request));
   return cases;
+}
+
+/// Chooses the model of a job that wants that, for the design that it begins with.
+void choose_accuracy(ProgressDisplay& display, RunRecord& record) {
+  if (!record.job.accuracy.automatic) return;
+  display.say("choosing accuracy and mesh");
+  std::vector<StrokeRequest> requests;
+  for (const JobCase& one : cases_of(record.job)) requests.push_back(one.request);
+  record.chosen = choose_model(make_mechanism(record.job, record.job.design.parameters),
+                               record.job.model, requests, record.job.accuracy.tolerance);
+  record.job.model = record.chosen->model;
+}
+
+/// Of the paths that the run is about, evaluated by this model. The full paths of the choice are
+/// those of an evaluated design; an optimum is another one.
+void add_errors(const ModelOptions& model, ProgressDisplay& display, RunRecord& record) {
+  if (!record.job.accuracy.wants_estimates()) return;
+  display.say("estimating errors");
+  const std::vector<JobCase> cases = cases_of(record.job);
+  const auto responses = responses_of(record);
+  const bool known = record.chosen && !record.optimum;
+  for (std::size_t k = 0; k < responses.size(); ++k)
+    record.errors.push_back(
+        known ? errors_of(*responses[k], record.chosen->full[k].view())
+              : estimate_errors(record.mechanism, model, cases[k].request, *responses[k]));
 }
 
 /// Adds another design for the report to draw; one that cannot be made or has no equilibrium is
@@ -121,25 +147,29 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, in
   RunRecord record;
   record.job = job;
   record.mechanism = make_mechanism(job, job.design.parameters);
+  choose_accuracy(display, record);
   std::size_t points = 0;
   for (const JobCase& one : cases_of(job)) points += one.request.points.size();
   const std::string cases =
       job.cases.empty() ? "" : fmt::format(" in {} load cases", job.cases.size());
   display.say(fmt::format("evaluating {} at {} stroke points{}", job.name, points, cases));
-  record.cases = drawn_cases(job, record.mechanism);
-  record.response =
-      job.cases.empty() ? drawn_response(job, record.mechanism, job.request) : record.cases.front();
+  record.cases = drawn_cases(record.job, record.mechanism);
+  record.response = job.cases.empty() ? drawn_response(record.job, record.mechanism, job.request)
+                                      : record.cases.front();
+  add_errors(record.job.model, display, record);
   add_timings(record);
   conclude(record);
   if (record.status == "ok")
-    look_at_tolerances(job.design.parameters, job.model, threads, display, record);
+    look_at_tolerances(job.design.parameters, record.job.model, threads, display, record);
   return record;
 }
 
-RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
+RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder, int threads,
                            ProgressDisplay& display) {
   RunRecord record;
-  record.job = job;
+  record.job = asked;
+  choose_accuracy(display, record);
+  const Job job = record.job;
   OptimiseOptions options;
   options.log = folder / "evaluations.jsonl";
   options.version = version() + " " + commit();
@@ -171,6 +201,7 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
     draw_others(record);
     ModelOptions model = job.model;
     if (optimum.at_full_accuracy) model.accuracy = Accuracy::full;
+    add_errors(job.model, display, record);
     look_at_tolerances(optimum.parameters, model, threads, display, record);
   }
   add_timings(record);

@@ -46,6 +46,11 @@ export const value_at = (quantity, point) => {
   const value = quantity.at.reduce((v, key) => v?.[key], point);
   return typeof value === "number" ? value : null;
 };
+/// Estimated error of a quantity at a point, in its unit or relative; null where there is none.
+export const error_at = (quantity, point, of = "absolute") => {
+  const value = quantity.at.reduce((v, key) => v?.[key], point.estimated_error?.[of]);
+  return typeof value === "number" ? value : null;
+};
 /// The result's own table of quantities, those that some point has a value of.
 export const quantities = (result.quantities ?? []).map((q) => ({...q, value: (point) => value_at(q, point)}))
   .filter((q) => converged.some((p) => q.value(p) !== null));

@@ -4,7 +4,7 @@ import * as Plot from "@observablehq/plot";
 import {group, max, min, range} from "d3";
 import {direction_colors, kind_colors, palette} from "./colors.js";
 import {line_chart} from "./charts.js";
-import {allowable, converged, drive, drive_units, heading, job, load_path, optimum, path, place_text, quantities, rest_point, result, shown_stroke, stroke_label, stroke_unit, supports} from "./result.js";
+import {allowable, converged, drive, drive_units, error_at, heading, job, load_path, optimum, path, place_text, quantities, rest_point, result, shown_stroke, stroke_label, stroke_unit, supports} from "./result.js";
 import {designs} from "./scene_data.js";
 import {number_text, quantity_text, readable, shown_factor, shown_unit} from "./text.js";
 
@@ -43,6 +43,14 @@ function error_band(q, color, factor) {
   return points.length > 1 ? [{name: "", color, band: true, line: false, dots: false, points: points.sort((a, b) => a.x - b.x)}] : [];
 }
 
+/// Where the values are by their estimated errors.
+function estimated_band(q, color, factor) {
+  const points = by_stroke(converged).map((p) => ({x: shown_stroke(p.stroke), y: q.value(p), error: error_at(q, p)}))
+    .filter((p) => p.y !== null && p.error !== null)
+    .map((p) => ({x: p.x, y: p.y * factor, low: (p.y - p.error) * factor, high: (p.y + p.error) * factor}));
+  return points.length > 1 ? [{name: "", color, band: true, estimated: true, line: false, dots: false, points: points.filter((p) => p.low > 0 || p.y <= 0)}] : [];
+}
+
 /// One chart of some quantities of one unit, with the start of an optimisation dashed.
 function quantity_chart(some, title, extra = {}) {
   const unit = some[0].unit, factor = shown_factor(unit), key = some[0].at[0];
@@ -51,11 +59,12 @@ function quantity_chart(some, title, extra = {}) {
   const lines = some.flatMap((q, k) => [
     {name: short(q), color: color(q, k), points: over_stroke(q.value, factor)},
     ...error_band(q, color(q, k), factor),
+    ...estimated_band(q, color(q, k), factor),
     ...(start ? [{name: "", color: color(q, k), dashed: true, width: 1.3, opacity: 0.8, dots: false, points: over_stroke(q.value, factor, start.path)}] : [])]);
   const legend = [...lines.filter((l) => l.name), ...(start ? [{name: "start", color: "var(--soft)", dashed: true}] : [])];
-  const banded = lines.some((l) => l.band);
+  const banded = lines.some((l) => l.band && !l.estimated), estimated = lines.some((l) => l.estimated);
   const limits = some.flatMap((q) => bounds_of(q.name, factor));
-  return chart({title: title ?? heading(some[0].label), note: [result.conventions?.[key], banded && "shaded: difference to full accuracy"].filter(Boolean).join("; ") || undefined, y: `${some.length === 1 ? some[0].label : readable(key)}${shown_unit(unit) ? ` [${shown_unit(unit)}]` : " [1]"}`, lines, legend, marks: limits, ...extra});
+  return chart({title: title ?? heading(some[0].label), note: [result.conventions?.[key], banded && "shaded: difference to full accuracy", estimated && "shaded: estimated error"].filter(Boolean).join("; ") || undefined, y: `${some.length === 1 ? some[0].label : readable(key)}${shown_unit(unit) ? ` [${shown_unit(unit)}]` : " [1]"}`, lines, legend, marks: limits, ...extra});
 }
 
 /// Charts of the quantities that no other chart has, one for each key and unit.

@@ -1,6 +1,6 @@
 // The tables: every point of the stroke, the checks, the overconstraints.
 import {group, max} from "d3";
-import {allowable, at_stroke, comparison, converged, heading, largest_of, load_path, path, quantities, result, stroke_unit, drive_units, strokes_text} from "./result.js";
+import {allowable, at_stroke, comparison, converged, error_at, heading, largest_of, load_path, path, quantities, result, stroke_unit, drive_units, strokes_text} from "./result.js";
 import {set} from "./state.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of, without_noise} from "./text.js";
 
@@ -24,6 +24,21 @@ export function stroke_table() {
     ...lost.map((p) => element("p", {class: "bad"}, `${at_stroke(p)}: ${p.message}`))];
 }
 
+/// Each quantity with its largest estimated error over the stroke, the least exact first.
+function estimates() {
+  const rows = quantities.map((q) => {
+    const known = converged.map((p) => ({p, relative: error_at(q, p, "relative")})).filter((e) => e.relative !== null);
+    return {q, ...known.reduce((a, b) => b.relative > a.relative ? b : a, {p: null, relative: -1})};
+  }).filter((row) => row.p).sort((a, b) => b.relative - a.relative);
+  if (rows.length === 0) return [];
+  return [element("p", {class: "soft"}, "Estimated errors, from full leaves on finer meshes: the largest of each quantity over the stroke."),
+    table_of(rows, [{name: "Quantity", left: true, text: (row) => heading(row.q.label)},
+      {name: "Estimated error", unit: "%", text: (row) => number_text(100 * row.relative, 2)},
+      {name: "", unit: "absolute", text: (row) => quantity_text(error_at(row.q, row.p), row.q.unit, 2)},
+      {name: "Where", left: true, text: (row) => at_stroke(row.p)}]),
+    result.accuracy?.message ? element("p", {class: result.accuracy.met ? "" : "bad"}, result.accuracy.message) : null];
+}
+
 export function checks() {
   const rows = (comparison ? [] : result.leaves ?? []).map((leaf) => {
     const used = converged.map((p) => ({p, report: p.leaves?.find((l) => l.name === leaf.name)})).filter((u) => u.report);
@@ -32,6 +47,7 @@ export function checks() {
   });
   const expected = result.expectations ?? [], constraints = result.constraints;
   return [
+    ...estimates(),
     rows.length ? table_of(rows, [
       {name: "Leaf", left: true, text: (l) => l.name},
       {name: "Length", text: (l) => quantity_text(l.length, "m")}, {name: "Width", text: (l) => quantity_text(l.width, "m")}, {name: "Thickness", text: (l) => quantity_text(l.thickness, "m")},

@@ -619,3 +619,23 @@ TEST_CASE("every quantity's unit is one that bounds can be written in", "[optim]
       CHECK(is_known_unit(quantity.unit));
     }
 }
+
+TEST_CASE("a tolerance beside \"auto\" is one of errors, and Newton keeps its own",
+          "[optim][job]") {
+  json document = base("evaluate");
+  document["model"] = {{"accuracy", "auto"}, {"tolerance", "0.2 %"}};
+  const Job chosen = parse_job(document);
+  CHECK(chosen.accuracy.automatic);
+  CHECK(chosen.accuracy.wants_estimates());
+  CHECK(chosen.accuracy.tolerance == Approx(0.002));
+  CHECK(chosen.request.newton.tolerance == NewtonOptions{}.tolerance);
+  CHECK(chosen.model.accuracy == Accuracy::reduced);
+  document["model"] = {{"accuracy", "auto"}};
+  CHECK(parse_job(document).accuracy.tolerance == AccuracySpec{}.tolerance);
+  document["model"] = {{"accuracy", "reduced"}, {"tolerance", 1e-8}, {"estimate", true}};
+  const Job estimated = parse_job(document);
+  CHECK(estimated.accuracy.estimate);
+  CHECK_FALSE(estimated.accuracy.automatic);
+  CHECK(estimated.request.newton.tolerance == 1e-8);
+  CHECK_FALSE(parse_job(base("evaluate")).accuracy.wants_estimates());
+}

@@ -1,0 +1,341 @@
+#include "core/response/accuracy/error_estimate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "core/mechanism/drive.hpp"
+#include "core/response/principal_stiffness.hpp"
+#include "core/response/quantities.hpp"
+
+namespace flexopt {
+namespace {
+
+/// How the differences between meshes become an error of each kind. Calibrated on sampled designs
+/// of ten families; tests/benchmarks/estimates.cpp checks it on others.
+struct ErrorLaw {
+  double safety = 0;  ///< error over what the differences say to second order
+  double path = 0;    ///< share of the differences of the same number along the path
+  double point = 0;   ///< share of those of the other numbers of the kind at the same point
+  double least = 0;   ///< relative error of 10 x 4 elements below which no estimate falls
+};
+
+ErrorLaw law_of(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::load:
+      return {.safety = 1.3, .path = 0.3, .point = 0.1, .least = 0};
+    case ErrorKind::stiffness:
+      return {.safety = 1.9, .path = 0.3, .point = 0.2, .least = 0};
+    case ErrorKind::motion:
+      return {.safety = 3, .path = 0, .point = 0, .least = 0};
+    case ErrorKind::frequency:
+      return {.safety = 2.2, .path = 0.1, .point = 0, .least = 0};
+    case ErrorKind::stress:  // its peaks lie at the corners of the leaves, where elements are few
+      return {.safety = 1.5, .path = 0.5, .point = 0, .least = 0.08};
+    case ErrorKind::none:
+      break;
+  }
+  return {};
+}
+
+/// `least` falls with the number of elements to this power.
+double least_on(const std::array<int, 2>& mesh, const ErrorLaw& law) {
+  constexpr double calibrated = 40, power = 1.3;
+  return law.least * std::pow(calibrated / (mesh[0] * mesh[1]), power);
+}
+
+// The least order that is seen in docs/benchmarks.md.
+constexpr double order = 2;
+// Of a path's largest value, which errors are at least relative to.
+constexpr double least_share = 1e-3;
+
+/// Error of a mesh over its difference from one of `ratio` times the elements:
+/// 1/(1 − ratio^−order).                                                                      (S26)
+double error_over_difference(int elements, int more) {
+  const double ratio = static_cast<double>(more) / elements;
+  return 1 / (1 - std::pow(ratio, -order));
+}
+
+std::string pointer_of(const QuantityRow& row) {
+  std::string pointer = "/" + row.name;
+  std::ranges::replace(pointer, '.', '/');
+  return pointer;
+}
+
+EstimatedError number_of(std::string name, std::string pointer, ErrorKind kind, double value) {
+  EstimatedError number;
+  number.name = std::move(name);
+  number.pointer = std::move(pointer);
+  number.kind = kind;
+  number.value = value;
+  return number;
+}
+
+void add_row(const QuantityRow& row, const PathPoint& point, std::vector<EstimatedError>& numbers) {
+  const auto add = [&](const std::string& name, const std::string& place, int component) {
+    if (const auto value = row.value(point, component))
+      numbers.push_back(number_of(name, pointer_of(row) + place, row.error, *value));
+  };
+  if (row.of_drives && !point.drive_names.empty()) {
+    for (std::size_t k = 0; k < point.drive_names.size(); ++k)
+      add(row.name + "." + point.drive_names[k], "/" + point.drive_names[k], static_cast<int>(k));
+  } else if (row.layout == Layout::number) {
+    add(row.name, row.direction ? "/value" : "", 0);
+  } else if (row.layout == Layout::list) {
+    for (int k = 0; row.value(point, k); ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const std::string index = fmt::format("{}", k);
+      add(row.name + "." + (i < row.components.size() ? row.components[i] : index), "/" + index, k);
+    }
+  } else {
+    for (std::size_t k = 0; k < row.components.size(); ++k)
+      add(row.name + "." + row.components[k], "/" + row.components[k], static_cast<int>(k));
+  }
+}
+
+/// Those that the table of quantities does not name: all principal stiffnesses, and the diagonals
+/// of both compliances.
+void add_matrices(const PathPoint& point, std::vector<EstimatedError>& numbers) {
+  for (const bool rotations : {false, true}) {
+    const char* kind = rotations ? "rotations" : "translations";
+    int k = 0;
+    for (const PrincipalStiffness& p : principal_stiffnesses(point, rotations)) {
+      numbers.push_back(number_of(fmt::format("principal_stiffness.{}.{}", kind, k),
+                                  fmt::format("/principal_stiffness/{}/{}", kind, k),
+                                  ErrorKind::stiffness, p.value));
+      ++k;
+    }
+  }
+  for (const bool free : {true, false})
+    for (int d = 0; d < 6; ++d) {
+      const char* drive = free ? "drive_free" : "drive_locked";
+      const Matrix6d& of = free ? point.compliance_free : point.compliance_locked;
+      numbers.push_back(number_of(
+          fmt::format("compliance.{}.{}", drive, direction_names[static_cast<std::size_t>(d)]),
+          fmt::format("/compliance/{}/{}", drive, d), ErrorKind::stiffness, of(d, d)));
+    }
+}
+
+/// Numbers of one scale: the components of a vector share that of the vector.
+std::string scale_key(const EstimatedError& number) {
+  if (number.kind != ErrorKind::motion) return number.name;
+  return number.name.substr(0, number.name.find('.'));
+}
+
+struct MeanSquare {
+  double sum = 0;
+  int count = 0;
+  void add(double value) {
+    sum += value * value;
+    ++count;
+  }
+  double root() const { return count > 0 ? std::sqrt(sum / count) : 0; }
+};
+
+/// What the meshes say of all numbers of a path, relative.
+class Differences {
+ public:
+  void add(const EstimatedError& number, std::size_t point) {
+    const double size = (number.along + number.across) / number.scale;
+    of_path_[number.name].add(size);
+    of_point_[{point, number.kind}].add(size);
+  }
+  /// No smaller than a share of those around it: where errors change their sign along the path,
+  /// the difference of two meshes vanishes at another place than the error does.              (S27)
+  double smoothed(const EstimatedError& number, std::size_t point) const {
+    constexpr double own = 3;  // what never differs along the path is exact
+    const ErrorLaw law = law_of(number.kind);
+    const double path = of_path_.at(number.name).root(),
+                 beside = of_point_.at({point, number.kind}).root();
+    return std::hypot((number.along + number.across) / number.scale, law.path * path,
+                      std::min(law.point * beside, own * path));
+  }
+
+ private:
+  std::map<std::string, MeanSquare> of_path_;
+  std::map<std::pair<std::size_t, ErrorKind>, MeanSquare> of_point_;
+};
+
+using Values = std::map<std::string, double>;
+
+bool is_converged(const StrokeResponse& response, std::size_t k) {
+  return k < response.path.size() && response.path[k].status == PointStatus::converged;
+}
+
+Values values_of(const StrokeResponse* response, std::size_t k) {
+  Values values;
+  if (!response || !is_converged(*response, k)) return values;
+  for (const EstimatedError& number : estimated_numbers(response->path[k]))
+    values[number.name] = number.value;
+  return values;
+}
+
+/// The number's distances from the full leaves' values, each times what makes an error of it;
+/// false where one of these is missing.
+bool set_differences(const Values& own, const Values& along, const Values& across,
+                     const FullPaths& full, EstimatedError& number) {
+  const auto at = own.find(number.name), longer = along.find(number.name),
+             wider = across.find(number.name);
+  if (at == own.end() || longer == along.end() || (full.across && wider == across.end()))
+    return false;
+  const std::array<int, 2> next{more_along(full.mesh)[0], more_across(full.mesh)[1]};
+  number.reduction = std::abs(number.value - at->second);
+  number.along =
+      error_over_difference(full.mesh[0], next[0]) * std::abs(at->second - longer->second);
+  if (full.across)
+    number.across =
+        error_over_difference(full.mesh[1], next[1]) * std::abs(at->second - wider->second);
+  return true;
+}
+
+}  // namespace
+
+std::array<int, 2> more_along(const std::array<int, 2>& mesh) {
+  return {static_cast<int>(std::lround(mesh[0] * std::numbers::sqrt2)), mesh[1]};
+}
+
+std::array<int, 2> more_across(const std::array<int, 2>& mesh) {
+  return {mesh[0], static_cast<int>(std::lround(mesh[1] * std::numbers::sqrt2))};
+}
+
+std::optional<std::string> no_estimates(const ModelOptions& model) {
+  if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential)
+    return std::nullopt;
+  return "errors are estimated of full leaves and of \"method\": \"mixed_potential\"";
+}
+
+std::vector<EstimatedError> estimated_numbers(const PathPoint& point) {
+  std::vector<EstimatedError> numbers;
+  for (const QuantityRow& row : quantity_rows())
+    if (row.error != ErrorKind::none) add_row(row, point, numbers);
+  add_matrices(point, numbers);
+  return numbers;
+}
+
+const EstimatedError* StrokeErrors::find(std::size_t point, const std::string& name) const {
+  if (point >= path.size()) return nullptr;
+  const auto found = std::ranges::find(path[point], name, &EstimatedError::name);
+  return found == path[point].end() ? nullptr : &*found;
+}
+
+StrokeRequest estimate_request(StrokeRequest request) {
+  request.outputs.remove({Output::frequency_derivatives, Output::envelope, Output::moving_envelope,
+                          Output::clearance, Output::buckling, Output::shapes});
+  request.values = PathValues::as_modelled;
+  request.buckling_load.clear();
+  request.probes.clear();
+  return request;
+}
+
+StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
+  StrokeErrors errors;
+  errors.path.resize(response.path.size());
+  std::map<std::string, double> largest;  // of each scale
+  for (std::size_t k = 0; k < response.path.size(); ++k) {
+    if (!is_converged(response, k)) continue;
+    errors.path[k] = estimated_numbers(response.path[k]);
+    for (const EstimatedError& number : errors.path[k]) {
+      double& of = largest[scale_key(number)];
+      of = std::max(of, std::abs(number.value));
+    }
+  }
+  Differences differences;
+  for (std::size_t k = 0; k < response.path.size(); ++k) {
+    if (errors.path[k].empty()) continue;
+    const Values own = values_of(full.own, k), along = values_of(full.along, k),
+                 across = values_of(full.across, k);
+    if (own.empty() || along.empty() || (full.across && across.empty())) {
+      errors.path[k].clear();
+      errors.message = fmt::format(
+          "no equilibrium was found with full leaves on {} x {} elements or finer ones, from which "
+          "errors are told",
+          full.mesh[0], full.mesh[1]);
+      continue;
+    }
+    std::erase_if(errors.path[k], [&](EstimatedError& number) {
+      return !set_differences(own, along, across, full, number);
+    });
+    for (EstimatedError& number : errors.path[k]) {
+      const double most = largest[scale_key(number)];
+      number.scale = number.kind == ErrorKind::motion
+                         ? most
+                         : std::max(std::abs(number.value), least_share * most);
+      if (number.scale > 0) differences.add(number, k);
+    }
+  }
+  for (std::size_t k = 0; k < errors.path.size(); ++k)
+    for (EstimatedError& number : errors.path[k]) {
+      if (number.scale == 0) {
+        number.along = number.across = number.reduction = 0;
+        continue;
+      }
+      const ErrorLaw law = law_of(number.kind);
+      const double raw = (number.along + number.across) / number.scale;
+      const double mesh = std::max(law.safety * differences.smoothed(number, k),
+                                   full.across ? least_on(full.mesh, law) : 0);  // (S28)
+      const double share = raw > 0 ? number.across / (number.along + number.across) : 0;
+      number.along = (1 - share) * mesh * number.scale;
+      number.across = share * mesh * number.scale;
+    }
+  return errors;
+}
+
+bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model) {
+  return std::ranges::any_of(mechanism.leaves, [&](const LeafSpring& leaf) {
+    return flexure_of(leaf, model) == Flexure::plate;
+  });
+}
+
+StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& model,
+                             const StrokeRequest& request, const StrokeResponse& response) {
+  const StrokeRequest asked = estimate_request(request);
+  const auto with_mesh = [&](const std::array<int, 2>& mesh) {
+    ModelOptions full = model;
+    full.accuracy = Accuracy::full;
+    full.mesh = mesh;
+    return evaluate_stroke(mechanism, full, asked);
+  };
+  const bool reduced = model.accuracy == Accuracy::reduced,
+             across = has_elements_across(mechanism, model);
+  StrokeResponse own, wider;
+  if (reduced) own = with_mesh(model.mesh);
+  const StrokeResponse longer = with_mesh(more_along(model.mesh));
+  if (across) wider = with_mesh(more_across(model.mesh));
+  return errors_of(response,
+                   {reduced ? &own : &response, &longer, across ? &wider : nullptr, model.mesh});
+}
+
+std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_stresses) {
+  std::optional<LargestError> largest;
+  for (std::size_t k = 0; k < errors.path.size(); ++k)
+    for (const EstimatedError& number : errors.path[k]) {
+      if ((number.kind == ErrorKind::stress) != of_stresses || number.scale == 0) continue;
+      if (largest && number.relative() <= largest->relative) continue;
+      largest = LargestError{number.name,
+                             0,
+                             k,
+                             number.relative(),
+                             number.along / number.scale,
+                             number.across / number.scale,
+                             number.reduction / number.scale};
+    }
+  return largest;
+}
+
+std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,
+                                          bool of_stresses) {
+  std::optional<LargestError> largest;
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    auto own = largest_error(errors[k], of_stresses);
+    if (!own || (largest && own->relative <= largest->relative)) continue;
+    own->path = k;
+    largest = std::move(own);
+  }
+  return largest;
+}
+
+}  // namespace flexopt

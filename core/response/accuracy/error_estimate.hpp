@@ -1,0 +1,64 @@
+#pragma once
+// Estimated errors of all numbers of a stroke, from full leaves on the same mesh and on finer ones.
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/response/estimated_error.hpp"
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+/// The mesh with √2 times the elements along, and across: 14 × 4 and 10 × 6 of 10 × 4.
+std::array<int, 2> more_along(const std::array<int, 2>& mesh);
+std::array<int, 2> more_across(const std::array<int, 2>& mesh);
+
+/// Why a model has no estimates; nothing where it has.
+std::optional<std::string> no_estimates(const ModelOptions& model);
+
+/// The numbers of a converged point that have estimates, with values alone.
+std::vector<EstimatedError> estimated_numbers(const PathPoint& point);
+
+/// Errors of every point of a path; none at points that did not converge.
+struct StrokeErrors {
+  std::vector<std::vector<EstimatedError>> path;
+  std::string message;  ///< why points that converged have none; empty otherwise
+
+  /// Of a number at a point.
+  const EstimatedError* find(std::size_t point, const std::string& name) const;
+};
+
+/// What a path is asked for so that its errors can be told.
+StrokeRequest estimate_request(StrokeRequest request);
+
+/// The same path with full leaves, on the mesh of the model and on the finer ones.
+struct FullPaths {
+  const StrokeResponse *own = nullptr, *along = nullptr;
+  const StrokeResponse* across = nullptr;  ///< null where no leaf has elements across
+  std::array<int, 2> mesh{};               ///< own
+};
+
+/// Errors of a response by some model on that mesh.
+StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full);
+
+/// The same with paths that are evaluated here: `response` is what evaluate_stroke gave for the
+/// other arguments. As dear as some five paths of full leaves.
+StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& model,
+                             const StrokeRequest& request, const StrokeResponse& response);
+
+/// Whether some leaf of the mechanism has elements across.
+bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model);
+
+/// The largest relative error of a path and where it is: of all numbers but stresses, or of these.
+struct LargestError {
+  std::string name;
+  std::size_t path = 0, point = 0;
+  double relative = 0, along = 0, across = 0, reduction = 0;  ///< relative
+};
+std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_stresses);
+/// The same over several paths.
+std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,
+                                          bool of_stresses);
+
+}  // namespace flexopt

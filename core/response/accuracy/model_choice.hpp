@@ -1,0 +1,49 @@
+#pragma once
+// Reduced or full leaves, and their mesh, chosen so that errors stay below a tolerance.
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/response/accuracy/error_estimate.hpp"
+
+namespace flexopt {
+
+/// The largest mesh that is tried.
+inline constexpr std::array<int, 2> largest_mesh{40, 16};
+
+struct TriedModel {
+  Accuracy accuracy = Accuracy::reduced;
+  std::array<int, 2> mesh{};
+  LargestError largest;  ///< of all numbers but stresses; `path`: of which request
+  std::string message;   ///< why it has no estimates; empty otherwise
+};
+
+/// Full paths that outlive the choice.
+struct KeptFullPaths {
+  std::shared_ptr<const StrokeResponse> own, along, across;
+  std::array<int, 2> mesh{};
+
+  FullPaths view() const { return {own.get(), along.get(), across.get(), mesh}; }
+};
+
+/// Which model was chosen, and why.
+struct ChosenModel {
+  ModelOptions model;
+  bool met = false;  ///< the estimates are below the tolerance
+  /// Of every request on the chosen mesh: what errors_of wants.
+  std::vector<KeptFullPaths> full;
+  std::vector<TriedModel> tried;  ///< in their order, the chosen one last
+  std::string message;            ///< one sentence with the figures
+};
+
+/// Begins with the model's own mesh. Where the largest error comes from too few elements along or
+/// across, there are √2 times as many the next time; where it comes from the reduction, full leaves
+/// take over. All requests, as load cases are, must meet the tolerance; stresses need not.
+ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
+                         const std::vector<StrokeRequest>& requests, double tolerance);
+
+/// "reduced leaves on 14 x 6 elements".
+std::string words_for(Accuracy accuracy, const std::array<int, 2>& mesh);
+
+}  // namespace flexopt

@@ -1,0 +1,33 @@
+#pragma once
+// What a number of a stroke point is probably off by. Plain data.
+#include <string>
+
+namespace flexopt {
+
+/// How the numbers of a kind approach their limits on finer meshes, and what they are relative to.
+enum class ErrorKind {
+  none,  ///< not estimated
+  load,
+  stiffness,  ///< and compliance
+  motion,     ///< relative to the largest of the path
+  frequency,
+  stress  ///< and safeties against it
+};
+
+/// Distance from the limit of ever finer full leaves: equations (S26) to (S28) of README.md.
+struct EstimatedError {
+  std::string name;     ///< of the number: "support_stiffness.ux", "compliance.drive_free.ux"
+  std::string pointer;  ///< to the value, from the result's path point: "/displacement/0"
+  ErrorKind kind = ErrorKind::none;
+  double value = 0;  ///< the number itself, SI
+  /// What too few elements along the leaves, too few across and the reduction do, ≥ 0, SI.
+  double along = 0, across = 0, reduction = 0;
+  /// What it is relative to, SI: |value|, at least a thousandth of the largest of the path; of
+  /// motions that largest. Zero where the number is zero along the whole path.
+  double scale = 0;
+
+  double absolute() const { return along + across + reduction; }
+  double relative() const { return scale > 0 ? absolute() / scale : 0; }
+};
+
+}  // namespace flexopt

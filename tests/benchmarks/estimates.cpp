@@ -1,0 +1,469 @@
+// How good estimated errors are: against fine meshes, over sampled designs of ten families.
+//
+//   bench_estimates [DESIGNS]     designs of each family (8), none of them used for calibration
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/math/memory.hpp"
+#include "core/response/accuracy/model_choice.hpp"
+#include "core/spec/spec_error.hpp"
+#include "designs/family.hpp"
+#include "tests/benchmarks/page.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+constexpr double L = 0.1;  ///< [m] of most leaves
+
+/// A design and the largest stroke, drawn at random.
+struct Drawn {
+  std::string family;
+  ParameterValues values;
+  FamilyChoices choices;
+  double stroke = 0, mass = 0;
+};
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double between(double low, double high) {
+    constexpr double range = 4294967296.0;
+    return low + (high - low) * static_cast<double>(engine_()) / range;
+  }
+  double even_in_logarithm(double low, double high) {
+    return std::exp(between(std::log(low), std::log(high)));
+  }
+  bool coin() { return between(0, 1) < 0.5; }
+
+ private:
+  std::mt19937 engine_;
+};
+
+/// Width and thickness of a leaf: L/w 0.4 … 10, L/t 50 … 700.
+struct Sizes {
+  double width = 0, thickness = 0;
+};
+Sizes leaf_sizes(Random& random, double length, double thinnest = 5) {
+  const double width = length / random.even_in_logarithm(0.4, 10);
+  const double thickness = length / random.even_in_logarithm(50, 700);
+  return {width, std::min(thickness, width / thinnest)};
+}
+
+using Draw = std::function<Drawn(Random&)>;
+
+const std::vector<Draw>& draws() {
+  static const std::vector<Draw> all{
+      [](Random& r) -> Drawn {
+        const Sizes s = leaf_sizes(r, L);
+        return {"leaf_spring",
+                {{"length", L}, {"width", s.width}, {"thickness", s.thickness}},
+                {{"tip", r.coin() ? "rigid" : "guided"}},
+                L * r.between(0.05, 0.25)};
+      },
+      [](Random& r) -> Drawn {
+        const Sizes s = leaf_sizes(r, L);
+        return {"parallel_guide",
+                {{"length", L},
+                 {"width", s.width},
+                 {"thickness", s.thickness},
+                 {"spacing", L * r.between(0.3, 2)}},
+                {},
+                L * r.between(0.05, 0.3)};
+      },
+      [](Random& r) -> Drawn {
+        const Sizes s = leaf_sizes(r, L);
+        return {"cross_hinge",
+                {{"length", L},
+                 {"width", s.width},
+                 {"thickness", s.thickness},
+                 {"half_angle", degree * r.between(25, 65)},
+                 {"crossing_fraction", r.between(0.1, 0.9)},
+                 {"gap", 0.005}},
+                {},
+                degree * r.between(5, 40)};
+      },
+      [](Random& r) -> Drawn {
+        const Sizes s = leaf_sizes(r, L, 10);
+        return {"three_flexure_cross_hinge",
+                {{"length", L},
+                 {"outer_width", s.width / 2 * r.between(0.8, 1.5)},
+                 {"inner_width", s.width},
+                 {"thickness", s.thickness},
+                 {"half_angle", degree * r.between(25, 65)},
+                 {"crossing_fraction", r.between(0.2, 0.8)},
+                 {"gap", 0.005}},
+                {},
+                degree * r.between(5, 40)};
+      },
+      [](Random& r) -> Drawn {
+        const Sizes s = leaf_sizes(r, L, 10);
+        return {"tapered_leaf",
+                {{"length", L},
+                 {"base_width", s.width},
+                 {"tip_width", s.width * r.between(0.4, 1.2)},
+                 {"thickness", s.thickness}},
+                {},
+                L * r.between(0.05, 0.25)};
+      },
+      [](Random& r) -> Drawn {
+        const Sizes s = leaf_sizes(r, L);
+        return {"curved_leaf",
+                {{"chord", L},
+                 {"angle", degree * r.between(15, 120)},
+                 {"width", s.width},
+                 {"thickness", s.thickness}},
+                {},
+                degree * r.between(5, 30)};
+      },
+      [](Random& r) -> Drawn {
+        const Sizes s = leaf_sizes(r, L);
+        return {"folded_leaf",
+                {{"length", L}, {"width", s.width}, {"thickness", s.thickness}},
+                {{"fold", r.coin() ? "rigid" : "elastic"}},
+                L * r.between(0.02, 0.15)};
+      },
+      [](Random& r) -> Drawn {
+        const Sizes s = leaf_sizes(r, L);
+        const double outer = L * r.between(0.6, 1.5);
+        return {"double_parallelogram",
+                {{"length", L},
+                 {"width", s.width},
+                 {"thickness", s.thickness},
+                 {"outer_spacing", outer},
+                 {"inner_spacing", outer * r.between(0.4, 0.8)},
+                 {"stage_mass", 0.1}},
+                {},
+                L * r.between(0.05, 0.3)};
+      },
+      [](Random& r) -> Drawn {
+        const Sizes s = leaf_sizes(r, 0.05);
+        return {"cartwheel_hinge",
+                {{"length", 0.05},
+                 {"width", s.width},
+                 {"thickness", s.thickness},
+                 {"half_angle", degree * r.between(25, 65)},
+                 {"hub_mass", 0.05}},
+                {},
+                degree * r.between(3, 25)};
+      },
+      [](Random& r) -> Drawn {
+        const double fraction = r.between(0.2, 0.6);
+        const Sizes s = leaf_sizes(r, L * (1 - fraction) / 2);
+        return {"reinforced_guide",
+                {{"length", L},
+                 {"width", s.width},
+                 {"thickness", s.thickness},
+                 {"spacing", L * r.between(0.4, 1.5)},
+                 {"fraction", fraction},
+                 {"reinforcement_thickness", 8 * s.thickness}},
+                {},
+                L * r.between(0.05, 0.2)};
+      }};
+  return all;
+}
+
+Mechanism mechanism_of(const Drawn& drawn) {
+  const Family& family = find_family(drawn.family, "");
+  FamilyChoices choices = default_choices(family);
+  for (const auto& [name, value] : drawn.choices) choices[name] = value;
+  const Material material{"steel", 200e9, 0.3, 7800, {}};
+  EndEffector payload;
+  payload.mass = drawn.mass;
+  payload.inertia = 4e-4 * drawn.mass * Matrix3d::Identity();
+  ParameterValues values = drawn.values;
+  for (const Parameter& p : family.parameters)
+    if (!values.contains(p.name) && p.default_value) values[p.name] = *p.default_value;
+  return family.make(values, choices, material, payload);
+}
+
+StrokeRequest request_of(const Drawn& drawn) {
+  StrokeRequest request;
+  request.points = {0, 0.15 * drawn.stroke, 0.5 * drawn.stroke, drawn.stroke};
+  request.frequencies = 6;
+  return estimate_request(request);
+}
+
+ModelOptions options(Accuracy accuracy, const std::array<int, 2>& mesh) {
+  return {.accuracy = accuracy, .mesh = mesh};
+}
+
+/// A number with its estimate, all relative.
+struct Judged {
+  ErrorKind kind;
+  std::string family;
+  double error = 0, estimate = 0;
+  double improved = 0;  ///< error of the value that the finer meshes are extrapolated to
+};
+
+using Values = std::map<std::string, double>;
+Values values_of(const PathPoint& point) {
+  Values values;
+  for (const EstimatedError& number : estimated_numbers(point)) values[number.name] = number.value;
+  return values;
+}
+
+/// Values of 20 × 8 elements and of a finer mesh, extrapolated: of narrow leaves one finer along,
+/// where their ends need it.
+std::vector<Values> truth_of(const Mechanism& mechanism, const StrokeRequest& request) {
+  double narrow = 1e300;
+  for (const LeafSpring& leaf : mechanism.leaves)
+    narrow = std::min(narrow, leaf.width / leaf.length);
+  const bool longer = narrow < 0.3;
+  // the errors of the finer mesh over its difference from the coarser one, third order
+  const double rest = longer ? 0.2 : 0.4;
+  const StrokeResponse coarse =
+      evaluate_stroke(mechanism, options(Accuracy::full, {20, 8}), request);
+  const StrokeResponse fine = evaluate_stroke(
+      mechanism,
+      options(Accuracy::full, longer ? std::array<int, 2>{40, 8} : std::array<int, 2>{28, 12}),
+      request);
+  std::vector<Values> truth;
+  if (coarse.status != Status::ok || fine.status != Status::ok) return truth;
+  for (std::size_t k = 0; k < fine.path.size(); ++k) {
+    Values values = values_of(fine.path[k]), before = values_of(coarse.path[k]);
+    for (auto& [name, value] : values)
+      if (before.contains(name)) value += rest * (value - before[name]);
+    truth.push_back(std::move(values));
+  }
+  return truth;
+}
+
+struct Paths {
+  StrokeResponse reduced, own, along, across;
+};
+
+void judge(const StrokeResponse& response, const Paths& paths, const std::array<int, 2>& mesh,
+           const std::vector<Values>& truth, const std::string& family,
+           std::vector<Judged>& numbers) {
+  const StrokeErrors errors = errors_of(response, {&paths.own, &paths.along, &paths.across, mesh});
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    const Values own = values_of(paths.own.path[k]), along = values_of(paths.along.path[k]),
+                 across = values_of(paths.across.path[k]);
+    for (const EstimatedError& number : errors.path[k]) {
+      const auto found = truth[k].find(number.name);
+      if (found == truth[k].end() || number.scale == 0) continue;
+      // (S26) with its sign, of the order that errors mostly have
+      constexpr double order = 2.7;
+      const auto rest = [&](int elements, int more) {
+        return 1 / (1 - std::pow(static_cast<double>(more) / elements, -order));
+      };
+      const double at = own.at(number.name);
+      const double better = at + rest(mesh[0], more_along(mesh)[0]) * (along.at(number.name) - at) +
+                            rest(mesh[1], more_across(mesh)[1]) * (across.at(number.name) - at);
+      numbers.push_back({number.kind, family, std::abs(number.value - found->second) / number.scale,
+                         number.relative(), std::abs(better - found->second) / number.scale});
+    }
+  }
+}
+
+double percentile(std::vector<double> sorted, double share) {
+  if (sorted.empty()) return 0;
+  std::ranges::sort(sorted);
+  return sorted[std::min(sorted.size() - 1,
+                         static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
+}
+
+void row(const std::string& name, const std::vector<Judged>& numbers,
+         const std::function<bool(const Judged&)>& counts) {
+  // an error below this is rounding or zero by symmetry: it must be covered, nothing else
+  constexpr double exact = 1e-6;
+  int all = 0, covered = 0, sharp = 0, judged = 0;
+  std::vector<double> errors, estimates, improved;
+  for (const Judged& n : numbers) {
+    if (!counts(n)) continue;
+    ++all;
+    covered += n.error <= std::max(n.estimate, exact);
+    if (n.error <= exact) continue;
+    ++judged;
+    sharp += n.estimate <= 5 * n.error;
+    errors.push_back(n.error);
+    estimates.push_back(n.estimate);
+    improved.push_back(n.improved);
+  }
+  if (judged == 0) return;
+  const auto share = [](int part, int of) { return 100.0 * part / of; };
+  fmt::print("| {} | {} | {:.2g} | {:.2g} | {:.2g} | {:.2f} % | {:.1f} % | {:.2g} | {:.2g} |\n",
+             name, all, percentile(errors, 0.5), percentile(errors, 0.99),
+             percentile(estimates, 0.5), share(covered, all), share(sharp, judged),
+             percentile(improved, 0.5), percentile(improved, 0.99));
+}
+
+constexpr const char* columns =
+    "| | numbers | error, median | 99 % | estimate, median | error below it | it within 5 times | "
+    "extrapolated, median | 99 % |\n|---|---|---|---|---|---|---|---|---|\n";
+
+void table(const std::string& name, const std::vector<Judged>& numbers) {
+  const PageTable page(name);
+  fmt::print("{}", columns);
+  constexpr std::pair<ErrorKind, const char*> kinds[] = {{ErrorKind::load, "drive load"},
+                                                         {ErrorKind::stiffness, "stiffness"},
+                                                         {ErrorKind::motion, "motion"},
+                                                         {ErrorKind::frequency, "frequencies"}};
+  for (const auto& [kind, text] : kinds)
+    row(text, numbers, [kind = kind](const Judged& n) { return n.kind == kind; });
+  row("all of these", numbers, [](const Judged& n) { return n.kind != ErrorKind::stress; });
+  row("stress", numbers, [](const Judged& n) { return n.kind == ErrorKind::stress; });
+}
+
+void families_table(const std::vector<Judged>& numbers) {
+  const PageTable page("estimates families");
+  fmt::print("{}", columns);
+  std::vector<std::string> names;
+  for (const Judged& n : numbers)
+    if (std::ranges::find(names, n.family) == names.end()) names.push_back(n.family);
+  for (const std::string& name : names)
+    row("`" + name + "`", numbers,
+        [&](const Judged& n) { return n.family == name && n.kind != ErrorKind::stress; });
+}
+
+/// What "auto" makes of a tolerance.
+struct Chosen {
+  double tolerance = 0;
+  int designs = 0, met = 0, kept = 0, full = 0;  ///< kept: no number of them is off by more
+  std::size_t numbers = 0, within = 0;
+  std::map<std::array<int, 2>, int> meshes;
+};
+
+void choose(const Mechanism& mechanism, const StrokeRequest& request,
+            const std::vector<Values>& truth, Chosen& of) {
+  const ChosenModel chosen = choose_model(mechanism, {}, {request}, of.tolerance);
+  ++of.designs;
+  if (!chosen.met) return;
+  ++of.met;
+  ++of.meshes[chosen.model.mesh];
+  of.full += chosen.model.accuracy == Accuracy::full;
+  const StrokeResponse response = evaluate_stroke(mechanism, chosen.model, request);
+  const StrokeErrors errors = errors_of(response, chosen.full.front().view());
+  bool kept = true;
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    for (const EstimatedError& number : errors.path[k]) {
+      const auto found = truth[k].find(number.name);
+      if (found == truth[k].end() || number.scale == 0 || number.kind == ErrorKind::stress)
+        continue;
+      const bool within = std::abs(number.value - found->second) <= of.tolerance * number.scale;
+      kept = kept && within;
+      ++of.numbers;
+      of.within += within;
+    }
+  of.kept += kept;
+}
+
+void chosen_table(const std::vector<Chosen>& all) {
+  const PageTable page("estimates chosen");
+  fmt::print(
+      "| tolerance | designs | met | of these without a number beyond it | numbers within it | "
+      "full "
+      "leaves | meshes |\n|---|---|---|---|---|---|---|\n");
+  for (const Chosen& c : all) {
+    std::string meshes;
+    for (const auto& [mesh, count] : c.meshes)
+      meshes += fmt::format("{}{} × {}: {}", meshes.empty() ? "" : ", ", mesh[0], mesh[1], count);
+    fmt::print("| {:g} % | {} | {} | {} | {:.2f} % | {} | {} |\n", 100 * c.tolerance, c.designs,
+               c.met, c.kept,
+               100.0 * static_cast<double>(c.within) /
+                   static_cast<double>(std::max<std::size_t>(c.numbers, 1)),
+               c.full, meshes);
+  }
+}
+
+double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+void cost_table() {
+  const PageTable page("estimates cost");
+  fmt::print("| | evaluated | estimates over that |\n|---|---|---|\n");
+  Drawn guide{"parallel_guide",
+              {{"length", 0.1}, {"width", 0.03}, {"thickness", 5e-4}, {"spacing", 0.1}},
+              {},
+              0.02,
+              1},
+      hinge{"three_flexure_cross_hinge",
+            {{"length", 0.06},
+             {"outer_width", 0.02},
+             {"inner_width", 0.04},
+             {"thickness", 4e-4},
+             {"gap", 1e-3}},
+            {},
+            30 * degree,
+            1};
+  for (const Drawn& drawn : {guide, hinge})
+    for (const Accuracy accuracy : {Accuracy::reduced, Accuracy::full}) {
+      const Mechanism mechanism = mechanism_of(drawn);
+      StrokeRequest request = request_of(drawn);
+      request.points.clear();
+      for (int k = 0; k <= 10; ++k) request.points.push_back(drawn.stroke * k / 10);
+      request.frequencies = 8;
+      const ModelOptions model = options(accuracy, {10, 4});
+      double path = 1e300, estimate = 1e300;
+      for (int i = 0; i < 3; ++i) {
+        const double start = processor_seconds();
+        const StrokeResponse response = evaluate_stroke(mechanism, model, request);
+        const double middle = processor_seconds();
+        estimate_errors(mechanism, model, request, response);
+        path = std::min(path, middle - start);
+        estimate = std::min(estimate, processor_seconds() - middle);
+      }
+      fmt::print("| `{}`, 11 points, 8 + 8 frequencies, {} | {:.0f} ms | {:.1f} |\n", drawn.family,
+                 accuracy == Accuracy::full ? "full" : "reduced", 1e3 * path, estimate / path);
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  keep_freed_memory();
+  const int designs = argc > 1 ? std::atoi(argv[1]) : 8;
+  std::vector<Judged> reduced, finer, full;
+  std::vector<Chosen> chosen{{.tolerance = 0.01}, {.tolerance = 0.003}};
+  int failed = 0;
+  for (int i = 0; i < designs; ++i)
+    for (std::size_t f = 0; f < draws().size(); ++f) {
+      Random random(static_cast<unsigned>(1000 * f + static_cast<std::size_t>(i) + 1));
+      Drawn drawn = draws()[f](random);
+      drawn.mass = random.even_in_logarithm(0.01, 1);
+      const StrokeRequest request = request_of(drawn);
+      try {
+        const Mechanism mechanism = mechanism_of(drawn);
+        const std::vector<Values> truth = truth_of(mechanism, request);
+        bool whole = !truth.empty();
+        const auto run = [&](Accuracy accuracy, const std::array<int, 2>& mesh) {
+          StrokeResponse response = evaluate_stroke(mechanism, options(accuracy, mesh), request);
+          whole = whole && response.status == Status::ok;
+          return response;
+        };
+        for (const std::array<int, 2>& mesh : {std::array<int, 2>{10, 4}, {14, 6}}) {
+          const Paths paths{run(Accuracy::reduced, mesh), run(Accuracy::full, mesh),
+                            run(Accuracy::full, more_along(mesh)),
+                            run(Accuracy::full, more_across(mesh))};
+          if (!whole) break;
+          const bool own = mesh[0] == 10;
+          judge(paths.reduced, paths, mesh, truth, drawn.family, own ? reduced : finer);
+          if (own) judge(paths.own, paths, mesh, truth, drawn.family, full);
+        }
+        failed += !whole;
+        if (whole && i < 2)  // they take long
+          for (Chosen& of : chosen) choose(mechanism, request, truth, of);
+      } catch (const SpecError&) {
+        ++failed;  // sizes that make no mechanism
+      }
+      std::fprintf(stderr, "\r%d designs", static_cast<int>(i * draws().size() + f + 1));
+    }
+  std::fprintf(stderr, ", %d without a whole path\n", failed);
+  table("estimates reduced", reduced);
+  table("estimates full", full);
+  table("estimates finer", finer);
+  families_table(reduced);
+  chosen_table(chosen);
+  cost_table();
+}

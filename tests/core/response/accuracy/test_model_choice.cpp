@@ -1,0 +1,70 @@
+// Accuracy and mesh chosen by estimated errors.
+#include "core/response/accuracy/model_choice.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+StrokeRequest statics(double end) {
+  StrokeRequest request;
+  request.points = {0, end};
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("a tolerance that the model's own mesh meets is met by reduced leaves on it") {
+  const ChosenModel chosen =
+      choose_model(models::guide(0.1, 0.03, 5e-4), {}, {statics(0.01)}, 0.05);
+  CHECK(chosen.met);
+  CHECK(chosen.model.accuracy == Accuracy::reduced);
+  CHECK(chosen.model.mesh == ModelOptions{}.mesh);
+  REQUIRE(chosen.tried.size() == 1);
+  CHECK(chosen.tried[0].largest.relative <= 0.05);
+}
+
+TEST_CASE("a smaller tolerance takes a finer mesh, and the error is below it") {
+  const Mechanism m = models::guide(0.1, 0.06, 5e-4);
+  const StrokeRequest r = statics(0.015);
+  const double first = choose_model(m, {}, {r}, 1).tried[0].largest.relative;
+  const ChosenModel chosen = choose_model(m, {}, {r}, 0.4 * first);
+  REQUIRE(chosen.met);
+  CHECK(chosen.tried.size() > 1);
+  CHECK(chosen.model.mesh[0] * chosen.model.mesh[1] > 40);
+  CHECK(chosen.tried.back().largest.relative <= 0.4 * first);
+  CHECK_FALSE(chosen.message.empty());
+  // against a mesh finer than any that was tried
+  const StrokeResponse own = evaluate_stroke(m, chosen.model, estimate_request(r)),
+                       fine = evaluate_stroke(m, {.accuracy = Accuracy::full, .mesh = {36, 16}},
+                                              estimate_request(r));
+  for (std::size_t k = 0; k < r.points.size(); ++k)
+    for (int d = 0; d < 6; ++d)
+      if (fine.path[k].support_stiffness[d])
+        CHECK(*own.path[k].support_stiffness[d] ==
+              Approx(*fine.path[k].support_stiffness[d]).epsilon(0.4 * first));
+}
+
+TEST_CASE("full leaves take over where the reduction is what is too large") {
+  const Mechanism m = models::three_leaf_hinge(0.1, 0.04, 3.5e-4);
+  const StrokeRequest r = statics(0.6);
+  const ModelOptions model;
+  const LargestError error = choose_model(m, model, {r}, 1).tried[0].largest;
+  const double mesh = error.along + error.across;
+  REQUIRE(error.reduction > 0);
+  const ChosenModel chosen = choose_model(m, model, {r}, mesh + 0.5 * error.reduction);
+  CHECK(chosen.model.accuracy == Accuracy::full);
+}
+
+TEST_CASE("a tolerance beyond every mesh is not met, and that is said") {
+  ModelOptions model;
+  model.mesh = {30, 12};  // the next one is larger than any that is tried
+  const ChosenModel chosen =
+      choose_model(models::guide(0.1, 0.03, 5e-4), model, {statics(0.01)}, 1e-9);
+  CHECK_FALSE(chosen.met);
+  CHECK_THAT(chosen.message, Catch::Matchers::Contains("no mesh"));
+}
