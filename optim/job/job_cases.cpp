@@ -83,7 +83,7 @@ std::string place_in_cases(const std::string& pointer, const std::string& name, 
 }
 
 /// What only some cases find wrong in what they share says which they are.
-void add_faults(const json& cases, std::map<std::string, std::vector<Fault>> found,
+void add_faults(const json& cases, std::map<std::string, std::vector<Fault>>&& found,
                 FaultList& faults) {
   std::map<std::pair<std::string, std::string>, std::size_t> times;
   for (const auto& [name, list] : found)
