@@ -38,6 +38,7 @@ set(tested_by
   core/reduction/expansion/load_fields core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
+  core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics
   core/reduction/modal/modal_leaf_linear core/reduction/modal/test_modal_leaf_gradient
   core/reduction/modal/modal_leaf_quadratic core/reduction/modal/test_modal_leaf
