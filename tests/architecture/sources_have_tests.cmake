@@ -56,6 +56,7 @@ set(tested_by
   core/response/modes/mechanism_factor core/response/modes/test_full_modes
   core/response/path/evaluate_stroke core/response/path/test_response
   core/response/path/stiffness core/response/path/test_response
+  core/response/stroke_series/stroke_ways core/response/stroke_series/test_mode_tracking
   core/response/probe core/response/path/test_material_points
   core/response/quantities core/response/path/test_response
   core/response/request core/response/path/test_response

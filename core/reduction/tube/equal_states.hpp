@@ -6,8 +6,7 @@
 #include <list>
 #include <optional>
 
-#include "core/elements/leaf/leaf_scale.hpp"
-#include "core/elements/plate/plate_leaf.hpp"
+#include "core/elements/plate/full_leaf.hpp"
 
 namespace flexopt {
 
