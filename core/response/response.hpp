@@ -46,6 +46,13 @@ struct FrequencyDerivatives {
   std::optional<double> omega2_valid_to, compliance_valid_to;
 };
 
+/// The same of several drives along a straight way from rest to points of the path.
+struct FrequencyWay {
+  VectorXd strokes;  ///< of the furthest of the points: there the way's own number is 1
+  /// Derivatives and valid_to by that number: parts of the way; `drive` means nothing.
+  std::vector<FrequencyDerivatives> modes;
+};
+
 /// How far a body is from where it was undeflected.
 struct BodyMotion {
   Vector3d displacement = Vector3d::Zero();  ///< of its reference point [m]
@@ -161,6 +168,7 @@ struct StrokeResponse {
   std::string message;
   std::vector<PathPoint> path;  ///< one for each requested point, in that order
   std::vector<FrequencyDerivatives> frequency_derivatives;
+  std::vector<FrequencyWay> frequency_ways;  ///< to every point of several drives but rest
   double seconds_coefficients = 0, seconds_path = 0, seconds_derivatives = 0;
 };
 

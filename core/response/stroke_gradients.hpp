@@ -55,7 +55,8 @@ struct FrequencyDerivativeGradients {
 struct StrokeGradients {
   std::vector<std::string> parameters;  ///< names of the columns
   std::vector<PointGradients> path;     ///< one for each point of the response
-  std::vector<FrequencyDerivativeGradients> frequency_derivatives;  ///< as the response's
+  std::vector<FrequencyDerivativeGradients> frequency_derivatives;        ///< as the response's
+  std::vector<std::vector<FrequencyDerivativeGradients>> frequency_ways;  ///< likewise
 };
 
 /// A response and its derivatives. There are none where the response has no equilibrium, or where

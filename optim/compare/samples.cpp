@@ -58,7 +58,7 @@ std::vector<Sample> make_samples(const Job& job) {
   const SamplesSpec& spec = job.compare->samples;
   std::vector<Sample> samples;
   if (spec.method == SampleMethod::list) {
-    for (const ParameterValues& listed : spec.designs) samples.push_back({listed, {}, {}, {}});
+    for (const ParameterValues& listed : spec.designs) samples.push_back({listed, {}, {}, {}, {}});
   } else {
     for (const VectorXd& u : unit_points(spec)) {
       Sample sample;
@@ -80,8 +80,11 @@ std::vector<Sample> make_samples(const Job& job) {
                            spec.largest_stroke.pointer);
   double furthest = 0;
   std::vector<double> points;  // of all load cases
-  for (const JobCase& one : cases_of(job))
+  std::vector<VectorXd> strokes;
+  for (const JobCase& one : cases_of(job)) {
     points.insert(points.end(), one.request.points.begin(), one.request.points.end());
+    strokes.insert(strokes.end(), one.request.strokes.begin(), one.request.strokes.end());
+  }
   for (const double s : points) furthest = std::max(furthest, std::abs(s));
 
   for (Sample& sample : samples) try {
@@ -92,6 +95,7 @@ std::vector<Sample> make_samples(const Job& job) {
         sample.parameters[spec.formulas[i].parameter] = value_of(formulas[i], sample);
       sample.parameters = complete_parameters(job.design, sample.parameters);
       sample.stroke = points;
+      sample.strokes = strokes;
       if (largest_stroke) {
         const double largest = value_of(*largest_stroke, sample);
         for (double& s : sample.stroke) s *= largest / furthest;

@@ -11,7 +11,9 @@ struct Sample {
   ParameterValues parameters;  ///< all of the family's; only the sampled ones where `refused`
   ParameterValues symbols;     ///< sampled numbers that only formulas use
   std::vector<double> stroke;  ///< [m or rad]; of several load cases one after the other
-  std::string refused;         ///< why there is no such design; empty otherwise
+  /// Of several drives: all of them, point by point; `stroke` is the first one's.
+  std::vector<VectorXd> strokes;
+  std::string refused;  ///< why there is no such design; empty otherwise
 };
 
 /// The job's designs in their order. A design whose formulas have no value or leave a parameter's

@@ -164,7 +164,6 @@ class JobReader {
   const Family* family_;  ///< the same
   json read_;
   Job job_;
-  bool folded_ = false;  ///< a leaf has an elastic fold
 };
 
 Job JobReader::read() {
@@ -207,11 +206,9 @@ void JobReader::read_mechanism() {
     }
     if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }
-  folded_ = mechanism && has_fold(*mechanism);
-  if (folded_ && (job_.model.accuracy == Accuracy::reduced || job_.model.flexure == Flexure::beam))
-    job_.notes.push_back(
-        "Leaves with an elastic fold are evaluated in full, as plates; envelope and clearance are "
-        "not known.");
+  if (mechanism && has_fold(*mechanism) &&
+      (job_.model.accuracy == Accuracy::reduced || job_.model.flexure == Flexure::beam))
+    job_.notes.push_back("Leaves with an elastic fold are evaluated in full, as plates.");
   if (mechanism && job_.model.flexure == Flexure::plate) note_thick_leaves(*mechanism, job_.notes);
   if (job_.model.flexure == Flexure::plate && job_.model.warping == Warping::free)
     job_.notes.push_back("Free warping is a matter of beams; the plate's ends are clamped.");
@@ -252,7 +249,7 @@ void JobReader::read_sections() {
   if (job_.kind == JobKind::compare) demand("samples");
   if (!family_) return;  // names and units are the family's
   if (read_.contains("optimise"))
-    job_.optimise = read_optimise(read_["optimise"], *family_, folded_, job_, cases_, faults_);
+    job_.optimise = read_optimise(read_["optimise"], *family_, job_, cases_, faults_);
   if (read_.contains("samples")) job_.compare = read_compare(read_, *family_, job_, faults_);
   if (read_.contains("tolerances") && job_.kind != JobKind::compare &&
       is_geometry_sound(*family_, faults_)) {

@@ -37,7 +37,6 @@ struct Context {
   std::vector<FormulaName> names;  ///< of these, the family's first
   const CaseNames& cases;
   FaultList& faults;
-  bool folded = false;  ///< a leaf has an elastic fold
 
   /// The load case that a goal names; empty where it is over all of them. Throws SpecError.
   std::string load_case(const json& goal, const Pointer& at) const {
@@ -80,11 +79,6 @@ struct Context {
         counts(load_case))
       throw SpecError(at.to_string(), '"' + name + '"',
                       "it needs \"buckling\": {\"load\": …}, which says which load grows");
-    const bool room = name.starts_with("envelope") || name.starts_with("clearance");
-    if (folded && room)
-      throw SpecError(at.to_string(), '"' + name + '"',
-                      "the room that a leaf with an elastic fold takes is not known: expected "
-                      "another quantity, or a rigid fold");
     if (const char* missing = missing_for_stress(name, request);
         *missing && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
       throw SpecError(at.to_string(), '"' + name + '"', missing);
@@ -350,11 +344,10 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
   return front;
 }
 
-Context context_of(const Family& family, bool folded, const Job& job, const CaseNames& cases,
+Context context_of(const Family& family, const Job& job, const CaseNames& cases,
                    FaultList& faults) {
   Context context{family, job.design, job.request, quantities(family.drives),
                   {},     {},         cases,       faults};
-  context.folded = folded;
   context.values = job.design.parameters;
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});
@@ -371,9 +364,9 @@ Context context_of(const Family& family, bool folded, const Job& job, const Case
 
 }  // namespace
 
-OptimiseSpec read_optimise(json& read, const Family& family, bool folded, Job& job,
-                           const CaseNames& cases, FaultList& faults) {
-  const Context context = context_of(family, folded, job, cases, faults);
+OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const CaseNames& cases,
+                           FaultList& faults) {
+  const Context context = context_of(family, job, cases, faults);
   const Pointer at("/optimise");
   const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
   OptimiseSpec spec = search_table().read(read);

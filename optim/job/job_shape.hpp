@@ -34,8 +34,8 @@ void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const
 /// Fills in the section "optimise". `read` has passed its table; bounds get their units here, and
 /// `read` is completed with what was decided; `job` is read but for its sections, and takes notes.
 /// What is wrong is added to `faults`; parts that depend on something wrong are not checked.
-/// `folded`: a leaf has an elastic fold. Goals may name one of `cases`.
-OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, bool folded, Job& job,
+/// Goals may name one of `cases`.
+OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, Job& job,
                            const CaseNames& cases, FaultList& faults);
 
 /// Fills in the sections "samples" and "models" of a job that has passed its table, and completes

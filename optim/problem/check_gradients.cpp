@@ -10,7 +10,7 @@
 #include "core/math/ridders.hpp"
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
-#include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "core/response/stroke_series/stroke_ways.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_stroke.hpp"
@@ -113,14 +113,16 @@ constexpr const char* screening = "parasitic_frequency_screening";
 // it.
 std::vector<std::optional<std::size_t>> screening_modes(const StrokeResponse& response,
                                                         const StrokeRequest& request) {
-  const std::vector<FrequencyDerivatives>& all = response.frequency_derivatives;
-  const auto equal = [&](std::size_t a, std::size_t b) {
-    return b < all.size() && std::abs(all[a].omega2 - all[b].omega2) < 1e-6 * all[a].omega2;
-  };
   std::vector<std::optional<std::size_t>> modes;
   for (const PathPoint& point : response.path) {
     modes.emplace_back();
-    const auto found = screening_frequencies(all, request.parasitic, point.stroke);
+    const auto to_point = modes_to_point(response, nullptr, point);
+    if (!to_point) continue;
+    const std::vector<FrequencyDerivatives>& all = *to_point->modes;
+    const auto equal = [&](std::size_t a, std::size_t b) {
+      return b < all.size() && std::abs(all[a].omega2 - all[b].omega2) < 1e-6 * all[a].omega2;
+    };
+    const auto found = screening_frequencies(all, request.parasitic, to_point->at);
     if (found.empty()) continue;
     const std::size_t k = found.front().mode;
     if (!equal(k, k + 1) && !equal(k, k - 1)) modes.back() = k;
@@ -286,16 +288,17 @@ std::vector<std::string> Checker::without_exact() const {
 
 Numbers Checker::values(const StrokeResponse& response) const {
   Numbers all;
-  for (std::size_t k = 0; k < response.path.size(); ++k)
+  for (std::size_t k = 0; k < response.path.size(); ++k) {
+    const auto to_point = modes_to_point(response, nullptr, response.path[k]);
     for (const Quantity& q : names_) {
       if (q.name != screening)
         all.push_back(q.value(response.path[k]));
-      else if (screened_[k] && *screened_[k] < response.frequency_derivatives.size())
-        all.push_back(screening_frequency(response.frequency_derivatives[*screened_[k]],
-                                          response.path[k].stroke));
+      else if (to_point && screened_[k] && *screened_[k] < to_point->modes->size())
+        all.push_back(screening_frequency((*to_point->modes)[*screened_[k]], to_point->at));
       else
         all.push_back(std::nullopt);
     }
+  }
   return all;
 }
 

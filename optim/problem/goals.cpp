@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/response/quantities.hpp"
-#include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "core/response/stroke_series/stroke_ways.hpp"
 #include "optim/job/job_numbers.hpp"
 
 namespace flexopt {
@@ -113,19 +113,16 @@ bool add_stresses(const Goal& goal, const PathPoint& point, double value,
 }
 
 /// The lowest screening frequencies of a point, the last one repeated where there are too few.
-bool add_screening(const Goal& goal, const StrokeResponse& response, double stroke,
-                   const StrokeRequest& request, const StrokeGradients* gradients,
-                   GoalReading& reading) {
-  const std::vector<FrequencyDerivatives>& modes = response.frequency_derivatives;
-  const auto found = screening_frequencies(modes, request.parasitic, stroke);
-  bool whole = gradients && gradients->frequency_derivatives.size() == modes.size();
+bool add_screening(const Goal& goal, const StrokeResponse& response, const PathPoint& point,
+                   const StrokeRequest& request, const StrokeGradients* all, GoalReading& reading) {
+  const auto [modes, gradients, at] = modes_to_point(response, all, point).value();
+  const auto found = screening_frequencies(*modes, request.parasitic, at);
+  bool whole = gradients != nullptr;
   for (std::size_t k = 0; k < static_cast<std::size_t>(goal.branches); ++k) {
     const ScreeningFrequency& f = found[std::min(k, found.size() - 1)];
     reading.values.push_back(f.value);
     if (whole)
-      whole = add_row(
-          screening_gradient(modes[f.mode], gradients->frequency_derivatives[f.mode], stroke),
-          reading);
+      whole = add_row(screening_gradient((*modes)[f.mode], (*gradients)[f.mode], at), reading);
   }
   return whole;
 }
@@ -142,7 +139,7 @@ bool add_point(const Goal& goal, const StrokeResponse& response, std::size_t ind
   }
   if (goal.quantity == "max_stress") return add_stresses(goal, point, value, gradients, reading);
   if (goal.quantity == "parasitic_frequency_screening")
-    return add_screening(goal, response, point.stroke, request, all, reading);
+    return add_screening(goal, response, point, request, all, reading);
   const auto ranks = branch_ranks(point, request, value, goal.branches);
   if (ranks.empty()) {
     reading.values.insert(reading.values.end(), static_cast<std::size_t>(goal.branches), value);

@@ -227,6 +227,9 @@ Json units_json(const Job& job, const Mechanism& mechanism, const StrokeRequest&
   if (drives.named())
     units["frequency_derivatives"] =
         "omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke of the drive in m or rad";
+  if (drives.items.size() > 1)
+    units["frequency_derivatives_along_ways"] =
+        "omega2 in rad^2/s^2, compliance in s^2/rad^2, per part of the way to the strokes";
   units["parameters"] = std::move(parameters);
   return units;
 }
@@ -465,24 +468,47 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
 
 namespace {
 
+Json mode_derivatives_json(const FrequencyDerivatives& d) {
+  return {{"mode", d.index},
+          {"kind", name_of(d.mode.kind)},
+          {"drive", "free"},
+          {"frequency", d.mode.frequency},
+          {"d_omega2", d.d_omega2},
+          {"d2_omega2", d.d2_omega2},
+          {"d_compliance", d.d_compliance},
+          {"d2_compliance", d.d2_compliance},
+          {"valid_to",
+           {{"omega2", optional_json(d.omega2_valid_to)},
+            {"compliance", optional_json(d.compliance_valid_to)}}}};
+}
+
 Json frequency_derivatives_json(const StrokeResponse& response, const Mechanism& mechanism) {
   Json list = Json::array();
   const bool named = DriveList(mechanism).named();
   for (const FrequencyDerivatives& d : response.frequency_derivatives) {
-    list.push_back({{"mode", d.index},
-                    {"kind", name_of(d.mode.kind)},
-                    {"drive", "free"},
-                    {"frequency", d.mode.frequency},
-                    {"d_omega2", d.d_omega2},
-                    {"d2_omega2", d.d2_omega2},
-                    {"d_compliance", d.d_compliance},
-                    {"d2_compliance", d.d2_compliance},
-                    {"valid_to",
-                     {{"omega2", optional_json(d.omega2_valid_to)},
-                      {"compliance", optional_json(d.compliance_valid_to)}}}});
+    list.push_back(mode_derivatives_json(d));
     if (named) list.back()["stroke"] = mechanism.drives[static_cast<std::size_t>(d.drive)].name;
   }
   return list;
+}
+
+Json frequency_ways_json(const StrokeResponse& response, const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const FrequencyWay& way : response.frequency_ways) {
+    Json strokes = Json::object(), modes = Json::array();
+    for (std::size_t k = 0; k < mechanism.drives.size(); ++k)
+      strokes[mechanism.drives[k].name] = way.strokes[static_cast<Eigen::Index>(k)];
+    for (const FrequencyDerivatives& d : way.modes) modes.push_back(mode_derivatives_json(d));
+    list.push_back({{"strokes", std::move(strokes)}, {"modes", std::move(modes)}});
+  }
+  return list;
+}
+
+void add_frequency_derivatives(const StrokeResponse& response, const Mechanism& mechanism,
+                               Json& json) {
+  json["frequency_derivatives"] = frequency_derivatives_json(response, mechanism);
+  if (!response.frequency_ways.empty())
+    json["frequency_derivatives_along_ways"] = frequency_ways_json(response, mechanism);
 }
 
 }  // namespace
@@ -566,7 +592,7 @@ Json cases_json(const RunRecord& record) {
         {"quantities", quantities_json(DriveList(record.mechanism), request)},
         {"path", path_json(*responses[k], record.mechanism, request, errors_of_case(record, k))}};
     if (request.wants_frequency_derivatives())
-      json["frequency_derivatives"] = frequency_derivatives_json(*responses[k], record.mechanism);
+      add_frequency_derivatives(*responses[k], record.mechanism, json);
     json["shapes"] = shapes_json(*responses[k], record.mechanism);
   }
   return cases;
@@ -633,13 +659,14 @@ OrderedJson make_result(const RunRecord& record) {
                  {"constraints", constraints_json(record.mechanism)},
                  {"path", std::move(path)}};
   if (record.job.request.wants_frequency_derivatives())
-    result["frequency_derivatives"] = frequency_derivatives_json(response, record.mechanism);
+    add_frequency_derivatives(response, record.mechanism, result);
   if (record.optimum)
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);
   if (!record.errors.empty()) result["accuracy"] = accuracy_json(record);
   if (const auto& atlas = record.job.model.atlas)
     result["atlas"] = {{"contents", atlas->fingerprint()}, {"mesh", atlas->settings().mesh}};
-  if (record.comparison) result["comparison"] = make_comparison_json(*record.comparison);
+  if (record.comparison)
+    result["comparison"] = make_comparison_json(*record.comparison, record.mechanism);
   result["shapes"] = shapes_json(response, record.mechanism);
   if (!record.job.cases.empty() && !responses_of(record).empty()) {
     result["case"] = record.job.cases.front().name;  // that of path

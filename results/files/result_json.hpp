@@ -22,7 +22,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
 
 /// The part "comparison". Its speed-ups are the only numbers of the result that a clock decides;
 /// they come from the log, so that a resumed run keeps those of the designs it does not repeat.
-OrderedJson make_comparison_json(const Comparison& comparison);
+OrderedJson make_comparison_json(const Comparison& comparison, const Mechanism& mechanism);
 
 void write_result(const std::filesystem::path& folder, const OrderedJson& result);
 

@@ -38,6 +38,7 @@ set(tested_by
   core/reduction/expansion/load_fields core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
+  core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics
   core/reduction/modal/modal_leaf_linear core/reduction/modal/test_modal_leaf_gradient
   core/reduction/modal/modal_leaf_quadratic core/reduction/modal/test_modal_leaf
@@ -55,6 +56,7 @@ set(tested_by
   core/response/modes/mechanism_factor core/response/modes/test_full_modes
   core/response/path/evaluate_stroke core/response/path/test_response
   core/response/path/stiffness core/response/path/test_response
+  core/response/stroke_series/stroke_ways core/response/stroke_series/test_mode_tracking
   core/response/probe core/response/path/test_material_points
   core/response/quantities core/response/path/test_response
   core/response/request core/response/path/test_response

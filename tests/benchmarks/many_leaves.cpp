@@ -1,5 +1,9 @@
-// Time per stroke point against the number of leaves, in series and in parallel; where sparse pays.
+// Time per stroke point and memory against the number of leaves, in series and in parallel; where
+// sparse pays; a stage on six legs with 36 leaves.
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,6 +32,20 @@ double seconds(const std::function<void()>& call) {
   const std::clock_t start = std::clock();
   call();
   return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+// Largest memory of a call [MB], in a process of its own.
+double peak_memory(const std::function<void()>& call) {
+  std::fflush(stdout);
+  const pid_t child = fork();
+  if (child == 0) {
+    call();
+    _exit(0);
+  }
+  rusage usage{};
+  int status = 0;
+  wait4(child, &status, 0, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
 json design(const char* text) { return json::parse(text); }
@@ -125,7 +143,8 @@ void times() {
   const PageTable page("many_leaves times");
   fmt::print(
       "| leaves | | design | its constraints | coefficients of reduced leaves | stroke point, "
-      "reduced | full | with gradients, full |\n|---|---|---|---|---|---|---|---|\n");
+      "reduced | full | with gradients, full | memory, reduced | full |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Case& c : cases) {
     std::vector<double> before;
     std::vector<double> last;
@@ -151,11 +170,76 @@ void times() {
               of_full,   of_gradients};
       fmt::print("| {} | {} |", n, c.name);
       for (const double t : last) fmt::print(" {:.3g} ms |", 1e3 * t);
+      StrokeRequest everything = r;
+      everything.outputs = Outputs::numbers();
+      for (const ModelOptions& model : {ModelOptions{}, full}) {
+        last.push_back(
+            peak_memory([&] { (void)evaluate_stroke(made.mechanism, model, everything); }));
+        fmt::print(" {:.0f} MB |", last.back());
+      }
       fmt::print("{}\n", reduced.status == Status::ok ? "" : " no equilibrium");
     }
     fmt::print("| slope | {} |", c.name);
     for (std::size_t k = 0; k < last.size(); ++k)
       fmt::print(" {:.2f} |", std::log2(last[k] / before[k]));
+    fmt::print("\n");
+  }
+}
+
+// A stage on six legs like the T-Flex: 36 leaves, folds among them.
+json six_legs() {
+  return design(R"json({
+    "flexopt_design": 1,
+    "parameters": {"t": {"unit": "m", "default": "0.4 mm"}},
+    "frames": [{"name": "leg {i}", "turn": [["z", "60 deg*i"]], "repeat": {"i": [0, 5]}}],
+    "bodies": [
+      {"name": "end_effector", "at": [0, 0, 0.12]},
+      {"name": "arm {i}", "frame": "leg {i}", "repeat": {"i": [0, 5]}, "at": [0.12, 0, 0.04],
+       "mass": 0.05, "inertia": [2e-5, 2e-5, 2e-5]},
+      {"name": "fold {i} {j}", "frame": "leg {i}", "repeat": {"i": [0, 5], "j": [0, 1]},
+       "at": [0.12, "40 mm*(2*j - 1)", 0.12]}],
+    "leaves": [
+      {"name": "low {i} {j}", "frame": "leg {i}", "repeat": {"i": [0, 5], "j": [0, 1]},
+       "base": {"body": "ground", "at": ["120 mm + 20 mm*(2*j - 1)", "30 mm*(2*j - 1)", -0.03]},
+       "tip": {"body": "arm {i}", "at": ["120 mm + 10 mm*(1 - 2*j)", "30 mm*(2*j - 1)", 0.03]},
+       "across": [0, 1, 0], "width": "20 mm", "thickness": "t"},
+      {"name": "up {i} {j}", "frame": "leg {i}", "repeat": {"i": [0, 5], "j": [0, 1]},
+       "base": {"body": "arm {i}", "at": [0.12, "40 mm*(2*j - 1)", 0.05]},
+       "tip": {"body": "fold {i} {j}", "at": [0.12, "40 mm*(2*j - 1)", 0.12]},
+       "across": [0, 1, 0], "width": "15 mm", "thickness": "t"},
+      {"name": "in {i} {j}", "frame": "leg {i}", "repeat": {"i": [0, 5], "j": [0, 1]},
+       "base": {"body": "fold {i} {j}", "at": [0.12, "40 mm*(2*j - 1)", 0.12]},
+       "tip": {"body": "end_effector", "at": [0.085, "40 mm*(2*j - 1)", 0.12]},
+       "across": [0, 1, 0], "width": "15 mm", "thickness": "t"}],
+    "drive": {"direction": "uz"}})json");
+}
+
+void stage_on_six_legs() {
+  const PageTable page("many_leaves stage");
+  fmt::print(
+      "| stroke of 11 points, twelve frequencies each | default | the same, full |\n"
+      "|---|---|---|\n");
+  struct Stroke {
+    const char* direction;
+    double to;
+  };
+  for (const Stroke& stroke : {Stroke{"uz", 3e-3}, Stroke{"rx", 0.035}}) {
+    json text = six_legs();
+    text["drive"]["direction"] = stroke.direction;
+    FaultList faults;
+    const auto family = read_family(text, "/design/mechanism", "", faults);
+    faults.raise();
+    const Mechanism mechanism =
+        family->make({{"t", 4e-4}}, {}, materials().front().material, payload());
+    StrokeRequest r;
+    r.points.clear();
+    for (int k = 0; k <= 10; ++k) r.points.push_back(stroke.to * k / 10);
+    r.frequencies = 6;
+    r.outputs = Outputs::numbers().add(Output::shapes);
+    fmt::print("| {} to {:.3g} |", stroke.direction, stroke.to);
+    for (const Accuracy accuracy : {Accuracy::reduced, Accuracy::full})
+      fmt::print(" {:.2f} s |",
+                 seconds([&] { (void)evaluate_stroke(mechanism, {.accuracy = accuracy}, r); }));
     fmt::print("\n");
   }
 }
@@ -193,6 +277,8 @@ void crossing() {
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count < 2 || std::string(arguments[1]) != "crossing") times();
-  crossing();
+  const std::string only = count > 1 ? arguments[1] : "";
+  if (only.empty() || only == "stage") stage_on_six_legs();
+  if (only.empty() || only == "times") times();
+  if (only.empty() || only == "crossing") crossing();
 }

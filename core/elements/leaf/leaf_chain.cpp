@@ -167,13 +167,13 @@ MatrixXd LeafChain::shape_motion(const std::vector<LeafDynamics>& parts, const M
   return motion;
 }
 
-LeafDynamics LeafChain::dynamics(int count) {
+LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
   if (!condensed_) evaluate();
-  const int n = segments(), u = unknowns();
+  const int n = segments(), u = unknowns(), count = request.modes;
   std::vector<LeafDynamics> parts;
   int own = 0, stations = 0;
   for (auto& segment : segments_) {
-    parts.push_back(segment->dynamics(std::max(1, (count + n - 1) / n)));
+    parts.push_back(segment->dynamics({std::max(1, (count + n - 1) / n), request.shapes}));
     own += static_cast<int>(parts.back().mode_frequencies.size());
     stations += static_cast<int>(parts.back().stations.rows());
   }

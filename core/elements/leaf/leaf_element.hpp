@@ -49,8 +49,17 @@ struct LeafDynamics {
   /// two motions of the leaf apart. Any number of rows, the same at every state.
   MatrixXd stations;
   /// Motion of the points of shape() per unit coordinate, x, y, z of one after the other, global
-  /// axes [m]: for drawing modes. Empty where a model does not tell.
+  /// axes [m]: for drawing modes. Empty where it was not asked for, or a model does not tell.
   MatrixXd shape_motion;
+};
+
+/// What dynamics() is asked for.
+struct DynamicsRequest {
+  int modes = 0;        ///< fixed-interface modes
+  bool shapes = false;  ///< LeafDynamics::shape_motion too
+
+  DynamicsRequest(int mode_count, bool with_shapes = false)
+      : modes(mode_count), shapes(with_shapes) {}
 };
 
 /// What acts inside a leaf.
@@ -107,9 +116,9 @@ class LeafElement {
   /// Tells that dynamics() will be asked for at `states` states more: a model may prepare for it.
   virtual void expect_dynamics(int /*states*/) {}
   /// Craig–Bampton dynamics of the present equilibrium: constraint modes of the edges, the lowest
-  /// `modes` fixed-interface modes and, where the leaf has them, further internal shapes. Without
-  /// modes no internal shapes at all.
-  virtual LeafDynamics dynamics(int modes) = 0;
+  /// fixed-interface modes and, where the leaf has them, further internal shapes. Without modes no
+  /// internal shapes at all.
+  virtual LeafDynamics dynamics(DynamicsRequest request) = 0;
 
   virtual StressPeak max_stress() = 0;
   /// The places where the stress of a surface is larger than at all stations around, their

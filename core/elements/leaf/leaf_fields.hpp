@@ -1,5 +1,6 @@
 #pragma once
 // What the places and the stresses of a leaf change by along design parameters.
+#include <optional>
 #include <vector>
 
 #include "core/elements/leaf/leaf_results.hpp"
@@ -14,6 +15,11 @@ class LeafFields {
   /// Of the place over L of the point (along, across) of the mid-surface, seen from the leaf's
   /// axes, these and L held: 3 × parameters.
   virtual MatrixXd place_rates(double along, double across) const = 0;
+  /// Derivative of that place with `along`: what a point takes with it that moves along the leaf,
+  /// as the line of a fold does. None unless the leaf is a full plate.
+  virtual std::optional<Vector3d> place_slope(double /*along*/, double /*across*/) const {
+    return std::nullopt;
+  }
   /// Of the stress at a peak of this leaf [Pa], one for each parameter: the peak keeps its place
   /// (along, across) unless it stands at the border of a corner zone.
   /// `modulus`: Young's modulus; `modulus_rates`: its derivatives.

@@ -64,15 +64,15 @@ FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh
       index_(index),
       reason_(std::move(reason)),
       scale_(leaf, mesh->shape().flexure),
-      plate_(mesh, plate_support(leaf, *mesh)) {}
+      plate_(std::make_shared<PlateLeaf>(mesh, plate_support(leaf, *mesh))) {}
 
 bool FullLeaf::start_as(FullLeaf& equal) {
   const auto same_support = [](const LeafSpring& a, const LeafSpring& b) {
     return !a.point && !b.point && (a.tip == free_edge) == (b.tip == free_edge);
   };
-  if (plate_.shared_mesh() != equal.plate_.shared_mesh() || !same_support(leaf_, equal.leaf_))
+  if (plate_->shared_mesh() != equal.plate_->shared_mesh() || !same_support(leaf_, equal.leaf_))
     return false;
-  if (!equal.assembled_) equal.plate_.assemble();
+  if (!equal.assembled_) equal.plate().assemble();
   equal.assembled_ = true;
   plate_ = equal.plate_;
   assembled_ = true;
@@ -84,36 +84,42 @@ void FullLeaf::displace_point(const Vector3d& displacement, const Vector3d& du) 
   point_increment_ = scale_.axes.transpose() * du / scale_.length;
 }
 
+PlateLeaf& FullLeaf::plate() {
+  if (plate_.use_count() > 1) plate_ = std::make_shared<PlateLeaf>(*plate_);
+  return *plate_;
+}
+
 void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   assembled_ = false;
+  PlateLeaf& own = plate();
   const Vector12d increment = scale_.scaled_increment(dq);
   const EdgePoses scaled{scale_.scaled(edges[0]), scale_.scaled(edges[1])};
-  if (!plate_.has_point()) {
-    plate_.step(scaled, plate_.internal_step(increment), increment);
+  if (!own.has_point()) {
+    own.step(scaled, own.internal_step(increment), increment);
     return;
   }
   Vector3d df;
-  const VectorXd dx = plate_.internal_step(increment, point_increment_, df);
-  plate_.step(scaled, dx, increment, point_, df);
+  const VectorXd dx = own.internal_step(increment, point_increment_, df);
+  own.step(scaled, dx, increment, point_, df);
 }
 
 void FullLeaf::act(const LeafLoad& load) {
   assembled_ = false;
-  plate_.set_clamp(1 + load.warmth * (1 / scale_.growth - 1));
-  plate_.set_weight(scale_.mass / (scale_.length * scale_.energy) * scale_.axes.transpose() *
-                    load.gravity);
+  plate().set_clamp(1 + load.warmth * (1 / scale_.growth - 1));
+  plate().set_weight(scale_.mass / (scale_.length * scale_.energy) * scale_.axes.transpose() *
+                     load.gravity);
 }
 
 const LeafEvaluation& FullLeaf::evaluate() {
-  if (!assembled_) plate_.assemble();
+  if (!assembled_) plate().assemble();
   assembled_ = false;  // the plate may be changed from outside
-  evaluation_.energy = scale_.energy * plate_.energy();
-  evaluation_.force = scale_.global_force(plate_.force());
-  evaluation_.tangent = scale_.global_tangent(plate_.tangent());
-  if (plate_.has_point()) evaluation_.point = scale_.global_point(plate_.point());
-  evaluation_.correction = plate_.correction();
-  evaluation_.strain = plate_.strain();
-  evaluation_.negative_pivots = plate_.negative_pivots();
+  evaluation_.energy = scale_.energy * plate_->energy();
+  evaluation_.force = scale_.global_force(plate_->force());
+  evaluation_.tangent = scale_.global_tangent(plate_->tangent());
+  if (plate_->has_point()) evaluation_.point = scale_.global_point(plate_->point());
+  evaluation_.correction = plate_->correction();
+  evaluation_.strain = plate_->strain();
+  evaluation_.negative_pivots = plate_->negative_pivots();
   return evaluation_;
 }
 
@@ -129,13 +135,13 @@ struct FullLeafState final : LeafState {
 
 std::unique_ptr<LeafState> FullLeaf::save() const {
   auto copy = std::make_unique<FullLeafState>();
-  copy->state = plate_.state();
+  copy->state = plate_->state();
   return copy;
 }
 
 void FullLeaf::restore(const LeafState& state) {
   assembled_ = false;
-  plate_.set_state(static_cast<const FullLeafState&>(state).state);
+  plate().set_state(static_cast<const FullLeafState&>(state).state);
 }
 
 MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T) {
@@ -173,13 +179,13 @@ namespace {
 // modes nothing is slower than the last of them, `least`.
 struct RitzShapes {
   VectorXd omega2;
-  MatrixXd shapes;
+  MatrixXd shapes, mass;  ///< Y, M Y
 };
 RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY, double least) {
   const VectorXd size = Y.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   Y *= size.asDiagonal();
   KY *= size.asDiagonal();
-  const MatrixXd M = Y.transpose() * plate.mass_times(Y), K = Y.transpose() * KY;
+  const MatrixXd MY = plate.mass_times(Y), M = Y.transpose() * MY, K = Y.transpose() * KY;
   const SymmetricEigen mass(0.5 * (M + M.transpose()));
   const VectorXd& mu = mass.eigenvalues();
   int first = 0;
@@ -191,17 +197,18 @@ RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY, double l
   const VectorXd& omega2 = ritz.eigenvalues();
   int noise = 0;
   while (noise < kept && omega2[noise] < least) ++noise;
-  return {omega2.tail(kept - noise), Y * (B * ritz.eigenvectors().rightCols(kept - noise))};
+  const MatrixXd combined = B * ritz.eigenvectors().rightCols(kept - noise);
+  return {omega2.tail(kept - noise), Y * combined, MY * combined};
 }
 
 }  // namespace
 
 LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
-                            int mode_count) {
+                            DynamicsRequest request) {
   const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
   auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
   const std::vector<PlateLeaf::Mode> modes =
-      plate.modes(std::min(mode_count, plate.unknowns() / 4));
+      plate.modes(std::min(request.modes, plate.unknowns() / 4));
   const int n = plate.unknowns(), m = static_cast<int>(modes.size());
   const int b = plate.has_point() ? 15 : 12;  // boundary coordinates; the ground's do not move
   std::vector<int> moving;
@@ -223,10 +230,10 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
     omega2[k] = modes[k].omega2;
   }
   RitzShapes ritz;
-  if (mode_count > 0) {
-    MatrixXd KY = plate.mass_times(X).topRows(n), Y = KY;
+  const MatrixXd MX = plate.mass_times(X), MPsi = m > 0 ? plate.mass_times(Psi) : MatrixXd(n, 0);
+  if (request.modes > 0) {
+    MatrixXd KY = MX.topRows(n), Y = KY;
     plate.solve(Y);
-    const MatrixXd MPsi = plate.mass_times(Psi);
     const MatrixXd share = MPsi.transpose() * Y;
     Y -= Psi * share;
     KY -= MPsi * (omega2.asDiagonal() * share);
@@ -235,10 +242,19 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   }
   const int r = static_cast<int>(ritz.omega2.size()), internal = m + r;
 
-  MatrixXd T = MatrixXd::Zero(n + 12, a + internal);
+  MatrixXd T = MatrixXd::Zero(n + 12, a + internal), M_internal(n, internal);
   T.leftCols(a) = X;
   T.block(0, a, n, m) = Psi;
   if (r > 0) T.block(0, a + m, n, r) = ritz.shapes;
+  M_internal.leftCols(m) = MPsi;
+  if (r > 0) M_internal.rightCols(r) = ritz.mass;
+  // the columns of internal shapes have no rows of edges
+  MatrixXd mass(a + internal, a + internal);
+  mass.leftCols(a).noalias() = T.transpose() * MX;
+  mass.bottomRightCorner(internal, internal).noalias() =
+      T.block(0, a, n, internal).transpose() * M_internal;
+  mass.topRightCorner(a, internal) = mass.bottomLeftCorner(internal, a).transpose();
+  mass = (0.5 * (mass + mass.transpose())).eval();
   const double amplitude = 1 / std::sqrt(scale.mass);  // unit modal mass in SI
   MatrixXd S = MatrixXd::Zero(b + internal, a + internal);
   {
@@ -249,10 +265,10 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
     for (int k = 0; k < internal; ++k) S(b + k, a + k) = amplitude;
   }
   LeafDynamics dynamics;
-  dynamics.mass = scale.mass * (S * plate.mass(T) * S.transpose());
+  dynamics.mass = scale.mass * (S * mass * S.transpose());
   const MatrixXd rates = T * S.transpose();
   dynamics.stations = leaf_station_motion(plate, scale, rates);
-  dynamics.shape_motion = leaf_shape_motion(plate, scale, rates);
+  if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate, scale, rates);
   dynamics.stiffness = MatrixXd::Zero(b + internal, b + internal);
   dynamics.stiffness.topLeftCorner<12, 12>() = scale.global_tangent(plate.tangent());
   if (plate.has_point()) {
@@ -271,26 +287,28 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   return dynamics;
 }
 
-LeafDynamics FullLeaf::dynamics(int modes) { return plate_dynamics(plate_, leaf_, scale_, modes); }
+LeafDynamics FullLeaf::dynamics(DynamicsRequest request) {
+  return plate_dynamics(*plate_, leaf_, scale_, request);
+}
 
 StressPeak FullLeaf::max_stress() {
-  return plate_max_stress(plate_.mesh(), plate_.nodal(), leaf_, scale_, index_);
+  return plate_max_stress(plate_->mesh(), plate_->nodal(), leaf_, scale_, index_);
 }
 
 std::vector<StressPeak> FullLeaf::stress_peaks() {
-  return plate_stress_peaks(plate_.mesh(), plate_.nodal(), leaf_, index_);
+  return plate_stress_peaks(plate_->mesh(), plate_->nodal(), leaf_, index_);
 }
 
 std::vector<StressPeak> FullLeaf::clamp_stresses(const ClampFactors& factors) {
-  return plate_clamp_stresses(plate_.mesh(), plate_.nodal(), leaf_, scale_, index_, factors);
+  return plate_clamp_stresses(plate_->mesh(), plate_->nodal(), leaf_, scale_, index_, factors);
 }
 
 LeafShape FullLeaf::shape() {
-  return plate_deformed_shape(plate_.mesh(), plate_.nodal(), leaf_, scale_);
+  return plate_deformed_shape(plate_->mesh(), plate_->nodal(), leaf_, scale_);
 }
 
 Vector3d FullLeaf::material_point(double along, double across) {
-  return plate_material_point(plate_.mesh(), plate_.nodal(), scale_, along, across);
+  return plate_material_point(plate_->mesh(), plate_->nodal(), scale_, along, across);
 }
 
 }  // namespace flexopt

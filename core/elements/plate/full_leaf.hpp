@@ -23,8 +23,8 @@ class FullLeaf final : public LeafElement {
   FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index,
            std::string reason = {});
 
-  /// An undeflected leaf takes over the assembly and factors of an equal undeflected one, which are
-  /// made if need be: spares an evaluation. False if the two are not equal.
+  /// An undeflected leaf shares the assembly and factors of an equal undeflected one, which are
+  /// made if need be, until one of both moves. False if the two are not equal.
   bool start_as(FullLeaf& equal);
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
@@ -35,7 +35,7 @@ class FullLeaf final : public LeafElement {
   const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
-  LeafDynamics dynamics(int modes) override;
+  LeafDynamics dynamics(DynamicsRequest request) override;
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
@@ -47,8 +47,11 @@ class FullLeaf final : public LeafElement {
   Answer<LeafLinear> linearise() override;
   bool has_linearised_interior() const override { return true; }
 
-  PlateLeaf& plate() { return plate_; }
-  const PlateLeaf& plate() const { return plate_; }
+  /// To be changed: no longer shared with other leaves.
+  PlateLeaf& plate();
+  const PlateLeaf& plate() const { return *plate_; }
+  /// PlateLeaf::invert_pivots(), for all leaves that share the plate.
+  void invert_pivots() { plate_->invert_pivots(); }
   const LeafScale& scale() const { return scale_; }
 
  private:
@@ -56,8 +59,8 @@ class FullLeaf final : public LeafElement {
   int index_;
   std::string reason_;
   LeafScale scale_;
-  PlateLeaf plate_;
-  bool assembled_ = false;  ///< the plate is, at the present state
+  std::shared_ptr<PlateLeaf> plate_;  ///< of equal undeflected leaves one
+  bool assembled_ = false;            ///< the plate is, at the present state
   Vector3d point_ = Vector3d::Zero(), point_increment_ = Vector3d::Zero();  ///< scaled
   LeafEvaluation evaluation_;
 };
@@ -71,6 +74,6 @@ MatrixXd leaf_shape_motion(const PlateLeaf& plate, const LeafScale& scale, const
 
 /// Craig–Bampton dynamics of an assembled plate, SI and global axes.
 LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
-                            int mode_count);
+                            DynamicsRequest request);
 
 }  // namespace flexopt

@@ -10,7 +10,7 @@ namespace flexopt {
 /// Of an assembled full leaf, which must outlive it.
 class FullLeafLinear final : public LeafLinear {
  public:
-  explicit FullLeafLinear(FullLeaf& leaf) : leaf_(&leaf) { leaf.plate().invert_pivots(); }
+  explicit FullLeafLinear(FullLeaf& leaf) : leaf_(&leaf) { leaf.invert_pivots(); }
 
   const LeafScale& scale() const override { return leaf_->scale(); }
   int unknowns() const override { return leaf_->plate().unknowns(); }

@@ -22,6 +22,13 @@ MatrixXd PlateFields::place_rates(double along, double across) const {
   return rates;
 }
 
+std::optional<Vector3d> PlateFields::place_slope(double along, double across) const {
+  Vector3d slope = Vector3d::Zero();
+  for (const NodalWeight& w : point_weights(*mesh_, along, across, {1, 0}))
+    slope += w.weight * nodal_[w.line].row(w.function).transpose();
+  return slope;
+}
+
 VectorXd PlateFields::stress_rates(const StressPeak& peak, double modulus,
                                    const VectorXd& modulus_rates) const {
   VectorXd stress(modulus_rates.size());

@@ -16,6 +16,7 @@ class PlateFields final : public LeafFields {
               std::vector<ShapeRate> shape);
 
   MatrixXd place_rates(double along, double across) const override;
+  std::optional<Vector3d> place_slope(double along, double across) const override;
   VectorXd stress_rates(const StressPeak& peak, double modulus,
                         const VectorXd& modulus_rates) const override;
 

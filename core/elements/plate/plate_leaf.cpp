@@ -10,6 +10,7 @@
 #include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
+#include "core/math/small_product.hpp"
 
 namespace flexopt {
 namespace {
@@ -165,7 +166,8 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
       PointState& point = points_[i * ny + j];
       Eigen::Matrix<double, 2 * Side, 3> dU;
       dU << rates[i].middleRows<Side>(4 * j), rates[i + 1].middleRows<Side>(4 * j);
-      const Gradient da = element.gradient.leftCols<2 * Side>() * dU;
+      Gradient da;
+      assign_small_product(da, element.gradient.leftCols<2 * Side>(), dU);
       const auto& a = point.gradient;
       const auto a1 = a.topRows<points>(), a2 = a.bottomRows<points>();
       const auto d1 = da.topRows<points>(), d2 = da.bottomRows<points>();
@@ -261,8 +263,11 @@ void PlateLeaf::assemble_elements() {
       const auto bending = element.bending.topLeftCorner<functions, functions>();
       Eigen::Matrix<double, functions, 3> U;
       U << nodal_[i].middleRows<Side>(4 * j), nodal_[i + 1].middleRows<Side>(4 * j);
-      const Gradient a = G * U;
-      const Eigen::Matrix<double, functions, 3> BU = bending * U;
+      const Eigen::Matrix<double, functions, 16> Gt = G.transpose();
+      Gradient a;
+      Eigen::Matrix<double, functions, 3> BU;
+      assign_small_product(a, G, U);
+      assign_small_product(BU, bending, U);
       std::array<PointArray, 3> a1, a2;
       for (int c = 0; c < 3; ++c) {
         a1[c] = a.col(c).head<points>();
@@ -285,7 +290,9 @@ void PlateLeaf::assemble_elements() {
         stress.col(c).head<points>() = n11 * a1[c] + n12 * a2[c];
         stress.col(c).tail<points>() = n12 * a1[c] + n22 * a2[c];
       }
-      Eigen::Matrix<double, functions, 3> force = G.transpose() * stress + BU;
+      Eigen::Matrix<double, functions, 3> force;
+      assign_small_product(force, Gt, stress);
+      force += BU;
       const bool natural = element.curvature_weight.size() > 0;
       CurvatureTangent by_curvature;
       if (natural) {
@@ -332,7 +339,7 @@ void PlateLeaf::assemble_elements() {
           CG.template bottomRows<points>().noalias() = yx.matrix().asDiagonal() * Gx;
           CG.template bottomRows<points>().noalias() += yy.matrix().asDiagonal() * Gy;
           Eigen::Matrix<double, functions, functions> K;
-          K.noalias() = G.transpose() * CG;
+          assign_small_product(K, Gt, CG);
           if (c == d) K += bending;
           if (c != d && natural) K += by_curvature(c, d).topLeftCorner<functions, functions>();
           const int r = c * n + 4 * j, s = d * n + 4 * j;

@@ -367,7 +367,7 @@ MatrixXd ModalLeaf::station_motion(const MatrixXd& T) const {
   return stations;
 }
 
-LeafDynamics ModalLeaf::dynamics(int count) {
+LeafDynamics ModalLeaf::dynamics(DynamicsRequest request) {
   if (!evaluated_) evaluate();
   const int m = model_->amplitudes();
   MatrixXd T = rates();
@@ -375,7 +375,7 @@ LeafDynamics ModalLeaf::dynamics(int count) {
 
   // what the amplitudes do beside the edges: eigenvectors of their own stiffness and mass
   const MatrixXd M = plate_.mass(T);
-  const int kept = std::min(count, m);
+  const int kept = std::min(request.modes, m);
   MatrixXd S = MatrixXd::Zero(12 + m, 12 + kept);
   S.topLeftCorner<12, 12>().setIdentity();
   VectorXd omega2(kept);
@@ -394,7 +394,7 @@ LeafDynamics ModalLeaf::dynamics(int count) {
   dynamics.stations = station_motion(all_rates);
   LeafScale seen = scale_;  // the plate lies in the frame
   seen.axes = scale_.axes * frame_.axes;
-  dynamics.shape_motion = leaf_shape_motion(plate_, seen, all_rates);
+  if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate_, seen, all_rates);
   dynamics.stiffness = MatrixXd::Zero(12 + kept, 12 + kept);
   dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
   dynamics.mode_frequencies.resize(kept);

@@ -76,7 +76,7 @@ class ModalLeaf final : public LeafElement {
   const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
-  LeafDynamics dynamics(int modes) override;
+  LeafDynamics dynamics(DynamicsRequest request) override;
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;

@@ -231,7 +231,7 @@ void SuperelementLeaf::restore(const LeafState& state) {
   linearised_.clear();
 }
 
-LeafDynamics SuperelementLeaf::dynamics(int count) {
+LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
   // Unknowns: the inner nodes, then the vibration modes of the superelements, which statics does
   // not move.
   const int nodal = unknowns(), elements = grid_->elements(), m = 6 * grid_->nodes_per_element();
@@ -268,7 +268,8 @@ LeafDynamics SuperelementLeaf::dynamics(int count) {
     return result;
   };
   LowestPairs pairs;
-  if (count = std::min(count, n); count > 0)
+  const int count = std::min(request.modes, n);
+  if (count > 0)
     pairs = lowest_pairs(n, count, 1, solve_all, mass_times);
   const int modes = pairs.converged ? count : 0;
   // x = static shapes · (edges, point) + Ψ ξ
@@ -287,7 +288,7 @@ LeafDynamics SuperelementLeaf::dynamics(int count) {
   }
   MatrixXd of_nodes(nodal + 12, T.cols());
   of_nodes << T.topRows(nodal), T.bottomRows(12);
-  dynamics.shape_motion = shape_motion(of_nodes);
+  if (request.shapes) dynamics.shape_motion = shape_motion(of_nodes);
   MatrixXd& K = dynamics.stiffness = MatrixXd::Zero(outer + modes, outer + modes);
   K.topLeftCorner<12, 12>() = evaluation_.tangent;
   if (evaluation_.point) {

@@ -58,8 +58,9 @@ double slenderness_of(const PlateShape& shape) {
 }
 }  // namespace
 
-TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range)
-    : shape_(mesh->shape()), mesh_(std::move(mesh)), range_(range) {
+TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range,
+                     std::shared_ptr<PlatePool> pool)
+    : shape_(mesh->shape()), mesh_(std::move(mesh)), range_(range), pool_(std::move(pool)) {
   directions_.col(0) = range.ray;
   // across the ray; for the S (1, 1) and C (1, −1) rays the other one of the two
   directions_.col(1) = Eigen::Vector2d(range.ray[1], -range.ray[0]);
@@ -83,6 +84,7 @@ void TubeModel::build() {
     sigma.assign(zero, all.end());
     below.assign(std::make_reverse_iterator(zero), all.rend());
   }
+  leaf().reset();
   for (const double s : sigma)
     if (!add(s)) return;
   if (!below.empty()) leaf().reset();
@@ -110,9 +112,17 @@ const std::shared_ptr<const PlateMesh>& TubeModel::mesh() const {
   return mesh_;
 }
 
-ChordLeaf& TubeModel::leaf() {
-  if (!leaf_) leaf_ = std::make_unique<ChordLeaf>(mesh());
-  return *leaf_;
+PlatePool& TubeModel::pool() {
+  if (!pool_) pool_ = std::make_shared<PlatePool>(mesh());
+  return *pool_;
+}
+
+ChordLeaf& TubeModel::leaf() { return pool().chord(); }
+
+void TubeModel::stand_at(const TubeExpansion& expansion) {
+  leaf().stand_at({range_.ray[0] * expansion.sigma, range_.ray[1] * expansion.sigma, 0},
+                  {range_.force_centre * tube_force_scale(shape_)[0], 0, 0},
+                  expansion.fields.col(0));
 }
 
 EdgePoses TubeModel::rest() const {
@@ -152,14 +162,13 @@ void TubeModel::cover(double sigma) {
   }
   assert(expansions_.size() >= 2);
   if (sigma > expansions_.back().sigma * (1 + 1e-9) && !covered_) {
-    const TubeExpansion& last = expansions_.back();
-    leaf().stand_at({range_.ray[0] * last.sigma, range_.ray[1] * last.sigma, 0}, Vector3d::Zero(),
-                    last.fields.col(0));
+    stand_at(expansions_.back());
     bend_on(std::min(1.1 * sigma, std::max(sigma, potential_->last_sigma())));
   }
 }
 
 bool TubeModel::extend(double sigma) {
+  equal_states_.clear();
   if (known_) {  // its own states, mesh and all, take the place of the known ones
     const TubeRange before = range_;
     const bool tables = dynamics_ != nullptr;
@@ -167,7 +176,6 @@ bool TubeModel::extend(double sigma) {
     range_.sigma_max = sigma;
     expansions_.clear();
     dynamics_.reset();
-    leaf().reset();
     build();
     if (static_cast<int>(potential_->nodes().size()) == static_cast<int>(expansions_.size()) &&
         potential_->last_sigma() == sigma) {
@@ -180,7 +188,10 @@ bool TubeModel::extend(double sigma) {
     covered_ = false;
     return false;
   }
-  if (!potential_->mirrored()) leaf().reset();
+  if (potential_->mirrored())
+    stand_at(expansions_.back());
+  else
+    leaf().reset();
   if (!add(sigma)) return false;
   if (dynamics_) dynamics_->add(leaf(), sigma);
   const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
@@ -270,7 +281,8 @@ TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int
 void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   follow(state_, scale_.scaled_increment(dq));
   edges_ = {scale_.scaled(edges[0]), scale_.scaled(edges[1])};
-  plate_is_current_ = false;
+  full_state_.reset();
+  state_number_ = 0;
 }
 
 EdgePoses TubeLeaf::chord_edges() const {
@@ -355,7 +367,8 @@ void TubeLeaf::restore(const LeafState& state) {
   const auto& copy = static_cast<const TubeLeafState&>(state);
   edges_ = copy.edges;
   state_ = copy.state;
-  plate_is_current_ = false;
+  full_state_.reset();
+  state_number_ = 0;
 }
 
 PlateLeaf::State TubeLeaf::rebuilt() const {
@@ -375,48 +388,50 @@ PlateLeaf::State TubeLeaf::rebuilt() const {
 }
 
 PlateLeaf& TubeLeaf::condensed() {
-  if (!plate_) plate_ = std::make_unique<PlateLeaf>(model_->mesh());
-  if (!plate_is_current_) {
-    plate_->set_state(rebuilt());
-    plate_->assemble();
-    const VectorXd dx = plate_->internal_step(Vector12d::Zero());
-    check_ = dx.cwiseAbs().maxCoeff();
-    PlateLeaf::State state = plate_->state();
-    state.x += dx;
-    // The rebuilt state's error in the membrane force, over the buckling load: small, and its
-    // stiffness will do for the internal shapes (0.1 % in their frequencies).
-    const PlateShape& shape = model_->mesh()->shape();
-    const double force = plate_->correction() / shape.thickness *
-                         std::sqrt(12 / shape.mean_width()) /
-                         (4 * std::numbers::pi * std::numbers::pi);
-    plate_->set_state(state);
-    plate_is_corrected_ = force > 0.02;
-    if (plate_is_corrected_) plate_->assemble();
-    // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
-    // can tell: the steps that are left then.
-    constexpr double good = 1e-4;
-    constexpr int most = 4;
-    double change = check_;
-    for (int k = 0; shape.curve && change > good && k < most; ++k) {
-      if (!plate_is_corrected_) plate_->assemble();
-      plate_is_corrected_ = true;
-      state = plate_->state();
-      const VectorXd further = plate_->internal_step(Vector12d::Zero());
-      change = further.cwiseAbs().maxCoeff();
-      state.x += further;
-      plate_->set_state(state);
-      plate_->assemble();
-    }
-    plate_is_current_ = true;
+  PlatePool& pool = model_->pool();
+  if (PlateLeaf* known = pool.find(state_number_)) return *known;
+  state_number_ = pool.new_state();
+  PlateLeaf& plate = pool.take(state_number_);
+  plate.set_state(rebuilt());
+  plate.assemble();
+  const VectorXd dx = plate.internal_step(Vector12d::Zero());
+  check_ = dx.cwiseAbs().maxCoeff();
+  PlateLeaf::State state = plate.state();
+  state.x += dx;
+  // The rebuilt state's error in the membrane force, over the buckling load: small, and its
+  // stiffness will do for the internal shapes (0.1 % in their frequencies).
+  const PlateShape& shape = model_->mesh()->shape();
+  const double force = plate.correction() / shape.thickness * std::sqrt(12 / shape.mean_width()) /
+                       (4 * std::numbers::pi * std::numbers::pi);
+  plate.set_state(state);
+  plate_is_corrected_ = force > 0.02;
+  if (plate_is_corrected_) plate.assemble();
+  // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
+  // can tell: the steps that are left then.
+  constexpr double good = 1e-4;
+  constexpr int most = 4;
+  double change = check_;
+  for (int k = 0; shape.curve && change > good && k < most; ++k) {
+    if (!plate_is_corrected_) plate.assemble();
+    plate_is_corrected_ = true;
+    state = plate.state();
+    const VectorXd further = plate.internal_step(Vector12d::Zero());
+    change = further.cwiseAbs().maxCoeff();
+    state.x += further;
+    plate.set_state(state);
+    plate.assemble();
   }
-  return *plate_;
+  full_state_ = plate.state();
+  return plate;
 }
 
 std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {
-  if (plate_is_current_) return plate_->nodal();
-  if (!plate_) plate_ = std::make_unique<PlateLeaf>(model_->mesh());
-  plate_->set_state(rebuilt());
-  return plate_->nodal();
+  PlatePool& pool = model_->pool();
+  if (const PlateLeaf* known = pool.find(state_number_)) return known->nodal();
+  if (!full_state_) full_state_ = rebuilt();
+  PlateLeaf& plate = pool.take(pool.new_state());
+  plate.set_state(*full_state_);
+  return plate.nodal();
 }
 
 StressPeak TubeLeaf::max_stress() {

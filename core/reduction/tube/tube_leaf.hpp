@@ -7,7 +7,9 @@
 
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/reduction/expansion/tube_expansion.hpp"
+#include "core/reduction/tube/equal_states.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
+#include "core/reduction/tube/plate_pool.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_range.hpp"
 
@@ -21,8 +23,10 @@ inline constexpr double largest_degree_change = 0.06;
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
 class TubeModel {
  public:
-  /// Solves and expands the bent states; `built()` tells whether all were found.
-  TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range);
+  /// Solves and expands the bent states; `built()` tells whether all were found. `pool`: of this
+  /// mesh, shared with other models; null for one of its own.
+  TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range,
+            std::shared_ptr<PlatePool> pool = nullptr);
   /// Of a flat leaf of uniform width and thickness, from expansions that are known: `directions` is
   /// D, its first column the ray. Mesh, bent states and fields are made when somebody asks for
   /// fields, for tables of dynamics or for a state beyond the last node.
@@ -61,9 +65,14 @@ class TubeModel {
   /// was known.
   void cover(double sigma);
 
+  PlatePool& pool();
+  /// Leaves that were condensed, for others in the same deformation.
+  EqualStates& equal_states() { return equal_states_; }
+
  private:
   void build();
   int bent_states() const;  ///< so many carry the fields
+  void stand_at(const TubeExpansion& expansion);
   bool add(double sigma);
   ChordLeaf& leaf();
   void make_potentials(const std::vector<TubeNode>& nodes);
@@ -73,7 +82,8 @@ class TubeModel {
   TubeRange range_;
   Eigen::Matrix2d directions_;
   bool known_ = false;
-  std::unique_ptr<ChordLeaf> leaf_;
+  std::shared_ptr<PlatePool> pool_;
+  EqualStates equal_states_;
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
@@ -93,7 +103,7 @@ class TubeLeaf final : public LeafElement {
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   void expect_dynamics(int states) override { model_->expect_dynamics(states); }
-  LeafDynamics dynamics(int modes) override;
+  LeafDynamics dynamics(DynamicsRequest request) override;
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
@@ -112,6 +122,9 @@ class TubeLeaf final : public LeafElement {
   /// The full leaf at that state, moved on by one Newton step with the edges held; assembled there
   /// where the step is large.
   PlateLeaf& condensed();
+  /// Condensed with its dynamics, or taken from a leaf in the same deformation.
+  LeafDynamics condensed_dynamics(DynamicsRequest request);
+  LeafStand stand() const;
   std::vector<MatrixXd> rebuilt_nodal();
   /// Relative change of the leaf's stiffness when the highest degree is left out; nothing where the
   /// leaf is not stable on its own.
@@ -132,9 +145,9 @@ class TubeLeaf final : public LeafElement {
   LeafEvaluation evaluation_;
   double check_ = 0;
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
-  std::unique_ptr<PlateLeaf> plate_;
-  bool plate_is_current_ = false;
-  bool plate_is_corrected_ = false;  ///< assembled after the Newton step, not before it
+  std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was
+  std::uint64_t state_number_ = 0;              ///< of the plate in the pool that stands there
+  bool plate_is_corrected_ = false;             ///< assembled after the Newton step, not before it
 };
 
 }  // namespace flexopt

@@ -318,9 +318,16 @@ PlaceRates moving_places(const MechanismFactor& factor, const Solids& solids,
   const Mechanism& mechanism = factor.system().mechanism();
   PlaceRates rates;
   rates.directions = &directions;
-  rates.leaf = [&](int leaf, double along, double across) {
-    return leaf_place_rates(mechanism, leaf, along, across,
-                            solids.middle_place(leaf, along, across), directions, fields.of(leaf));
+  rates.leaf = [&](int leaf, double along, double across, const VectorXd& along_rates) {
+    MatrixXd rate =
+        leaf_place_rates(mechanism, leaf, along, across, solids.middle_place(leaf, along, across),
+                         directions, fields.of(leaf));
+    if (along_rates.size() == 0) return rate;
+    const LeafSpring& spring = mechanism.leaves[static_cast<std::size_t>(leaf)];
+    const Vector3d slope = spring.growth * spring.length *
+                           (spring.axes * fields.of(leaf).place_slope(along, across).value());
+    rate += slope * along_rates.transpose();
+    return rate;
   };
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
     const auto row = static_cast<Eigen::Index>(6 * b);

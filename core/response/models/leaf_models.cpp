@@ -276,6 +276,7 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
       mechanism, model, loads, {1, driven ? 0 : largest}, several.empty() ? one : several, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<TubeModel>> models;
+  std::map<const PlateMesh*, std::shared_ptr<PlatePool>> pools;
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
     const auto full = [&](const std::string& reason) {
@@ -321,7 +322,12 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
         tube = m;
     if (!tube) {
       tube = known_tube(shape, range, model);
-      if (!tube) tube = std::make_shared<TubeModel>(mesh_of(leaf, model, meshes), range);
+      if (!tube) {
+        const auto mesh = mesh_of(leaf, model, meshes);
+        auto& pool = pools[mesh.get()];
+        if (!pool) pool = std::make_shared<PlatePool>(mesh);
+        tube = std::make_shared<TubeModel>(mesh, range, pool);
+      }
       models.push_back(tube);
     }
     if (tube->built())

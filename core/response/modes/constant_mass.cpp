@@ -34,9 +34,9 @@ Matrix3d turn_of(const System& system, int i) {
 
 }  // namespace
 
-LeafDynamics ConstantMass::dynamics(System& system, int i, int modes) {
-  const auto key = std::pair(i, modes);
-  if (!known_.contains(key)) known_[key] = undeflected_[i]->dynamics(modes);
+LeafDynamics ConstantMass::dynamics(System& system, int i, DynamicsRequest request) {
+  const auto key = std::tuple(i, request.modes, request.shapes);
+  if (!known_.contains(key)) known_[key] = undeflected_[i]->dynamics(request);
   LeafDynamics d = known_.at(key);
   const Matrix3d R = turn_of(system, i);
   const Eigen::Index n = d.mass.rows(), internal = d.mode_frequencies.size();

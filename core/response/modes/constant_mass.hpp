@@ -3,7 +3,7 @@
 // For comparison; the mass of a leaf follows its deflection by default.
 #include <map>
 #include <memory>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "core/equilibrium/system.hpp"
@@ -19,11 +19,11 @@ class ConstantMass {
   /// Craig–Bampton dynamics of a leaf of the assembled system: its present tangent beside the
   /// undeflected leaf's mass, internal shapes and their frequencies, M = T M0 Tᵀ with T the turn
   /// of the chord frame (of the base edge, where the tip is free) for every vector of three.
-  LeafDynamics dynamics(System& system, int leaf, int modes);
+  LeafDynamics dynamics(System& system, int leaf, DynamicsRequest request);
 
  private:
   std::vector<std::unique_ptr<LeafElement>> undeflected_;
-  std::map<std::pair<int, int>, LeafDynamics> known_;  ///< by (leaf, modes)
+  std::map<std::tuple<int, int, bool>, LeafDynamics> known_;  ///< by (leaf, modes, shapes)
 };
 
 }  // namespace flexopt

@@ -97,8 +97,9 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass
   pencil.K_bodies = system.tangent();
   pencil.M_bodies = system.body_mass();
   for (int i = 0; i < system.leaves(); ++i) {
-    LeafDynamics leaf = constant_mass ? constant_mass->dynamics(system, i, leaf_modes[i])
-                                      : system.leaf(i).dynamics(leaf_modes[i]);
+    const DynamicsRequest request(leaf_modes[i], shapes);
+    LeafDynamics leaf = constant_mass ? constant_mass->dynamics(system, i, request)
+                                      : system.leaf(i).dynamics(request);
     const int k = static_cast<int>(leaf.mode_frequencies.size());
     pencil.highest[i] = leaf.highest_mode;
     pencil.check = std::max(pencil.check, leaf.check);
@@ -126,7 +127,7 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass
     part.mass = T.transpose() * leaf.mass * T;
     part.stiffness = leaf.stiffness.bottomRightCorner(k, k);
     if (leaf.stations.rows() > 0) part.stations = leaf.stations * T;
-    if (shapes && leaf.shape_motion.rows() > 0) part.shape = leaf.shape_motion * T;
+    if (leaf.shape_motion.rows() > 0) part.shape = leaf.shape_motion * T;
     // a condensed full leaf is nearer the truth than the reduced one it stands in for
     const Matrix12d better =
         leaf.stiffness.topLeftCorner<12, 12>() - system.leaf(i).evaluation().tangent;

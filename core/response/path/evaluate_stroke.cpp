@@ -11,6 +11,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
 #include "core/response/space/room_taken.hpp"
+#include "core/response/stroke_series/stroke_ways.hpp"
 
 namespace flexopt {
 namespace {
@@ -43,18 +44,21 @@ std::vector<int> nearest_first(const std::vector<VectorXd>& strokes) {
   return order;
 }
 
-void add_screening(const FrequencyDerivativesResult& found, const StrokeRequest& request,
-                   DifferentiablePath* differentiable, StrokeResponse& response) {
+void add_screening(const StrokeRequest& request, DifferentiablePath* differentiable,
+                   StrokeResponse& response) {
   for (std::size_t k = 0; k < response.path.size(); ++k) {
     PathPoint& point = response.path[k];
-    const auto screening =
-        screening_frequencies(response.frequency_derivatives, request.parasitic, point.stroke);
+    const auto to_point =
+        modes_to_point(response, differentiable ? &differentiable->gradients : nullptr, point);
+    if (!to_point) continue;
+    const auto& [modes, gradients, at] = *to_point;
+    const auto screening = screening_frequencies(*modes, request.parasitic, at);
     if (screening.empty()) continue;
     const auto& [mode, value] = screening.front();
     point.parasitic_frequency_screening = value;
-    if (!found.gradients.empty())
-      differentiable->gradients.path[k].parasitic_frequency_screening = screening_gradient(
-          response.frequency_derivatives[mode], found.gradients[mode], point.stroke);
+    if (gradients)
+      differentiable->gradients.path[k].parasitic_frequency_screening =
+          screening_gradient((*modes)[mode], (*gradients)[mode], at);
   }
 }
 
@@ -68,7 +72,8 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
       differentiable && differentiable->along_stroke
           ? std::move(*differentiable->along_stroke)
           : frequency_derivatives(mechanism, model, request.loads, request.newton,
-                                  request.frequencies, exactly ? &*exactly : nullptr);
+                                  request.frequencies, stroke_ways(request),
+                                  exactly ? &*exactly : nullptr);
   response.seconds_derivatives =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (differentiable) {
@@ -79,18 +84,23 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
     response.message = "no frequency derivatives: " + found.message;
     return;
   }
+  if (!found.message.empty()) response.message = found.message;
   response.frequency_derivatives = std::move(found.modes);
-  if (!mechanism.drives.empty()) set_validity(response.frequency_derivatives, response.path);
-  if (mechanism.drives.size() == 1)  // a parabola is one of one stroke
-    add_screening(found, request, differentiable, response);
-  if (differentiable) differentiable->gradients.frequency_derivatives = std::move(found.gradients);
+  response.frequency_ways = std::move(found.ways);
+  set_validity(response.frequency_derivatives, response.path);
+  for (FrequencyWay& way : response.frequency_ways) set_validity(way, response.path);
+  if (differentiable && !differentiable->directions.empty()) {
+    differentiable->gradients.frequency_derivatives = std::move(found.gradients);
+    differentiable->gradients.frequency_ways = std::move(found.way_gradients);
+  }
+  add_screening(request, differentiable, response);
 }
 
 // Envelopes and mass of the leaves, once for all points.
 void add_room_taken(const Mechanism& mechanism, const StrokeRequest& request,
                     DifferentiablePath* differentiable, StrokeResponse& response) {
-  const bool known = !has_fold(mechanism), still = request.outputs.has(Output::envelope),
-             moving = known && request.outputs.has(Output::moving_envelope);
+  const bool still = request.outputs.has(Output::envelope),
+             moving = request.outputs.has(Output::moving_envelope);
   if ((!still && !moving) || mechanism.leaves.empty()) return;
   const Solids solids = Solids::undeflected(mechanism);
   const Extents rest = extents_of(solids);
@@ -115,10 +125,10 @@ void add_room_taken(const Mechanism& mechanism, const StrokeRequest& request,
   MatrixXd at_rest_rates, over_stroke_rates;
   std::optional<VectorXd> mass_rate;
   if (still) {
-    if (known) at_rest = envelope_of({&rest});
+    at_rest = envelope_of({&rest});
     mass = leaf_mass(mechanism);
     if (gradients) {
-      if (known) at_rest_rates = envelope_rates({&rest}, {&rest_rates});
+      at_rest_rates = envelope_rates({&rest}, {&rest_rates});
       mass_rate = leaf_mass_rate(mechanism, *rates.directions);
     }
   }

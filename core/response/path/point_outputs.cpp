@@ -13,6 +13,7 @@
 #include "core/response/path/stiffness.hpp"
 #include "core/response/space/room_taken.hpp"
 #include "core/response/stress_safety.hpp"
+#include "core/response/stroke_series/stroke_ways.hpp"
 
 namespace flexopt {
 namespace {
@@ -150,8 +151,7 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
     : model_(&model), request_(&request), differentiable_(differentiable) {
   if (request.frequencies > 0 && model.mass == LeafMass::constant)
     constant_mass_.emplace(mechanism, model);
-  if (request.outputs.has(Output::clearance) && !has_fold(mechanism))
-    clearance_pairs_ = clearance_pairs(mechanism);
+  if (request.outputs.has(Output::clearance)) clearance_pairs_ = clearance_pairs(mechanism);
 }
 
 // Of the condensed mechanism.
@@ -190,8 +190,8 @@ bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, FullModeL
     if (at_rest) {
       const auto start = std::chrono::steady_clock::now();
       const ExactDerivatives derivatives = differentiable_->exact_derivatives(*model_);
-      differentiable_->along_stroke =
-          frequency_derivatives(factor, request_->frequencies, &derivatives, &lists.free);
+      differentiable_->along_stroke = frequency_derivatives(
+          factor, request_->frequencies, stroke_ways(*request_), &derivatives, &lists.free);
       differentiable_->seconds_along_stroke =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       lists.free.modes.resize(

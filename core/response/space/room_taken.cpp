@@ -210,12 +210,12 @@ struct Edge {
   Vector3d outward;  ///< along the leaf, from it into the body
 };
 
-std::vector<Edge> clamped_edges(const LeafSpring& leaf) {
+std::vector<Edge> clamped_edges(const LeafSpring& leaf, const SolidPart& part) {
   constexpr double step = 1e-3;  // along the leaf
   std::vector<Edge> edges;
   for (const double along : {0.0, 1.0}) {
     const int body = along == 0 ? leaf.base : leaf.tip;
-    if (body == free_edge) continue;
+    if (body == free_edge || along < part.begin || along > part.end) continue;
     const Vector3d middle = undeflected_place(leaf, along, 0.5),
                    inside = undeflected_place(leaf, std::abs(along - step), 0.5);
     const bool wire = leaf.section == Section::circular;
@@ -242,10 +242,13 @@ double distance(const Edge& a, const Edge& b) {
 
 // Whether two leaves are one piece at an edge: folds and hubs, where their edges meet on one body,
 // and the halves of a leaf on both sides of a rigid middle.
-bool joined(const LeafSpring& a, const LeafSpring& b) {
+bool joined(const Mechanism& mechanism, const SolidPart& part_a, const SolidPart& part_b) {
+  if (part_a.leaf == part_b.leaf) return true;  // legs of one leaf
+  const LeafSpring &a = mechanism.leaves[static_cast<std::size_t>(part_a.leaf)],
+                   &b = mechanism.leaves[static_cast<std::size_t>(part_b.leaf)];
   const double touch = 0.5 * (1 + 1e-6) * (a.thickness + b.thickness);
-  for (const Edge& ea : clamped_edges(a))
-    for (const Edge& eb : clamped_edges(b)) {
+  for (const Edge& ea : clamped_edges(a, part_a))
+    for (const Edge& eb : clamped_edges(b, part_b)) {
       if (ea.body != eb.body) continue;
       const Vector3d apart = eb.middle - ea.middle;
       const double far = apart.norm() - ea.half.norm() - eb.half.norm();
@@ -261,18 +264,14 @@ bool joined(const LeafSpring& a, const LeafSpring& b) {
 
 std::vector<std::array<int, 2>> clearance_pairs(const Mechanism& mechanism) {
   std::vector<std::array<int, 2>> pairs;
-  const int leaves = static_cast<int>(mechanism.leaves.size());
-  for (int i = 0; i < leaves; ++i) {
-    const LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(i)];
-    for (int j = i + 1; j < leaves; ++j)
-      if (!joined(leaf, mechanism.leaves[static_cast<std::size_t>(j)])) pairs.push_back({i, j});
-    int solid = leaves;
-    for (std::size_t b = 0; b < mechanism.bodies.size(); ++b)
-      if (mechanism.bodies[b].box) {
-        const int body = static_cast<int>(b);
-        if (leaf.base != body && leaf.tip != body) pairs.push_back({i, solid});
-        ++solid;
-      }
+  const std::vector<SolidPart> parts = solid_parts(mechanism);
+  for (std::size_t i = 0; i < parts.size() && parts[i].leaf >= 0; ++i) {
+    const LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(parts[i].leaf)];
+    for (std::size_t j = i + 1; j < parts.size(); ++j) {
+      const bool held = leaf.base == parts[j].body || leaf.tip == parts[j].body;
+      if (parts[j].leaf >= 0 ? !joined(mechanism, parts[i], parts[j]) : !held)
+        pairs.push_back({static_cast<int>(i), static_cast<int>(j)});
+    }
   }
   return pairs;
 }

@@ -103,45 +103,72 @@ WireAxes wire_section_rate(const Vector3d& t, const Vector3d& reference, const V
   return {dn, de.cross(n) + e.cross(dn)};
 }
 
+// Of a point of a solid, along its leaf.
+double along_leaf(const SolidPart& part, double along) {
+  return part.begin + (part.end - part.begin) * along;
+}
+
+// What that changes by as the fold moves.
+double along_leaf_rate(const SolidPart& part, const LeafSpring& leaf, const LeafSpring& direction,
+                       double along) {
+  const double fold = leaf.fold && direction.fold ? direction.fold->place : 0;
+  return part.begin > 0 ? fold * (1 - along) : part.end < 1 ? fold * along : 0;
+}
+
 }  // namespace
+
+std::vector<SolidPart> solid_parts(const Mechanism& mechanism) {
+  std::vector<SolidPart> parts;
+  for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
+    const auto& fold = mechanism.leaves[static_cast<std::size_t>(i)].fold;
+    parts.push_back({.leaf = i, .end = fold ? fold->place : 1});
+    if (fold) parts.push_back({.leaf = i, .begin = fold->place});
+  }
+  for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
+    if (mechanism.bodies[static_cast<std::size_t>(b)].box) parts.push_back({.body = b});
+  return parts;
+}
 
 Solids::Solids(const Mechanism& mechanism, const LeafPlaces& places,
                const std::vector<BodyPlace>& bodies)
     : mechanism_(&mechanism) {
-  for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) add_leaf(i, places);
-  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b)
-    if (mechanism.bodies[b].box) add_box(static_cast<int>(b), bodies[b]);
+  for (const SolidPart& part : solid_parts(mechanism))
+    if (part.leaf >= 0)
+      add_leaf(part, places);
+    else
+      add_box(part, bodies[static_cast<std::size_t>(part.body)]);
   constexpr double overshoot = 0.01;  // of the interpolation between stations
   for (Solid& solid : solids_) {
+    const int index = static_cast<int>(&solid - solids_.data());
     std::vector<Vector3d> points = solid.nodes;
     double beyond = 0;
-    if (solid.body >= 0) {
+    if (!is_leaf(index)) {
       points.clear();
       for (int k = 0; k < 8; ++k)
-        points.push_back(place({static_cast<int>(&solid - solids_.data()),
-                                {k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0}}));
-    } else if (is_wire(solid.leaf)) {
+        points.push_back(
+            place({index, {k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0}}));
+    } else if (is_wire(index)) {
       points.resize(stations_along);
       for (int i = 0; i < stations_along; ++i)
-        beyond = std::max(
-            beyond, half_of(mechanism.leaves[static_cast<std::size_t>(solid.leaf)], along_of(i)));
+        beyond = std::max(beyond, half_of(leaf_of(index), along_of(i)));
     }
     solid.lowest = solid.highest = points.front();
     for (const Vector3d& p : points) {
       solid.lowest = solid.lowest.cwiseMin(p);
       solid.highest = solid.highest.cwiseMax(p);
     }
-    if (solid.leaf >= 0)
+    if (is_leaf(index))
       beyond += overshoot * (solid.highest - solid.lowest).norm() / along_intervals;
     solid.lowest.array() -= beyond;
     solid.highest.array() += beyond;
   }
 }
 
-void Solids::add_leaf(int leaf, const LeafPlaces& places) {
+void Solids::add_leaf(const SolidPart& part, const LeafPlaces& places) {
+  const int leaf = part.leaf;
   const LeafSpring& spring = mechanism_->leaves[static_cast<std::size_t>(leaf)];
   Solid& solid = solids_.emplace_back();
-  solid.leaf = leaf;
+  solid.part = part;
   if (spring.section == Section::circular) {
     std::vector<std::array<double, 2>> points;
     for (int i = 0; i < stations_along; ++i) points.push_back({along_of(i), 0.5});
@@ -165,7 +192,8 @@ void Solids::add_leaf(int leaf, const LeafPlaces& places) {
   }
   std::vector<std::array<double, 2>> points;
   for (int i = 0; i < stations_along; ++i)
-    for (int j = 0; j < stations_across; ++j) points.push_back({along_of(i), across_of(j)});
+    for (int j = 0; j < stations_across; ++j)
+      points.push_back({along_leaf(part, along_of(i)), across_of(j)});
   const std::vector<Vector3d> mid = places(leaf, points);
   solid.nodes.resize(2 * surface_size);
   for (int i = 0; i < stations_along; ++i)
@@ -175,17 +203,18 @@ void Solids::add_leaf(int leaf, const LeafPlaces& places) {
                                            [&](int k) { return at(k, j); }),
                      across = station_slope(across_intervals, j, Vector3d(Vector3d::Zero()),
                                             [&](int k) { return at(i, k); });
-      const Vector3d n = along.cross(across).normalized() * half_of(spring, along_of(i));
+      const Vector3d n =
+          along.cross(across).normalized() * half_of(spring, along_leaf(part, along_of(i)));
       const auto k = static_cast<std::size_t>(mid_index(i, j));
       solid.nodes[k] = mid[k] - n;
       solid.nodes[surface_size + k] = mid[k] + n;
     }
 }
 
-void Solids::add_box(int body, const BodyPlace& place) {
-  const RigidBody& of = mechanism_->bodies[static_cast<std::size_t>(body)];
+void Solids::add_box(const SolidPart& part, const BodyPlace& place) {
+  const RigidBody& of = mechanism_->bodies[static_cast<std::size_t>(part.body)];
   Solid& solid = solids_.emplace_back();
-  solid.body = body;
+  solid.part = part;
   solid.rotation = place.rotation;
   solid.nodes.push_back(place.position + place.rotation * (of.box->center - of.reference));
   for (int k = 0; k < 3; ++k) solid.nodes.push_back(place.rotation * of.box->half_edges.col(k));
@@ -207,26 +236,38 @@ Solids Solids::undeflected(const Mechanism& mechanism) {
 }
 
 const std::string& Solids::name(int solid) const {
-  const Solid& of = solids_[static_cast<std::size_t>(solid)];
-  return of.leaf >= 0 ? mechanism_->leaves[static_cast<std::size_t>(of.leaf)].name
-                      : mechanism_->bodies[static_cast<std::size_t>(of.body)].name;
+  return is_leaf(solid) ? leaf_of(solid).name
+                        : mechanism_->bodies[static_cast<std::size_t>(body_of_box(solid))].name;
+}
+
+Vector3d Solids::middle_place(int leaf, double along, double across) const {
+  const auto of_leaf = [&](const Solid& solid) {
+    return solid.part.leaf == leaf && along <= solid.part.end;
+  };
+  const auto found = std::ranges::find_if(solids_, of_leaf);
+  assert(found != solids_.end());
+  const int solid = static_cast<int>(found - solids_.begin());
+  const auto [begin, end] = std::pair(found->part.begin, found->part.end);
+  return place({solid, {(along - begin) / (end - begin), is_wire(solid) ? 0 : across, 0}});
 }
 
 double Solids::spacing(int solid) const {
   if (!is_leaf(solid)) return (highest(solid) - lowest(solid)).norm() / 2;
-  const LeafSpring& leaf = mechanism_->leaves[static_cast<std::size_t>(solid)];
-  const double width = is_wire(solid) ? 0 : leaf.width * profile_range(leaf.width_profile).largest;
-  return sample_step * std::hypot(leaf.length / along_intervals, width / across_intervals) +
+  const LeafSpring& leaf = leaf_of(solid);
+  const double length = (part(solid).end - part(solid).begin) * leaf.length,
+               width = is_wire(solid) ? 0 : leaf.width * profile_range(leaf.width_profile).largest;
+  return sample_step * std::hypot(length / along_intervals, width / across_intervals) +
          leaf.thickness * profile_range(leaf.thickness_profile).largest;
 }
 
-double Solids::half_thickness(int leaf, double along) const {
-  return half_of(mechanism_->leaves[static_cast<std::size_t>(leaf)], along);
+double Solids::half_thickness(int solid, double along) const {
+  return half_of(leaf_of(solid), along_leaf(part(solid), along));
 }
 
-double Solids::half_thickness_rate(int leaf, double along, const Mechanism& direction) const {
-  const auto i = static_cast<std::size_t>(leaf);
-  return half_rate_of(mechanism_->leaves[i], direction.leaves[i], along);
+// Folded leaves, whose legs end where a parameter may move the fold, have one thickness.
+double Solids::half_thickness_rate(int solid, double along, const Mechanism& direction) const {
+  return half_rate_of(leaf_of(solid), direction.leaves[static_cast<std::size_t>(part(solid).leaf)],
+                      along_leaf(part(solid), along));
 }
 
 Vector3d Solids::lower(int solid) const {
@@ -338,15 +379,16 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
                             std::map<int, MatrixXd>& known) const {
   const std::vector<Mechanism>& directions = *rates.directions;
   const auto count = static_cast<Eigen::Index>(directions.size());
-  if (solid.body >= 0) {
-    const RigidBody& body = mechanism_->bodies[static_cast<std::size_t>(solid.body)];
-    const BodyPlaceRate& of = rates.bodies[static_cast<std::size_t>(solid.body)];
+  const SolidPart& part = solid.part;
+  if (part.body >= 0) {
+    const RigidBody& body = mechanism_->bodies[static_cast<std::size_t>(part.body)];
+    const BodyPlaceRate& of = rates.bodies[static_cast<std::size_t>(part.body)];
     // an edge turns with the body; the middle is on an arm of its reference point
     const Matrix3d& rotation = solid.rotation;
     MatrixXd result(3, count);
     for (Eigen::Index p = 0; p < count; ++p) {
       const RigidBody& d =
-          directions[static_cast<std::size_t>(p)].bodies[static_cast<std::size_t>(solid.body)];
+          directions[static_cast<std::size_t>(p)].bodies[static_cast<std::size_t>(part.body)];
       const Vector3d spin = of.spin.col(p);
       if (node == 0)
         result.col(p) = Vector3d(of.position.col(p)) +
@@ -358,7 +400,8 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
     }
     return result;
   }
-  const LeafSpring& leaf = mechanism_->leaves[static_cast<std::size_t>(solid.leaf)];
+  const auto index = static_cast<std::size_t>(part.leaf);
+  const LeafSpring& leaf = mechanism_->leaves[index];
   const bool wire = leaf.section == Section::circular;
   const int kind = node / (wire ? stations_along : surface_size),
             station = node % (wire ? stations_along : surface_size),
@@ -366,7 +409,16 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
             j = wire ? 0 : station % stations_across;
   const auto mid = [&](int a, int b) -> const MatrixXd& {
     MatrixXd& rate = known[mid_index(a, b)];
-    if (rate.size() == 0) rate = rates.leaf(solid.leaf, along_of(a), wire ? 0.5 : across_of(b));
+    if (rate.size() > 0) return rate;
+    VectorXd along_rates;
+    if (leaf.fold) {
+      along_rates.resize(count);
+      for (Eigen::Index p = 0; p < count; ++p)
+        along_rates[p] = along_leaf_rate(
+            part, leaf, directions[static_cast<std::size_t>(p)].leaves[index], along_of(a));
+    }
+    rate = rates.leaf(part.leaf, along_leaf(part, along_of(a)), wire ? 0.5 : across_of(b),
+                      along_rates);
     return rate;
   };
   if (wire && kind == 0) return mid(i, 0);
@@ -380,11 +432,10 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
                                        [&](int k) { return mid_place(k, j); });
   const MatrixXd along_rate =
       station_slope(along_intervals, i, none, [&](int k) -> const MatrixXd& { return mid(k, j); });
-  const double half = half_of(leaf, along_of(i));
+  const double half = half_of(leaf, along_leaf(part, along_of(i)));
   const auto half_rate = [&](Eigen::Index p) {
-    return half_rate_of(
-        leaf, directions[static_cast<std::size_t>(p)].leaves[static_cast<std::size_t>(solid.leaf)],
-        along_of(i));
+    return half_rate_of(leaf, directions[static_cast<std::size_t>(p)].leaves[index],
+                        along_leaf(part, along_of(i)));
   };
   MatrixXd result(3, count);
   if (wire) {
@@ -436,19 +487,23 @@ MatrixXd Solids::slope_rates(const SolidPoint& point, const PlaceRates& rates) c
 namespace {
 /// Place of the middle line in leaf axes over the length, and its rate with the angle of the arc.
 struct MiddlePlace {
-  Vector3d place, rate;
+  Vector3d place, rate, slope;
 };
 MiddlePlace middle_place(const LeafSpring& leaf, const LeafSpring& direction, double along) {
   if (leaf.fold && along > leaf.fold->place) {
     const LeafFold rate = direction.fold.value_or(LeafFold{});
     const ArcPoint<Dual1> leg = leg_point<Dual1>({leaf.fold->place, {rate.place}},
                                                  {leaf.fold->angle, {rate.angle}}, Dual1(along));
-    return {{leg.x.value, 0, leg.z.value}, {leg.x.derivatives[0], 0, leg.z.derivatives[0]}};
+    return {{leg.x.value, 0, leg.z.value},
+            {leg.x.derivatives[0], 0, leg.z.derivatives[0]},
+            {leg.cosine.value, 0, leg.sine.value}};
   }
-  if (!leaf.curve) return {along * Vector3d::UnitX(), Vector3d::Zero()};
+  if (!leaf.curve) return {along * Vector3d::UnitX(), Vector3d::Zero(), Vector3d::UnitX()};
   const ArcPoint<Dual1> arc =
       arc_point(Dual1(*leaf.curve, {direction.curve.value_or(0)}), Dual1(along));
-  return {{arc.x.value, 0, arc.z.value}, {arc.x.derivatives[0], 0, arc.z.derivatives[0]}};
+  return {{arc.x.value, 0, arc.z.value},
+          {arc.x.derivatives[0], 0, arc.z.derivatives[0]},
+          {arc.cosine.value, 0, arc.sine.value}};
 }
 }  // namespace
 
@@ -458,11 +513,12 @@ Vector3d undeflected_place(const LeafSpring& leaf, double along, double across) 
 }
 
 Vector3d undeflected_place_rate(const LeafSpring& leaf, const LeafSpring& direction, double along,
-                                double across) {
+                                double across, double along_rate) {
   const double width = leaf.width * profile_at(leaf.width_profile, along),
                width_rate = direction.width * profile_at(leaf.width_profile, along) +
                             leaf.width * profile_rate(direction.width_profile, along);
-  const auto [place, rate] = middle_place(leaf, direction, along);
+  const auto [place, held, slope] = middle_place(leaf, direction, along);
+  const Vector3d rate = held + along_rate * slope;
   return direction.origin + direction.axes * (place * leaf.length) +
          leaf.axes * (place * direction.length + rate * leaf.length) +
          direction.axes.col(1) * ((across - 0.5) * width) +
@@ -473,12 +529,14 @@ PlaceRates undeflected_rates(const Mechanism& mechanism, const std::vector<Mecha
   PlaceRates rates;
   rates.directions = &directions;
   const auto count = static_cast<Eigen::Index>(directions.size());
-  rates.leaf = [&mechanism, &directions, count](int leaf, double along, double across) {
+  rates.leaf = [&mechanism, &directions, count](int leaf, double along, double across,
+                                                const VectorXd& along_rates) {
     MatrixXd result(3, count);
     const auto i = static_cast<std::size_t>(leaf);
     for (Eigen::Index p = 0; p < count; ++p)
       result.col(p) = undeflected_place_rate(
-          mechanism.leaves[i], directions[static_cast<std::size_t>(p)].leaves[i], along, across);
+          mechanism.leaves[i], directions[static_cast<std::size_t>(p)].leaves[i], along, across,
+          along_rates.size() > 0 ? along_rates[p] : 0);
     return result;
   };
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {

@@ -30,16 +30,24 @@ using LeafPlaces = std::function<std::vector<Vector3d>(
 
 /// What all places change by along parameters.
 struct PlaceRates {
-  std::function<MatrixXd(int leaf, double along, double across)> leaf;  ///< 3 × parameters
+  /// Of a point of a leaf that moves along it by `along_rates` (empty: not at all): 3 × parameters.
+  std::function<MatrixXd(int leaf, double along, double across, const VectorXd& along_rates)> leaf;
   std::vector<BodyPlaceRate> bodies;
   const std::vector<Mechanism>* directions = nullptr;  ///< of the mechanism's own numbers
 };
 
-/// Solids are numbered: the leaves, then the boxes in the order of their bodies. Each is an image
-/// of three coordinates u (SolidPoint::at):
-///     leaf  along ∈ [0, 1], across ∈ [0, 1], through the thickness ∈ [−1, 1]
-///     wire  along ∈ [0, 1], angle about the centre line [rad], 1 (0: on the centre line)
-///     box   ∈ [−1, 1]³ along its edges
+/// A leaf, one leg of a folded leaf, or the box of a body.
+struct SolidPart {
+  int leaf = -1, body = -1;   ///< one of both
+  double begin = 0, end = 1;  ///< of a leaf: from here to there along it
+};
+/// The leaves, of folded ones both legs, then the boxes in the order of their bodies.
+std::vector<SolidPart> solid_parts(const Mechanism& mechanism);
+
+/// Solids are numbered as solid_parts(). Each is an image of three coordinates u (SolidPoint::at):
+///     leaf  along ∈ [0, 1] (of a leg: along that), across ∈ [0, 1], through the thickness ∈ [−1,
+///     1] wire  along ∈ [0, 1], angle about the centre line [rad], 1 (0: on the centre line) box ∈
+///     [−1, 1]³ along its edges
 /// Leaves are interpolated between stations of their surfaces (S19).
 class Solids {
  public:
@@ -51,13 +59,12 @@ class Solids {
 
   int count() const { return static_cast<int>(solids_.size()); }
   const Mechanism& mechanism() const { return *mechanism_; }
-  bool is_leaf(int solid) const {
-    return static_cast<std::size_t>(solid) < mechanism_->leaves.size();
-  }
+  const SolidPart& part(int solid) const { return solids_[static_cast<std::size_t>(solid)].part; }
+  bool is_leaf(int solid) const { return part(solid).leaf >= 0; }
   bool is_wire(int solid) const {
-    return is_leaf(solid) && mechanism_->leaves[solid].section == Section::circular;
+    return is_leaf(solid) && leaf_of(solid).section == Section::circular;
   }
-  int body_of_box(int solid) const { return solids_[solid].body; }
+  int body_of_box(int solid) const { return part(solid).body; }
   const std::string& name(int solid) const;
 
   /// Bounds of the coordinates.
@@ -73,9 +80,7 @@ class Solids {
   Local local(const SolidPoint& point) const;
   Vector3d place(const SolidPoint& point) const { return local(point).place; }
   /// Of a point of a leaf's mid-surface; of a wire on its centre line.
-  Vector3d middle_place(int leaf, double along, double across) const {
-    return place({leaf, {along, is_wire(leaf) ? 0 : across, 0}});
-  }
+  Vector3d middle_place(int leaf, double along, double across) const;
 
   /// Points all over the solid.
   struct Sample {
@@ -86,8 +91,9 @@ class Solids {
   std::vector<Sample> surface_samples(int solid) const;
   /// Points of the solid are not farther than half of this from a sample.
   double spacing(int solid) const;
-  double half_thickness(int leaf, double along) const;
-  double half_thickness_rate(int leaf, double along, const Mechanism& direction) const;
+  /// Of a leaf; `along` is the first coordinate of its solid.
+  double half_thickness(int solid, double along) const;
+  double half_thickness_rate(int solid, double along, const Mechanism& direction) const;
   /// Corners of a box along the global axes that holds the solid.
   const Vector3d& lowest(int solid) const { return solids_[solid].lowest; }
   const Vector3d& highest(int solid) const { return solids_[solid].highest; }
@@ -100,7 +106,7 @@ class Solids {
  private:
   /// A point is Σ w_k(u) P_k.
   struct Solid {
-    int leaf = -1, body = -1;  ///< one of both
+    SolidPart part;
     std::vector<Vector3d> nodes;
     Vector3d lowest, highest;
     Vector3d reference = Vector3d::UnitZ();    ///< of a wire: its angles count from here
@@ -113,8 +119,11 @@ class Solids {
     std::array<double, 6> curvature{};
   };
   std::vector<Weight> weights(const SolidPoint& point) const;
-  void add_leaf(int leaf, const LeafPlaces& places);
-  void add_box(int body, const BodyPlace& place);
+  const LeafSpring& leaf_of(int solid) const {
+    return mechanism_->leaves[static_cast<std::size_t>(part(solid).leaf)];
+  }
+  void add_leaf(const SolidPart& part, const LeafPlaces& places);
+  void add_box(const SolidPart& part, const BodyPlace& place);
   MatrixXd sum_of_rates(int solid, const std::vector<std::pair<int, double>>& weights,
                         const PlaceRates& rates) const;
   MatrixXd node_rates(const Solid& solid, int node, const PlaceRates& rates,
@@ -126,9 +135,10 @@ class Solids {
 
 /// Place of a point of a leaf's undeflected mid-surface [m].
 Vector3d undeflected_place(const LeafSpring& leaf, double along, double across);
-/// What it changes by while the leaf's numbers change by those of `direction`.
+/// What it changes by while the leaf's numbers change by those of `direction`, and the point moves
+/// along it by `along_rate`.
 Vector3d undeflected_place_rate(const LeafSpring& leaf, const LeafSpring& direction, double along,
-                                double across);
+                                double across, double along_rate = 0);
 /// Of all places of the undeflected mechanism, which must outlive this as `directions` must.
 PlaceRates undeflected_rates(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
 

@@ -43,13 +43,20 @@ struct Modes {
   int kept = 0;  ///< the lowest of them; the others are guards
 };
 
-// Enough modes to solve for those asked for: a few above, and whole clusters.
+// Whether the frequencies up to this one are equal to none above.
+bool ends_cluster(const VectorXd& lambda, int count) {
+  return lambda[count] - lambda[count - 1] > 10 * repeated * std::abs(lambda[count]);
+}
+
+// Enough modes to solve for those asked for: a few above, and whole clusters. Where more equal
+// frequencies follow than can be kept, those below them alone.
 std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool for_gradients,
                                   const FullModes* known) {
   const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   // modes of equal leaves come in clusters of as many: larger ones are given up at once
   const int most = factor.leaves().size() > 64 ? 8 : 64;
+  std::optional<Modes> last;
   for (int guard = modes_needed(count) - count; guard <= most; guard *= 2) {
     const int wanted = std::min(count + guard, factor.size());
     Modes modes;
@@ -70,13 +77,20 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
     }
     const VectorXd& l = modes.lambda;
     int& kept = modes.kept;
-    while (kept < l.size() && l[kept] - l[kept - 1] <= 10 * repeated * std::abs(l[kept])) ++kept;
+    while (kept < l.size() && !ends_cluster(l, kept)) ++kept;
     if (kept + 2 <= l.size() && l[l.size() - 1] > 1.05 * l[kept - 1]) {
       modes.M_phi = mass(modes.phi);
       return modes;
     }
+    last = std::move(modes);
   }
-  return std::nullopt;
+  if (!last) return std::nullopt;
+  const VectorXd& l = last->lambda;
+  int& kept = last->kept = std::min(count, static_cast<int>(l.size()) - 1);
+  while (kept > 0 && (!ends_cluster(l, kept) || l[l.size() - 1] <= 1.05 * l[kept - 1])) --kept;
+  if (kept == 0) return std::nullopt;
+  last->M_phi = mass(last->phi);
+  return last;
 }
 
 // y_i of (K − λ_i M) y_i = b_i without the modes of i's cluster: the known modes by their
@@ -165,9 +179,8 @@ struct ModeSeries {
 
 // (S3), (S4)
 std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const MechanismSeries& series,
-                                      int drive, Modes found, bool for_gradients,
+                                      double unit, Modes found, bool for_gradients,
                                       std::string& message) {
-  const System& system = factor.system();
   ModeSeries result{std::move(found), {}, {}, {}, {}, {}, {}};
   Modes& modes = result.modes;
   const int p = modes.kept;
@@ -176,8 +189,6 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
   K = series.tangent_times(modes.phi.leftCols(p));
   M = series.mass_times(modes.phi.leftCols(p));
   // a stroke of 1 rad or a leaf length must change ω² by more than rounding
-  const Drive& along = system.mechanism().drives[static_cast<std::size_t>(drive)];
-  const double unit = is_rotation(along.direction) ? 1.0 : system.length();
   const auto noise = [&](int i) { return rounding * std::abs(modes.lambda[i]) / unit; };
   VectorXd &first = result.first, &second = result.second;
   first = second = VectorXd::Zero(p);
@@ -302,20 +313,44 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
   return gradients;
 }
 
-// Along the stroke of one drive: appended to the result. False where it was not found.
-bool add_along(int drive, const MechanismFactor& factor, MechanismSeries& series, int count,
-               const ExactDerivatives* exact, Modes found, FrequencyDerivativesResult& result) {
-  series.expand_along_stroke(drive);
-  const auto path =
-      mode_series(factor, series, drive, std::move(found), exact != nullptr, result.message);
-  if (!path) return false;
+// How far along these strokes the first of them is 1 rad or a leaf length.
+double unit_of(const System& system, const VectorXd& strokes) {
+  double largest = 0;
+  for (Eigen::Index k = 0; k < strokes.size(); ++k) {
+    const Drive& drive = system.mechanism().drives[static_cast<std::size_t>(k)];
+    largest = std::max(
+        largest, std::abs(strokes[k]) / (is_rotation(drive.direction) ? 1.0 : system.length()));
+  }
+  return 1 / largest;
+}
+
+struct AlongStrokes {
+  std::vector<FrequencyDerivatives> modes;
+  std::vector<FrequencyDerivativeGradients> gradients;
+};
+
+// Along strokes that grow in step, from rest to these at 1. Nothing where it was not found;
+// `message` then says why.
+std::optional<AlongStrokes> along_strokes(const MechanismFactor& factor, const VectorXd& strokes,
+                                          int count, const ExactDerivatives* exact, Modes found,
+                                          std::string& message) {
+  const Answer<MechanismSeries> made = MechanismSeries::of(factor);
+  if (!made.value) {
+    message = made.reason;
+    return std::nullopt;
+  }
+  MechanismSeries& series = *made.value;
+  AlongStrokes result;
+  series.expand_along_strokes(strokes);
+  const auto path = mode_series(factor, series, unit_of(factor.system(), strokes), std::move(found),
+                                exact != nullptr, message);
+  if (!path) return std::nullopt;
   const int listed = std::min(count, path->kept());
   std::vector<Mode> classified =
       classified_modes(factor, false, path->modes.lambda.head(listed),
                        path->modes.phi.leftCols(listed), path->modes.M_phi.leftCols(listed));
   for (int i = 0; i < listed; ++i) {
     FrequencyDerivatives d;
-    d.drive = drive;
     d.index = i;
     d.omega2 = path->modes.lambda[i];
     d.d_omega2 = path->first[i];
@@ -330,27 +365,45 @@ bool add_along(int drive, const MechanismFactor& factor, MechanismSeries& series
   if (exact && !exact->directions->empty()) {
     auto gradients = gradients_of(factor, series, *path, *exact, listed);
     if (!gradients) {
-      result.message = "the second derivatives of the modes were not found in 200 iterations";
-      return false;
+      message = "the second derivatives of the modes were not found in 200 iterations";
+      return std::nullopt;
     }
-    std::ranges::move(*gradients, std::back_inserter(result.gradients));
+    result.gradients = std::move(*gradients);
   }
-  return true;
+  return result;
+}
+
+// The only drive that moves along a way.
+std::optional<Eigen::Index> only_drive(const VectorXd& way) {
+  if ((way.array() != 0).count() != 1) return std::nullopt;
+  Eigen::Index drive = 0;
+  way.cwiseAbs().maxCoeff(&drive);
+  return drive;
+}
+
+// The same by a number that is 1 at a stroke of `unit`.
+void rescale(double unit, AlongStrokes& along) {
+  for (FrequencyDerivatives& d : along.modes) {
+    d.d_omega2 *= unit;
+    d.d_compliance *= unit;
+    d.d2_omega2 *= unit * unit;
+    d.d2_compliance *= unit * unit;
+  }
+  for (FrequencyDerivativeGradients& g : along.gradients) {
+    g.d_omega2 *= unit;
+    g.d2_omega2 *= unit * unit;
+  }
 }
 
 }  // namespace
 
 FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
+                                                 const std::vector<VectorXd>& ways,
                                                  const ExactDerivatives* exact,
                                                  const FullModes* known) {
   FrequencyDerivativesResult result;
   if (factor.drives() == 0) {
     result.message = "nothing is driven";
-    return result;
-  }
-  Answer<MechanismSeries> along = MechanismSeries::of(factor);
-  if (!along.value) {
-    result.message = along.reason;
     return result;
   }
   const std::optional<Modes> found = lowest_modes(factor, count, exact != nullptr, known);
@@ -359,28 +412,60 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
         fmt::format("the lowest {} modes of {} unknowns were not found", count, factor.size());
     return result;
   }
+  if (found->kept < count)
+    result.message = fmt::format(
+        "frequency derivatives of the lowest {} alone: the next {} are too near each "
+        "other to be told apart",
+        found->kept, found->lambda.size() - found->kept);
+  std::vector<AlongStrokes> of_drives;
   for (int drive = 0; drive < factor.drives(); ++drive) {
-    if (drive > 0) along = MechanismSeries::of(factor);
-    if (!add_along(drive, factor, *along.value, count, exact, *found, result)) return result;
+    const VectorXd strokes = VectorXd::Unit(factor.drives(), drive);
+    auto along = along_strokes(factor, strokes, count, exact, *found, result.message);
+    if (!along) return result;
+    for (FrequencyDerivatives& d : along->modes) d.drive = drive;
+    std::ranges::copy(along->modes, std::back_inserter(result.modes));
+    std::ranges::copy(along->gradients, std::back_inserter(result.gradients));
+    of_drives.push_back(std::move(*along));
+  }
+  for (const VectorXd& way : ways) {
+    std::optional<AlongStrokes> along;
+    if (const auto drive = only_drive(way)) {
+      along = of_drives[static_cast<std::size_t>(*drive)];
+      rescale(way[*drive], *along);
+    } else {
+      along = along_strokes(factor, way, count, exact, *found, result.message);
+    }
+    if (!along) return result;
+    result.ways.push_back({way, std::move(along->modes)});
+    if (exact && !exact->directions->empty())
+      result.way_gradients.push_back(std::move(along->gradients));
   }
   result.ok = true;
   return result;
 }
 
+namespace {
+FrequencyDerivativesResult failed(const std::string& message) {
+  FrequencyDerivativesResult result;
+  result.message = message;
+  return result;
+}
+}  // namespace
+
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
                                                  const ModelOptions& model, const LoadCase& loads,
                                                  const NewtonOptions& newton, int count,
+                                                 const std::vector<VectorXd>& ways,
                                                  const ExactDerivatives* exact) {
   System system(mechanism, make_full_leaves(mechanism, model), loads);
   system.assemble();
   if (system.loaded_at_rest()) {
     const Equilibrium loaded = step_load(system, {.constant = 1}, newton);
-    if (!loaded.converged)
-      return {.ok = false, .message = loaded.message, .modes = {}, .gradients = {}};
+    if (!loaded.converged) return failed(loaded.message);
   }
   const Answer<MechanismFactor> factor = MechanismFactor::of(system);
-  if (!factor.value) return {.ok = false, .message = factor.reason, .modes = {}, .gradients = {}};
-  return frequency_derivatives(*factor.value, count, exact);
+  if (!factor.value) return failed(factor.reason);
+  return frequency_derivatives(*factor.value, count, ways, exact);
 }
 
 }  // namespace flexopt

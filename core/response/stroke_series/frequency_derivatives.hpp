@@ -22,18 +22,22 @@ struct ExactDerivatives {
 
 struct FrequencyDerivativesResult {
   bool ok = false;
-  std::string message;                                  ///< why not, with the figures
+  /// Why not, with the figures, or why there are fewer modes than asked for.
+  std::string message;
   std::vector<FrequencyDerivatives> modes;              ///< drive by drive, ascending; no valid_to
   std::vector<FrequencyDerivativeGradients> gradients;  ///< mode by mode, if asked for
+  std::vector<FrequencyWay> ways;                       ///< as asked for; no valid_to
+  std::vector<std::vector<FrequencyDerivativeGradients>> way_gradients;
 };
 
 /// Modes that the derivatives of the lowest `count` ones take, at least.
 constexpr int modes_needed(int count) { return count + 3; }
 
-/// Of the lowest `count` modes, drives free, along each stroke, at the equilibrium that the factor
-/// stands at. Leaves must have a series, as full leaves do. `known`: modes of the factor with the
-/// drive free, if there are some.
+/// Of the lowest `count` modes, drives free, along each stroke and along `ways` of all of them, at
+/// the equilibrium that the factor stands at. Leaves must have a series, as full leaves do.
+/// `known`: modes of the factor with the drive free, if there are some.
 FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
+                                                 const std::vector<VectorXd>& ways = {},
                                                  const ExactDerivatives* exact = nullptr,
                                                  const FullModes* known = nullptr);
 
@@ -41,6 +45,7 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
                                                  const ModelOptions& model, const LoadCase& loads,
                                                  const NewtonOptions& newton, int count,
+                                                 const std::vector<VectorXd>& ways = {},
                                                  const ExactDerivatives* exact = nullptr);
 
 /// Error of a parabola that `valid_to` allows.
@@ -52,6 +57,8 @@ inline constexpr double parabola_tolerance = 0.02;
 /// zero. The shorter of both sides counts. A mode that leaves the path's list ends there. Of
 /// several drives the points count at which all others are at zero.
 void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<PathPoint>& path);
+/// The same of a way by the points on it.
+void set_validity(FrequencyWay& way, const std::vector<PathPoint>& path);
 
 /// What the parabola of a mode's compliance foretells at a stroke.
 struct ScreeningFrequency {

@@ -366,11 +366,9 @@ void MechanismSeries::set(int order, const VectorXd& y) {
 }
 
 // (S1), twice.
-void MechanismSeries::expand_along_stroke(int drive) {
-  const auto step = [&](const VectorXd& b, double stroke) {
-    MatrixXd strokes = MatrixXd::Zero(factor_->drives(), 1);
-    strokes(drive, 0) = stroke;
-    return VectorXd(factor_->balance(b, strokes).topRows(factor_->size()));
+void MechanismSeries::expand_along_strokes(const VectorXd& strokes) {
+  const auto step = [&](const VectorXd& b, double by) {
+    return VectorXd(factor_->balance(b, MatrixXd(by * strokes)).topRows(factor_->size()));
   };
   const VectorXd none = VectorXd::Zero(factor_->size());
   rate_ = step(none, 1);

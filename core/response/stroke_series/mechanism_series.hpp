@@ -18,9 +18,11 @@ class MechanismSeries {
   /// None where a leaf has no series: only full leaves have.
   static Answer<MechanismSeries> of(const MechanismFactor& factor);
 
-  /// The path of equilibria q(s), x(s) to s² along the stroke of a drive, the others held: expands
-  /// every leaf about it.
-  void expand_along_stroke(int drive = 0);
+  /// The path of equilibria q(s), x(s) to s² along the stroke of the only drive: expands every leaf
+  /// about it.
+  void expand_along_stroke() { expand_along_strokes(VectorXd::Ones(1)); }
+  /// The same where the strokes of all drives grow by these times s.
+  void expand_along_strokes(const VectorXd& strokes);
   /// Instead: the states that leave the present one along a constant vector, rotation vectors of
   /// the bodies by exp(hat θ) R. Coefficients of s hold.
   void expand_along(const VectorXd& direction);

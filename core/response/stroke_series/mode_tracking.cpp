@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "core/response/stroke_series/stroke_ways.hpp"
 
 namespace flexopt {
 namespace {
@@ -50,7 +51,7 @@ void shorten(std::optional<double>& valid_to, double stroke) {
   valid_to = std::min(valid_to.value_or(stroke), stroke);
 }
 
-// A point of the path along the stroke of one drive, the others at zero.
+// A point of the path along the stroke of one drive, the others at zero, or along a way of them.
 struct PointAlong {
   const PathPoint* point;
   double stroke;
@@ -106,20 +107,37 @@ void follow(std::span<FrequencyDerivatives> modes, const std::vector<PointAlong>
 
 }  // namespace
 
+namespace {
+
+// By the points of the path that lie on the way, and where they do.
+template <class PlaceOf>
+void set_validity(std::span<FrequencyDerivatives> modes, const std::vector<PathPoint>& path,
+                  const PlaceOf& place_of) {
+  for (const double side : {1.0, -1.0}) {
+    std::vector<PointAlong> points;
+    for (const PathPoint& p : path)
+      if (const auto place = place_of(p);
+          p.status == PointStatus::converged && place && side * *place > 0)
+        points.push_back({&p, *place});
+    std::ranges::stable_sort(points, {}, [](const PointAlong& p) { return std::abs(p.stroke); });
+    follow(modes, points);
+  }
+}
+
+}  // namespace
+
+void set_validity(FrequencyWay& way, const std::vector<PathPoint>& path) {
+  set_validity(way.modes, path,
+               [&](const PathPoint& point) { return part_of_way(way.strokes, point.strokes); });
+}
+
 void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<PathPoint>& path) {
   for (auto first = modes.begin(); first != modes.end();) {  // drive by drive
     const int drive = first->drive;
     const auto last = std::find_if(first, modes.end(),
                                    [&](const FrequencyDerivatives& d) { return d.drive != drive; });
-    for (const double side : {1.0, -1.0}) {
-      std::vector<PointAlong> points;
-      for (const PathPoint& p : path)
-        if (const auto stroke = stroke_along(p, drive);
-            p.status == PointStatus::converged && stroke && side * *stroke > 0)
-          points.push_back({&p, *stroke});
-      std::ranges::stable_sort(points, {}, [](const PointAlong& p) { return std::abs(p.stroke); });
-      follow({first, last}, points);
-    }
+    set_validity(std::span(first, last), path,
+                 [&](const PathPoint& point) { return stroke_along(point, drive); });
     first = last;
   }
 }

@@ -8,6 +8,11 @@ import {result} from "./result.js";
 const error_text = (x) => x === null || x === undefined ? "–" : number_text(100 * x, 3) + " %";
 const error_keys = (model) => Object.keys(model.errors).filter((key) => Array.isArray(model.points[key]));
 
+/// Of all drives where there are several.
+export const stroke_text = (stroke, strokes) => strokes
+  ? Object.entries(strokes).map(([name, value]) => `${name} ${quantity_text(value, result.units?.stroke?.[name] ?? stroke_unit)}`).join(", ")
+  : quantity_text(stroke, stroke_unit);
+
 /// Dots of one model, a colour a quantity; x(design, stroke) says where.
 function error_chart(model, title, x_label, x, extra = {}) {
   const {points} = model, designs = comparison.samples;
@@ -16,7 +21,7 @@ function error_chart(model, title, x_label, x, extra = {}) {
     points: points.design.map((d, i) => {
       const error = points[quantity][i];
       return {x: x(designs[d], points.stroke[i]), y: error === null ? NaN : Math.max(100 * error, 1e-6),
-        name: `design ${d}, stroke ${quantity_text(points.stroke[i], stroke_unit)}`, text: `${readable(quantity)}: ${error_text(error)}`};
+        name: `design ${d}, stroke ${stroke_text(points.stroke[i], points.strokes?.[i])}`, text: `${readable(quantity)}: ${error_text(error)}`};
     })}));
   return line_chart({title, note: `model ${model.name}; the largest error of each quantity at a stroke point; below 10⁻⁶ % drawn there`,
     x: x_label, y: "error [%]", log: true, lines, ...extra});
@@ -43,7 +48,7 @@ function error_table(model) {
     {name: "Median", text: (r) => error_text(r.figures.median)},
     {name: "99th percentile", text: (r) => error_text(r.figures.p99)},
     {name: "Worst", text: (r) => error_text(r.figures.worst)},
-    {name: "at", left: true, text: (r) => `design ${r.figures.worst_at.design}, ${quantity_text(r.figures.worst_at.stroke, stroke_unit)}`},
+    {name: "at", left: true, text: (r) => `design ${r.figures.worst_at.design}, ${stroke_text(r.figures.worst_at.stroke, r.figures.worst_at.strokes)}`},
     {name: "Numbers", text: (r) => String(r.figures.count)}]);
 }
 

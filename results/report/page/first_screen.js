@@ -1,6 +1,7 @@
 // What a manager reads: is it good, five numbers, and what limits it.
 import {least, max, min} from "d3";
 import {case_chooser} from "./cases.js";
+import {stroke_text} from "./comparison.js";
 import {allowable, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, load_unit_of, optimum, parameter_text, path, place_text, quantities, rest_point, result, stroke_unit, supports} from "./result.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit} from "./text.js";
 
@@ -70,7 +71,7 @@ function comparison_numbers() {
     element("div", {class: "number"}, number, unit ? element("small", {}, unit) : null), element("div", {class: "where"}, where));
   const model = comparison.models[0], worst = (key) => model.errors[key];
   const tiles = ["support_stiffness", "frequencies", "max_stress"].filter((key) => worst(key)?.count > 0)
-    .map((key) => tile(`Largest error: ${readable(key)}`, percent(worst(key).worst), `design ${worst(key).worst_at.design}, ${quantity_text(worst(key).worst_at.stroke, stroke_unit)}`));
+    .map((key) => tile(`Largest error: ${readable(key)}`, percent(worst(key).worst), `design ${worst(key).worst_at.design}, ${stroke_text(worst(key).worst_at.stroke, worst(key).worst_at.strokes)}`));
   if (model.speed_up) tiles.push(tile("Speed-up", [number_text(model.speed_up), " ×"], "once the coefficients are there"));
   tiles.push(tile("Failures", [String(model.failures), ""], `of ${comparison.designs} designs; ${model.fallbacks.points} points at full accuracy instead`));
   return [element("p", {class: "soft"}, `Model ${model.name} against full accuracy:`), element("div", {class: "tiles"}, ...tiles)];

@@ -81,7 +81,7 @@ class BareLeaf final : public LeafElement {
   }
   std::unique_ptr<LeafState> save() const override { return full_.save(); }
   void restore(const LeafState& state) override { full_.restore(state); }
-  LeafDynamics dynamics(int modes) override { return full_.dynamics(modes); }
+  LeafDynamics dynamics(DynamicsRequest request) override { return full_.dynamics(request); }
   StressPeak max_stress() override { return full_.max_stress(); }
   std::vector<StressPeak> stress_peaks() override { return full_.stress_peaks(); }
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override {

@@ -91,7 +91,7 @@ TEST_CASE("The motion that modes are drawn with is the derivative of the shape",
     CAPTURE(c.name);
     const auto leaf = element(m, c.model);
     settle(*leaf, moved(rest, bend), bend);
-    const LeafDynamics dynamics = leaf->dynamics(2);
+    const LeafDynamics dynamics = leaf->dynamics({2, true});
     const VectorXd middle = places(*leaf);
     // The base is held: a model may leave its columns out.
     REQUIRE(dynamics.shape_motion.rows() == middle.size());

@@ -46,7 +46,8 @@ TEST_CASE("gradients of crooked, warm and heavy leaves with an elastic fold agre
   request.points = {0, 1e-3};
   request.frequencies = 3;
   request.outputs.add(Output::stress);
-  request.outputs.add(Output::frequency_derivatives);
+  request.outputs.add({Output::frequency_derivatives, Output::envelope, Output::moving_envelope,
+                       Output::clearance});
   request.loads = {.assembly = {{0, 0, {2e-5, 5e-5, 1e-4}, {1e-3, 1.5e-3, -2e-3}},
                                 {1, 1, {-1e-5, 3e-5, -5e-5}, {-5e-4, 5e-4, 1e-3}}},
                    .temperature = {12, -7},

@@ -204,3 +204,31 @@ TEST_CASE("envelopes, clearance and leaf mass follow the parameters as their dif
   request.points = {0.3};
   CHECK(test::check_gradients({lopsided, numbers, {0, 3}, 0.1}, plates, request) >= 2 * 10);
 }
+
+TEST_CASE("each leg of a folded leaf is a solid of its own", "[response][fold]") {
+  // legs of 60 mm along x and 40 mm along y
+  Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
+  m.leaves[0].fold = LeafFold{0.6, -0.5 * std::numbers::pi};
+  m.bodies[0].reference = m.bodies[0].center_of_mass = {0.06, 0.04, 0};
+  m.drives = {make_drive<double>(Direction::ux)};
+  const Solids solids = Solids::undeflected(m);
+  REQUIRE(solids.count() == 2);
+  REQUIRE((m.leaves[0].tip_middle() - Vector3d(0.06, 0.04, 0)).norm() < 1e-15);
+  CHECK((solids.middle_place(0, 0.3, 0.5) - Vector3d(0.03, 0, 0)).norm() < 1e-15);
+  CHECK((solids.middle_place(0, 0.8, 0.5) - Vector3d(0.06, 0.02, 0)).norm() < 1e-15);
+  CHECK(clearance_pairs(m).empty());  // the legs are one piece
+  const PathPoint p = respond(m, {0, 1e-3}).path[0];
+  REQUIRE(p.envelope);
+  // half the thickness beyond the fold and below the first leg
+  CHECK((p.envelope->box - Vector3d(0.06 + 2.5e-4, 0.04 + 2.5e-4, 0.03)).norm() < 1e-12);
+
+  // a straight leaf 12 mm beside the second leg, far from the first
+  m.leaves.push_back(models::leaf({0.072, 0.02, 0}, {0, 1, 0}, 0.05, 0.03, 5e-4));
+  m.leaves[1].tip = 0;
+  m.bodies.front().reference = {0.06, 0.04, 0};
+  const auto pairs = clearance_pairs(m);
+  REQUIRE(pairs.size() == 2);
+  const auto c = clearance_of(Solids::undeflected(m), pairs);
+  CHECK(c->value == Approx(0.012 - 5e-4).epsilon(1e-12));
+  CHECK(c->names[0] == m.leaves[0].name);
+}

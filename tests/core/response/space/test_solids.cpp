@@ -128,8 +128,16 @@ TEST_CASE("the surface of a bent leaf is interpolated to the fourth order", "[re
 
 TEST_CASE("places of points follow the parameters that leaves and bodies move along",
           "[response]") {
+  const bool folded = GENERATE(false, true);
+  CAPTURE(folded);
   Mechanism m = sample();
-  m.leaves[0].curve = 0.7;
+  if (folded) {
+    m.leaves[0].width_profile.clear();
+    m.leaves[0].thickness_profile.clear();
+    m.leaves[0].fold = LeafFold{0.55, 1.2};
+  } else {
+    m.leaves[0].curve = 0.7;
+  }
   // every number of the mechanism at a rate of its own
   Mechanism rate = zero_rate(m);
   double next = 0.3;
@@ -146,13 +154,13 @@ TEST_CASE("places of points follow the parameters that leaves and bodies move al
   };
   PlaceRates rates = undeflected_rates(m, directions);
   const PlaceRates still = rates;
-  rates.leaf = [&](int i, double along, double across) -> MatrixXd {
+  rates.leaf = [&](int i, double along, double across, const VectorXd& along_rates) -> MatrixXd {
     return bend_slope(undeflected_place(m.leaves[static_cast<std::size_t>(i)], along, across)) *
-           still.leaf(i, along, across);
+           still.leaf(i, along, across, along_rates);
   };
   rates.bodies[0].position = bend_slope(m.bodies[0].reference) * still.bodies[0].position;
   for (const bool deflected : {false, true})
-    for (int solid = 0; solid < 3; ++solid)
+    for (int solid = 0; solid < Solids::undeflected(m).count(); ++solid)
       for (const Vector3d& at : {Vector3d(0.02, 0.9, 1), Vector3d(0.5, 0.33, 1)}) {
         const SolidPoint point{solid, at};
         const Solids here = deflected ? bent_solids(m) : Solids::undeflected(m);

@@ -371,3 +371,96 @@ TEST_CASE("a path with a point at rest foretells as one without") {
           Approx(*alone.parasitic_frequency_screening).epsilon(1e-8));
   }
 }
+
+TEST_CASE("along several strokes at once frequencies change as along one drive that points there") {
+  const double angle = 0.6, far = 2e-3;
+  const auto driven = [&](const Matrix3d& axes) {
+    Mechanism m = lopsided(models::single_leaf(0.1, 0.03, 5e-4), 0.1);
+    m.drives = {make_drive<double>(Direction::uy), make_drive<double>(Direction::uz)};
+    m.drives[0].name = "first";
+    m.drives[1].name = "second";
+    for (Drive& drive : m.drives) drive.axes = axes;
+    return m;
+  };
+  const Matrix3d turn = Eigen::AngleAxisd(angle, Vector3d::UnitX()).toRotationMatrix();
+  const Eigen::Vector2d way = far * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  const auto both = frequency_derivatives(driven(Matrix3d::Identity()), ModelOptions{}, LoadCase{},
+                                          {}, 4, {way, Eigen::Vector2d(0, far)});
+  const auto one = frequency_derivatives(driven(turn), ModelOptions{}, LoadCase{}, {}, 4,
+                                         {Eigen::Vector2d(far, 0)});
+  REQUIRE(both.ok);
+  REQUIRE(one.ok);
+  REQUIRE(both.ways.size() == 2);
+  const auto close = [](double a, double b, double size) {
+    return std::abs(a - b) <= 1e-6 * (std::abs(a) + std::abs(b)) + 1e-9 * size;
+  };
+  for (std::size_t k = 0; k < 4; ++k) {
+    const FrequencyDerivatives &a = both.ways[0].modes[k], &b = one.ways[0].modes[k];
+    CAPTURE(k, a.d_omega2, b.d_omega2, a.d2_omega2, b.d2_omega2);
+    CHECK(a.omega2 == Approx(b.omega2).epsilon(1e-9));
+    CHECK(close(a.d_omega2, b.d_omega2, a.omega2));
+    CHECK(close(a.d2_omega2, b.d2_omega2, a.omega2));
+    // by the number of the way: 1 at its end
+    const FrequencyDerivatives &c = both.ways[1].modes[k], &d = both.modes[4 + k];
+    REQUIRE(d.drive == 1);
+    CHECK(c.d_omega2 == Approx(far * d.d_omega2));
+    CHECK(c.d2_omega2 == Approx(far * far * d.d2_omega2));
+  }
+}
+
+TEST_CASE("screening foretells the frequencies of points of several strokes") {
+  Mechanism m = lopsided(models::single_leaf(0.1, 0.03, 5e-4), 0.1);
+  m.drives = {make_drive<double>(Direction::uy), make_drive<double>(Direction::rx)};
+  m.drives[0].name = "bend";
+  m.drives[1].name = "twist";
+  StrokeRequest request;
+  for (const double by : {0.0, 0.5, 1.0, -1.0})
+    for (const double side : {1.0, -1.0})
+      request.strokes.push_back(by * Eigen::Vector2d(4e-3, side * 0.04));
+  for (const VectorXd& s : request.strokes) request.points.push_back(s[0]);
+  request.points.erase(request.points.begin());
+  request.frequencies = 4;
+  request.parasitic.drive = DriveState::free;
+  const ModelOptions model{.accuracy = Accuracy::full, .leaf_modes = 8};
+  const StrokeResponse response = evaluate_stroke(m, model, request);
+  REQUIRE(response.status == Status::ok);
+  REQUIRE(response.frequency_ways.size() == 2);
+  double change = 0, error = 0;
+  const PathPoint& rest = response.path[0];
+  for (const PathPoint& p : response.path) {
+    REQUIRE(p.parasitic_frequency);
+    REQUIRE(p.parasitic_frequency_screening);
+    CHECK(*p.parasitic_frequency_screening == Approx(*p.parasitic_frequency).epsilon(2e-3));
+    const double by = *p.parasitic_frequency / *rest.parasitic_frequency - 1;
+    change = std::max(change, std::abs(by));
+    error = std::max(
+        error,
+        std::abs(*p.parasitic_frequency_screening / *rest.parasitic_frequency_screening - 1 - by));
+  }
+  CAPTURE(change, error);
+  CHECK(change > 1e-4);
+  CHECK(error < 0.1 * change);
+}
+
+TEST_CASE("of frequencies below very many equal ones there are derivatives") {
+  // leaves in one place, with as many times the payload: the motions of the body are those of one
+  const auto stack = [](int leaves) {
+    Mechanism m = lopsided(models::single_leaf(0.1, 0.03, 5e-4), 0.1);
+    m.bodies[0].mass *= leaves;
+    m.bodies[0].inertia *= leaves;
+    m.leaves.resize(static_cast<std::size_t>(leaves), m.leaves[0]);
+    return m;
+  };
+  const ModelOptions model{.accuracy = Accuracy::full, .mesh = {4, 2}};
+  const auto one = frequency_derivatives(stack(1), model, LoadCase{}, {}, 6),
+             many = frequency_derivatives(stack(70), model, LoadCase{}, {}, 6);
+  REQUIRE(one.ok);
+  REQUIRE(many.ok);
+  REQUIRE(many.modes.size() >= 2);
+  REQUIRE(many.modes.size() < 6);
+  CHECK(many.message.find("too near each other") != std::string::npos);
+  for (std::size_t k = 0; k < many.modes.size(); ++k) {
+    CHECK(many.modes[k].omega2 == Approx(one.modes[k].omega2).epsilon(1e-7));
+    CHECK(many.modes[k].d2_omega2 == Approx(one.modes[k].d2_omega2).epsilon(1e-5));
+  }
+}

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/math/ridders.hpp"
-#include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "core/response/stroke_series/stroke_ways.hpp"
 
 using namespace flexopt;
 
@@ -158,4 +158,48 @@ TEST_CASE("of several drives a parabola counts along its own stroke, the others 
   REQUIRE(modes[1].omega2_valid_to);
   CHECK(*modes[0].omega2_valid_to == Approx(std::pow(0.02 / 0.3, 0.25)).epsilon(0.01));
   CHECK(*modes[1].omega2_valid_to == Approx(std::pow(0.02 / 3, 0.25)).epsilon(0.01));
+}
+
+TEST_CASE("along a way of several strokes the parabolas hold as far as along one stroke") {
+  const std::vector<Truth> truths{{1, 0.4, 0}, {0.5, -0.3, 1}};
+  std::vector<FrequencyDerivatives> along_one = derivatives(truths);
+  std::vector<PathPoint> points = path(truths, outward);
+  set_validity(along_one, points);
+  REQUIRE(along_one[0].compliance_valid_to);
+
+  FrequencyWay way{Eigen::Vector2d(3e-3, -0.2), derivatives(truths)};
+  for (PathPoint& p : points) p.strokes = {p.stroke * 3e-3, p.stroke * -0.2};
+  PathPoint beside = points.back();  // not on the way
+  beside.strokes = {3e-3, 0.2};
+  beside.modes_free.clear();
+  points.push_back(beside);
+  set_validity(way, points);
+  for (std::size_t k = 0; k < truths.size(); ++k) {
+    CHECK(*way.modes[k].compliance_valid_to == Approx(*along_one[k].compliance_valid_to));
+    CHECK(*way.modes[k].omega2_valid_to == Approx(*along_one[k].omega2_valid_to));
+  }
+}
+
+TEST_CASE("points of several strokes share ways") {
+  StrokeRequest request;
+  for (const double x : {-1.0, 0.0, 1.0, 2.0})
+    for (const double y : {-1.0, 0.0, 1.0})
+      request.strokes.push_back(Eigen::Vector2d(1e-3 * x, 0.1 * y));
+  const std::vector<VectorXd> ways = stroke_ways(request);
+  CHECK(ways.size() == 6);  // x, y, and the diagonals of both slopes
+  for (const VectorXd& strokes : request.strokes) {
+    const std::vector<double> at(strokes.begin(), strokes.end());
+    int on = 0;
+    for (const VectorXd& way : ways)
+      if (const auto part = part_of_way(way, at)) {
+        ++on;
+        CHECK(std::abs(*part) <= 1);
+        CHECK((*part * way - strokes).norm() < 1e-15);
+      }
+    CHECK(on == (strokes.isZero(0) ? 6 : 1));
+  }
+  request.strokes = {VectorXd::Zero(2)};
+  CHECK(stroke_ways(request).size() == 1);
+  request.strokes.clear();
+  CHECK(stroke_ways(request).empty());
 }

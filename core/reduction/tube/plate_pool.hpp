@@ -1,0 +1,39 @@
+#pragma once
+// Full leaves that the reduced ones of a mechanism borrow: a full leaf with its factor takes a
+// megabyte, which hundreds of reduced leaves need not each have.
+#include <cstdint>
+#include <list>
+#include <memory>
+
+#include "core/reduction/expansion/tube_expansion.hpp"
+
+namespace flexopt {
+
+/// Of one mesh. Not for several threads at once.
+class PlatePool {
+ public:
+  explicit PlatePool(std::shared_ptr<const PlateMesh> mesh) : mesh_(std::move(mesh)) {}
+
+  /// For expansions; how the last borrower left it.
+  ChordLeaf& chord();
+
+  /// A number for a state of a leaf that no other has.
+  std::uint64_t new_state() { return ++last_state_; }
+  /// The full leaf that was condensed at this state; null where another one has overwritten it.
+  PlateLeaf* find(std::uint64_t state);
+  /// A full leaf that becomes that of this state; of `most`, the one that was not used for longest.
+  PlateLeaf& take(std::uint64_t state);
+
+ private:
+  static constexpr std::size_t most = 8;
+  struct Place {
+    std::uint64_t state;
+    PlateLeaf plate;
+  };
+  std::shared_ptr<const PlateMesh> mesh_;
+  std::unique_ptr<ChordLeaf> chord_;
+  std::list<Place> places_;  ///< the last used first
+  std::uint64_t last_state_ = 0;
+};
+
+}  // namespace flexopt
