@@ -57,7 +57,7 @@ CASES = {
 GALLERY = {
     "roberts_guide": Mesh(16, 10, 1),
     "butterfly_hinge": Mesh(14, 8, 1),
-    "infinity_hinge": Mesh(14, 8, 1),
+    "infinity_hinge": Mesh(12, 6, 1),
     "trivot_hinge": Mesh(16, 8, 1),
     "folded_leaf_stage": Mesh(16, 10, 1),
     "five_strut_guide": Mesh(16, 8, 1),
@@ -65,7 +65,7 @@ GALLERY = {
     "tip_tilt_stage": Mesh(16, 6, 1),
     "spherical_joint": Mesh(16, 10, 1),
     "diaphragm": Mesh(16, 8, 1),
-    "bridge_amplifier": Mesh(12, 12, 1),
+    "bridge_amplifier": Mesh(8, 8, 1),
     "hexapod": Mesh(16, 8, 1),
     "overconstrained_guide": Mesh(16, 8, 1),
 }
