@@ -59,11 +59,11 @@ GALLERY = {
     "butterfly_hinge": Mesh(14, 8, 1),
     "infinity_hinge": Mesh(12, 6, 1),
     "trivot_hinge": Mesh(16, 8, 1),
-    "folded_leaf_stage": Mesh(16, 10, 1),
+    "folded_leaf_stage": Mesh(10, 8, 1),
     "five_strut_guide": Mesh(16, 8, 1),
     "xy_stage": Mesh(14, 8, 1),
     "tip_tilt_stage": Mesh(16, 6, 1),
-    "spherical_joint": Mesh(16, 10, 1),
+    "spherical_joint": Mesh(10, 6, 1),
     "diaphragm": Mesh(16, 8, 1),
     "bridge_amplifier": Mesh(8, 8, 1),
     "hexapod": Mesh(16, 8, 1),
@@ -371,7 +371,7 @@ def supports_at(model, folder, step, displaced, forces):
                            float(max(abs(exact[k, k] / compliance[k, k] - 1) for k, _ in own))}}
 
 
-def solve(name, flexopt, folder, mesh, with_supports):
+def solve(name, flexopt, folder, mesh, with_strokes, with_supports):
     """CalculiX's answers."""
     os.makedirs(folder, exist_ok=True)
     with open(os.path.join(folder, "job.json"), "w") as file:
@@ -379,6 +379,8 @@ def solve(name, flexopt, folder, mesh, with_supports):
     design = json.loads(subprocess.run([flexopt, "expand", os.path.join(folder, "job.json")],
                                        check=True, capture_output=True, text=True).stdout)
     strokes = [p["stroke"] for p in run_flexopt(flexopt, name, "full", folder)]
+    if not with_strokes:
+        strokes = strokes[:1]
     model = Mechanism(design, mesh)
     path = [{"stroke": strokes[0], **at_rest(model, folder)}]
     lines = model.header()
@@ -446,6 +448,7 @@ def main():
     parser.add_argument("--work", required=True, help="scratch folder")
     parser.add_argument("--case", action="append", choices=[*CASES, *GALLERY])
     parser.add_argument("--mesh", type=int, nargs=3, help="along across through, instead")
+    parser.add_argument("--rest", action="store_true", help="linear steps at rest alone")
     parser.add_argument("--supports", action="store_true",
                         help="stiffnesses and frequencies at the last stroke too")
     parser.add_argument("--store", help="write CalculiX's numbers here")
@@ -464,7 +467,8 @@ def main():
         mesh = Mesh(*options.mesh) if options.mesh else (
             CASES[name][3] if name in CASES else GALLERY[name])
         if not options.reuse:
-            stored[name] = solve(name, options.flexopt, folder, mesh, options.supports)
+            stored[name] = solve(name, options.flexopt, folder, mesh, not options.rest,
+                                 options.supports)
         os.makedirs(folder, exist_ok=True)
         for accuracy in ("full", "reduced"):
             ours = run_flexopt(options.flexopt, name, accuracy, folder)

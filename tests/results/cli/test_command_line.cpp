@@ -134,6 +134,9 @@ TEST_CASE(
   CAPTURE(tied.out);
   CHECK(tied.code == 0);
   CHECK_THAT(tied.out, Contains("principal_stiffness") && !Contains("WRONG"));
+  // along the angle one of them falls and the other rises
+  CHECK_THAT(tied.out, Contains("has a derivative on either side alone") &&
+                           Contains("along half_angle at point 0") && !Contains("along length"));
 }
 
 TEST_CASE("An atlas that cannot be written is refused before it is made", "[results][command]") {
