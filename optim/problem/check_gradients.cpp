@@ -36,8 +36,19 @@ double present(const Job& job, const std::string& name) {
   return numbers_of(job.design.material, job.end_effector).at(name);
 }
 
+// Whether a number may not be less than it is: a mass of nothing, a parameter at its least value.
+bool at_lower_edge(const Job& job, const std::string& name, double x) {
+  if (find_job_number(name)) return x == 0 && name == "end_effector.mass";
+  const Parameter* parameter = find_parameter(resolve(job.design)->family(), name);
+  return parameter && x <= parameter->min;
+}
+
 // What a number that is zero is moved by.
 double unit(const Job& job, const std::string& name) {
+  if (!find_job_number(name)) {
+    const Parameter* parameter = find_parameter(resolve(job.design)->family(), name);
+    if (parameter && parameter->unit != "m") return parameter->unit == "kg" ? 1e-2 : 0.1;
+  }
   double length = 0;
   for (const LeafSpring& l : make_mechanism(job, job.design.parameters).leaves)
     length = std::max(length, l.length);
@@ -414,7 +425,7 @@ std::vector<GradientCheck> Checker::check(std::size_t parameter) const {
                step = 0.02 * size_of_x;
   Numbers slopes = slopes_along(parameter);
   const std::vector<Group> groups = groups_along(step, slopes);
-  const bool at_edge = x == 0 && name == "end_effector.mass";  // none is negative
+  const bool at_edge = at_lower_edge(job_, name, x);
   const auto differences_of = [&](double h) {
     return ridders(
         [&](double value) {

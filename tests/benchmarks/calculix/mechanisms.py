@@ -42,7 +42,7 @@ CASES = {
     "spherical_joint_elastic": (
         "spherical_joint", {"length": 0.04, "width": 0.02, "thickness": 4e-4, "radius": 0.05},
         [0.02],
-        Mesh(24, 14, 1), {"fold": "elastic"}),
+        Mesh(20, 12, 1), {"fold": "elastic"}),
     "cartwheel_hinge": ("cartwheel_hinge", {
         "length": 0.04, "width": 0.02, "thickness": 4e-4, "half_angle": 0.6, "hub_mass": 0.01},
         [0.06, 0.12], Mesh(14, 8, 1)),

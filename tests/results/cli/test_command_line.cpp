@@ -139,6 +139,23 @@ TEST_CASE(
                            Contains("along half_angle at point 0") && !Contains("along length"));
 }
 
+TEST_CASE("check-gradients differences a parameter at its least value from there upwards",
+          "[results][command]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["design"]["family"] = "butterfly_hinge";
+  job["design"]["parameters"] = {{"stage_mass", 0}};
+  job["stroke"] = {{"at", {0}}};
+  job["frequencies"] = 3;
+  job["model"] = {{"flexure", "beam"}, {"mesh", OrderedJson::array({4, 2})}};
+  save(folder.path() / "hinge.json", job);
+  const Outcome massless = flexopt_in(folder.path(), "check-gradients hinge.json");
+  CAPTURE(massless.out);
+  CHECK(massless.code == 0);
+  CHECK_THAT(massless.out, Contains("parasitic_frequency          stage_mass") &&
+                               !Contains("no differences") && !Contains("WRONG"));
+}
+
 TEST_CASE("An atlas that cannot be written is refused before it is made", "[results][command]") {
   const test::TemporaryFolder folder;
   const Outcome refused = flexopt_in(folder.path(), "atlas --out /proc/no/such/folder/one.atlas");
