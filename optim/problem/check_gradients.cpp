@@ -330,7 +330,8 @@ Numbers Checker::slopes_along(std::size_t parameter) const {
       // a stress that is nothing but rounding
       const std::size_t i = slopes.size() - 1;
       if ((q.name == "max_stress" || q.name == "notch_stress") &&
-          here_[i].value_or(0) < 1e-6 * largest_[i % names_.size()])
+          here_[i].value_or(0) < std::max(1e-6 * largest_[i % names_.size()],
+                                          1e-12 * job_.design.material.youngs_modulus))
         slopes[i].reset();
     }
   return slopes;
