@@ -22,7 +22,7 @@ from solid_model import (Leaf, Mesh, Wire, chunks, mesh_folded, mesh_leaf, mesh_
                          plate_material, run_ccx)
 
 MATERIAL = {"youngs_modulus": 200e9, "poissons_ratio": 0.3, "density": 7800.0}
-MASS, INERTIA = 0.5, 4e-4  # of every end-effector
+MASS, INERTIA = 0.5, 4e-4
 MODES = 6
 JOBS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../designs/jobs")
 
@@ -55,6 +55,8 @@ CASES = {
 }
 # Jobs of the gallery, and the mesh of a leaf or leg of each.
 GALLERY = {
+    "parallel_guide": Mesh(16, 10, 1),
+    "cross_hinge": Mesh(14, 8, 1),
     "roberts_guide": Mesh(16, 10, 1),
     "butterfly_hinge": Mesh(14, 8, 1),
     "infinity_hinge": Mesh(12, 6, 1),
@@ -71,6 +73,11 @@ GALLERY = {
 }
 
 
+def si(text):
+    number, unit = str(text).split(" ", 1) if isinstance(text, str) else (text, "")
+    return float(number) * {"": 1, "kg": 1, "kg m^2": 1, "kg/m^3": 1, "GPa": 1e9}[unit]
+
+
 def job_of(name):
     """What the program runs, with SI numbers where this script needs them."""
     if name in CASES:
@@ -83,15 +90,21 @@ def job_of(name):
     with open(os.path.join(JOBS, name + ".json")) as file:
         job = json.load(file)
     del job["expect"]
-    job["design"]["material"] = MATERIAL
-    job["end_effector"] = {"mass": MASS, "inertia": [INERTIA] * 3}
+    material = job["design"]["material"]
+    job["design"]["material"] = {name: si(material[name]) for name in MATERIAL}
+    payload = job["end_effector"]
+    job["end_effector"] = {"mass": si(payload["mass"]),
+                           "inertia": [si(x) for x in payload["inertia"]]}
+    if job["stroke"].get("points", 0) > 3:
+        job["stroke"]["points"] = 2
     return {**job, "frequencies": MODES}
 
 
 class Mechanism:
     """The solid mesh of a flat design and what every deck of it shares."""
 
-    def __init__(self, design, mesh):
+    def __init__(self, design, mesh, job):
+        self.material, payload = job["design"]["material"], job["end_effector"]
         self.bodies = {b["name"]: b for b in design["bodies"]}
         self.nodes, self.masses, self.on = {}, [], {}
         self.handles = {}  # body → (reference node, rotation node)
@@ -101,7 +114,7 @@ class Mechanism:
             self.on[name] = []
             mass, inertia = float(body.get("mass", 0)), np.array(body.get("inertia", np.zeros((3, 3))))
             if name == "end_effector":
-                mass, inertia = MASS, INERTIA * np.eye(3)
+                mass, inertia = payload["mass"], np.diag(payload["inertia"])
             self.add_masses(name, at, mass, np.diag(inertia))
         self.fixed, self.leaves = [], []
         for leaf in design["leaves"]:
@@ -192,9 +205,9 @@ class Mechanism:
             out += [f"*ELEMENT, TYPE=MASS, ELSET=POINT{index}", f"{element}, {node}",
                     f"*MASS, ELSET=POINT{index}", f"{mass:.12g}"]
             element += 1
-        e, nu = MATERIAL["youngs_modulus"], MATERIAL["poissons_ratio"]
+        e, nu, density = (self.material[name] for name in MATERIAL)
         for name, thickness in (("FLAT", "y"), ("ARC", "x"), ("WIRE", "")):
-            out += plate_material(name, e, nu, MATERIAL["density"], thickness)
+            out += plate_material(name, e, nu, density, thickness)
         for index, material in enumerate(materials, 1):
             out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL={material}, "
                        f"ORIENTATION=AXES{index}")
@@ -381,7 +394,7 @@ def solve(name, flexopt, folder, mesh, with_strokes, with_supports):
     strokes = [p["stroke"] for p in run_flexopt(flexopt, name, "full", folder)]
     if not with_strokes:
         strokes = strokes[:1]
-    model = Mechanism(design, mesh)
+    model = Mechanism(design, mesh, job_of(name))
     path = [{"stroke": strokes[0], **at_rest(model, folder)}]
     lines = model.header()
     for stroke in strokes[1:]:
