@@ -335,8 +335,28 @@ const json& document_of(const Job& job) {
   return job.as_read ? *job.as_read : nothing;
 }
 
+// Of a design whose drives are not known here: strokes of one drive, or by the names of several.
+static json any_stroke(const json& of_one) {
+  const json number{{"anyOf", json::array({{{"type", "number"}}, {{"type", "string"}}})}};
+  const json point{{"type", "object"}, {"additionalProperties", number}};
+  const json axis{{"type", "object"},
+                  {"properties", {{"from", number}, {"to", number}, {"points", number}}},
+                  {"additionalProperties", false}};
+  const json named{
+      {"type", "object"},
+      {"properties",
+       {{"at", {{"type", "array"}, {"minItems", 1}, {"maxItems", 10001}, {"items", point}}},
+        {"grid", {{"type", "object"}, {"additionalProperties", axis}}}}},
+      {"additionalProperties", false}};
+  return {{"description", of_one.value("description", "")},
+          {"anyOf", json::array({of_one, named})}};
+}
+
 json job_schema() {
   json schema = json_schema(with_error_tolerance(job_shape(nullptr)));
+  for (json* of : {&schema["properties"],
+                   &schema["properties"]["cases"]["additionalProperties"]["properties"]})
+    (*of)["stroke"] = any_stroke((*of)["stroke"]);
   schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
   schema["title"] = "A job of flexopt";
   json by_family = json::array();  // each family's own parameters and unit of the stroke

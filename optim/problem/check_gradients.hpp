@@ -16,6 +16,9 @@ struct GradientCheck {
   double error = 0;       ///< |exact − difference|, relative: see check_gradients
   double known_to = 0;    ///< what the difference itself is known to, relative
   bool agrees = false;
+  /// Two directions are equally stiff here and not beside it: the smallest stiffness has one
+  /// derivative on each side, and `exact` is one of them or lies between.
+  bool equal_stiffnesses = false;
   std::string load_case;  ///< of a job with several
 };
 
@@ -34,7 +37,10 @@ struct GradientReport {
 /// difference is known to: by its extrapolation, and by the rounding of the numbers, which is
 /// measured; one that does not, or is known to less than 1e-4, is differenced again, with steps a
 /// hundredth and a ten-thousandth as large (a kink, a pole or a nearly equal frequency may lie
-/// near). Members of a cluster of equal frequencies are compared by their sum.
+/// near). If it does not agree then, the rounding along this parameter is measured, that of the
+/// exact derivative too, and must be below 1e-4 to explain the error. Members of a cluster of equal
+/// frequencies are compared by their sum. Where equal stiffnesses leave `principal_stiffness` no
+/// derivative the check and the message say so.
 GradientReport check_gradients(const Job& job, double tolerance, int threads);
 
 }  // namespace flexopt

@@ -9,7 +9,7 @@
 namespace flexopt {
 
 /// Every name that the design of a job can be differentiated by: the parameters of the family
-/// (formulas apart), `material.…` and, where there is one, `end_effector.…`.
+/// (formulas and counts apart), `material.…` and, where there is one, `end_effector.…`.
 std::vector<std::string> differentiable_parameters(const Job& job);
 
 /// The stroke of the design with these parameters, differentiated by the named ones, each at

@@ -206,7 +206,9 @@ bool print_gradient_checks(const Job& job, const CommandLine& line) {
     if (c.load_case != load_case) fmt::print("load case {}\n", load_case = c.load_case);
     fmt::print("{:<28} {:<28} {:>5} {:>14.6e} {:>14.6e} {:>9.1e} {:>9.1e}{}\n", c.quantity,
                c.parameter, c.point, c.exact, c.difference, c.error, c.known_to,
-               c.agrees ? "" : "  WRONG");
+               !c.agrees             ? "  WRONG"
+               : c.equal_stiffnesses ? "  equal stiffnesses"
+                                     : "");
   }
   fmt::print("{}\n", report.message);
   return report.ok;

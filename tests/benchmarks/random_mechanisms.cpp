@@ -1,8 +1,12 @@
-// Laws of 10 000 random mechanisms: how far each is kept. An argument is how many instead.
+// Laws of 10 000 random mechanisms: how far each is kept. Arguments: how many instead, the first.
+//
+// Progress is told every 100. A run that SIGTERM, SIGINT or SIGHUP ends prints the table of what is
+// done, and says so.
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
@@ -38,10 +42,16 @@ double quantile(std::vector<double>& sizes, double share) {
   return sizes[static_cast<std::size_t>(share * static_cast<double>(sizes.size() - 1))];
 }
 
+volatile std::sig_atomic_t ended_by = 0;
+
+void end_by(int signal) { ended_by = signal; }
+
 }  // namespace
 
 int main(int arguments, char** values) {
   const int count = arguments > 1 ? std::atoi(values[1]) : 10000;
+  const int begin = arguments > 2 ? std::atoi(values[2]) : 0;
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) std::signal(signal, end_by);
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / fmt::format("flexopt_random_{}", getpid());
   std::filesystem::create_directories(folder);
@@ -63,8 +73,9 @@ int main(int arguments, char** values) {
        [](const RandomDesign& d, unsigned long long) { return laws::ways_of_writing(d); }},
       {"derivatives of all numbers", 1e-8,
        [](const RandomDesign& d, unsigned long long) { return laws::derivatives(d); }}};
-  int refused = 0, faulty = 0;
-  for (int seed = 0; seed < count; ++seed) {
+  int refused = 0, faulty = 0, done = 0;
+  for (int seed = begin; seed < begin + count && ended_by == 0; ++seed, ++done) {
+    if (done > 0 && done % 100 == 0) fmt::print(stderr, "{} done\n", done);
     RandomDesign design;
     try {
       design = random_design(static_cast<unsigned long long>(seed), folder);
@@ -90,12 +101,12 @@ int main(int arguments, char** values) {
     }
   }
   std::filesystem::remove_all(folder);
-  if (faulty > 0) {
-    fmt::print(stderr, "{} seeds drew nothing: a fault of the generator\n", faulty);
+  if (done == 0 || faulty > 0) {
+    fmt::print(stderr, "{} of {} seeds drew nothing: a fault of the generator\n", faulty, done);
     return 1;
   }
   const PageTable page("random_mechanisms laws");
-  fmt::print("{} random mechanisms; {} others had leaves that cross or are too thick.\n\n", count,
+  fmt::print("{} random mechanisms; {} others had leaves that cross or are too thick.\n\n", done,
              refused);
   fmt::print("| law | limit, or rounding | half are within | 99 % | largest | beyond |\n");
   fmt::print("|---|---|---|---|---|---|\n");
@@ -103,4 +114,7 @@ int main(int arguments, char** values) {
     fmt::print("| {} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {} |\n", law.name, law.limit,
                quantile(law.sizes, 0.5), quantile(law.sizes, 0.99), quantile(law.sizes, 1),
                law.failed);
+  if (ended_by == 0) return 0;
+  fmt::print(stderr, "ended by signal {} after {} of {}\n", int{ended_by}, done, count);
+  return 1;
 }

@@ -138,6 +138,72 @@ def mesh_folded(legs, thickness, mesh, first_node):
             (first[4], second[4]))
 
 
+@dataclass
+class Wire:
+    base: tuple
+    tip: tuple
+    diameter: float
+    across: tuple
+    curve: float = 0.0
+
+
+def mesh_disk():
+    """Quadratic quadrilaterals on the unit disk: four in a square, eight around them. Places of the
+    nodes, and the cells with their four corners before their mid-sides."""
+    a = 0.45
+    rim = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
+    inner = [a * np.array(p, float) for p in rim]
+    outer = [np.array(p) / np.hypot(*p) for p in rim]
+    quads = [[np.zeros(2), inner[k], inner[(k + 1) % 8], inner[(k + 2) % 8]] for k in (0, 2, 4, 6)]
+    quads += [[inner[k], outer[k], outer[(k + 1) % 8], inner[(k + 1) % 8]] for k in range(8)]
+    places, cells = [], []
+
+    def number(p):
+        for k, q in enumerate(places):
+            if np.linalg.norm(p - q) < 1e-9:
+                return k
+        places.append(p)
+        return len(places) - 1
+
+    for quad in quads:
+        middles = []
+        for k in range(4):
+            p, q = quad[k], quad[(k + 1) % 4]
+            middle = 0.5 * (p + q)
+            if min(np.hypot(*p), np.hypot(*q)) > 1 - 1e-9:  # on the circle
+                middle /= np.hypot(*middle)
+            middles.append(middle)
+        cells.append([number(p) for p in quad + middles])
+    return places, cells
+
+
+def mesh_wire(wire, along, grade, first_node):
+    """As mesh_leaf, of a wire: 12 elements in its section."""
+    base, tip = np.array(wire.base), np.array(wire.tip)
+    length = np.linalg.norm(tip - base)
+    ex = (tip - base) / length
+    ez = np.array(wire.across) - ex * np.dot(ex, wire.across)
+    ez /= np.linalg.norm(ez)
+    ey = np.cross(ez, ex)
+    xs = graded(along, grade) * length
+    places, cells = mesh_disk()
+    corners = {n for cell in cells for n in cell[:4]}
+    number, nodes = {}, {}
+    for i, x in enumerate(xs):
+        for k, (y, z) in enumerate(places):
+            if i % 2 == 0 or k in corners:
+                number[i, k] = first_node + len(nodes)
+                nodes[number[i, k]] = base + ex * x + wire.diameter / 2 * (ey * y + ez * z)
+    elements = []
+    for i in range(0, 2 * along, 2):
+        for cell in cells:
+            elements.append([number[i, k] for k in cell[:4]] + [number[i + 2, k] for k in cell[:4]]
+                            + [number[i, k] for k in cell[4:]] + [number[i + 2, k] for k in cell[4:]]
+                            + [number[i + 1, k] for k in cell[:4]])
+    ends = [[n for (i, k), n in number.items() if i == end] for end in (0, len(xs) - 1)]
+    return nodes, elements, ends[0], ends[1], (ex, ey, ez)
+
+
 def orientation(index, leaf, axes):
     """The local axes of a leaf, and which of them stands along its thickness."""
     ex, ey, ez = axes
@@ -153,9 +219,10 @@ def orientation(index, leaf, axes):
 
 
 def plate_material(name, e, nu, density, thickness):
-    """No Poisson coupling with the thickness (local x or y): what Kirchhoff's plane stress is."""
+    """No Poisson coupling with the thickness (local x or y): what Kirchhoff's plane stress is. None
+    at all (thickness "") is that of a slender beam."""
     g = e / (2 * (1 + nu))
-    ratios = {"y": f"0., {nu:.12g}, 0.", "x": f"0., 0., {nu:.12g}"}[thickness]
+    ratios = {"y": f"0., {nu:.12g}, 0.", "x": f"0., 0., {nu:.12g}", "": "0., 0., 0."}[thickness]
     return [f"*MATERIAL, NAME={name}", "*ELASTIC, TYPE=ENGINEERING CONSTANTS",
             f"{e:.12g}, {e:.12g}, {e:.12g}, {ratios}, {g:.12g}, {g:.12g},",
             f"{g:.12g}, 293.", "*DENSITY", f"{density:.12g}"]

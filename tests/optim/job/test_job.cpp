@@ -607,6 +607,14 @@ TEST_CASE("the schema accepts the shipped jobs and refuses slips", "[optim][job]
   CHECK(refused("/model/accuracy", "best"));
   CHECK(refused("/stroke/points", 1.5));
   CHECK(refused("/end_effector/inertia", {1, 2}));
+  // of a file the schema does not know the drives: strokes of one, or by name
+  json own = base("evaluate");
+  own["design"] = {{"file", "stage.json"}, {"material", "stavax"}};
+  CHECK(valid(schema, own));
+  own["stroke"] = {{"at", {{{"x", "1 mm"}, {"y", 0}}}}};
+  CHECK(valid(schema, own));
+  own["stroke"] = {{"grid", {{"x", {{"to", "1 mm"}, {"pionts", 3}}}}}};
+  CHECK_FALSE(valid(schema, own));
   json without = base("evaluate");
   without["design"]["parameters"].erase("spacing");
   CHECK_FALSE(valid(schema, without));

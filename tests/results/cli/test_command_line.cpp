@@ -134,6 +134,42 @@ TEST_CASE(
   CAPTURE(tied.out);
   CHECK(tied.code == 0);
   CHECK_THAT(tied.out, Contains("principal_stiffness") && !Contains("WRONG"));
+  // along the angle one of them falls and the other rises
+  CHECK_THAT(tied.out, Contains("has a derivative on either side alone") &&
+                           Contains("along half_angle at point 0") && !Contains("along length"));
+}
+
+TEST_CASE("check-gradients leaves out what says how many there are", "[results][command]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["design"]["family"] = "overconstrained_guide";
+  job["design"]["parameters"] = {{"count", 2}, {"length", "80 mm"}};
+  job["stroke"] = {{"at", {0}}};
+  job["frequencies"] = 0;
+  job["model"] = {{"flexure", "beam"}, {"mesh", OrderedJson::array({4, 2})}};
+  save(folder.path() / "guide.json", job);
+  const Outcome guide = flexopt_in(folder.path(), "check-gradients guide.json");
+  CAPTURE(guide.out);
+  CHECK(guide.code == 0);
+  CHECK_THAT(guide.out, Contains("drive_stiffness              pitch") &&
+                            Contains("derivatives agree") && !Contains("WRONG"));
+}
+
+TEST_CASE("check-gradients differences a parameter at its least value from there upwards",
+          "[results][command]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["design"]["family"] = "butterfly_hinge";
+  job["design"]["parameters"] = {{"stage_mass", 0}};
+  job["stroke"] = {{"at", {0}}};
+  job["frequencies"] = 3;
+  job["model"] = {{"flexure", "beam"}, {"mesh", OrderedJson::array({4, 2})}};
+  save(folder.path() / "hinge.json", job);
+  const Outcome massless = flexopt_in(folder.path(), "check-gradients hinge.json");
+  CAPTURE(massless.out);
+  CHECK(massless.code == 0);
+  CHECK_THAT(massless.out, Contains("parasitic_frequency          stage_mass") &&
+                               !Contains("no differences") && !Contains("WRONG"));
 }
 
 TEST_CASE("An atlas that cannot be written is refused before it is made", "[results][command]") {
