@@ -97,10 +97,11 @@ class MeshNumbers {
   /// U = ½ w |v|² of v = normal n, by the metric to first order, and what stays of it at rest.
   void add_natural(PlateMesh::Element& element, const S& w, const Rest& rest,
                    const Eigen::Matrix<S, 16, 1>& Nx, const Eigen::Matrix<S, 16, 1>& Ny) const;
-  S free_edge() const;  ///< c of (E2)
-  /// Of a section with t/w = `ratio`: by how much the bending energy makes its second moment in the
-  /// plane of the leaf too large, over t w³: equation (E9). The ratio counts up to 1/2.
-  S excess_of_bending_in_plane(S ratio) const;
+  /// c of (E2) where the leaf is `at_thickness` thick, over L, and `width_factor` times as wide.
+  S free_edge(const S& at_thickness, const S& width_factor) const;
+  /// By how much the bending energy makes the second moment of the section in the plane of the leaf
+  /// too large there, over t w³: equation (E9). t/w counts up to 1/2.
+  S excess_of_bending_in_plane(const S& at_thickness, const S& width_factor) const;
   PlateMesh::Element plate_element(int i, int j) const;
   PlateMesh::Element beam_element(int i) const;
 

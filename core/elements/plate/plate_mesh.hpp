@@ -33,7 +33,7 @@ struct PlateShape {
   std::optional<double> curve{};  ///< angle of the arc [rad]; none: flat
   /// Place of the fold over L, and its angle; `mesh` is then that of each leg.
   std::optional<LeafFoldT<double>> fold{};
-  /// A plate that does not turn: only its normal displacement bends, and (E9) takes nothing back.
+  /// Of superelements, through which constant strains must pass exactly: (E9) takes nothing back.
   bool linear = false;
 
   bool is_beam() const { return flexure == Flexure::beam; }

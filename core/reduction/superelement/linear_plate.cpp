@@ -72,8 +72,7 @@ EdgeTorsion edge_torsion(const PlateMesh& mesh, int i, int j, int side, double c
 // Adds the elements' matrices to those of the mesh.
 class Assembler {
  public:
-  explicit Assembler(const PlateMesh& mesh)
-      : dof_(mesh), side_(mesh.functions_per_side()), in_plane_(mesh.shape().linear ? 0 : 1) {
+  explicit Assembler(const PlateMesh& mesh) : dof_(mesh), side_(mesh.functions_per_side()) {
     const auto entries = static_cast<std::size_t>(4 * side_ * side_ * mesh.elements_along() *
                                                   mesh.elements_across());
     K_.reserve(5 * entries);
@@ -90,8 +89,8 @@ class Assembler {
       }
     for (int a = 0; a < functions; ++a)
       for (int b = 0; b < functions; ++b) {
-        K_.emplace_back(at[u][a], at[u][b], e.uu(a, b) + in_plane_ * e.bending(a, b));
-        K_.emplace_back(at[v][a], at[v][b], e.vv(a, b) + in_plane_ * e.bending(a, b));
+        K_.emplace_back(at[u][a], at[u][b], e.uu(a, b) + e.bending(a, b));
+        K_.emplace_back(at[v][a], at[v][b], e.vv(a, b) + e.bending(a, b));
         K_.emplace_back(at[u][a], at[v][b], e.uv(a, b));
         K_.emplace_back(at[v][a], at[u][b], e.uv(b, a));
         K_.emplace_back(at[w][a], at[w][b], e.bending(a, b));
@@ -109,7 +108,6 @@ class Assembler {
  private:
   Dofs dof_;
   int side_;
-  double in_plane_;  ///< share of the bending that displacements in the plane have: that of a leaf
   Triplets K_, M_;
 };
 
