@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "core/mechanism/each_number.hpp"
+#include "core/response/response.hpp"
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
@@ -88,6 +89,28 @@ TEST_CASE("every family makes a mechanism that breaks no rule", "[designs]") {
       CHECK(leaf.thickness == values.at("thickness"));
       CHECK(leaf.material.name == materials().front().material.name);
     }
+  }
+}
+
+TEST_CASE("every family at its defaults is stable at rest, plates with thick ends too",
+          "[designs]") {
+  for (const Family& family : families()) {
+    CAPTURE(family.name);
+    ParameterValues values;
+    for (const Parameter& p : family.parameters)
+      if (p.default_value) values[p.name] = *p.default_value;
+    if (values.size() < family.parameters.size()) continue;  // some have to be said
+    const Mechanism m =
+        family.make(values, default_choices(family), materials().front().material, payload());
+    StrokeRequest request;
+    request.points = {0};
+    request.outputs.remove(Output::stress);
+    ModelOptions model;
+    model.accuracy = Accuracy::full;
+    const StrokeResponse r = evaluate_stroke(m, model, request);
+    CAPTURE(r.message);
+    if (m.drives.size() == 1) REQUIRE(r.status == Status::ok);
+    for (const PathPoint& point : r.path) CHECK(point.stable);
   }
 }
 

@@ -310,20 +310,27 @@ void MeshNumbers<S>::add_natural(PlateMesh::Element& element, const S& w, const 
 }
 
 template <class S>
-S MeshNumbers<S>::free_edge(const S& at_thickness, const S& width_factor) const {
+S MeshNumbers<S>::free_edge(const S& at_thickness, const S& width_factor,
+                            const S& size_along) const {
   if (!shape_->free_edge_torsion) return S(0);
-  const S size = (y[1] - y[0]) * width_factor / (least_edge_element * at_thickness);
-  return size < 1.0 ? S(free_edge_coefficient * size) : S(free_edge_coefficient);
+  S c(free_edge_coefficient);
+  const S across = (y[1] - y[0]) * width_factor / (least_edge_element * at_thickness),
+          along = size_along / at_thickness;
+  if (across < 1.0) c *= across;
+  if (along < 1.0) c *= along;
+  return c;
 }
 
 template <class S>
-S MeshNumbers<S>::excess_of_bending_in_plane(const S& at_thickness, const S& width_factor) const {
+S MeshNumbers<S>::excess_of_bending_in_plane(const S& at_thickness, const S& width_factor,
+                                             const S& size_along) const {
   if (shape_->linear) return S(0);
   S ratio = at_thickness / (width * width_factor);
   if (ratio > 0.5) ratio = S(0.5);
   const S &nu = poissons_ratio, square = ratio * ratio;
   const S bending = (3.0 - 2.0 * nu + 3.0 * nu * nu) / (12.0 * (1.0 - nu * nu));
-  return square * (bending - free_edge(at_thickness, width_factor) / (1.0 + nu) * ratio);
+  return square *
+         (bending - free_edge(at_thickness, width_factor, size_along) / (1.0 + nu) * ratio);
 }
 
 template <class S>
@@ -411,7 +418,8 @@ PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
       if (side == 0 ? j != 0 : j != ny - 1) continue;
       const S& place = y[j + side];
       const auto N = second(place, hermite<S>(side, hy));
-      S w = -edge * free_edge(S(thickness * t), map.factor) * (full.weight[a] * hx) * (cube * t);
+      S w =
+          -edge * free_edge(S(thickness * t), map.factor, hx) * (full.weight[a] * hx) * (cube * t);
       Row<S> twist = N.xy;
       S bent(0);             // part of the bending along in it
       if (width_varies()) {  // along the edge and normal to it: it slopes by m
@@ -434,7 +442,7 @@ PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
     const WidthMap<S> map = this->map(i, membrane_x.point[a]);
     const S t = thickness_factor(S(x[i] + membrane_x.point[a] * hx)),
             metric = rest(i, membrane_x.point[a]).metric,
-            excess = excess_of_bending_in_plane(S(thickness * t), map.factor);
+            excess = excess_of_bending_in_plane(S(thickness * t), map.factor, hx);
     for (int b = 0; b < 4; ++b) {
       const HermiteValuesT<S> Y = hermite<S>(full.point[b], hy);
       const int g = 4 * a + b;

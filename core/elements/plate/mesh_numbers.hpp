@@ -30,7 +30,7 @@ MappedDerivatives<V> mapped(const WidthMap<S>& map, const S& y0, const V& x, con
           V(per * (xy - map.slope * y + g * yy)), V(squared * yy)};
 }
 
-/// Width over t of elements at a free edge below which c of (E2) is smaller in proportion.
+/// Size over t, across, of elements at a free edge below which c of (E2) is smaller in proportion.
 inline constexpr double least_edge_element = 0.6;
 
 template <class S>
@@ -97,11 +97,13 @@ class MeshNumbers {
   /// U = ½ w |v|² of v = normal n, by the metric to first order, and what stays of it at rest.
   void add_natural(PlateMesh::Element& element, const S& w, const Rest& rest,
                    const Eigen::Matrix<S, 16, 1>& Nx, const Eigen::Matrix<S, 16, 1>& Ny) const;
-  /// c of (E2) where the leaf is `at_thickness` thick, over L, and `width_factor` times as wide.
-  S free_edge(const S& at_thickness, const S& width_factor) const;
+  /// c of (E2) in an element of the size `size_along`, where the leaf is `at_thickness` thick, both
+  /// over L, and `width_factor` times as wide.
+  S free_edge(const S& at_thickness, const S& width_factor, const S& size_along) const;
   /// By how much the bending energy makes the second moment of the section in the plane of the leaf
   /// too large there, over t w³: equation (E9). t/w counts up to 1/2.
-  S excess_of_bending_in_plane(const S& at_thickness, const S& width_factor) const;
+  S excess_of_bending_in_plane(const S& at_thickness, const S& width_factor,
+                               const S& size_along) const;
   PlateMesh::Element plate_element(int i, int j) const;
   PlateMesh::Element beam_element(int i) const;
 

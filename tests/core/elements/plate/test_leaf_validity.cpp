@@ -49,3 +49,26 @@ TEST_CASE(
     CHECK(worst < 3 * estimated);
   }
 }
+
+TEST_CASE("a narrow plate bends in its plane as its beam does") {
+  for (const double ratio : {4.0, 5.0, 7.0, 10.0}) {
+    const Mechanism m = models::guide(0.1, ratio * 1e-3, 1e-3);
+    StrokeRequest request;
+    request.points = {0};
+    request.outputs.remove(Output::stress);
+    ModelOptions model;
+    model.accuracy = Accuracy::full;
+    model.mesh = {24, 8};
+    const StrokeResponse plate = evaluate_stroke(m, model, request);
+    model.flexure = Flexure::beam;
+    const StrokeResponse beam = evaluate_stroke(m, model, request);
+    REQUIRE(plate.status == Status::ok);
+    REQUIRE(beam.status == Status::ok);
+    for (const Direction d : {Direction::uz, Direction::ry}) {
+      CAPTURE(ratio, direction_names[index(d)]);
+      // the clamps hinder the section, which only the plate knows
+      CHECK(*plate.path[0].support_stiffness[index(d)] ==
+            Approx(*beam.path[0].support_stiffness[index(d)]).epsilon(5e-3));
+    }
+  }
+}

@@ -76,7 +76,8 @@ TEST_CASE("a grid of patches converges to the full leaf at rest", "[reduction]")
     CHECK(error < 0.7 * previous);
     previous = error;
   }
-  CHECK(previous < 6e-3);
+  // of which 2.9 (t/w)² = 1.2e-3 is bending in the plane, which (E9) takes back in whole leaves
+  CHECK(previous < 7e-3);
 }
 
 TEST_CASE("a superelement leaf's force and tangent are the derivatives of its energy",
