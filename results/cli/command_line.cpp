@@ -40,26 +40,28 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
     return sub;
   };
 
+  const auto takes_job = [&](CLI::App* sub, const char* help) {
+    sub->add_option("JOB", line.job, help)->required()->type_name("FILE");
+    sub->add_option("--set", line.overrides, "change one value of the job; may be repeated")
+        ->type_name("/pointer=value")
+        ->allow_extra_args(false);
+  };
+  const auto works_long = [&](CLI::App* sub) {
+    sub->add_option("--threads", line.threads, "threads to use at most; does not change any result")
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    sub->add_flag("--quiet", line.quiet, "no progress on stderr");
+  };
+
   CLI::App* run = command("run", "Run a job and write its results", Command::run);
-  run->add_option("JOB", line.job, "the job file")->required()->type_name("FILE");
+  takes_job(run, "the job file");
   run->add_option("--out", line.folder, "folder for the results [job's file stem + .out]")
       ->type_name("DIR");
-  run->add_option("--set", line.overrides, "change one value of the job; may be repeated")
-      ->type_name("/pointer=value")
-      ->allow_extra_args(false);
-  run->add_option("--threads", line.threads, "threads to use at most; does not change any result")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
-  run->add_flag("--quiet", line.quiet, "no progress on stderr");
+  works_long(run);
 
-  CLI::App* validate =
-      command("validate", "Check a job or a design file without running it", Command::validate);
-  validate->add_option("JOB", line.job, "the job file, or a design file")
-      ->required()
-      ->type_name("FILE");
-  validate->add_option("--set", line.overrides, "change one value of the job; may be repeated")
-      ->type_name("/pointer=value")
-      ->allow_extra_args(false);
+  takes_job(
+      command("validate", "Check a job or a design file without running it", Command::validate),
+      "the job file, or a design file");
 
   CLI::App* designs = command("designs", "List the families, or describe one", Command::designs);
   designs->add_option("FAMILY", line.family, "the family to describe");
@@ -71,33 +73,26 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       },
       "print the design file of a family, to start from");
 
-  CLI::App* quantities =
-      command("quantities", "List the numbers that goals may name", Command::quantities);
-  quantities->add_option("FAMILY", line.family, "with the units and directions of its drives");
+  command("quantities", "List the numbers that goals may name", Command::quantities)
+      ->add_option("FAMILY", line.family, "with the units and directions of its drives");
 
-  CLI::App* expand = command(
-      "expand", "Print the mechanism of a job: no frames, parts, repeats or options, full names",
-      Command::expand);
-  expand->add_option("JOB", line.job, "the job file, or a design file that needs no parameters")
-      ->required()
-      ->type_name("FILE");
-  expand->add_option("--set", line.overrides, "change one value of the job; may be repeated")
-      ->type_name("/pointer=value")
-      ->allow_extra_args(false);
+  takes_job(
+      command("expand",
+              "Print the mechanism of a job: no frames, parts, repeats or options, full names",
+              Command::expand),
+      "the job file, or a design file that needs no parameters");
 
-  CLI::App* schema = command("schema", "Print the JSON Schema of a job", Command::schema);
-  schema->add_flag("--design", line.of_design, "that of a design file instead");
+  command("schema", "Print the JSON Schema of a job", Command::schema)
+      ->add_flag("--design", line.of_design, "that of a design file instead");
 
   CLI::App* check = command("check-gradients", "Compare gradients with independent derivatives",
                             Command::check_gradients);
-  check->add_option("JOB", line.job, "the job file")->required()->type_name("FILE");
+  takes_job(check, "the job file");
   check->add_option("--tolerance", line.tolerance, "largest relative difference");
-  check->add_option("--set", line.overrides, "change one value of the job; may be repeated")
-      ->type_name("/pointer=value")
-      ->allow_extra_args(false);
 
-  CLI::App* report = command("report", "Write the report of a run again", Command::report);
-  report->add_option("DIR", line.folder, "the output folder of the run")->required();
+  command("report", "Write the report of a run again", Command::report)
+      ->add_option("DIR", line.folder, "the output folder of the run")
+      ->required();
 
   CLI::App* atlas =
       command("atlas", "Make the atlas that jobs with \"atlas\" look leaves up in", Command::atlas);
@@ -107,10 +102,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       ->check(CLI::Range(2, 128));
   atlas->add_flag("--show", line.show,
                   "make nothing; print what the file has and its errors when it was made");
-  atlas->add_option("--threads", line.threads, "threads to use at most; does not change any result")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
-  atlas->add_flag("--quiet", line.quiet, "no progress on stderr");
+  works_long(atlas);
 
   try {
     app.parse(argc, argv);

@@ -15,21 +15,26 @@ namespace {
 
 constexpr double largest_factor = no_critical_factor;  // farther estimates are rounding
 constexpr int most_states = 60;
-// Change of the factor without a critical state that is believed where the states are spent.
+// Change of the factor without a critical state that is believed where the
+// states are spent.
 constexpr double enough = 10;
-// Of the way to a critical state, over the size of the factor: where it counts as reached.
+// Of the way to a critical state, over the size of the factor: where it counts
+// as reached.
 constexpr double reached = 1e-8;
 // The shortest step, likewise.
 constexpr double least_step = 1e-7;
-// Estimates that move by so small a share of the way between two states are those of a branch that
-// leads straight to a bifurcation. An imperfection that is rounding, or as small, makes it miss
-// that by a little; it has missed it where the factor is so far beyond.
+// Estimates that move by so small a share of the way between two states are
+// those of a branch that leads straight to a bifurcation. An imperfection that
+// is rounding, or as small, makes it miss that by a little; it has missed it
+// where the factor is so far beyond.
 constexpr double agreement = 0.02, missed = 1.01;
 // Beyond it, where the tangent must have become indefinite.
 constexpr double beyond = 1e-4;
-// Motions of the bodies by the factor that are not rounding, lengths over the longest leaf.
+// Motions of the bodies by the factor that are not rounding, lengths over the
+// longest leaf.
 constexpr double least_rate = 1e-6;
-// Motions of the bodies by the factor, over those where the branch begins: beyond it a fold.
+// Motions of the bodies by the factor, over those where the branch begins:
+// beyond it a fold.
 constexpr double fold_motion = 1e3;
 
 // What is linear at a state of the branch.
@@ -40,6 +45,22 @@ struct Look {
   std::optional<SoftMode> ahead, behind;
 
   double estimate(double at, const SoftMode& mode) const { return at + mode.step * along.factor; }
+};
+
+// The state nearest to a bifurcation that the branch was heading for.
+struct Nearest {
+  LoadBranch::State state;
+  BranchDirection along;
+  VectorXd mode;
+  double factor = 0, distance = 0;
+};
+
+// How far the estimates are trusted, by what the last ones were wrong by.
+struct Heading {
+  double trust = 0.5;  ///< of the way to the critical state
+  double longest = std::numeric_limits<double>::infinity();
+  VectorXd mode;  ///< the last that is known
+  std::optional<Nearest> nearest;
 };
 
 class Tracer {
@@ -53,6 +74,14 @@ class Tracer {
   VectorXd gradient(const DesignDirections& design, const MatrixXd& drive_load_rates);
 
  private:
+  struct Stride {
+    bool taken = false, stretched = false, crossed = false;
+    std::string obstacle;  ///< why not taken; the branch is where it was
+  };
+  Stride stride(const BranchDirection& along, double step);
+  Look look_on(int side, Look last, double at, double step, Heading& heading);
+  CriticalLoad critical_at(double factor, Look here, const VectorXd& mode);
+
   double measure(const VectorXd& bodies) const;
   double product(const BranchDirection& a, const BranchDirection& b) const;
   bool crosses(const Look& look);
@@ -82,7 +111,8 @@ double Tracer::product(const BranchDirection& a, const BranchDirection& b) const
          a.factor * b.factor;
 }
 
-// The motions of bodies count as the factor does, by how they go with it where the branch begins.
+// The motions of bodies count as the factor does, by how they go with it where
+// the branch begins.
 Look Tracer::look(int side, const BranchDirection* before, const VectorXd& start) {
   Look here;
   Answer<MechanismFactor> linear = MechanismFactor::of(branch_->system());
@@ -122,7 +152,8 @@ void Tracer::weigh_anew(Look& here) {
   if (here.behind) here.behind->step *= size;
 }
 
-// Whether the tangent is indefinite a little farther on; the branch stays where it is.
+// Whether the tangent is indefinite a little farther on; the branch stays where
+// it is.
 bool Tracer::crosses(const Look& at) {
   const LoadBranch::State kept = branch_->save();
   const double size = std::max(1.0, std::abs(branch_->factor()));
@@ -149,7 +180,8 @@ std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& m
   return bodies;
 }
 
-// The motion that is known, or next to a singular state the answer to any force.
+// The motion that is known, or next to a singular state the answer to any
+// force.
 VectorXd Tracer::nearly_singular_motion(const MechanismFactor& factor,
                                         const VectorXd& known) const {
   if (known.size() == factor.size()) return known;
@@ -157,103 +189,113 @@ VectorXd Tracer::nearly_singular_motion(const MechanismFactor& factor,
   return branch_->locked() ? factor.solve_locked(force) : factor.solve(force);
 }
 
-// The estimate of every state tells how far the next step goes; what it was wrong by tells how far
-// it is trusted.
+CriticalLoad Tracer::critical_at(double factor, Look here, const VectorXd& mode) {
+  if (!here.ahead) here.ahead = SoftMode{0, nearly_singular_motion(*here.factor, mode)};
+  CriticalLoad result;
+  result.factor = factor;
+  result.fold =
+      measure(here.along.bodies) > fold_motion * first_rate_ * std::abs(here.along.factor);
+  result.mode = motions(*here.factor, here.ahead->mode);
+  critical_ = std::move(here);
+  return result;
+}
+
+Tracer::Stride Tracer::stride(const BranchDirection& along, double step) {
+  const LoadBranch::State kept = branch_->save();
+  const LoadBranch::Step went = branch_->advance(along, step, weight_);
+  if (!went.converged) return {.obstacle = went.message};
+  const double strain = branch_->system().strain();
+  if (strain <= largest_strain && branch_->negative_pivots() == 0) return {.taken = true};
+  const bool stretched = strain > largest_strain;
+  branch_->restore(kept);
+  if (stretched)
+    return {.stretched = true,
+            .obstacle = fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
+                                    strain, largest_strain)};
+  return {.crossed = true, .obstacle = "the tangent becomes indefinite all at once"};
+}
+
+// What is linear after a step from `last`, and what the step tells of its
+// estimate.
+Look Tracer::look_on(int side, Look last, double at, double step, Heading& heading) {
+  const std::optional<SoftMode> foretold = std::move(last.ahead);
+  const double last_estimate = foretold ? last.estimate(at, *foretold) : 0;
+  if (foretold) heading.mode = foretold->mode;
+  const BranchDirection before = last.along;
+  last = {};  // before its leaves move on
+  Look here = look(side, &before, heading.mode);
+  if (!foretold || !here.ahead) {
+    heading.trust = 0.5;
+    weigh_anew(here);
+    return here;
+  }
+  const double left = here.ahead->step / foretold->step,
+               error = std::abs(step + here.ahead->step - foretold->step) / foretold->step;
+  const double now = here.estimate(branch_->factor(), *here.ahead),
+               distance = here.ahead->step * std::abs(here.along.factor);
+  const bool straight =
+      std::abs(now - last_estimate) < agreement * std::abs(branch_->factor() - at);
+  if (straight && (!heading.nearest || distance < heading.nearest->distance))
+    heading.nearest = Nearest{branch_->save(), here.along, here.ahead->mode, now, distance};
+  // an estimate that keeps its distance is that of a branch that bends away
+  heading.trust =
+      left > 0.8 ? std::min(2 * heading.trust, 32.0) : std::clamp(1 - 3 * error, 0.5, 0.999);
+  if (left > 0.8) weigh_anew(here);
+  return here;
+}
+
+// The estimate of every state tells how far the next step goes; what it was
+// wrong by tells how far it is trusted.
 CriticalLoad Tracer::follow(int side, Look here, double bound) {
   CriticalLoad result;
   const double begin = branch_->factor();
-  double trust = 0.5, longest = std::numeric_limits<double>::infinity();
-  VectorXd mode;
-  // the state nearest to a bifurcation that the branch was heading for
-  struct Nearest {
-    LoadBranch::State state;
-    BranchDirection along;
-    VectorXd mode;
-    double factor = 0, distance = 0;
-  };
-  std::optional<Nearest> nearest;
+  Heading heading;
   for (int count = 0;; ++count) {
     const double at = branch_->factor(), size = std::max(1.0, std::abs(at));
-    const auto found = [&](double factor) {
-      result.factor = factor;
-      if (!here.ahead) here.ahead = SoftMode{0, nearly_singular_motion(*here.factor, mode)};
-      result.fold =
-          measure(here.along.bodies) > fold_motion * first_rate_ * std::abs(here.along.factor);
-      result.mode = motions(*here.factor, here.ahead->mode);
-      critical_ = std::move(here);
-      return result;
-    };
     if (here.ahead && here.ahead->step < reached * size) {
-      if (crosses(here)) return found(here.estimate(at, *here.ahead));
-      longest = std::numeric_limits<double>::infinity();
-      trust = 2;  // it only touches
+      if (crosses(here)) {
+        const double factor = here.estimate(at, *here.ahead);
+        return critical_at(factor, std::move(here), heading.mode);
+      }
+      heading.longest = std::numeric_limits<double>::infinity();
+      heading.trust = 2;  // it only touches
     }
-    if (nearest && std::abs(at - begin) > missed * std::abs(nearest->factor - begin)) {
+    if (const auto& nearest = heading.nearest;
+        nearest && std::abs(at - begin) > missed * std::abs(nearest->factor - begin)) {
       branch_->restore(nearest->state);
       here = {};
-      here = look(side, &nearest->along, nearest->mode);
-      mode = nearest->mode;
-      return found(nearest->factor);
+      return critical_at(nearest->factor, look(side, &nearest->along, nearest->mode),
+                         nearest->mode);
     }
     if (std::abs(at - begin) > bound || count == most_states) {
       result.none = std::abs(at - begin) > std::min(bound, enough);
       result.reason = fmt::format(
-          "no singular tangent on the branch of equilibria up to a factor of {:.4g}{}", at,
-          result.none ? "" : fmt::format(", where {} states were spent", most_states));
+          "no singular tangent on the branch of equilibria up to a "
+          "factor of {:.4g}{}",
+          at, result.none ? "" : fmt::format(", where {} states were spent", most_states));
       return result;
     }
-    double step = here.ahead ? trust * here.ahead->step : size / std::abs(here.along.factor);
-    step = std::min(step, longest);
-    const LoadBranch::State kept = branch_->save();
-    LoadBranch::Step went = branch_->advance(here.along, step, weight_);
-    const bool stretched = went.converged && branch_->system().strain() > largest_strain;
-    if (stretched) {
-      went = {false, fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
-                                 branch_->system().strain(), largest_strain)};
-      branch_->restore(kept);
-    }
-    const bool crossed = went.converged && branch_->negative_pivots() > 0;
-    if (crossed) {
-      went.converged = false;
-      went.message = "the tangent becomes indefinite all at once";
-      branch_->restore(kept);
-    }
-    if (!went.converged) {
-      longest = 0.5 * step;
-      if (step < least_step * size) {
-        // the estimate is rounded where stiff motions hide the soft one; the inertia is not
-        if (crossed) return found(at + 0.5 * step * here.along.factor);
-        result.none = stretched;
-        result.reason = fmt::format("the branch of equilibria ends at a factor of {:.4g}: {}", at,
-                                    went.message);
-        return result;
-      }
+    const double step =
+        std::min(here.ahead ? heading.trust * here.ahead->step : size / std::abs(here.along.factor),
+                 heading.longest);
+    const Stride went = stride(here.along, step);
+    if (went.taken) {
+      heading.longest = std::max(heading.longest - step, 2 * step);
+      here = look_on(side, std::move(here), at, step, heading);
       continue;
     }
-    longest = std::max(longest - step, 2 * step);
-    if (here.ahead) mode = here.ahead->mode;
-    const std::optional<double> foretold =
-        here.ahead ? std::optional(here.ahead->step) : std::nullopt;
-    const double last_estimate = here.ahead ? here.estimate(at, *here.ahead) : 0;
-    const BranchDirection before = here.along;
-    here = {};  // before its leaves move on
-    here = look(side, &before, mode);
-    if (foretold && here.ahead) {
-      const double left = here.ahead->step / *foretold,
-                   error = std::abs(step + here.ahead->step - *foretold) / *foretold;
-      const double now = here.estimate(branch_->factor(), *here.ahead),
-                   distance = here.ahead->step * std::abs(here.along.factor);
-      const bool straight =
-          std::abs(now - last_estimate) < agreement * std::abs(branch_->factor() - at);
-      if (straight && (!nearest || distance < nearest->distance))
-        nearest = Nearest{branch_->save(), here.along, here.ahead->mode, now, distance};
-      // an estimate that keeps its distance is that of a branch that bends away
-      trust = left > 0.8 ? std::min(2 * trust, 32.0) : std::clamp(1 - 3 * error, 0.5, 0.999);
-      if (left > 0.8) weigh_anew(here);
-    } else {
-      trust = 0.5;
-      weigh_anew(here);
+    heading.longest = 0.5 * step;
+    if (step >= least_step * size) continue;
+    // the estimate is rounded where stiff motions hide the soft one; the
+    // inertia is not
+    if (went.crossed) {
+      const double factor = at + 0.5 * step * here.along.factor;
+      return critical_at(factor, std::move(here), heading.mode);
     }
+    result.none = went.stretched;
+    result.reason =
+        fmt::format("the branch of equilibria ends at a factor of {:.4g}: {}", at, went.obstacle);
+    return result;
   }
 }
 
@@ -271,8 +313,8 @@ VectorXd Tracer::gradient(const DesignDirections& design, const MatrixXd& drive_
   MatrixXd residual = rates.residual();
   if (!branch_->locked())
     residual.topRows(factor.bodies()) -= branch_->system().drive_forces() * drive_load_rates;
-  // motions along the parameters and along the load from one solve: near a fold both are as large,
-  // and what rounding does to them is the same
+  // motions along the parameters and along the load from one solve: near a fold
+  // both are as large, and what rounding does to them is the same
   const Eigen::Index count = residual.cols();
   MatrixXd forces = MatrixXd::Zero(factor.size(), count + 1);
   forces.leftCols(count) = -residual;
@@ -290,7 +332,8 @@ VectorXd Tracer::gradient(const DesignDirections& design, const MatrixXd& drive_
   return -rates.quadratic(mode, VectorXd::Zero(1), state).row(0).transpose() / along;
 }
 
-// Where the tangent of a state is not definite: to where it is, with less of the load.
+// Where the tangent of a state is not definite: to where it is, with less of
+// the load.
 bool unload_to_stable(LoadBranch& branch) {
   if (branch.negative_pivots() == 0) return true;
   double step = 0.25;
