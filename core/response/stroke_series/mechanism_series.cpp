@@ -119,9 +119,94 @@ void MechanismSeries::expand() {
   }
 }
 
-// Of joints, Ψ, Ψ_q and λ·Ψ_qq are polynomials of second degree in the places and rotation matrices
-// X of the bodies, for which differences are exact: f(X0 + X1 s + X2 s²) from f at X0, X0 ± X1, X0
-// ± X2.
+JointBodyOf<Jet> MechanismSeries::body_series(int body) const {
+  if (body < 0) return {};
+  return {jets(place_[body]), jets(rotation_[body]),
+          factor_->system().mechanism().bodies[body].reference};
+}
+
+// λ·Ψ_qq of the order `o` of λ, between the bodies of a row.
+void MechanismSeries::add_curvature(const std::array<int, 2>& sides, int o,
+                                    const Series<MatrixXd>& H, Series<BlockMatrix>& to) {
+  for (int p = 0; o + p < 3; ++p)
+    for (int e = 0; e < 2; ++e)
+      for (int f = 0; f < 2; ++f)
+        if (sides[e] >= 0 && sides[f] >= 0)
+          to[o + p].block(sides[e], sides[f]) += H[p].block<6, 6>(6 * e, 6 * f);
+}
+
+// One component of a rotation vector or a displacement, no polynomial of rotation matrices.
+void MechanismSeries::expand_held(const Joint& joint, int row) {
+  const DriveStroke<Jet> stroke =
+      drive_stroke<Jet>(held_direction(joint), DriveLoad::conjugate, body_series(joint.body), {});
+  for (int o = 0; o < 3; ++o) {
+    conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
+    conditions_.rows[o][static_cast<std::size_t>(row)].gradient = coefficients(stroke.gradient, o);
+    Series<MatrixXd> H;
+    for (int p = 0; p < 3; ++p)
+      H[p] = multipliers_[o][row] *
+             (coefficients(stroke.curvature, p) + coefficients(stroke.winding, p));
+    add_curvature({joint.body, -1}, o, H, conditions_.curvature);
+  }
+}
+
+// Ψ, Ψ_q and λ·Ψ_qq are polynomials of second degree in the places and rotation matrices X of the
+// bodies, for which differences are exact: f(X0 + X1 s + X2 s²) from f at X0, X0 ± X1, X0 ± X2.
+void MechanismSeries::expand_joint(const Joint& joint, int row) {
+  const Mechanism& m = factor_->system().mechanism();
+  const auto body = [&](int b, int order, double sign) {
+    JointBody at;
+    if (b < 0) return at;
+    at = {place_[b][0], rotation_[b][0], m.bodies[b].reference};
+    if (order > 0) {
+      at.position += sign * place_[b][order];
+      at.rotation += sign * rotation_[b][order];
+    }
+    return at;
+  };
+  const auto series = [&](const auto& f) {
+    const auto at = [&](int order, double sign) {
+      return MatrixXd(f(body(joint.body, order, sign), body(joint.other, order, sign)));
+    };
+    const MatrixXd here = at(0, 0), up = at(1, 1), down = at(1, -1);
+    return Series<MatrixXd>{here, 0.5 * (up - down),
+                            0.5 * (at(2, 1) - at(2, -1)) + 0.5 * (up + down) - here};
+  };
+  const int k = size_of(joint.type).conditions;
+  const Series<MatrixXd> value =
+      series([&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).value; });
+  const Series<MatrixXd> gradient = series(
+      [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).gradient; });
+  for (int o = 0; o < 3; ++o) {
+    conditions_.value[o].segment(row, k) = value[o];
+    for (int i = 0; i < k; ++i)
+      conditions_.rows[o][static_cast<std::size_t>(row + i)].gradient =
+          gradient[o].row(i).transpose();
+    const VectorXd weights = multipliers_[o].segment(row, k);
+    add_curvature({joint.body, joint.other}, o, series([&](const JointBody& a, const JointBody& b) {
+                    return curvature(joint, a, b, weights);
+                  }),
+                  conditions_.curvature);
+  }
+}
+
+void MechanismSeries::expand_drive(const Drive& drive, DriveLoad load, int row) {
+  const DriveStroke<Jet> stroke =
+      drive_stroke(drive, load, body_series(drive.body), body_series(drive.other));
+  for (int o = 0; o < 3; ++o) {
+    conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
+    conditions_.rows[o][static_cast<std::size_t>(row)].gradient = coefficients(stroke.load, o);
+    conditions_.rows[o][static_cast<std::size_t>(row)].stroke = coefficients(stroke.gradient, o);
+    Series<MatrixXd> H, W;
+    for (int p = 0; p < 3; ++p) {
+      H[p] = multipliers_[o][row] * coefficients(stroke.curvature, p);
+      W[p] = multipliers_[o][row] * coefficients(stroke.winding, p);
+    }
+    add_curvature({drive.body, drive.other}, o, H, conditions_.curvature);
+    add_curvature({drive.body, drive.other}, o, W, conditions_.winding);
+  }
+}
+
 void MechanismSeries::expand_conditions() {
   const Mechanism& m = factor_->system().mechanism();
   for (int o = 0; o < 3; ++o) {
@@ -133,91 +218,17 @@ void MechanismSeries::expand_conditions() {
     }
     conditions_.curvature[o] = conditions_.winding[o] = BlockMatrix(bodies_ / 6);
   }
-  const auto body = [&](int b, int order, double sign) {
-    JointBody at;
-    if (b < 0) return at;
-    at = {place_[b][0], rotation_[b][0], m.bodies[b].reference};
-    if (order > 0) {
-      at.position += sign * place_[b][order];
-      at.rotation += sign * rotation_[b][order];
-    }
-    return at;
-  };
-  const auto body_series = [&](int b) -> JointBodyOf<Jet> {
-    if (b < 0) return {};
-    return {jets(place_[b]), jets(rotation_[b]), m.bodies[b].reference};
-  };
   int row = 0;
   for (const Joint& joint : m.joints) {
-    if (is_held(joint.type)) {  // no polynomial of rotation matrices
-      const DriveStroke<Jet> stroke = drive_stroke<Jet>(held_direction(joint), DriveLoad::conjugate,
-                                                        body_series(joint.body), {});
-      for (int o = 0; o < 3; ++o) {
-        conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
-        conditions_.rows[o][static_cast<std::size_t>(row)].gradient =
-            coefficients(stroke.gradient, o);
-        for (int p = 0; o + p < 3; ++p) {
-          const MatrixXd H = multipliers_[o][row] *
-                             (coefficients(stroke.curvature, p) + coefficients(stroke.winding, p));
-          conditions_.curvature[o + p].block(joint.body, joint.body) += H.topLeftCorner<6, 6>();
-        }
-      }
-      ++row;
-      continue;
-    }
-    const auto series = [&](const auto& f) {
-      const auto at = [&](int order, double sign) {
-        return MatrixXd(f(body(joint.body, order, sign), body(joint.other, order, sign)));
-      };
-      const MatrixXd here = at(0, 0), up = at(1, 1), down = at(1, -1);
-      return Series<MatrixXd>{here, 0.5 * (up - down),
-                              0.5 * (at(2, 1) - at(2, -1)) + 0.5 * (up + down) - here};
-    };
-    const int k = size_of(joint.type).conditions, sides[2] = {joint.body, joint.other};
-    const Series<MatrixXd> value = series(
-        [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).value; });
-    const Series<MatrixXd> gradient = series(
-        [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).gradient; });
-    for (int o = 0; o < 3; ++o) {
-      conditions_.value[o].segment(row, k) = value[o];
-      for (int i = 0; i < k; ++i)
-        conditions_.rows[o][static_cast<std::size_t>(row + i)].gradient =
-            gradient[o].row(i).transpose();
-      const VectorXd weights = multipliers_[o].segment(row, k);
-      const Series<MatrixXd> H = series(
-          [&](const JointBody& a, const JointBody& b) { return curvature(joint, a, b, weights); });
-      for (int p = 0; o + p < 3; ++p)
-        for (int e = 0; e < 2; ++e)
-          for (int f = 0; f < 2; ++f)
-            if (sides[e] >= 0 && sides[f] >= 0)
-              conditions_.curvature[o + p].block(sides[e], sides[f]) +=
-                  H[p].block<6, 6>(6 * e, 6 * f);
-    }
-    row += k;
+    if (is_held(joint.type))
+      expand_held(joint, row);
+    else
+      expand_joint(joint, row);
+    row += size_of(joint.type).conditions;
   }
   const DriveLoad load = load_of_rotations(m);
-  for (const int k : factor_->system().constraints().drives()) {
-    const Drive& drive = m.drives[static_cast<std::size_t>(k)];
-    const DriveStroke<Jet> stroke =
-        drive_stroke(drive, load, body_series(drive.body), body_series(drive.other));
-    const int sides[] = {drive.body, drive.other};
-    for (int o = 0; o < 3; ++o) {
-      conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
-      conditions_.rows[o][static_cast<std::size_t>(row)].gradient = coefficients(stroke.load, o);
-      conditions_.rows[o][static_cast<std::size_t>(row)].stroke = coefficients(stroke.gradient, o);
-      for (int p = 0; o + p < 3; ++p) {
-        const MatrixXd H = multipliers_[o][row] * coefficients(stroke.curvature, p),
-                       W = multipliers_[o][row] * coefficients(stroke.winding, p);
-        for (int e = 0; e < 2; ++e)
-          for (int f = 0; f < 2; ++f) {
-            if (sides[e] < 0 || sides[f] < 0) continue;
-            conditions_.curvature[o + p].block(sides[e], sides[f]) += H.block<6, 6>(6 * e, 6 * f);
-            conditions_.winding[o + p].block(sides[e], sides[f]) += W.block<6, 6>(6 * e, 6 * f);
-          }
-      }
-    }
-    ++row;
-  }
+  for (const int k : factor_->system().constraints().drives())
+    expand_drive(m.drives[static_cast<std::size_t>(k)], load, row++);
   for (std::vector<Constraints::Row>& rows : conditions_.rows)
     for (Constraints::Row& r : rows)
       for (int e = 0; e < 2; ++e)

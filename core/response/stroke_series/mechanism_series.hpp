@@ -75,6 +75,12 @@ class MechanismSeries {
   };
   void expand_springs();
   void expand_conditions();
+  void expand_held(const Joint& joint, int row);
+  void expand_joint(const Joint& joint, int row);
+  void expand_drive(const Drive& drive, DriveLoad load, int row);
+  JointBodyOf<Jet> body_series(int body) const;
+  static void add_curvature(const std::array<int, 2>& sides, int o, const Series<MatrixXd>& H,
+                            Series<BlockMatrix>& to);
   void add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const;
   /// result += Ψ_qᵀ Y of the coefficients of one order; Y: rows of conditions.
   void add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const;
