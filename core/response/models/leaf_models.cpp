@@ -45,11 +45,13 @@ std::vector<LeafSpring> leaves_of(const Mechanism& mechanism) {
 }
 
 std::vector<std::unique_ptr<LeafElement>> full_leaves(const std::vector<LeafSpring>& springs,
-                                                      const ModelOptions& model, Meshes& meshes) {
+                                                      const ModelOptions& model, Meshes& meshes,
+                                                      const std::string& reason = {}) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<FullLeaf*> first;  // of each kind
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
-    auto leaf = std::make_unique<FullLeaf>(springs[i], mesh_of(springs[i], model, meshes), i);
+    auto leaf =
+        std::make_unique<FullLeaf>(springs[i], mesh_of(springs[i], model, meshes), i, reason);
     if (std::none_of(first.begin(), first.end(), [&](FullLeaf* f) { return leaf->start_as(*f); }))
       first.push_back(leaf.get());
     leaves.push_back(std::move(leaf));
@@ -255,9 +257,10 @@ bool leaves_a_node(const LeafSpring& leaf, const LeafSpring& direction, const Mo
 }
 
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
-                                                           const ModelOptions& model) {
+                                                           const ModelOptions& model,
+                                                           const std::string& reason) {
   Meshes meshes;
-  return full_leaves(leaves_of(mechanism), model, meshes);
+  return full_leaves(leaves_of(mechanism), model, meshes, reason);
 }
 
 std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(

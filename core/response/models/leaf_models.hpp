@@ -8,8 +8,10 @@
 
 namespace flexopt {
 
+/// `reason`: why they stand in for reduced ones, where they do.
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
-                                                           const ModelOptions& model);
+                                                           const ModelOptions& model,
+                                                           const std::string& reason = {});
 
 /// What a segment of a leaf is modelled as that is cut into `model.superelements` of them: its
 /// share of the elements, and warping free at the cuts of a beam, since a rigid line has no

@@ -47,6 +47,8 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   return leaves;
 }
 
+constexpr const char* no_equilibrium = "no equilibrium with reduced leaves";
+
 using Solve = std::function<Equilibrium()>;
 
 // Where no equilibrium is found with reduced leaves, full ones take over.
@@ -55,7 +57,7 @@ Equilibrium solve_again_on_full_leaves(System& system, const Solve& solve,
   bool replaced = false;
   for (int i = 0; i < system.leaves(); ++i)
     if (!system.leaf(i).is_full()) {
-      system.replace_leaf(i, system.leaf(i).full_model("no equilibrium with reduced leaves"));
+      system.replace_leaf(i, system.leaf(i).full_model(no_equilibrium));
       replaced = true;
     }
   if (replaced) equilibrium = solve();
@@ -127,8 +129,8 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     Equilibrium loaded = solve_refined(*system, apply);
     if (!loaded.converged && model.accuracy != Accuracy::full) {
       // a reduced leaf that is far off at rest leaves no state to go on from
-      system =
-          std::make_unique<System>(mechanism, make_full_leaves(mechanism, model), request.loads);
+      system = std::make_unique<System>(
+          mechanism, make_full_leaves(mechanism, model, no_equilibrium), request.loads);
       loaded = apply();
     }
     if (!loaded.converged) lost = loaded.message;
