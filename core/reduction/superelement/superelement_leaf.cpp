@@ -269,8 +269,7 @@ LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
   };
   LowestPairs pairs;
   const int count = std::min(request.modes, n);
-  if (count > 0)
-    pairs = lowest_pairs(n, count, 1, solve_all, mass_times);
+  if (count > 0) pairs = lowest_pairs(n, count, 1, solve_all, mass_times);
   const int modes = pairs.converged ? count : 0;
   // x = static shapes · (edges, point) + Ψ ξ
   const int outer = boundary();
