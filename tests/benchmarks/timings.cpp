@@ -74,7 +74,8 @@ void hinge_paths() {
   StrokeRequest request;
   request.points.clear();
   for (int k = 0; k < 11; ++k) request.points.push_back(std::numbers::pi / 6 * k / 10);
-  request.outputs.remove(Output::stress);
+  request.outputs = {Output::equilibrium, Output::stiffness, Output::frequencies_free,
+                     Output::frequencies_locked, Output::parasitic_frequency};
   const PageTable page("timings hinge");
   fmt::print(
       "| frequencies | payload | reduced | its coefficients | full, default mesh | full, 16×8 "
