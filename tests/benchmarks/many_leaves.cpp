@@ -1,6 +1,7 @@
 // Time per stroke point and memory against the number of leaves, in series and in parallel; where
 // sparse pays; a stage on six legs with 36 leaves.
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -37,6 +38,7 @@ double seconds(const std::function<void()>& call) {
 // Largest memory of a call [MB], in a process of its own.
 double peak_memory(const std::function<void()>& call) {
   std::fflush(stdout);
+  malloc_trim(0);  // what earlier calls have freed is not the child's
   const pid_t child = fork();
   if (child == 0) {
     call();
