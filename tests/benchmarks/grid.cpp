@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "usage: bench_grid JOB.json N1 N2 …\n");
     return 2;
   }
-  const DesignProblem problem(read_job(argv[1]), evaluate_stroke);
+  const DesignProblem problem(read_job(argv[1]));
   const int n = problem.size();
   std::vector<int> points(n, 7);
   for (int k = 0; k < n && k + 2 < argc; ++k) points[k] = std::max(2, std::atoi(argv[k + 2]));

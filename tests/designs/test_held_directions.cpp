@@ -142,7 +142,7 @@ TEST_CASE("a single held rotation does not depend on the way to a state", "[held
   CHECK(b.drive_load == Approx(a.drive_load).epsilon(1e-10));
 }
 
-TEST_CASE("derivatives along a parameter that turns held directions", "[held][gradients]") {
+TEST_CASE("derivatives along a parameter that turns held directions", "[held][gradients][slow]") {
   // the leaves stand still
   for (const json& held : held_sets) {
     INFO(held.dump());

@@ -74,7 +74,8 @@ void compare(const nlohmann::json& solid, Accuracy accuracy, double bar) {
 
 }  // namespace
 
-TEST_CASE("families on 20 x 6 elements are within 0.5 % of solids, elastic folds within 1.5 %") {
+TEST_CASE("families on 20 x 6 elements are within 0.5 % of solids, elastic folds within 1.5 %",
+          "[slow]") {
   const nlohmann::json all = mechanisms();
   for (const auto& [name, solid] : all.items()) {
     CAPTURE(name);
@@ -82,7 +83,7 @@ TEST_CASE("families on 20 x 6 elements are within 0.5 % of solids, elastic folds
   }
 }
 
-TEST_CASE("families by default are within 1 % of solids, elastic folds within 1.5 %") {
+TEST_CASE("families by default are within 1 % of solids, elastic folds within 1.5 %", "[slow]") {
   const nlohmann::json all = mechanisms();
   for (const auto& [name, solid] : all.items()) {
     CAPTURE(name);

@@ -300,7 +300,7 @@ TEST_CASE("the budget of evaluations is kept", "[optim]") {
   CHECK(s.f <= 8.5);   // no worse than the start
 }
 
-TEST_CASE("wherever its evaluations end, an augmented Lagrangian says so", "[optim]") {
+TEST_CASE("wherever its evaluations end, an augmented Lagrangian says so", "[optim][slow]") {
   const auto name = GENERATE(as<std::string>(), "LD_AUGLAG", "LN_AUGLAG");
   for (int budget = 2; budget <= 80; ++budget) {
     CAPTURE(name, budget);

@@ -156,7 +156,7 @@ TEST_CASE("check-gradients leaves out what says how many there are", "[results][
 }
 
 TEST_CASE("check-gradients differences a parameter at its least value from there upwards",
-          "[results][command]") {
+          "[results][command][slow]") {
   const test::TemporaryFolder folder;
   OrderedJson job = leaf_job();
   job["design"]["family"] = "butterfly_hinge";

@@ -91,7 +91,7 @@ TEST_CASE("estimates stand beside the numbers and change none of them", "[result
 }
 
 TEST_CASE("auto says what it chose and why, and ends with 1 where nothing meets the tolerance",
-          "[results][estimates]") {
+          "[results][estimates][slow]") {
   OrderedJson job = guide_job();
   job["model"] = {{"accuracy", "auto"}, {"tolerance", 0.02}};
   const Ran easy = run(job);

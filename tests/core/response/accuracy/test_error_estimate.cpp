@@ -48,7 +48,7 @@ TEST_CASE("finer meshes are next on the ladder") {
   for (int n = 2; n < 40; ++n) CHECK(more_along({n, 4})[0] > n);
 }
 
-TEST_CASE("the estimate falls with the mesh at the order at which the error falls") {
+TEST_CASE("the estimate falls with the mesh at the order at which the error falls", "[slow]") {
   const Mechanism m = models::guide(0.06, 0.04, 4e-4);
   const StrokeRequest r = to(0.009);
   const StrokeResponse fine = evaluate_stroke(m, full({28, 14}), r);

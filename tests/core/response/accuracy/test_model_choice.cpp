@@ -60,7 +60,7 @@ TEST_CASE("full leaves take over where the reduction is what is too large") {
   CHECK(chosen.model.accuracy == Accuracy::full);
 }
 
-TEST_CASE("a tolerance beyond every mesh is not met, and that is said") {
+TEST_CASE("a tolerance beyond every mesh is not met, and that is said", "[slow]") {
   ModelOptions model;
   model.mesh = {30, 12};  // the next one is larger than any that is tried
   const ChosenModel chosen =

@@ -32,13 +32,14 @@ Mechanism stage(const Values& p) {
 
 }  // namespace
 
-TEST_CASE("gradients of leaves with an elastic fold agree with differences", "[fold][gradients]") {
+TEST_CASE("gradients of leaves with an elastic fold agree with differences",
+          "[fold][gradients][slow]") {
   check_loaded_guide({stage, parameters, {0, 1, 2, 3, 4, 5, 6}, 10.0}, Flexure::plate,
                      Accuracy::full, 1e-3);
 }
 
 TEST_CASE("gradients of crooked, warm and heavy leaves with an elastic fold agree with differences",
-          "[fold][gradients]") {
+          "[fold][gradients][slow]") {
   ModelOptions model;
   model.accuracy = Accuracy::full;
   model.mesh = {4, 2};
