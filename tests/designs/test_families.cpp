@@ -94,6 +94,7 @@ TEST_CASE("every family makes a mechanism that breaks no rule", "[designs]") {
 
 TEST_CASE("every family at its defaults is stable at rest, plates with thick ends too",
           "[designs]") {
+  int looked_at = 0;
   for (const Family& family : families()) {
     CAPTURE(family.name);
     ParameterValues values;
@@ -104,14 +105,19 @@ TEST_CASE("every family at its defaults is stable at rest, plates with thick end
         family.make(values, default_choices(family), materials().front().material, payload());
     StrokeRequest request;
     request.points = {0};
-    request.outputs.remove(Output::stress);
+    if (m.drives.size() > 1)
+      request.strokes = {VectorXd::Zero(static_cast<Eigen::Index>(m.drives.size()))};
+    request.outputs = {Output::equilibrium, Output::stiffness};
     ModelOptions model;
     model.accuracy = Accuracy::full;
     const StrokeResponse r = evaluate_stroke(m, model, request);
     CAPTURE(r.message);
-    if (m.drives.size() == 1) REQUIRE(r.status == Status::ok);
-    for (const PathPoint& point : r.path) CHECK(point.stable);
+    REQUIRE(r.status == Status::ok);
+    REQUIRE(r.path.size() == 1);
+    CHECK(r.path[0].stable);
+    ++looked_at;
   }
+  CHECK(looked_at >= 20);
 }
 
 TEST_CASE("a leaf spring reaches from the origin along x, O in the middle of its tip",
