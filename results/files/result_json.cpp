@@ -15,6 +15,7 @@
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "results/files/accuracy_json.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/tolerances.hpp"
 #include "results/files/units.hpp"
@@ -515,19 +516,6 @@ void add_frequency_derivatives(const StrokeResponse& response, const Mechanism& 
 
 namespace {
 
-/// Estimated errors of a point in the places of its numbers; null where a quantity has none.
-Json point_errors_json(const std::vector<EstimatedError>& errors) {
-  Json relative = Json::object(), absolute = Json::object();
-  for (const QuantityRow& row : quantity_rows())
-    if (row.error == ErrorKind::none)
-      relative[key_of(row.name)] = absolute[key_of(row.name)] = nullptr;
-  for (const EstimatedError& error : errors) {
-    relative[Json::json_pointer(error.pointer)] = error.scale > 0 ? Json(error.relative()) : Json();
-    absolute[Json::json_pointer(error.pointer)] = error.absolute();
-  }
-  return {{"relative", std::move(relative)}, {"absolute", std::move(absolute)}};
-}
-
 /// `errors`: null where none were asked for.
 Json path_json(const StrokeResponse& response, const Mechanism& mechanism,
                const StrokeRequest& request, const StrokeErrors* errors) {
@@ -543,39 +531,6 @@ Json path_json(const StrokeResponse& response, const Mechanism& mechanism,
 
 const StrokeErrors* errors_of_case(const RunRecord& record, std::size_t k) {
   return k < record.errors.size() ? &record.errors[k] : nullptr;
-}
-
-Json largest_json(const LargestError& largest, const Job& job) {
-  Json json = {{"quantity", largest.name}, {"point", largest.point}};
-  if (!job.cases.empty()) json["case"] = job.cases[largest.path].name;
-  json["relative"] = largest.relative;
-  json["of_it"] = {{"elements_along", largest.along},
-                   {"elements_across", largest.across},
-                   {"reduction", largest.reduction}};
-  return json;
-}
-
-/// How exact the run is, by its own estimate, and what was chosen for that.
-Json accuracy_json(const RunRecord& record) {
-  const ModelOptions& model = record.job.model;
-  Json json = {{"accuracy", name_of(model.accuracy)}, {"mesh", model.mesh}};
-  for (const bool stresses : {false, true}) {
-    const auto largest = largest_error(record.errors, stresses);
-    json[stresses ? "largest_of_stresses" : "largest"] =
-        largest ? largest_json(*largest, record.job) : Json();
-  }
-  if (!record.chosen) return json;
-  json["tolerance"] = record.job.accuracy.tolerance;
-  json["met"] = meets_tolerance(record);
-  json["message"] = record.chosen->message;
-  json["tried"] = Json::array();
-  for (const TriedModel& tried : record.chosen->tried)
-    json["tried"].push_back(
-        {{"accuracy", name_of(tried.accuracy)},
-         {"mesh", tried.mesh},
-         {"largest", tried.message.empty() ? largest_json(tried.largest, record.job) : Json()},
-         {"message", tried.message}});
-  return json;
 }
 
 /// Each load case with the keys that a result of one has.

@@ -100,6 +100,7 @@ set(tested_by
   results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
   results/cli/quantity_list results/cli/test_command_line
+  results/files/accuracy_json results/cli/test_estimates
   results/files/comparison_json results/files/test_comparison
   results/files/csv_text results/files/test_csv
   results/files/optimum_json results/run/test_run_files

@@ -1,0 +1,17 @@
+#pragma once
+// How exact the numbers of a run are: `estimated_error` and `accuracy` of result.json.
+#include <vector>
+
+#include "core/response/accuracy/error_estimate.hpp"
+#include "results/files/json_text.hpp"
+#include "results/files/run_record.hpp"
+
+namespace flexopt {
+
+/// Estimated errors of a point in the places of its numbers; null where a quantity has none.
+OrderedJson point_errors_json(const std::vector<EstimatedError>& errors);
+
+/// How exact the run is, by its own estimate, and what was chosen for that.
+OrderedJson accuracy_json(const RunRecord& record);
+
+}  // namespace flexopt
