@@ -146,7 +146,7 @@ void TubeModel::cover(double sigma) {
   if (!known_ || covered_) return;
   const auto expand_here = [&](double at) {
     expansions_.push_back({at, {}, expand_fields(leaf(), directions_, range_.order).fields});
-    if (dynamics_) dynamics_->add(leaf(), at);
+    if (dynamics_) add_dynamics(at);
   };
   // on to the next node, or as far as the leaf can be bent
   const auto bend_on = [&](double to) {
@@ -193,7 +193,7 @@ bool TubeModel::extend(double sigma) {
   else
     leaf().reset();
   if (!add(sigma)) return false;
-  if (dynamics_) dynamics_->add(leaf(), sigma);
+  if (dynamics_) add_dynamics(sigma);
   const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});
