@@ -1,5 +1,6 @@
 #pragma once
 // The reduced leaf: a tube potential with the fields to rebuild the full leaf from.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "core/reduction/tube/plate_pool.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_range.hpp"
+#include "core/reduction/tube/tube_view.hpp"
 
 namespace flexopt {
 
@@ -20,6 +22,15 @@ namespace flexopt {
 /// states of guides and hinges with w²/(Lt) from 1 to 1200, loaded and off their rays).
 inline constexpr double largest_degree_change = 0.06;
 
+/// What an atlas knows of a leaf.
+struct KnownTube {
+  Eigen::Matrix2d directions;  ///< D, its first column the ray
+  std::vector<TubeNode> nodes;
+  /// Tables of the dynamics about the same bent states, made when first wanted. None: of the leaf.
+  std::function<std::vector<DynamicsNode>()> dynamics;
+  TubeView view;  ///< of the tables
+};
+
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
 class TubeModel {
  public:
@@ -27,11 +38,9 @@ class TubeModel {
   /// mesh, shared with other models; null for one of its own.
   TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range,
             std::shared_ptr<PlatePool> pool = nullptr);
-  /// Of a flat leaf of uniform width and thickness, from expansions that are known: `directions` is
-  /// D, its first column the ray. Mesh, bent states and fields are made when somebody asks for
-  /// fields, for tables of dynamics or for a state beyond the last node.
-  TubeModel(const PlateShape& shape, const TubeRange& range, const Eigen::Matrix2d& directions,
-            const std::vector<TubeNode>& nodes);
+  /// Of a flat leaf of uniform width and thickness, from expansions that are known. Mesh, bent
+  /// states and fields are made when somebody asks for fields or for a state beyond the last node.
+  TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube);
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
@@ -61,8 +70,11 @@ class TubeModel {
   /// once they cost less than condensing the full leaf at each of them.
   void expect_dynamics(int states);
   const TubeDynamics* dynamics() const { return dynamics_.get(); }
-  /// Sees to it that fields and tables of dynamics reach as far as sigma, where only the potential
-  /// was known.
+  /// Whether they need no bent states.
+  bool dynamics_known() const { return known_dynamics_ != nullptr; }
+  /// How the tables of the dynamics see the leaf.
+  TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
+  /// Sees to it that fields and tables of dynamics reach as far as sigma, where they were not known.
   void cover(double sigma);
 
   PlatePool& pool();
@@ -83,12 +95,15 @@ class TubeModel {
   TubeRange range_;
   Eigen::Matrix2d directions_;
   bool known_ = false;
+  std::function<std::vector<DynamicsNode>()> known_dynamics_;
+  TubeView view_;
   std::shared_ptr<PlatePool> pool_;
   EqualStates equal_states_;
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
   InternalLoads loads_;  ///< none before they are wanted
+  MatrixXd amplitude_units_;
   std::unique_ptr<TubeDynamics> dynamics_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };
