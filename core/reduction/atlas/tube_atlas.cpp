@@ -8,6 +8,7 @@
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
+#include "core/reduction/atlas/atlas_dynamics.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 
 namespace flexopt {
@@ -56,6 +57,12 @@ AtlasCheck::Errors AtlasCheck::Ray::median() const {
   return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray)};
 }
 
+ShapeGrid shape_grid(const AtlasSettings& s) {
+  return {chebyshev_points(std::log(s.width[0]), std::log(s.width[1]), s.points[0]),
+          chebyshev_points(std::log(s.thickness[0]), std::log(s.thickness[1]), s.points[1]),
+          s.poissons_ratios};
+}
+
 std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas) {
   const MonomialTable& table = monomials<6, atlas_degree>();
   std::vector<AtlasTerm> terms;
@@ -77,10 +84,7 @@ TubeAtlas::TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check,
       check_(std::move(check)),
       fingerprint_(std::move(fingerprint)),
       terms_(atlas_terms(settings_.sigmas)),
-      log_width_(chebyshev_points(std::log(settings_.width[0]), std::log(settings_.width[1]),
-                                  settings_.points[0])),
-      log_thickness_(chebyshev_points(std::log(settings_.thickness[0]),
-                                      std::log(settings_.thickness[1]), settings_.points[1])) {
+      grid_(shape_grid(settings_)) {
   assert(settings_.rays.size() >= 2 && settings_.rays.front() == -1 && settings_.rays.back() == 1);
   assert(settings_.sigmas.size() >= 2 && settings_.sigmas.front() == 0);
 }
@@ -125,8 +129,8 @@ TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, bool with_slopes)
   Weights w;
   w.log_width = std::log(shape.width);
   w.log_thickness = std::log(shape.thickness);
-  const PointWeights x = polynomial_weights(log_width_, w.log_width),
-                     y = polynomial_weights(log_thickness_, w.log_thickness);
+  const PointWeights x = polynomial_weights(grid_.log_width, w.log_width),
+                     y = polynomial_weights(grid_.log_thickness, w.log_thickness);
   const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
     std::vector<double> all;
     all.reserve(a.size() * b.size());
@@ -211,32 +215,40 @@ TubeAtlas::Tube TubeAtlas::assemble(const Weights& weights, const Eigen::Vector2
                                     int slope) const {
   assert(ray.cwiseAbs().maxCoeff() == 1 && (ray[0] > 0 || (ray[0] == 0 && ray[1] != 0)));
   const RayPlace place = place_of(ray);
-  const std::vector<double>& rays = settings_.rays;
-  int left = 0;
-  while (left + 2 < static_cast<int>(rays.size()) && place.rho >= rays[left + 1]) ++left;
-  const double a = rays[left], b = rays[left + 1];
-  // rounding of the kinematics costs no second table
-  const bool on_left = std::abs(place.rho - a) < rounding,
-             on_right = std::abs(place.rho - b) < rounding;
-  const auto at_a =
-      on_right ? std::vector<std::vector<double>>() : taylor(left, weights, nodes, slope);
-  const auto at_b =
-      on_left ? std::vector<std::vector<double>>() : taylor(left + 1, weights, nodes, slope);
+  const RayNeighbours between = ray_neighbours(settings_.rays, place.rho);
+  const auto at_a = between.on_right ? std::vector<std::vector<double>>()
+                                     : taylor(between.left, weights, nodes, slope);
+  const auto at_b = between.on_left ? std::vector<std::vector<double>>()
+                                    : taylor(between.left + 1, weights, nodes, slope);
   Tube tube;
-  tube.directions = ray_directions(on_left ? a : on_right ? b : place.rho);
+  tube.directions = ray_directions(between.rho);
+  tube.view = {place.other_end, place.same_sign};
   if (place.other_end) {
     tube.directions.row(0).swap(tube.directions.row(1));
     if (!place.same_sign) tube.directions *= -1;
   }
   for (int n = 0; n < nodes; ++n) {
     const double sigma = settings_.sigmas[static_cast<std::size_t>(n)];
-    std::vector<double> W = on_left    ? at_a[n]
-                            : on_right ? at_b[n]
-                                       : between_rays(at_a[n], a, at_b[n], b, sigma, place.rho);
+    std::vector<double> W =
+        between.on_left    ? at_a[n]
+        : between.on_right ? at_b[n]
+                           : between_rays(at_a[n], between.a, at_b[n], between.b, sigma, place.rho);
     if (place.other_end) W = from_other_end(W, place.same_sign);
     tube.nodes.push_back({sigma, std::move(W)});
   }
   return tube;
+}
+
+std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                              double sigma, int slope) const {
+  assert(settings_.dynamics);
+  const std::vector<double>& all = settings_.sigmas;
+  const auto enough = std::lower_bound(all.begin() + 1, all.end() - 1, sigma) - all.begin() + 1;
+  const Vector3d place(std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio);
+  return look_up_dynamics(numbers_.dynamics, numbers_.stations,
+                          shape_weights(grid_, place, slope >= 0),
+                          ray_neighbours(settings_.rays, place_of(ray).rho),
+                          {all.begin(), all.begin() + enough}, static_cast<int>(all.size()), slope);
 }
 
 TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2d& ray,

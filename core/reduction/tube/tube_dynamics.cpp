@@ -123,7 +123,8 @@ void change_amplitudes(DynamicsExpansion& e, const MatrixXd& U) {
 DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                            const InternalLoads& loads, MatrixXd& units) {
   DynamicsExpansion e = expand_dynamics(leaf, ray, loads);
-  if (units.size() == 0) units = Cholesky(e.k[0]).solve_lower(MatrixXd::Identity(P, P));
+  if (units.size() == 0)  // k = V Vᵀ, V upper: each amplitude beside those that came before it
+    units = Cholesky(e.k[0].reverse()).solve_lower(MatrixXd::Identity(P, P)).reverse();
   change_amplitudes(e, units);
   const MatrixPolynomial* parts[] = {&e.k, &e.G, &e.F, &e.g, &e.mass};
   DynamicsNode node;
@@ -188,10 +189,11 @@ struct TubeDynamics::Local {
   std::array<double, 5> z;
 };
 
-StateTable TubeDynamics::weights(const StateTable& table, const PlateShape& shape, double along) {
+DynamicsNode TubeDynamics::weights(const DynamicsNode& node, const PlateShape& shape,
+                                   double along) {
   Entries e;
   for (std::size_t s = 0; s < layout().even.size(); ++s)
-    e.put(layout().even[s], table.even(static_cast<Eigen::Index>(s), 0));
+    e.put(layout().even[s], node.table.even(static_cast<Eigen::Index>(s), 0));
   const RateSigns m = e.mass.diagonal().cwiseSqrt();
   const Eigen::Matrix<double, P, 1> k = e.k.diagonal().cwiseSqrt();
   const Vector3d F = e.F.diagonal().cwiseSqrt();
@@ -205,8 +207,8 @@ StateTable TubeDynamics::weights(const StateTable& table, const PlateShape& shap
         return F[s.row] * F[s.column];
       case g_part:
         return k[s.row] * k[s.row] * m[6 + s.column] / m[12 + s.row];
-      default:  // the amplitudes' own mass has small eigenvalues
-        return m[s.row] * m[s.column] * (s.row >= 12 && s.column >= 12 ? 0.2 : 1);
+      default:
+        return m[s.row] * m[s.column];
     }
   };
   // how far states are from the bent states and off the ray: [rad], a tenth of the buckling load
@@ -223,11 +225,20 @@ StateTable TubeDynamics::weights(const StateTable& table, const PlateShape& shap
         out(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c)) = size / unit(slots[s]);
     }
   };
-  StateTable weights;
-  weights.sigma = table.sigma;
-  fill(layout().even, even_monomials(), weights.even);
-  fill(layout().odd, odd_monomials(), weights.odd);
+  DynamicsNode weights;
+  weights.table.sigma = node.table.sigma;
+  fill(layout().even, even_monomials(), weights.table.even);
+  fill(layout().odd, odd_monomials(), weights.table.odd);
+  const Eigen::Index rows = node.stations.rows() / (R - 3);
+  weights.stations.resize(node.stations.rows(), 2);
+  for (Eigen::Index j = 0; j < R - 3; ++j)
+    weights.stations.middleRows(j * rows, rows).setConstant(std::sqrt(shape.width) / m[3 + j]);
+  weights.stations.col(1) *= along;
   return weights;
+}
+
+std::array<int, 2> TubeDynamics::entries() {
+  return {static_cast<int>(layout().even.size()), static_cast<int>(layout().odd.size())};
 }
 
 void TubeDynamics::add(DynamicsNode node) {

@@ -30,14 +30,17 @@ class TubeDynamics {
   static constexpr int amplitudes = field_loads;
   static constexpr int rates = 12 + amplitudes;  ///< those of DynamicsExpansion::mass
 
+  /// So many even and odd ones a table has.
+  static std::array<int, 2> entries();
+
   explicit TubeDynamics(double force_centre) : force_centre_(force_centre) {}
 
   /// A bent state beyond the others.
   void add(DynamicsNode node);
 
-  /// What a unit of each number of a table does, relative to the diagonals of the matrices, at
-  /// states as they occur, so far `along` the ray from the bent state.
-  static StateTable weights(const StateTable& table, const PlateShape& shape, double along);
+  /// What a unit of each number does, relative to the diagonals of the matrices, at states as they
+  /// occur, so far `along` the ray from the bent state.
+  static DynamicsNode weights(const DynamicsNode& node, const PlateShape& shape, double along);
 
   /// A state: along the ray (signed), off it, twist [rad]; forces over their scale.
   struct Place {

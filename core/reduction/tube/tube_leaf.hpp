@@ -62,10 +62,12 @@ class TubeModel {
   /// second-order fields, every coefficient joined by two-point Hermite interpolation.
   VectorXd fields(const Vector3d& s, const Vector3d& f);
 
-  /// Tables of the internal dynamics about the same bent states; they grow with these. None for
-  /// leaves with a profile, curved and very wide ones and beams, and for meshes that are too
-  /// coarse.
+  /// Tables of the internal dynamics about the same bent states; they grow with these. None where
+  /// not has_dynamics().
   void make_dynamics();
+  /// Not leaves with a profile, curved, folded and very wide ones and beams, nor meshes that are
+  /// too coarse.
+  static bool has_dynamics(const PlateShape& shape);
   /// So many states more of leaves of this model will be asked for their dynamics: makes the tables
   /// once they cost less than condensing the full leaf at each of them.
   void expect_dynamics(int states);
@@ -74,7 +76,8 @@ class TubeModel {
   bool dynamics_known() const { return known_dynamics_ != nullptr; }
   /// How the tables of the dynamics see the leaf.
   TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
-  /// Sees to it that fields and tables of dynamics reach as far as sigma, where they were not known.
+  /// Sees to it that fields and tables of dynamics reach as far as sigma, where they were not
+  /// known.
   void cover(double sigma);
 
   PlatePool& pool();

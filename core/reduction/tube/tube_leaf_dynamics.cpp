@@ -46,15 +46,17 @@ void TubeModel::expect_dynamics(int states) {
   if (!before && expected_ >= enough) make_dynamics();
 }
 
-void TubeModel::make_dynamics() {
-  const PlateShape& shape = shape_;
-  const bool flat = !shape.curve && shape.width_profile.empty() && shape.thickness_profile.empty();
+bool TubeModel::has_dynamics(const PlateShape& shape) {
   // Beyond it neither the statics nor the dynamics were compared with full leaves.
   constexpr double widest = 1200;  // w²/(L t)
-  const bool known = shape.width * shape.width <= widest * shape.thickness;
+  const bool flat = !shape.curve && !shape.fold && !shape.has_profile() && !shape.is_beam();
   // ten loads on coarser meshes are not independent
-  const bool fine = shape.mesh[0] >= 4 && shape.mesh[1] >= 2;
-  if (dynamics_ || !built() || !flat || shape.is_beam() || !known || !fine) return;
+  return flat && shape.width * shape.width <= widest * shape.thickness && shape.mesh[0] >= 4 &&
+         shape.mesh[1] >= 2;
+}
+
+void TubeModel::make_dynamics() {
+  if (dynamics_ || !built() || !has_dynamics(shape_)) return;
   if (known_dynamics_) {
     dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
     for (DynamicsNode& node : known_dynamics_()) dynamics_->add(std::move(node));

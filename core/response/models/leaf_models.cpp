@@ -64,7 +64,12 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, const TubeRange& 
                                       const ModelOptions& model, int nodes = 0) {
   if (!model.atlas || !model.atlas->gap(shape, range).empty()) return nullptr;
   const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
-  return std::make_shared<TubeModel>(shape, range, KnownTube{tube.directions, tube.nodes, {}, {}});
+  KnownTube known{tube.directions, tube.nodes, {}, tube.view};
+  if (model.atlas->settings().dynamics)
+    known.dynamics = [atlas = model.atlas, shape, range] {
+      return atlas->dynamics(shape, range.ray, range.sigma_max);
+    };
+  return std::make_shared<TubeModel>(shape, range, std::move(known));
 }
 
 // For linear statics at rest: full leaves, and tubes where the atlas has them.
