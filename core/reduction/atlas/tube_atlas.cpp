@@ -44,6 +44,7 @@ AtlasCheck::Errors AtlasCheck::Ray::largest() const {
     worst.drive = std::max(worst.drive, s.errors.drive);
     worst.on_ray = std::max(worst.on_ray, s.errors.on_ray);
     worst.off_ray = std::max(worst.off_ray, s.errors.off_ray);
+    worst.frequency = std::max(worst.frequency, s.errors.frequency);
   }
   return worst;
 }
@@ -54,7 +55,7 @@ AtlasCheck::Errors AtlasCheck::Ray::median() const {
     for (const Sample& s : samples) all.push_back(s.errors.*part);
     return median_of(std::move(all));
   };
-  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray)};
+  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray), of(&Errors::frequency)};
 }
 
 ShapeGrid shape_grid(const AtlasSettings& s) {
