@@ -27,7 +27,7 @@ struct AtlasSettings {
   std::vector<double> poissons_ratios{0.25, 0.30, 0.35};  ///< ascending
   std::vector<double> rays{-1,   -0.92, -0.70, -0.38, 0,  // ρ, ascending, both ends ±1
                            0.38, 0.70,  0.92,  1};
-  std::vector<double> sigmas{0, 0.03, 0.1, 0.22, 0.45};  ///< bent states [rad], ascending from 0
+  std::vector<double> sigmas{0, 0.03, 0.1, 0.22, 0.45, 0.8};  ///< bent states [rad], ascending from 0
   bool dynamics = true;                                  ///< with tables of the internal dynamics
 
   int shapes() const { return points[0] * points[1]; }
