@@ -135,6 +135,10 @@ std::vector<double> stations(double a, double b, int intervals, double zone) {
 
 }  // namespace
 
+std::vector<double> strain_stations(const std::vector<double>& lines) {
+  return gauss_stations(lines);
+}
+
 StrainField::StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values,
                          FoldSplit split)
     : x_(std::move(x)), y_(std::move(y)), values_(std::move(values)), split_(split) {

@@ -16,6 +16,9 @@ struct LeafScale;
 /// Places in an element, each in [0, 1], where its strains are most accurate: Gauss points.
 inline constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
 
+/// The stations along one direction of a mesh with these lines: two between each pair.
+std::vector<double> strain_stations(const std::vector<double>& lines);
+
 /// e11, e22, 2 e12 and κ11, κ22, 2 κ12 of the mid-surface, lengths over L.
 template <class S>
 using StrainsT = Eigen::Matrix<S, 6, 1>;

@@ -10,8 +10,8 @@
 #include <iterator>
 #include <numbers>
 
-#include "core/elements/plate/plate_stress.hpp"
 #include "core/math/polynomial.hpp"
+#include "core/math/two_point_hermite.hpp"
 #include "core/reduction/tube/bent_states.hpp"
 
 namespace flexopt {
@@ -147,6 +147,7 @@ void TubeModel::cover(double sigma) {
   const auto expand_here = [&](double at) {
     expansions_.push_back({at, {}, expand_fields(leaf(), directions_, range_.order).fields});
     if (dynamics_) dynamics_->add(leaf(), at);
+    if (stress_) stress_->add(expand_stress(leaf(), directions_, expansions_.back().fields), at);
   };
   // on to the next node, or as far as the leaf can be bent
   const auto bend_on = [&](double to) {
@@ -176,6 +177,7 @@ bool TubeModel::extend(double sigma) {
     range_.sigma_max = sigma;
     expansions_.clear();
     dynamics_.reset();
+    stress_.reset();
     build();
     if (static_cast<int>(potential_->nodes().size()) == static_cast<int>(expansions_.size()) &&
         potential_->last_sigma() == sigma) {
@@ -194,40 +196,13 @@ bool TubeModel::extend(double sigma) {
     leaf().reset();
   if (!add(sigma)) return false;
   if (dynamics_) dynamics_->add(leaf(), sigma);
+  if (stress_)
+    stress_->add(expand_stress(leaf(), directions_, expansions_.back().fields), sigma);
   const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});
   return true;
 }
-
-namespace {
-
-// Weights of the Taylor coefficients (times h^j) at both ends of the two-point Hermite polynomial
-// that takes q of them from each.
-struct HermiteWeights {
-  std::array<double, 3> a{}, b{};
-};
-HermiteWeights two_point_hermite(int q, double t) {
-  const double r = 1 - t;
-  // weight of coefficient j at the end t = 0; the other end mirrors it with (−1)^j
-  auto weight = [q](int j, double t, double r) {
-    double sum = 0, binomial = 1, power = 1;
-    for (int k = 0; k + j < q; ++k) {
-      sum += binomial * power;
-      binomial *= static_cast<double>(q + k) / (k + 1);
-      power *= t;
-    }
-    return std::pow(t, j) * std::pow(r, q) * sum;
-  };
-  HermiteWeights w;
-  for (int j = 0; j < q; ++j) {
-    w.a[j] = weight(j, t, r);
-    w.b[j] = (j % 2 == 0 ? 1 : -1) * weight(j, r, t);
-  }
-  return w;
-}
-
-}  // namespace
 
 VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
   const TubeLocation location = potential_->locate(s);
@@ -283,6 +258,7 @@ void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   edges_ = {scale_.scaled(edges[0]), scale_.scaled(edges[1])};
   full_state_.reset();
   state_number_ = 0;
+  stress_.reset();
 }
 
 EdgePoses TubeLeaf::chord_edges() const {
@@ -369,6 +345,7 @@ void TubeLeaf::restore(const LeafState& state) {
   state_ = copy.state;
   full_state_.reset();
   state_number_ = 0;
+  stress_.reset();
 }
 
 PlateLeaf::State TubeLeaf::rebuilt() const {
@@ -423,39 +400,6 @@ PlateLeaf& TubeLeaf::condensed() {
   }
   full_state_ = plate.state();
   return plate;
-}
-
-std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {
-  PlatePool& pool = model_->pool();
-  if (const PlateLeaf* known = pool.find(state_number_)) return known->nodal();
-  if (!full_state_) full_state_ = rebuilt();
-  PlateLeaf& plate = pool.take(pool.new_state());
-  plate.set_state(*full_state_);
-  return plate.nodal();
-}
-
-StressPeak TubeLeaf::max_stress() {
-  return plate_max_stress(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_);
-}
-
-std::vector<StressPeak> TubeLeaf::stress_peaks() {
-  return plate_stress_peaks(*model_->mesh(), rebuilt_nodal(), leaf_, index_);
-}
-
-std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
-  return plate_clamp_stresses(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_, factors);
-}
-
-LeafShape TubeLeaf::shape() {
-  return plate_deformed_shape(*model_->mesh(), rebuilt_nodal(), leaf_, scale_);
-}
-
-Vector3d TubeLeaf::material_point(double along, double across) {
-  return plate_material_point(*model_->mesh(), rebuilt_nodal(), scale_, along, across);
-}
-
-std::vector<Vector3d> TubeLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
-  return plate_material_points(*model_->mesh(), rebuilt_nodal(), scale_, places);
 }
 
 }  // namespace flexopt

@@ -12,6 +12,7 @@
 #include "core/reduction/tube/plate_pool.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_range.hpp"
+#include "core/reduction/tube/tube_stress.hpp"
 
 namespace flexopt {
 
@@ -61,6 +62,9 @@ class TubeModel {
   /// once they cost less than condensing the full leaf at each of them.
   void expect_dynamics(int states);
   const TubeDynamics* dynamics() const { return dynamics_.get(); }
+  /// Tables of strains and places about the same bent states, made at their first use; they grow
+  /// with these. None for leaves with a profile, curved ones and beams.
+  const TubeStress* stress();
   /// Sees to it that fields and tables of dynamics reach as far as sigma, where only the potential
   /// was known.
   void cover(double sigma);
@@ -88,6 +92,7 @@ class TubeModel {
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
   std::unique_ptr<TubeDynamics> dynamics_;
+  std::unique_ptr<TubeStress> stress_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };
 
@@ -111,7 +116,9 @@ class TubeLeaf final : public LeafElement {
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override {
-    return {"tube", condensed_because_, check_, model_->known() ? "atlas" : "built"};
+    const bool both = !condensed_because_.empty() && !rebuilt_because_.empty();
+    return {"tube", condensed_because_ + (both ? "; " : "") + rebuilt_because_, check_,
+            model_->known() ? "atlas" : "built"};
   }
 
  private:
@@ -131,6 +138,11 @@ class TubeLeaf final : public LeafElement {
   std::optional<double> degree_change() const;
   /// Where the state lies in the tables of the dynamics.
   TubeDynamics::Place place() const;
+  /// Strains from the tables of stress. Null without tables, and where they do not hold;
+  /// rebuilt_because_ then says why.
+  const StrainField* tabulated_strains();
+  /// Where a peak that they have lies.
+  Vector3d tabulated_point(double along, double across);
   /// Dynamics from the tables. None without tables, where more modes are wanted than they have, and
   /// where they do not hold; condensed_because_ then says why.
   std::optional<LeafDynamics> tabulated_dynamics(int modes);
@@ -144,6 +156,8 @@ class TubeLeaf final : public LeafElement {
   ReducedResponse response_;
   LeafEvaluation evaluation_;
   double check_ = 0;
+  std::optional<TubeStress::Answer> stress_;  ///< at this state, where it was asked for
+  std::string rebuilt_because_;  ///< why the last stress was not from tables that exist
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was
   std::uint64_t state_number_ = 0;              ///< of the plate in the pool that stands there

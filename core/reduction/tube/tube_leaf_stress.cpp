@@ -1,0 +1,106 @@
+// Stresses, shape and places of a tube leaf: from its tables, or from the full leaf rebuilt at its
+// state.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/elements/plate/plate_stress.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+
+namespace flexopt {
+
+const TubeStress* TubeModel::stress() {
+  const bool flat = !shape_.curve && !shape_.fold && !shape_.has_profile();
+  if (stress_ || !built() || !flat || shape_.is_beam()) return stress_.get();
+  cover(range_.sigma_max);
+  auto tables = std::make_unique<TubeStress>(shape_, range_.force_centre);
+  const Vector3d f(range_.force_centre * tube_force_scale(shape_)[0], 0, 0);
+  for (const TubeExpansion& e : expansions_) {
+    leaf().move_to({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0}, f, e.fields.col(0));
+    tables->add(expand_stress(leaf(), directions_, e.fields), e.sigma);
+  }
+  stress_ = std::move(tables);
+  return stress_.get();
+}
+
+const StrainField* TubeLeaf::tabulated_strains() {
+  rebuilt_because_.clear();
+  const TubeStress* tables = model_->stress();
+  if (!tables) return nullptr;
+  const double sigma = std::abs(response_.location.sigma);
+  model_->cover(sigma);
+  if (sigma > tables->last_sigma() * (1 + 1e-9)) {
+    rebuilt_because_ = "stress of the full leaf: no bent state was found beyond this one";
+    return nullptr;
+  }
+  if (!stress_) stress_ = tables->evaluate(place());
+  if (stress_->change <= largest_stress_change) return &stress_->strains;
+  rebuilt_because_ = fmt::format(
+      "stress of the full leaf: the last degree of the tables changes it by {:.2g} > {:.2g} of the "
+      "largest",
+      stress_->change, largest_stress_change);
+  return nullptr;
+}
+
+Vector3d TubeLeaf::tabulated_point(double along, double across) {
+  Vector3d r;
+  if (along == 0 || along == 1) {
+    const EdgePose& edge = edges_[along == 0 ? 0 : 1];
+    r = edge.position + edge.axes.col(1) * ((across - 0.5) * model_->shape().width);
+  } else {
+    r = edges_[0].position +
+        response_.frame.axes * model_->stress()->material_point(place(), along, across);
+  }
+  return scale_.origin + scale_.axes * r * scale_.length;
+}
+
+std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {
+  PlatePool& pool = model_->pool();
+  if (const PlateLeaf* known = pool.find(state_number_)) return known->nodal();
+  if (!full_state_) full_state_ = rebuilt();
+  PlateLeaf& plate = pool.take(pool.new_state());
+  plate.set_state(*full_state_);
+  return plate.nodal();
+}
+
+StressPeak TubeLeaf::max_stress() {
+  const StrainField* strains = tabulated_strains();
+  if (!strains)
+    return plate_max_stress(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_);
+  StressPeak peak =
+      largest_stress(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
+  peak.position = tabulated_point(peak.along, peak.across);
+  return peak;
+}
+
+std::vector<StressPeak> TubeLeaf::stress_peaks() {
+  if (const StrainField* strains = tabulated_strains())
+    return flexopt::stress_peaks(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
+  return plate_stress_peaks(*model_->mesh(), rebuilt_nodal(), leaf_, index_);
+}
+
+std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
+  if (!factors[0] && !factors[1]) return {};
+  const StrainField* strains = tabulated_strains();
+  if (!strains)
+    return plate_clamp_stresses(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_, factors);
+  std::vector<StressPeak> peaks = flexopt::clamp_stresses(
+      *strains, model_->shape(), leaf_.material.youngs_modulus, index_, factors);
+  for (StressPeak& peak : peaks) peak.position = tabulated_point(peak.along, peak.across);
+  return peaks;
+}
+
+LeafShape TubeLeaf::shape() {
+  return plate_deformed_shape(*model_->mesh(), rebuilt_nodal(), leaf_, scale_);
+}
+
+Vector3d TubeLeaf::material_point(double along, double across) {
+  return plate_material_point(*model_->mesh(), rebuilt_nodal(), scale_, along, across);
+}
+
+std::vector<Vector3d> TubeLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
+  return plate_material_points(*model_->mesh(), rebuilt_nodal(), scale_, places);
+}
+
+}  // namespace flexopt

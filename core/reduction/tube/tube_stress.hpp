@@ -1,0 +1,64 @@
+#pragma once
+// Strains and places of a tube leaf from tables: polynomials of its state about its bent states,
+// joined along the ray as the fields are. Equations (T1) to (T4) of core/reduction/README.md.
+#include <optional>
+#include <vector>
+
+#include "core/elements/plate/plate_stress.hpp"
+#include "core/reduction/expansion/stress_expansion.hpp"
+#include "core/reduction/tube/tube_dynamics.hpp"
+
+namespace flexopt {
+
+/// Largest change of a surface stress by the last degree of its tables, over the largest stress:
+/// beyond it that may be off by more than about 1 %.
+inline constexpr double largest_stress_change = 0.05;
+
+class TubeStress {
+ public:
+  using Place = TubeDynamics::Place;
+
+  /// Of a flat leaf of uniform width and thickness.
+  TubeStress(const PlateShape& shape, double force_centre);
+
+  /// A bent state beyond the others: its expand_stress().
+  void add(const MatrixXd& coefficients, double sigma);
+  double last_sigma() const { return nodes_.back().sigma; }
+
+  struct Answer {
+    StrainField strains;
+    /// What the last degree changes, the largest one: von Mises stress of the change over the
+    /// largest von Mises stress.
+    double change = 0;
+  };
+  /// Needs two bent states; sigma inside of them or their mirror images.
+  Answer evaluate(const Place& place) const;
+
+  /// Place of the point (along, across) of the mid-surface in the chord frame, over L.
+  Vector3d material_point(const Place& place, double along, double across) const;
+  /// Of all nodes of the mesh, along first; in the chord frame, over L.
+  std::vector<Vector3d> nodes(const Place& place) const;
+  const StressPlaces& places() const { return places_; }
+
+ private:
+  struct Node {
+    double sigma;
+    MatrixXd even, odd;  ///< rows × monomials of either parity in (φ, M1, M2)
+  };
+  struct Local;
+  struct Weights;
+  struct Parts;
+
+  Local locate(const Place& place) const;
+  Weights weights(const Local& at, int total) const;
+  Parts read(const Local& at, const Weights& w, Eigen::Index first, Eigen::Index rows) const;
+  Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
+
+  PlateShape shape_;
+  StressPlaces places_;
+  double force_centre_;
+  int degree_ = 0;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace flexopt
