@@ -31,10 +31,10 @@ std::vector<MatrixXd> lines_of(const ChordLeaf& leaf, const MatrixXd& fields,
   for (int i = 0; i <= last; ++i) {
     MatrixXd& line = lines.emplace_back(n, 3 * m);
     for (int c = 0; c < 3; ++c)
-      line.middleCols(c * m, m) =
-          i == 0      ? edges.middleRows(c * n, n)
-          : i == last ? edges.middleRows((3 + c) * n, n)
-                      : fields.middleRows(leaf.plate().block_offset(i) + c * n, n);
+      line.middleCols(c * m, m) = i == 0 ? edges.middleRows(c * n, n)
+                                  : i == last
+                                      ? edges.middleRows((3 + c) * n, n)
+                                      : fields.middleRows(leaf.plate().block_offset(i) + c * n, n);
   }
   return lines;
 }
@@ -56,10 +56,11 @@ Polynomial<6, ORDER> inverse_root(const Polynomial<6, ORDER>& q) {
   return compose<6, ORDER, double>(std::span<const double>(taylor), q);
 }
 
-// As strains() of plate_stress.cpp, in polynomials; six rows.
+// As strains() of plate_stress.cpp, in polynomials; a row for each component, so many rows apart.
 template <int ORDER>
 void put_strains(const Vector<ORDER>& a1, const Vector<ORDER>& a2, const Vector<ORDER>& r11,
-                 const Vector<ORDER>& r22, const Vector<ORDER>& r12, Eigen::Ref<MatrixXd> rows) {
+                 const Vector<ORDER>& r22, const Vector<ORDER>& r12, int row, int apart,
+                 MatrixXd& rows) {
   using P = Polynomial<6, ORDER>;
   Vector<ORDER> n;
   for (int c = 0; c < 3; ++c) {
@@ -69,11 +70,14 @@ void put_strains(const Vector<ORDER>& a1, const Vector<ORDER>& a2, const Vector<
   const P per = inverse_root<ORDER>(dot<ORDER>(n, n));
   for (P& component : n) component = component * per;
   const P one = P::constant(1);
-  const P strains[6] = {(dot<ORDER>(a1, a1) - one) * 0.5, (dot<ORDER>(a2, a2) - one) * 0.5,
-                        dot<ORDER>(a1, a2),               dot<ORDER>(r11, n) * -1.0,
-                        dot<ORDER>(r22, n) * -1.0,        dot<ORDER>(r12, n) * -2.0};
+  const P strains[6] = {(dot<ORDER>(a1, a1) - one) * 0.5,
+                        (dot<ORDER>(a2, a2) - one) * 0.5,
+                        dot<ORDER>(a1, a2),
+                        dot<ORDER>(r11, n) * -1.0,
+                        dot<ORDER>(r22, n) * -1.0,
+                        dot<ORDER>(r12, n) * -2.0};
   for (int e = 0; e < 6; ++e)
-    for (int k = 0; k < P::size; ++k) rows(e, k) = strains[e][k];
+    for (int k = 0; k < P::size; ++k) rows(row + e * apart, k) = strains[e][k];
 }
 
 template <int ORDER>
@@ -84,7 +88,7 @@ MatrixXd expand_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Matr
   const StressPlaces places(mesh.shape());
   const std::vector<MatrixXd> lines = lines_of(leaf, fields, expand_edges(leaf, ray, fields));
   MatrixXd rows(places.rows(), m);
-  int row = 0;
+  const int stations = places.stations_along() * places.half_across();
   Eigen::Matrix<double, 5, 16> operators;
   MatrixXd U(16, 3 * m), D(5, 3 * m);
   const auto derivative = [&D](int d) {
@@ -96,7 +100,7 @@ MatrixXd expand_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Matr
   for (int s = 0; s < places.stations_along(); ++s) {
     const int i = s / 2;
     const HermiteValues X = hermite(station[s % 2], mesh.x()[i + 1] - mesh.x()[i]);
-    for (int t = 0; t < places.half_across(); ++t, row += 6) {
+    for (int t = 0; t < places.half_across(); ++t) {
       const int j = t / 2;
       const HermiteValues Y = hermite(station[t % 2], mesh.y()[j + 1] - mesh.y()[j]);
       operators.row(0) = hermite_products(X.slope, Y.value).transpose();
@@ -107,9 +111,10 @@ MatrixXd expand_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Matr
       U << lines[i].middleRows<8>(4 * j), lines[i + 1].middleRows<8>(4 * j);
       D.noalias() = operators * U;
       put_strains<ORDER>(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),
-                         rows.middleRows<6>(row));
+                         s + t * places.stations_along(), stations, rows);
     }
   }
+  int row = places.strain_rows();
   for (const MatrixXd& line : lines)
     for (int j = 0; j < places.half_nodes(); ++j)
       for (int c = 0; c < 3; ++c) rows.row(row++) = line.block(4 * j, c * m, 1, m);

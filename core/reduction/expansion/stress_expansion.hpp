@@ -9,14 +9,15 @@ namespace flexopt {
 /// on one half of its width, y ≤ 0, of which the other one is the mirror image. All places keep
 /// their share of length and width whatever the shape.
 struct StressPlaces {
-  std::vector<double> x, y;  ///< of the strains, over L, on the whole leaf: Gauss stations
+  std::vector<double> x, y;          ///< of the strains, over L, on the whole leaf: Gauss stations
   std::vector<double> lines, nodes;  ///< of the mesh, over L
 
   explicit StressPlaces(const PlateShape& shape);
   int stations_along() const { return static_cast<int>(x.size()); }
   int half_across() const { return static_cast<int>(y.size()) / 2; }
   int half_nodes() const { return static_cast<int>(nodes.size() + 1) / 2; }
-  /// Six for each station, along slowest; then three for each node.
+  /// Components of the strains one after the other, of each all stations, along fastest; then three
+  /// for each node, along slowest.
   int strain_rows() const { return 6 * stations_along() * half_across(); }
   int rows() const { return strain_rows() + 3 * static_cast<int>(lines.size()) * half_nodes(); }
 };

@@ -196,8 +196,7 @@ bool TubeModel::extend(double sigma) {
     leaf().reset();
   if (!add(sigma)) return false;
   if (dynamics_) dynamics_->add(leaf(), sigma);
-  if (stress_)
-    stress_->add(expand_stress(leaf(), directions_, expansions_.back().fields), sigma);
+  if (stress_) stress_->add(expand_stress(leaf(), directions_, expansions_.back().fields), sigma);
   const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});

@@ -133,6 +133,9 @@ class TubeLeaf final : public LeafElement {
   LeafDynamics condensed_dynamics(DynamicsRequest request);
   LeafStand stand() const;
   std::vector<MatrixXd> rebuilt_nodal();
+  /// What the stress is taken from where it is not from tables: of a leaf that has some, after a
+  /// Newton step.
+  std::vector<MatrixXd> stressed_nodal();
   /// Relative change of the leaf's stiffness when the highest degree is left out; nothing where the
   /// leaf is not stable on its own.
   std::optional<double> degree_change() const;
@@ -157,7 +160,7 @@ class TubeLeaf final : public LeafElement {
   LeafEvaluation evaluation_;
   double check_ = 0;
   std::optional<TubeStress::Answer> stress_;  ///< at this state, where it was asked for
-  std::string rebuilt_because_;  ///< why the last stress was not from tables that exist
+  std::string rebuilt_because_;    ///< why the last stress was not from tables that exist
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was
   std::uint64_t state_number_ = 0;              ///< of the plate in the pool that stands there

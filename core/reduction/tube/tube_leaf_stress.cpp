@@ -64,10 +64,13 @@ std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {
   return plate.nodal();
 }
 
+std::vector<MatrixXd> TubeLeaf::stressed_nodal() {
+  return rebuilt_because_.empty() ? rebuilt_nodal() : condensed().nodal();
+}
+
 StressPeak TubeLeaf::max_stress() {
   const StrainField* strains = tabulated_strains();
-  if (!strains)
-    return plate_max_stress(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_);
+  if (!strains) return plate_max_stress(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_);
   StressPeak peak =
       largest_stress(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
   peak.position = tabulated_point(peak.along, peak.across);
@@ -77,14 +80,14 @@ StressPeak TubeLeaf::max_stress() {
 std::vector<StressPeak> TubeLeaf::stress_peaks() {
   if (const StrainField* strains = tabulated_strains())
     return flexopt::stress_peaks(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
-  return plate_stress_peaks(*model_->mesh(), rebuilt_nodal(), leaf_, index_);
+  return plate_stress_peaks(*model_->mesh(), stressed_nodal(), leaf_, index_);
 }
 
 std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
   if (!factors[0] && !factors[1]) return {};
   const StrainField* strains = tabulated_strains();
   if (!strains)
-    return plate_clamp_stresses(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_, factors);
+    return plate_clamp_stresses(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_, factors);
   std::vector<StressPeak> peaks = flexopt::clamp_stresses(
       *strains, model_->shape(), leaf_.material.youngs_modulus, index_, factors);
   for (StressPeak& peak : peaks) peak.position = tabulated_point(peak.along, peak.across);

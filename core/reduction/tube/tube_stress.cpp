@@ -49,8 +49,7 @@ Lagrange lagrange(const std::vector<double>& points, double x) {
     l.weight[i] = 1;
     for (int k = 0; k < l.count; ++k)
       if (k != i)
-        l.weight[i] *=
-            (x - points[l.first + k]) / (points[l.first + i] - points[l.first + k]);
+        l.weight[i] *= (x - points[l.first + k]) / (points[l.first + i] - points[l.first + k]);
   }
   return l;
 }
@@ -149,36 +148,36 @@ TubeStress::Parts TubeStress::read(const Local& at, const Weights& w, Eigen::Ind
   return parts;
 }
 
+// Of the whole leaf, as of StrainField.
+MatrixXd TubeStress::strains(const Local& at, const Weights& w) const {
+  const Parts parts = read(at, w, 0, places_.strain_rows());
+  const Eigen::Index n = places_.stations_along(), half = places_.half_across(), across = 2 * half;
+  MatrixXd values(n * across, 6);
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    const double sign = at.mirrored ? strain_in_thickness[k] : 1, image = sign * strain_in_width[k];
+    const auto even = parts.even.segment(k * n * half, n * half),
+               odd = parts.odd.segment(k * n * half, n * half);
+    values.col(k).head(n * half) = sign * (even + odd);
+    for (Eigen::Index j = 0; j < half; ++j)
+      values.col(k).segment(n * (across - 1 - j), n) =
+          image * (even.segment(n * j, n) - odd.segment(n * j, n));
+  }
+  return values;
+}
+
 TubeStress::Answer TubeStress::evaluate(const Place& place) const {
   const Local at = locate(place);
   Weights w = weights(at, degree_);
-  const Parts strains = read(at, w, 0, places_.strain_rows());
+  MatrixXd here = strains(at, w);
   w -= weights(at, degree_ - 1);
-  const Parts change = read(at, w, 0, places_.strain_rows());
-
-  const int across = static_cast<int>(places_.y.size()), half = places_.half_across();
-  std::vector<Strains> values(places_.x.size() * places_.y.size());
-  double largest = 0, largest_change = 0;
-  const auto stress = [&](const Strains& e) {
-    const SurfaceStress s = surface_stress(shape_, e, 1);
-    return std::max(s.positive, s.negative);
+  const Eigen::ArrayXd thickness = Eigen::ArrayXd::Constant(here.rows(), shape_.thickness);
+  const auto largest = [&](const MatrixXd& e) {
+    const SurfaceStresses s = surface_stresses(e, thickness, shape_.poissons_ratio, 1);
+    return std::max(s.positive.maxCoeff(), s.negative.maxCoeff());
   };
-  for (int i = 0; i < places_.stations_along(); ++i)
-    for (int j = 0; j < across; ++j) {
-      const bool image = j >= half;
-      const int row = 6 * (i * half + (image ? across - 1 - j : j));
-      Strains &e = values[static_cast<std::size_t>(i * across + j)], de;
-      for (int k = 0; k < 6; ++k) {
-        const double sign = (at.mirrored ? strain_in_thickness[k] : 1) *
-                            (image ? strain_in_width[k] : 1),
-                     odd = image ? -1 : 1;
-        e[k] = sign * (strains.even[row + k] + odd * strains.odd[row + k]);
-        de[k] = sign * (change.even[row + k] + odd * change.odd[row + k]);
-      }
-      largest = std::max(largest, stress(e));
-      largest_change = std::max(largest_change, stress(de));
-    }
-  return {{places_.x, places_.y, std::move(values)}, largest > 0 ? largest_change / largest : 0};
+  constexpr double rounding = 1e-9;  // stress over Young's modulus that is none
+  const double change = largest(strains(at, w)) / (largest(here) + rounding);
+  return {{places_.x, places_.y, std::move(here)}, change};
 }
 
 // `parts`: of all rows of places.

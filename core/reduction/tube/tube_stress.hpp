@@ -52,6 +52,7 @@ class TubeStress {
   Local locate(const Place& place) const;
   Weights weights(const Local& at, int total) const;
   Parts read(const Local& at, const Weights& w, Eigen::Index first, Eigen::Index rows) const;
+  MatrixXd strains(const Local& at, const Weights& w) const;
   Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
 
   PlateShape shape_;

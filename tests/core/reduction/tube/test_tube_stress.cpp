@@ -52,8 +52,8 @@ Errors compare(const Mechanism& mechanism, const StrokeRequest& request) {
   Errors worst;
   for (std::size_t k = 0; k < truth.path.size(); ++k) {
     const StressPeak &a = *found.path[k].max_stress, &b = *truth.path[k].max_stress;
-    if (b.value == 0) continue;
-    worst.stress = std::max(worst.stress, std::abs(a.value / b.value - 1));
+    if (truth.path[k].stroke != 0)
+      worst.stress = std::max(worst.stress, std::abs(a.value / b.value - 1));
     if (a.along == b.along && a.across == b.across && a.leaf == b.leaf)
       worst.place = std::max(worst.place, (a.position - b.position).norm());
     for (const LeafReport& leaf : found.path[k].leaves) worst.rebuilt += !leaf.reason.empty();
@@ -63,7 +63,8 @@ Errors compare(const Mechanism& mechanism, const StrokeRequest& request) {
 
 }  // namespace
 
-TEST_CASE("the expansion of strains and places is that of exact states, to second and third order") {
+TEST_CASE(
+    "the expansion of strains and places is that of exact states, to second and third order") {
   const auto mesh = std::make_shared<PlateMesh>(flat);
   Eigen::Matrix2d ray;
   ray << 1, 1, 1, -1;
@@ -88,7 +89,8 @@ TEST_CASE("the expansion of strains and places is that of exact states, to secon
                     .converged);
       const MatrixXd exact = expand_stress(leaf, ray, expand_fields(leaf, ray, 2).fields);
       VectorXd power(table.size());
-      evaluate_monomials(table, {x.data(), 6}, {power.data(), static_cast<std::size_t>(power.size())});
+      evaluate_monomials(table, {x.data(), 6},
+                         {power.data(), static_cast<std::size_t>(power.size())});
       const VectorXd difference = exact.col(0) - e * power;
       rest[n][0] = difference.head(places.strain_rows()).norm();
       rest[n][1] = difference.tail(places.rows() - places.strain_rows()).norm();
@@ -123,8 +125,7 @@ TEST_CASE("a tabulated leaf is stressed as its mirror images are") {
   const Vector3d r = tables.material_point(here, 0.3, 0.2),
                  in_thickness =
                      tables.material_point({-0.17, -0.01, -0.003, {0.6, 0.3, -0.2}}, 0.3, 0.2),
-                 in_width =
-                     tables.material_point({0.17, 0.01, -0.003, {0.6, -0.3, 0.2}}, 0.3, 0.8);
+                 in_width = tables.material_point({0.17, 0.01, -0.003, {0.6, -0.3, 0.2}}, 0.3, 0.8);
   CHECK((in_thickness - Vector3d(r[0], r[1], -r[2])).norm() < 1e-12);
   CHECK((in_width - Vector3d(r[0], -r[1], r[2])).norm() < 1e-12);
 }
@@ -154,7 +155,8 @@ TEST_CASE("stress from tables goes on smoothly over the bent states") {
     const double at = nodes[n].sigma, h = 1e-6;
     CHECK(std::abs(stress(at + 1e-10) - stress(at - 1e-10)) < 1e-8 * stress(at));
     // the slope on both sides
-    const double left = (stress(at) - stress(at - h)) / h, right = (stress(at + h) - stress(at)) / h;
+    const double left = (stress(at) - stress(at - h)) / h,
+                 right = (stress(at + h) - stress(at)) / h;
     CHECK(std::abs(left - right) < 1e-3 * std::abs(left));
   }
 }
@@ -169,7 +171,8 @@ TEST_CASE("stress from tables is that of full leaves, both ways") {
   const Errors hinge = compare(cross, sweep(side * pi / 6, 7));
   CHECK(hinge.stress < 3e-3);
   CHECK(hinge.place < 1e-6);
-  const Errors wide = compare(models::three_leaf_hinge(0.06, 0.06, 2.5e-4), sweep(side * pi / 6, 7));
+  const Errors wide =
+      compare(models::three_leaf_hinge(0.06, 0.06, 2.5e-4), sweep(side * pi / 6, 7));
   CHECK(wide.stress < 3e-3);
 }
 
@@ -182,13 +185,12 @@ TEST_CASE("so are the stresses of clamped edges with fillets, under a load") {
   const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
   const StrokeResponse found = evaluate_stroke(guide, {}, request),
                        truth = full_response(guide, request);
-  for (std::size_t k = 0; k < truth.path.size(); ++k) {
+  for (std::size_t k = 1; k < truth.path.size(); ++k) {
     const StressPeak &a = *found.path[k].notch_stress, &b = *truth.path[k].notch_stress;
     CHECK(a.value == Approx(b.value).epsilon(3e-3));
     CHECK(a.per_bending == Approx(b.per_bending).epsilon(5e-3));
     CHECK(a.value > found.path[k].max_stress->value);
-    CHECK(found.path[k].max_stress->value ==
-          Approx(truth.path[k].max_stress->value).epsilon(3e-3));
+    CHECK(found.path[k].max_stress->value == Approx(truth.path[k].max_stress->value).epsilon(3e-3));
   }
 }
 
