@@ -6,8 +6,9 @@
 
 namespace flexopt {
 
-/// Of a flat leaf of uniform width and thickness. `leaf`: undeflected.
-InternalLoads internal_loads(const ChordLeaf& leaf);
+LoadParity load_parity();
+/// Of a flat leaf of uniform width and thickness.
+InternalLoads internal_loads(const PlateMesh& mesh);
 
 /// Taylor coefficients to degree 2 in x = (σ, τ, φ, N, M1, M2), forces over their scale, all in the
 /// scaled units of the plate.

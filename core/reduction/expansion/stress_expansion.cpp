@@ -39,52 +39,49 @@ std::vector<MatrixXd> lines_of(const ChordLeaf& leaf, const MatrixXd& fields,
   return lines;
 }
 
-template <int ORDER>
-using Vector = std::array<Polynomial<6, ORDER>, 3>;
+constexpr int strain_order = 2;
+using StrainSeries = Polynomial<6, strain_order>;
+using SeriesVector = std::array<StrainSeries, 3>;
 
-template <int ORDER>
-Polynomial<6, ORDER> dot(const Vector<ORDER>& a, const Vector<ORDER>& b) {
+StrainSeries dot(const SeriesVector& a, const SeriesVector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 // q^(−1/2).
-template <int ORDER>
-Polynomial<6, ORDER> inverse_root(const Polynomial<6, ORDER>& q) {
-  std::array<double, ORDER + 1> taylor;
+StrainSeries inverse_root(const StrainSeries& q) {
+  std::array<double, strain_order + 1> taylor;
   taylor[0] = 1 / std::sqrt(q[0]);
-  for (int k = 0; k < ORDER; ++k) taylor[k + 1] = -taylor[k] * (k + 0.5) / ((k + 1) * q[0]);
-  return compose<6, ORDER, double>(std::span<const double>(taylor), q);
+  for (int k = 0; k < strain_order; ++k) taylor[k + 1] = -taylor[k] * (k + 0.5) / ((k + 1) * q[0]);
+  return compose<6, strain_order, double>(std::span<const double>(taylor), q);
 }
 
 // As strains() of plate_stress.cpp, in polynomials; a row for each component, so many rows apart.
-template <int ORDER>
-void put_strains(const Vector<ORDER>& a1, const Vector<ORDER>& a2, const Vector<ORDER>& r11,
-                 const Vector<ORDER>& r22, const Vector<ORDER>& r12, int row, int apart,
+void put_strains(const SeriesVector& a1, const SeriesVector& a2, const SeriesVector& r11,
+                 const SeriesVector& r22, const SeriesVector& r12, int row, int apart,
                  MatrixXd& rows) {
-  using P = Polynomial<6, ORDER>;
-  Vector<ORDER> n;
+  SeriesVector n;
   for (int c = 0; c < 3; ++c) {
     const int a = (c + 1) % 3, b = (c + 2) % 3;
     n[c] = a1[a] * a2[b] - a1[b] * a2[a];
   }
-  const P per = inverse_root<ORDER>(dot<ORDER>(n, n));
-  for (P& component : n) component = component * per;
-  const P one = P::constant(1);
-  const P strains[6] = {(dot<ORDER>(a1, a1) - one) * 0.5,
-                        (dot<ORDER>(a2, a2) - one) * 0.5,
-                        dot<ORDER>(a1, a2),
-                        dot<ORDER>(r11, n) * -1.0,
-                        dot<ORDER>(r22, n) * -1.0,
-                        dot<ORDER>(r12, n) * -2.0};
+  const StrainSeries per = inverse_root(dot(n, n));
+  for (StrainSeries& component : n) component = component * per;
+  const StrainSeries one = StrainSeries::constant(1);
+  const StrainSeries strains[6] = {
+      (dot(a1, a1) - one) * 0.5, (dot(a2, a2) - one) * 0.5, dot(a1, a2),
+      dot(r11, n) * -1.0,        dot(r22, n) * -1.0,        dot(r12, n) * -2.0};
   for (int e = 0; e < 6; ++e)
-    for (int k = 0; k < P::size; ++k) rows(row + e * apart, k) = strains[e][k];
+    for (int k = 0; k < StrainSeries::size; ++k) rows(row + e * apart, k) = strains[e][k];
 }
 
-template <int ORDER>
-MatrixXd expand_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
-  constexpr int m = Polynomial<6, ORDER>::size;
+}  // namespace
+
+MatrixXd expand_stress(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
+  constexpr int m = StrainSeries::size;
   assert(fields.cols() == m);
   const PlateMesh& mesh = leaf.plate().mesh();
+  [[maybe_unused]] const PlateShape& shape = mesh.shape();
+  assert(!shape.curve && !shape.has_profile() && !shape.fold && !shape.is_beam());
   const StressPlaces places(mesh.shape());
   const std::vector<MatrixXd> lines = lines_of(leaf, fields, expand_edges(leaf, ray, fields));
   MatrixXd rows(places.rows(), m);
@@ -92,7 +89,7 @@ MatrixXd expand_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Matr
   Eigen::Matrix<double, 5, 16> operators;
   MatrixXd U(16, 3 * m), D(5, 3 * m);
   const auto derivative = [&D](int d) {
-    Vector<ORDER> v;
+    SeriesVector v;
     for (int c = 0; c < 3; ++c)
       for (int k = 0; k < m; ++k) v[c][k] = D(d, c * m + k);
     return v;
@@ -110,8 +107,8 @@ MatrixXd expand_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Matr
       operators.row(4) = hermite_products(X.slope, Y.slope).transpose();
       U << lines[i].middleRows<8>(4 * j), lines[i + 1].middleRows<8>(4 * j);
       D.noalias() = operators * U;
-      put_strains<ORDER>(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),
-                         s + t * places.stations_along(), stations, rows);
+      put_strains(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),
+                  s + t * places.stations_along(), stations, rows);
     }
   }
   int row = places.strain_rows();
@@ -119,15 +116,6 @@ MatrixXd expand_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Matr
     for (int j = 0; j < places.half_nodes(); ++j)
       for (int c = 0; c < 3; ++c) rows.row(row++) = line.block(4 * j, c * m, 1, m);
   return rows;
-}
-
-}  // namespace
-
-MatrixXd expand_stress(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
-  [[maybe_unused]] const PlateShape& shape = leaf.plate().mesh().shape();
-  assert(!shape.curve && !shape.has_profile() && !shape.fold && !shape.is_beam());
-  return fields.cols() == monomial_count(6, 2) ? expand_to<2>(leaf, ray, fields)
-                                               : expand_to<3>(leaf, ray, fields);
 }
 
 }  // namespace flexopt

@@ -11,7 +11,6 @@
 #include <numbers>
 
 #include "core/math/polynomial.hpp"
-#include "core/math/two_point_hermite.hpp"
 #include "core/reduction/tube/bent_states.hpp"
 
 namespace flexopt {
@@ -146,8 +145,8 @@ void TubeModel::cover(double sigma) {
   if (!known_ || covered_) return;
   const auto expand_here = [&](double at) {
     expansions_.push_back({at, {}, expand_fields(leaf(), directions_, range_.order).fields});
-    if (dynamics_) dynamics_->add(leaf(), at);
-    if (stress_) stress_->add(expand_stress(leaf(), directions_, expansions_.back().fields), at);
+    if (dynamics_) add_dynamics(at);
+    if (stress_) add_stress(expansions_.back());
   };
   // on to the next node, or as far as the leaf can be bent
   const auto bend_on = [&](double to) {
@@ -195,13 +194,42 @@ bool TubeModel::extend(double sigma) {
   else
     leaf().reset();
   if (!add(sigma)) return false;
-  if (dynamics_) dynamics_->add(leaf(), sigma);
-  if (stress_) stress_->add(expand_stress(leaf(), directions_, expansions_.back().fields), sigma);
+  if (dynamics_) add_dynamics(sigma);
+  if (stress_) add_stress(expansions_.back());
   const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});
   return true;
 }
+
+namespace {
+
+// Weights of the Taylor coefficients (times h^j) at both ends of the two-point Hermite polynomial
+// that takes q of them from each.
+struct HermiteWeights {
+  std::array<double, 3> a{}, b{};
+};
+HermiteWeights two_point_hermite(int q, double t) {
+  const double r = 1 - t;
+  // weight of coefficient j at the end t = 0; the other end mirrors it with (−1)^j
+  auto weight = [q](int j, double t, double r) {
+    double sum = 0, binomial = 1, power = 1;
+    for (int k = 0; k + j < q; ++k) {
+      sum += binomial * power;
+      binomial *= static_cast<double>(q + k) / (k + 1);
+      power *= t;
+    }
+    return std::pow(t, j) * std::pow(r, q) * sum;
+  };
+  HermiteWeights w;
+  for (int j = 0; j < q; ++j) {
+    w.a[j] = weight(j, t, r);
+    w.b[j] = (j % 2 == 0 ? 1 : -1) * weight(j, r, t);
+  }
+  return w;
+}
+
+}  // namespace
 
 VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
   const TubeLocation location = potential_->locate(s);

@@ -78,6 +78,8 @@ class TubeModel {
   int bent_states() const;  ///< so many carry the fields
   void stand_at(const TubeExpansion& expansion);
   bool add(double sigma);
+  void add_dynamics(double sigma);  ///< at the bent state where leaf() stands
+  void add_stress(const TubeExpansion& expansion);
   ChordLeaf& leaf();
   void make_potentials(const std::vector<TubeNode>& nodes);
 
@@ -91,6 +93,7 @@ class TubeModel {
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
+  InternalLoads loads_;  ///< none before they are wanted
   std::unique_ptr<TubeDynamics> dynamics_;
   std::unique_ptr<TubeStress> stress_;
   int expected_ = 0;  ///< states at which the dynamics are wanted

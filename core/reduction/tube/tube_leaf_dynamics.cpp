@@ -47,19 +47,22 @@ void TubeModel::make_dynamics() {
   const bool flat = !shape.curve && shape.width_profile.empty() && shape.thickness_profile.empty();
   // Beyond it neither the statics nor the dynamics were compared with full leaves.
   constexpr double widest = 1200;  // w²/(L t)
-  const bool narrow = shape.width * shape.width <= widest * shape.thickness;
-  if (dynamics_ || !built() || !flat || shape.is_beam() || !narrow) return;
+  const bool known = shape.width * shape.width <= widest * shape.thickness;
+  // ten loads on coarser meshes are not independent
+  const bool fine = shape.mesh[0] >= 4 && shape.mesh[1] >= 2;
+  if (dynamics_ || !built() || !flat || shape.is_beam() || !known || !fine) return;
   cover(range_.sigma_max);
   leaf().reset();
-  auto dynamics = std::make_unique<TubeDynamics>(leaf(), directions_, range_.force_centre);
-  if (dynamics->possible()) {
-    const Vector3d f(range_.force_centre * tube_force_scale(shape)[0], 0, 0);
-    for (const TubeExpansion& e : expansions_) {
-      leaf().stand_at({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0}, f, e.fields.col(0));
-      dynamics->add(leaf(), e.sigma);
-    }
-    dynamics_ = std::move(dynamics);
+  dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
+  for (const TubeExpansion& e : expansions_) {
+    stand_at(e);
+    add_dynamics(e.sigma);
   }
+}
+
+void TubeModel::add_dynamics(double sigma) {
+  if (loads_.loads.size() == 0) loads_ = internal_loads(*mesh());
+  dynamics_->add(dynamics_node(leaf(), sigma, directions_, loads_));
 }
 
 TubeDynamics::Place TubeLeaf::place() const {

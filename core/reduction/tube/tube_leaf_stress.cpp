@@ -14,14 +14,15 @@ const TubeStress* TubeModel::stress() {
   const bool flat = !shape_.curve && !shape_.fold && !shape_.has_profile();
   if (stress_ || !built() || !flat || shape_.is_beam()) return stress_.get();
   cover(range_.sigma_max);
-  auto tables = std::make_unique<TubeStress>(shape_, range_.force_centre);
-  const Vector3d f(range_.force_centre * tube_force_scale(shape_)[0], 0, 0);
-  for (const TubeExpansion& e : expansions_) {
-    leaf().move_to({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0}, f, e.fields.col(0));
-    tables->add(expand_stress(leaf(), directions_, e.fields), e.sigma);
-  }
-  stress_ = std::move(tables);
+  stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre);
+  for (const TubeExpansion& e : expansions_) add_stress(e);
   return stress_.get();
+}
+
+void TubeModel::add_stress(const TubeExpansion& e) {
+  leaf().move_to({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0},
+                 {range_.force_centre * tube_force_scale(shape_)[0], 0, 0}, e.fields.col(0));
+  stress_->add(stress_node(leaf(), e.sigma, directions_, e.fields));
 }
 
 const StrainField* TubeLeaf::tabulated_strains() {

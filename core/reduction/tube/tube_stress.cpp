@@ -4,9 +4,9 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "core/math/polynomial.hpp"
-#include "core/math/two_point_hermite.hpp"
 
 namespace flexopt {
 namespace {
@@ -15,26 +15,6 @@ namespace {
 constexpr std::array<double, 6> strain_in_width{1, 1, -1, 1, 1, -1},
     strain_in_thickness{1, 1, 1, -1, -1, -1};
 constexpr std::array<double, 3> place_in_width{1, -1, 1}, place_in_thickness{1, 1, -1};
-
-const MonomialTable& stress_monomials(int degree) {
-  return degree == 2 ? monomials<6, 2>() : monomials<6, 3>();
-}
-
-// Monomials by their parity in (φ, M1, M2), which the mirror across the width turns.
-std::vector<int> of_parity(const MonomialTable& table, bool even) {
-  std::vector<int> found;
-  for (int k = 0; k < table.size(); ++k) {
-    const auto e = table.exponents(k);
-    if (((e[2] + e[4] + e[5]) % 2 == 0) == even) found.push_back(k);
-  }
-  return found;
-}
-const std::vector<int>& parity_columns(int degree, bool even) {
-  static const std::vector<int> columns[2][2] = {
-      {of_parity(monomials<6, 2>(), false), of_parity(monomials<6, 2>(), true)},
-      {of_parity(monomials<6, 3>(), false), of_parity(monomials<6, 3>(), true)}};
-  return columns[degree - 2][even];
-}
 
 // The interpolating polynomial through up to four of the points about x: first index and weights.
 struct Lagrange {
@@ -59,22 +39,9 @@ Lagrange lagrange(const std::vector<double>& points, double x) {
 // A place among the tables, mirrored to σ ≥ 0.
 struct TubeStress::Local {
   bool mirrored = false;
-  int interval = 0;
-  double t = 0, width = 0;
+  std::size_t interval = 0;
+  double sigma = 0;
   std::array<double, 5> z{};
-};
-
-// Factors of the Taylor coefficients of both neighbours.
-struct TubeStress::Weights {
-  std::array<VectorXd, 2> even, odd;
-
-  Weights& operator-=(const Weights& b) {
-    for (int end : {0, 1}) {
-      even[end] -= b.even[end];
-      odd[end] -= b.odd[end];
-    }
-    return *this;
-  }
 };
 
 // Values of rows on the half that is tabulated: even + odd; on the other one they follow from
@@ -86,62 +53,44 @@ struct TubeStress::Parts {
 TubeStress::TubeStress(const PlateShape& shape, double force_centre)
     : shape_(shape), places_(shape), force_centre_(force_centre) {}
 
-void TubeStress::add(const MatrixXd& coefficients, double sigma) {
-  assert(nodes_.empty() ? sigma == 0 : sigma > nodes_.back().sigma);
-  assert(coefficients.rows() == places_.rows());
-  degree_ = coefficients.cols() == monomial_count(6, 2) ? 2 : 3;
-  const auto columns = [&](bool even) {
-    const std::vector<int>& which = parity_columns(degree_, even);
-    MatrixXd part(coefficients.rows(), which.size());
-    for (std::size_t k = 0; k < which.size(); ++k)
-      part.col(static_cast<Eigen::Index>(k)) = coefficients.col(which[k]);
-    return part;
-  };
-  nodes_.push_back({sigma, columns(true), columns(false)});
+StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
+                       const MatrixXd& fields) {
+  const MatrixXd all = expand_stress(leaf, ray, fields.leftCols(monomial_count(6, 2)));
+  StateTable node{sigma, MatrixXd(all.rows(), StateTable::even_monomials),
+                  MatrixXd(all.rows(), StateTable::odd_monomials)};
+  for (Eigen::Index k = 0; k < node.even.cols(); ++k)
+    node.even.col(k) = all.col(even_monomials()[static_cast<std::size_t>(k)].number);
+  for (Eigen::Index k = 0; k < node.odd.cols(); ++k)
+    node.odd.col(k) = all.col(odd_monomials()[static_cast<std::size_t>(k)].number);
+  return node;
+}
+
+void TubeStress::add(StateTable node) {
+  assert(nodes_.empty() ? node.sigma == 0 : node.sigma > nodes_.back().sigma);
+  assert(node.even.rows() == places_.rows());
+  nodes_.push_back(std::move(node));
 }
 
 TubeStress::Local TubeStress::locate(const Place& place) const {
   assert(nodes_.size() >= 2);
   Local at;
   at.mirrored = place.sigma < 0;
-  const double side = at.mirrored ? -1 : 1, sigma = side * place.sigma;
-  const int last = static_cast<int>(nodes_.size()) - 2;
-  while (at.interval < last && sigma > nodes_[at.interval + 1].sigma) ++at.interval;
-  at.width = nodes_[at.interval + 1].sigma - nodes_[at.interval].sigma;
-  at.t = (sigma - nodes_[at.interval].sigma) / at.width;
+  const double side = at.mirrored ? -1 : 1;
+  at.sigma = side * place.sigma;
+  while (at.interval + 2 < nodes_.size() && at.sigma > nodes_[at.interval + 1].sigma) ++at.interval;
   at.z = {side * place.tau, side * place.twist, place.f[0] - force_centre_, place.f[1], place.f[2]};
   return at;
 }
 
 // To a total degree.
 TubeStress::Weights TubeStress::weights(const Local& at, int total) const {
-  const MonomialTable& table = stress_monomials(degree_);
-  std::array<HermiteWeights, HermiteWeights::most + 1> joined;
-  for (int q = 1; q <= total + 1; ++q) joined[q] = two_point_hermite(q, at.t);
-  Weights w;
-  for (const bool even : {true, false}) {
-    const std::vector<int>& columns = parity_columns(degree_, even);
-    VectorXd a = VectorXd::Zero(columns.size()), b = a;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      const auto e = table.exponents(columns[c]);
-      const int q = total + 1 - (table.degree(columns[c]) - e[0]);
-      if (q <= e[0]) continue;
-      double factor = 1;
-      for (int p = 0; p < e[0]; ++p) factor *= at.width;
-      for (int v = 0; v < 5; ++v)
-        for (int p = 0; p < e[1 + v]; ++p) factor *= at.z[v];
-      const auto row = static_cast<Eigen::Index>(c);
-      a[row] = factor * joined[q].a[e[0]];
-      b[row] = factor * joined[q].b[e[0]];
-    }
-    (even ? w.even : w.odd) = {a, b};
-  }
-  return w;
+  return state_weights(nodes_[at.interval].sigma, nodes_[at.interval + 1].sigma, at.sigma, at.z,
+                       total);
 }
 
 TubeStress::Parts TubeStress::read(const Local& at, const Weights& w, Eigen::Index first,
                                    Eigen::Index rows) const {
-  const Node &a = nodes_[at.interval], &b = nodes_[at.interval + 1];
+  const StateTable &a = nodes_[at.interval], &b = nodes_[at.interval + 1];
   Parts parts{a.even.middleRows(first, rows) * w.even[0], a.odd.middleRows(first, rows) * w.odd[0]};
   parts.even.noalias() += b.even.middleRows(first, rows) * w.even[1];
   parts.odd.noalias() += b.odd.middleRows(first, rows) * w.odd[1];
@@ -167,9 +116,13 @@ MatrixXd TubeStress::strains(const Local& at, const Weights& w) const {
 
 TubeStress::Answer TubeStress::evaluate(const Place& place) const {
   const Local at = locate(place);
-  Weights w = weights(at, degree_);
+  Weights w = weights(at, 2);
   MatrixXd here = strains(at, w);
-  w -= weights(at, degree_ - 1);
+  const Weights lower = weights(at, 1);
+  for (const int end : {0, 1}) {
+    w.even[end] -= lower.even[end];
+    w.odd[end] -= lower.odd[end];
+  }
   const Eigen::ArrayXd thickness = Eigen::ArrayXd::Constant(here.rows(), shape_.thickness);
   const auto largest = [&](const MatrixXd& e) {
     const SurfaceStresses s = surface_stresses(e, thickness, shape_.poissons_ratio, 1);
@@ -195,7 +148,7 @@ Vector3d TubeStress::node_place(const Local& at, const Parts& parts, int line, i
 std::vector<Vector3d> TubeStress::nodes(const Place& place) const {
   const Local at = locate(place);
   const int first = places_.strain_rows();
-  const Parts parts = read(at, weights(at, degree_), first, places_.rows() - first);
+  const Parts parts = read(at, weights(at, 2), first, places_.rows() - first);
   std::vector<Vector3d> all;
   for (std::size_t j = 0; j < places_.nodes.size(); ++j)
     for (std::size_t i = 0; i < places_.lines.size(); ++i)
@@ -208,8 +161,8 @@ Vector3d TubeStress::material_point(const Place& place, double along, double acr
   const Lagrange x = lagrange(places_.lines, along),
                  y = lagrange(places_.nodes, (across - 0.5) * shape_.width);
   const int per_line = 3 * places_.half_nodes();
-  const Parts parts = read(at, weights(at, degree_), places_.strain_rows() + per_line * x.first,
-                           per_line * x.count);
+  const Parts parts =
+      read(at, weights(at, 2), places_.strain_rows() + per_line * x.first, per_line * x.count);
   Vector3d r = Vector3d::Zero();
   for (int i = 0; i < x.count; ++i)
     for (int j = 0; j < y.count; ++j)

@@ -6,6 +6,7 @@
 
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/reduction/expansion/stress_expansion.hpp"
+#include "core/reduction/tube/state_table.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 
 namespace flexopt {
@@ -14,6 +15,11 @@ namespace flexopt {
 /// beyond it that may be off by more than about 1 %.
 inline constexpr double largest_stress_change = 0.05;
 
+/// The tables about the bent state `sigma` of the ray, the first column of `ray`, where `leaf`
+/// stands or was moved to; rows as of StressPlaces. `fields`: its expand_fields().
+StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
+                       const MatrixXd& fields);
+
 class TubeStress {
  public:
   using Place = TubeDynamics::Place;
@@ -21,8 +27,8 @@ class TubeStress {
   /// Of a flat leaf of uniform width and thickness.
   TubeStress(const PlateShape& shape, double force_centre);
 
-  /// A bent state beyond the others: its expand_stress().
-  void add(const MatrixXd& coefficients, double sigma);
+  /// A bent state beyond the others.
+  void add(StateTable node);
   double last_sigma() const { return nodes_.back().sigma; }
 
   struct Answer {
@@ -41,12 +47,8 @@ class TubeStress {
   const StressPlaces& places() const { return places_; }
 
  private:
-  struct Node {
-    double sigma;
-    MatrixXd even, odd;  ///< rows × monomials of either parity in (φ, M1, M2)
-  };
+  using Weights = StateWeights<double>;
   struct Local;
-  struct Weights;
   struct Parts;
 
   Local locate(const Place& place) const;
@@ -58,8 +60,7 @@ class TubeStress {
   PlateShape shape_;
   StressPlaces places_;
   double force_centre_;
-  int degree_ = 0;
-  std::vector<Node> nodes_;
+  std::vector<StateTable> nodes_;
 };
 
 }  // namespace flexopt
