@@ -1,0 +1,66 @@
+#pragma once
+// Many numbers that depend smoothly on the shape of a leaf, known on a grid of shapes: few
+// directions carry all of them. Equation (A5) of core/reduction/README.md.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// Shapes of flat leaves: Chebyshev–Lobatto points of log w/L and of log t/L, and Poisson's ratios.
+struct ShapeGrid {
+  std::vector<double> log_width, log_thickness, poissons_ratios;
+
+  /// Ratio by ratio; within it ascending width, then ascending thickness.
+  int size() const {
+    return static_cast<int>(log_width.size() * log_thickness.size() * poissons_ratios.size());
+  }
+  /// (log w/L, log t/L, ν) of a shape.
+  Vector3d shape(int k) const;
+};
+
+/// Weights of the shapes of a grid for a number at a place between them, and for its derivatives by
+/// log w/L, log t/L and ν.
+struct ShapeWeights {
+  Vector3d place;  ///< log w/L, log t/L, ν
+  VectorXd value;
+  std::array<VectorXd, 3> slope;  ///< empty where not asked for
+};
+ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool with_slopes);
+
+/// c = (w/L)^p (t/L)^q s (U a),  a the interpolated coordinates of the shape. p, q and the size s
+/// are those of each number, U its row of directions, in whole numbers of 16 bits.
+struct CompressedTable {
+  int numbers = 0, directions = 0, shapes = 0;
+  const std::int8_t* exponents = nullptr;    ///< (2 p, 2 q) of each number
+  const float* sizes = nullptr;              ///< s of each number
+  const std::int16_t* basis = nullptr;       ///< numbers × directions, column by column
+  const float* coordinates = nullptr;        ///< directions × shapes, column by column
+
+  /// The first `count` numbers, or their derivative by log w/L (0), log t/L (1) or ν (2).
+  VectorXd look_up(const ShapeWeights& weights, int count, int slope = -1) const;
+};
+
+/// A compressed table with its numbers.
+struct CompressedNumbers {
+  int numbers = 0, directions = 0, shapes = 0;
+  std::vector<std::int8_t> exponents;
+  std::vector<float> sizes, coordinates;
+  std::vector<std::int16_t> basis;
+  CompressedTable table() const {
+    return {numbers,           directions,   shapes,       exponents.data(),
+            sizes.data(),      basis.data(), coordinates.data()};
+  }
+};
+/// `values`, `weights`: numbers × shapes. So many directions that no weighted number is off by more
+/// than `tolerance` anywhere on the grid, but for the power laws' part of it.
+CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
+                           double tolerance);
+
+/// Doubled half-integers (p, q) of the law (w/L)^p (t/L)^q that fits the sizes of a number best.
+/// `log_shapes`: a row (log w/L, log t/L) of each.
+std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd& sizes);
+
+}  // namespace flexopt
