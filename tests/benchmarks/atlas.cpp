@@ -54,12 +54,14 @@ void on_two_cores(int count, const std::function<void(int)>& work) {
 
 void errors(const AtlasCheck& check) {
   const PageTable page("atlas errors");
-  fmt::print("| ray ρ | drive load | stiffness on the ray | off the ray |\n|---|---|---|---|\n");
+  fmt::print(
+      "| ray ρ | drive load | stiffness on the ray | off the ray | stress "
+      "|\n|---|---|---|---|---|\n");
   for (const AtlasCheck::Ray& ray : check.rays) {
     const AtlasCheck::Errors m = ray.median(), l = ray.largest();
     const auto cell = [](double a, double b) { return fmt::format("{:.1e} / {:.1e}", a, b); };
-    fmt::print("| {:g} | {} | {} | {} |\n", ray.rho, cell(m.drive, l.drive),
-               cell(m.on_ray, l.on_ray), cell(m.off_ray, l.off_ray));
+    fmt::print("| {:g} | {} | {} | {} | {} |\n", ray.rho, cell(m.drive, l.drive),
+               cell(m.on_ray, l.on_ray), cell(m.off_ray, l.off_ray), cell(m.stress, l.stress));
   }
 }
 

@@ -22,14 +22,16 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// The file: this, the settings as JSON, the exponents, the values; each part at a multiple of 64.
+// The file: this, the settings as JSON, the exponents, the values, the block of the stress atlas;
+// each part at a multiple of 64.
 struct Head {
   char magic[16];
   std::uint64_t byte_order;
-  std::uint64_t text, text_size, exponents, exponents_size, values, values_size, size;
+  std::uint64_t text, text_size, exponents, exponents_size, values, values_size, stress,
+      stress_size, size;
   std::uint64_t contents;  ///< hash of all that follows the head
 };
-constexpr char magic[16] = "flexopt atlas 1";
+constexpr char magic[16] = "flexopt atlas 2";
 constexpr std::uint64_t byte_order = 0x0102030405060708;
 constexpr std::uint64_t part = 64;
 
@@ -48,11 +50,17 @@ std::uint64_t hash(const char* data, std::uint64_t size) {
 }
 
 json settings_json(const AtlasSettings& s) {
-  return {{"mesh", s.mesh},        {"free_edge_torsion", s.free_edge_torsion},
-          {"width", s.width},      {"thickness", s.thickness},
-          {"points", s.points},    {"poissons_ratios", s.poissons_ratios},
-          {"rays", s.rays},        {"sigmas", s.sigmas},
-          {"degree", atlas_degree}};
+  return {{"mesh", s.mesh},
+          {"free_edge_torsion", s.free_edge_torsion},
+          {"width", s.width},
+          {"thickness", s.thickness},
+          {"points", s.points},
+          {"poissons_ratios", s.poissons_ratios},
+          {"rays", s.rays},
+          {"sigmas", s.sigmas},
+          {"degree", atlas_degree},
+          {"stress_patterns", s.stress_patterns},
+          {"stress_samples", s.stress_samples}};
 }
 
 AtlasSettings settings_of(const json& j) {
@@ -65,6 +73,8 @@ AtlasSettings settings_of(const json& j) {
   j.at("poissons_ratios").get_to(s.poissons_ratios);
   j.at("rays").get_to(s.rays);
   j.at("sigmas").get_to(s.sigmas);
+  j.at("stress_patterns").get_to(s.stress_patterns);
+  j.at("stress_samples").get_to(s.stress_samples);
   return s;
 }
 
@@ -74,7 +84,7 @@ json check_json(const AtlasCheck& check) {
     json samples = json::array();
     for (const AtlasCheck::Sample& s : ray.samples)
       samples.push_back({s.width, s.thickness, s.poissons_ratio, s.errors.drive, s.errors.on_ray,
-                         s.errors.off_ray});
+                         s.errors.off_ray, s.errors.stress});
     rays.push_back({{"rho", ray.rho}, {"samples", samples}});
   }
   return {{"cells", check.cells}, {"rays", rays}};
@@ -87,7 +97,7 @@ AtlasCheck check_of(const json& j) {
     AtlasCheck::Ray& r = check.rays.emplace_back();
     ray.at("rho").get_to(r.rho);
     for (const json& s : ray.at("samples"))
-      r.samples.push_back({s.at(0), s.at(1), s.at(2), {s.at(3), s.at(4), s.at(5)}});
+      r.samples.push_back({s.at(0), s.at(1), s.at(2), {s.at(3), s.at(4), s.at(5), s.at(6)}});
   }
   return check;
 }
@@ -208,11 +218,15 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
       sizeof(float) * static_cast<std::uint64_t>(s.tables()) *
       static_cast<std::uint64_t>(s.shapes()) *
       static_cast<std::uint64_t>(TubeAtlas::stride(static_cast<int>(atlas.terms().size())));
-  head.size = head.values + padded(head.values_size);
+  head.stress = head.values + padded(head.values_size);
+  const std::string stress = atlas.stress() ? atlas.stress()->pack() : std::string();
+  head.stress_size = stress.size();
+  head.size = head.stress + padded(head.stress_size);
   std::string contents(head.size, '\0');
   std::memcpy(contents.data() + head.text, text.data(), text.size());
   std::memcpy(contents.data() + head.exponents, atlas.numbers().exponents, head.exponents_size);
   std::memcpy(contents.data() + head.values, atlas.numbers().values, head.values_size);
+  std::memcpy(contents.data() + head.stress, stress.data(), stress.size());
   head.contents = hash(contents.data() + head.text, head.size - head.text);
   std::memcpy(contents.data(), &head, sizeof head);
 
@@ -254,7 +268,8 @@ OpenedAtlas open_atlas(const fs::path& file) {
                                  static_cast<std::uint64_t>(settings.shapes()) *
                                  static_cast<std::uint64_t>(TubeAtlas::stride(terms));
     if (!sound(settings) || text.at("settings").at("degree") != atlas_degree ||
-        head.values_size != values || head.values + values > head.size ||
+        head.values_size != values || head.values + values > head.stress ||
+        head.stress + head.stress_size > head.size ||
         head.exponents_size != 2 * static_cast<std::uint64_t>(terms) * settings.rays.size())
       return {nullptr, "it is an atlas of another format"};
     if (!same_mechanics(text.at("probe")))
@@ -262,8 +277,14 @@ OpenedAtlas open_atlas(const fs::path& file) {
     TubeAtlas::Numbers numbers{reinterpret_cast<const std::int8_t*>(mapping->data + head.exponents),
                                reinterpret_cast<const float*>(mapping->data + head.values),
                                mapping};
+    std::shared_ptr<const StressAtlas> stress;
+    if (settings.stress_patterns > 0) {
+      stress = StressAtlas::unpack(stress_settings(settings), mapping->data + head.stress,
+                                   head.stress_size, mapping);
+      if (!stress) return {nullptr, "it is an atlas of another format"};
+    }
     return {std::make_shared<TubeAtlas>(settings, numbers, check_of(text.at("check")),
-                                        fmt::format("{:016x}", head.contents)),
+                                        fmt::format("{:016x}", head.contents), std::move(stress)),
             {}};
   } catch (const json::exception&) {
     return {nullptr, "it is an atlas of another format"};

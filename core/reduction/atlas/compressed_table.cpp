@@ -123,7 +123,10 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
   for (int k = 0; k < shapes; ++k) log_shapes.row(k) = grid.shape(k).head<2>().transpose();
   const bool plain = std::getenv("PLAIN");
   for (int i = 0; i < numbers; ++i) {
-    if (plain) { made.sizes[i] = 1; continue; }
+    if (plain) {
+      made.sizes[i] = 1;
+      continue;
+    }
     const auto power = power_law(log_shapes, values.row(i).cwiseAbs().transpose());
     for (int p = 0; p < 2; ++p) made.exponents[2 * static_cast<std::size_t>(i) + p] = power[p];
     const VectorXd law =
@@ -138,7 +141,12 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
   }
   // directions: the left singular vectors, by those of VᵀV
   VectorXd share = VectorXd::Ones(shapes);
-  if (plain) for (int k = 0; k < shapes; ++k) { const Vector3d p = grid.shape(k); const double lam = 2*p[0]-p[1]-std::log(1200.); if (lam > 0) share[k] = 1e-3; }
+  if (plain)
+    for (int k = 0; k < shapes; ++k) {
+      const Vector3d p = grid.shape(k);
+      const double lam = 2 * p[0] - p[1] - std::log(1200.);
+      if (lam > 0) share[k] = 1e-3;
+    }
   const MatrixXd scaled = values * share.asDiagonal();
   const SymmetricEigen gram(scaled.transpose() * scaled);
   const MatrixXd V = gram.eigenvectors().rowwise().reverse();
@@ -164,7 +172,8 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
   }
   for (int j = 0; j < shapes; ++j)
     for (int k = 0; k < directions; ++k)
-      made.coordinates[static_cast<std::size_t>(j) * directions + k] = static_cast<float>(V(j, k) / share[j]);
+      made.coordinates[static_cast<std::size_t>(j) * directions + k] =
+          static_cast<float>(V(j, k) / share[j]);
   return made;
 }
 

@@ -34,10 +34,10 @@ ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool wi
 /// are those of each number, U its row of directions, in whole numbers of 16 bits.
 struct CompressedTable {
   int numbers = 0, directions = 0, shapes = 0;
-  const std::int8_t* exponents = nullptr;    ///< (2 p, 2 q) of each number
-  const float* sizes = nullptr;              ///< s of each number
-  const std::int16_t* basis = nullptr;       ///< numbers × directions, column by column
-  const float* coordinates = nullptr;        ///< directions × shapes, column by column
+  const std::int8_t* exponents = nullptr;  ///< (2 p, 2 q) of each number
+  const float* sizes = nullptr;            ///< s of each number
+  const std::int16_t* basis = nullptr;     ///< numbers × directions, column by column
+  const float* coordinates = nullptr;      ///< directions × shapes, column by column
 
   /// The first `count` numbers, or their derivative by log w/L (0), log t/L (1) or ν (2).
   VectorXd look_up(const ShapeWeights& weights, int count, int slope = -1) const;
@@ -50,8 +50,8 @@ struct CompressedNumbers {
   std::vector<float> sizes, coordinates;
   std::vector<std::int16_t> basis;
   CompressedTable table() const {
-    return {numbers,           directions,   shapes,       exponents.data(),
-            sizes.data(),      basis.data(), coordinates.data()};
+    return {numbers,      directions,        shapes, exponents.data(), sizes.data(),
+            basis.data(), coordinates.data()};
   }
 };
 /// `values`, `weights`: numbers × shapes. So many directions that no weighted number is off by more

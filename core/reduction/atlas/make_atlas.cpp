@@ -7,7 +7,9 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <utility>
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
@@ -25,7 +27,8 @@ void run_in_order(int count, const std::function<void(int)>& work) {
 
 std::vector<TubeNode> bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
                                   const Eigen::Matrix2d& directions,
-                                  const std::vector<double>& sigmas) {
+                                  const std::vector<double>& sigmas,
+                                  std::vector<StateTable>* stress) {
   ChordLeaf leaf(std::make_shared<PlateMesh>(shape));
   if (!leaf.solve(Vector3d::Zero(), Vector3d::Zero()).converged) return {};
   std::vector<TubeNode> nodes;
@@ -33,7 +36,9 @@ std::vector<TubeNode> bent_states(const PlateShape& shape, const Eigen::Vector2d
   for (const double sigma : sigmas) {
     if (sigma != at && bend(leaf, ray, at, sigma) != sigma) break;
     at = sigma;
-    nodes.push_back({sigma, expand(leaf, sigma, directions, 2).W});
+    TubeExpansion e = expand(leaf, sigma, directions, 2);
+    if (stress) stress->push_back(stress_node(leaf, sigma, directions, e.fields));
+    nodes.push_back({sigma, std::move(e.W)});
   }
   return nodes;
 }
@@ -46,8 +51,9 @@ PlateShape shape_at(const AtlasSettings& settings, double width, double thicknes
 }
 
 std::vector<TubeNode> bent_states(const AtlasSettings& settings, const PlateShape& shape,
-                                  double rho) {
-  std::vector<TubeNode> nodes = bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas);
+                                  double rho, std::vector<StateTable>* stress) {
+  std::vector<TubeNode> nodes =
+      bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas, stress);
   if (std::abs(rho) == 1)  // equal ends, equal numbers
     for (TubeNode& node : nodes) {
       const std::vector<double> turned = end_for_end(node.W, rho);
@@ -176,6 +182,30 @@ AtlasCheck::Errors difference(const TubePotential& found, const TubePotential& t
 
 namespace {
 
+// Worst error of the largest stress, on the ray and off it.
+double stress_error(const TubeAtlas& atlas, const PlateShape& shape, double rho,
+                    std::vector<StateTable> truth) {
+  TubeAtlas::Stress found = atlas.look_up_stress(shape, {1, rho});
+  TubeStress a(shape, 0, found.view), b(shape, 0);
+  for (StateTable& node : found.nodes) a.add(std::move(node));
+  for (StateTable& node : truth) b.add(std::move(node));
+  const double turn = 0.4 * std::numbers::pi / 180,
+               N = 0.1 * 4 * std::numbers::pi * std::numbers::pi;
+  double worst = 0;
+  for (const double share : {0.02, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0}) {
+    const double sigma = share * b.last_sigma();
+    for (const TubeStress::Place& at : std::initializer_list<TubeStress::Place>{
+             {sigma, 0, 0, Vector3d::Zero()},
+             {sigma, 0.1 * sigma, 0.5 * turn, {0.5 * N, 1, 0.5}},
+             {sigma, -0.1 * sigma, turn, {-N, -1, 1}}}) {
+      const double s = largest_stress(a.evaluate(at).strains, shape, 1, 0).value,
+                   t = largest_stress(b.evaluate(at).strains, shape, 1, 0).value;
+      worst = std::max(worst, std::abs(s / t - 1));
+    }
+  }
+  return worst;
+}
+
 AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
                    const std::function<void()>& one_more) {
   const AtlasSettings& s = atlas.settings();
@@ -204,14 +234,17 @@ AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
     AtlasCheck::Sample& sample = ray.samples[static_cast<std::size_t>(i % per_ray)];
     const PlateShape shape = shape_at(s, sample.width, sample.thickness, sample.poissons_ratio);
     TubeAtlas::Tube tube = atlas.look_up(shape, {1, ray.rho});
+    std::vector<StateTable> stress;
     std::vector<TubeNode> nodes =
-        bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas);
+        bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas, &stress);
+    const bool all = nodes.size() == s.sigmas.size();
     // A shape that the grid surrounds has bent states as the grid has; without them nothing holds.
     sample.errors =
-        nodes.size() == s.sigmas.size()
-            ? difference(tube_potential(shape, tube.directions, std::move(tube.nodes)),
+        all ? difference(tube_potential(shape, tube.directions, std::move(tube.nodes)),
                          tube_potential(shape, tube.directions, std::move(nodes)), shape)
-            : AtlasCheck::Errors{1, 1, 1};
+            : AtlasCheck::Errors{1, 1, 1, 1};
+    if (all && atlas.stress())
+      sample.errors.stress = stress_error(atlas, shape, ray.rho, std::move(stress));
     one_more();
   });
   return check;
@@ -247,16 +280,23 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
   store->exponents.resize(2 * terms.size() * rays);
   store->values.resize(stride * shapes * settings.tables());
   MadeAtlas made;
+  const StressAtlasSettings of_stress = stress_settings(settings);
+  std::optional<StressAtlasMaker> stress;
+  if (settings.stress_patterns > 0) stress.emplace(of_stress);
   for (int ray = 0; ray < rays; ++ray) {
     const double rho = settings.rays[static_cast<std::size_t>(ray)];
+    const bool stressed = stress && std::find(of_stress.rays.begin(), of_stress.rays.end(), rho) !=
+                                        of_stress.rays.end();
     std::vector<std::vector<TubeNode>> nodes(static_cast<std::size_t>(per_ray));
     options.loop(per_ray, [&](int i) {
       const int k = i % shapes;
+      std::vector<StateTable> tables;
       nodes[static_cast<std::size_t>(i)] =
           bent_states(settings,
                       shape_at(settings, std::exp(log_shapes(k, 0)), std::exp(log_shapes(k, 1)),
                                settings.poissons_ratios[static_cast<std::size_t>(i / shapes)]),
-                      rho);
+                      rho, stressed ? &tables : nullptr);
+      if (stressed && tables.size() == settings.sigmas.size()) stress->put(i, tables);
       one_more();
     });
     for (int i = 0; i < per_ray; ++i)
@@ -269,11 +309,14 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
         return made;
       }
     fill_ray(settings, terms, ray, log_shapes, nodes, *store);
+    if (stressed) stress->end_ray();
   }
+  const std::shared_ptr<const StressAtlas> tables = stress ? stress->finish() : nullptr;
   const TubeAtlas::Numbers numbers{store->exponents.data(), store->values.data(), store};
   AtlasCheck check;
-  if (checks > 0) check = checked(TubeAtlas(settings, numbers), options, one_more);
-  made.atlas = std::make_shared<TubeAtlas>(settings, numbers, std::move(check));
+  if (checks > 0) check = checked(TubeAtlas(settings, numbers, {}, {}, tables), options, one_more);
+  made.atlas =
+      std::make_shared<TubeAtlas>(settings, numbers, std::move(check), std::string(), tables);
   return made;
 }
 

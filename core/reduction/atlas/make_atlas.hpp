@@ -12,10 +12,12 @@ using WorkLoop = std::function<void(int count, const std::function<void(int)>& w
 /// One after the other.
 void run_in_order(int count, const std::function<void(int)>& work);
 
-/// Expansions of one leaf about all bent states; fewer where one of them was not found.
+/// Expansions of one leaf about all bent states; fewer where one of them was not found. `stress`:
+/// takes their tables of stress too.
 std::vector<TubeNode> bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
                                   const Eigen::Matrix2d& directions,
-                                  const std::vector<double>& sigmas);
+                                  const std::vector<double>& sigmas,
+                                  std::vector<StateTable>* stress = nullptr);
 
 struct AtlasOptions {
   WorkLoop loop = run_in_order;

@@ -76,8 +76,8 @@ void add_turned(const Coefficients& W, double sigma, double alpha, double beta, 
 
 // ∂W/∂ρ and ∂²W/∂ρ² of expansions to `degree`, added to `first`, `second`.
 template <class Coefficients>
-void add_ray_rates(const Coefficients& W, double sigma, double rho, int degree,
-                   Coefficients& first, Coefficients& second) {
+void add_ray_rates(const Coefficients& W, double sigma, double rho, int degree, Coefficients& first,
+                   Coefficients& second) {
   const double q = 1 / (1 + rho * rho);
   add_turned(W, sigma, q * rho, q, degree - 1, first);
   // the field itself turns, and so does what it acts on

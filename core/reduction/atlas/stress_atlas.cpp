@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include "core/math/decompositions.hpp"
@@ -65,10 +66,6 @@ StressPlaces places_of(std::array<int, 2> mesh) {
   return StressPlaces(shape);
 }
 
-PlateShape shape_at(const Vector3d& place, std::array<int, 2> mesh) {
-  return {std::exp(place[0]), std::exp(place[1]), place[2], mesh, true};
-}
-
 }  // namespace
 
 std::vector<StateTable> stress_nodes(const PlateShape& shape, double rho,
@@ -103,7 +100,8 @@ StressPatterns::StressPatterns(const StressAtlasSettings& settings)
   for (int s = 0; s < settings.samples; ++s) {
     const Vector3d place(inside(grid.log_width), inside(grid.log_thickness),
                          inside(grid.poissons_ratios));
-    const PlateShape shape = shape_at(place, settings.mesh);
+    const PlateShape shape{std::exp(place[0]), std::exp(place[1]), place[2], settings.mesh,
+                           settings.free_edge_torsion};
     const VectorXd per_row = scale(shape.thickness).cwiseInverse();
     for (const StateTable& node : stress_nodes(shape, inside(settings.rays), settings.sigmas)) {
       const MatrixXd weighted =
@@ -130,27 +128,51 @@ StateTable StressPatterns::coefficients(const StateTable& node, double thickness
 
 StateTable StressPatterns::node(const StateTable& coefficients, double thickness) const {
   const VectorXd s = scale(thickness);
-  return {coefficients.sigma, s.asDiagonal() * (P_ * coefficients.even),
-          s.asDiagonal() * (P_ * coefficients.odd)};
+  StateTable node{coefficients.sigma, s.asDiagonal() * (P_ * coefficients.even),
+                  s.asDiagonal() * (P_ * coefficients.odd)};
+  if (node.sigma == 0) keep_flat(node);
+  return node;
+}
+
+// A flat leaf is its own mirror image in the thickness, which turns (σ, τ, φ), the bending strains
+// and the places off the plane; and it is not strained.
+void StressPatterns::keep_flat(StateTable& node) const {
+  const auto keep = [&](const auto& monomials, MatrixXd& table) {
+    for (std::size_t k = 0; k < monomials.size(); ++k) {
+      const StateMonomial& m = monomials[k];
+      int turned = m.along;
+      for (int f = 0; f < m.off_ray; ++f) turned += m.variable[f] < 2;  // τ, φ
+      auto column = table.col(static_cast<Eigen::Index>(k));
+      const bool odd = turned % 2 != 0;
+      column.segment(odd ? 0 : half_, half_).setZero();
+      for (Eigen::Index row = 2 * half_; row < rows_; row += 3)
+        if (odd)
+          column.segment(row, 2).setZero();
+        else
+          column[row + 2] = 0;
+    }
+  };
+  keep(even_monomials(), node.even);
+  keep(odd_monomials(), node.odd);
+  node.even.col(0).head(2 * half_).setZero();
 }
 
 // ---------------------------------------------------------------------------- look-up
 
-std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho) const {
+std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {
   const std::vector<double>& rays = settings_.rays;
-  const std::size_t nodes = settings_.sigmas.size();
   std::size_t left = 0;
   while (left + 2 < rays.size() && rho > rays[left + 1]) ++left;
   const ShapeWeights weights = shape_weights(
       settings_.grid, {std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio},
       false);
   const auto columns = [&](std::size_t ray, std::size_t n) {
-    const CompressedTable& table = tables_[ray * nodes + n];
+    const CompressedTable& table = tables_[ray * settings_.sigmas.size() + n];
     return MatrixXd(table.look_up(weights, table.numbers)
                         .reshaped(patterns_.P().cols(), even_columns + odd_columns));
   };
   std::vector<StateTable> found;
-  for (std::size_t n = 0; n < nodes; ++n) {
+  for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n) {
     const double sigma = settings_.sigmas[n], a = rays[left], b = rays[left + 1];
     MatrixXd all;
     if (rho == a || rho == b) {
@@ -163,6 +185,94 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
     found.push_back(patterns_.node(table_of(sigma, all), shape.thickness));
   }
   return found;
+}
+
+// ---------------------------------------------------------------------------- file
+
+namespace {
+
+// Parts of a block, each at a multiple of 64 bytes.
+constexpr std::size_t block_part = 64;
+std::size_t block_padded(std::size_t size) {
+  return (size + block_part - 1) / block_part * block_part;
+}
+
+template <class T>
+void append(std::string& block, const T* data, std::size_t count) {
+  const std::size_t at = block.size();
+  block.resize(at + block_padded(count * sizeof(T)), '\0');
+  std::memcpy(block.data() + at, data, count * sizeof(T));
+}
+
+// The next `count` numbers; null beyond the end.
+struct Reader {
+  const char* data;
+  std::size_t size, at = 0;
+
+  template <class T>
+  const T* next(std::size_t count) {
+    const std::size_t here = at;
+    at += block_padded(count * sizeof(T));
+    return at <= size ? reinterpret_cast<const T*>(data + here) : nullptr;
+  }
+};
+
+}  // namespace
+
+std::string StressAtlas::pack() const {
+  std::string block;
+  std::vector<std::int32_t> counts{static_cast<std::int32_t>(patterns_.P().rows()),
+                                   static_cast<std::int32_t>(patterns_.P().cols()),
+                                   static_cast<std::int32_t>(tables_.size())};
+  for (const CompressedTable& t : tables_) counts.push_back(t.directions);
+  append(block, counts.data(), 3);
+  append(block, counts.data() + 3, tables_.size());
+  const Eigen::MatrixXf P = patterns_.P().cast<float>();
+  append(block, P.data(), static_cast<std::size_t>(P.size()));
+  for (const CompressedTable& t : tables_) {
+    const auto numbers = static_cast<std::size_t>(t.numbers),
+               directions = static_cast<std::size_t>(t.directions);
+    append(block, t.exponents, 2 * numbers);
+    append(block, t.sizes, numbers);
+    append(block, t.basis, numbers * directions);
+    append(block, t.coordinates, directions * static_cast<std::size_t>(t.shapes));
+  }
+  return block;
+}
+
+std::shared_ptr<const StressAtlas> StressAtlas::unpack(const StressAtlasSettings& settings,
+                                                       const char* data, std::size_t size,
+                                                       std::shared_ptr<const void> owner) {
+  Reader read{data, size};
+  const std::size_t tables = settings.rays.size() * settings.sigmas.size();
+  const auto* counts = read.next<std::int32_t>(3);
+  const int rows = places_of(settings.mesh).rows();
+  if (!counts || counts[0] != rows || counts[1] != std::min(settings.patterns, rows) ||
+      counts[2] != static_cast<std::int32_t>(tables))
+    return nullptr;
+  const int patterns = counts[1], numbers = patterns * static_cast<int>(even_columns + odd_columns);
+  const auto* directions = read.next<std::int32_t>(tables);
+  const auto* P = read.next<float>(static_cast<std::size_t>(rows) * patterns);
+  if (!directions || !P) return nullptr;
+  std::vector<CompressedTable> all;
+  for (std::size_t k = 0; k < tables; ++k) {
+    const auto n = static_cast<std::size_t>(numbers), d = static_cast<std::size_t>(directions[k]);
+    CompressedTable& t = all.emplace_back();
+    t.numbers = numbers;
+    t.directions = directions[k];
+    t.shapes = settings.grid.size();
+    t.exponents = read.next<std::int8_t>(2 * n);
+    t.sizes = read.next<float>(n);
+    t.basis = read.next<std::int16_t>(n * d);
+    t.coordinates = read.next<float>(d * static_cast<std::size_t>(t.shapes));
+    if (directions[k] < 1 || !t.coordinates) return nullptr;
+  }
+  if (read.at != size) return nullptr;
+  return std::make_shared<StressAtlas>(
+      settings,
+      StressPatterns(settings.mesh,
+                     Eigen::Map<const Eigen::MatrixXf>(P, rows, patterns).cast<double>()),
+      std::move(all), std::move(owner));
 }
 
 // ---------------------------------------------------------------------------- making

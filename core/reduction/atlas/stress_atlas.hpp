@@ -3,6 +3,7 @@
 // strains, their coefficients compressed over the shapes. Equation (A6) of
 // core/reduction/README.md.
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct StressAtlasSettings {
   ShapeGrid grid;
   std::vector<double> rays, sigmas;
   std::array<int, 2> mesh{10, 4};
+  bool free_edge_torsion = true;
   int patterns = 120;       ///< of strains and places over the leaf
   int samples = 150;        ///< leaves that they are found from
   double tolerance = 1e-2;  ///< of a coefficient's part in the largest stress, on the grid
@@ -34,12 +36,14 @@ class StressPatterns {
   explicit StressPatterns(const StressAtlasSettings& settings);
 
   const MatrixXd& P() const { return P_; }
-  /// A table of coefficients a, from one of a leaf; and back.
+  /// A table of coefficients a, from one of a leaf; and back, for a flat leaf without what its
+  /// mirror in the thickness forbids.
   StateTable coefficients(const StateTable& node, double thickness) const;
   StateTable node(const StateTable& coefficients, double thickness) const;
 
  private:
   VectorXd scale(double thickness) const;
+  void keep_flat(StateTable& node) const;
 
   Eigen::Index rows_, half_;  ///< all, and so many of e and of κ
   MatrixXd P_;
@@ -58,8 +62,15 @@ class StressAtlas {
   const StressAtlasSettings& settings() const { return settings_; }
   const StressPatterns& patterns() const { return patterns_; }
   const std::vector<CompressedTable>& tables() const { return tables_; }
-  /// All bent states of a leaf in the box on the ray (1, rho), |rho| ≤ 1.
-  std::vector<StateTable> look_up(const PlateShape& shape, double rho) const;
+  /// The first `nodes` bent states of a leaf in the box on the ray (1, rho), rho within the rays.
+  std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;
+
+  /// As one block of numbers for a file, and from it. `data` is aligned to 64 bytes and kept by
+  /// `owner`; null where the block is not one of these settings.
+  std::string pack() const;
+  static std::shared_ptr<const StressAtlas> unpack(const StressAtlasSettings& settings,
+                                                   const char* data, std::size_t size,
+                                                   std::shared_ptr<const void> owner);
 
  private:
   StressAtlasSettings settings_;

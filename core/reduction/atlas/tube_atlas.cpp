@@ -43,6 +43,7 @@ AtlasCheck::Errors AtlasCheck::Ray::largest() const {
     worst.drive = std::max(worst.drive, s.errors.drive);
     worst.on_ray = std::max(worst.on_ray, s.errors.on_ray);
     worst.off_ray = std::max(worst.off_ray, s.errors.off_ray);
+    worst.stress = std::max(worst.stress, s.errors.stress);
   }
   return worst;
 }
@@ -53,7 +54,7 @@ AtlasCheck::Errors AtlasCheck::Ray::median() const {
     for (const Sample& s : samples) all.push_back(s.errors.*part);
     return median_of(std::move(all));
   };
-  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray)};
+  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray), of(&Errors::stress)};
 }
 
 std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas) {
@@ -70,12 +71,28 @@ std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas) {
   return terms;
 }
 
+StressAtlasSettings stress_settings(const AtlasSettings& s) {
+  StressAtlasSettings stress;
+  stress.grid = {chebyshev_points(std::log(s.width[0]), std::log(s.width[1]), s.points[0]),
+                 chebyshev_points(std::log(s.thickness[0]), std::log(s.thickness[1]), s.points[1]),
+                 s.poissons_ratios};
+  const std::size_t step = s.rays.size() % 2 == 1 ? 2 : 1;
+  for (std::size_t k = 0; k < s.rays.size(); k += step) stress.rays.push_back(s.rays[k]);
+  stress.sigmas = s.sigmas;
+  stress.mesh = s.mesh;
+  stress.free_edge_torsion = s.free_edge_torsion;
+  stress.patterns = s.stress_patterns;
+  stress.samples = s.stress_samples;
+  return stress;
+}
+
 TubeAtlas::TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check,
-                     std::string fingerprint)
+                     std::string fingerprint, std::shared_ptr<const StressAtlas> stress)
     : settings_(std::move(settings)),
       numbers_(std::move(numbers)),
       check_(std::move(check)),
       fingerprint_(std::move(fingerprint)),
+      stress_(std::move(stress)),
       terms_(atlas_terms(settings_.sigmas)),
       log_width_(chebyshev_points(std::log(settings_.width[0]), std::log(settings_.width[1]),
                                   settings_.points[0])),
@@ -243,6 +260,21 @@ TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2
                                    int nodes) const {
   const int all = static_cast<int>(settings_.sigmas.size());
   return assemble(weights(shape, false), ray, nodes > 0 ? std::min(nodes, all) : all, -1);
+}
+
+TubeView TubeAtlas::stress_view(const Eigen::Vector2d& ray) {
+  const RayPlace place = place_of(ray);
+  return {place.other_end, place.other_end && place.same_sign};
+}
+
+TubeAtlas::Stress TubeAtlas::look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                            int nodes) const {
+  assert(stress_);
+  const RayPlace place = place_of(ray);
+  const int all = static_cast<int>(settings_.sigmas.size());
+  return {stress_->look_up(shape, std::clamp(place.rho, -1.0, 1.0),
+                           nodes > 0 ? std::min(nodes, all) : all),
+          stress_view(ray)};
 }
 
 TubeAtlas::Rates TubeAtlas::look_up_with_rates(const PlateShape& shape,

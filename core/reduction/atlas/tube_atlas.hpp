@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "core/elements/plate/plate_mesh.hpp"
+#include "core/reduction/atlas/stress_atlas.hpp"
 #include "core/reduction/tube/tube_potential.hpp"
 #include "core/reduction/tube/tube_range.hpp"
+#include "core/reduction/tube/tube_view.hpp"
 
 namespace flexopt {
 
@@ -25,6 +27,8 @@ struct AtlasSettings {
   std::vector<double> rays{-1,   -0.92, -0.70, -0.38, 0,  // ρ, ascending, both ends ±1
                            0.38, 0.70,  0.92,  1};
   std::vector<double> sigmas{0, 0.03, 0.1, 0.22, 0.45};  ///< bent states [rad], ascending from 0
+  int stress_patterns = 120;  ///< StressAtlasSettings::patterns; 0: no tables of stress
+  int stress_samples = 150;   ///< StressAtlasSettings::samples
 
   int shapes() const { return points[0] * points[1]; }
   int tables() const { return static_cast<int>(poissons_ratios.size() * rays.size()); }
@@ -37,6 +41,8 @@ struct AtlasTerm {
   int node = 0, monomial = 0;
 };
 std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas);
+/// Of its tables of stress: they have every other ray.
+StressAtlasSettings stress_settings(const AtlasSettings& settings);
 
 /// How well an atlas agrees with tubes of the same bent states that were built anew, over random
 /// shapes, one in each cell of its box.
@@ -45,6 +51,7 @@ struct AtlasCheck {
     double drive = 0;  ///< relative, of the moment along the ray
     double on_ray = 0;  ///< relative, of the worst stiffness or compliance of the leaf: |L⁻¹ΔKL⁻ᵀ|
     double off_ray = 0;  ///< the same at bending off the ray, twist, axial force, moments in plane
+    double stress = 0;   ///< relative, of the largest stress, at both; 0 without tables of it
   };
   struct Sample {
     double width = 0, thickness = 0, poissons_ratio = 0;
@@ -71,13 +78,15 @@ class TubeAtlas {
     const float* values = nullptr;
     std::shared_ptr<const void> owner;  ///< keeps both alive
   };
+  /// `stress`: null for none.
   TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check = {},
-            std::string fingerprint = {});
+            std::string fingerprint = {}, std::shared_ptr<const StressAtlas> stress = {});
 
   const AtlasSettings& settings() const { return settings_; }
   const Numbers& numbers() const { return numbers_; }
   const AtlasCheck& check() const { return check_; }
   const std::vector<AtlasTerm>& terms() const { return terms_; }
+  const std::shared_ptr<const StressAtlas>& stress() const { return stress_; }
   /// Tells contents apart; of an atlas from a file.
   const std::string& fingerprint() const { return fingerprint_; }
   /// Terms, padded so that every shape starts on a cache line.
@@ -95,8 +104,16 @@ class TubeAtlas {
   /// bent states; 0: all.
   Tube look_up(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0) const;
 
-  /// The same with its derivatives by (log w, log t, log L), each with the other two sizes and the
-  /// ray held, in the scaled units of the leaf: exact ones of the same interpolant.
+  /// Tables of stress about the same bent states, and how they see the leaf. Needs stress().
+  struct Stress {
+    std::vector<StateTable> nodes;
+    TubeView view;
+  };
+  Stress look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0) const;
+  static TubeView stress_view(const Eigen::Vector2d& ray);
+
+  /// The potential with its derivatives by (log w, log t, log L), each with the other two sizes and
+  /// the ray held, in the scaled units of the leaf: exact ones of the same interpolant.
   struct Rates {
     Tube tube;
     std::array<std::vector<TubeNode>, 3> by_size;
@@ -116,6 +133,7 @@ class TubeAtlas {
   Numbers numbers_;
   AtlasCheck check_;
   std::string fingerprint_;
+  std::shared_ptr<const StressAtlas> stress_;
   std::vector<AtlasTerm> terms_;
   std::vector<double> log_width_, log_thickness_;
 };

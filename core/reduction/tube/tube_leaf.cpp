@@ -9,6 +9,7 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <utility>
 
 #include "core/math/polynomial.hpp"
 #include "core/reduction/tube/bent_states.hpp"
@@ -146,7 +147,7 @@ void TubeModel::cover(double sigma) {
   const auto expand_here = [&](double at) {
     expansions_.push_back({at, {}, expand_fields(leaf(), directions_, range_.order).fields});
     if (dynamics_) add_dynamics(at);
-    if (stress_) add_stress(expansions_.back());
+    if (stress_ && !known_stress_) add_stress(expansions_.back());
   };
   // on to the next node, or as far as the leaf can be bent
   const auto bend_on = [&](double to) {
@@ -177,6 +178,7 @@ bool TubeModel::extend(double sigma) {
     expansions_.clear();
     dynamics_.reset();
     stress_.reset();
+    auto known_stress = std::exchange(known_stress_, nullptr);
     build();
     if (static_cast<int>(potential_->nodes().size()) == static_cast<int>(expansions_.size()) &&
         potential_->last_sigma() == sigma) {
@@ -184,6 +186,8 @@ bool TubeModel::extend(double sigma) {
       return true;
     }
     known_ = true;
+    known_stress_ = std::move(known_stress);
+    stress_.reset();
     range_ = before;
     expansions_.clear();
     covered_ = false;

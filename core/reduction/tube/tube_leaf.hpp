@@ -1,5 +1,6 @@
 #pragma once
 // The reduced leaf: a tube potential with the fields to rebuild the full leaf from.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,6 +66,12 @@ class TubeModel {
   /// Tables of strains and places about the same bent states, made at their first use; they grow
   /// with these. None for leaves with a profile, curved ones and beams.
   const TubeStress* stress();
+  /// Of a model of known expansions: where they come from when first wanted, and how they see the
+  /// leaf.
+  void know_stress(std::function<std::vector<StateTable>()> tables, TubeView view);
+  bool stress_known() const { return known_stress_ != nullptr; }
+  /// Whether no bent state had to be solved for.
+  bool unsolved() const { return expansions_.empty(); }
   /// Sees to it that fields and tables of dynamics reach as far as sigma, where only the potential
   /// was known.
   void cover(double sigma);
@@ -95,6 +102,8 @@ class TubeModel {
   std::unique_ptr<TubePotential> potential_, lower_;
   InternalLoads loads_;  ///< none before they are wanted
   std::unique_ptr<TubeDynamics> dynamics_;
+  std::function<std::vector<StateTable>()> known_stress_;
+  TubeView stress_view_;
   std::unique_ptr<TubeStress> stress_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };

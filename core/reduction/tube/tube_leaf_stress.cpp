@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
@@ -13,10 +14,20 @@ namespace flexopt {
 const TubeStress* TubeModel::stress() {
   const bool flat = !shape_.curve && !shape_.fold && !shape_.has_profile();
   if (stress_ || !built() || !flat || shape_.is_beam()) return stress_.get();
+  if (known_stress_) {
+    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, stress_view_);
+    for (StateTable& node : known_stress_()) stress_->add(std::move(node));
+    return stress_.get();
+  }
   cover(range_.sigma_max);
   stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre);
   for (const TubeExpansion& e : expansions_) add_stress(e);
   return stress_.get();
+}
+
+void TubeModel::know_stress(std::function<std::vector<StateTable>()> tables, TubeView view) {
+  known_stress_ = std::move(tables);
+  stress_view_ = view;
 }
 
 void TubeModel::add_stress(const TubeExpansion& e) {
@@ -30,7 +41,7 @@ const StrainField* TubeLeaf::tabulated_strains() {
   const TubeStress* tables = model_->stress();
   if (!tables) return nullptr;
   const double sigma = std::abs(response_.location.sigma);
-  model_->cover(sigma);
+  if (!model_->stress_known()) model_->cover(sigma);
   if (sigma > tables->last_sigma() * (1 + 1e-9)) {
     rebuilt_because_ = "stress of the full leaf: no bent state was found beyond this one";
     return nullptr;
@@ -50,8 +61,9 @@ Vector3d TubeLeaf::tabulated_point(double along, double across) {
     const EdgePose& edge = edges_[along == 0 ? 0 : 1];
     r = edge.position + edge.axes.col(1) * ((across - 0.5) * model_->shape().width);
   } else {
-    r = edges_[0].position +
-        response_.frame.axes * model_->stress()->material_point(place(), along, across);
+    const TubeStress& tables = *model_->stress();
+    r = edges_[tables.view().from_tip ? 1 : 0].position +
+        response_.frame.axes * tables.material_point(place(), along, across);
   }
   return scale_.origin + scale_.axes * r * scale_.length;
 }

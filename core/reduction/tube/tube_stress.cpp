@@ -50,8 +50,8 @@ struct TubeStress::Parts {
   VectorXd even, odd;
 };
 
-TubeStress::TubeStress(const PlateShape& shape, double force_centre)
-    : shape_(shape), places_(shape), force_centre_(force_centre) {}
+TubeStress::TubeStress(const PlateShape& shape, double force_centre, TubeView view)
+    : shape_(shape), places_(shape), view_(view), force_centre_(force_centre) {}
 
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                        const MatrixXd& fields) {
@@ -79,6 +79,8 @@ TubeStress::Local TubeStress::locate(const Place& place) const {
   at.sigma = side * place.sigma;
   while (at.interval + 2 < nodes_.size() && at.sigma > nodes_[at.interval + 1].sigma) ++at.interval;
   at.z = {side * place.tau, side * place.twist, place.f[0] - force_centre_, place.f[1], place.f[2]};
+  if (view_.from_tip) std::swap(at.z[3], at.z[4]);
+  if (view_.mirrored) at.z[1] *= -1;
   return at;
 }
 
@@ -103,13 +105,16 @@ MatrixXd TubeStress::strains(const Local& at, const Weights& w) const {
   const Eigen::Index n = places_.stations_along(), half = places_.half_across(), across = 2 * half;
   MatrixXd values(n * across, 6);
   for (Eigen::Index k = 0; k < 6; ++k) {
-    const double sign = at.mirrored ? strain_in_thickness[k] : 1, image = sign * strain_in_width[k];
+    const bool seen_mirrored = at.mirrored != view_.mirrored;
+    const double sign = seen_mirrored ? strain_in_thickness[k] : 1,
+                 image = sign * strain_in_width[k];
     const auto even = parts.even.segment(k * n * half, n * half),
                odd = parts.odd.segment(k * n * half, n * half);
     values.col(k).head(n * half) = sign * (even + odd);
     for (Eigen::Index j = 0; j < half; ++j)
       values.col(k).segment(n * (across - 1 - j), n) =
           image * (even.segment(n * j, n) - odd.segment(n * j, n));
+    if (view_.from_tip) values.col(k).reverseInPlace();
   }
   return values;
 }
@@ -145,21 +150,11 @@ Vector3d TubeStress::node_place(const Local& at, const Parts& parts, int line, i
   return r;
 }
 
-std::vector<Vector3d> TubeStress::nodes(const Place& place) const {
-  const Local at = locate(place);
-  const int first = places_.strain_rows();
-  const Parts parts = read(at, weights(at, 2), first, places_.rows() - first);
-  std::vector<Vector3d> all;
-  for (std::size_t j = 0; j < places_.nodes.size(); ++j)
-    for (std::size_t i = 0; i < places_.lines.size(); ++i)
-      all.push_back(node_place(at, parts, static_cast<int>(i), static_cast<int>(j)));
-  return all;
-}
-
 Vector3d TubeStress::material_point(const Place& place, double along, double across) const {
   const Local at = locate(place);
-  const Lagrange x = lagrange(places_.lines, along),
-                 y = lagrange(places_.nodes, (across - 0.5) * shape_.width);
+  const double turned = view_.from_tip ? -1 : 1;
+  const Lagrange x = lagrange(places_.lines, view_.from_tip ? 1 - along : along),
+                 y = lagrange(places_.nodes, turned * (across - 0.5) * shape_.width);
   const int per_line = 3 * places_.half_nodes();
   const Parts parts =
       read(at, weights(at, 2), places_.strain_rows() + per_line * x.first, per_line * x.count);
@@ -167,7 +162,7 @@ Vector3d TubeStress::material_point(const Place& place, double along, double acr
   for (int i = 0; i < x.count; ++i)
     for (int j = 0; j < y.count; ++j)
       r += x.weight[i] * y.weight[j] * node_place(at, parts, i, y.first + j);
-  return r;
+  return {turned * r[0], turned * r[1], view_.mirrored ? -r[2] : r[2]};
 }
 
 }  // namespace flexopt

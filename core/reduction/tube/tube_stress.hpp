@@ -8,6 +8,7 @@
 #include "core/reduction/expansion/stress_expansion.hpp"
 #include "core/reduction/tube/state_table.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
+#include "core/reduction/tube/tube_view.hpp"
 
 namespace flexopt {
 
@@ -24,8 +25,9 @@ class TubeStress {
  public:
   using Place = TubeDynamics::Place;
 
-  /// Of a flat leaf of uniform width and thickness.
-  TubeStress(const PlateShape& shape, double force_centre);
+  /// Of a flat leaf of uniform width and thickness. `view`: how the tables see it; places and
+  /// answers are those of the leaf.
+  TubeStress(const PlateShape& shape, double force_centre, TubeView view = {});
 
   /// A bent state beyond the others.
   void add(StateTable node);
@@ -40,11 +42,10 @@ class TubeStress {
   /// Needs two bent states; sigma inside of them or their mirror images.
   Answer evaluate(const Place& place) const;
 
-  /// Place of the point (along, across) of the mid-surface in the chord frame, over L.
+  /// Place of the point (along, across) of the mid-surface seen from the middle of the edge that
+  /// the tables call the base, in the chord frame, over L.
   Vector3d material_point(const Place& place, double along, double across) const;
-  /// Of all nodes of the mesh, along first; in the chord frame, over L.
-  std::vector<Vector3d> nodes(const Place& place) const;
-  const StressPlaces& places() const { return places_; }
+  TubeView view() const { return view_; }
 
  private:
   using Weights = StateWeights<double>;
@@ -59,6 +60,7 @@ class TubeStress {
 
   PlateShape shape_;
   StressPlaces places_;
+  TubeView view_;
   double force_centre_;
   std::vector<StateTable> nodes_;
 };
