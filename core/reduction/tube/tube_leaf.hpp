@@ -158,6 +158,7 @@ class TubeLeaf final : public LeafElement {
   const StrainField* tabulated_strains();
   /// Where a peak that they have lies.
   Vector3d tabulated_point(double along, double across);
+  LeafShape tabulated_shape(const StrainField& strains);
   /// Dynamics from the tables. None without tables, where more modes are wanted than they have, and
   /// where they do not hold; condensed_because_ then says why.
   std::optional<LeafDynamics> tabulated_dynamics(int modes);

@@ -108,7 +108,35 @@ std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
 }
 
 LeafShape TubeLeaf::shape() {
-  return plate_deformed_shape(*model_->mesh(), rebuilt_nodal(), leaf_, scale_);
+  if (const StrainField* strains = tabulated_strains()) return tabulated_shape(*strains);
+  return plate_deformed_shape(*model_->mesh(), stressed_nodal(), leaf_, scale_);
+}
+
+LeafShape TubeLeaf::tabulated_shape(const StrainField& strains) {
+  const TubeStress& tables = *model_->stress();
+  const std::vector<double>&x = tables.places().lines, &y = tables.places().nodes;
+  const std::vector<Vector3d> places = tables.nodes(place());
+  const auto global = [&](const Vector3d& r) {
+    return Vector3d(scale_.origin + scale_.axes * r * scale_.length);
+  };
+  const Vector3d& base = edges_[tables.view().from_tip ? 1 : 0].position;
+  LeafShape shape;
+  shape.points_along = static_cast<int>(x.size());
+  shape.points_across = static_cast<int>(y.size());
+  for (std::size_t j = 0; j < y.size(); ++j)
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      shape.undeflected.push_back(scale_.origin + scale_.axes * Vector3d(x[i], y[j], 0) *
+                                                      (scale_.length / scale_.growth));
+      const bool tip = i + 1 == x.size();
+      const EdgePose& edge = edges_[tip ? 1 : 0];
+      shape.deflected.push_back(
+          global(i == 0 || tip ? Vector3d(edge.position + edge.axes.col(1) * y[j])
+                               : Vector3d(base + response_.frame.axes * places[i + x.size() * j])));
+      const SurfaceStress s =
+          surface_stress(model_->shape(), strains.at(x[i], y[j]), leaf_.material.youngs_modulus);
+      shape.von_mises.push_back(std::max(s.positive, s.negative));
+    }
+  return shape;
 }
 
 Vector3d TubeLeaf::material_point(double along, double across) {

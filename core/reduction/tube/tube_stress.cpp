@@ -150,6 +150,23 @@ Vector3d TubeStress::node_place(const Local& at, const Parts& parts, int line, i
   return r;
 }
 
+Vector3d TubeStress::seen(const Vector3d& r) const {
+  const double turned = view_.from_tip ? -1 : 1;
+  return {turned * r[0], turned * r[1], view_.mirrored ? -r[2] : r[2]};
+}
+
+std::vector<Vector3d> TubeStress::nodes(const Place& place) const {
+  const Local at = locate(place);
+  const int first = places_.strain_rows();
+  const Parts parts = read(at, weights(at, 2), first, places_.rows() - first);
+  std::vector<Vector3d> all;
+  for (int j = 0; j < static_cast<int>(places_.nodes.size()); ++j)
+    for (int i = 0; i < static_cast<int>(places_.lines.size()); ++i)
+      all.push_back(seen(node_place(at, parts, i, j)));
+  if (view_.from_tip) std::reverse(all.begin(), all.end());
+  return all;
+}
+
 Vector3d TubeStress::material_point(const Place& place, double along, double across) const {
   const Local at = locate(place);
   const double turned = view_.from_tip ? -1 : 1;
@@ -162,7 +179,7 @@ Vector3d TubeStress::material_point(const Place& place, double along, double acr
   for (int i = 0; i < x.count; ++i)
     for (int j = 0; j < y.count; ++j)
       r += x.weight[i] * y.weight[j] * node_place(at, parts, i, y.first + j);
-  return {turned * r[0], turned * r[1], view_.mirrored ? -r[2] : r[2]};
+  return seen(r);
 }
 
 }  // namespace flexopt

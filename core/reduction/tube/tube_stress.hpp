@@ -45,6 +45,9 @@ class TubeStress {
   /// Place of the point (along, across) of the mid-surface seen from the middle of the edge that
   /// the tables call the base, in the chord frame, over L.
   Vector3d material_point(const Place& place, double along, double across) const;
+  /// The same of all nodes of the mesh, along first.
+  std::vector<Vector3d> nodes(const Place& place) const;
+  const StressPlaces& places() const { return places_; }
   TubeView view() const { return view_; }
 
  private:
@@ -56,6 +59,8 @@ class TubeStress {
   Weights weights(const Local& at, int total) const;
   Parts read(const Local& at, const Weights& w, Eigen::Index first, Eigen::Index rows) const;
   MatrixXd strains(const Local& at, const Weights& w) const;
+  /// From the axes of the tables to those of the leaf.
+  Vector3d seen(const Vector3d& r) const;
   Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
 
   PlateShape shape_;

@@ -1,5 +1,6 @@
 // The tables of a tube leaf's strains: their expansion against exact states, the mirrors of a leaf,
 // and the stress of mechanisms against full leaves.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -169,6 +170,26 @@ TEST_CASE("stress from tables is that of full leaves, both ways") {
   const Errors wide =
       compare(models::three_leaf_hinge(0.06, 0.06, 2.5e-4), sweep(side * pi / 6, 7));
   CHECK(wide.stress < 3e-3);
+}
+
+TEST_CASE("shapes from tables are those of full leaves") {
+  StrokeRequest request = sweep(0.02, 3);
+  request.outputs = {Output::equilibrium, Output::shapes};
+  const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
+  const StrokeResponse found = evaluate_stroke(guide, {}, request),
+                       truth = full_response(guide, request);
+  for (std::size_t k = 0; k < truth.path.size(); ++k) {
+    REQUIRE(found.path[k].leaves[0].reason.empty());
+    const LeafShape &a = found.path[k].shapes[0], &b = truth.path[k].shapes[0];
+    REQUIRE(a.points_along == b.points_along);
+    REQUIRE(a.deflected.size() == b.deflected.size());
+    const double largest = *std::max_element(b.von_mises.begin(), b.von_mises.end());
+    for (std::size_t n = 0; n < a.deflected.size(); ++n) {
+      CHECK((a.undeflected[n] - b.undeflected[n]).norm() < 1e-12);
+      CHECK((a.deflected[n] - b.deflected[n]).norm() < 1e-7);
+      CHECK(std::abs(a.von_mises[n] - b.von_mises[n]) < 3e-3 * largest + 1);
+    }
+  }
 }
 
 TEST_CASE("so are the stresses of clamped edges with fillets, under a load") {
