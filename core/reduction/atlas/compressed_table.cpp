@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdlib>
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
@@ -69,13 +68,14 @@ ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool wi
   return weights;
 }
 
-VectorXd CompressedTable::look_up(const ShapeWeights& weights, int count, int slope) const {
-  assert(count <= numbers && weights.value.size() == shapes);
-  const Eigen::Map<const Eigen::MatrixXf> all(coordinates, directions, shapes);
+VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first, int slope) const {
+  assert(first <= all && weights.value.size() == shapes);
+  const int count = static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
+  const Eigen::Map<const Eigen::MatrixXf> at_shapes(coordinates, directions, shapes);
   const auto at = [&](const VectorXd& w) {
     VectorXd x = VectorXd::Zero(directions);
     for (int k = 0; k < shapes; ++k)
-      if (w[k] != 0) x += w[k] * all.col(k).cast<double>();
+      if (w[k] != 0) x += w[k] * at_shapes.col(k).cast<double>();
     return combination(*this, count, x);
   };
   VectorXd y = at(slope < 0 ? weights.value : weights.slope[slope]);
@@ -84,10 +84,12 @@ VectorXd CompressedTable::look_up(const ShapeWeights& weights, int count, int sl
     for (int i = 0; i < count; ++i) y[i] += 0.5 * exponents[2 * i + slope] * value[i];
   }
   const auto width = half_powers(weights.place[0]), thickness = half_powers(weights.place[1]);
+  VectorXd numbers_in_place = VectorXd::Zero(first);
   for (int i = 0; i < count; ++i)
-    y[i] *= static_cast<double>(sizes[i]) * width[exponents[2 * i] + most_power] *
-            thickness[exponents[2 * i + 1] + most_power];
-  return y;
+    numbers_in_place[places[i]] = y[i] * static_cast<double>(sizes[i]) *
+                                  width[exponents[2 * i] + most_power] *
+                                  thickness[exponents[2 * i + 1] + most_power];
+  return numbers_in_place;
 }
 
 std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd& sizes) {
@@ -110,46 +112,18 @@ std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd&
   return {rounded(x[1]), rounded(x[2])};
 }
 
-CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
-                           double tolerance) {
-  const int shapes = grid.size(), numbers = static_cast<int>(values.rows());
-  assert(values.cols() == shapes);
-  CompressedNumbers made;
-  made.numbers = numbers;
-  made.shapes = shapes;
-  made.exponents.resize(2 * static_cast<std::size_t>(numbers));
-  made.sizes.resize(static_cast<std::size_t>(numbers));
-  MatrixXd log_shapes(shapes, 2);
-  for (int k = 0; k < shapes; ++k) log_shapes.row(k) = grid.shape(k).head<2>().transpose();
-  const bool plain = std::getenv("PLAIN");
-  for (int i = 0; i < numbers; ++i) {
-    if (plain) {
-      made.sizes[i] = 1;
-      continue;
-    }
-    const auto power = power_law(log_shapes, values.row(i).cwiseAbs().transpose());
-    for (int p = 0; p < 2; ++p) made.exponents[2 * static_cast<std::size_t>(i) + p] = power[p];
-    const VectorXd law =
-        (0.5 * (power[0] * log_shapes.col(0) + power[1] * log_shapes.col(1))).array().exp();
-    values.row(i).array() /= law.transpose().array();
-    // a number that matters nowhere is left out
-    const double most = law.transpose().cwiseProduct(weights.row(i)).maxCoeff(),
-                 size = values.row(i).cwiseAbs().maxCoeff();
-    const double weight = size > 0 ? std::min(most, 1 / size) : 0;
-    made.sizes[static_cast<std::size_t>(i)] = weight > 0 ? static_cast<float>(1 / weight) : 0.0F;
-    values.row(i) *= weight;
-  }
-  // directions: the left singular vectors, by those of VᵀV
-  VectorXd share = VectorXd::Ones(shapes);
-  if (plain)
-    for (int k = 0; k < shapes; ++k) {
-      const Vector3d p = grid.shape(k);
-      const double lam = 2 * p[0] - p[1] - std::log(1200.);
-      if (lam > 0) share[k] = 1e-3;
-    }
+namespace {
+
+// Of the columns `columns` of `values`: directions that leave no number of a column of the share 1
+// with a rest above `tolerance`, and their coordinates.
+struct Directions {
+  MatrixXd basis, coordinates;
+};
+Directions directions_of(const MatrixXd& values, const VectorXd& share, double tolerance) {
+  const int shapes = static_cast<int>(values.cols());
   const MatrixXd scaled = values * share.asDiagonal();
-  const SymmetricEigen gram(scaled.transpose() * scaled);
-  const MatrixXd V = gram.eigenvectors().rowwise().reverse();
+  // the left singular vectors, by those of VᵀV
+  const MatrixXd V = SymmetricEigen(scaled.transpose() * scaled).eigenvectors().rowwise().reverse();
   MatrixXd rest = scaled;
   int directions = 0;
   while (directions < shapes && (directions == 0 || rest.cwiseAbs().maxCoeff() > tolerance)) {
@@ -158,22 +132,60 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
     rest.noalias() -= (rest * W) * W.transpose();
     directions += more;
   }
-  const MatrixXd U = scaled * V.leftCols(directions);
-  made.directions = directions;
-  made.basis.resize(static_cast<std::size_t>(numbers) * static_cast<std::size_t>(directions));
-  made.coordinates.resize(static_cast<std::size_t>(directions) * static_cast<std::size_t>(shapes));
-  for (int i = 0; i < numbers; ++i) {  // to whole numbers, the unit of each row with its size
-    constexpr double largest = 32767;
-    const double unit = U.row(i).cwiseAbs().maxCoeff() / largest;
-    made.sizes[static_cast<std::size_t>(i)] *= static_cast<float>(unit);
-    for (int k = 0; k < directions; ++k)
-      made.basis[static_cast<std::size_t>(k) * numbers + i] =
-          static_cast<std::int16_t>(unit > 0 ? std::lround(U(i, k) / unit) : 0);
+  return {scaled * V.leftCols(directions),
+          V.leftCols(directions).transpose() * share.cwiseInverse().asDiagonal()};
+}
+
+}  // namespace
+
+CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
+                           const std::vector<bool>& trusted, double tolerance) {
+  constexpr double negligible = 0.1;     // of the tolerance: such a number is left out
+  constexpr double share_beyond = 1e-3;  // of shapes for which nobody asks
+  const int shapes = grid.size(), all = static_cast<int>(values.rows());
+  assert(values.cols() == shapes && weights.rows() == all && weights.cols() == shapes);
+  MatrixXd log_shapes(shapes, 2);
+  VectorXd share(shapes);
+  for (int k = 0; k < shapes; ++k) {
+    log_shapes.row(k) = grid.shape(k).head<2>().transpose();
+    share[k] = trusted[static_cast<std::size_t>(k)] ? 1 : share_beyond;
   }
-  for (int j = 0; j < shapes; ++j)
-    for (int k = 0; k < directions; ++k)
-      made.coordinates[static_cast<std::size_t>(j) * directions + k] =
-          static_cast<float>(V(j, k) / share[j]);
+  CompressedNumbers made;
+  made.all = all;
+  made.shapes = shapes;
+  std::vector<double> sizes;
+  for (int i = 0; i < all; ++i) {
+    // the law of the unit in which an error of this number counts
+    const auto power = power_law(log_shapes, weights.row(i).cwiseInverse().transpose());
+    const VectorXd law =
+        (0.5 * (power[0] * log_shapes.col(0) + power[1] * log_shapes.col(1))).array().exp();
+    const double weight = std::exp((weights.row(i).transpose().array() * law.array()).log().mean());
+    values.row(i).array() *= weight / law.transpose().array();
+    const double most = (values.row(i).transpose().array().abs() * share.array()).maxCoeff();
+    if (most < negligible * tolerance) continue;
+    const double size = std::max(most, 1.0);
+    values.row(static_cast<Eigen::Index>(sizes.size())) = values.row(i) / size;
+    made.places.push_back(i);
+    for (const std::int8_t p : power) made.exponents.push_back(p);
+    sizes.push_back(size / weight);
+  }
+  const auto numbers = static_cast<Eigen::Index>(sizes.size());
+  const Directions found = directions_of(values.topRows(numbers), share, tolerance);
+  const Eigen::Index directions = found.basis.cols();
+  made.numbers = static_cast<int>(numbers);
+  made.directions = static_cast<int>(directions);
+  made.basis.resize(static_cast<std::size_t>(numbers * directions));
+  for (Eigen::Index i = 0; i < numbers;
+       ++i) {  // to whole numbers, the unit of each row in its size
+    constexpr double largest = 32767;
+    const double unit = found.basis.row(i).cwiseAbs().maxCoeff() / largest;
+    made.sizes.push_back(static_cast<float>(sizes[static_cast<std::size_t>(i)] * unit));
+    for (Eigen::Index k = 0; k < directions; ++k)
+      made.basis[static_cast<std::size_t>(k * numbers + i)] =
+          static_cast<std::int16_t>(std::lround(found.basis(i, k) / unit));
+  }
+  const Eigen::MatrixXf coordinates = found.coordinates.cast<float>();
+  made.coordinates.assign(coordinates.data(), coordinates.data() + coordinates.size());
   return made;
 }
 

@@ -31,33 +31,38 @@ struct ShapeWeights {
 ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool with_slopes);
 
 /// c = (w/L)^p (t/L)^q s (U a),  a the interpolated coordinates of the shape. p, q and the size s
-/// are those of each number, U its row of directions, in whole numbers of 16 bits.
+/// are those of each number, U its row of directions, in whole numbers of 16 bits. Numbers that
+/// matter nowhere are left out.
 struct CompressedTable {
+  int all = 0;  ///< numbers of a shape, those left out too
   int numbers = 0, directions = 0, shapes = 0;
+  const std::int32_t* places = nullptr;    ///< of each number among all, ascending
   const std::int8_t* exponents = nullptr;  ///< (2 p, 2 q) of each number
   const float* sizes = nullptr;            ///< s of each number
   const std::int16_t* basis = nullptr;     ///< numbers × directions, column by column
   const float* coordinates = nullptr;      ///< directions × shapes, column by column
 
-  /// The first `count` numbers, or their derivative by log w/L (0), log t/L (1) or ν (2).
-  VectorXd look_up(const ShapeWeights& weights, int count, int slope = -1) const;
+  /// The first `first` of all numbers, or their derivative by log w/L (0), log t/L (1) or ν (2).
+  VectorXd look_up(const ShapeWeights& weights, int first, int slope = -1) const;
 };
 
 /// A compressed table with its numbers.
 struct CompressedNumbers {
-  int numbers = 0, directions = 0, shapes = 0;
+  int all = 0, numbers = 0, directions = 0, shapes = 0;
+  std::vector<std::int32_t> places;
   std::vector<std::int8_t> exponents;
   std::vector<float> sizes, coordinates;
   std::vector<std::int16_t> basis;
   CompressedTable table() const {
-    return {numbers,      directions,        shapes, exponents.data(), sizes.data(),
-            basis.data(), coordinates.data()};
+    return {all,          numbers,      directions,        shapes, places.data(), exponents.data(),
+            sizes.data(), basis.data(), coordinates.data()};
   }
 };
-/// `values`, `weights`: numbers × shapes. So many directions that no weighted number is off by more
-/// than `tolerance` anywhere on the grid, but for the power laws' part of it.
+/// `values`, `weights`: numbers × shapes, a weight times a number being what counts. So many
+/// directions that no number counts for more than about `tolerance` beside the truth at a trusted
+/// shape.
 CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
-                           double tolerance);
+                           const std::vector<bool>& trusted, double tolerance);
 
 /// Doubled half-integers (p, q) of the law (w/L)^p (t/L)^q that fits the sizes of a number best.
 /// `log_shapes`: a row (log w/L, log t/L) of each.

@@ -185,9 +185,8 @@ namespace {
 // Worst error of the largest stress, on the ray and off it.
 double stress_error(const TubeAtlas& atlas, const PlateShape& shape, double rho,
                     std::vector<StateTable> truth) {
-  TubeAtlas::Stress found = atlas.look_up_stress(shape, {1, rho});
-  TubeStress a(shape, 0, found.view), b(shape, 0);
-  for (StateTable& node : found.nodes) a.add(std::move(node));
+  TubeStress a(shape, 0, TubeAtlas::view({1, rho})), b(shape, 0);
+  for (StateTable& node : atlas.look_up_stress(shape, {1, rho})) a.add(std::move(node));
   for (StateTable& node : truth) b.add(std::move(node));
   const double turn = 0.4 * std::numbers::pi / 180,
                N = 0.1 * 4 * std::numbers::pi * std::numbers::pi;

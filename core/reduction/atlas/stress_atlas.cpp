@@ -168,7 +168,7 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
       false);
   const auto columns = [&](std::size_t ray, std::size_t n) {
     const CompressedTable& table = tables_[ray * settings_.sigmas.size() + n];
-    return MatrixXd(table.look_up(weights, table.numbers)
+    return MatrixXd(table.look_up(weights, table.all)
                         .reshaped(patterns_.P().cols(), even_columns + odd_columns));
   };
   std::vector<StateTable> found;
@@ -224,14 +224,18 @@ std::string StressAtlas::pack() const {
   std::vector<std::int32_t> counts{static_cast<std::int32_t>(patterns_.P().rows()),
                                    static_cast<std::int32_t>(patterns_.P().cols()),
                                    static_cast<std::int32_t>(tables_.size())};
-  for (const CompressedTable& t : tables_) counts.push_back(t.directions);
+  for (const CompressedTable& t : tables_) {
+    counts.push_back(t.numbers);
+    counts.push_back(t.directions);
+  }
   append(block, counts.data(), 3);
-  append(block, counts.data() + 3, tables_.size());
+  append(block, counts.data() + 3, 2 * tables_.size());
   const Eigen::MatrixXf P = patterns_.P().cast<float>();
   append(block, P.data(), static_cast<std::size_t>(P.size()));
   for (const CompressedTable& t : tables_) {
     const auto numbers = static_cast<std::size_t>(t.numbers),
                directions = static_cast<std::size_t>(t.directions);
+    append(block, t.places, numbers);
     append(block, t.exponents, 2 * numbers);
     append(block, t.sizes, numbers);
     append(block, t.basis, numbers * directions);
@@ -250,22 +254,26 @@ std::shared_ptr<const StressAtlas> StressAtlas::unpack(const StressAtlasSettings
   if (!counts || counts[0] != rows || counts[1] != std::min(settings.patterns, rows) ||
       counts[2] != static_cast<std::int32_t>(tables))
     return nullptr;
-  const int patterns = counts[1], numbers = patterns * static_cast<int>(even_columns + odd_columns);
-  const auto* directions = read.next<std::int32_t>(tables);
+  const int patterns = counts[1],
+            all_numbers = patterns * static_cast<int>(even_columns + odd_columns);
+  const auto* sizes = read.next<std::int32_t>(2 * tables);
   const auto* P = read.next<float>(static_cast<std::size_t>(rows) * patterns);
-  if (!directions || !P) return nullptr;
+  if (!sizes || !P) return nullptr;
   std::vector<CompressedTable> all;
   for (std::size_t k = 0; k < tables; ++k) {
-    const auto n = static_cast<std::size_t>(numbers), d = static_cast<std::size_t>(directions[k]);
     CompressedTable& t = all.emplace_back();
-    t.numbers = numbers;
-    t.directions = directions[k];
+    t.all = all_numbers;
+    t.numbers = sizes[2 * k];
+    t.directions = sizes[2 * k + 1];
     t.shapes = settings.grid.size();
+    if (t.numbers < 0 || t.numbers > t.all || t.directions < 1) return nullptr;
+    const auto n = static_cast<std::size_t>(t.numbers), d = static_cast<std::size_t>(t.directions);
+    t.places = read.next<std::int32_t>(n);
     t.exponents = read.next<std::int8_t>(2 * n);
     t.sizes = read.next<float>(n);
     t.basis = read.next<std::int16_t>(n * d);
     t.coordinates = read.next<float>(d * static_cast<std::size_t>(t.shapes));
-    if (directions[k] < 1 || !t.coordinates) return nullptr;
+    if (!t.coordinates) return nullptr;
   }
   if (read.at != size) return nullptr;
   return std::make_shared<StressAtlas>(
@@ -294,9 +302,10 @@ void StressAtlasMaker::end_ray() {
   for (std::size_t n = 0; n < values_.size(); ++n) {
     const VectorXd w = monomial_weights(settings_.sigmas[n]);
     const MatrixXd of_leaf = VectorXd::Ones(patterns_.P().cols()) * w.transpose();
-    made_->push_back(compress(settings_.grid, values_[n],
-                              of_leaf.reshaped().replicate(1, settings_.grid.size()),
-                              settings_.tolerance));
+    made_->push_back(
+        compress(settings_.grid, values_[n], of_leaf.reshaped().replicate(1, settings_.grid.size()),
+                 std::vector<bool>(static_cast<std::size_t>(settings_.grid.size()), true),
+                 settings_.tolerance));
   }
 }
 

@@ -262,19 +262,17 @@ TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2
   return assemble(weights(shape, false), ray, nodes > 0 ? std::min(nodes, all) : all, -1);
 }
 
-TubeView TubeAtlas::stress_view(const Eigen::Vector2d& ray) {
+TubeView TubeAtlas::view(const Eigen::Vector2d& ray) {
   const RayPlace place = place_of(ray);
   return {place.other_end, place.other_end && place.same_sign};
 }
 
-TubeAtlas::Stress TubeAtlas::look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                            int nodes) const {
+std::vector<StateTable> TubeAtlas::look_up_stress(const PlateShape& shape,
+                                                  const Eigen::Vector2d& ray, int nodes) const {
   assert(stress_);
-  const RayPlace place = place_of(ray);
   const int all = static_cast<int>(settings_.sigmas.size());
-  return {stress_->look_up(shape, std::clamp(place.rho, -1.0, 1.0),
-                           nodes > 0 ? std::min(nodes, all) : all),
-          stress_view(ray)};
+  return stress_->look_up(shape, std::clamp(place_of(ray).rho, -1.0, 1.0),
+                          nodes > 0 ? std::min(nodes, all) : all);
 }
 
 TubeAtlas::Rates TubeAtlas::look_up_with_rates(const PlateShape& shape,

@@ -104,13 +104,11 @@ class TubeAtlas {
   /// bent states; 0: all.
   Tube look_up(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0) const;
 
-  /// Tables of stress about the same bent states, and how they see the leaf. Needs stress().
-  struct Stress {
-    std::vector<StateTable> nodes;
-    TubeView view;
-  };
-  Stress look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0) const;
-  static TubeView stress_view(const Eigen::Vector2d& ray);
+  /// Tables of stress about the same bent states, which see the leaf as view() says. Needs
+  /// stress().
+  std::vector<StateTable> look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                         int nodes = 0) const;
+  static TubeView view(const Eigen::Vector2d& ray);
 
   /// The potential with its derivatives by (log w, log t, log L), each with the other two sizes and
   /// the ray held, in the scaled units of the leaf: exact ones of the same interpolant.

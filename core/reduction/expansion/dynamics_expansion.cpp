@@ -1,5 +1,7 @@
 #include "core/reduction/expansion/dynamics_expansion.hpp"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -147,6 +149,7 @@ Motions motions_of(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Inte
   const MatrixXd r = nodal_values(leaf, fields.fields, fields.edge_nodal),
                  by_loads = nodal_values(leaf, by_load.fields, by_load.edge_nodal);
   const Eigen::Index m = table.size();
+  const Eigen::Matrix2d per_rotation = ray.inverse();
   Motions all{MatrixXd(r.rows(), motions * m), MatrixXd::Zero(3, motions * m)};
   for (int k = 0; k < m; ++k) {
     const Eigen::Index o = motions * k;
@@ -160,6 +163,9 @@ Motions motions_of(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Inte
       all.stiff.col(o + 3 + p) = e[p] * fields.fields.col(of).tail<3>();
       --e[p];
     }
+    // from rates of (σ, τ) to those of the ends' rotations
+    all.nodal.middleCols<2>(o + 3) = (all.nodal.middleCols<2>(o + 3) * per_rotation).eval();
+    all.stiff.middleCols<2>(o + 3) = (all.stiff.middleCols<2>(o + 3) * per_rotation).eval();
     for (int p = 0; p < P; ++p) {
       all.nodal.col(o + 9 + p) = by_loads.col(p * m + k);
       all.stiff.col(o + 9 + p) = by_load.fields.col(p * m + k).tail<3>();

@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include "core/math/decompositions.hpp"
 
@@ -103,9 +104,27 @@ const Layout& layout() {
 
 }  // namespace
 
+namespace {
+
+// To the amplitudes U⁻ᵀ a.
+void change_amplitudes(DynamicsExpansion& e, const MatrixXd& U) {
+  for (int m = 0; m < e.k.size(); ++m) {
+    e.k[m] = (U * e.k[m] * U.transpose()).eval();
+    e.G[m] = (e.G[m] * U.transpose()).eval();
+    e.g[m] = (U * e.g[m]).eval();
+    e.mass[m].rightCols(P) = (e.mass[m].rightCols(P) * U.transpose()).eval();
+    e.mass[m].bottomRows(P) = (U * e.mass[m].bottomRows(P)).eval();
+    e.stations[m].rightCols(P) = (e.stations[m].rightCols(P) * U.transpose()).eval();
+  }
+}
+
+}  // namespace
+
 DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
-                           const InternalLoads& loads) {
-  const DynamicsExpansion e = expand_dynamics(leaf, ray, loads);
+                           const InternalLoads& loads, MatrixXd& units) {
+  DynamicsExpansion e = expand_dynamics(leaf, ray, loads);
+  if (units.size() == 0) units = Cholesky(e.k[0]).solve_lower(MatrixXd::Identity(P, P));
+  change_amplitudes(e, units);
   const MatrixPolynomial* parts[] = {&e.k, &e.G, &e.F, &e.g, &e.mass};
   DynamicsNode node;
   node.table.sigma = sigma;
@@ -168,6 +187,48 @@ struct TubeDynamics::Local {
   double sigma = 0;
   std::array<double, 5> z;
 };
+
+StateTable TubeDynamics::weights(const StateTable& table, const PlateShape& shape, double along) {
+  Entries e;
+  for (std::size_t s = 0; s < layout().even.size(); ++s)
+    e.put(layout().even[s], table.even(static_cast<Eigen::Index>(s), 0));
+  const RateSigns m = e.mass.diagonal().cwiseSqrt();
+  const Eigen::Matrix<double, P, 1> k = e.k.diagonal().cwiseSqrt();
+  const Vector3d F = e.F.diagonal().cwiseSqrt();
+  const auto unit = [&](const Slot& s) {
+    switch (s.matrix) {
+      case k_part:
+        return k[s.row] * k[s.column];
+      case G_part:
+        return F[s.row] * k[s.column];
+      case F_part:
+        return F[s.row] * F[s.column];
+      case g_part:
+        return k[s.row] * k[s.row] * m[6 + s.column] / m[12 + s.row];
+      default:  // the amplitudes' own mass has small eigenvalues
+        return m[s.row] * m[s.column] * (s.row >= 12 && s.column >= 12 ? 0.2 : 1);
+    }
+  };
+  // how far states are from the bent states and off the ray: [rad], a tenth of the buckling load
+  const double N =
+      0.4 * std::numbers::pi * std::numbers::pi * shape.width / tube_force_scale(shape)[0];
+  const std::array<double, 5> away{0.05, 0.01, N, 1, 1};
+  const auto fill = [&](const std::vector<Slot>& slots, const auto& monomials, MatrixXd& out) {
+    out.resize(static_cast<Eigen::Index>(slots.size()),
+               static_cast<Eigen::Index>(monomials.size()));
+    for (std::size_t c = 0; c < monomials.size(); ++c) {
+      double size = std::pow(along, monomials[c].along);
+      for (int f = 0; f < monomials[c].off_ray; ++f) size *= away[monomials[c].variable[f]];
+      for (std::size_t s = 0; s < slots.size(); ++s)
+        out(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c)) = size / unit(slots[s]);
+    }
+  };
+  StateTable weights;
+  weights.sigma = table.sigma;
+  fill(layout().even, even_monomials(), weights.even);
+  fill(layout().odd, odd_monomials(), weights.odd);
+  return weights;
+}
 
 void TubeDynamics::add(DynamicsNode node) {
   assert(nodes_.empty() ? node.table.sigma == 0 : node.table.sigma > nodes_.back().table.sigma);

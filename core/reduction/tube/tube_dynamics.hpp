@@ -12,16 +12,18 @@ namespace flexopt {
 
 /// Largest relative change of the internal stiffness by the last degree of its tables: beyond it a
 /// frequency may be off by more than about 0.15 %.
-inline constexpr double largest_dynamics_change = 0.03;
+inline constexpr double largest_dynamics_change = 0.06;
 
 /// All tables about one bent state.
 struct DynamicsNode {
   StateTable table;
   MatrixXd stations;  ///< entries of the stations' motion × (1, σ)
 };
-/// `leaf` stands at the bent state `sigma` of the ray, the first column of `ray`.
+/// `leaf` stands at the bent state `sigma` of the ray, the first column of `ray`. `units`: U of the
+/// amplitudes U⁻ᵀ a that the tables are over; where it is empty, it becomes that of this state, at
+/// which the stiffness k of these amplitudes is 1.
 DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
-                           const InternalLoads& loads);
+                           const InternalLoads& loads, MatrixXd& units);
 
 class TubeDynamics {
  public:
@@ -33,6 +35,10 @@ class TubeDynamics {
   /// A bent state beyond the others.
   void add(DynamicsNode node);
 
+  /// What a unit of each number of a table does, relative to the diagonals of the matrices, at
+  /// states as they occur, so far `along` the ray from the bent state.
+  static StateTable weights(const StateTable& table, const PlateShape& shape, double along);
+
   /// A state: along the ray (signed), off it, twist [rad]; forces over their scale.
   struct Place {
     double sigma = 0, tau = 0, twist = 0;
@@ -43,8 +49,8 @@ class TubeDynamics {
     /// Why the tables do not hold here; empty where they do.
     std::string reason;
     Eigen::Matrix<double, amplitudes, amplitudes> stiffness;
-    /// Over (v, ω, rates of (σ, τ, φ), of (N, M1, M2) with the amplitudes' static parts, those of
-    /// the amplitudes beyond their static parts).
+    /// Over (v, ω, rates of (θ1y, θ2y, φ), of (N, M1, M2) with the amplitudes' static parts, those
+    /// of the amplitudes beyond their static parts).
     Eigen::Matrix<double, rates, rates> mass;
     /// ω² of the sixth of the ten internal motions between held edges, the smaller one of both
     /// neighbouring bent states: up to there every mode is well represented.

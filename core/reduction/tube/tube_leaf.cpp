@@ -68,11 +68,16 @@ TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& ran
   build();
 }
 
-TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range,
-                     const Eigen::Matrix2d& directions, const std::vector<TubeNode>& nodes)
-    : shape_(shape), range_(range), directions_(directions), known_(true) {
-  range_.ray = directions.col(0);
-  make_potentials(nodes);
+TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube)
+    : shape_(shape),
+      range_(range),
+      directions_(tube.directions),
+      known_(true),
+      known_dynamics_(std::move(tube.dynamics)),
+      view_(tube.view),
+      known_stress_(std::move(tube.stress)) {
+  range_.ray = directions_.col(0);
+  make_potentials(tube.nodes);
 }
 
 void TubeModel::build() {
@@ -146,7 +151,7 @@ void TubeModel::cover(double sigma) {
   if (!known_ || covered_) return;
   const auto expand_here = [&](double at) {
     expansions_.push_back({at, {}, expand_fields(leaf(), directions_, range_.order).fields});
-    if (dynamics_) add_dynamics(at);
+    if (dynamics_ && !known_dynamics_) add_dynamics(at);
     if (stress_ && !known_stress_) add_stress(expansions_.back());
   };
   // on to the next node, or as far as the leaf can be bent
@@ -173,6 +178,7 @@ bool TubeModel::extend(double sigma) {
   if (known_) {  // its own states, mesh and all, take the place of the known ones
     const TubeRange before = range_;
     const bool tables = dynamics_ != nullptr;
+    auto known_dynamics = std::exchange(known_dynamics_, nullptr);
     known_ = false;
     range_.sigma_max = sigma;
     expansions_.clear();
@@ -186,6 +192,7 @@ bool TubeModel::extend(double sigma) {
       return true;
     }
     known_ = true;
+    known_dynamics_ = std::move(known_dynamics);
     known_stress_ = std::move(known_stress);
     stress_.reset();
     range_ = before;

@@ -14,6 +14,7 @@
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_range.hpp"
 #include "core/reduction/tube/tube_stress.hpp"
+#include "core/reduction/tube/tube_view.hpp"
 
 namespace flexopt {
 
@@ -22,6 +23,17 @@ namespace flexopt {
 /// states of guides and hinges with w²/(Lt) from 1 to 1200, loaded and off their rays).
 inline constexpr double largest_degree_change = 0.06;
 
+/// What an atlas knows of a leaf.
+struct KnownTube {
+  Eigen::Matrix2d directions;  ///< D, its first column the ray
+  std::vector<TubeNode> nodes;
+  /// Tables of the dynamics about the same bent states, made when first wanted. None: of the leaf.
+  std::function<std::vector<DynamicsNode>()> dynamics;
+  TubeView view;  ///< of the tables
+  /// Tables of stress about the same bent states, likewise.
+  std::function<std::vector<StateTable>()> stress;
+};
+
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
 class TubeModel {
  public:
@@ -29,11 +41,9 @@ class TubeModel {
   /// mesh, shared with other models; null for one of its own.
   TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range,
             std::shared_ptr<PlatePool> pool = nullptr);
-  /// Of a flat leaf of uniform width and thickness, from expansions that are known: `directions` is
-  /// D, its first column the ray. Mesh, bent states and fields are made when somebody asks for
-  /// fields, for tables of dynamics or for a state beyond the last node.
-  TubeModel(const PlateShape& shape, const TubeRange& range, const Eigen::Matrix2d& directions,
-            const std::vector<TubeNode>& nodes);
+  /// Of a flat leaf of uniform width and thickness, from expansions that are known. Mesh, bent
+  /// states and fields are made when somebody asks for fields or for a state beyond the last node.
+  TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube);
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
@@ -66,14 +76,15 @@ class TubeModel {
   /// Tables of strains and places about the same bent states, made at their first use; they grow
   /// with these. None for leaves with a profile, curved ones and beams.
   const TubeStress* stress();
-  /// Of a model of known expansions: where they come from when first wanted, and how they see the
-  /// leaf.
-  void know_stress(std::function<std::vector<StateTable>()> tables, TubeView view);
   bool stress_known() const { return known_stress_ != nullptr; }
   /// Whether no bent state had to be solved for.
   bool unsolved() const { return expansions_.empty(); }
-  /// Sees to it that fields and tables of dynamics reach as far as sigma, where only the potential
-  /// was known.
+  /// Whether they need no bent states.
+  bool dynamics_known() const { return known_dynamics_ != nullptr; }
+  /// How the tables of the dynamics see the leaf.
+  TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
+  /// Sees to it that fields and tables of dynamics reach as far as sigma, where they were not
+  /// known.
   void cover(double sigma);
 
   PlatePool& pool();
@@ -95,15 +106,17 @@ class TubeModel {
   TubeRange range_;
   Eigen::Matrix2d directions_;
   bool known_ = false;
+  std::function<std::vector<DynamicsNode>()> known_dynamics_;
+  TubeView view_;
   std::shared_ptr<PlatePool> pool_;
   EqualStates equal_states_;
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
   InternalLoads loads_;  ///< none before they are wanted
+  MatrixXd amplitude_units_;
   std::unique_ptr<TubeDynamics> dynamics_;
   std::function<std::vector<StateTable>()> known_stress_;
-  TubeView stress_view_;
   std::unique_ptr<TubeStress> stress_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };

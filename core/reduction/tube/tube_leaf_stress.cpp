@@ -15,7 +15,7 @@ const TubeStress* TubeModel::stress() {
   const bool flat = !shape_.curve && !shape_.fold && !shape_.has_profile();
   if (stress_ || !built() || !flat || shape_.is_beam()) return stress_.get();
   if (known_stress_) {
-    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, stress_view_);
+    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_);
     for (StateTable& node : known_stress_()) stress_->add(std::move(node));
     return stress_.get();
   }
@@ -23,11 +23,6 @@ const TubeStress* TubeModel::stress() {
   stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre);
   for (const TubeExpansion& e : expansions_) add_stress(e);
   return stress_.get();
-}
-
-void TubeModel::know_stress(std::function<std::vector<StateTable>()> tables, TubeView view) {
-  known_stress_ = std::move(tables);
-  stress_view_ = view;
 }
 
 void TubeModel::add_stress(const TubeExpansion& e) {

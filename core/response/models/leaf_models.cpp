@@ -64,12 +64,12 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, const TubeRange& 
                                       const ModelOptions& model, int nodes = 0) {
   if (!model.atlas || !model.atlas->gap(shape, range).empty()) return nullptr;
   const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
-  auto known = std::make_shared<TubeModel>(shape, range, tube.directions, tube.nodes);
+  KnownTube known{tube.directions, tube.nodes, {}, TubeAtlas::view(range.ray), {}};
   if (model.atlas->stress())
-    known->know_stress([atlas = model.atlas, shape, ray = range.ray,
-                        nodes] { return atlas->look_up_stress(shape, ray, nodes).nodes; },
-                       model.atlas->stress_view(range.ray));
-  return known;
+    known.stress = [atlas = model.atlas, shape, ray = range.ray, nodes] {
+      return atlas->look_up_stress(shape, ray, nodes);
+    };
+  return std::make_shared<TubeModel>(shape, range, std::move(known));
 }
 
 // For linear statics at rest: full leaves, and tubes where the atlas has them.

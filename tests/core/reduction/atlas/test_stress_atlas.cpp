@@ -38,10 +38,11 @@ TubeModel looked_up(const PlateShape& shape, const Eigen::Vector2d& ray) {
   const TubeAtlas::Tube tube = atlas.look_up(shape, ray);
   TubeRange range;
   range.sigma_max = 0.2;
-  TubeModel model(shape, range, tube.directions, tube.nodes);
-  model.know_stress([&, shape, ray] { return atlas.look_up_stress(shape, ray).nodes; },
-                    atlas.stress_view(ray));
-  return model;
+  return TubeModel(
+      shape, range,
+      KnownTube{tube.directions, tube.nodes, {}, TubeAtlas::view(ray), [&, shape, ray] {
+                  return atlas.look_up_stress(shape, ray);
+                }});
 }
 
 }  // namespace

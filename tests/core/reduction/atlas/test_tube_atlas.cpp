@@ -266,7 +266,7 @@ TEST_CASE("a tube of known states makes fields and further states when they are 
   const PlateShape shape = shape_of(0.31, 1.0 / 190);
   const TubeRange range{.sigma_max = 0.12};
   const TubeAtlas::Tube found = atlas.look_up(shape, range.ray);
-  TubeModel known(shape, range, found.directions, found.nodes);
+  TubeModel known(shape, range, KnownTube{found.directions, found.nodes, {}, {}, {}});
   TubeModel built(std::make_shared<PlateMesh>(shape), {.sigma_max = 0.2});
   CHECK(known.known());
   CHECK_FALSE(built.known());

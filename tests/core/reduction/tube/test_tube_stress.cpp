@@ -134,7 +134,7 @@ TEST_CASE("a leaf twice the size, bent alike, has the same stress from its table
     const StressPeak &p = *a.path[k].max_stress, &q = *b.path[k].max_stress;
     CHECK(q.value == Approx(p.value).epsilon(1e-7));
     CHECK(p.value > 1e7);
-    CHECK((q.position - 2 * p.position).norm() < 1e-7);
+    CHECK((q.position - 2 * p.position).norm() < 5e-7);
   }
 }
 
@@ -186,7 +186,7 @@ TEST_CASE("shapes from tables are those of full leaves") {
     const double largest = *std::max_element(b.von_mises.begin(), b.von_mises.end());
     for (std::size_t n = 0; n < a.deflected.size(); ++n) {
       CHECK((a.undeflected[n] - b.undeflected[n]).norm() < 1e-12);
-      CHECK((a.deflected[n] - b.deflected[n]).norm() < 1e-7);
+      CHECK((a.deflected[n] - b.deflected[n]).norm() < 5e-7);
       CHECK(std::abs(a.von_mises[n] - b.von_mises[n]) < 3e-3 * largest + 1);
     }
   }
