@@ -16,15 +16,19 @@ namespace {
 void print_check(const AtlasCheck& check) {
   fmt::print("against tubes built anew, {} random shapes a ray:\n",
              check.cells[0] * check.cells[1]);
-  fmt::print("  {:>6} {:>21} {:>21} {:>21}\n", "ray", "drive load", "stiffness", "off the ray");
+  fmt::print("  {:>6} {:>21} {:>21} {:>21} {:>21}\n", "ray", "drive load", "stiffness",
+             "off the ray", "stress");
   fmt::print("  {:>6}{}\n", "rho",
              fmt::format(" {:>10} {:>10}", "median", "largest") +
+                 fmt::format(" {:>10} {:>10}", "median", "largest") +
                  fmt::format(" {:>10} {:>10}", "median", "largest") +
                  fmt::format(" {:>10} {:>10}", "median", "largest"));
   for (const AtlasCheck::Ray& ray : check.rays) {
     const AtlasCheck::Errors m = ray.median(), l = ray.largest();
-    fmt::print("  {:>6.2f} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e}\n", ray.rho,
-               m.drive, l.drive, m.on_ray, l.on_ray, m.off_ray, l.off_ray);
+    fmt::print(
+        "  {:>6.2f} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} "
+        "{:>10.1e} {:>10.1e}\n",
+        ray.rho, m.drive, l.drive, m.on_ray, l.on_ray, m.off_ray, l.off_ray, m.stress, l.stress);
   }
   fmt::print("largest error of the stiffness on all rays, by w/L (down) and L/t (across):\n{:>14}",
              "");

@@ -54,12 +54,14 @@ void on_two_cores(int count, const std::function<void(int)>& work) {
 
 void errors(const AtlasCheck& check) {
   const PageTable page("atlas errors");
-  fmt::print("| ray ρ | drive load | stiffness on the ray | off the ray |\n|---|---|---|---|\n");
+  fmt::print(
+      "| ray ρ | drive load | stiffness on the ray | off the ray | stress "
+      "|\n|---|---|---|---|---|\n");
   for (const AtlasCheck::Ray& ray : check.rays) {
     const AtlasCheck::Errors m = ray.median(), l = ray.largest();
     const auto cell = [](double a, double b) { return fmt::format("{:.1e} / {:.1e}", a, b); };
-    fmt::print("| {:g} | {} | {} | {} |\n", ray.rho, cell(m.drive, l.drive),
-               cell(m.on_ray, l.on_ray), cell(m.off_ray, l.off_ray));
+    fmt::print("| {:g} | {} | {} | {} | {} |\n", ray.rho, cell(m.drive, l.drive),
+               cell(m.on_ray, l.on_ray), cell(m.off_ray, l.off_ray), cell(m.stress, l.stress));
   }
 }
 
@@ -173,10 +175,10 @@ int main(int argc, char** argv) {
     fmt::print("| look-up and potential, ready for use | {:.3f} ms |\n", each(200, [&] {
                  const PlateShape one = shape(0.3);
                  const TubeAtlas::Tube tube = atlas.look_up(one, {1, -1});
-                 sum +=
-                     TubeModel(one, {.ray = {1, -1}, .sigma_max = 0.4}, tube.directions, tube.nodes)
-                         .potential()
-                         .last_sigma();
+                 sum += TubeModel(one, {.ray = {1, -1}, .sigma_max = 0.4},
+                                  KnownTube{tube.directions, tube.nodes, {}, {}, {}})
+                            .potential()
+                            .last_sigma();
                }));
     fmt::print("| the same built | {:.1f} ms |\n", each(12, [&] {
                  sum += TubeModel(std::make_shared<PlateMesh>(shape(0.3)),

@@ -62,13 +62,19 @@ StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X
   return e;
 }
 
+// Of strains e11, e22 and 2 e12: numbers, or arrays of them.
+template <class S, class A>
+A von_mises_square(const A& e11, const A& e22, const A& twice_e12, const S& nu, const S& modulus) {
+  const S k = modulus / (1.0 - nu * nu);
+  const A s11 = k * (e11 + nu * e22), s22 = k * (e22 + nu * e11),
+          s12 = S(k * 0.5 * (1.0 - nu)) * twice_e12;
+  return s11 * s11 - s11 * s22 + s22 * s22 + 3.0 * s12 * s12;
+}
+
 template <class S>
 S von_mises(const Vector3<S>& strain, const S& nu, const S& modulus) {
   using std::sqrt;
-  const S k = modulus / (1.0 - nu * nu);
-  const S s11 = k * (strain[0] + nu * strain[1]), s22 = k * (strain[1] + nu * strain[0]),
-          s12 = k * 0.5 * (1.0 - nu) * strain[2];
-  const S square = s11 * s11 - s11 * s22 + s22 * s22 + 3.0 * s12 * s12;
+  const S square = von_mises_square<S, S>(strain[0], strain[1], strain[2], nu, modulus);
   return square > 0.0 ? S(sqrt(square)) : S(0.0 * square);  // no stress has no slope
 }
 
@@ -135,17 +141,70 @@ std::vector<double> stations(double a, double b, int intervals, double zone) {
 
 }  // namespace
 
-StrainField::StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values,
+std::vector<double> strain_stations(const std::vector<double>& lines) {
+  return gauss_stations(lines);
+}
+
+StrainField::StrainField(std::vector<double> x, std::vector<double> y,
+                         const std::vector<Strains>& values, FoldSplit split)
+    : x_(std::move(x)), y_(std::move(y)), values_(x_.size() * y_.size(), 6), split_(split) {
+  assert(values.size() == x_.size() * y_.size());
+  for (std::size_t i = 0; i < x_.size(); ++i)
+    for (std::size_t j = 0; j < y_.size(); ++j)
+      values_.row(static_cast<Eigen::Index>(i + x_.size() * j)) =
+          values[i * y_.size() + j].transpose();
+}
+
+StrainField::StrainField(std::vector<double> x, std::vector<double> y, MatrixXd values,
                          FoldSplit split)
     : x_(std::move(x)), y_(std::move(y)), values_(std::move(values)), split_(split) {
-  assert(values_.size() == x_.size() * y_.size());
+  assert(values_.rows() == static_cast<Eigen::Index>(x_.size() * y_.size()) && values_.cols() == 6);
 }
 
 Strains StrainField::at(double x, double y) const {
   const auto [i, s] = bracket(x_, x, split_);
   const auto [j, t] = bracket(y_, y);
-  const Strains *low = &values_[i * y_.size() + j], *high = low + y_.size();
-  return (1 - s) * ((1 - t) * low[0] + t * low[1]) + s * ((1 - t) * high[0] + t * high[1]);
+  const auto n = static_cast<Eigen::Index>(x_.size()), low = i + n * j, high = low + n;
+  return (1 - s) * ((1 - t) * values_.row(low) + t * values_.row(high)) +
+         s * ((1 - t) * values_.row(low + 1) + t * values_.row(high + 1));
+}
+
+MatrixXd StrainField::on(const std::vector<double>& x, const std::vector<double>& y) const {
+  const auto n = static_cast<Eigen::Index>(x_.size()),
+             places_x = static_cast<Eigen::Index>(x.size()),
+             places_y = static_cast<Eigen::Index>(y.size());
+  MatrixXd across(n, 6 * places_y);  // at the places across, component by component
+  for (Eigen::Index b = 0; b < places_y; ++b) {
+    const auto [j, t] = bracket(y_, y[static_cast<std::size_t>(b)]);
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      const auto low = values_.col(k).segment(n * j, n),
+                 high = values_.col(k).segment(n * (j + 1), n);
+      across.col(k * places_y + b) = (1 - t) * low + t * high;
+    }
+  }
+  MatrixXd along = MatrixXd::Zero(places_x, n);
+  for (Eigen::Index a = 0; a < places_x; ++a) {
+    const auto [i, s] = bracket(x_, x[static_cast<std::size_t>(a)], split_);
+    along(a, i) = 1 - s;
+    along(a, i + 1) = s;
+  }
+  MatrixXd values(places_x * places_y, 6);
+  values.reshaped(places_x, 6 * places_y).noalias() = along * across;
+  return values;
+}
+
+SurfaceStresses surface_stresses(const MatrixXd& strains, const Eigen::ArrayXd& thickness,
+                                 double poissons_ratio, double youngs_modulus) {
+  const auto side = [&](double sign) {
+    std::array<Eigen::ArrayXd, 3> e;
+    for (int k = 0; k < 3; ++k)
+      e[k] = strains.col(k).array() + (0.5 * sign) * thickness * strains.col(k + 3).array();
+    return von_mises_square<double, Eigen::ArrayXd>(e[0], e[1], e[2], poissons_ratio,
+                                                    youngs_modulus)
+        .max(0.0)
+        .sqrt();
+  };
+  return {side(1), side(-1)};
 }
 
 SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus,
@@ -192,23 +251,48 @@ struct Stations {
 
 }  // namespace
 
+namespace {
+
+/// On both sides of all stations, along × across; −1 where it is not to be read.
+struct StationStress {
+  MatrixXd positive, negative;
+
+  StationStress(const StrainField& field, const PlateShape& shape, double youngs_modulus,
+                const Stations& at) {
+    const auto nx = static_cast<Eigen::Index>(at.x.size()),
+               ny = static_cast<Eigen::Index>(at.y.size());
+    Eigen::ArrayXd along(nx);
+    for (Eigen::Index i = 0; i < nx; ++i)
+      along[i] = shape.thickness_at(at.x[static_cast<std::size_t>(i)]);
+    const SurfaceStresses s = surface_stresses(field.on(at.x, at.y), along.replicate(ny, 1),
+                                               shape.poissons_ratio, youngs_modulus);
+    positive = s.positive.reshaped(nx, ny);
+    negative = s.negative.reshaped(nx, ny);
+    for (Eigen::Index i = 0; i < nx; ++i)
+      for (Eigen::Index j = 0; j < ny; ++j)
+        if (at.in_corner(at.x[static_cast<std::size_t>(i)], at.y[static_cast<std::size_t>(j)]))
+          positive(i, j) = negative(i, j) = -1;
+  }
+};
+
+}  // namespace
+
 StressPeak largest_stress(const StrainField& field, const PlateShape& shape, double youngs_modulus,
                           int index) {
   const Stations at(shape);
+  const StationStress stress(field, shape, youngs_modulus, at);
   StressPeak peak;
   peak.leaf = index;
-  for (const double sx : at.x)
-    for (const double sy : at.y) {
-      if (at.in_corner(sx, sy)) continue;
-      const SurfaceStress s = surface_stress(shape, field.at(sx, sy), youngs_modulus, sx);
+  for (Eigen::Index i = 0; i < stress.positive.rows(); ++i)
+    for (Eigen::Index j = 0; j < stress.positive.cols(); ++j) {
       // both surfaces of a symmetric state are equal but for rounding: prefer the positive one
-      const bool positive = s.positive >= s.negative * (1 - 1e-9);
-      const double value = positive ? s.positive : s.negative;
+      const bool positive = stress.positive(i, j) >= stress.negative(i, j) * (1 - 1e-9);
+      const double value = positive ? stress.positive(i, j) : stress.negative(i, j);
       if (value <= peak.value * (1 + 1e-9)) continue;
       peak.value = value;
       peak.on_positive_normal = positive;
-      peak.along = sx;
-      peak.across = (sy + at.width / 2) / at.width;
+      peak.along = at.x[static_cast<std::size_t>(i)];
+      peak.across = (at.y[static_cast<std::size_t>(j)] + at.width / 2) / at.width;
     }
   return peak;
 }
@@ -224,18 +308,10 @@ std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
 std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape& shape,
                                      double youngs_modulus, int index) {
   const Stations at(shape);
+  const StationStress stress(field, shape, youngs_modulus, at);
   const auto nx = static_cast<int>(at.x.size()), ny = static_cast<int>(at.y.size());
-  MatrixXd positive = MatrixXd::Constant(nx, ny, -1), negative = positive;  // −1: not to be read
-  for (int i = 0; i < nx; ++i)
-    for (int j = 0; j < ny; ++j) {
-      if (at.in_corner(at.x[i], at.y[j])) continue;
-      const SurfaceStress s =
-          surface_stress(shape, field.at(at.x[i], at.y[j]), youngs_modulus, at.x[i]);
-      positive(i, j) = s.positive;
-      negative(i, j) = s.negative;
-    }
   std::vector<StressPeak> peaks;
-  for (const MatrixXd* of : {&positive, &negative})
+  for (const MatrixXd* of : {&stress.positive, &stress.negative})
     for (int i = 0; i < nx; ++i)
       for (int j = 0; j < ny; ++j) {
         const double here = (*of)(i, j);
@@ -243,7 +319,7 @@ std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape&
         const auto around = of->block(i0, j0, std::min(i + 2, nx) - i0, std::min(j + 2, ny) - j0);
         if (here <= 0 || here < around.maxCoeff()) continue;
         peaks.push_back({here, index, at.x[i], (at.y[j] + at.width / 2) / at.width,
-                         Vector3d::Zero(), of == &positive});
+                         Vector3d::Zero(), of == &stress.positive});
       }
   return peaks;
 }

@@ -16,6 +16,9 @@ struct LeafScale;
 /// Places in an element, each in [0, 1], where its strains are most accurate: Gauss points.
 inline constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
 
+/// The stations along one direction of a mesh with these lines: two between each pair.
+std::vector<double> strain_stations(const std::vector<double>& lines);
+
 /// e11, e22, 2 e12 and κ11, κ22, 2 κ12 of the mid-surface, lengths over L.
 template <class S>
 using StrainsT = Eigen::Matrix<S, 6, 1>;
@@ -33,13 +36,18 @@ struct FoldSplit {
 class StrainField {
  public:
   /// `values`: stations across run fastest.
-  StrainField(std::vector<double> x, std::vector<double> y, std::vector<Strains> values,
+  StrainField(std::vector<double> x, std::vector<double> y, const std::vector<Strains>& values,
               FoldSplit split = {});
+  /// `values`: a row for each station, stations along run fastest.
+  StrainField(std::vector<double> x, std::vector<double> y, MatrixXd values, FoldSplit split = {});
   Strains at(double x, double y) const;
+  /// At all places of a grid: a row for each, those along run fastest.
+  MatrixXd on(const std::vector<double>& x, const std::vector<double>& y) const;
+  const MatrixXd& values() const { return values_; }
 
  private:
   std::vector<double> x_, y_;
-  std::vector<Strains> values_;
+  MatrixXd values_;
   FoldSplit split_;
 };
 
@@ -50,6 +58,13 @@ struct SurfaceStress {
 /// Where the leaf is as thick as at the place `along` in [0, 1].
 SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus,
                              double along = 0);
+
+/// Of many places: strains a row for each, thickness over L.
+struct SurfaceStresses {
+  Eigen::ArrayXd positive, negative;
+};
+SurfaceStresses surface_stresses(const MatrixXd& strains, const Eigen::ArrayXd& thickness,
+                                 double poissons_ratio, double youngs_modulus);
 
 /// Largest von Mises stress of a strain field, its position left open; stations and corners as
 /// below.

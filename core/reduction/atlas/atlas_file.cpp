@@ -24,11 +24,12 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 // The file: this, the settings as JSON, the exponents, the values, the compressed tables one after
-// the other; each part at a multiple of 64.
+// the other, the block of the stress atlas; each part at a multiple of 64.
 struct Head {
   char magic[16];
   std::uint64_t byte_order;
-  std::uint64_t text, text_size, exponents, exponents_size, values, values_size, tables, size;
+  std::uint64_t text, text_size, exponents, exponents_size, values, values_size, tables, stress,
+      stress_size, size;
   std::uint64_t contents;  ///< hash of all that follows the head
 };
 constexpr char magic[16] = "flexopt atlas 2";
@@ -50,11 +51,18 @@ std::uint64_t hash(const char* data, std::uint64_t size) {
 }
 
 json settings_json(const AtlasSettings& s) {
-  return {{"mesh", s.mesh},         {"free_edge_torsion", s.free_edge_torsion},
-          {"width", s.width},       {"thickness", s.thickness},
-          {"points", s.points},     {"poissons_ratios", s.poissons_ratios},
-          {"rays", s.rays},         {"sigmas", s.sigmas},
-          {"dynamics", s.dynamics}, {"degree", atlas_degree}};
+  return {{"mesh", s.mesh},
+          {"free_edge_torsion", s.free_edge_torsion},
+          {"width", s.width},
+          {"thickness", s.thickness},
+          {"points", s.points},
+          {"poissons_ratios", s.poissons_ratios},
+          {"rays", s.rays},
+          {"sigmas", s.sigmas},
+          {"degree", atlas_degree},
+          {"dynamics", s.dynamics},
+          {"stress_patterns", s.stress_patterns},
+          {"stress_samples", s.stress_samples}};
 }
 
 AtlasSettings settings_of(const json& j) {
@@ -68,6 +76,8 @@ AtlasSettings settings_of(const json& j) {
   j.at("rays").get_to(s.rays);
   j.at("sigmas").get_to(s.sigmas);
   j.at("dynamics").get_to(s.dynamics);
+  j.at("stress_patterns").get_to(s.stress_patterns);
+  j.at("stress_samples").get_to(s.stress_samples);
   return s;
 }
 
@@ -77,7 +87,7 @@ json check_json(const AtlasCheck& check) {
     json samples = json::array();
     for (const AtlasCheck::Sample& s : ray.samples)
       samples.push_back({s.width, s.thickness, s.poissons_ratio, s.errors.drive, s.errors.on_ray,
-                         s.errors.off_ray, s.errors.frequency});
+                         s.errors.off_ray, s.errors.frequency, s.errors.stress});
     rays.push_back({{"rho", ray.rho}, {"samples", samples}});
   }
   return {{"cells", check.cells}, {"rays", rays}};
@@ -90,7 +100,8 @@ AtlasCheck check_of(const json& j) {
     AtlasCheck::Ray& r = check.rays.emplace_back();
     ray.at("rho").get_to(r.rho);
     for (const json& s : ray.at("samples"))
-      r.samples.push_back({s.at(0), s.at(1), s.at(2), {s.at(3), s.at(4), s.at(5), s.at(6)}});
+      r.samples.push_back(
+          {s.at(0), s.at(1), s.at(2), {s.at(3), s.at(4), s.at(5), s.at(6), s.at(7)}});
   }
   return check;
 }
@@ -100,7 +111,8 @@ const std::vector<double>& probe() {
   static const std::vector<double> numbers = [] {
     const PlateShape shape{0.7, 1.0 / 90, 0.28, {4, 2}, true};
     constexpr double rho = 0.4;
-    const BentStates states = bent_states(shape, {1, rho}, ray_directions(rho), {0, 0.06}, true);
+    const BentStates states =
+        bent_states(shape, {1, rho}, ray_directions(rho), {0, 0.06}, {.dynamics = true});
     if (states.nodes.size() != 2) return std::vector<double>();
     std::vector<double> all = states.nodes[1].W;
     const StateTable& table = states.dynamics[1].table;
@@ -266,14 +278,18 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
       static_cast<std::uint64_t>(s.shapes()) *
       static_cast<std::uint64_t>(TubeAtlas::stride(static_cast<int>(atlas.terms().size())));
   head.tables = head.values + padded(head.values_size);
-  head.size = head.tables;
+  std::uint64_t tables_end = head.tables;
   const std::array<const std::vector<CompressedTable>*, 2> tables{&atlas.numbers().dynamics,
                                                                   &atlas.numbers().stations};
   for (const auto* some : tables)
     for (const CompressedTable& table : *some)
       each_part(table, [&](const auto* part, std::uint64_t count) {
-        head.size += padded(count * sizeof(*part));
+        tables_end += padded(count * sizeof(*part));
       });
+  head.stress = tables_end;
+  const std::string stress = atlas.stress() ? atlas.stress()->pack() : std::string();
+  head.stress_size = stress.size();
+  head.size = head.stress + padded(head.stress_size);
   std::string contents(head.size, '\0');
   std::uint64_t at = head.tables;
   for (const auto* some : tables)
@@ -285,6 +301,7 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
   std::memcpy(contents.data() + head.text, text.data(), text.size());
   std::memcpy(contents.data() + head.exponents, atlas.numbers().exponents, head.exponents_size);
   std::memcpy(contents.data() + head.values, atlas.numbers().values, head.values_size);
+  std::memcpy(contents.data() + head.stress, stress.data(), stress.size());
   head.contents = hash(contents.data() + head.text, head.size - head.text);
   std::memcpy(contents.data(), &head, sizeof head);
 
@@ -326,7 +343,8 @@ OpenedAtlas open_atlas(const fs::path& file) {
                                  static_cast<std::uint64_t>(settings.shapes()) *
                                  static_cast<std::uint64_t>(TubeAtlas::stride(terms));
     if (!sound(settings) || text.at("settings").at("degree") != atlas_degree ||
-        head.values_size != values || head.values + values > head.size ||
+        head.values_size != values || head.values + values > head.stress ||
+        head.stress + head.stress_size > head.size ||
         head.exponents_size != 2 * static_cast<std::uint64_t>(terms) * settings.rays.size())
       return {nullptr, "it is an atlas of another format"};
     if (!same_mechanics(text.at("probe")))
@@ -337,13 +355,19 @@ OpenedAtlas open_atlas(const fs::path& file) {
                                {},
                                mapping};
     std::uint64_t at = head.tables;
-    if (!read_tables(text.at("dynamics"), mapping->data, at, head.size, numbers.dynamics) ||
-        !read_tables(text.at("stations"), mapping->data, at, head.size, numbers.stations) ||
+    if (!read_tables(text.at("dynamics"), mapping->data, at, head.stress, numbers.dynamics) ||
+        !read_tables(text.at("stations"), mapping->data, at, head.stress, numbers.stations) ||
         (settings.dynamics && (numbers.dynamics.size() != settings.rays.size() ||
                                numbers.stations.size() != settings.rays.size())))
       return {nullptr, "it is an atlas of another format"};
+    std::shared_ptr<const StressAtlas> stress;
+    if (settings.stress_patterns > 0) {
+      stress = StressAtlas::unpack(stress_settings(settings), mapping->data + head.stress,
+                                   head.stress_size, mapping);
+      if (!stress) return {nullptr, "it is an atlas of another format"};
+    }
     return {std::make_shared<TubeAtlas>(settings, numbers, check_of(text.at("check")),
-                                        fmt::format("{:016x}", head.contents)),
+                                        fmt::format("{:016x}", head.contents), std::move(stress)),
             {}};
   } catch (const json::exception&) {
     return {nullptr, "it is an atlas of another format"};

@@ -7,7 +7,9 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <utility>
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
@@ -26,20 +28,22 @@ void run_in_order(int count, const std::function<void(int)>& work) {
 
 BentStates bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
                        const Eigen::Matrix2d& directions, const std::vector<double>& sigmas,
-                       bool with_dynamics) {
+                       const StateTablesWanted& wanted) {
   const auto mesh = std::make_shared<PlateMesh>(shape);
   ChordLeaf leaf(mesh);
   if (!leaf.solve(Vector3d::Zero(), Vector3d::Zero()).converged) return {};
-  const InternalLoads loads = with_dynamics ? internal_loads(*mesh) : InternalLoads{};
+  const InternalLoads loads = wanted.dynamics ? internal_loads(*mesh) : InternalLoads{};
   MatrixXd units;
   BentStates states;
   double at = 0;
   for (const double sigma : sigmas) {
     if (sigma != at && bend(leaf, ray, at, sigma) != sigma) break;
     at = sigma;
-    states.nodes.push_back({sigma, expand(leaf, sigma, directions, 2).W});
-    if (with_dynamics)
+    TubeExpansion e = expand(leaf, sigma, directions, 2);
+    if (wanted.stress) states.stress.push_back(stress_node(leaf, sigma, directions, e.fields));
+    if (wanted.dynamics)
       states.dynamics.push_back(dynamics_node(leaf, sigma, directions, loads, units));
+    states.nodes.push_back({sigma, std::move(e.W)});
   }
   return states;
 }
@@ -51,9 +55,10 @@ PlateShape shape_at(const AtlasSettings& settings, double width, double thicknes
   return {width, thickness, poissons_ratio, settings.mesh, settings.free_edge_torsion};
 }
 
-BentStates bent_states(const AtlasSettings& settings, const PlateShape& shape, double rho) {
-  BentStates states =
-      bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas, settings.dynamics);
+BentStates bent_states(const AtlasSettings& settings, const PlateShape& shape, double rho,
+                       bool with_stress) {
+  BentStates states = bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas,
+                                  {settings.dynamics, with_stress});
   if (std::abs(rho) == 1)  // equal ends, equal numbers
     for (TubeNode& node : states.nodes) {
       const std::vector<double> turned = end_for_end(node.W, rho);
@@ -223,6 +228,29 @@ double frequency_difference(std::vector<DynamicsNode> found, std::vector<Dynamic
   return worst;
 }
 
+// Worst error of the largest stress, on the ray and off it.
+double stress_error(const TubeAtlas& atlas, const PlateShape& shape, double rho,
+                    std::vector<StateTable> truth) {
+  TubeStress a(shape, 0, TubeAtlas::view({1, rho})), b(shape, 0);
+  for (StateTable& node : atlas.look_up_stress(shape, {1, rho})) a.add(std::move(node));
+  for (StateTable& node : truth) b.add(std::move(node));
+  const double turn = 0.4 * std::numbers::pi / 180,
+               N = 0.1 * 4 * std::numbers::pi * std::numbers::pi;
+  double worst = 0;
+  for (const double share : {0.02, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0}) {
+    const double sigma = share * b.last_sigma();
+    for (const TubeStress::Place& at : std::initializer_list<TubeStress::Place>{
+             {sigma, 0, 0, Vector3d::Zero()},
+             {sigma, 0.1 * sigma, 0.5 * turn, {0.5 * N, 1, 0.5}},
+             {sigma, -0.1 * sigma, turn, {-N, -1, 1}}}) {
+      const double s = largest_stress(a.evaluate(at).strains, shape, 1, 0).value,
+                   t = largest_stress(b.evaluate(at).strains, shape, 1, 0).value;
+      worst = std::max(worst, std::abs(s / t - 1));
+    }
+  }
+  return worst;
+}
+
 AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
                    const std::function<void()>& one_more) {
   const AtlasSettings& s = atlas.settings();
@@ -251,17 +279,20 @@ AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
     AtlasCheck::Sample& sample = ray.samples[static_cast<std::size_t>(i % per_ray)];
     const PlateShape shape = shape_at(s, sample.width, sample.thickness, sample.poissons_ratio);
     TubeAtlas::Tube tube = atlas.look_up(shape, {1, ray.rho});
-    BentStates states = bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas,
-                                    s.dynamics && TubeModel::has_dynamics(shape));
+    BentStates states =
+        bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas,
+                    {s.dynamics && TubeModel::has_dynamics(shape), atlas.stress() != nullptr});
+    const bool all = states.nodes.size() == s.sigmas.size();
     // A shape that the grid surrounds has bent states as the grid has; without them nothing holds.
     sample.errors =
-        states.nodes.size() == s.sigmas.size()
-            ? difference(tube_potential(shape, tube.directions, std::move(tube.nodes)),
+        all ? difference(tube_potential(shape, tube.directions, std::move(tube.nodes)),
                          tube_potential(shape, tube.directions, std::move(states.nodes)), shape)
-            : AtlasCheck::Errors{1, 1, 1, 1};
-    if (!states.dynamics.empty())
+            : AtlasCheck::Errors{1, 1, 1, 1, 1};
+    if (all && !states.dynamics.empty())
       sample.errors.frequency = frequency_difference(
           atlas.dynamics(shape, {1, ray.rho}, s.sigmas.back()), std::move(states.dynamics));
+    if (all && atlas.stress())
+      sample.errors.stress = stress_error(atlas, shape, ray.rho, std::move(states.stress));
     one_more();
   });
   return check;
@@ -297,8 +328,13 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
   store->exponents.resize(2 * terms.size() * rays);
   store->values.resize(stride * shapes * settings.tables());
   MadeAtlas made;
+  const StressAtlasSettings of_stress = stress_settings(settings);
+  std::optional<StressAtlasMaker> stress;
+  if (settings.stress_patterns > 0) stress.emplace(of_stress);
   for (int ray = 0; ray < rays; ++ray) {
     const double rho = settings.rays[static_cast<std::size_t>(ray)];
+    const bool stressed = stress && std::find(of_stress.rays.begin(), of_stress.rays.end(), rho) !=
+                                        of_stress.rays.end();
     std::vector<BentStates> states(static_cast<std::size_t>(per_ray));
     options.loop(per_ray, [&](int i) {
       const int k = i % shapes;
@@ -306,7 +342,10 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
           bent_states(settings,
                       shape_at(settings, std::exp(log_shapes(k, 0)), std::exp(log_shapes(k, 1)),
                                settings.poissons_ratios[static_cast<std::size_t>(i / shapes)]),
-                      rho);
+                      rho, stressed);
+      std::vector<StateTable>& tables = states[static_cast<std::size_t>(i)].stress;
+      if (stressed && tables.size() == settings.sigmas.size()) stress->put(i, tables);
+      tables.clear();
       one_more();
     });
     for (int i = 0; i < per_ray; ++i)
@@ -320,13 +359,16 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
       }
     fill_ray(settings, terms, ray, log_shapes, states, *store);
     if (settings.dynamics) compress_dynamics(settings, states, *store);
+    if (stressed) stress->end_ray();
   }
+  const std::shared_ptr<const StressAtlas> tables = stress ? stress->finish() : nullptr;
   TubeAtlas::Numbers numbers{store->exponents.data(), store->values.data(), {}, {}, store};
   for (const CompressedNumbers& table : store->dynamics) numbers.dynamics.push_back(table.table());
   for (const CompressedNumbers& table : store->stations) numbers.stations.push_back(table.table());
   AtlasCheck check;
-  if (checks > 0) check = checked(TubeAtlas(settings, numbers), options, one_more);
-  made.atlas = std::make_shared<TubeAtlas>(settings, numbers, std::move(check));
+  if (checks > 0) check = checked(TubeAtlas(settings, numbers, {}, {}, tables), options, one_more);
+  made.atlas =
+      std::make_shared<TubeAtlas>(settings, numbers, std::move(check), std::string(), tables);
   return made;
 }
 

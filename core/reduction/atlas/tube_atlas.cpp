@@ -45,6 +45,7 @@ AtlasCheck::Errors AtlasCheck::Ray::largest() const {
     worst.on_ray = std::max(worst.on_ray, s.errors.on_ray);
     worst.off_ray = std::max(worst.off_ray, s.errors.off_ray);
     worst.frequency = std::max(worst.frequency, s.errors.frequency);
+    worst.stress = std::max(worst.stress, s.errors.stress);
   }
   return worst;
 }
@@ -55,7 +56,8 @@ AtlasCheck::Errors AtlasCheck::Ray::median() const {
     for (const Sample& s : samples) all.push_back(s.errors.*part);
     return median_of(std::move(all));
   };
-  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray), of(&Errors::frequency)};
+  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray), of(&Errors::frequency),
+          of(&Errors::stress)};
 }
 
 ShapeGrid shape_grid(const AtlasSettings& s) {
@@ -78,12 +80,28 @@ std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas) {
   return terms;
 }
 
+StressAtlasSettings stress_settings(const AtlasSettings& s) {
+  StressAtlasSettings stress;
+  stress.grid = {chebyshev_points(std::log(s.width[0]), std::log(s.width[1]), s.points[0]),
+                 chebyshev_points(std::log(s.thickness[0]), std::log(s.thickness[1]), s.points[1]),
+                 s.poissons_ratios};
+  const std::size_t step = s.rays.size() % 2 == 1 ? 2 : 1;
+  for (std::size_t k = 0; k < s.rays.size(); k += step) stress.rays.push_back(s.rays[k]);
+  stress.sigmas = s.sigmas;
+  stress.mesh = s.mesh;
+  stress.free_edge_torsion = s.free_edge_torsion;
+  stress.patterns = s.stress_patterns;
+  stress.samples = s.stress_samples;
+  return stress;
+}
+
 TubeAtlas::TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check,
-                     std::string fingerprint)
+                     std::string fingerprint, std::shared_ptr<const StressAtlas> stress)
     : settings_(std::move(settings)),
       numbers_(std::move(numbers)),
       check_(std::move(check)),
       fingerprint_(std::move(fingerprint)),
+      stress_(std::move(stress)),
       terms_(atlas_terms(settings_.sigmas)),
       grid_(shape_grid(settings_)) {
   assert(settings_.rays.size() >= 2 && settings_.rays.front() == -1 && settings_.rays.back() == 1);
@@ -223,7 +241,6 @@ TubeAtlas::Tube TubeAtlas::assemble(const Weights& weights, const Eigen::Vector2
                                     : taylor(between.left + 1, weights, nodes, slope);
   Tube tube;
   tube.directions = ray_directions(between.rho);
-  tube.view = {place.other_end, place.same_sign};
   if (place.other_end) {
     tube.directions.row(0).swap(tube.directions.row(1));
     if (!place.same_sign) tube.directions *= -1;
@@ -256,6 +273,19 @@ TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2
                                    int nodes) const {
   const int all = static_cast<int>(settings_.sigmas.size());
   return assemble(weights(shape, false), ray, nodes > 0 ? std::min(nodes, all) : all, -1);
+}
+
+TubeView TubeAtlas::view(const Eigen::Vector2d& ray) {
+  const RayPlace place = place_of(ray);
+  return {place.other_end, place.other_end && place.same_sign};
+}
+
+std::vector<StateTable> TubeAtlas::look_up_stress(const PlateShape& shape,
+                                                  const Eigen::Vector2d& ray, int nodes) const {
+  assert(stress_);
+  const int all = static_cast<int>(settings_.sigmas.size());
+  return stress_->look_up(shape, std::clamp(place_of(ray).rho, -1.0, 1.0),
+                          nodes > 0 ? std::min(nodes, all) : all);
 }
 
 TubeAtlas::Rates TubeAtlas::look_up_with_rates(const PlateShape& shape,

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/elements/plate/plate_mesh.hpp"
-#include "core/reduction/atlas/compressed_table.hpp"
+#include "core/reduction/atlas/stress_atlas.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_potential.hpp"
 #include "core/reduction/tube/tube_range.hpp"
@@ -27,8 +27,10 @@ struct AtlasSettings {
   std::vector<double> poissons_ratios{0.25, 0.30, 0.35};  ///< ascending
   std::vector<double> rays{-1,   -0.92, -0.70, -0.38, 0,  // ρ, ascending, both ends ±1
                            0.38, 0.70,  0.92,  1};
-  std::vector<double> sigmas{0, 0.03, 0.1, 0.22, 0.45, 0.8};  ///< bent states [rad], ascending from 0
-  bool dynamics = true;                                  ///< with tables of the internal dynamics
+  std::vector<double> sigmas{0, 0.03, 0.1, 0.22, 0.45, 0.8};  ///< bent states [rad], from 0
+  bool dynamics = true;       ///< with tables of the internal dynamics
+  int stress_patterns = 120;  ///< StressAtlasSettings::patterns; 0: no tables of stress
+  int stress_samples = 150;   ///< StressAtlasSettings::samples
 
   int shapes() const { return points[0] * points[1]; }
   int tables() const { return static_cast<int>(poissons_ratios.size() * rays.size()); }
@@ -44,6 +46,8 @@ struct AtlasTerm {
   int node = 0, monomial = 0;
 };
 std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas);
+/// Of its tables of stress: they have every other ray.
+StressAtlasSettings stress_settings(const AtlasSettings& settings);
 
 /// How well an atlas agrees with tubes of the same bent states that were built anew, over random
 /// shapes, one in each cell of its box.
@@ -53,6 +57,7 @@ struct AtlasCheck {
     double on_ray = 0;  ///< relative, of the worst stiffness or compliance of the leaf: |L⁻¹ΔKL⁻ᵀ|
     double off_ray = 0;  ///< the same at bending off the ray, twist, axial force, moments in plane
     double frequency = 0;  ///< relative, of the six lowest internal ones on the ray and off it
+    double stress = 0;     ///< relative, of the largest stress, at both; 0 without tables of it
   };
   struct Sample {
     double width = 0, thickness = 0, poissons_ratio = 0;
@@ -81,13 +86,15 @@ class TubeAtlas {
     std::vector<CompressedTable> dynamics, stations;
     std::shared_ptr<const void> owner;  ///< keeps both alive
   };
+  /// `stress`: null for none.
   TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check = {},
-            std::string fingerprint = {});
+            std::string fingerprint = {}, std::shared_ptr<const StressAtlas> stress = {});
 
   const AtlasSettings& settings() const { return settings_; }
   const Numbers& numbers() const { return numbers_; }
   const AtlasCheck& check() const { return check_; }
   const std::vector<AtlasTerm>& terms() const { return terms_; }
+  const std::shared_ptr<const StressAtlas>& stress() const { return stress_; }
   /// Tells contents apart; of an atlas from a file.
   const std::string& fingerprint() const { return fingerprint_; }
   /// Terms, padded so that every shape starts on a cache line.
@@ -105,14 +112,19 @@ class TubeAtlas {
   struct Tube {
     Eigen::Matrix2d directions;  ///< D; its first column is the ray
     std::vector<TubeNode> nodes;
-    TubeView view;  ///< of dynamics()
   };
   /// Where there is no gap(). `ray`: as of TubeRange, ray[0] ≥ 0. `nodes`: so many of the first
   /// bent states; 0: all.
   Tube look_up(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0) const;
 
-  /// The same with its derivatives by (log w, log t, log L), each with the other two sizes and the
-  /// ray held, in the scaled units of the leaf: exact ones of the same interpolant.
+  /// Tables of stress about the same bent states, which see the leaf as view() says. Needs
+  /// stress().
+  std::vector<StateTable> look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                         int nodes = 0) const;
+  static TubeView view(const Eigen::Vector2d& ray);
+
+  /// The potential with its derivatives by (log w, log t, log L), each with the other two sizes and
+  /// the ray held, in the scaled units of the leaf: exact ones of the same interpolant.
   struct Rates {
     Tube tube;
     std::array<std::vector<TubeNode>, 3> by_size;
@@ -132,6 +144,7 @@ class TubeAtlas {
   Numbers numbers_;
   AtlasCheck check_;
   std::string fingerprint_;
+  std::shared_ptr<const StressAtlas> stress_;
   std::vector<AtlasTerm> terms_;
   ShapeGrid grid_;
 };

@@ -32,11 +32,15 @@ void ChordLeaf::reset() {
 }
 
 void ChordLeaf::stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns) {
+  move_to(s, f, unknowns);
+  plate_.assemble();
+}
+
+void ChordLeaf::move_to(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns) {
   s_ = s;
   f_ = f;
   c_ = unknowns.tail<3>();
   plate_.set_state({edges(s_, c_), unknowns.head(plate_.unknowns())});
-  plate_.assemble();
 }
 
 EdgePoses ChordLeaf::edges(const Vector3d& s, const Vector3d& c) const {
@@ -142,12 +146,10 @@ MatrixXd perturbation_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) 
 }
 
 template <int ORDER>
-FieldExpansion expand_fields_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) {
-  FieldExpansion result{perturbation_fields<ORDER>(leaf, ray), {}};
+MatrixXd edges_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
   auto series = std::make_unique<TubeSeries<ORDER>>(leaf, leaf.plate().mesh(), ray, ORDER);
-  series->set_fields(result.fields);
-  result.edge_nodal = series->edge_nodal();
-  return result;
+  series->set_fields(fields);
+  return series->edge_nodal();
 }
 
 using DualMatrix = Eigen::Matrix<Dual1, Eigen::Dynamic, Eigen::Dynamic>;
@@ -234,7 +236,16 @@ class VaryingMesh {
 
 FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order) {
   assert(order == 2 || order == 3);
-  return order == 2 ? expand_fields_to<2>(leaf, ray) : expand_fields_to<3>(leaf, ray);
+  FieldExpansion result{
+      order == 2 ? perturbation_fields<2>(leaf, ray) : perturbation_fields<3>(leaf, ray), {}};
+  result.edge_nodal = expand_edges(leaf, ray, result.fields);
+  return result;
+}
+
+MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
+  assert(fields.cols() == monomial_count(6, 2) || fields.cols() == monomial_count(6, 3));
+  return fields.cols() == monomial_count(6, 2) ? edges_to<2>(leaf, ray, fields)
+                                               : edges_to<3>(leaf, ray, fields);
 }
 
 FieldExpansion expand_fields_rate(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,

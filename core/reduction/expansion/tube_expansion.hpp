@@ -26,6 +26,8 @@ class ChordLeaf {
 
   /// To a state that is known: soft deformations, forces and unknowns() of an equilibrium.
   void stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns);
+  /// The same without assembling there: what needs no tangent.
+  void move_to(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns);
 
   struct Solution {
     bool converged = false;
@@ -72,6 +74,9 @@ struct FieldExpansion {
   MatrixXd fields, edge_nodal;
 };
 FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order);
+/// FieldExpansion::edge_nodal of fields to order 2 or 3 that are known; `leaf` may stand where it
+/// was moved to.
+MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields);
 
 /// Derivative of it (order 3) in one number of the shape of the leaf, the soft deformations and
 /// forces of the state and the units of x held: K y_d˙ = −(degree-d part of R˙ without y_d˙).

@@ -11,7 +11,6 @@
 #include <numbers>
 #include <utility>
 
-#include "core/elements/plate/plate_stress.hpp"
 #include "core/math/polynomial.hpp"
 #include "core/reduction/tube/bent_states.hpp"
 
@@ -75,7 +74,8 @@ TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube 
       directions_(tube.directions),
       known_(true),
       known_dynamics_(std::move(tube.dynamics)),
-      view_(tube.view) {
+      view_(tube.view),
+      known_stress_(std::move(tube.stress)) {
   range_.ray = directions_.col(0);
   make_potentials(tube.nodes);
 }
@@ -152,6 +152,7 @@ void TubeModel::cover(double sigma) {
   const auto expand_here = [&](double at) {
     expansions_.push_back({at, {}, expand_fields(leaf(), directions_, range_.order).fields});
     if (dynamics_ && !known_dynamics_) add_dynamics(at);
+    if (stress_ && !known_stress_) add_stress(expansions_.back());
   };
   // on to the next node, or as far as the leaf can be bent
   const auto bend_on = [&](double to) {
@@ -182,6 +183,8 @@ bool TubeModel::extend(double sigma) {
     range_.sigma_max = sigma;
     expansions_.clear();
     dynamics_.reset();
+    stress_.reset();
+    auto known_stress = std::exchange(known_stress_, nullptr);
     build();
     if (static_cast<int>(potential_->nodes().size()) == static_cast<int>(expansions_.size()) &&
         potential_->last_sigma() == sigma) {
@@ -190,6 +193,8 @@ bool TubeModel::extend(double sigma) {
     }
     known_ = true;
     known_dynamics_ = std::move(known_dynamics);
+    known_stress_ = std::move(known_stress);
+    stress_.reset();
     range_ = before;
     expansions_.clear();
     covered_ = false;
@@ -201,6 +206,7 @@ bool TubeModel::extend(double sigma) {
     leaf().reset();
   if (!add(sigma)) return false;
   if (dynamics_) add_dynamics(sigma);
+  if (stress_) add_stress(expansions_.back());
   const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});
@@ -290,6 +296,7 @@ void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   edges_ = {scale_.scaled(edges[0]), scale_.scaled(edges[1])};
   full_state_.reset();
   state_number_ = 0;
+  stress_.reset();
 }
 
 EdgePoses TubeLeaf::chord_edges() const {
@@ -376,6 +383,7 @@ void TubeLeaf::restore(const LeafState& state) {
   state_ = copy.state;
   full_state_.reset();
   state_number_ = 0;
+  stress_.reset();
 }
 
 PlateLeaf::State TubeLeaf::rebuilt() const {
@@ -430,39 +438,6 @@ PlateLeaf& TubeLeaf::condensed() {
   }
   full_state_ = plate.state();
   return plate;
-}
-
-std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {
-  PlatePool& pool = model_->pool();
-  if (const PlateLeaf* known = pool.find(state_number_)) return known->nodal();
-  if (!full_state_) full_state_ = rebuilt();
-  PlateLeaf& plate = pool.take(pool.new_state());
-  plate.set_state(*full_state_);
-  return plate.nodal();
-}
-
-StressPeak TubeLeaf::max_stress() {
-  return plate_max_stress(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_);
-}
-
-std::vector<StressPeak> TubeLeaf::stress_peaks() {
-  return plate_stress_peaks(*model_->mesh(), rebuilt_nodal(), leaf_, index_);
-}
-
-std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
-  return plate_clamp_stresses(*model_->mesh(), rebuilt_nodal(), leaf_, scale_, index_, factors);
-}
-
-LeafShape TubeLeaf::shape() {
-  return plate_deformed_shape(*model_->mesh(), rebuilt_nodal(), leaf_, scale_);
-}
-
-Vector3d TubeLeaf::material_point(double along, double across) {
-  return plate_material_point(*model_->mesh(), rebuilt_nodal(), scale_, along, across);
-}
-
-std::vector<Vector3d> TubeLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
-  return plate_material_points(*model_->mesh(), rebuilt_nodal(), scale_, places);
 }
 
 }  // namespace flexopt

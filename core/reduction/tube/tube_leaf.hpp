@@ -13,6 +13,7 @@
 #include "core/reduction/tube/plate_pool.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_range.hpp"
+#include "core/reduction/tube/tube_stress.hpp"
 #include "core/reduction/tube/tube_view.hpp"
 
 namespace flexopt {
@@ -29,6 +30,8 @@ struct KnownTube {
   /// Tables of the dynamics about the same bent states, made when first wanted. None: of the leaf.
   std::function<std::vector<DynamicsNode>()> dynamics;
   TubeView view;  ///< of the tables
+  /// Tables of stress about the same bent states, likewise.
+  std::function<std::vector<StateTable>()> stress;
 };
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
@@ -72,6 +75,12 @@ class TubeModel {
   /// once they cost less than condensing the full leaf at each of them.
   void expect_dynamics(int states);
   const TubeDynamics* dynamics() const { return dynamics_.get(); }
+  /// Tables of strains and places about the same bent states, made at their first use; they grow
+  /// with these. None for leaves with a profile, curved ones and beams.
+  const TubeStress* stress();
+  bool stress_known() const { return known_stress_ != nullptr; }
+  /// Whether no bent state had to be solved for.
+  bool unsolved() const { return expansions_.empty(); }
   /// Whether they need no bent states.
   bool dynamics_known() const { return known_dynamics_ != nullptr; }
   /// How the tables of the dynamics see the leaf.
@@ -90,6 +99,7 @@ class TubeModel {
   void stand_at(const TubeExpansion& expansion);
   bool add(double sigma);
   void add_dynamics(double sigma);  ///< at the bent state where leaf() stands
+  void add_stress(const TubeExpansion& expansion);
   ChordLeaf& leaf();
   void make_potentials(const std::vector<TubeNode>& nodes);
 
@@ -108,6 +118,8 @@ class TubeModel {
   InternalLoads loads_;  ///< none before they are wanted
   MatrixXd amplitude_units_;
   std::unique_ptr<TubeDynamics> dynamics_;
+  std::function<std::vector<StateTable>()> known_stress_;
+  std::unique_ptr<TubeStress> stress_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };
 
@@ -131,7 +143,9 @@ class TubeLeaf final : public LeafElement {
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override {
-    return {"tube", condensed_because_, check_, model_->known() ? "atlas" : "built"};
+    const bool both = !condensed_because_.empty() && !rebuilt_because_.empty();
+    return {"tube", condensed_because_ + (both ? "; " : "") + rebuilt_because_, check_,
+            model_->known() ? "atlas" : "built"};
   }
 
  private:
@@ -146,11 +160,20 @@ class TubeLeaf final : public LeafElement {
   LeafDynamics condensed_dynamics(DynamicsRequest request);
   LeafStand stand() const;
   std::vector<MatrixXd> rebuilt_nodal();
+  /// What the stress is taken from where it is not from tables: of a leaf that has some, after a
+  /// Newton step.
+  std::vector<MatrixXd> stressed_nodal();
   /// Relative change of the leaf's stiffness when the highest degree is left out; nothing where the
   /// leaf is not stable on its own.
   std::optional<double> degree_change() const;
   /// Where the state lies in the tables of the dynamics.
   TubeDynamics::Place place() const;
+  /// Strains from the tables of stress. Null without tables, and where they do not hold;
+  /// rebuilt_because_ then says why.
+  const StrainField* tabulated_strains();
+  /// Where a peak that they have lies.
+  Vector3d tabulated_point(double along, double across);
+  LeafShape tabulated_shape(const StrainField& strains);
   /// Dynamics from the tables. None without tables, where more modes are wanted than they have, and
   /// where they do not hold; condensed_because_ then says why.
   std::optional<LeafDynamics> tabulated_dynamics(int modes);
@@ -164,6 +187,8 @@ class TubeLeaf final : public LeafElement {
   ReducedResponse response_;
   LeafEvaluation evaluation_;
   double check_ = 0;
+  std::optional<TubeStress::Answer> stress_;  ///< at this state, where it was asked for
+  std::string rebuilt_because_;    ///< why the last stress was not from tables that exist
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was
   std::uint64_t state_number_ = 0;              ///< of the plate in the pool that stands there

@@ -70,10 +70,14 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
     range.sigma_max = std::min(range.sigma_max, last);
   if (!model.atlas->gap(shape, range).empty()) return nullptr;
   const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
-  KnownTube known{tube.directions, tube.nodes, {}, tube.view};
+  KnownTube known{tube.directions, tube.nodes, {}, TubeAtlas::view(range.ray), {}};
   if (model.atlas->settings().dynamics)
     known.dynamics = [atlas = model.atlas, shape, range] {
       return atlas->dynamics(shape, range.ray, range.sigma_max);
+    };
+  if (model.atlas->stress())
+    known.stress = [atlas = model.atlas, shape, ray = range.ray, nodes] {
+      return atlas->look_up_stress(shape, ray, nodes);
     };
   return std::make_shared<TubeModel>(shape, range, std::move(known));
 }

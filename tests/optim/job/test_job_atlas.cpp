@@ -78,6 +78,7 @@ TEST_CASE("a job is the same with and without a file in the cache unless it asks
   settings.poissons_ratios = {0.3};
   settings.rays = {-1, 1};
   settings.sigmas = {0, 0.1};
+  settings.stress_samples = 8;
   const MadeAtlas made = make_atlas(settings, {.check_cells = {0, 0}});
   REQUIRE(made.atlas);
   REQUIRE(write_atlas(*made.atlas, place.file).empty());

@@ -1,0 +1,319 @@
+#include "core/reduction/atlas/stress_atlas.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "core/math/decompositions.hpp"
+#include "core/math/polynomial.hpp"
+#include "core/reduction/atlas/ray_interpolation.hpp"
+#include "core/reduction/tube/bent_states.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr Eigen::Index even_columns = StateTable::even_monomials,
+                       odd_columns = StateTable::odd_monomials;
+
+// One for each monomial, the even ones first: how much of the stress about a bent state an error of
+// 1 in the coefficient of a pattern is, where states lie as far from it as they usually do.
+VectorXd monomial_weights(double sigma) {
+  constexpr double least = 0.015;  // [rad], of a state near the flat leaf
+  const double bent = std::max(sigma, least), along = 0.3 * bent + 0.01;
+  const std::array<double, 5> far{0.02 + 0.1 * sigma, 0.01, 4, 2, 2};  // τ, φ, N, M1, M2
+  VectorXd weights(even_columns + odd_columns);
+  Eigen::Index row = 0;
+  const auto fill = [&](const auto& monomials) {
+    for (const StateMonomial& m : monomials) {
+      double x = std::pow(along, m.along) / (2 * bent);
+      for (int f = 0; f < m.off_ray; ++f) x *= far[m.variable[f]];
+      weights[row++] = x;
+    }
+  };
+  fill(even_monomials());
+  fill(odd_monomials());
+  return weights;
+}
+
+// Both parts side by side, and apart again.
+MatrixXd columns_of(const StateTable& t) {
+  MatrixXd all(t.even.rows(), even_columns + odd_columns);
+  all << t.even, t.odd;
+  return all;
+}
+StateTable table_of(double sigma, const MatrixXd& columns) {
+  return {sigma, columns.leftCols(even_columns), columns.rightCols(odd_columns)};
+}
+
+// From the order of the monomials in polynomial.hpp to that of the columns.
+int monomial_of(Eigen::Index column) {
+  const auto k = static_cast<std::size_t>(column);
+  return column < even_columns ? even_monomials()[k].number
+                               : odd_monomials()[k - even_monomials().size()].number;
+}
+MatrixXd by_columns(const MatrixXd& blend) {
+  MatrixXd B(blend.rows(), blend.cols());
+  for (Eigen::Index i = 0; i < B.rows(); ++i)
+    for (Eigen::Index j = 0; j < B.cols(); ++j) B(i, j) = blend(monomial_of(i), monomial_of(j));
+  return B;
+}
+
+StressPlaces places_of(std::array<int, 2> mesh) {
+  PlateShape shape;
+  shape.mesh = mesh;
+  return StressPlaces(shape);
+}
+
+}  // namespace
+
+std::vector<StateTable> stress_nodes(const PlateShape& shape, double rho,
+                                     const std::vector<double>& sigmas) {
+  const Eigen::Matrix2d directions = ray_directions(rho);
+  ChordLeaf leaf(std::make_shared<PlateMesh>(shape));
+  std::vector<StateTable> nodes;
+  double at = 0;
+  for (const double sigma : sigmas) {
+    if (sigma != at && bend(leaf, {1, rho}, at, sigma) != sigma) break;
+    at = sigma;
+    nodes.push_back(
+        stress_node(leaf, sigma, directions, expand_fields(leaf, directions, 2).fields));
+  }
+  return nodes;
+}
+
+// ---------------------------------------------------------------------------- patterns
+
+StressPatterns::StressPatterns(std::array<int, 2> mesh, MatrixXd P)
+    : rows_(places_of(mesh).rows()), half_(places_of(mesh).strain_rows() / 2), P_(std::move(P)) {}
+
+StressPatterns::StressPatterns(const StressAtlasSettings& settings)
+    : StressPatterns(settings.mesh, MatrixXd()) {
+  std::mt19937 random(11);
+  const auto in = [&](double a, double b) {
+    return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
+  };
+  const auto inside = [&](const std::vector<double>& x) { return in(x.front(), x.back()); };
+  const ShapeGrid& grid = settings.grid;
+  MatrixXd gram = MatrixXd::Zero(rows_, rows_);
+  for (int s = 0; s < settings.samples; ++s) {
+    const Vector3d place(inside(grid.log_width), inside(grid.log_thickness),
+                         inside(grid.poissons_ratios));
+    const PlateShape shape{std::exp(place[0]), std::exp(place[1]), place[2], settings.mesh,
+                           settings.free_edge_torsion};
+    const VectorXd per_row = scale(shape.thickness).cwiseInverse();
+    for (const StateTable& node : stress_nodes(shape, inside(settings.rays), settings.sigmas)) {
+      const MatrixXd weighted =
+          per_row.asDiagonal() * columns_of(node) * monomial_weights(node.sigma).asDiagonal();
+      gram += weighted * weighted.transpose();
+    }
+  }
+  P_ = SymmetricEigen(gram).eigenvectors().rowwise().reverse().leftCols(
+      std::min<Eigen::Index>(settings.patterns, rows_));
+}
+
+VectorXd StressPatterns::scale(double thickness) const {
+  VectorXd scale = VectorXd::Ones(rows_);
+  scale.head(half_).setConstant(thickness);
+  scale.segment(half_, half_).setConstant(2);
+  return scale;
+}
+
+StateTable StressPatterns::coefficients(const StateTable& node, double thickness) const {
+  const VectorXd per_row = scale(thickness).cwiseInverse();
+  return {node.sigma, P_.transpose() * (per_row.asDiagonal() * node.even),
+          P_.transpose() * (per_row.asDiagonal() * node.odd)};
+}
+
+StateTable StressPatterns::node(const StateTable& coefficients, double thickness) const {
+  const VectorXd s = scale(thickness);
+  StateTable node{coefficients.sigma, s.asDiagonal() * (P_ * coefficients.even),
+                  s.asDiagonal() * (P_ * coefficients.odd)};
+  if (node.sigma == 0) keep_flat(node);
+  return node;
+}
+
+// A flat leaf is its own mirror image in the thickness, which turns (σ, τ, φ), the bending strains
+// and the places off the plane; and it is not strained.
+void StressPatterns::keep_flat(StateTable& node) const {
+  const auto keep = [&](const auto& monomials, MatrixXd& table) {
+    for (std::size_t k = 0; k < monomials.size(); ++k) {
+      const StateMonomial& m = monomials[k];
+      int turned = m.along;
+      for (int f = 0; f < m.off_ray; ++f) turned += m.variable[f] < 2;  // τ, φ
+      auto column = table.col(static_cast<Eigen::Index>(k));
+      const bool odd = turned % 2 != 0;
+      column.segment(odd ? 0 : half_, half_).setZero();
+      for (Eigen::Index row = 2 * half_; row < rows_; row += 3)
+        if (odd)
+          column.segment(row, 2).setZero();
+        else
+          column[row + 2] = 0;
+    }
+  };
+  keep(even_monomials(), node.even);
+  keep(odd_monomials(), node.odd);
+  node.even.col(0).head(2 * half_).setZero();
+}
+
+// ---------------------------------------------------------------------------- look-up
+
+std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {
+  const std::vector<double>& rays = settings_.rays;
+  std::size_t left = 0;
+  while (left + 2 < rays.size() && rho > rays[left + 1]) ++left;
+  const ShapeWeights weights = shape_weights(
+      settings_.grid, {std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio},
+      false);
+  const auto columns = [&](std::size_t ray, std::size_t n) {
+    const CompressedTable& table = tables_[ray * settings_.sigmas.size() + n];
+    return MatrixXd(table.look_up(weights, table.all)
+                        .reshaped(patterns_.P().cols(), even_columns + odd_columns));
+  };
+  std::vector<StateTable> found;
+  for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n) {
+    const double sigma = settings_.sigmas[n], a = rays[left], b = rays[left + 1];
+    MatrixXd all;
+    if (rho == a || rho == b) {
+      all = columns(rho == a ? left : left + 1, n);
+    } else {
+      const RayBlend blend = blend_between_rays(a, b, sigma, rho);
+      all = columns(left, n) * by_columns(blend.a).transpose() +
+            columns(left + 1, n) * by_columns(blend.b).transpose();
+    }
+    found.push_back(patterns_.node(table_of(sigma, all), shape.thickness));
+  }
+  return found;
+}
+
+// ---------------------------------------------------------------------------- file
+
+namespace {
+
+// Parts of a block, each at a multiple of 64 bytes.
+constexpr std::size_t block_part = 64;
+std::size_t block_padded(std::size_t size) {
+  return (size + block_part - 1) / block_part * block_part;
+}
+
+template <class T>
+void append(std::string& block, const T* data, std::size_t count) {
+  const std::size_t at = block.size();
+  block.resize(at + block_padded(count * sizeof(T)), '\0');
+  std::memcpy(block.data() + at, data, count * sizeof(T));
+}
+
+// The next `count` numbers; null beyond the end.
+struct Reader {
+  const char* data;
+  std::size_t size, at = 0;
+
+  template <class T>
+  const T* next(std::size_t count) {
+    const std::size_t here = at;
+    at += block_padded(count * sizeof(T));
+    return at <= size ? reinterpret_cast<const T*>(data + here) : nullptr;
+  }
+};
+
+}  // namespace
+
+std::string StressAtlas::pack() const {
+  std::string block;
+  std::vector<std::int32_t> counts{static_cast<std::int32_t>(patterns_.P().rows()),
+                                   static_cast<std::int32_t>(patterns_.P().cols()),
+                                   static_cast<std::int32_t>(tables_.size())};
+  for (const CompressedTable& t : tables_) {
+    counts.push_back(t.numbers);
+    counts.push_back(t.directions);
+  }
+  append(block, counts.data(), 3);
+  append(block, counts.data() + 3, 2 * tables_.size());
+  const Eigen::MatrixXf P = patterns_.P().cast<float>();
+  append(block, P.data(), static_cast<std::size_t>(P.size()));
+  for (const CompressedTable& t : tables_) {
+    const auto numbers = static_cast<std::size_t>(t.numbers),
+               directions = static_cast<std::size_t>(t.directions);
+    append(block, t.places, numbers);
+    append(block, t.exponents, 2 * numbers);
+    append(block, t.sizes, numbers);
+    append(block, t.basis, numbers * directions);
+    append(block, t.coordinates, directions * static_cast<std::size_t>(t.shapes));
+  }
+  return block;
+}
+
+std::shared_ptr<const StressAtlas> StressAtlas::unpack(const StressAtlasSettings& settings,
+                                                       const char* data, std::size_t size,
+                                                       std::shared_ptr<const void> owner) {
+  Reader read{data, size};
+  const std::size_t tables = settings.rays.size() * settings.sigmas.size();
+  const auto* counts = read.next<std::int32_t>(3);
+  const int rows = places_of(settings.mesh).rows();
+  if (!counts || counts[0] != rows || counts[1] != std::min(settings.patterns, rows) ||
+      counts[2] != static_cast<std::int32_t>(tables))
+    return nullptr;
+  const int patterns = counts[1],
+            all_numbers = patterns * static_cast<int>(even_columns + odd_columns);
+  const auto* sizes = read.next<std::int32_t>(2 * tables);
+  const auto* P = read.next<float>(static_cast<std::size_t>(rows) * patterns);
+  if (!sizes || !P) return nullptr;
+  std::vector<CompressedTable> all;
+  for (std::size_t k = 0; k < tables; ++k) {
+    CompressedTable& t = all.emplace_back();
+    t.all = all_numbers;
+    t.numbers = sizes[2 * k];
+    t.directions = sizes[2 * k + 1];
+    t.shapes = settings.grid.size();
+    if (t.numbers < 0 || t.numbers > t.all || t.directions < 1) return nullptr;
+    const auto n = static_cast<std::size_t>(t.numbers), d = static_cast<std::size_t>(t.directions);
+    t.places = read.next<std::int32_t>(n);
+    t.exponents = read.next<std::int8_t>(2 * n);
+    t.sizes = read.next<float>(n);
+    t.basis = read.next<std::int16_t>(n * d);
+    t.coordinates = read.next<float>(d * static_cast<std::size_t>(t.shapes));
+    if (!t.coordinates) return nullptr;
+  }
+  if (read.at != size) return nullptr;
+  return std::make_shared<StressAtlas>(
+      settings,
+      StressPatterns(settings.mesh,
+                     Eigen::Map<const Eigen::MatrixXf>(P, rows, patterns).cast<double>()),
+      std::move(all), std::move(owner));
+}
+
+// ---------------------------------------------------------------------------- making
+
+StressAtlasMaker::StressAtlasMaker(const StressAtlasSettings& settings)
+    : settings_(settings), patterns_(settings) {
+  const Eigen::Index numbers = patterns_.P().cols() * (even_columns + odd_columns);
+  values_.assign(settings.sigmas.size(), MatrixXd(numbers, settings.grid.size()));
+}
+
+void StressAtlasMaker::put(int k, const std::vector<StateTable>& nodes) {
+  assert(nodes.size() == settings_.sigmas.size());
+  const double thickness = std::exp(settings_.grid.shape(k)[1]);
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    values_[n].col(k) = columns_of(patterns_.coefficients(nodes[n], thickness)).reshaped();
+}
+
+void StressAtlasMaker::end_ray() {
+  for (std::size_t n = 0; n < values_.size(); ++n) {
+    const VectorXd w = monomial_weights(settings_.sigmas[n]);
+    const MatrixXd of_leaf = VectorXd::Ones(patterns_.P().cols()) * w.transpose();
+    made_->push_back(
+        compress(settings_.grid, values_[n], of_leaf.reshaped().replicate(1, settings_.grid.size()),
+                 std::vector<bool>(static_cast<std::size_t>(settings_.grid.size()), true),
+                 settings_.tolerance));
+  }
+}
+
+std::shared_ptr<const StressAtlas> StressAtlasMaker::finish() {
+  assert(made_->size() == settings_.rays.size() * settings_.sigmas.size());
+  std::vector<CompressedTable> tables;
+  for (const CompressedNumbers& numbers : *made_) tables.push_back(numbers.table());
+  return std::make_shared<StressAtlas>(settings_, patterns_, std::move(tables), made_);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,145 @@
+// Stresses, shape and places of a tube leaf: from its tables, or from the full leaf rebuilt at its
+// state.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/elements/plate/plate_stress.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+
+namespace flexopt {
+
+const TubeStress* TubeModel::stress() {
+  const bool flat = !shape_.curve && !shape_.fold && !shape_.has_profile();
+  if (stress_ || !built() || !flat || shape_.is_beam()) return stress_.get();
+  if (known_stress_) {
+    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_);
+    for (StateTable& node : known_stress_()) stress_->add(std::move(node));
+    return stress_.get();
+  }
+  cover(range_.sigma_max);
+  stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre);
+  for (const TubeExpansion& e : expansions_) add_stress(e);
+  return stress_.get();
+}
+
+void TubeModel::add_stress(const TubeExpansion& e) {
+  leaf().move_to({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0},
+                 {range_.force_centre * tube_force_scale(shape_)[0], 0, 0}, e.fields.col(0));
+  stress_->add(stress_node(leaf(), e.sigma, directions_, e.fields));
+}
+
+const StrainField* TubeLeaf::tabulated_strains() {
+  rebuilt_because_.clear();
+  const TubeStress* tables = model_->stress();
+  if (!tables) return nullptr;
+  const double sigma = std::abs(response_.location.sigma);
+  if (!model_->stress_known()) model_->cover(sigma);
+  if (sigma > tables->last_sigma() * (1 + 1e-9)) {
+    rebuilt_because_ = "stress of the full leaf: no bent state was found beyond this one";
+    return nullptr;
+  }
+  if (!stress_) stress_ = tables->evaluate(place());
+  if (stress_->change <= largest_stress_change) return &stress_->strains;
+  rebuilt_because_ = fmt::format(
+      "stress of the full leaf: the last degree of the tables changes it by {:.2g} > {:.2g} of the "
+      "largest",
+      stress_->change, largest_stress_change);
+  return nullptr;
+}
+
+Vector3d TubeLeaf::tabulated_point(double along, double across) {
+  Vector3d r;
+  if (along == 0 || along == 1) {
+    const EdgePose& edge = edges_[along == 0 ? 0 : 1];
+    r = edge.position + edge.axes.col(1) * ((across - 0.5) * model_->shape().width);
+  } else {
+    const TubeStress& tables = *model_->stress();
+    r = edges_[tables.view().from_tip ? 1 : 0].position +
+        response_.frame.axes * tables.material_point(place(), along, across);
+  }
+  return scale_.origin + scale_.axes * r * scale_.length;
+}
+
+std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {
+  PlatePool& pool = model_->pool();
+  if (const PlateLeaf* known = pool.find(state_number_)) return known->nodal();
+  if (!full_state_) full_state_ = rebuilt();
+  PlateLeaf& plate = pool.take(pool.new_state());
+  plate.set_state(*full_state_);
+  return plate.nodal();
+}
+
+std::vector<MatrixXd> TubeLeaf::stressed_nodal() {
+  return rebuilt_because_.empty() ? rebuilt_nodal() : condensed().nodal();
+}
+
+StressPeak TubeLeaf::max_stress() {
+  const StrainField* strains = tabulated_strains();
+  if (!strains) return plate_max_stress(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_);
+  StressPeak peak =
+      largest_stress(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
+  peak.position = tabulated_point(peak.along, peak.across);
+  return peak;
+}
+
+std::vector<StressPeak> TubeLeaf::stress_peaks() {
+  if (const StrainField* strains = tabulated_strains())
+    return flexopt::stress_peaks(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
+  return plate_stress_peaks(*model_->mesh(), stressed_nodal(), leaf_, index_);
+}
+
+std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
+  if (!factors[0] && !factors[1]) return {};
+  const StrainField* strains = tabulated_strains();
+  if (!strains)
+    return plate_clamp_stresses(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_, factors);
+  std::vector<StressPeak> peaks = flexopt::clamp_stresses(
+      *strains, model_->shape(), leaf_.material.youngs_modulus, index_, factors);
+  for (StressPeak& peak : peaks) peak.position = tabulated_point(peak.along, peak.across);
+  return peaks;
+}
+
+LeafShape TubeLeaf::shape() {
+  if (const StrainField* strains = tabulated_strains()) return tabulated_shape(*strains);
+  return plate_deformed_shape(*model_->mesh(), stressed_nodal(), leaf_, scale_);
+}
+
+LeafShape TubeLeaf::tabulated_shape(const StrainField& strains) {
+  const TubeStress& tables = *model_->stress();
+  const std::vector<double>&x = tables.places().lines, &y = tables.places().nodes;
+  const std::vector<Vector3d> places = tables.nodes(place());
+  const auto global = [&](const Vector3d& r) {
+    return Vector3d(scale_.origin + scale_.axes * r * scale_.length);
+  };
+  const Vector3d& base = edges_[tables.view().from_tip ? 1 : 0].position;
+  LeafShape shape;
+  shape.points_along = static_cast<int>(x.size());
+  shape.points_across = static_cast<int>(y.size());
+  for (std::size_t j = 0; j < y.size(); ++j)
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      shape.undeflected.push_back(scale_.origin + scale_.axes * Vector3d(x[i], y[j], 0) *
+                                                      (scale_.length / scale_.growth));
+      const bool tip = i + 1 == x.size();
+      const EdgePose& edge = edges_[tip ? 1 : 0];
+      shape.deflected.push_back(
+          global(i == 0 || tip ? Vector3d(edge.position + edge.axes.col(1) * y[j])
+                               : Vector3d(base + response_.frame.axes * places[i + x.size() * j])));
+      const SurfaceStress s =
+          surface_stress(model_->shape(), strains.at(x[i], y[j]), leaf_.material.youngs_modulus);
+      shape.von_mises.push_back(std::max(s.positive, s.negative));
+    }
+  return shape;
+}
+
+Vector3d TubeLeaf::material_point(double along, double across) {
+  return plate_material_point(*model_->mesh(), rebuilt_nodal(), scale_, along, across);
+}
+
+std::vector<Vector3d> TubeLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
+  return plate_material_points(*model_->mesh(), rebuilt_nodal(), scale_, places);
+}
+
+}  // namespace flexopt

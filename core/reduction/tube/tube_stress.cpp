@@ -1,0 +1,185 @@
+#include "core/reduction/tube/tube_stress.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "core/math/polynomial.hpp"
+
+namespace flexopt {
+namespace {
+
+// In the mirrors across the width (y) and in the thickness (z).
+constexpr std::array<double, 6> strain_in_width{1, 1, -1, 1, 1, -1},
+    strain_in_thickness{1, 1, 1, -1, -1, -1};
+constexpr std::array<double, 3> place_in_width{1, -1, 1}, place_in_thickness{1, 1, -1};
+
+// The interpolating polynomial through up to four of the points about x: first index and weights.
+struct Lagrange {
+  int first, count;
+  std::array<double, 4> weight{};
+};
+Lagrange lagrange(const std::vector<double>& points, double x) {
+  const int n = static_cast<int>(points.size());
+  Lagrange l{0, std::min(n, 4)};
+  while (l.first + l.count < n && points[l.first + l.count / 2] < x) ++l.first;
+  for (int i = 0; i < l.count; ++i) {
+    l.weight[i] = 1;
+    for (int k = 0; k < l.count; ++k)
+      if (k != i)
+        l.weight[i] *= (x - points[l.first + k]) / (points[l.first + i] - points[l.first + k]);
+  }
+  return l;
+}
+
+}  // namespace
+
+// A place among the tables, mirrored to σ ≥ 0.
+struct TubeStress::Local {
+  bool mirrored = false;
+  std::size_t interval = 0;
+  double sigma = 0;
+  std::array<double, 5> z{};
+};
+
+// Values of rows on the half that is tabulated: even + odd; on the other one they follow from
+// even − odd.
+struct TubeStress::Parts {
+  VectorXd even, odd;
+};
+
+TubeStress::TubeStress(const PlateShape& shape, double force_centre, TubeView view)
+    : shape_(shape), places_(shape), view_(view), force_centre_(force_centre) {}
+
+StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
+                       const MatrixXd& fields) {
+  const MatrixXd all = expand_stress(leaf, ray, fields.leftCols(monomial_count(6, 2)));
+  StateTable node{sigma, MatrixXd(all.rows(), StateTable::even_monomials),
+                  MatrixXd(all.rows(), StateTable::odd_monomials)};
+  for (Eigen::Index k = 0; k < node.even.cols(); ++k)
+    node.even.col(k) = all.col(even_monomials()[static_cast<std::size_t>(k)].number);
+  for (Eigen::Index k = 0; k < node.odd.cols(); ++k)
+    node.odd.col(k) = all.col(odd_monomials()[static_cast<std::size_t>(k)].number);
+  return node;
+}
+
+void TubeStress::add(StateTable node) {
+  assert(nodes_.empty() ? node.sigma == 0 : node.sigma > nodes_.back().sigma);
+  assert(node.even.rows() == places_.rows());
+  nodes_.push_back(std::move(node));
+}
+
+TubeStress::Local TubeStress::locate(const Place& place) const {
+  assert(nodes_.size() >= 2);
+  Local at;
+  at.mirrored = place.sigma < 0;
+  const double side = at.mirrored ? -1 : 1;
+  at.sigma = side * place.sigma;
+  while (at.interval + 2 < nodes_.size() && at.sigma > nodes_[at.interval + 1].sigma) ++at.interval;
+  at.z = {side * place.tau, side * place.twist, place.f[0] - force_centre_, place.f[1], place.f[2]};
+  if (view_.from_tip) std::swap(at.z[3], at.z[4]);
+  if (view_.mirrored) at.z[1] *= -1;
+  return at;
+}
+
+// To a total degree.
+TubeStress::Weights TubeStress::weights(const Local& at, int total) const {
+  return state_weights(nodes_[at.interval].sigma, nodes_[at.interval + 1].sigma, at.sigma, at.z,
+                       total);
+}
+
+TubeStress::Parts TubeStress::read(const Local& at, const Weights& w, Eigen::Index first,
+                                   Eigen::Index rows) const {
+  const StateTable &a = nodes_[at.interval], &b = nodes_[at.interval + 1];
+  Parts parts{a.even.middleRows(first, rows) * w.even[0], a.odd.middleRows(first, rows) * w.odd[0]};
+  parts.even.noalias() += b.even.middleRows(first, rows) * w.even[1];
+  parts.odd.noalias() += b.odd.middleRows(first, rows) * w.odd[1];
+  return parts;
+}
+
+// Of the whole leaf, as of StrainField.
+MatrixXd TubeStress::strains(const Local& at, const Weights& w) const {
+  const Parts parts = read(at, w, 0, places_.strain_rows());
+  const Eigen::Index n = places_.stations_along(), half = places_.half_across(), across = 2 * half;
+  MatrixXd values(n * across, 6);
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    const bool seen_mirrored = at.mirrored != view_.mirrored;
+    const double sign = seen_mirrored ? strain_in_thickness[k] : 1,
+                 image = sign * strain_in_width[k];
+    const auto even = parts.even.segment(k * n * half, n * half),
+               odd = parts.odd.segment(k * n * half, n * half);
+    values.col(k).head(n * half) = sign * (even + odd);
+    for (Eigen::Index j = 0; j < half; ++j)
+      values.col(k).segment(n * (across - 1 - j), n) =
+          image * (even.segment(n * j, n) - odd.segment(n * j, n));
+    if (view_.from_tip) values.col(k).reverseInPlace();
+  }
+  return values;
+}
+
+TubeStress::Answer TubeStress::evaluate(const Place& place) const {
+  const Local at = locate(place);
+  Weights w = weights(at, 2);
+  MatrixXd here = strains(at, w);
+  const Weights lower = weights(at, 1);
+  for (const int end : {0, 1}) {
+    w.even[end] -= lower.even[end];
+    w.odd[end] -= lower.odd[end];
+  }
+  const Eigen::ArrayXd thickness = Eigen::ArrayXd::Constant(here.rows(), shape_.thickness);
+  const auto largest = [&](const MatrixXd& e) {
+    const SurfaceStresses s = surface_stresses(e, thickness, shape_.poissons_ratio, 1);
+    return std::max(s.positive.maxCoeff(), s.negative.maxCoeff());
+  };
+  constexpr double rounding = 1e-9;  // stress over Young's modulus that is none
+  const double change = largest(strains(at, w)) / (largest(here) + rounding);
+  return {{places_.x, places_.y, std::move(here)}, change};
+}
+
+// `parts`: of all rows of places.
+Vector3d TubeStress::node_place(const Local& at, const Parts& parts, int line, int node) const {
+  const int all = static_cast<int>(places_.nodes.size()), half = places_.half_nodes();
+  const bool image = node >= half;
+  const int row = 3 * (line * half + (image ? all - 1 - node : node));
+  Vector3d r;
+  for (int c = 0; c < 3; ++c)
+    r[c] = (at.mirrored ? place_in_thickness[c] : 1) * (image ? place_in_width[c] : 1) *
+           (parts.even[row + c] + (image ? -1 : 1) * parts.odd[row + c]);
+  return r;
+}
+
+Vector3d TubeStress::seen(const Vector3d& r) const {
+  const double turned = view_.from_tip ? -1 : 1;
+  return {turned * r[0], turned * r[1], view_.mirrored ? -r[2] : r[2]};
+}
+
+std::vector<Vector3d> TubeStress::nodes(const Place& place) const {
+  const Local at = locate(place);
+  const int first = places_.strain_rows();
+  const Parts parts = read(at, weights(at, 2), first, places_.rows() - first);
+  std::vector<Vector3d> all;
+  for (int j = 0; j < static_cast<int>(places_.nodes.size()); ++j)
+    for (int i = 0; i < static_cast<int>(places_.lines.size()); ++i)
+      all.push_back(seen(node_place(at, parts, i, j)));
+  if (view_.from_tip) std::reverse(all.begin(), all.end());
+  return all;
+}
+
+Vector3d TubeStress::material_point(const Place& place, double along, double across) const {
+  const Local at = locate(place);
+  const double turned = view_.from_tip ? -1 : 1;
+  const Lagrange x = lagrange(places_.lines, view_.from_tip ? 1 - along : along),
+                 y = lagrange(places_.nodes, turned * (across - 0.5) * shape_.width);
+  const int per_line = 3 * places_.half_nodes();
+  const Parts parts =
+      read(at, weights(at, 2), places_.strain_rows() + per_line * x.first, per_line * x.count);
+  Vector3d r = Vector3d::Zero();
+  for (int i = 0; i < x.count; ++i)
+    for (int j = 0; j < y.count; ++j)
+      r += x.weight[i] * y.weight[j] * node_place(at, parts, i, y.first + j);
+  return seen(r);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,73 @@
+#pragma once
+// Strains and places of a tube leaf from tables: polynomials of its state about its bent states,
+// joined along the ray as the fields are. Equations (T1) to (T4) of core/reduction/README.md.
+#include <optional>
+#include <vector>
+
+#include "core/elements/plate/plate_stress.hpp"
+#include "core/reduction/expansion/stress_expansion.hpp"
+#include "core/reduction/tube/state_table.hpp"
+#include "core/reduction/tube/tube_dynamics.hpp"
+#include "core/reduction/tube/tube_view.hpp"
+
+namespace flexopt {
+
+/// Largest change of a surface stress by the last degree of its tables, over the largest stress:
+/// beyond it that may be off by more than about 1 %.
+inline constexpr double largest_stress_change = 0.05;
+
+/// The tables about the bent state `sigma` of the ray, the first column of `ray`, where `leaf`
+/// stands or was moved to; rows as of StressPlaces. `fields`: its expand_fields().
+StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
+                       const MatrixXd& fields);
+
+class TubeStress {
+ public:
+  using Place = TubeDynamics::Place;
+
+  /// Of a flat leaf of uniform width and thickness. `view`: how the tables see it; places and
+  /// answers are those of the leaf.
+  TubeStress(const PlateShape& shape, double force_centre, TubeView view = {});
+
+  /// A bent state beyond the others.
+  void add(StateTable node);
+  double last_sigma() const { return nodes_.back().sigma; }
+
+  struct Answer {
+    StrainField strains;
+    /// What the last degree changes, the largest one: von Mises stress of the change over the
+    /// largest von Mises stress.
+    double change = 0;
+  };
+  /// Needs two bent states; sigma inside of them or their mirror images.
+  Answer evaluate(const Place& place) const;
+
+  /// Place of the point (along, across) of the mid-surface seen from the middle of the edge that
+  /// the tables call the base, in the chord frame, over L.
+  Vector3d material_point(const Place& place, double along, double across) const;
+  /// The same of all nodes of the mesh, along first.
+  std::vector<Vector3d> nodes(const Place& place) const;
+  const StressPlaces& places() const { return places_; }
+  TubeView view() const { return view_; }
+
+ private:
+  using Weights = StateWeights<double>;
+  struct Local;
+  struct Parts;
+
+  Local locate(const Place& place) const;
+  Weights weights(const Local& at, int total) const;
+  Parts read(const Local& at, const Weights& w, Eigen::Index first, Eigen::Index rows) const;
+  MatrixXd strains(const Local& at, const Weights& w) const;
+  /// From the axes of the tables to those of the leaf.
+  Vector3d seen(const Vector3d& r) const;
+  Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
+
+  PlateShape shape_;
+  StressPlaces places_;
+  TubeView view_;
+  double force_centre_;
+  std::vector<StateTable> nodes_;
+};
+
+}  // namespace flexopt

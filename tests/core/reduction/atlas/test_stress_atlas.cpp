@@ -1,0 +1,128 @@
+// Tables of stress in an atlas: looked up against those of the leaf itself, and in a mechanism.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+
+#include "core/reduction/atlas/make_atlas.hpp"
+#include "core/reduction/atlas/stress_atlas.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+AtlasSettings small_box() {
+  AtlasSettings s;
+  s.mesh = {4, 2};
+  s.width = {0.25, 0.4};
+  s.thickness = {1.0 / 240, 1.0 / 160};
+  s.points = {4, 3};
+  s.poissons_ratios = {0.28, 0.3, 0.32};
+  s.rays = {-1, 0, 1};
+  s.sigmas = {0, 0.05, 0.2};
+  s.stress_patterns = 60;
+  s.stress_samples = 25;
+  return s;
+}
+
+const MadeAtlas& stressed_atlas() {
+  static const MadeAtlas made =
+      make_atlas(small_box(), {.check_cells = {2, 2}, .check_rays = {1, -0.4}});
+  return made;
+}
+
+TubeModel looked_up(const PlateShape& shape, const Eigen::Vector2d& ray) {
+  const TubeAtlas& atlas = *stressed_atlas().atlas;
+  const TubeAtlas::Tube tube = atlas.look_up(shape, ray);
+  TubeRange range;
+  range.sigma_max = 0.2;
+  return TubeModel(
+      shape, range,
+      KnownTube{tube.directions, tube.nodes, {}, TubeAtlas::view(ray), [&, shape, ray] {
+                  return atlas.look_up_stress(shape, ray);
+                }});
+}
+
+}  // namespace
+
+TEST_CASE("stress that is looked up is that of the leaf itself, on every ray and from both ends") {
+  REQUIRE(stressed_atlas().atlas);
+  const PlateShape shape{0.33, 1.0 / 190, 0.306, {4, 2}, true};
+  const auto ray = GENERATE(Eigen::Vector2d(1, 1), Eigen::Vector2d(1, -1), Eigen::Vector2d(1, 0.3),
+                            Eigen::Vector2d(0.3, 1), Eigen::Vector2d(-0.45, 1));
+  TubeModel model = looked_up(shape, ray);
+  REQUIRE(model.stress());
+  CHECK(model.unsolved());
+  // the same leaf, its bent states solved about the same directions
+  const Eigen::Matrix2d D = model.potential().ray();
+  TubeStress truth(shape, 0);
+  ChordLeaf leaf(std::make_shared<PlateMesh>(shape));
+  for (const double sigma : small_box().sigmas) {
+    REQUIRE(leaf.solve({D(0, 0) * sigma, D(1, 0) * sigma, 0}, Vector3d::Zero()).converged);
+    truth.add(stress_node(leaf, sigma, D, expand_fields(leaf, D, 2).fields));
+  }
+  for (const TubeStress::Place& at : {TubeStress::Place{0.13, 0, 0, Vector3d::Zero()},
+                                      TubeStress::Place{0.13, 0.01, 0.004, {1, 0.6, -0.2}},
+                                      TubeStress::Place{-0.08, 0.01, 0.004, {-1, 0.1, 0.4}}}) {
+    const auto found = model.stress()->evaluate(at).strains, real = truth.evaluate(at).strains;
+    const StressPeak a = largest_stress(found, shape, 1, 0), b = largest_stress(real, shape, 1, 0);
+    CHECK(a.value == Approx(b.value).epsilon(3e-3));
+    for (const double x : {0.02, 0.4, 0.9})
+      for (const double y : {-0.15, 0.1}) {
+        const SurfaceStress s = surface_stress(shape, found.at(x, y), 1),
+                            t = surface_stress(shape, real.at(x, y), 1);
+        CHECK(std::abs(s.positive - t.positive) < 1e-2 * b.value);
+        CHECK(std::abs(s.negative - t.negative) < 1e-2 * b.value);
+      }
+    // places, each seen from the edge that the tables call the base
+    const bool from_tip = model.stress()->view().from_tip;
+    const Vector3d origin = from_tip ? truth.material_point(at, 1, 0.5) : Vector3d(0, 0, 0);
+    const Vector3d p = model.stress()->material_point(at, 0.3, 0.2),
+                   q = truth.material_point(at, 0.3, 0.2) - origin;
+    CHECK((p - q).norm() < 1e-3);
+  }
+}
+
+TEST_CASE("a block of stress tables gives the same numbers again, and none when it is cut") {
+  const StressAtlas& atlas = *stressed_atlas().atlas->stress();
+  const std::string block = atlas.pack();
+  const auto numbers = std::make_shared<std::vector<Eigen::Matrix<char, 64, 1>>>(block.size() / 64);
+  REQUIRE(block.size() % 64 == 0);
+  char* data = numbers->front().data();
+  std::memcpy(data, block.data(), block.size());
+  const auto again = StressAtlas::unpack(atlas.settings(), data, block.size(), numbers);
+  REQUIRE(again);
+  const PlateShape shape{0.3, 1.0 / 200, 0.29, {4, 2}, true};
+  const StateTable a = atlas.look_up(shape, 0.4, 3)[2], b = again->look_up(shape, 0.4, 3)[2];
+  CHECK((a.even - b.even).norm() < 1e-6 * a.even.norm());
+  CHECK(!StressAtlas::unpack(atlas.settings(), data, block.size() - 64, numbers));
+  StressAtlasSettings other = atlas.settings();
+  other.mesh = {6, 2};
+  CHECK(!StressAtlas::unpack(other, data, block.size(), numbers));
+}
+
+TEST_CASE("an atlas tells the errors of its stress, and mechanisms with it solve no leaf") {
+  const AtlasCheck& check = stressed_atlas().atlas->check();
+  for (const AtlasCheck::Ray& ray : check.rays) {
+    CHECK(ray.largest().stress < 5e-3);
+    CHECK(ray.median().stress > 1e-7);
+  }
+  StrokeRequest request;
+  request.points = {0, 0.005, 0.012};
+  request.outputs = {Output::equilibrium, Output::stress};
+  ModelOptions model;
+  model.mesh = std::array<int, 2>{4, 2};
+  const Mechanism guide = models::guide(0.1, 0.03, 5e-4, 0.1);
+  const StrokeResponse built = evaluate_stroke(guide, model, request);
+  model.atlas = stressed_atlas().atlas;
+  const StrokeResponse found = evaluate_stroke(guide, model, request);
+  for (std::size_t k = 1; k < found.path.size(); ++k) {
+    CHECK(found.path[k].leaves[0].source == "atlas");
+    CHECK(found.path[k].leaves[0].reason.empty());
+    const StressPeak &a = *found.path[k].max_stress, &b = *built.path[k].max_stress;
+    CHECK(a.value == Approx(b.value).epsilon(3e-3));
+    CHECK((a.position - b.position).norm() < 1e-4);
+  }
+}

@@ -1,0 +1,249 @@
+// The tables of a tube leaf's strains: their expansion against exact states, the mirrors of a leaf,
+// and the stress of mechanisms against full leaves.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/elements/leaf/leaf_scale.hpp"
+#include "core/math/polynomial.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+const double pi = std::numbers::pi;
+const PlateShape flat{0.3, 0.005, 0.3, {6, 2}, true};
+
+std::shared_ptr<TubeModel> tube(const PlateShape& shape) {
+  return std::make_shared<TubeModel>(std::make_shared<PlateMesh>(shape), TubeRange{});
+}
+
+double von_mises(const PlateShape& shape, const Strains& e, bool positive) {
+  const SurfaceStress s = surface_stress(shape, e, 1);
+  return positive ? s.positive : s.negative;
+}
+
+StrokeRequest sweep(double end, int points) {
+  StrokeRequest request;
+  request.points.clear();
+  for (int k = 0; k < points; ++k) request.points.push_back(end * k / (points - 1));
+  return request;
+}
+
+StrokeResponse full_response(const Mechanism& mechanism, const StrokeRequest& request) {
+  ModelOptions full;
+  full.accuracy = Accuracy::full;
+  return evaluate_stroke(mechanism, full, request);
+}
+
+struct Errors {
+  double stress = 0, place = 0;
+  int others = 0;  ///< leaves whose stress is not from tables
+};
+Errors compare(const Mechanism& mechanism, const StrokeRequest& request) {
+  const StrokeResponse found = evaluate_stroke(mechanism, {}, request),
+                       truth = full_response(mechanism, request);
+  REQUIRE(found.status == Status::ok);
+  REQUIRE(truth.status == Status::ok);
+  Errors worst;
+  for (std::size_t k = 0; k < truth.path.size(); ++k) {
+    const StressPeak &a = *found.path[k].max_stress, &b = *truth.path[k].max_stress;
+    if (truth.path[k].stroke != 0)
+      worst.stress = std::max(worst.stress, std::abs(a.value / b.value - 1));
+    if (a.along == b.along && a.across == b.across && a.leaf == b.leaf)
+      worst.place = std::max(worst.place, (a.position - b.position).norm());
+    for (const LeafReport& leaf : found.path[k].leaves)
+      worst.others += leaf.model != "tube" || !leaf.reason.empty();
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("the expansion of strains and places is that of exact states to second order") {
+  const auto mesh = std::make_shared<PlateMesh>(flat);
+  Eigen::Matrix2d ray;
+  ray << 1, 1, 1, -1;
+  const Vector3d scale = tube_force_scale(flat);
+  ChordLeaf leaf(mesh);
+  const auto strains = [&] { return expand_stress(leaf, ray, expand_fields(leaf, ray, 2).fields); };
+  REQUIRE(leaf.solve({0.1, 0.1, 0}, Vector3d::Zero()).converged);
+  const ChordLeaf node = leaf;
+  const MatrixXd e = strains();
+  const MonomialTable& table = monomials<6, 2>();
+  REQUIRE(e.cols() == table.size());
+  const StressPlaces places(flat);
+  double rest[2][2];
+  for (int n = 0; n < 2; ++n) {
+    Vector6d x;
+    x << 0.01, 0.01, 0.004, 1, 0.5, -0.3;
+    x /= 1 << n;
+    leaf = node;
+    for (int again = 0; again < 2; ++again)
+      REQUIRE(
+          leaf.solve({0.1 + x[0] + x[1], 0.1 + x[0] - x[1], x[2]}, scale.cwiseProduct(x.tail<3>()))
+              .converged);
+    VectorXd power(table.size());
+    evaluate_monomials(table, {x.data(), 6},
+                       {power.data(), static_cast<std::size_t>(power.size())});
+    const VectorXd difference = strains().col(0) - e * power;
+    rest[n][0] = difference.head(places.strain_rows()).norm();
+    rest[n][1] = difference.tail(places.rows() - places.strain_rows()).norm();
+  }
+  for (int part = 0; part < 2; ++part) CHECK(std::log2(rest[0][part] / rest[1][part]) > 2.7);
+}
+
+TEST_CASE("a tabulated leaf is stressed as its mirror images are") {
+  const auto model = tube(flat);
+  REQUIRE(model->stress());
+  const TubeStress& tables = *model->stress();
+  const TubeStress::Place here{0.17, 0.01, 0.003, {0.6, 0.3, -0.2}};
+  const auto strains = tables.evaluate(here).strains;
+  const auto thickness = tables.evaluate({-0.17, -0.01, -0.003, {0.6, 0.3, -0.2}}).strains;
+  const auto width = tables.evaluate({0.17, 0.01, -0.003, {0.6, -0.3, 0.2}}).strains;
+  const double largest = largest_stress(strains, flat, 1, 0).value;
+  double asymmetry = 0;
+  for (const double x : {0.0, 0.13, 0.5, 0.97})
+    for (const double y : {-0.14, -0.05, 0.0, 0.11})
+      for (const bool positive : {true, false}) {
+        const double s = von_mises(flat, strains.at(x, y), positive);
+        CHECK(std::abs(von_mises(flat, thickness.at(x, y), !positive) - s) < 1e-12 * largest);
+        CHECK(std::abs(von_mises(flat, width.at(x, -y), positive) - s) < 1e-12 * largest);
+        asymmetry = std::max(asymmetry, std::abs(von_mises(flat, strains.at(x, -y), positive) - s));
+      }
+  CHECK(asymmetry > 1e-3 * largest);
+  // and its points stand in the mirror
+  const Vector3d r = tables.material_point(here, 0.3, 0.2),
+                 in_thickness =
+                     tables.material_point({-0.17, -0.01, -0.003, {0.6, 0.3, -0.2}}, 0.3, 0.2),
+                 in_width = tables.material_point({0.17, 0.01, -0.003, {0.6, -0.3, 0.2}}, 0.3, 0.8);
+  CHECK((in_thickness - Vector3d(r[0], r[1], -r[2])).norm() < 1e-12);
+  CHECK((in_width - Vector3d(r[0], -r[1], r[2])).norm() < 1e-12);
+}
+
+TEST_CASE("a leaf twice the size, bent alike, has the same stress from its tables") {
+  const StrokeRequest request = sweep(0.02, 4), doubled = sweep(0.04, 4);
+  const StrokeResponse a = evaluate_stroke(models::guide(0.1, 0.03, 5e-4, 0.06), {}, request),
+                       b = evaluate_stroke(models::guide(0.2, 0.06, 1e-3, 0.12), {}, doubled);
+  for (std::size_t k = 1; k < 4; ++k) {
+    const StressPeak &p = *a.path[k].max_stress, &q = *b.path[k].max_stress;
+    CHECK(q.value == Approx(p.value).epsilon(1e-7));
+    CHECK(p.value > 1e7);
+    CHECK((q.position - 2 * p.position).norm() < 5e-7);
+  }
+}
+
+TEST_CASE("stress from tables goes on smoothly over the bent states") {
+  const auto model = tube({0.6, 0.004, 0.3, {10, 4}, true});
+  REQUIRE(model->stress());
+  const auto stress = [&](double sigma) {
+    const TubeStress::Place at{sigma, 0.004, 0.001, {0.5, 0.1, 0.2}};
+    return largest_stress(model->stress()->evaluate(at).strains, model->shape(), 1, 0).value;
+  };
+  const auto& nodes = model->potential().nodes();
+  REQUIRE(nodes.size() >= 3);
+  for (std::size_t n = 1; n + 1 < nodes.size(); ++n) {
+    const double at = nodes[n].sigma, h = 1e-6;
+    CHECK(std::abs(stress(at + 1e-10) - stress(at - 1e-10)) < 1e-8 * stress(at));
+    // the slope on both sides
+    const double left = (stress(at) - stress(at - h)) / h,
+                 right = (stress(at + h) - stress(at)) / h;
+    CHECK(std::abs(left - right) < 1e-3 * std::abs(left));
+  }
+}
+
+TEST_CASE("stress from tables is that of full leaves, both ways") {
+  const double side = GENERATE(1.0, -1.0);
+  const Errors guide = compare(models::guide(0.1, 0.03, 5e-4), sweep(side * 0.024, 7));
+  CHECK(guide.stress < 1e-3);
+  CHECK(guide.place < 1e-6);
+  CHECK(guide.others == 0);
+  const Mechanism cross = models::hinge(0.1, 3.5e-4, {{1, 0.0125, 0.02}, {-1, -0.0125, 0.02}});
+  const Errors hinge = compare(cross, sweep(side * pi / 6, 7));
+  CHECK(hinge.stress < 3e-3);
+  CHECK(hinge.place < 1e-6);
+  const Errors wide =
+      compare(models::three_leaf_hinge(0.06, 0.06, 2.5e-4), sweep(side * pi / 6, 7));
+  CHECK(wide.stress < 3e-3);
+}
+
+TEST_CASE("shapes from tables are those of full leaves") {
+  StrokeRequest request = sweep(0.02, 3);
+  request.outputs = {Output::equilibrium, Output::shapes};
+  const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
+  const StrokeResponse found = evaluate_stroke(guide, {}, request),
+                       truth = full_response(guide, request);
+  for (std::size_t k = 0; k < truth.path.size(); ++k) {
+    REQUIRE(found.path[k].leaves[0].reason.empty());
+    const LeafShape &a = found.path[k].shapes[0], &b = truth.path[k].shapes[0];
+    REQUIRE(a.points_along == b.points_along);
+    REQUIRE(a.deflected.size() == b.deflected.size());
+    const double largest = *std::max_element(b.von_mises.begin(), b.von_mises.end());
+    for (std::size_t n = 0; n < a.deflected.size(); ++n) {
+      CHECK((a.undeflected[n] - b.undeflected[n]).norm() < 1e-12);
+      CHECK((a.deflected[n] - b.deflected[n]).norm() < 5e-7);
+      CHECK(std::abs(a.von_mises[n] - b.von_mises[n]) < 3e-3 * largest + 1);
+    }
+  }
+}
+
+TEST_CASE("so are the stresses of clamped edges with fillets, under a load") {
+  StrokeRequest request = sweep(0.02, 5);
+  request.stress.fillet = 5e-4;
+  DeadLoad load;
+  load.force = {0, 0, -3};
+  request.loads.constant.push_back(load);
+  const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
+  const StrokeResponse found = evaluate_stroke(guide, {}, request),
+                       truth = full_response(guide, request);
+  for (std::size_t k = 1; k < truth.path.size(); ++k) {
+    const StressPeak &a = *found.path[k].notch_stress, &b = *truth.path[k].notch_stress;
+    CHECK(a.value == Approx(b.value).epsilon(3e-3));
+    CHECK(a.per_bending == Approx(b.per_bending).epsilon(5e-3));
+    CHECK(a.value > found.path[k].max_stress->value);
+    CHECK(found.path[k].max_stress->value == Approx(truth.path[k].max_stress->value).epsilon(3e-3));
+  }
+}
+
+TEST_CASE("where the tables of stress do not hold the leaf is rebuilt and says so") {
+  const auto model = tube({0.3, 0.005, 0.3, {10, 4}, true});
+  REQUIRE(model->stress());
+  const Vector3d none = Vector3d::Zero();
+  CHECK(model->stress()->evaluate({0, 0, 0, none}).change == 0);
+  CHECK(model->stress()->evaluate({0.1, 0, 0, none}).change == 0);  // a bent state itself
+  CHECK(model->stress()->evaluate({0.17, 0, 0, none}).change < largest_stress_change);
+  CHECK(model->stress()->evaluate({0.02, 0, 0.15, none}).change > largest_stress_change);
+}
+
+TEST_CASE("leaves with a profile, curved ones and beams have no tables of stress") {
+  PlateShape shape = flat;
+  shape.thickness_profile = {1, 0.8};
+  CHECK(!tube(shape)->stress());
+  shape = flat;
+  shape.curve = 0.3;
+  CHECK(!tube(shape)->stress());
+  shape = flat;
+  shape.mesh[1] = 1;
+  shape.flexure = Flexure::beam;
+  CHECK(!tube(shape)->stress());
+}
+
+TEST_CASE("tables of stress grow with their tube") {
+  TubeRange range;
+  range.sigma_max = 0.05;
+  TubeModel model(std::make_shared<PlateMesh>(flat), range);
+  REQUIRE(model.built());
+  REQUIRE(model.stress());
+  REQUIRE(model.extend(0.2));
+  range.sigma_max = 0.2;
+  TubeModel whole(std::make_shared<PlateMesh>(flat), range);
+  const TubeStress::Place end{0.2, 0, 0, Vector3d::Zero()};
+  const auto grown = model.stress()->evaluate(end).strains,
+             made = whole.stress()->evaluate(end).strains;
+  CHECK((grown.at(0.1, 0.05) - made.at(0.1, 0.05)).norm() < 1e-6 * made.at(0.1, 0.05).norm());
+}
