@@ -48,7 +48,7 @@ PlateShape shape_of(double width, double thickness, double nu = 0.3) {
 
 std::vector<double> expansion(const PlateShape& shape, const Eigen::Vector2d& ray,
                               const Eigen::Matrix2d& D, double sigma) {
-  const auto nodes = bent_states(shape, ray, D, {0, sigma});
+  const auto nodes = bent_states(shape, ray, D, {0, sigma}).nodes;
   REQUIRE(nodes.size() == 2);
   return nodes[1].W;
 }
@@ -162,7 +162,7 @@ TEST_CASE("an atlas has the built tubes at the shapes of its grid", "[core][atla
   for (const auto& [i, j, rho] : {std::tuple{0, 0, 1.0}, {2, 1, -0.5}, {3, 2, -1.0}}) {
     const PlateShape shape = shape_of(std::exp(widths[i]), std::exp(thicknesses[j]), 0.28);
     const TubeAtlas::Tube found = atlas.look_up(shape, {1, rho});
-    const auto built = bent_states(shape, {1, rho}, found.directions, s.sigmas);
+    const auto built = bent_states(shape, {1, rho}, found.directions, s.sigmas).nodes;
     REQUIRE(found.nodes.size() == built.size());
     double size = 0, worst = 0;
     for (const AtlasTerm& term : atlas.terms()) {
@@ -195,7 +195,7 @@ TEST_CASE("between its shapes and rays an atlas is as exact as its check says", 
     const PlateShape shape = shape_of(0.31, 1.0 / 190, 0.305);
     const TubeAtlas::Tube found = atlas.look_up(shape, ray);
     CHECK((found.directions.col(0) - ray).norm() < 1e-15);
-    const auto built = bent_states(shape, ray, found.directions, s.sigmas);
+    const auto built = bent_states(shape, ray, found.directions, s.sigmas).nodes;
     const auto error = difference(tube_potential(shape, found.directions, found.nodes),
                                   tube_potential(shape, found.directions, built), shape);
     CHECK(error.on_ray > 0);

@@ -1,0 +1,185 @@
+// Tables of dynamics in an atlas: what is compressed against what it was made of, and frequencies
+// of looked-up leaves against those of leaves that were built.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/math/chebyshev.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/reduction/atlas/atlas_dynamics.hpp"
+#include "core/reduction/atlas/make_atlas.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+AtlasSettings small_box() {
+  AtlasSettings s;
+  s.mesh = {6, 2};
+  s.width = {0.25, 0.4};
+  s.thickness = {1.0 / 240, 1.0 / 160};
+  s.points = {4, 3};
+  s.poissons_ratios = {0.28, 0.3, 0.32};
+  s.rays = {-1, -0.5, 0, 0.5, 1};
+  s.sigmas = {0, 0.05, 0.25};
+  s.stress_patterns = 0;
+  return s;
+}
+
+const std::shared_ptr<const TubeAtlas>& atlas() {
+  static const MadeAtlas made = make_atlas(small_box(), {.check_cells = {2, 2}});
+  return made.atlas;
+}
+
+ShapeGrid small_grid() {
+  return {chebyshev_points(std::log(0.1), std::log(2.0), 7),
+          chebyshev_points(std::log(0.002), std::log(0.02), 5),
+          {0.25, 0.3, 0.35}};
+}
+
+// Numbers with laws of their own: smooth, of very different sizes, one of no weight.
+constexpr int numbers = 40;
+VectorXd smooth(const Vector3d& p) {
+  VectorXd c(numbers);
+  for (int i = 0; i < numbers; ++i) {
+    const double power = i % 5 - 2;
+    c[i] = std::pow(10.0, i % 7 - 3) * std::exp(power * p[0] + (i % 3) * p[1]) *
+           (1 + 0.2 * std::sin(0.3 * i + 0.4 * p[0]) * std::cos(0.2 * p[1]) + 0.5 * p[2] * (i % 4));
+  }
+  return c;
+}
+
+CompressedNumbers compressed(double tolerance) {
+  const ShapeGrid grid = small_grid();
+  MatrixXd values(numbers, grid.size());
+  for (int k = 0; k < grid.size(); ++k) values.col(k) = smooth(grid.shape(k));
+  MatrixXd weights = values.cwiseAbs().cwiseInverse();
+  weights.row(7) *= 1e-9;
+  return compress(grid, values, weights,
+                  std::vector<bool>(static_cast<std::size_t>(grid.size()), true), tolerance);
+}
+
+double frequency_error(const StrokeResponse& found, const StrokeResponse& truth) {
+  REQUIRE(found.status == Status::ok);
+  REQUIRE(truth.status == Status::ok);
+  double worst = 0;
+  for (std::size_t k = 0; k < truth.path.size(); ++k) {
+    const PathPoint &a = found.path[k], &b = truth.path[k];
+    REQUIRE(a.frequencies_free.size() == b.frequencies_free.size());
+    for (std::size_t i = 0; i < b.frequencies_free.size(); ++i)
+      worst = std::max(worst, std::abs(a.frequencies_free[i] / b.frequencies_free[i] - 1));
+    for (std::size_t i = 0; i < b.frequencies_locked.size(); ++i)
+      worst = std::max(worst, std::abs(a.frequencies_locked[i] / b.frequencies_locked[i] - 1));
+  }
+  return worst;
+}
+
+StrokeRequest sweep(double end) {
+  StrokeRequest request;
+  request.points = {0, 0.3 * end, 0.6 * end, end};
+  request.frequencies = 6;
+  request.outputs = {Output::equilibrium, Output::frequencies_free, Output::frequencies_locked};
+  return request;
+}
+
+// The same leaf, its other edge called the base.
+LeafSpring turned(const LeafSpring& leaf) {
+  LeafSpring t = leaf;
+  std::swap(t.base, t.tip);
+  t.origin = leaf.origin + leaf.length * leaf.axes.col(0);
+  t.axes.col(0) = -leaf.axes.col(0);
+  t.axes.col(1) = -leaf.axes.col(1);
+  return t;
+}
+
+ModelOptions looked_up() {
+  ModelOptions model;
+  model.mesh = small_box().mesh;
+  model.atlas = atlas();
+  return model;
+}
+
+Mechanism hinge() {
+  Mechanism hinge = models::hinge(0.08, 4e-4, {{1, 0.0125, 0.025}, {-1, -0.0125, 0.025}});
+  hinge.bodies[0] = models::body({0, 0, 0}, 0.1, 2e-5);
+  return hinge;
+}
+
+}  // namespace
+
+TEST_CASE("a compressed table is what it was made of, on its grid and between") {
+  const CompressedNumbers made = compressed(1e-4);
+  CHECK(made.directions < small_grid().size() / 2);
+  CHECK(made.numbers == numbers - 1);  // one counts nowhere
+  const CompressedTable table = made.table();
+  for (const Vector3d& p : {Vector3d(std::log(0.1), std::log(0.02), 0.3),
+                            Vector3d(std::log(0.7), std::log(0.005), 0.27)}) {
+    const VectorXd found = table.look_up(shape_weights(small_grid(), p, false), numbers),
+                   truth = smooth(p);
+    for (int i = 0; i < numbers; ++i) {
+      if (i == 7) continue;
+      INFO(i);
+      CHECK(std::abs(found[i] / truth[i] - 1) < 2e-3);
+    }
+    CHECK(found[7] == 0);
+    // the first ones alone are the same
+    CHECK((table.look_up(shape_weights(small_grid(), p, false), 12) - found.head(12)).norm() == 0);
+  }
+}
+
+TEST_CASE("slopes of a compressed table are those of what it looks up") {
+  const CompressedNumbers made = compressed(1e-4);
+  const CompressedTable table = made.table();
+  const Vector3d p(std::log(0.6), std::log(0.006), 0.31);
+  const ShapeWeights here = shape_weights(small_grid(), p, true);
+  for (int a = 0; a < 3; ++a) {
+    constexpr double h = 1e-5;
+    const auto at = [&](double step) {
+      return table.look_up(shape_weights(small_grid(), p + step * Vector3d::Unit(a), false),
+                           numbers);
+    };
+    const VectorXd slope = table.look_up(here, numbers, a), difference = (at(h) - at(-h)) / (2 * h);
+    for (int i = 0; i < numbers; ++i)
+      CHECK(std::abs(slope[i] - difference[i]) <=
+            1e-7 * (std::abs(difference[i]) + std::abs(at(0)[i])));
+  }
+}
+
+TEST_CASE("frequencies of looked-up leaves are those of built ones") {
+  REQUIRE(atlas());
+  for (const AtlasCheck::Ray& ray : atlas()->check().rays) {
+    CHECK(ray.largest().frequency > 0);
+    CHECK(ray.largest().frequency < 0.02);
+  }
+  ModelOptions built = looked_up();
+  built.atlas = nullptr;
+  const StrokeRequest request = sweep(0.25);
+  const StrokeResponse found = evaluate_stroke(hinge(), looked_up(), request);
+  for (const PathPoint& p : found.path)
+    for (const LeafReport& leaf : p.leaves) {
+      CHECK(leaf.source == "atlas");
+      CHECK(leaf.reason.empty());
+      CHECK(leaf.check == 0);  // nothing was condensed
+    }
+  CHECK(frequency_error(found, evaluate_stroke(hinge(), built, request)) < 2e-3);
+}
+
+TEST_CASE("a looked-up leaf vibrates the same whichever edge is called its base") {
+  REQUIRE(atlas());
+  // one way round or the other, the ray is seen from the tip
+  const double end = GENERATE(0.25, -0.25);
+  const StrokeRequest request = sweep(end);
+  Mechanism one = hinge();  // the leaves cross beside their middles
+  for (LeafSpring& leaf : one.leaves) leaf.origin += 0.15 * leaf.length * leaf.axes.col(0);
+  Mechanism other = one;
+  for (LeafSpring& leaf : other.leaves) leaf = turned(leaf);
+  const StrokeResponse a = evaluate_stroke(one, looked_up(), request),
+                       b = evaluate_stroke(other, looked_up(), request);
+  for (const StrokeResponse* response : {&a, &b})
+    for (const LeafReport& leaf : response->path.back().leaves) {
+      CHECK(leaf.source == "atlas");
+      CHECK(leaf.check == 0);
+    }
+  CHECK(frequency_error(a, b) < 1e-8);
+}
