@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <mutex>
 
@@ -16,19 +17,28 @@ namespace {
 void print_check(const AtlasCheck& check) {
   fmt::print("against tubes built anew, {} random shapes a ray:\n",
              check.cells[0] * check.cells[1]);
-  fmt::print("  {:>6} {:>21} {:>21} {:>21} {:>21}\n", "ray", "drive load", "stiffness",
-             "off the ray", "stress");
-  fmt::print("  {:>6}{}\n", "rho",
-             fmt::format(" {:>10} {:>10}", "median", "largest") +
-                 fmt::format(" {:>10} {:>10}", "median", "largest") +
-                 fmt::format(" {:>10} {:>10}", "median", "largest") +
-                 fmt::format(" {:>10} {:>10}", "median", "largest"));
+  struct Column {
+    const char* name;
+    double AtlasCheck::Errors::*error;
+  };
+  using Errors = AtlasCheck::Errors;
+  constexpr std::array<Column, 5> columns{{{"drive load", &Errors::drive},
+                                           {"stiffness", &Errors::on_ray},
+                                           {"off the ray", &Errors::off_ray},
+                                           {"frequencies", &Errors::frequency},
+                                           {"stress", &Errors::stress}}};
+  std::string names = fmt::format("  {:>6}", "ray"), kinds = fmt::format("  {:>6}", "rho");
+  for (const Column& column : columns) {
+    names += fmt::format(" {:>21}", column.name);
+    kinds += fmt::format(" {:>10} {:>10}", "median", "largest");
+  }
+  fmt::print("{}\n{}\n", names, kinds);
   for (const AtlasCheck::Ray& ray : check.rays) {
-    const AtlasCheck::Errors m = ray.median(), l = ray.largest();
-    fmt::print(
-        "  {:>6.2f} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} {:>10.1e} "
-        "{:>10.1e} {:>10.1e}\n",
-        ray.rho, m.drive, l.drive, m.on_ray, l.on_ray, m.off_ray, l.off_ray, m.stress, l.stress);
+    const Errors median = ray.median(), largest = ray.largest();
+    fmt::print("  {:>6.2f}", ray.rho);
+    for (const Column& column : columns)
+      fmt::print(" {:>10.1e} {:>10.1e}", median.*column.error, largest.*column.error);
+    fmt::print("\n");
   }
   fmt::print("largest error of the stiffness on all rays, by w/L (down) and L/t (across):\n{:>14}",
              "");

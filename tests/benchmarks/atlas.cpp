@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <ctime>
@@ -55,13 +56,14 @@ void on_two_cores(int count, const std::function<void(int)>& work) {
 void errors(const AtlasCheck& check) {
   const PageTable page("atlas errors");
   fmt::print(
-      "| ray ρ | drive load | stiffness on the ray | off the ray | stress "
-      "|\n|---|---|---|---|---|\n");
+      "| ray ρ | drive load | stiffness on the ray | off the ray | internal frequencies | stress "
+      "|\n|---|---|---|---|---|---|\n");
   for (const AtlasCheck::Ray& ray : check.rays) {
     const AtlasCheck::Errors m = ray.median(), l = ray.largest();
     const auto cell = [](double a, double b) { return fmt::format("{:.1e} / {:.1e}", a, b); };
-    fmt::print("| {:g} | {} | {} | {} | {} |\n", ray.rho, cell(m.drive, l.drive),
-               cell(m.on_ray, l.on_ray), cell(m.off_ray, l.off_ray), cell(m.stress, l.stress));
+    fmt::print("| {:g} | {} | {} | {} | {} | {} |\n", ray.rho, cell(m.drive, l.drive),
+               cell(m.on_ray, l.on_ray), cell(m.off_ray, l.off_ray), cell(m.frequency, l.frequency),
+               cell(m.stress, l.stress));
   }
 }
 
@@ -85,13 +87,20 @@ void add_difference(const StrokeResponse& a, const StrokeResponse& b, Difference
   }
 }
 
-// A hinge of new leaves each time: built, looked up, built, looked up, …
+// A hinge of new leaves each time: looked up, built, full, looked up, …
 void hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
   const PageTable page("atlas hinge");
   fmt::print(
-      "| frequencies | built | looked up | ratio | drive load | support stiffness | frequencies "
-      "|\n|---|---|---|---|---|---|---|\n");
-  for (const int frequencies : {0, 8}) {
+      "| asked for beside 6 × 6 | looked up | built | full | full on 16×8 | built, full, full on "
+      "16×8 / looked up | drive load | support stiffness | frequencies |\n"
+      "|---|---|---|---|---|---|---|---|---|\n");
+  struct Case {
+    const char* name;
+    int frequencies;
+    bool stress;
+  };
+  for (const Case& c : {Case{"nothing", 0, false}, Case{"8 + 8 frequencies", 8, false},
+                        Case{"8 + 8 frequencies, stress", 8, true}}) {
     std::mt19937 random(1);
     const auto in = [&](double a, double b) {
       return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
@@ -99,26 +108,36 @@ void hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
     StrokeRequest request;
     request.points.clear();
     for (int k = 0; k < 11; ++k) request.points.push_back(0.5 * k / 10);
-    request.frequencies = frequencies;
+    request.frequencies = c.frequencies;
     request.outputs = {Output::equilibrium, Output::stiffness};
-    if (frequencies > 0)
+    if (c.frequencies > 0)
       request.outputs.add({Output::frequencies_free, Output::frequencies_locked});
-    std::vector<double> built, found;
+    if (c.stress) request.outputs.add({Output::stress});
+    std::array<ModelOptions, 4> models{};  // looked up, built, full, full and finer
+    models[0].atlas = atlas;
+    models[2].accuracy = models[3].accuracy = Accuracy::full;
+    models[3].mesh = {16, 8};
+    std::array<std::vector<double>, 4> times;
     Difference worst;
     for (int k = 0; k < 24; ++k) {
       Mechanism hinge = models::three_leaf_hinge(in(0.05, 0.08), in(0.02, 0.05), in(3e-4, 5e-4));
       hinge.bodies[0].mass = 0.3;
       hinge.bodies[0].inertia = 3e-4 * Matrix3d::Identity();
-      StrokeResponse a, b;
-      found.push_back(seconds([&] { a = evaluate_stroke(hinge, {.atlas = atlas}, request); }));
-      built.push_back(seconds([&] { b = evaluate_stroke(hinge, {}, request); }));
-      add_difference(a, b, worst);
+      std::array<StrokeResponse, 4> found;
+      for (std::size_t m = 0; m < models.size(); ++m)
+        times[m].push_back(seconds([&] { found[m] = evaluate_stroke(hinge, models[m], request); }));
+      add_difference(found[0], found[2], worst);
     }
-    std::vector<double> ratio;
-    for (std::size_t k = 0; k < built.size(); ++k) ratio.push_back(built[k] / found[k]);
-    fmt::print("| {0} + {0} | {1:.2f} ms | {2:.2f} ms | {3:.1f} | {4:.1e} | {5:.1e} | {6} |\n",
-               frequencies, 1e3 * median(built), 1e3 * median(found), median(ratio), worst.drive,
-               worst.support, frequencies > 0 ? fmt::format("{:.1e}", worst.frequency) : "–");
+    const auto ratio = [&](std::size_t m) {
+      std::vector<double> all;
+      for (std::size_t k = 0; k < times[m].size(); ++k) all.push_back(times[m][k] / times[0][k]);
+      return median(all);
+    };
+    fmt::print("| {} |", c.name);
+    for (const std::vector<double>& t : times) fmt::print(" {:.2f} ms |", 1e3 * median(t));
+    fmt::print(" {:.1f}, {:.1f}, {:.0f} | {:.1e} | {:.1e} | {} |\n", ratio(1), ratio(2), ratio(3),
+               worst.drive, worst.support,
+               c.frequencies > 0 ? fmt::format("{:.1e}", worst.frequency) : "–");
   }
 }
 
@@ -180,7 +199,16 @@ int main(int argc, char** argv) {
                             .potential()
                             .last_sigma();
                }));
-    fmt::print("| the same built | {:.1f} ms |\n", each(12, [&] {
+    fmt::print("| tables of the dynamics, on a ray | {:.3f} ms |\n", each(200, [&] {
+                 sum += atlas.dynamics(shape(0.3), {1, -1}, 0.4)[1].table.even(0, 0);
+               }));
+    fmt::print("| … between rays | {:.3f} ms |\n", each(200, [&] {
+                 sum += atlas.dynamics(shape(0.3), {1, -0.3}, 0.4)[1].table.even(0, 0);
+               }));
+    fmt::print("| tables of stress, on a ray | {:.3f} ms |\n", each(200, [&] {
+                 sum += atlas.look_up_stress(shape(0.3), {1, -1})[1].even(0, 0);
+               }));
+    fmt::print("| the potential built | {:.1f} ms |\n", each(12, [&] {
                  sum += TubeModel(std::make_shared<PlateMesh>(shape(0.3)),
                                   {.ray = {1, -1}, .sigma_max = 0.4})
                             .potential()
