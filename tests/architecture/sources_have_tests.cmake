@@ -32,14 +32,18 @@ set(tested_by
   core/reduction/atlas/atlas_file core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/make_atlas core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/ray_interpolation core/reduction/atlas/test_tube_atlas
+  core/reduction/atlas/compressed_table core/reduction/atlas/test_stress_atlas
   core/reduction/tube/bent_states core/reduction/atlas/test_tube_atlas
   core/reduction/expansion/dynamics_expansion core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/field_solver core/reduction/tube/test_tube_leaf
   core/reduction/expansion/load_fields core/reduction/tube/test_tube_dynamics
+  core/reduction/expansion/stress_expansion core/reduction/tube/test_tube_stress
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
   core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
+  core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics
+  core/reduction/tube/tube_leaf_stress core/reduction/tube/test_tube_stress
   core/reduction/modal/modal_leaf_linear core/reduction/modal/test_modal_leaf_gradient
   core/reduction/modal/modal_leaf_quadratic core/reduction/modal/test_modal_leaf
   core/reduction/superelement/condensation core/reduction/superelement/test_plate_body

@@ -195,7 +195,7 @@ MatrixXd StrainField::on(const std::vector<double>& x, const std::vector<double>
 
 SurfaceStresses surface_stresses(const MatrixXd& strains, const Eigen::ArrayXd& thickness,
                                  double poissons_ratio, double youngs_modulus) {
-  const auto side = [&](double sign) {
+  const auto side = [&](double sign) -> Eigen::ArrayXd {
     std::array<Eigen::ArrayXd, 3> e;
     for (int k = 0; k < 3; ++k)
       e[k] = strains.col(k).array() + (0.5 * sign) * thickness * strains.col(k + 3).array();
