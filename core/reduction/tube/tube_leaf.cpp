@@ -269,9 +269,11 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
 
 // ---------------------------------------------------------------------------- element
 
-TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index)
+TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
+                   std::string reason)
     : leaf_(leaf),
       index_(index),
+      reason_(std::move(reason)),
       scale_(leaf, model->shape().flexure),
       model_(std::move(model)),
       edges_(model_->rest()) {
@@ -313,40 +315,6 @@ const LeafEvaluation& TubeLeaf::evaluate() {
   const MixedState& m = state_.mixed;
   evaluation_.correction = std::sqrt(std::abs(m.R.dot(m.F_inverse * m.R)));
   return evaluation_;
-}
-
-std::optional<double> TubeLeaf::degree_change() const {
-  MixedState state = state_.mixed;
-  const Matrix6d& K = response_.mixed.hessian;
-  const Matrix6d change = condense(model_->lower(), response_.frame.e, state).hessian - K;
-  const Eigen::LLT<Matrix6d> llt(K);
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  Matrix6d X = llt.matrixL().solve(change);
-  X = llt.matrixL().solve(X.transpose()).eval();
-  return X.norm();
-}
-
-LeafElement::Refinement TubeLeaf::refine() {
-  const TubeLocation& at = response_.location;
-  const double sigma = std::abs(at.sigma);
-  if (at.beyond > 1e-9 * sigma) {
-    const double further = 1.1 * (model_->potential().mirrored() ? sigma : at.sigma);
-    if (sigma < 1.0 && model_->extend(further)) return {.changed = true, .replacement = {}};
-    return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
-  }
-  const std::optional<double> change = degree_change();
-  if (change && *change <= largest_degree_change) return {};
-  return {true,
-          full_model(change ? fmt::format("its potential has not converged: the highest degree "
-                                          "changes the stiffness by {:.2g} > {:.2g}",
-                                          *change, largest_degree_change)
-                            : std::string("it has no stable equilibrium with held edges"))};
-}
-
-std::unique_ptr<LeafElement> TubeLeaf::full_model(const std::string& reason) {
-  auto full = std::make_unique<FullLeaf>(leaf_, model_->mesh(), index_, reason);
-  full->plate().set_state(rebuilt());
-  return full;
 }
 
 namespace {

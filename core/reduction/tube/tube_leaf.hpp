@@ -32,6 +32,8 @@ class TubeModel {
   /// fields, for tables of dynamics or for a state beyond the last node.
   TubeModel(const PlateShape& shape, const TubeRange& range, const Eigen::Matrix2d& directions,
             const std::vector<TubeNode>& nodes);
+  /// Of degree 7, about the bent states of `lower`.
+  explicit TubeModel(TubeModel& lower);
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
@@ -48,6 +50,10 @@ class TubeModel {
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
+
+  /// The same to degree 7, for leaves that degree 5 does not do for: made when first asked for, and
+  /// again after the last leaf of it has gone. Null where this is that already.
+  std::shared_ptr<TubeModel> higher();
 
   /// Unknowns of the leaf in its chord frame (ChordLeaf::unknowns) at s, f (over their scale):
   /// second-order fields, every coefficient joined by two-point Hermite interpolation.
@@ -88,17 +94,20 @@ class TubeModel {
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
   std::unique_ptr<TubeDynamics> dynamics_;
+  std::weak_ptr<TubeModel> higher_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };
 
 class TubeLeaf final : public LeafElement {
  public:
-  TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index);
+  /// `reason`: why it is not of degree 5, where it is not.
+  TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
+           std::string reason = {});
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
   const LeafEvaluation& evaluation() const override { return evaluation_; }
-  Refinement refine() override;
+  Refinement refine(const Compliance& of_edges) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
@@ -110,8 +119,21 @@ class TubeLeaf final : public LeafElement {
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
+  /// Relative change of the leaf's stiffness by the highest degree of its potential (R5); nothing
+  /// where the leaf is not stable on its own. After evaluate().
+  std::optional<double> degree_change() const;
+  /// The same of the mechanism that yields so at the leaf's edges.
+  double degree_change(const Matrix12d& compliance) const;
+  const TubeLocation& location() const { return response_.location; }
+  const Vector3d& forces() const { return state_.mixed.f; }  ///< (N, M1, M2) over their scale
+  const TubeModel& model() const { return *model_; }
   LeafReport report() const override {
-    return {"tube", condensed_because_, check_, model_->known() ? "atlas" : "built"};
+    return {.model = "tube",
+            .reason = condensed_because_.empty() ? reason_ : condensed_because_,
+            .check = check_,
+            .source = model_->known() ? "atlas" : "built",
+            .degree = model_->potential().degree(),
+            .replaced = !condensed_because_.empty()};
   }
 
  private:
@@ -126,9 +148,10 @@ class TubeLeaf final : public LeafElement {
   LeafDynamics condensed_dynamics(DynamicsRequest request);
   LeafStand stand() const;
   std::vector<MatrixXd> rebuilt_nodal();
-  /// Relative change of the leaf's stiffness when the highest degree is left out; nothing where the
-  /// leaf is not stable on its own.
-  std::optional<double> degree_change() const;
+  /// What the highest degree adds to the stiffness of the deformations.
+  Matrix6d highest_degree() const;
+  /// Why the potential is not believed here; empty where it is.
+  std::string doubt(const Compliance& of_edges) const;
   /// Where the state lies in the tables of the dynamics.
   TubeDynamics::Place place() const;
   /// Dynamics from the tables. None without tables, where more modes are wanted than they have, and
@@ -137,6 +160,7 @@ class TubeLeaf final : public LeafElement {
 
   LeafSpring leaf_;
   int index_;
+  std::string reason_;
   LeafScale scale_;
   std::shared_ptr<TubeModel> model_;
   EdgePoses edges_;  ///< scaled

@@ -8,6 +8,7 @@
 #include <functional>
 #include <utility>
 
+#include "core/equilibrium/edge_compliance.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/full_finish.hpp"
 
@@ -71,8 +72,9 @@ Equilibrium solve_refined(System& system, const Solve& solve) {
     equilibrium = solve_again_on_full_leaves(system, solve, std::move(equilibrium));
   for (int round = 0; equilibrium.converged && round < 8; ++round) {
     bool changed = false;
+    EdgeCompliance compliance(system);
     for (int i = 0; i < system.leaves(); ++i) {
-      LeafElement::Refinement refinement = system.leaf(i).refine();
+      LeafElement::Refinement refinement = system.leaf(i).refine([&] { return compliance.of(i); });
       changed |= refinement.changed;
       if (refinement.replacement) system.replace_leaf(i, std::move(refinement.replacement));
     }

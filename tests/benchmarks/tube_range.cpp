@@ -1,0 +1,160 @@
+// Reduced leaves that are believed everywhere, against full ones: what the range test (R5) of
+// core/reduction/README.md is calibrated on (arguments: jobs of kind compare; no table).
+//
+//   bench_tube_range THREADS JOB.json… > states.csv
+//
+// A row for each stroke point and degree: the test alone and in the mechanism, and the errors.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <mutex>
+#include <numbers>
+
+#include "core/equilibrium/edge_compliance.hpp"
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/path/stiffness.hpp"
+#include "optim/compare/samples.hpp"
+#include "optim/numerics/parallel.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+/// Of the leaves of a state.
+struct Changes {
+  double alone = 0;          ///< the largest; infinite where a leaf is not stable alone
+  double held = 0, sum = 0;  ///< in the mechanism: the largest, and their sum
+  bool tubes = true;         ///< every leaf is one
+  /// Of the leaf that changes most: axial force and that about which it was expanded, over the
+  /// buckling load between held edges; bending along the ray and off it [rad].
+  double axial = 0, centre = 0, sigma = 0, tau = 0;
+};
+
+Changes changes_of(System& system) {
+  Changes c;
+  EdgeCompliance compliance(system);
+  for (int i = 0; i < system.leaves(); ++i) {
+    const auto* tube = dynamic_cast<const TubeLeaf*>(&system.leaf(i));
+    if (!tube) {
+      c.tubes = false;
+      continue;
+    }
+    c.alone = std::max(c.alone, tube->degree_change().value_or(INFINITY));
+    const auto C = compliance.of(i);
+    const double held = C ? tube->degree_change(*C) : INFINITY;
+    if (held >= c.held) {
+      const double buckling = 4 * std::numbers::pi * std::numbers::pi;
+      c.axial = tube->forces()[0] / buckling;
+      c.centre = tube->model().range().force_centre / buckling;
+      c.sigma = tube->location().sigma;
+      c.tau = tube->location().tau;
+    }
+    c.held = std::max(c.held, held);
+    c.sum += held;
+  }
+  return c;
+}
+
+/// Solves; tubes grow, but are not replaced.
+bool solve(System& system, const std::function<Equilibrium()>& step, Equilibrium& equilibrium) {
+  for (int round = 0; round < 8; ++round) {
+    equilibrium = step();
+    if (!equilibrium.converged) return false;
+    bool grown = false;
+    for (int i = 0; i < system.leaves(); ++i) {
+      auto* tube = dynamic_cast<TubeLeaf*>(&system.leaf(i));
+      if (!tube || tube->location().beyond <= 1e-9 * std::abs(tube->location().sigma)) continue;
+      auto refinement = tube->refine([] { return std::nullopt; });
+      if (refinement.replacement) return false;
+      grown = true;
+    }
+    if (!grown) return true;
+    system.invalidate();
+  }
+  return false;
+}
+
+std::string rows(const Job& job, const Sample& sample, int design) {
+  std::string text;
+  const Mechanism mechanism = make_mechanism(job, sample);
+  StrokeRequest request = job.request;
+  request.points = sample.stroke;
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  ModelOptions model = job.model;
+  model.accuracy = Accuracy::full;
+  const StrokeResponse full = evaluate_stroke(mechanism, model, request);
+  double drive = 0, largest = 0;
+  for (const PathPoint& p : full.path) drive = std::max(drive, std::abs(p.drive_load));
+  for (const double s : request.points) largest = std::max(largest, std::abs(s));
+  const LeafSpring& leaf = mechanism.leaves.front();
+  for (const int degree : {5, 7}) {
+    model.degree = degree;
+    System system(mechanism, make_reduced_leaves(mechanism, model, largest, request.loads),
+                  request.loads);
+    Equilibrium equilibrium;
+    bool ok = !system.loaded_at_rest() ||
+              solve(
+                  system, [&] { return step_load(system, {.constant = 1}, request.newton); },
+                  equilibrium);
+    for (std::size_t k = 0; k < request.points.size(); ++k) {
+      const PathPoint& p = full.path[k];
+      if (p.status != PointStatus::converged) break;
+      ok = ok && solve(
+                     system, [&] { return step_to(system, request.points[k], request.newton); },
+                     equilibrium);
+      Changes c;
+      double support = INFINITY, load = INFINITY;
+      int worst = -1;
+      if (ok) {
+        c = changes_of(system);
+        const EndEffectorCompliance e = end_effector_compliance(system);
+        support = 0;
+        for (int d = 0; d < 6; ++d) {
+          if (e.still[d] || !p.support_stiffness[d]) continue;
+          const double error = std::abs(1 / (e.drive_locked(d, d) * *p.support_stiffness[d]) - 1);
+          if (error > support) worst = d;
+          support = std::max(support, error);
+        }
+        load = std::abs(equilibrium.drive_load - p.drive_load) / drive;
+      }
+      text += fmt::format(
+          "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},{:.4g},{:."
+          "4g},{:.4g},{:.4g}\n",
+          job.name, design, k, degree, leaf.width / leaf.length, leaf.thickness / leaf.length,
+          p.stable ? 1 : 0, ok ? 1 : 0, c.tubes ? 1 : 0, c.alone, c.held, c.sum, support, worst,
+          load, c.axial, c.centre, c.sigma, c.tau);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3) {
+    fmt::print(stderr, "usage: bench_tube_range THREADS JOB.json…\n");
+    return 2;
+  }
+  fmt::print(
+      "job,design,point,degree,w/L,t/"
+      "L,stable,found,tubes,alone,held,sum,support,direction,drive,axial,centre,sigma,tau\n");
+  for (int j = 2; j < argc; ++j) {
+    const Job job = read_job(argv[j]);
+    const std::vector<Sample> samples = make_samples(job);
+    std::mutex mutex;
+    parallel_for(static_cast<int>(samples.size()), std::atoi(argv[1]), [&](int i) {
+      const Sample& sample = samples[static_cast<std::size_t>(i)];
+      if (!sample.refused.empty()) {
+        fmt::print(stderr, "{} {}: {}\n", job.name, i, sample.refused);
+        return;
+      }
+      const std::string text = rows(job, sample, i);
+      const std::lock_guard lock(mutex);
+      fmt::print("{}", text);
+    });
+  }
+}
