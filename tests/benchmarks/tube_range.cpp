@@ -1,14 +1,18 @@
 // Reduced leaves that are believed everywhere, against full ones: what the range test (R5) of
 // core/reduction/README.md is calibrated on (arguments: jobs of kind compare; no table).
 //
-//   bench_tube_range THREADS JOB.json… > states.csv
+//   bench_tube_range THREADS [believed] JOB.json… > states.csv
 //
-// A row for each stroke point and degree: the test alone and in the mechanism, and the errors.
+// A row for each stroke point, of leaves as the program evaluates them ("degree" 0, "held" their
+// highest degree, "tubes" whether none was replaced) and, where asked for, of leaves of degree 5
+// and 7 that are believed everywhere: the test alone and in the mechanism, and the errors.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <mutex>
 #include <numbers>
 
@@ -78,8 +82,66 @@ bool solve(System& system, const std::function<Equilibrium()>& step, Equilibrium
   return false;
 }
 
-std::string rows(const Job& job, const Sample& sample, int design) {
+/// Largest relative error of a support stiffness, and of which.
+std::pair<double, int> support_error(const std::array<std::optional<double>, 6>& found,
+                                     const std::array<std::optional<double>, 6>& exact) {
+  std::pair<double, int> worst{0, -1};
+  for (int d = 0; d < 6; ++d)
+    if (found[d] && exact[d]) worst = std::max(worst, {std::abs(*found[d] / *exact[d] - 1), d});
+  return worst;
+}
+
+std::string row(const Job& job, int design, std::size_t point, int degree, const LeafSpring& leaf,
+                bool stable, bool found, const Changes& c, std::pair<double, int> support,
+                double drive) {
+  return fmt::format(
+      "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},{:.4g},{:.4g},"
+      "{:.4g},{:.4g}\n",
+      job.name, design, point, degree, leaf.width / leaf.length, leaf.thickness / leaf.length,
+      stable ? 1 : 0, found ? 1 : 0, c.tubes ? 1 : 0, c.alone, c.held, c.sum, support.first,
+      support.second, drive, c.axial, c.centre, c.sigma, c.tau);
+}
+
+/// Paths of leaves that are believed everywhere.
+std::string believed(const Job& job, int design, const Mechanism& mechanism,
+                     const StrokeRequest& request, const StrokeResponse& full, double drive) {
   std::string text;
+  double largest = 0;
+  for (const double s : request.points) largest = std::max(largest, std::abs(s));
+  for (const int degree : {5, 7}) {
+    ModelOptions model = job.model;
+    model.degree = degree;
+    System system(mechanism, make_reduced_leaves(mechanism, model, largest, request.loads),
+                  request.loads);
+    Equilibrium at;
+    bool ok = !system.loaded_at_rest() ||
+              solve(
+                  system, [&] { return step_load(system, {.constant = 1}, request.newton); }, at);
+    for (std::size_t k = 0; k < request.points.size(); ++k) {
+      const PathPoint& p = full.path[k];
+      if (p.status != PointStatus::converged) break;
+      ok =
+          ok && solve(
+                    system, [&] { return step_to(system, request.points[k], request.newton); }, at);
+      Changes c;
+      std::pair<double, int> support{INFINITY, -1};
+      double load = INFINITY;
+      if (ok) {
+        c = changes_of(system);
+        const EndEffectorCompliance e = end_effector_compliance(system);
+        std::array<std::optional<double>, 6> stiffness;
+        for (int d = 0; d < 6; ++d)
+          if (!e.still[d]) stiffness[d] = 1 / e.drive_locked(d, d);
+        support = support_error(stiffness, p.support_stiffness);
+        load = std::abs(at.drive_load - p.drive_load) / drive;
+      }
+      text += row(job, design, k, degree, mechanism.leaves.front(), p.stable, ok, c, support, load);
+    }
+  }
+  return text;
+}
+
+std::string rows(const Job& job, const Sample& sample, int design, bool all) {
   const Mechanism mechanism = make_mechanism(job, sample);
   StrokeRequest request = job.request;
   request.points = sample.stroke;
@@ -87,47 +149,28 @@ std::string rows(const Job& job, const Sample& sample, int design) {
   ModelOptions model = job.model;
   model.accuracy = Accuracy::full;
   const StrokeResponse full = evaluate_stroke(mechanism, model, request);
-  double drive = 0, largest = 0;
+  double drive = 0;
   for (const PathPoint& p : full.path) drive = std::max(drive, std::abs(p.drive_load));
-  for (const double s : request.points) largest = std::max(largest, std::abs(s));
-  const LeafSpring& leaf = mechanism.leaves.front();
-  for (const int degree : {5, 7}) {
-    model.degree = degree;
-    System system(mechanism, make_reduced_leaves(mechanism, model, largest, request.loads),
-                  request.loads);
-    Equilibrium equilibrium;
-    bool ok = !system.loaded_at_rest() ||
-              solve(
-                  system, [&] { return step_load(system, {.constant = 1}, request.newton); },
-                  equilibrium);
-    for (std::size_t k = 0; k < request.points.size(); ++k) {
-      const PathPoint& p = full.path[k];
-      if (p.status != PointStatus::converged) break;
-      ok = ok && solve(
-                     system, [&] { return step_to(system, request.points[k], request.newton); },
-                     equilibrium);
-      Changes c;
-      double support = INFINITY, load = INFINITY;
-      int worst = -1;
-      if (ok) {
-        c = changes_of(system);
-        const EndEffectorCompliance e = end_effector_compliance(system);
-        support = 0;
-        for (int d = 0; d < 6; ++d) {
-          if (e.still[d] || !p.support_stiffness[d]) continue;
-          const double error = std::abs(1 / (e.drive_locked(d, d) * *p.support_stiffness[d]) - 1);
-          if (error > support) worst = d;
-          support = std::max(support, error);
-        }
-        load = std::abs(equilibrium.drive_load - p.drive_load) / drive;
-      }
-      text += fmt::format(
-          "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},{:.4g},{:."
-          "4g},{:.4g},{:.4g}\n",
-          job.name, design, k, degree, leaf.width / leaf.length, leaf.thickness / leaf.length,
-          p.stable ? 1 : 0, ok ? 1 : 0, c.tubes ? 1 : 0, c.alone, c.held, c.sum, support, worst,
-          load, c.axial, c.centre, c.sigma, c.tau);
+  std::string text;
+  if (all) text = believed(job, design, mechanism, request, full, drive);
+  const StrokeResponse reduced = evaluate_stroke(mechanism, job.model, request);
+  for (std::size_t k = 0; k < request.points.size(); ++k) {
+    const PathPoint &p = full.path[k], &r = reduced.path[k];
+    if (p.status != PointStatus::converged) break;
+    const bool ok = r.status == PointStatus::converged;
+    Changes c;
+    int degree = 5;
+    for (const LeafReport& leaf : r.leaves) {
+      c.tubes = c.tubes && !leaf.replaced;
+      degree = std::max(degree, leaf.degree);
     }
+    c.held = degree;
+    text += row(job, design, k, 0, mechanism.leaves.front(), p.stable, ok, c,
+                ok ? support_error(r.support_stiffness, p.support_stiffness)
+                   : std::pair{static_cast<double>(INFINITY), -1},
+                ok ? std::abs(r.drive_load - p.drive_load) / drive : INFINITY);
+    for (const LeafReport& leaf : r.leaves)
+      if (leaf.replaced) fmt::print(stderr, "{} {} {}: {}\n", job.name, design, k, leaf.reason);
   }
   return text;
 }
@@ -136,13 +179,14 @@ std::string rows(const Job& job, const Sample& sample, int design) {
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    fmt::print(stderr, "usage: bench_tube_range THREADS JOB.json…\n");
+    fmt::print(stderr, "usage: bench_tube_range THREADS [believed] JOB.json…\n");
     return 2;
   }
   fmt::print(
       "job,design,point,degree,w/L,t/"
       "L,stable,found,tubes,alone,held,sum,support,direction,drive,axial,centre,sigma,tau\n");
-  for (int j = 2; j < argc; ++j) {
+  const bool all = argv[2] == std::string("believed");
+  for (int j = all ? 3 : 2; j < argc; ++j) {
     const Job job = read_job(argv[j]);
     const std::vector<Sample> samples = make_samples(job);
     std::mutex mutex;
@@ -152,7 +196,7 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "{} {}: {}\n", job.name, i, sample.refused);
         return;
       }
-      const std::string text = rows(job, sample, i);
+      const std::string text = rows(job, sample, i, all);
       const std::lock_guard lock(mutex);
       fmt::print("{}", text);
     });

@@ -98,8 +98,8 @@ void TubeModel::build() {
 void TubeModel::make_potentials(const std::vector<TubeNode>& nodes) {
   for (const int less : {0, 1})
     (less ? lower_ : potential_) = std::make_unique<TubePotential>(
-        directions_, tube_force_scale(shape_), 2 * range_.order + 1 - less, nodes,
-        Vector3d(range_.force_centre, 0, 0), !shape_.curve.has_value());
+        directions_, tube_force_scale(shape_), 2 * range_.order + 1 - less, nodes, range_.centre(),
+        !shape_.curve.has_value());
 }
 
 int TubeModel::bent_states() const {
@@ -121,8 +121,7 @@ ChordLeaf& TubeModel::leaf() { return pool().chord(); }
 
 void TubeModel::stand_at(const TubeExpansion& expansion) {
   leaf().stand_at({range_.ray[0] * expansion.sigma, range_.ray[1] * expansion.sigma, 0},
-                  {range_.force_centre * tube_force_scale(shape_)[0], 0, 0},
-                  expansion.fields.col(0));
+                  range_.centre().cwiseProduct(tube_force_scale(shape_)), expansion.fields.col(0));
 }
 
 EdgePoses TubeModel::rest() const {
@@ -133,7 +132,7 @@ EdgePoses TubeModel::rest() const {
 
 bool TubeModel::add(double sigma) {
   const Vector3d s(range_.ray[0] * sigma, range_.ray[1] * sigma, 0);
-  const Vector3d f(range_.force_centre * tube_force_scale(shape_)[0], 0, 0);
+  const Vector3d f = range_.centre().cwiseProduct(tube_force_scale(shape_));
   if (!leaf().solve(s, f).converged || leaf().plate().negative_pivots() > 0) return false;
   const auto place =
       std::lower_bound(expansions_.begin(), expansions_.end(), sigma,
@@ -238,7 +237,8 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
   while (interval + 2 < expansions_.size() && sigma > expansions_[interval + 1].sigma) ++interval;
   const TubeExpansion &a = expansions_[interval], &b = expansions_[interval + 1];
   const double h = b.sigma - a.sigma, t = (sigma - a.sigma) / h;
-  const double z[5] = {side * location.tau, side * s[2], f[0] - range_.force_centre, f[1], f[2]};
+  const Vector3d df = f - range_.centre();
+  const double z[5] = {side * location.tau, side * s[2], df[0], df[1], df[2]};
 
   const MonomialTable& table = monomials<6, 2>();
   VectorXd wa(table.size()), wb(table.size());
@@ -277,7 +277,7 @@ TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int
       scale_(leaf, model->shape().flexure),
       model_(std::move(model)),
       edges_(model_->rest()) {
-  state_.mixed.f[0] = model_->range().force_centre;
+  state_.mixed.f = model_->range().centre();
 }
 
 void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {

@@ -18,7 +18,8 @@ namespace flexopt {
 /// Largest relative change of the leaf's stiffness by the highest degree of its potential: beyond
 /// it the support stiffness may be off by more than about 0.5 % (degree 5, measured on some 5000
 /// states of guides and hinges with w²/(Lt) from 1 to 1200, loaded and off their rays).
-inline constexpr double largest_degree_change = 0.06;
+inline constexpr double largest_degree_change = 0.02;
+inline constexpr int most_centred = 3;
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
 class TubeModel {
@@ -54,6 +55,9 @@ class TubeModel {
   /// The same to degree 7, for leaves that degree 5 does not do for: made when first asked for, and
   /// again after the last leaf of it has gone. Null where this is that already.
   std::shared_ptr<TubeModel> higher();
+  /// The same to degree 5 about bent states under these forces (N, M1, M2) over their scale. Null
+  /// where they were not found.
+  std::shared_ptr<TubeModel> centred(const Vector3d& forces);
 
   /// Unknowns of the leaf in its chord frame (ChordLeaf::unknowns) at s, f (over their scale):
   /// second-order fields, every coefficient joined by two-point Hermite interpolation.
@@ -95,6 +99,7 @@ class TubeModel {
   std::unique_ptr<TubePotential> potential_, lower_;
   std::unique_ptr<TubeDynamics> dynamics_;
   std::weak_ptr<TubeModel> higher_;
+  std::vector<std::weak_ptr<TubeModel>> centred_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };
 
@@ -161,6 +166,7 @@ class TubeLeaf final : public LeafElement {
   LeafSpring leaf_;
   int index_;
   std::string reason_;
+  int centred_ = 0;  ///< so often expanded anew about its forces
   LeafScale scale_;
   std::shared_ptr<TubeModel> model_;
   EdgePoses edges_;  ///< scaled

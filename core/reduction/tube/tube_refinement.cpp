@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/reduction/tube/tube_leaf.hpp"
 
@@ -39,6 +40,33 @@ std::shared_ptr<TubeModel> TubeModel::higher() {
   }
   return model;
 }
+
+std::shared_ptr<TubeModel> TubeModel::centred(const Vector3d& forces) {
+  TubeRange range = range_;
+  range.order = 2;
+  range.sigma_max = std::max(range.sigma_max, potential_->last_sigma());
+  range.force_centre = forces[0];
+  range.moment_centre = forces.tail<2>();
+  std::erase_if(centred_, [](const auto& m) { return m.expired(); });
+  for (const std::weak_ptr<TubeModel>& known : centred_)
+    if (auto model = known.lock(); model->range_.centre() == forces) return model;
+  pool();
+  auto model = std::make_shared<TubeModel>(mesh(), range, pool_);
+  if (!model->built()) return nullptr;
+  centred_.push_back(model);
+  return model;
+}
+
+namespace {
+
+/// The tests' unit of a force: a thousandth of the load that buckles the leaf between held edges,
+/// or of a moment with such stress at a side.
+Vector3d force_unit() {
+  constexpr double buckling = 4 * std::numbers::pi * std::numbers::pi, share = 1e-3;
+  return share * buckling * Vector3d(1, 1 / 6.0, 1 / 6.0);
+}
+
+}  // namespace
 
 Matrix6d TubeLeaf::highest_degree() const {
   MixedState state = state_.mixed;
@@ -82,11 +110,22 @@ LeafElement::Refinement TubeLeaf::refine(const Compliance& compliance) {
   }
   const std::string reason = doubt(compliance);
   if (reason.empty()) return {};
-  const std::shared_ptr<TubeModel> higher = model_->higher();
-  if (!higher) return {true, full_model(reason)};
-  auto leaf = std::make_unique<TubeLeaf>(leaf_, higher, index_, reason);
+  const Vector3d forces = state_.mixed.f.cwiseQuotient(force_unit())
+                              .array()
+                              .round()
+                              .matrix()
+                              .cwiseProduct(force_unit());
+  const double off =
+      (forces - model_->range().centre()).cwiseQuotient(force_unit()).cwiseAbs().maxCoeff();
+  std::shared_ptr<TubeModel> better;
+  const bool again = off >= 10 && centred_ < most_centred;
+  if (again) better = model_->centred(forces);
+  if (!better) better = model_->higher();
+  if (!better) return {true, full_model(reason)};
+  auto leaf = std::make_unique<TubeLeaf>(leaf_, better, index_, reason);
   leaf->edges_ = edges_;
   leaf->state_ = state_;
+  leaf->centred_ = centred_ + (again ? 1 : 0);
   return {true, std::move(leaf)};
 }
 
