@@ -15,10 +15,10 @@
 
 namespace flexopt {
 
-/// Largest relative change of the leaf's stiffness by the highest degree of its potential: beyond
-/// it the support stiffness may be off by more than about 0.5 % (degree 5, measured on some 5000
-/// states of guides and hinges with w²/(Lt) from 1 to 1200, loaded and off their rays).
-inline constexpr double largest_degree_change = 0.02;
+/// Largest relative change of the mechanism's stiffness by the highest degree of a leaf's potential,
+/// of degree 5 and of degree 7, and how often a leaf is expanded anew about its forces:
+/// core/reduction/README.md.
+inline constexpr double largest_degree_change = 0.02, largest_change_of_degree_7 = 0.01;
 inline constexpr int most_centred = 3;
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.

@@ -88,16 +88,18 @@ double TubeLeaf::degree_change(const Matrix12d& compliance) const {
 }
 
 std::string TubeLeaf::doubt(const Compliance& compliance) const {
+  const int degree = model_->potential().degree();
+  const double largest = degree == 7 ? largest_change_of_degree_7 : largest_degree_change;
   const std::optional<double> alone = degree_change();
-  if (alone && *alone <= largest_degree_change) return {};
+  if (alone && *alone <= largest) return {};
   const std::optional<Matrix12d> C = compliance();
   if (!C) return "it is not stable, nor is the mechanism";
   const double held = degree_change(*C);
-  if (held <= largest_degree_change) return {};
+  if (held <= largest) return {};
   return fmt::format(
       "its potential has not converged: degree {} changes the stiffness of the mechanism by {:.2g} "
       "> {:.2g}",
-      model_->potential().degree(), held, largest_degree_change);
+      degree, held, largest);
 }
 
 LeafElement::Refinement TubeLeaf::refine(const Compliance& compliance) {
