@@ -308,9 +308,8 @@ const LeafEvaluation& TubeLeaf::evaluate() {
   evaluation_.energy = scale_.energy * response_.mixed.energy;
   evaluation_.force = scale_.global_force(response_.force);
   evaluation_.tangent = scale_.global_tangent(response_.tangent);
-  const double t = shape.mean_thickness();  // an arc gives way without stretching
-  evaluation_.strain = shape.curve ? std::abs(state_.mixed.f[0]) * t * t / 12
-                                   : std::abs(response_.frame.e[elongation]);
+  const double t = shape.mean_thickness();  // an arc's chord shortens without stretching it
+  evaluation_.strain = std::abs(state_.mixed.f[0]) * t * t / 12;
   // the energy that the forces still want to give, as in the full leaf
   const MixedState& m = state_.mixed;
   evaluation_.correction = std::sqrt(std::abs(m.R.dot(m.F_inverse * m.R)));
