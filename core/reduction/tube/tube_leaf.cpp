@@ -75,21 +75,26 @@ TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range,
   make_potentials(nodes);
 }
 
+std::vector<double> TubeModel::planned_states() const {
+  return shape_.curve ? curved_nodes(range_, *shape_.curve, slenderness_of(shape_))
+                      : flat_nodes(range_, slenderness_of(shape_));
+}
+
 void TubeModel::build() {
-  std::vector<double> sigma = flat_nodes(range_, slenderness_of(shape_));
-  std::vector<double> below;
-  if (shape_.curve) {
-    const std::vector<double> all = curved_nodes(range_, *shape_.curve, slenderness_of(shape_));
-    const auto zero = std::find(all.begin(), all.end(), 0.0);
-    sigma.assign(zero, all.end());
-    below.assign(std::make_reverse_iterator(zero), all.rend());
-  }
+  const std::vector<double> all = planned_states();
+  const auto zero = std::find(all.begin(), all.end(), 0.0);
+  const std::vector<double> sigma(zero, all.end()),
+      below(std::make_reverse_iterator(zero), all.rend());
   leaf().reset();
   for (const double s : sigma)
     if (!add(s)) return;
   if (!below.empty()) leaf().reset();
   for (const double s : below)
     if (!add(s)) return;
+  make_potentials();
+}
+
+void TubeModel::make_potentials() {
   std::vector<TubeNode> nodes;
   for (const TubeExpansion& e : expansions_) nodes.push_back({e.sigma, e.W});
   make_potentials(nodes);
@@ -187,13 +192,12 @@ bool TubeModel::extend(double sigma) {
     covered_ = false;
     return false;
   }
-  if (potential_->mirrored())
-    stand_at(expansions_.back());
-  else
-    leaf().reset();
-  if (!add(sigma)) return false;
+  const bool below = sigma < potential_->nodes().front().sigma;
+  const TubeExpansion& from = below ? expansions_.front() : expansions_.back();
+  stand_at(from);
+  if (bend(leaf(), range_.ray, from.sigma, sigma) != sigma || !add(sigma)) return false;
   if (dynamics_) dynamics_->add(leaf(), sigma);
-  const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
+  const TubeExpansion& added = below ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});
   return true;

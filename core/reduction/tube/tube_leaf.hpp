@@ -15,8 +15,8 @@
 
 namespace flexopt {
 
-/// Largest relative change of the mechanism's stiffness by the highest degree of a leaf's potential,
-/// of degree 5 and of degree 7, and how often a leaf is expanded anew about its forces:
+/// Largest relative change of the mechanism's stiffness by the highest degree of a leaf's
+/// potential, of degree 5 and of degree 7, and how often a leaf is expanded anew about its forces:
 /// core/reduction/README.md.
 inline constexpr double largest_degree_change = 0.02, largest_change_of_degree_7 = 0.01;
 inline constexpr int most_centred = 3;
@@ -33,8 +33,9 @@ class TubeModel {
   /// fields, for tables of dynamics or for a state beyond the last node.
   TubeModel(const PlateShape& shape, const TubeRange& range, const Eigen::Matrix2d& directions,
             const std::vector<TubeNode>& nodes);
-  /// Of degree 7, about the bent states of `lower`.
-  explicit TubeModel(TubeModel& lower);
+  /// Of the same leaf and ray, but another order and other forces about which to expand: made of
+  /// the two bent states about sigma alone, to which others are added as the leaf gets there.
+  TubeModel(TubeModel& other, const TubeRange& range, double sigma);
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
@@ -52,12 +53,12 @@ class TubeModel {
   /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
 
-  /// The same to degree 7, for leaves that degree 5 does not do for: made when first asked for, and
-  /// again after the last leaf of it has gone. Null where this is that already.
-  std::shared_ptr<TubeModel> higher();
-  /// The same to degree 5 about bent states under these forces (N, M1, M2) over their scale. Null
-  /// where they were not found.
-  std::shared_ptr<TubeModel> centred(const Vector3d& forces);
+  /// The bent state to add for a leaf at sigma, beyond the others.
+  double next_state(double sigma) const;
+  /// What takes over at sigma from this model: of this order (2, 3) about these forces (N, M1, M2)
+  /// over their scale. Shared by all leaves that want the same. Null where no bent states are
+  /// found.
+  std::shared_ptr<TubeModel> successor(int order, const Vector3d& forces, double sigma);
 
   /// Unknowns of the leaf in its chord frame (ChordLeaf::unknowns) at s, f (over their scale):
   /// second-order fields, every coefficient joined by two-point Hermite interpolation.
@@ -81,25 +82,27 @@ class TubeModel {
 
  private:
   void build();
-  int bent_states() const;  ///< so many carry the fields
+  std::vector<double> planned_states() const;  ///< where bent states are to stand, ascending
+  int bent_states() const;                     ///< so many carry the fields
   void stand_at(const TubeExpansion& expansion);
   bool add(double sigma);
   ChordLeaf& leaf();
   void make_potentials(const std::vector<TubeNode>& nodes);
+  void make_potentials();
 
   PlateShape shape_;
   mutable std::shared_ptr<const PlateMesh> mesh_;
   TubeRange range_;
   Eigen::Matrix2d directions_;
   bool known_ = false;
+  bool successor_ = false;  ///< made by successor(): it has no tables of dynamics
   std::shared_ptr<PlatePool> pool_;
   EqualStates equal_states_;
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
   std::unique_ptr<TubeDynamics> dynamics_;
-  std::weak_ptr<TubeModel> higher_;
-  std::vector<std::weak_ptr<TubeModel>> centred_;
+  std::vector<std::weak_ptr<TubeModel>> successors_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };
 
@@ -157,6 +160,8 @@ class TubeLeaf final : public LeafElement {
   Matrix6d highest_degree() const;
   /// Why the potential is not believed here; empty where it is.
   std::string doubt(const Compliance& of_edges) const;
+  /// The leaf with a better potential, at the same state; null where there is none.
+  std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Where the state lies in the tables of the dynamics.
   TubeDynamics::Place place() const;
   /// Dynamics from the tables. None without tables, where more modes are wanted than they have, and

@@ -49,7 +49,7 @@ void TubeModel::make_dynamics() {
   constexpr double widest = 1200;  // w²/(L t)
   const bool narrow = shape.width * shape.width <= widest * shape.thickness;
   if (dynamics_ || !built() || !flat || shape.is_beam() || !narrow) return;
-  if (!range_.moment_centre.isZero(0)) return;  // they have the mirror in the width
+  if (successor_) return;  // few states will be asked for
   cover(range_.sigma_max);
   leaf().reset();
   auto dynamics = std::make_unique<TubeDynamics>(leaf(), directions_, range_.force_centre);

@@ -411,7 +411,7 @@ TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_s
       nodes_(std::move(nodes)) {
   assert(degree >= (odd_ ? 4 : 3) && degree <= 7);
   assert(std::abs(ray.determinant()) > 0 && (force_scale.array() > 0).all());
-  assert(nodes_.size() >= 2 && (!mirrored || nodes_.front().sigma == 0));
+  assert(nodes_.size() >= 2 && (!mirrored || nodes_.front().sigma >= 0));
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     assert(static_cast<int>(nodes_[i].W.size()) >= monomial_count(6, degree));
     assert(i == 0 || nodes_[i - 1].sigma < nodes_[i].sigma);
@@ -458,8 +458,7 @@ void TubePotential::add_node(TubeNode node) {
   const auto place =
       std::lower_bound(nodes_.begin(), nodes_.end(), node.sigma,
                        [](const TubeNode& n, double sigma) { return n.sigma < sigma; });
-  assert((!mirrored_ || place != nodes_.begin()) &&
-         (place == nodes_.end() || place->sigma != node.sigma));
+  assert((!mirrored_ || node.sigma >= 0) && (place == nodes_.end() || place->sigma != node.sigma));
   const int i = static_cast<int>(place - nodes_.begin());
   nodes_.insert(place, std::move(node));
   const int made = i == 0 ? 0 : i - 1;
@@ -477,8 +476,8 @@ int TubePotential::terms() const {
 TubeLocation TubePotential::locate(const Vector3d& s) const {
   const Eigen::Vector2d on_ray = ray_inverse_ * s.head<2>();
   const double sigma = mirrored_ ? std::abs(on_ray[0]) : on_ray[0];
-  TubeLocation where{on_ray[0], on_ray[1], sigma - nodes_.back().sigma, 0};
-  if (!mirrored_) where.beyond = std::max(where.beyond, nodes_.front().sigma - sigma);
+  const double beyond = std::max(sigma - nodes_.back().sigma, nodes_.front().sigma - sigma);
+  TubeLocation where{on_ray[0], on_ray[1], beyond, 0};
   const int last = static_cast<int>(intervals_.size()) - 1;
   while (where.interval < last && sigma > nodes_[where.interval + 1].sigma) ++where.interval;
   return where;

@@ -46,7 +46,7 @@ class TubePotential {
   /// `ray`: D. `force_scale`: units of (N, M1, M2). `force_centre`: scaled forces about which the
   /// nodes were expanded.
   /// `degree`: 3 to 7, with moments from 4. Nodes ascend, where `mirrored` (in the thickness) from
-  /// sigma = 0.
+  /// sigma = 0 or above.
   TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_scale, int degree,
                 std::vector<TubeNode> nodes, const Vector3d& force_centre = Vector3d::Zero(),
                 bool mirrored = true);

@@ -12,48 +12,48 @@
 
 namespace flexopt {
 
-TubeModel::TubeModel(TubeModel& lower)
-    : shape_(lower.shape_),
-      mesh_(lower.mesh()),
-      range_(lower.range_),
-      directions_(lower.directions_) {
-  lower.pool();
-  pool_ = lower.pool_;
-  range_.order = 3;
-  std::vector<TubeNode> nodes;
-  for (const TubeExpansion& e : lower.expansions_) {
-    lower.stand_at(e);
-    expansions_.push_back(expand(leaf(), e.sigma, directions_, range_.order));
-    nodes.push_back({e.sigma, expansions_.back().W});
-  }
-  if (lower.dynamics_) dynamics_ = std::make_unique<TubeDynamics>(*lower.dynamics_);
-  expected_ = lower.expected_;
-  make_potentials(nodes);
+TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
+    : shape_(other.shape_),
+      mesh_(other.mesh()),
+      range_(range),
+      directions_(other.directions_),
+      successor_(true) {
+  other.pool();
+  pool_ = other.pool_;
+  const std::vector<double> planned = planned_states();
+  const auto above = std::upper_bound(planned.begin(), planned.end(), sigma);
+  const bool last = above == planned.end();
+  const double from = above == planned.begin() ? 1.1 * sigma : *std::prev(above),
+               to = last ? 1.1 * sigma : *above;
+  // by the nearest state of the other one, if it has any
+  leaf().reset();
+  if (!other.expansions_.empty())
+    other.stand_at(*std::ranges::min_element(
+        other.expansions_, {}, [&](const TubeExpansion& e) { return std::abs(e.sigma - from); }));
+  if (add(from) && add(to)) make_potentials();
 }
 
-std::shared_ptr<TubeModel> TubeModel::higher() {
-  if (range_.order == 3) return nullptr;
-  std::shared_ptr<TubeModel> model = higher_.lock();
-  if (!model) {
-    cover(range_.sigma_max);
-    higher_ = model = std::make_shared<TubeModel>(*this);
-  }
-  return model;
+double TubeModel::next_state(double sigma) const {
+  const std::vector<double> planned = planned_states();
+  const bool up = sigma > potential_->nodes().front().sigma;
+  const auto above = std::lower_bound(planned.begin(), planned.end(), sigma);
+  if (up && above != planned.end()) return *above;
+  if (!up && above != planned.begin()) return *std::prev(above);
+  return 1.1 * sigma;
 }
 
-std::shared_ptr<TubeModel> TubeModel::centred(const Vector3d& forces) {
+std::shared_ptr<TubeModel> TubeModel::successor(int order, const Vector3d& forces, double sigma) {
   TubeRange range = range_;
-  range.order = 2;
-  range.sigma_max = std::max(range.sigma_max, potential_->last_sigma());
+  range.order = order;
   range.force_centre = forces[0];
   range.moment_centre = forces.tail<2>();
-  std::erase_if(centred_, [](const auto& m) { return m.expired(); });
-  for (const std::weak_ptr<TubeModel>& known : centred_)
-    if (auto model = known.lock(); model->range_.centre() == forces) return model;
-  pool();
-  auto model = std::make_shared<TubeModel>(mesh(), range, pool_);
+  std::erase_if(successors_, [](const auto& m) { return m.expired(); });
+  for (const std::weak_ptr<TubeModel>& known : successors_)
+    if (auto model = known.lock(); model->range_.order == order && model->range_.centre() == forces)
+      return model;
+  const auto model = std::make_shared<TubeModel>(*this, range, sigma);
   if (!model->built()) return nullptr;
-  centred_.push_back(model);
+  successors_.push_back(model);
   return model;
 }
 
@@ -65,6 +65,7 @@ Vector3d force_unit() {
   constexpr double buckling = 4 * std::numbers::pi * std::numbers::pi, share = 1e-3;
   return share * buckling * Vector3d(1, 1 / 6.0, 1 / 6.0);
 }
+constexpr double far_units = 10;  ///< from there on a leaf is expanded anew
 
 }  // namespace
 
@@ -104,31 +105,33 @@ std::string TubeLeaf::doubt(const Compliance& compliance) const {
 
 LeafElement::Refinement TubeLeaf::refine(const Compliance& compliance) {
   const TubeLocation& at = response_.location;
-  const double sigma = std::abs(at.sigma);
-  if (at.beyond > 1e-9 * sigma) {
-    const double further = 1.1 * (model_->potential().mirrored() ? sigma : at.sigma);
-    if (sigma < 1.0 && model_->extend(further)) return {.changed = true, .replacement = {}};
+  const double sigma = model_->potential().mirrored() ? std::abs(at.sigma) : at.sigma;
+  if (at.beyond > 1e-9 * std::abs(sigma)) {
+    if (std::abs(sigma) < 1.0 && model_->extend(model_->next_state(sigma)))
+      return {.changed = true, .replacement = {}};
     return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
   }
   const std::string reason = doubt(compliance);
   if (reason.empty()) return {};
-  const Vector3d forces = state_.mixed.f.cwiseQuotient(force_unit())
-                              .array()
-                              .round()
-                              .matrix()
-                              .cwiseProduct(force_unit());
-  const double off =
-      (forces - model_->range().centre()).cwiseQuotient(force_unit()).cwiseAbs().maxCoeff();
-  std::shared_ptr<TubeModel> better;
-  const bool again = off >= 10 && centred_ < most_centred;
-  if (again) better = model_->centred(forces);
-  if (!better) better = model_->higher();
-  if (!better) return {true, full_model(reason)};
-  auto leaf = std::make_unique<TubeLeaf>(leaf_, better, index_, reason);
+  if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason)) return {true, std::move(better)};
+  return {true, full_model(reason)};
+}
+
+std::unique_ptr<TubeLeaf> TubeLeaf::successor(double sigma, const std::string& reason) {
+  const Vector3d unit = force_unit(), centre = model_->range().centre();
+  const Vector3d forces =
+      state_.mixed.f.cwiseQuotient(unit).array().round().matrix().cwiseProduct(unit);
+  const bool far = ((forces - centre).cwiseQuotient(unit)).cwiseAbs().maxCoeff() >= far_units;
+  std::shared_ptr<TubeModel> model;
+  if (far && centred_ < most_centred) model = model_->successor(2, forces, sigma);
+  const bool anew = model != nullptr;
+  if (!model && model_->range().order == 2) model = model_->successor(3, centre, sigma);
+  if (!model) return nullptr;
+  auto leaf = std::make_unique<TubeLeaf>(leaf_, model, index_, reason);
   leaf->edges_ = edges_;
   leaf->state_ = state_;
-  leaf->centred_ = centred_ + (again ? 1 : 0);
-  return {true, std::move(leaf)};
+  leaf->centred_ = centred_ + (anew ? 1 : 0);
+  return leaf;
 }
 
 std::unique_ptr<LeafElement> TubeLeaf::full_model(const std::string& reason) {
