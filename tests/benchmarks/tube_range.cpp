@@ -33,9 +33,9 @@ struct Changes {
   double alone = 0;          ///< the largest; infinite where a leaf is not stable alone
   double held = 0, sum = 0;  ///< in the mechanism: the largest, and their sum
   bool tubes = true;         ///< every leaf is one
-  /// Of the leaf that changes most: axial force and that about which it was expanded, over the
-  /// buckling load between held edges; bending along the ray and off it [rad].
-  double axial = 0, centre = 0, sigma = 0, tau = 0;
+  /// Forces off those about which a leaf was expanded, the largest: axial over the buckling load
+  /// between held edges, or a moment with such stress at a side.
+  double off = 0;
 };
 
 Changes changes_of(System& system) {
@@ -50,13 +50,9 @@ Changes changes_of(System& system) {
     c.alone = std::max(c.alone, tube->degree_change().value_or(INFINITY));
     const auto C = compliance.of(i);
     const double held = C ? tube->degree_change(*C) : INFINITY;
-    if (held >= c.held) {
-      const double buckling = 4 * std::numbers::pi * std::numbers::pi;
-      c.axial = tube->forces()[0] / buckling;
-      c.centre = tube->model().range().force_centre / buckling;
-      c.sigma = tube->location().sigma;
-      c.tau = tube->location().tau;
-    }
+    const double buckling = 4 * std::numbers::pi * std::numbers::pi;
+    const Vector3d off = (tube->forces() - tube->model().range().centre()) / buckling;
+    c.off = std::max({c.off, std::abs(off[0]), 6 * std::abs(off[1]), 6 * std::abs(off[2])});
     c.held = std::max(c.held, held);
     c.sum += held;
   }
@@ -95,11 +91,11 @@ std::string row(const Job& job, int design, std::size_t point, int degree, const
                 bool stable, bool found, const Changes& c, std::pair<double, int> support,
                 double drive) {
   return fmt::format(
-      "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},{:.4g},{:.4g},"
-      "{:.4g},{:.4g}\n",
+      "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},"
+      "{:.4g}\n",
       job.name, design, point, degree, leaf.width / leaf.length, leaf.thickness / leaf.length,
       stable ? 1 : 0, found ? 1 : 0, c.tubes ? 1 : 0, c.alone, c.held, c.sum, support.first,
-      support.second, drive, c.axial, c.centre, c.sigma, c.tau);
+      support.second, drive, c.off);
 }
 
 /// Paths of leaves that are believed everywhere.
@@ -184,7 +180,7 @@ int main(int argc, char** argv) {
   }
   fmt::print(
       "job,design,point,degree,w/L,t/"
-      "L,stable,found,tubes,alone,held,sum,support,direction,drive,axial,centre,sigma,tau\n");
+      "L,stable,found,tubes,alone,held,sum,support,direction,drive,off\n");
   const bool all = argv[2] == std::string("believed");
   for (int j = all ? 3 : 2; j < argc; ++j) {
     const Job job = read_job(argv[j]);

@@ -18,7 +18,7 @@ namespace flexopt {
 /// Largest relative change of the mechanism's stiffness by the highest degree of a leaf's
 /// potential, of degree 5 and of degree 7, and how often a leaf is expanded anew about its forces:
 /// core/reduction/README.md.
-inline constexpr double largest_degree_change = 0.02, largest_change_of_degree_7 = 0.01;
+inline constexpr double largest_degree_change = 0.03, largest_change_of_degree_7 = 0.01;
 inline constexpr int most_centred = 3;
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/reduction/tube/bent_states.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 
 namespace flexopt {
@@ -30,7 +31,9 @@ TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
   if (!other.expansions_.empty())
     other.stand_at(*std::ranges::min_element(
         other.expansions_, {}, [&](const TubeExpansion& e) { return std::abs(e.sigma - from); }));
-  if (add(from) && add(to)) make_potentials();
+  if (!add(from)) return;
+  const double reached = bend(leaf(), range_.ray, from, to);
+  if ((reached - sigma) * (to - from) > 0 && add(reached)) make_potentials();
 }
 
 double TubeModel::next_state(double sigma) const {
