@@ -378,11 +378,12 @@ PlateLeaf& TubeLeaf::condensed() {
   plate_is_corrected_ = force > 0.02;
   if (plate_is_corrected_) plate.assemble();
   // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
-  // can tell: the steps that are left then.
+  // can tell, and so does a leaf under more than it carries alone: the steps that are left then.
+  const bool far = shape.curve || !reason_.empty() || doubted_alone_;
   constexpr double good = 1e-4;
   constexpr int most = 4;
   double change = check_;
-  for (int k = 0; shape.curve && change > good && k < most; ++k) {
+  for (int k = 0; far && change > good && k < most; ++k) {
     if (!plate_is_corrected_) plate.assemble();
     plate_is_corrected_ = true;
     state = plate.state();

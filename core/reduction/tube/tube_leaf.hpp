@@ -159,7 +159,7 @@ class TubeLeaf final : public LeafElement {
   /// What the highest degree adds to the stiffness of the deformations.
   Matrix6d highest_degree() const;
   /// Why the potential is not believed here; empty where it is.
-  std::string doubt(const Compliance& of_edges) const;
+  std::string doubt(const Compliance& of_edges);
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Where the state lies in the tables of the dynamics.
@@ -171,6 +171,7 @@ class TubeLeaf final : public LeafElement {
   LeafSpring leaf_;
   int index_;
   std::string reason_;
+  bool doubted_alone_ = false;  ///< the last test needed the mechanism
   int centred_ = 0;  ///< so often expanded anew about its forces
   LeafScale scale_;
   std::shared_ptr<TubeModel> model_;

@@ -1,4 +1,4 @@
-// Where a tube leaf is believed, and what takes its place where it is not: equations (R5), (R5′) of
+// Where a tube leaf is believed, and what takes its place where it is not: (R5) of
 // core/reduction/README.md.
 #include <fmt/format.h>
 
@@ -91,11 +91,12 @@ double TubeLeaf::degree_change(const Matrix12d& compliance) const {
   return std::sqrt(std::max(0.0, (X * X).trace()));
 }
 
-std::string TubeLeaf::doubt(const Compliance& compliance) const {
+std::string TubeLeaf::doubt(const Compliance& compliance) {
   const int degree = model_->potential().degree();
   const double largest = degree == 7 ? largest_change_of_degree_7 : largest_degree_change;
   const std::optional<double> alone = degree_change();
-  if (alone && *alone <= largest) return {};
+  doubted_alone_ = !alone || *alone > largest;
+  if (!doubted_alone_) return {};
   const std::optional<Matrix12d> C = compliance();
   if (!C) return "it is not stable, nor is the mechanism";
   const double held = degree_change(*C);
