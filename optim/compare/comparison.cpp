@@ -19,7 +19,7 @@ ComparedPoint compared_point(const PathPoint& p) {
   if (!c.converged) return c;
   c.stable = p.stable;
   c.fallback = std::any_of(p.leaves.begin(), p.leaves.end(),
-                           [](const LeafReport& leaf) { return !leaf.reason.empty(); });
+                           [](const LeafReport& leaf) { return leaf.replaced; });
   c.drive_load = p.drive_load;
   if (p.drive_loads.size() > 1)
     c.other_drive_loads.assign(p.drive_loads.begin() + 1, p.drive_loads.end());
@@ -115,7 +115,7 @@ ComparedPath compared_path(int design, int model, const StrokeResponse& response
   for (const PathPoint& p : response.path) {
     path.points.push_back(compared_point(p));
     for (const LeafReport& leaf : p.leaves)
-      if (path.fallback_reason.empty() && !leaf.reason.empty()) path.fallback_reason = leaf.reason;
+      if (path.fallback_reason.empty() && leaf.replaced) path.fallback_reason = leaf.reason;
   }
   const int missing = static_cast<int>(path.points.size()) - path.converged();
   if (missing > 0 || response.status != Status::ok)

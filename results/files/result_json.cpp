@@ -127,7 +127,8 @@ Json leaves_json(const PathPoint& point, const Mechanism& mechanism) {
                       {"model", leaf.model},
                       {"reason", leaf.reason},
                       {"check", leaf.check},
-                      {"source", leaf.source}});
+                      {"source", leaf.source},
+                      {"degree", leaf.degree > 0 ? Json(leaf.degree) : Json()}});
   }
   return leaves;
 }

@@ -2,6 +2,7 @@
 // What path following, stiffness and frequencies know of a leaf: a body between two end edges that
 // answers energy, internal force, tangent stiffness and mass. Full and reduced leaves alike.
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -97,7 +98,11 @@ class LeafElement {
     bool changed = false;                      ///< solve again
     std::unique_ptr<LeafElement> replacement;  ///< another model of the leaf, at the same state
   };
-  virtual Refinement refine() { return {}; }
+  /// How the edges yield to forces upon them, the mechanism and this leaf resisting, drives held:
+  /// (displacement, spin) of base then tip, global axes; symmetric. None where the equilibrium is
+  /// not stable. Computed when it is called.
+  using Compliance = std::function<std::optional<Matrix12d>()>;
+  virtual Refinement refine(const Compliance& /*of_edges*/) { return {}; }
   /// Whether this is the leaf at full accuracy.
   virtual bool is_full() const { return false; }
   /// The leaf at full accuracy between the same edges, near its present state: what takes over

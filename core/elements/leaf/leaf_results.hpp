@@ -44,6 +44,9 @@ struct LeafReport {
   double check = 0;    ///< relative correction of the condensed full leaf; 0 if not made
   /// Where the coefficients of a tube come from: "built" or "atlas"; of other models empty.
   std::string source = {};
+  int degree = 0;  ///< of the potential of a tube; of other models 0
+  /// Evaluated at full accuracy, or its frequencies, because its own model was not believed.
+  bool replaced = false;
 };
 
 /// Deformed mid-surface of a leaf on its mesh, points along first.

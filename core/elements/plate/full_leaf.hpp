@@ -41,7 +41,9 @@ class FullLeaf final : public LeafElement {
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
-  LeafReport report() const override { return {.model = "full", .reason = reason_, .check = 0}; }
+  LeafReport report() const override {
+    return {.model = "full", .reason = reason_, .check = 0, .replaced = !reason_.empty()};
+  }
   bool is_full() const override { return true; }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;

@@ -198,8 +198,7 @@ class TubeSeries {
     const int k0 = table_.count(d - 1), k1 = table_.count(d);
     std::vector<Matrix> force(mesh_.lines(), Matrix::Zero(n, 3 * size));
     const int across = mesh_.elements_across();
-    const bool symmetric = leaf_.soft()[2] == 0 && leaf_.forces()[1] == 0 && leaf_.forces()[2] == 0;
-    const bool halved = across % 2 == 0 && symmetric;  // the other half is the mirror image
+    const bool halved = across % 2 == 0 && symmetric();  // the other half is the mirror image
     // the turning edges mix all degrees of the nodal forces there
     for (int i = 0; i < mesh_.elements_along(); ++i)
       for (int j = 0; j < (halved ? across / 2 : across); ++j)
@@ -255,12 +254,12 @@ class TubeSeries {
     return R;
   }
 
-  /// Π = U − f·c. Odd powers of (φ, M1, M2) are not filled where the mesh is mirror symmetric.
+  /// Π = U − f·c. Odd powers of (φ, M1, M2) are not filled where the state is mirror symmetric.
   std::vector<double> potential() {
     std::vector<Lanes> sum(size, lanes(0));
     const int ny = mesh_.elements_across();
-    for (int j = 0; j < (ny + 1) / 2; ++j) {
-      const double weight = 2 * j + 1 == ny ? 1 : 2;  // the other half is the mirror image
+    for (int j = 0; j < (symmetric() ? (ny + 1) / 2 : ny); ++j) {
+      const double weight = symmetric() && 2 * j + 1 != ny ? 2 : 1;  // for its mirror image
       for (int i = 0; i < mesh_.elements_along(); ++i) add_energy(i, j, weight, sum);
     }
     P total = P::constant(0);
@@ -276,6 +275,10 @@ class TubeSeries {
   static constexpr int points = PlateMesh::points;
   static Lanes lanes(double value) { return LanesOf::constant(value); }
 
+  // In the mirror across the width.
+  bool symmetric() const {
+    return leaf_.soft()[2] == 0 && leaf_.forces()[1] == 0 && leaf_.forces()[2] == 0;
+  }
   P row(const Matrix& Y, int r) const {
     P p = P::constant(0);
     for (int k = 0; k < Y.cols(); ++k) p[k] = Y(r, k);

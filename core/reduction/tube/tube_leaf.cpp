@@ -80,21 +80,26 @@ TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube 
   make_potentials(tube.nodes);
 }
 
+std::vector<double> TubeModel::planned_states() const {
+  return shape_.curve ? curved_nodes(range_, *shape_.curve, slenderness_of(shape_))
+                      : flat_nodes(range_, slenderness_of(shape_));
+}
+
 void TubeModel::build() {
-  std::vector<double> sigma = flat_nodes(range_, slenderness_of(shape_));
-  std::vector<double> below;
-  if (shape_.curve) {
-    const std::vector<double> all = curved_nodes(range_, *shape_.curve, slenderness_of(shape_));
-    const auto zero = std::find(all.begin(), all.end(), 0.0);
-    sigma.assign(zero, all.end());
-    below.assign(std::make_reverse_iterator(zero), all.rend());
-  }
+  const std::vector<double> all = planned_states();
+  const auto zero = std::find(all.begin(), all.end(), 0.0);
+  const std::vector<double> sigma(zero, all.end()),
+      below(std::make_reverse_iterator(zero), all.rend());
   leaf().reset();
   for (const double s : sigma)
     if (!add(s)) return;
   if (!below.empty()) leaf().reset();
   for (const double s : below)
     if (!add(s)) return;
+  make_potentials();
+}
+
+void TubeModel::make_potentials() {
   std::vector<TubeNode> nodes;
   for (const TubeExpansion& e : expansions_) nodes.push_back({e.sigma, e.W});
   make_potentials(nodes);
@@ -103,8 +108,8 @@ void TubeModel::build() {
 void TubeModel::make_potentials(const std::vector<TubeNode>& nodes) {
   for (const int less : {0, 1})
     (less ? lower_ : potential_) = std::make_unique<TubePotential>(
-        directions_, tube_force_scale(shape_), 2 * range_.order + 1 - less, nodes,
-        Vector3d(range_.force_centre, 0, 0), !shape_.curve.has_value());
+        directions_, tube_force_scale(shape_), 2 * range_.order + 1 - less, nodes, range_.centre(),
+        !shape_.curve.has_value());
 }
 
 int TubeModel::bent_states() const {
@@ -126,8 +131,7 @@ ChordLeaf& TubeModel::leaf() { return pool().chord(); }
 
 void TubeModel::stand_at(const TubeExpansion& expansion) {
   leaf().stand_at({range_.ray[0] * expansion.sigma, range_.ray[1] * expansion.sigma, 0},
-                  {range_.force_centre * tube_force_scale(shape_)[0], 0, 0},
-                  expansion.fields.col(0));
+                  range_.centre().cwiseProduct(tube_force_scale(shape_)), expansion.fields.col(0));
 }
 
 EdgePoses TubeModel::rest() const {
@@ -138,7 +142,7 @@ EdgePoses TubeModel::rest() const {
 
 bool TubeModel::add(double sigma) {
   const Vector3d s(range_.ray[0] * sigma, range_.ray[1] * sigma, 0);
-  const Vector3d f(range_.force_centre * tube_force_scale(shape_)[0], 0, 0);
+  const Vector3d f = range_.centre().cwiseProduct(tube_force_scale(shape_));
   if (!leaf().solve(s, f).converged || leaf().plate().negative_pivots() > 0) return false;
   const auto place =
       std::lower_bound(expansions_.begin(), expansions_.end(), sigma,
@@ -200,14 +204,13 @@ bool TubeModel::extend(double sigma) {
     covered_ = false;
     return false;
   }
-  if (potential_->mirrored())
-    stand_at(expansions_.back());
-  else
-    leaf().reset();
-  if (!add(sigma)) return false;
+  const bool below = sigma < potential_->nodes().front().sigma;
+  const TubeExpansion& from = below ? expansions_.front() : expansions_.back();
+  stand_at(from);
+  if (bend(leaf(), range_.ray, from.sigma, sigma) != sigma || !add(sigma)) return false;
   if (dynamics_) add_dynamics(sigma);
-  if (stress_) add_stress(expansions_.back());
-  const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
+  if (stress_) add_stress(below ? expansions_.front() : expansions_.back());
+  const TubeExpansion& added = below ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});
   return true;
@@ -251,7 +254,8 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
   while (interval + 2 < expansions_.size() && sigma > expansions_[interval + 1].sigma) ++interval;
   const TubeExpansion &a = expansions_[interval], &b = expansions_[interval + 1];
   const double h = b.sigma - a.sigma, t = (sigma - a.sigma) / h;
-  const double z[5] = {side * location.tau, side * s[2], f[0] - range_.force_centre, f[1], f[2]};
+  const Vector3d df = f - range_.centre();
+  const double z[5] = {side * location.tau, side * s[2], df[0], df[1], df[2]};
 
   const MonomialTable& table = monomials<6, 2>();
   VectorXd wa(table.size()), wb(table.size());
@@ -282,13 +286,15 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
 
 // ---------------------------------------------------------------------------- element
 
-TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index)
+TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
+                   std::string reason)
     : leaf_(leaf),
       index_(index),
+      reason_(std::move(reason)),
       scale_(leaf, model->shape().flexure),
       model_(std::move(model)),
       edges_(model_->rest()) {
-  state_.mixed.f[0] = model_->range().force_centre;
+  state_.mixed.f = model_->range().centre();
 }
 
 void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
@@ -320,47 +326,12 @@ const LeafEvaluation& TubeLeaf::evaluate() {
   evaluation_.energy = scale_.energy * response_.mixed.energy;
   evaluation_.force = scale_.global_force(response_.force);
   evaluation_.tangent = scale_.global_tangent(response_.tangent);
-  const double t = shape.mean_thickness();  // an arc gives way without stretching
-  evaluation_.strain = shape.curve ? std::abs(state_.mixed.f[0]) * t * t / 12
-                                   : std::abs(response_.frame.e[elongation]);
+  const double t = shape.mean_thickness();  // an arc's chord shortens without stretching it
+  evaluation_.strain = std::abs(state_.mixed.f[0]) * t * t / 12;
   // the energy that the forces still want to give, as in the full leaf
   const MixedState& m = state_.mixed;
   evaluation_.correction = std::sqrt(std::abs(m.R.dot(m.F_inverse * m.R)));
   return evaluation_;
-}
-
-std::optional<double> TubeLeaf::degree_change() const {
-  MixedState state = state_.mixed;
-  const Matrix6d& K = response_.mixed.hessian;
-  const Matrix6d change = condense(model_->lower(), response_.frame.e, state).hessian - K;
-  const Eigen::LLT<Matrix6d> llt(K);
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  Matrix6d X = llt.matrixL().solve(change);
-  X = llt.matrixL().solve(X.transpose()).eval();
-  return X.norm();
-}
-
-LeafElement::Refinement TubeLeaf::refine() {
-  const TubeLocation& at = response_.location;
-  const double sigma = std::abs(at.sigma);
-  if (at.beyond > 1e-9 * sigma) {
-    const double further = 1.1 * (model_->potential().mirrored() ? sigma : at.sigma);
-    if (sigma < 1.0 && model_->extend(further)) return {.changed = true, .replacement = {}};
-    return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
-  }
-  const std::optional<double> change = degree_change();
-  if (change && *change <= largest_degree_change) return {};
-  return {true,
-          full_model(change ? fmt::format("its potential has not converged: the highest degree "
-                                          "changes the stiffness by {:.2g} > {:.2g}",
-                                          *change, largest_degree_change)
-                            : std::string("it has no stable equilibrium with held edges"))};
-}
-
-std::unique_ptr<LeafElement> TubeLeaf::full_model(const std::string& reason) {
-  auto full = std::make_unique<FullLeaf>(leaf_, model_->mesh(), index_, reason);
-  full->plate().set_state(rebuilt());
-  return full;
 }
 
 namespace {
@@ -422,11 +393,12 @@ PlateLeaf& TubeLeaf::condensed() {
   plate_is_corrected_ = force > 0.02;
   if (plate_is_corrected_) plate.assemble();
   // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
-  // can tell: the steps that are left then.
+  // can tell, and so does a leaf under more than it carries alone: the steps that are left then.
+  const bool far = shape.curve || !reason_.empty() || doubted_alone_;
   constexpr double good = 1e-4;
   constexpr int most = 4;
   double change = check_;
-  for (int k = 0; shape.curve && change > good && k < most; ++k) {
+  for (int k = 0; far && change > good && k < most; ++k) {
     if (!plate_is_corrected_) plate.assemble();
     plate_is_corrected_ = true;
     state = plate.state();

@@ -18,10 +18,11 @@
 
 namespace flexopt {
 
-/// Largest relative change of the leaf's stiffness by the highest degree of its potential: beyond
-/// it the support stiffness may be off by more than about 0.5 % (degree 5, measured on some 5000
-/// states of guides and hinges with w²/(Lt) from 1 to 1200, loaded and off their rays).
-inline constexpr double largest_degree_change = 0.06;
+/// Largest relative change of the mechanism's stiffness by the highest degree of a leaf's
+/// potential, of degree 5 and of degree 7, and how often a leaf is expanded anew about its forces:
+/// core/reduction/README.md.
+inline constexpr double largest_degree_change = 0.03, largest_change_of_degree_7 = 0.01;
+inline constexpr int most_centred = 3;
 
 /// What an atlas knows of a leaf.
 struct KnownTube {
@@ -44,6 +45,9 @@ class TubeModel {
   /// Of a flat leaf of uniform width and thickness, from expansions that are known. Mesh, bent
   /// states and fields are made when somebody asks for fields or for a state beyond the last node.
   TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube);
+  /// Of the same leaf and ray, but another order and other forces about which to expand: made of
+  /// the two bent states about sigma alone, to which others are added as the leaf gets there.
+  TubeModel(TubeModel& other, const TubeRange& range, double sigma);
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
@@ -60,6 +64,13 @@ class TubeModel {
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
+
+  /// The bent state to add for a leaf at sigma, beyond the others.
+  double next_state(double sigma) const;
+  /// What takes over at sigma from this model: of this order (2, 3) about these forces (N, M1, M2)
+  /// over their scale. Shared by all leaves that want the same. Null where no bent states are
+  /// found.
+  std::shared_ptr<TubeModel> successor(int order, const Vector3d& forces, double sigma);
 
   /// Unknowns of the leaf in its chord frame (ChordLeaf::unknowns) at s, f (over their scale):
   /// second-order fields, every coefficient joined by two-point Hermite interpolation.
@@ -95,13 +106,15 @@ class TubeModel {
 
  private:
   void build();
-  int bent_states() const;  ///< so many carry the fields
+  std::vector<double> planned_states() const;  ///< where bent states are to stand, ascending
+  int bent_states() const;                     ///< so many carry the fields
   void stand_at(const TubeExpansion& expansion);
   bool add(double sigma);
   void add_dynamics(double sigma);  ///< at the bent state where leaf() stands
   void add_stress(const TubeExpansion& expansion);
   ChordLeaf& leaf();
   void make_potentials(const std::vector<TubeNode>& nodes);
+  void make_potentials();
 
   PlateShape shape_;
   mutable std::shared_ptr<const PlateMesh> mesh_;
@@ -110,6 +123,7 @@ class TubeModel {
   bool known_ = false;
   std::function<std::vector<DynamicsNode>()> known_dynamics_;
   TubeView view_;
+  bool successor_ = false;  ///< of other forces or another degree: it has no tables
   std::shared_ptr<PlatePool> pool_;
   EqualStates equal_states_;
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
@@ -120,17 +134,20 @@ class TubeModel {
   std::unique_ptr<TubeDynamics> dynamics_;
   std::function<std::vector<StateTable>()> known_stress_;
   std::unique_ptr<TubeStress> stress_;
+  std::vector<std::weak_ptr<TubeModel>> successors_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };
 
 class TubeLeaf final : public LeafElement {
  public:
-  TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index);
+  /// `reason`: why it is not of degree 5, where it is not.
+  TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
+           std::string reason = {});
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
   const LeafEvaluation& evaluation() const override { return evaluation_; }
-  Refinement refine() override;
+  Refinement refine(const Compliance& of_edges) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
@@ -142,10 +159,23 @@ class TubeLeaf final : public LeafElement {
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
+  /// Relative change of the leaf's stiffness by the highest degree of its potential (R5); nothing
+  /// where the leaf is not stable on its own. After evaluate().
+  std::optional<double> degree_change() const;
+  /// The same of the mechanism that yields so at the leaf's edges.
+  double degree_change(const Matrix12d& compliance) const;
+  const TubeLocation& location() const { return response_.location; }
+  const Vector3d& forces() const { return state_.mixed.f; }  ///< (N, M1, M2) over their scale
+  const TubeModel& model() const { return *model_; }
   LeafReport report() const override {
     const bool both = !condensed_because_.empty() && !rebuilt_because_.empty();
-    return {"tube", condensed_because_ + (both ? "; " : "") + rebuilt_because_, check_,
-            model_->known() ? "atlas" : "built"};
+    const std::string full = condensed_because_ + (both ? "; " : "") + rebuilt_because_;
+    return {.model = "tube",
+            .reason = full.empty() ? reason_ : full,
+            .check = check_,
+            .source = model_->known() ? "atlas" : "built",
+            .degree = model_->potential().degree(),
+            .replaced = !full.empty()};
   }
 
  private:
@@ -163,9 +193,12 @@ class TubeLeaf final : public LeafElement {
   /// What the stress is taken from where it is not from tables: of a leaf that has some, after a
   /// Newton step.
   std::vector<MatrixXd> stressed_nodal();
-  /// Relative change of the leaf's stiffness when the highest degree is left out; nothing where the
-  /// leaf is not stable on its own.
-  std::optional<double> degree_change() const;
+  /// What the highest degree adds to the stiffness of the deformations.
+  Matrix6d highest_degree() const;
+  /// Why the potential is not believed here; empty where it is.
+  std::string doubt(const Compliance& of_edges);
+  /// The leaf with a better potential, at the same state; null where there is none.
+  std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Where the state lies in the tables of the dynamics.
   TubeDynamics::Place place() const;
   /// Strains from the tables of stress. Null without tables, and where they do not hold;
@@ -180,6 +213,9 @@ class TubeLeaf final : public LeafElement {
 
   LeafSpring leaf_;
   int index_;
+  std::string reason_;
+  bool doubted_alone_ = false;  ///< the last test needed the mechanism
+  int centred_ = 0;             ///< so often expanded anew about its forces
   LeafScale scale_;
   std::shared_ptr<TubeModel> model_;
   EdgePoses edges_;  ///< scaled

@@ -57,6 +57,7 @@ bool TubeModel::has_dynamics(const PlateShape& shape) {
 
 void TubeModel::make_dynamics() {
   if (dynamics_ || !built() || !has_dynamics(shape_)) return;
+  if (successor_) return;  // few states will be asked for
   if (known_dynamics_) {
     dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
     for (DynamicsNode& node : known_dynamics_()) dynamics_->add(std::move(node));

@@ -13,7 +13,7 @@ namespace flexopt {
 
 const TubeStress* TubeModel::stress() {
   const bool flat = !shape_.curve && !shape_.fold && !shape_.has_profile();
-  if (stress_ || !built() || !flat || shape_.is_beam()) return stress_.get();
+  if (stress_ || successor_ || !built() || !flat || shape_.is_beam()) return stress_.get();
   if (known_stress_) {
     stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_);
     for (StateTable& node : known_stress_()) stress_->add(std::move(node));

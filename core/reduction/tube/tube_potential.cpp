@@ -11,12 +11,13 @@
 #include "core/math/polynomial.hpp"
 
 // How a value with all derivatives stays cheap. Sort the terms by their degree k in
-// y = (φ, M1, M2), k = 0, 2, 4, …. A homogeneous polynomial p of degree k ≥ 2 is
+// y = (φ, M1, M2), k = 0, 2, 4, … or all. A homogeneous polynomial p of degree k ≥ 2 is
 //
 //     p = yᵀ S y,   ∂p/∂y = k S y,   ∂²p/∂y² = k (k − 1) S,   S(y) = ∂²p/∂y² / (k (k − 1)),
 //
 // so the six entries of S, of degree k − 2 in y, give everything; they fill one vector of lanes
-// with polynomials in (σ, x). For k = 0 the lanes hold the monomials in x instead. The dependence
+// with polynomials in (σ, x). For k = 0 the lanes hold the monomials in x instead, for k = 1 the
+// three entries of ∂p/∂y. The dependence
 // on σ is in Bernstein form on each interval: two-point Hermite data turn into its coefficients
 // by positive sums, and no digits are lost between the nodes.
 
@@ -68,8 +69,9 @@ constexpr double binomial(int n, int k) {
   return r;
 }
 
-/// Even degrees k ≥ 2 of y.
-constexpr int y_blocks(int degree) { return (degree - 1) / 2; }
+/// Degrees k ≥ 2 of y, the odd ones too or not.
+constexpr int y_blocks(int degree, bool odd) { return odd ? degree - 2 : (degree - 1) / 2; }
+constexpr int y_degree(int block, bool odd) { return odd ? block + 2 : 2 * block + 2; }
 
 // ---- Coefficients of an interval -----------------------------------------------------------
 
@@ -193,7 +195,7 @@ constexpr int x_vectors() {
 
 }  // namespace
 
-template <int Degree>
+template <int Degree, bool Odd>
 TubePotential::Interval TubePotential::make_interval(const TubeNode& a, const TubeNode& b,
                                                      bool mirrored) {
   const MonomialTable& table = monomials<6, Degree>();
@@ -218,8 +220,19 @@ TubePotential::Interval TubePotential::make_interval(const TubeNode& a, const Tu
     }
     interval.coefficients.insert(interval.coefficients.end(), c.begin(), c.end());
   }
-  unrolled<y_blocks(Degree)>([&](auto block) {
-    constexpr int k = 2 * block + 2;
+  if constexpr (Odd)
+    for (const Power2 x : x_monomials<Degree - 2>()) {
+      std::vector<Lanes> c(2 * (Degree - x.tau - x.N), Lanes{});
+      for (int i = 0; i < 3; ++i) {
+        int e[3] = {};
+        e[i] = 1;
+        const VectorXd beta = bernstein(x, e);
+        for (std::size_t r = 0; r < c.size(); ++r) c[r][i] = beta[static_cast<Eigen::Index>(r)];
+      }
+      interval.coefficients.insert(interval.coefficients.end(), c.begin(), c.end());
+    }
+  unrolled<y_blocks(Degree, Odd)>([&](auto block) {
+    constexpr int k = y_degree(block, Odd);
     for (const Power2 x : x_monomials<Degree - 1 - k>())
       for (const Power3& y : y_monomials<k - 2>()) {
         const int terms = 2 * (Degree + 1 - x.tau - x.N - k);
@@ -239,7 +252,7 @@ TubePotential::Interval TubePotential::make_interval(const TubeNode& a, const Tu
   return interval;
 }
 
-template <int Degree>
+template <int Degree, bool Odd>
 PotentialValue TubePotential::evaluate_interval(const Interval& interval, double sigma,
                                                 const double (&z)[5]) {
   const double tau = z[0], N = z[2], y[3] = {z[1], z[3], z[4]};
@@ -291,6 +304,23 @@ PotentialValue TubePotential::evaluate_interval(const Interval& interval, double
     J[ss_] += c2 * at(0);
   }
 
+  // k = 1: lanes are the entries of ∂p/∂y
+  Lanes G[jets] = {};
+  if constexpr (Odd)
+    unrolled<Degree - 1>([&](auto g) {
+      constexpr int q = Degree - g;
+      for (int i = g * (g + 1) / 2; i < (g + 1) * (g + 2) / 2; ++i) {
+        Lanes c = {}, c1 = {}, c2 = {};
+        for (int r = 0; r < 2 * q; ++r) {
+          const Lanes Cr = *C++;
+          c += basis.value[q][r] * Cr;
+          c1 += basis.first[q][r] * Cr;
+          c2 += basis.second[q][r] * Cr;
+        }
+        add_jet<g>(G, c, c1, c2, {w[0][i], w[1][i], w[2][i], w[3][i], w[4][i], w[5][i]});
+      }
+    });
+
   // k ≥ 2: lanes are the entries of S
   Lanes S[jets] = {}, kS[4] = {}, kkS = {};  // Σ S; Σ k S of v, s, t, n; Σ k (k − 1) S of v
   double yp[3][Degree];
@@ -298,8 +328,8 @@ PotentialValue TubePotential::evaluate_interval(const Interval& interval, double
     yp[i][0] = 1;
     for (int e = 1; e < Degree; ++e) yp[i][e] = yp[i][e - 1] * y[i];
   }
-  unrolled<y_blocks(Degree)>([&](auto block) {
-    constexpr int k = 2 * block + 2;
+  unrolled<y_blocks(Degree, Odd)>([&](auto block) {
+    constexpr int k = y_degree(block, Odd);
     constexpr auto Y = y_monomials<k - 2>();
     Lanes Sk[jets] = {};
     unrolled<Degree - k>([&](auto g) {
@@ -343,8 +373,17 @@ PotentialValue TubePotential::evaluate_interval(const Interval& interval, double
                     0};
   double j[jets];
   for (int d = 0; d < jets; ++d) j[d] = sum(J[d] + S[d] * yy);
-  const Vector3d gy = times(kS[v_], y), sy = times(kS[s_], y), ty = times(kS[t_], y),
-                 ny = times(kS[n_], y);
+  Vector3d gy = times(kS[v_], y), sy = times(kS[s_], y), ty = times(kS[t_], y),
+           ny = times(kS[n_], y);
+  if constexpr (Odd) {
+    const auto entries = [&](int d) { return Vector3d(G[d][0], G[d][1], G[d][2]); };
+    const Vector3d at(y[0], y[1], y[2]);
+    for (int d = 0; d < jets; ++d) j[d] += entries(d).dot(at);
+    gy += entries(v_);
+    sy += entries(s_);
+    ty += entries(t_);
+    ny += entries(n_);
+  }
 
   // order (σ, τ, φ, N, M1, M2)
   PotentialValue p;
@@ -368,11 +407,11 @@ TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_s
       force_centre_(force_centre),
       degree_(degree),
       mirrored_(mirrored),
+      odd_(force_centre[1] != 0 || force_centre[2] != 0),
       nodes_(std::move(nodes)) {
-  assert(degree >= 3 && degree <= 7);
+  assert(degree >= (odd_ ? 4 : 3) && degree <= 7);
   assert(std::abs(ray.determinant()) > 0 && (force_scale.array() > 0).all());
-  assert(force_centre[1] == 0 && force_centre[2] == 0);
-  assert(nodes_.size() >= 2 && (!mirrored || nodes_.front().sigma == 0));
+  assert(nodes_.size() >= 2 && (!mirrored || nodes_.front().sigma >= 0));
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     assert(static_cast<int>(nodes_[i].W.size()) >= monomial_count(6, degree));
     assert(i == 0 || nodes_[i - 1].sigma < nodes_[i].sigma);
@@ -381,20 +420,37 @@ TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_s
     intervals_.push_back(make_interval(static_cast<int>(i)));
 }
 
-TubePotential::Interval TubePotential::make_interval(int i) const {
-  const TubeNode &a = nodes_[i], &b = nodes_[i + 1];
-  switch (degree_) {
+namespace {
+// f.operator()<degree, odd>()
+template <class F>
+auto dispatch(int degree, bool odd, F&& f) {
+  switch (odd ? -degree : degree) {
     case 3:
-      return make_interval<3>(a, b, mirrored_);
+      return f.template operator()<3, false>();
     case 4:
-      return make_interval<4>(a, b, mirrored_);
+      return f.template operator()<4, false>();
     case 5:
-      return make_interval<5>(a, b, mirrored_);
+      return f.template operator()<5, false>();
     case 6:
-      return make_interval<6>(a, b, mirrored_);
+      return f.template operator()<6, false>();
+    case 7:
+      return f.template operator()<7, false>();
+    case -4:
+      return f.template operator()<4, true>();
+    case -5:
+      return f.template operator()<5, true>();
+    case -6:
+      return f.template operator()<6, true>();
     default:
-      return make_interval<7>(a, b, mirrored_);
+      return f.template operator()<7, true>();
   }
+}
+}  // namespace
+
+TubePotential::Interval TubePotential::make_interval(int i) const {
+  return dispatch(degree_, odd_, [&]<int Degree, bool Odd>() {
+    return make_interval<Degree, Odd>(nodes_[i], nodes_[i + 1], mirrored_);
+  });
 }
 
 void TubePotential::add_node(TubeNode node) {
@@ -402,8 +458,7 @@ void TubePotential::add_node(TubeNode node) {
   const auto place =
       std::lower_bound(nodes_.begin(), nodes_.end(), node.sigma,
                        [](const TubeNode& n, double sigma) { return n.sigma < sigma; });
-  assert((!mirrored_ || place != nodes_.begin()) &&
-         (place == nodes_.end() || place->sigma != node.sigma));
+  assert((!mirrored_ || node.sigma >= 0) && (place == nodes_.end() || place->sigma != node.sigma));
   const int i = static_cast<int>(place - nodes_.begin());
   nodes_.insert(place, std::move(node));
   const int made = i == 0 ? 0 : i - 1;
@@ -412,8 +467,8 @@ void TubePotential::add_node(TubeNode node) {
 }
 
 int TubePotential::terms() const {
-  int n = 0;  // (monomials of x to degree − 1 − k) × (monomials of y of degree k), k even
-  for (int k = 0; k < degree_; k += 2)
+  int n = 0;  // (monomials of x to degree − 1 − k) × (monomials of y of degree k)
+  for (int k = 0; k < degree_; k += odd_ ? 1 : 2)
     n += monomial_count(2, degree_ - 1 - k) * (k + 1) * (k + 2) / 2;
   return n;
 }
@@ -421,8 +476,8 @@ int TubePotential::terms() const {
 TubeLocation TubePotential::locate(const Vector3d& s) const {
   const Eigen::Vector2d on_ray = ray_inverse_ * s.head<2>();
   const double sigma = mirrored_ ? std::abs(on_ray[0]) : on_ray[0];
-  TubeLocation where{on_ray[0], on_ray[1], sigma - nodes_.back().sigma, 0};
-  if (!mirrored_) where.beyond = std::max(where.beyond, nodes_.front().sigma - sigma);
+  const double beyond = std::max(sigma - nodes_.back().sigma, nodes_.front().sigma - sigma);
+  TubeLocation where{on_ray[0], on_ray[1], beyond, 0};
   const int last = static_cast<int>(intervals_.size()) - 1;
   while (where.interval < last && sigma > nodes_[where.interval + 1].sigma) ++where.interval;
   return where;
@@ -435,20 +490,9 @@ PotentialValue TubePotential::evaluate(const Vector3d& s, const Vector3d& f) con
   const double z[5] = {mirror * where.tau, mirror * s[2], df[0], df[1], df[2]};
   const double sigma = mirror * where.sigma;
   const Interval& interval = intervals_[where.interval];
-  PotentialValue p = [&] {
-    switch (degree_) {
-      case 3:
-        return evaluate_interval<3>(interval, sigma, z);
-      case 4:
-        return evaluate_interval<4>(interval, sigma, z);
-      case 5:
-        return evaluate_interval<5>(interval, sigma, z);
-      case 6:
-        return evaluate_interval<6>(interval, sigma, z);
-      default:
-        return evaluate_interval<7>(interval, sigma, z);
-    }
-  }();
+  PotentialValue p = dispatch(degree_, odd_, [&]<int Degree, bool Odd>() {
+    return evaluate_interval<Degree, Odd>(interval, sigma, z);
+  });
 
   // (σ, τ, φ) = A (θ1y, θ2y, φx) up to the mirror
   const Eigen::Matrix2d A = mirror * ray_inverse_;

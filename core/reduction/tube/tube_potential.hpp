@@ -37,14 +37,16 @@ struct TubeLocation {
 ///
 /// where c_m takes d + 1 − |m| Taylor coefficients from *each* node (degree 2 (d + 1 − |m|) − 1).
 /// So node states are reproduced exactly, and c_m is C^(d−|m|) across nodes.
-/// Mirror symmetry in the width: only even total powers of y. Mirror symmetry in the thickness of a
+/// Mirror symmetry in the width: only even total powers of y, unless the nodes were expanded about
+/// moments, which break it. Mirror symmetry in the thickness of a
 /// flat leaf: W*(σ, τ, φ, N, M) = W*(−σ, −τ, −φ, N, M), so nodes stand at σ ≥ 0. A curved leaf has
 /// none: its nodes stand on both sides. Terms are dropped by these parities only, never by size.
 class TubePotential {
  public:
   /// `ray`: D. `force_scale`: units of (N, M1, M2). `force_centre`: scaled forces about which the
-  /// nodes were expanded (moments zero, else the mirror symmetry would not hold).
-  /// `degree`: 3 to 7. Nodes ascend, where `mirrored` (in the thickness) from sigma = 0.
+  /// nodes were expanded.
+  /// `degree`: 3 to 7, with moments from 4. Nodes ascend, where `mirrored` (in the thickness) from
+  /// sigma = 0 or above.
   TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_scale, int degree,
                 std::vector<TubeNode> nodes, const Vector3d& force_centre = Vector3d::Zero(),
                 bool mirrored = true);
@@ -75,10 +77,10 @@ class TubePotential {
     double start, width;
     std::vector<Lanes> coefficients;  ///< in the order in which evaluate() reads them
   };
-  template <int Degree>
+  template <int Degree, bool Odd>
   static PotentialValue evaluate_interval(const Interval& interval, double sigma,
                                           const double (&z)[5]);
-  template <int Degree>
+  template <int Degree, bool Odd>
   static Interval make_interval(const TubeNode& a, const TubeNode& b, bool mirrored);
   Interval make_interval(int i) const;
 
@@ -86,6 +88,7 @@ class TubePotential {
   Vector3d force_scale_, force_centre_;
   int degree_;
   bool mirrored_;
+  bool odd_;  ///< odd powers of y too
   std::vector<TubeNode> nodes_;
   std::vector<Interval> intervals_;
 };

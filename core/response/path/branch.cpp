@@ -8,6 +8,7 @@
 #include <functional>
 #include <utility>
 
+#include "core/equilibrium/edge_compliance.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/full_finish.hpp"
 
@@ -64,24 +65,31 @@ Equilibrium solve_again_on_full_leaves(System& system, const Solve& solve,
   return equilibrium;
 }
 
-// Solves, then again as long as a leaf of limited range wants its model changed.
+// Changes the models of leaves that are beyond their range. False where there are none.
+bool refine(System& system) {
+  bool changed = false;
+  EdgeCompliance compliance(system);
+  for (int i = 0; i < system.leaves(); ++i) {
+    LeafElement::Refinement refinement = system.leaf(i).refine([&] { return compliance.of(i); });
+    changed |= refinement.changed;
+    if (refinement.replacement) system.replace_leaf(i, std::move(refinement.replacement));
+  }
+  if (changed) system.invalidate();  // a tube has grown or was replaced
+  return changed;
+}
+
+// Solves, then again as long as a leaf of limited range wants its model changed: where there is an
+// equilibrium, or where the way to it has ended.
 Equilibrium solve_refined(System& system, const Solve& solve) {
+  constexpr int most_rounds = 12;
   Equilibrium equilibrium = solve();
-  if (!equilibrium.converged)
-    equilibrium = solve_again_on_full_leaves(system, solve, std::move(equilibrium));
-  for (int round = 0; equilibrium.converged && round < 8; ++round) {
-    bool changed = false;
-    for (int i = 0; i < system.leaves(); ++i) {
-      LeafElement::Refinement refinement = system.leaf(i).refine();
-      changed |= refinement.changed;
-      if (refinement.replacement) system.replace_leaf(i, std::move(refinement.replacement));
-    }
-    if (!changed) break;
-    system.invalidate();  // a tube has grown or was replaced
+  for (int round = 0; round < most_rounds && refine(system); ++round) {
     const int before = equilibrium.iterations;
     equilibrium = solve();
     equilibrium.iterations += before;
   }
+  if (!equilibrium.converged)
+    equilibrium = solve_again_on_full_leaves(system, solve, std::move(equilibrium));
   return equilibrium;
 }
 

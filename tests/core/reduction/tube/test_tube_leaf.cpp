@@ -127,6 +127,31 @@ TEST_CASE("a rebuilt field is the full leaf's to second order in the transverse 
   }
 }
 
+TEST_CASE("a tube about moments is the leaf under them") {
+  const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {8, 4}, true});
+  const Vector3d scale = tube_force_scale(mesh->shape());
+  TubeRange range;
+  range.ray = {1, -1};
+  range.sigma_max = 0.3;
+  range.force_centre = -6;
+  range.moment_centre = {1.5, -0.7};
+  for (const int order : {2, 3}) {
+    range.order = order;
+    TubeModel model(mesh, range);
+    REQUIRE(model.built());
+    for (const double side : {1.0, -1.0}) {
+      ChordLeaf leaf(mesh);
+      const Vector3d s(0.17 * side, -0.16 * side, 0.004), f(-6.4, 1.6, -0.6);
+      REQUIRE(leaf.solve(s, scale.cwiseProduct(f)).converged);
+      const PotentialValue p = model.potential().evaluate(s, f);
+      CHECK(p.value == Approx(leaf.potential()).epsilon(1e-5));
+      const Vector3d stiff = -p.gradient.tail<3>().cwiseQuotient(scale);
+      CHECK((stiff - leaf.stiff()).norm() < 1e-3 * leaf.stiff().norm());
+      CHECK((model.fields(s, f) - leaf.unknowns()).cwiseAbs().maxCoeff() < 2e-4);
+    }
+  }
+}
+
 TEST_CASE("reduced guides agree with full ones from slender to very wide leaves", "[slow]") {
   struct Leaf {
     double length, width, thickness;  // mm

@@ -1,0 +1,147 @@
+// Where a tube leaf is believed, and what takes its place where it is not: (R5) of
+// core/reduction/README.md.
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/reduction/tube/bent_states.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+
+namespace flexopt {
+
+TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
+    : shape_(other.shape_),
+      mesh_(other.mesh()),
+      range_(range),
+      directions_(other.directions_),
+      successor_(true) {
+  other.pool();
+  pool_ = other.pool_;
+  const std::vector<double> planned = planned_states();
+  const auto above = std::upper_bound(planned.begin(), planned.end(), sigma);
+  const bool last = above == planned.end();
+  const double from = above == planned.begin() ? 1.1 * sigma : *std::prev(above),
+               to = last ? 1.1 * sigma : *above;
+  // by the nearest state of the other one, if it has any
+  leaf().reset();
+  if (!other.expansions_.empty())
+    other.stand_at(*std::ranges::min_element(
+        other.expansions_, {}, [&](const TubeExpansion& e) { return std::abs(e.sigma - from); }));
+  if (!add(from)) return;
+  const double reached = bend(leaf(), range_.ray, from, to);
+  if ((reached - sigma) * (to - from) > 0 && add(reached)) make_potentials();
+}
+
+double TubeModel::next_state(double sigma) const {
+  const std::vector<double> planned = planned_states();
+  const bool up = sigma > potential_->nodes().front().sigma;
+  const auto above = std::lower_bound(planned.begin(), planned.end(), sigma);
+  if (up && above != planned.end()) return *above;
+  if (!up && above != planned.begin()) return *std::prev(above);
+  return 1.1 * sigma;
+}
+
+std::shared_ptr<TubeModel> TubeModel::successor(int order, const Vector3d& forces, double sigma) {
+  TubeRange range = range_;
+  range.order = order;
+  range.force_centre = forces[0];
+  range.moment_centre = forces.tail<2>();
+  std::erase_if(successors_, [](const auto& m) { return m.expired(); });
+  for (const std::weak_ptr<TubeModel>& known : successors_)
+    if (auto model = known.lock(); model->range_.order == order && model->range_.centre() == forces)
+      return model;
+  const auto model = std::make_shared<TubeModel>(*this, range, sigma);
+  if (!model->built()) return nullptr;
+  successors_.push_back(model);
+  return model;
+}
+
+namespace {
+
+/// The tests' unit of a force: a thousandth of the load that buckles the leaf between held edges,
+/// or of a moment with such stress at a side.
+Vector3d force_unit() {
+  constexpr double buckling = 4 * std::numbers::pi * std::numbers::pi, share = 1e-3;
+  return share * buckling * Vector3d(1, 1 / 6.0, 1 / 6.0);
+}
+constexpr double far_units = 10;  ///< from there on a leaf is expanded anew
+
+}  // namespace
+
+Matrix6d TubeLeaf::highest_degree() const {
+  MixedState state = state_.mixed;
+  return response_.mixed.hessian - condense(model_->lower(), response_.frame.e, state).hessian;
+}
+
+std::optional<double> TubeLeaf::degree_change() const {
+  const Eigen::LLT<Matrix6d> llt(response_.mixed.hessian);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  Matrix6d X = llt.matrixL().solve(highest_degree());
+  X = llt.matrixL().solve(X.transpose()).eval();
+  return X.norm();
+}
+
+double TubeLeaf::degree_change(const Matrix12d& compliance) const {
+  const Rows6x12 T = response_.frame.B.lazyProduct(scale_.transformation().transpose());
+  const Matrix6d C = scale_.energy * T * compliance * T.transpose(), X = highest_degree() * C;
+  return std::sqrt(std::max(0.0, (X * X).trace()));
+}
+
+std::string TubeLeaf::doubt(const Compliance& compliance) {
+  const int degree = model_->potential().degree();
+  const double largest = degree == 7 ? largest_change_of_degree_7 : largest_degree_change;
+  const std::optional<double> alone = degree_change();
+  doubted_alone_ = !alone || *alone > largest;
+  if (!doubted_alone_) return {};
+  const std::optional<Matrix12d> C = compliance();
+  if (!C) return "it is not stable, nor is the mechanism";
+  const double held = degree_change(*C);
+  if (held <= largest) return {};
+  return fmt::format(
+      "its potential has not converged: degree {} changes the stiffness of the mechanism by {:.2g} "
+      "> {:.2g}",
+      degree, held, largest);
+}
+
+LeafElement::Refinement TubeLeaf::refine(const Compliance& compliance) {
+  const TubeLocation& at = response_.location;
+  const double sigma = model_->potential().mirrored() ? std::abs(at.sigma) : at.sigma;
+  if (at.beyond > 1e-9 * std::abs(sigma)) {
+    if (std::abs(sigma) < 1.0 && model_->extend(model_->next_state(sigma)))
+      return {.changed = true, .replacement = {}};
+    return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
+  }
+  const std::string reason = doubt(compliance);
+  if (reason.empty()) return {};
+  if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason)) return {true, std::move(better)};
+  return {true, full_model(reason)};
+}
+
+std::unique_ptr<TubeLeaf> TubeLeaf::successor(double sigma, const std::string& reason) {
+  const Vector3d unit = force_unit(), centre = model_->range().centre();
+  const Vector3d forces =
+      state_.mixed.f.cwiseQuotient(unit).array().round().matrix().cwiseProduct(unit);
+  const bool far = ((forces - centre).cwiseQuotient(unit)).cwiseAbs().maxCoeff() >= far_units;
+  std::shared_ptr<TubeModel> model;
+  if (far && centred_ < most_centred) model = model_->successor(2, forces, sigma);
+  const bool anew = model != nullptr;
+  if (!model && model_->range().order == 2) model = model_->successor(3, centre, sigma);
+  if (!model) return nullptr;
+  auto leaf = std::make_unique<TubeLeaf>(leaf_, model, index_, reason);
+  leaf->edges_ = edges_;
+  leaf->state_ = state_;
+  leaf->centred_ = centred_ + (anew ? 1 : 0);
+  return leaf;
+}
+
+std::unique_ptr<LeafElement> TubeLeaf::full_model(const std::string& reason) {
+  auto full = std::make_unique<FullLeaf>(leaf_, model_->mesh(), index_, reason);
+  full->plate().set_state(rebuilt());
+  return full;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,63 @@
+// How a mechanism yields at the edges of its leaves, against what it does under small loads.
+#include <catch2/catch.hpp>
+
+#include "core/equilibrium/edge_compliance.hpp"
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+const NewtonOptions exact{.tolerance = 1e-12};
+
+System under(const Mechanism& hinge, const LoadCase& loads, Algebra algebra) {
+  System system(hinge, make_full_leaves(hinge, {.accuracy = Accuracy::full, .mesh = {4, 2}}), loads,
+                algebra);
+  REQUIRE(step_load(system, {.constant = 1}, exact).converged);
+  return system;
+}
+
+}  // namespace
+
+TEST_CASE("edges yield as the mechanism does under a small force, its drive held",
+          "[edge_compliance]") {
+  const Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
+  // no drive load, no moment: only then are the moments of the tangent those of a small force
+  const DeadLoad payload{.force = {-150, 0, 0}};
+  const Algebra algebra = GENERATE(Algebra::dense, Algebra::sparse);
+  const System system = under(hinge, {.constant = {payload}}, algebra);
+  EdgeCompliance compliance(system);
+  const std::optional<Matrix12d> C = compliance.of(0);
+  REQUIRE(C);
+  CHECK((*C - C->transpose()).norm() == 0);
+  CHECK(C->topRows<6>().isZero(0));  // its base is the ground
+  CHECK(C->bottomRightCorner<6, 6>().ldlt().isPositive());
+
+  // a force at the tip of leaf 0 is that force and its moment at the body
+  const double size = 1e-4;
+  const Vector3d force = size * Vector3d(0.3, -0.5, 0.8), place = system.edge_pose(0, 1).position;
+  Vector3d moved[2];
+  for (const int side : {0, 1}) {
+    const Vector3d f = (side == 0 ? 1 : -1) * force;
+    const Vector3d arm = place - system.pose(0).position;
+    System loaded =
+        under(hinge, {.constant = {payload, {.force = f, .moment = arm.cross(f)}}}, Algebra::dense);
+    moved[side] = loaded.edge_pose(0, 1).position;
+  }
+  const Vector3d expected = C->block<3, 3>(6, 6) * force;
+  REQUIRE(expected.norm() > 0);
+  CHECK((0.5 * (moved[0] - moved[1]) - expected).norm() < 1e-4 * expected.norm());
+}
+
+TEST_CASE("an unstable mechanism has no compliance", "[edge_compliance]") {
+  const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
+  System system(guide, make_full_leaves(guide, {.accuracy = Accuracy::full, .mesh = {8, 2}}),
+                {.constant = {{.force = {-700, 0, 0}}}});  // held drive: 517 N
+  system.apply({.constant = 1});
+  // straight leaves stay an equilibrium
+  REQUIRE(solve_equilibrium(system, 0, {}).converged);
+  EdgeCompliance compliance(system);
+  CHECK_FALSE(compliance.of(0));
+}

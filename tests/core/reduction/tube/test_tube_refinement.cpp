@@ -1,0 +1,151 @@
+// Where a tube leaf is believed, and what takes its place where it is not.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/equilibrium/edge_compliance.hpp"
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/reduction/tube/tube_leaf.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+const double pi = std::numbers::pi;
+
+StrokeRequest statics(double end, int points) {
+  StrokeRequest request;
+  request.points.clear();
+  for (int k = 0; k < points; ++k) request.points.push_back(end * k / (points - 1));
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  return request;
+}
+
+struct Outcome {
+  double support = 0, drive = 0;  ///< worst relative errors
+  // leaves and points
+  int replaced = 0;  ///< by the full one
+  int centred = 0;   ///< of degree 5, expanded anew
+  int of_degree_7 = 0;
+};
+
+Outcome compare(const Mechanism& mechanism, const StrokeRequest& request) {
+  const StrokeResponse full = evaluate_stroke(mechanism, {.accuracy = Accuracy::full}, request);
+  const StrokeResponse reduced = evaluate_stroke(mechanism, ModelOptions{}, request);
+  REQUIRE(full.status == Status::ok);
+  REQUIRE(reduced.status == Status::ok);
+  Outcome worst;
+  double load = 0;
+  for (const PathPoint& p : full.path) load = std::max(load, std::abs(p.drive_load));
+  for (std::size_t k = 0; k < full.path.size(); ++k) {
+    const PathPoint &a = full.path[k], &b = reduced.path[k];
+    worst.drive = std::max(worst.drive, std::abs(b.drive_load - a.drive_load) / load);
+    for (int d = 0; d < 6; ++d)
+      if (a.support_stiffness[d])
+        worst.support = std::max(worst.support,
+                                 std::abs(*b.support_stiffness[d] / *a.support_stiffness[d] - 1));
+    for (const LeafReport& leaf : b.leaves) {
+      worst.replaced += leaf.replaced;
+      worst.centred += leaf.degree == 5 && !leaf.reason.empty();
+      worst.of_degree_7 += leaf.degree == 7;
+      CHECK((leaf.degree == 7) <= !leaf.reason.empty());
+    }
+  }
+  return worst;
+}
+
+/// Two leaves that cross side by side under a load along x, `share` of that which buckles them.
+Mechanism cross_hinge() {
+  return models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}});
+}
+LoadCase pressed(double share) { return {.constant = {{.force = {-49.5 * share, 0, 0}}}}; }
+
+}  // namespace
+
+TEST_CASE("a leaf that is held by nothing else changes as its mechanism does", "[tube]") {
+  Mechanism single = models::single_leaf(0.1, 0.03, 5e-4);
+  single.drives.clear();
+  const LoadCase loads{.constant = {},
+                       .growing = {{.force = {0.5, 2, 0.3}, .moment = {0.01, 0, 0}}}};
+  System system(single, make_reduced_leaves(single, {}, 1, loads), loads);
+  REQUIRE(step_load(system, {.constant = 1, .growing = 1}, {}).converged);
+  const auto* leaf = dynamic_cast<const TubeLeaf*>(&system.leaf(0));
+  REQUIRE(leaf);
+  EdgeCompliance compliance(system);
+  const auto C = compliance.of(0);
+  const auto alone = leaf->degree_change();
+  REQUIRE((C && alone));
+  REQUIRE(*alone > 1e-8);
+  CHECK(leaf->degree_change(*C) == Approx(*alone).epsilon(1e-3));
+
+  // what else holds the tip can only make the change smaller
+  const Matrix12d stiffer = 0.25 * *C;
+  CHECK(leaf->degree_change(stiffer) == Approx(0.25 * leaf->degree_change(*C)));
+}
+
+TEST_CASE("leaves that would buckle alone are believed where the mechanism is stable", "[tube]") {
+  const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request = statics(0.02, 3);
+  // more than half of the load at which the drive, if it were free, would give way
+  request.loads.constant = {{.force = {-75, 0, 0}}};
+  const Outcome of = compare(guide, request);
+  CHECK(of.replaced == 0);
+  CHECK(of.support < 2e-3);
+  CHECK(of.drive < 1e-4);
+}
+
+TEST_CASE("a hinge under a payload is followed by better potentials, not by full leaves",
+          "[tube]") {
+  StrokeRequest request = statics(pi / 4, 7);
+  request.loads = pressed(0.5);
+  const Outcome of = compare(cross_hinge(), request);
+  CHECK(of.replaced == 0);
+  CHECK(of.centred > 0);
+  CHECK(of.of_degree_7 > 0);
+  CHECK(of.support < 4e-3);
+  CHECK(of.drive < 1e-4);
+}
+
+TEST_CASE("a hinge without payload needs none of them", "[tube]") {
+  const StrokeResponse response = evaluate_stroke(cross_hinge(), {}, statics(pi / 6, 4));
+  REQUIRE(response.status == Status::ok);
+  for (const PathPoint& p : response.path)
+    for (const LeafReport& leaf : p.leaves) {
+      CHECK(leaf.degree == 5);
+      CHECK(leaf.reason.empty());
+    }
+}
+
+TEST_CASE("equal leaves share what takes over from their model", "[tube]") {
+  const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {8, 4}, true});
+  TubeRange range;
+  range.sigma_max = 0.3;
+  TubeModel model(mesh, range);
+  const Vector3d forces(-8, 0.5, -0.2);
+  const auto first = model.successor(2, forces, 0.15);
+  REQUIRE(first);
+  CHECK(model.successor(2, forces, 0.15) == first);
+  CHECK(model.successor(3, forces, 0.15) != first);
+  CHECK(model.successor(2, {-8, 0.5, 0.2}, 0.15) != first);
+
+  // it starts with the two bent states about the leaf, and grows both ways
+  CHECK(first->potential().nodes().size() == 2);
+  CHECK(first->potential().degree() == 5);
+  CHECK(first->potential().nodes().front().sigma <= 0.15);
+  CHECK(first->potential().last_sigma() >= 0.15);
+  const double before = first->potential().nodes().front().sigma;
+  REQUIRE(first->extend(first->next_state(0.5 * before)));
+  CHECK(first->potential().nodes().front().sigma < before);
+  const double beyond = 1.01 * first->potential().last_sigma();
+  REQUIRE(first->extend(first->next_state(beyond)));
+  CHECK(first->potential().last_sigma() > beyond);
+
+  // and is the leaf itself at its centre
+  ChordLeaf leaf(mesh);
+  const Vector3d s(0.2, 0.2, 0);
+  REQUIRE(leaf.solve(s, forces.cwiseProduct(tube_force_scale(mesh->shape()))).converged);
+  CHECK(first->potential().evaluate(s, forces).value == Approx(leaf.potential()).epsilon(1e-6));
+}
