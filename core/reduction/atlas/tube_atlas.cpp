@@ -13,7 +13,10 @@
 namespace flexopt {
 namespace {
 
-constexpr double rounding = 1e-9;  // of a box and of rays
+constexpr double rounding = 1e-9;  // of a box
+// A leaf whose ray is so near to one of the atlas takes that one: half the look-up, and the model
+// does not change with a design that turns its rays by next to nothing.
+constexpr double near_ray = 1e-3;
 
 // ρ in [−1, 1] of a ray (1, ρ), or of one seen from the other end.
 struct RayPlace {
@@ -113,11 +116,14 @@ std::string TubeAtlas::gap(const PlateShape& shape, const TubeRange& range) cons
   return {};
 }
 
-// Weights of all shapes, and what (A1) multiplies their sums by.
+// What the numbers of all shapes and Poisson's ratios are weighted with: for the value, and for its
+// derivatives by log w/L, log t/L and ν where these are wanted. And what (A1) multiplies the sums
+// by.
 struct TubeAtlas::Weights {
-  std::vector<double> shapes;                 ///< value
-  std::array<std::vector<double>, 2> slopes;  ///< by log w/L, log t/L
-  std::vector<double> poissons_ratios;
+  struct Sum {
+    std::vector<double> shapes, poissons_ratios;
+  };
+  std::vector<Sum> sums;
   double log_width = 0, log_thickness = 0;
 };
 
@@ -126,7 +132,8 @@ TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, bool with_slopes)
   w.log_width = std::log(shape.width);
   w.log_thickness = std::log(shape.thickness);
   const PointWeights x = polynomial_weights(log_width_, w.log_width),
-                     y = polynomial_weights(log_thickness_, w.log_thickness);
+                     y = polynomial_weights(log_thickness_, w.log_thickness),
+                     nu = polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio);
   const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
     std::vector<double> all;
     all.reserve(a.size() * b.size());
@@ -134,59 +141,67 @@ TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, bool with_slopes)
       for (const double q : b) all.push_back(p * q);
     return all;
   };
-  w.shapes = product(x.value, y.value);
-  if (with_slopes) w.slopes = {product(x.slope, y.value), product(x.value, y.slope)};
-  w.poissons_ratios = polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio).value;
+  const std::vector<double> values = product(x.value, y.value);
+  w.sums = {{values, nu.value}};
+  if (with_slopes)
+    w.sums.insert(w.sums.end(), {{product(x.slope, y.value), nu.value},
+                                 {product(x.value, y.slope), nu.value},
+                                 {values, nu.slope}});
   return w;
 }
 
-// Σ over Poisson's ratios and shapes of the first terms of a ray. Double sums of single numbers:
+// Sums over Poisson's ratios and shapes of the first terms of a ray. Double sums of single numbers:
 // what is looked up is then smooth to rounding.
-std::vector<double> TubeAtlas::sums(int ray, int terms, const Weights& weights,
-                                    const std::vector<double>& shapes) const {
+std::vector<std::vector<double>> TubeAtlas::sums(int ray, int terms, const Weights& weights) const {
   const int stride = TubeAtlas::stride(static_cast<int>(terms_.size()));
   const int rays = static_cast<int>(settings_.rays.size()), count = settings_.shapes();
-  std::vector<double> y(static_cast<std::size_t>(terms), 0.0);
-  double* const out = y.data();
-  std::array<const float*, 4> column{};
-  std::array<double, 4> weight{};
+  const std::size_t wanted = weights.sums.size();
+  std::vector<std::vector<double>> all(wanted,
+                                       std::vector<double>(static_cast<std::size_t>(terms), 0.0));
+  constexpr int together = 4;  // columns that are read at once
+  std::array<const float*, together> column{};
+  std::vector<std::array<double, together>> weight(wanted);
   int open = 0;
   const auto flush = [&] {
-    for (int k = open; k < 4; ++k) {
-      weight[k] = 0;
+    for (int k = open; k < together; ++k) {
+      for (auto& w : weight) w[k] = 0;
       column[k] = column[0];
     }
     const float *a = column[0], *b = column[1], *c = column[2], *d = column[3];
-    const double wa = weight[0], wb = weight[1], wc = weight[2], wd = weight[3];
-    for (int i = 0; i < terms; ++i) out[i] += (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
+    for (std::size_t s = 0; s < wanted; ++s) {
+      const double wa = weight[s][0], wb = weight[s][1], wc = weight[s][2], wd = weight[s][3];
+      if (wa == 0 && wb == 0 && wc == 0 && wd == 0) continue;
+      double* const out = all[s].data();
+      for (int i = 0; i < terms; ++i) out[i] += (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
+    }
     open = 0;
   };
-  for (std::size_t n = 0; n < weights.poissons_ratios.size(); ++n) {
-    if (weights.poissons_ratios[n] == 0) continue;
+  for (std::size_t n = 0; n < settings_.poissons_ratios.size(); ++n) {
     const float* table =
         numbers_.values + (n * rays + ray) * static_cast<std::size_t>(count) * stride;
     for (int k = 0; k < count; ++k) {
-      const double w = weights.poissons_ratios[n] * shapes[static_cast<std::size_t>(k)];
-      if (w == 0) continue;
+      bool counts = false;
+      for (std::size_t s = 0; s < wanted; ++s) {
+        const Weights::Sum& sum = weights.sums[s];
+        weight[s][open] = sum.poissons_ratios[n] * sum.shapes[static_cast<std::size_t>(k)];
+        counts |= weight[s][open] != 0;
+      }
+      if (!counts) continue;
       column[open] = table + static_cast<std::size_t>(k) * stride;
-      weight[open] = w;
-      if (++open == 4) flush();
+      if (++open == together) flush();
     }
   }
   if (open > 0) flush();
-  return y;
+  return all;
 }
 
-// Taylor coefficients of the bent states of a ray, (A1), or their derivatives by log w/L (slope 0)
-// or log t/L (1); slope −1: the coefficients themselves.
-std::vector<std::vector<double>> TubeAtlas::taylor(int ray, const Weights& weights, int nodes,
-                                                   int slope) const {
+// Of each of the weights, Taylor coefficients (A1) of the bent states of a ray, or their
+// derivatives.
+std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray, const Weights& weights,
+                                                                int nodes) const {
   int terms = 0;
   while (terms < static_cast<int>(terms_.size()) && terms_[terms].node < nodes) ++terms;
-  std::vector<double> y =
-      sums(ray, terms, weights, slope < 0 ? weights.shapes : weights.slopes[slope]);
-  const std::vector<double> value =
-      slope < 0 ? std::vector<double>() : sums(ray, terms, weights, weights.shapes);
+  const std::vector<std::vector<double>> y = sums(ray, terms, weights);
   // halves of powers, from −8 to 8
   constexpr int most = 16;
   std::array<double, 2 * most + 1> powers[2];
@@ -195,68 +210,70 @@ std::vector<std::vector<double>> TubeAtlas::taylor(int ray, const Weights& weigh
     powers[1][k + most] = std::exp(0.5 * k * weights.log_thickness);
   }
   const std::int8_t* e = numbers_.exponents + 2 * static_cast<std::size_t>(ray) * terms_.size();
-  std::vector<std::vector<double>> W(
+  const std::vector<std::vector<double>> none(
       static_cast<std::size_t>(nodes),
       std::vector<double>(static_cast<std::size_t>(monomial_count(6, atlas_degree)), 0.0));
-  for (int i = 0; i < terms; ++i) {
-    double c = y[i];
-    if (slope >= 0) c += 0.5 * e[2 * i + slope] * value[i];
-    W[terms_[i].node][terms_[i].monomial] =
-        c * powers[0][e[2 * i] + most] * powers[1][e[2 * i + 1] + most];
-  }
+  std::vector<std::vector<std::vector<double>>> W(y.size(), none);
+  for (std::size_t s = 0; s < y.size(); ++s)
+    for (int i = 0; i < terms; ++i) {
+      double c = y[s][i];
+      if (s == 1 || s == 2) c += 0.5 * e[2 * i + static_cast<int>(s) - 1] * y[0][i];
+      W[s][terms_[i].node][terms_[i].monomial] =
+          c * powers[0][e[2 * i] + most] * powers[1][e[2 * i + 1] + most];
+    }
   return W;
 }
 
-TubeAtlas::Tube TubeAtlas::assemble(const Weights& weights, const Eigen::Vector2d& ray, int nodes,
-                                    int slope) const {
+// Of each of the weights.
+std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const Weights& weights, const Eigen::Vector2d& ray,
+                                                 int nodes) const {
   assert(ray.cwiseAbs().maxCoeff() == 1 && (ray[0] > 0 || (ray[0] == 0 && ray[1] != 0)));
   const RayPlace place = place_of(ray);
   const std::vector<double>& rays = settings_.rays;
   int left = 0;
   while (left + 2 < static_cast<int>(rays.size()) && place.rho >= rays[left + 1]) ++left;
   const double a = rays[left], b = rays[left + 1];
-  // rounding of the kinematics costs no second table
-  const bool on_left = std::abs(place.rho - a) < rounding,
-             on_right = std::abs(place.rho - b) < rounding;
-  const auto at_a =
-      on_right ? std::vector<std::vector<double>>() : taylor(left, weights, nodes, slope);
-  const auto at_b =
-      on_left ? std::vector<std::vector<double>>() : taylor(left + 1, weights, nodes, slope);
-  Tube tube;
-  tube.directions = ray_directions(on_left ? a : on_right ? b : place.rho);
+  const bool on_left = std::abs(place.rho - a) < near_ray,
+             on_right = std::abs(place.rho - b) < near_ray;
+  using Taylor = std::vector<std::vector<std::vector<double>>>;
+  const Taylor at_a = on_right ? Taylor() : taylor(left, weights, nodes);
+  const Taylor at_b = on_left ? Taylor() : taylor(left + 1, weights, nodes);
+  Eigen::Matrix2d directions = ray_directions(on_left ? a : on_right ? b : place.rho);
   if (place.other_end) {
-    tube.directions.row(0).swap(tube.directions.row(1));
-    if (!place.same_sign) tube.directions *= -1;
+    directions.row(0).swap(directions.row(1));
+    if (!place.same_sign) directions *= -1;
   }
-  for (int n = 0; n < nodes; ++n) {
-    const double sigma = settings_.sigmas[static_cast<std::size_t>(n)];
-    std::vector<double> W = on_left    ? at_a[n]
-                            : on_right ? at_b[n]
-                                       : between_rays(at_a[n], a, at_b[n], b, sigma, place.rho);
-    if (place.other_end) W = from_other_end(W, place.same_sign);
-    tube.nodes.push_back({sigma, std::move(W)});
+  std::vector<Tube> tubes;
+  for (std::size_t s = 0; s < weights.sums.size(); ++s) {
+    Tube& tube = tubes.emplace_back(Tube{directions, {}});
+    for (int n = 0; n < nodes; ++n) {
+      const double sigma = settings_.sigmas[static_cast<std::size_t>(n)];
+      std::vector<double> W = on_left ? at_a[s][n]
+                              : on_right
+                                  ? at_b[s][n]
+                                  : between_rays(at_a[s][n], a, at_b[s][n], b, sigma, place.rho);
+      if (place.other_end) W = from_other_end(W, place.same_sign);
+      tube.nodes.push_back({sigma, std::move(W)});
+    }
   }
-  return tube;
+  return tubes;
 }
 
 TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2d& ray,
                                    int nodes) const {
   const int all = static_cast<int>(settings_.sigmas.size());
-  return assemble(weights(shape, false), ray, nodes > 0 ? std::min(nodes, all) : all, -1);
+  return std::move(
+      assemble(weights(shape, false), ray, nodes > 0 ? std::min(nodes, all) : all).front());
 }
 
-TubeAtlas::Rates TubeAtlas::look_up_with_rates(const PlateShape& shape,
-                                               const Eigen::Vector2d& ray) const {
-  const int all = static_cast<int>(settings_.sigmas.size());
-  const Weights w = weights(shape, true);
-  Rates rates{assemble(w, ray, all, -1),
-              {assemble(w, ray, all, 0).nodes, assemble(w, ray, all, 1).nodes, {}}};
-  // a longer leaf is one of smaller w/L and t/L
-  rates.by_size[2] = rates.by_size[0];
-  for (std::size_t n = 0; n < rates.by_size[2].size(); ++n)
-    for (std::size_t k = 0; k < rates.by_size[2][n].W.size(); ++k)
-      rates.by_size[2][n].W[k] = -rates.by_size[0][n].W[k] - rates.by_size[1][n].W[k];
-  return rates;
+TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const {
+  std::vector<Tube> found =
+      assemble(weights(shape, true), ray, static_cast<int>(settings_.sigmas.size()));
+  const std::array<double, 2> size{shape.width, shape.thickness};
+  for (std::size_t p = 0; p < size.size(); ++p)
+    for (TubeNode& node : found[p + 1].nodes)
+      for (double& c : node.W) c /= size[p];  // of the logarithm so far
+  return {std::move(found[1].nodes), std::move(found[2].nodes), std::move(found[3].nodes)};
 }
 
 }  // namespace flexopt

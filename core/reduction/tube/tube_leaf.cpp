@@ -69,8 +69,13 @@ TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& ran
 }
 
 TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range,
-                     const Eigen::Matrix2d& directions, const std::vector<TubeNode>& nodes)
-    : shape_(shape), range_(range), directions_(directions), known_(true) {
+                     const Eigen::Matrix2d& directions, const std::vector<TubeNode>& nodes,
+                     std::function<TubeNodeRates()> rates)
+    : shape_(shape),
+      range_(range),
+      directions_(directions),
+      known_(true),
+      rates_(std::move(rates)) {
   range_.ray = directions.col(0);
   make_potentials(nodes);
 }

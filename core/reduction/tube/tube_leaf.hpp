@@ -1,5 +1,6 @@
 #pragma once
 // The reduced leaf: a tube potential with the fields to rebuild the full leaf from.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,9 +30,10 @@ class TubeModel {
             std::shared_ptr<PlatePool> pool = nullptr);
   /// Of a flat leaf of uniform width and thickness, from expansions that are known: `directions` is
   /// D, its first column the ray. Mesh, bent states and fields are made when somebody asks for
-  /// fields, for tables of dynamics or for a state beyond the last node.
+  /// fields, for tables of dynamics or for a state beyond the last node. `rates`: derivatives of
+  /// the expansions, the ray held; none: the leaf has no exact derivatives.
   TubeModel(const PlateShape& shape, const TubeRange& range, const Eigen::Matrix2d& directions,
-            const std::vector<TubeNode>& nodes);
+            const std::vector<TubeNode>& nodes, std::function<TubeNodeRates()> rates = {});
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
@@ -45,6 +47,10 @@ class TubeModel {
   EdgePoses rest() const;
   /// Whether the potential is made of known expansions.
   bool known() const { return known_; }
+  /// Whether rates() has an answer: of a known potential that has not been extended.
+  bool differentiable() const { return known_ && rates_; }
+  /// Derivatives of the nodes of potential() by the leaf's shape, made anew each time.
+  TubeNodeRates rates() const { return rates_(); }
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
@@ -82,6 +88,7 @@ class TubeModel {
   TubeRange range_;
   Eigen::Matrix2d directions_;
   bool known_ = false;
+  std::function<TubeNodeRates()> rates_;
   std::shared_ptr<PlatePool> pool_;
   EqualStates equal_states_;
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
@@ -100,6 +107,10 @@ class TubeLeaf final : public LeafElement {
   const LeafEvaluation& evaluation() const override { return evaluation_; }
   Refinement refine() override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
+  Answer<LeafLinear> linearise() override;
+  bool has_linearised_interior(InteriorUse use) const override {
+    return model_->differentiable() && !use.mass && !use.fields;
+  }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   void expect_dynamics(int states) override { model_->expect_dynamics(states); }
@@ -113,6 +124,13 @@ class TubeLeaf final : public LeafElement {
   LeafReport report() const override {
     return {"tube", condensed_because_, check_, model_->known() ? "atlas" : "built"};
   }
+
+  const LeafScale& scale() const { return scale_; }
+  const std::shared_ptr<TubeModel>& model() const { return model_; }
+  const EdgePoses& edges() const { return edges_; }  ///< scaled
+  /// Of the last evaluate().
+  const MixedState& mixed() const { return state_.mixed; }
+  const ReducedResponse& response() const { return response_; }
 
  private:
   /// The edges as those of a flat leaf on the chord.

@@ -64,7 +64,10 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, const TubeRange& 
                                       const ModelOptions& model, int nodes = 0) {
   if (!model.atlas || !model.atlas->gap(shape, range).empty()) return nullptr;
   const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
-  return std::make_shared<TubeModel>(shape, range, tube.directions, tube.nodes);
+  const auto rates = [atlas = model.atlas, shape, ray = range.ray] {
+    return atlas->look_up_rates(shape, ray);
+  };
+  return std::make_shared<TubeModel>(shape, range, tube.directions, tube.nodes, rates);
 }
 
 // For linear statics at rest: full leaves, and tubes where the atlas has them.
