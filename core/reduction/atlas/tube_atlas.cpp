@@ -116,82 +116,74 @@ std::string TubeAtlas::gap(const PlateShape& shape, const TubeRange& range) cons
   return {};
 }
 
-// What the numbers of all shapes and Poisson's ratios are weighted with: for the value, and for its
-// derivatives by log w/L, log t/L and ν where these are wanted. And what (A1) multiplies the sums
-// by.
+// What the numbers of all shapes and Poisson's ratios are weighted with, and what (A1) multiplies
+// the sums by.
 struct TubeAtlas::Weights {
-  struct Sum {
-    std::vector<double> shapes, poissons_ratios;
-  };
-  std::vector<Sum> sums;
+  PointWeights width, thickness, poissons_ratio;
   double log_width = 0, log_thickness = 0;
+  bool slopes =
+      false;  ///< whether derivatives by log w/L, log t/L and ν are wanted beside the value
+  std::size_t wanted() const { return slopes ? 4 : 1; }
 };
 
 TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, bool with_slopes) const {
-  Weights w;
-  w.log_width = std::log(shape.width);
-  w.log_thickness = std::log(shape.thickness);
-  const PointWeights x = polynomial_weights(log_width_, w.log_width),
-                     y = polynomial_weights(log_thickness_, w.log_thickness),
-                     nu = polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio);
-  const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
-    std::vector<double> all;
-    all.reserve(a.size() * b.size());
-    for (const double p : a)
-      for (const double q : b) all.push_back(p * q);
-    return all;
-  };
-  const std::vector<double> values = product(x.value, y.value);
-  w.sums = {{values, nu.value}};
-  if (with_slopes)
-    w.sums.insert(w.sums.end(), {{product(x.slope, y.value), nu.value},
-                                 {product(x.value, y.slope), nu.value},
-                                 {values, nu.slope}});
-  return w;
+  const double width = std::log(shape.width), thickness = std::log(shape.thickness);
+  return {polynomial_weights(log_width_, width),
+          polynomial_weights(log_thickness_, thickness),
+          polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio),
+          width,
+          thickness,
+          with_slopes};
 }
 
-// Sums over Poisson's ratios and shapes of the first terms of a ray. Double sums of single numbers:
-// what is looked up is then smooth to rounding.
+// Sums over Poisson's ratios and shapes of the first terms of a ray: the value, then its
+// derivatives by log w/L, log t/L and ν. Double sums of single numbers: what is looked up is then
+// smooth to rounding.
 std::vector<std::vector<double>> TubeAtlas::sums(int ray, int terms, const Weights& weights) const {
   const int stride = TubeAtlas::stride(static_cast<int>(terms_.size()));
-  const int rays = static_cast<int>(settings_.rays.size()), count = settings_.shapes();
-  const std::size_t wanted = weights.sums.size();
-  std::vector<std::vector<double>> all(wanted,
+  const int rays = static_cast<int>(settings_.rays.size()), count = settings_.shapes(),
+            across = settings_.points[1];
+  std::vector<std::vector<double>> all(weights.wanted(),
                                        std::vector<double>(static_cast<std::size_t>(terms), 0.0));
-  constexpr int together = 4;  // columns that are read at once
-  std::array<const float*, together> column{};
-  std::vector<std::array<double, together>> weight(wanted);
-  int open = 0;
-  const auto flush = [&] {
-    for (int k = open; k < together; ++k) {
-      for (auto& w : weight) w[k] = 0;
-      column[k] = column[0];
-    }
-    const float *a = column[0], *b = column[1], *c = column[2], *d = column[3];
-    for (std::size_t s = 0; s < wanted; ++s) {
-      const double wa = weight[s][0], wb = weight[s][1], wc = weight[s][2], wd = weight[s][3];
-      if (wa == 0 && wb == 0 && wc == 0 && wd == 0) continue;
-      double* const out = all[s].data();
-      for (int i = 0; i < terms; ++i) out[i] += (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
-    }
-    open = 0;
-  };
-  for (std::size_t n = 0; n < settings_.poissons_ratios.size(); ++n) {
+  constexpr int block = 64;  // terms at once
+  alignas(64) std::array<double, block> value, slope;
+  const PointWeights &x = weights.width, &y = weights.thickness, &nu = weights.poissons_ratio;
+  for (std::size_t n = 0; n < nu.value.size(); ++n) {
+    const double v = nu.value[n], dv = weights.slopes ? nu.slope[n] : 0;
+    if (v == 0 && dv == 0) continue;
     const float* table =
         numbers_.values + (n * rays + ray) * static_cast<std::size_t>(count) * stride;
-    for (int k = 0; k < count; ++k) {
-      bool counts = false;
-      for (std::size_t s = 0; s < wanted; ++s) {
-        const Weights::Sum& sum = weights.sums[s];
-        weight[s][open] = sum.poissons_ratios[n] * sum.shapes[static_cast<std::size_t>(k)];
-        counts |= weight[s][open] != 0;
+    for (std::size_t i = 0; i < x.value.size(); ++i) {
+      const double w = x.value[i], dw = weights.slopes ? x.slope[i] : 0;
+      if (w == 0 && dw == 0) continue;
+      const float* columns = table + i * static_cast<std::size_t>(across) * stride;
+      for (int first = 0; first < terms; first += block) {
+        const int size = std::min(block, terms - first);
+        value.fill(0);
+        slope.fill(0);
+        for (int j = 0; j < across; ++j) {
+          const float* c = columns + static_cast<std::size_t>(j) * stride + first;
+          const double yj = y.value[static_cast<std::size_t>(j)];
+          if (weights.slopes) {
+            const double dyj = y.slope[static_cast<std::size_t>(j)];
+            for (int k = 0; k < size; ++k) {
+              value[k] += yj * c[k];
+              slope[k] += dyj * c[k];
+            }
+          } else if (yj != 0) {
+            for (int k = 0; k < size; ++k) value[k] += yj * c[k];
+          }
+        }
+        for (int k = 0; k < size; ++k) all[0][first + k] += v * w * value[k];
+        if (!weights.slopes) continue;
+        for (int k = 0; k < size; ++k) {
+          all[1][first + k] += v * dw * value[k];
+          all[2][first + k] += v * w * slope[k];
+          all[3][first + k] += dv * w * value[k];
+        }
       }
-      if (!counts) continue;
-      column[open] = table + static_cast<std::size_t>(k) * stride;
-      if (++open == together) flush();
     }
   }
-  if (open > 0) flush();
   return all;
 }
 
@@ -224,7 +216,7 @@ std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray, const W
   return W;
 }
 
-// Of each of the weights.
+// The same between rays and from the other end.
 std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const Weights& weights, const Eigen::Vector2d& ray,
                                                  int nodes) const {
   assert(ray.cwiseAbs().maxCoeff() == 1 && (ray[0] > 0 || (ray[0] == 0 && ray[1] != 0)));
@@ -244,7 +236,7 @@ std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const Weights& weights, const E
     if (!place.same_sign) directions *= -1;
   }
   std::vector<Tube> tubes;
-  for (std::size_t s = 0; s < weights.sums.size(); ++s) {
+  for (std::size_t s = 0; s < weights.wanted(); ++s) {
     Tube& tube = tubes.emplace_back(Tube{directions, {}});
     for (int n = 0; n < nodes; ++n) {
       const double sigma = settings_.sigmas[static_cast<std::size_t>(n)];

@@ -2,8 +2,6 @@
 
 #include <cassert>
 
-#include "core/reduction/tube/tube_stencil.hpp"
-
 namespace flexopt {
 namespace {
 
@@ -64,7 +62,8 @@ Answer<LeafGradient<double>> TubeLeafLinear::gradient(LeafRates& rates,
                                                       const LeafRows& rows) const {
   const std::shared_ptr<TubeModel>& model = leaf_->model();
   if (!model->differentiable()) return {nullptr, "its tube was built, not looked up"};
-  const auto of_model = rates.of<TubeNodeRates>(model, [&] { return model->rates(); });
+  const auto of_model =
+      rates.of<TubeRates>(model, [&] { return TubeRates(model->potential(), model->rates()); });
   return {std::make_unique<TubeLeafGradient>(*leaf_, *of_model, rows)};
 }
 
@@ -73,29 +72,26 @@ Answer<LeafLinear> TubeLeaf::linearise() {
   return {std::make_unique<TubeLeafLinear>(*this)};
 }
 
-TubeLeafGradient::TubeLeafGradient(const TubeLeaf& leaf, const TubeNodeRates& rates,
+TubeLeafGradient::TubeLeafGradient(const TubeLeaf& leaf, const TubeRates& rates,
                                    const LeafRows& rows)
     : LeafGradient<double>(rows, leaf.model()->shape().width) {
   assert(rows.unknowns == 3 && rows.point == 0);
-  const TubePotential& potential = leaf.model()->potential();
   const ChordFrame& frame = leaf.response().frame;
   const Vector6d& e = frame.e;
-  const Vector3d &f = leaf.mixed().f, &scale = potential.force_scale();
-  const Vector3d s(e[theta1y], e[theta2y], e[twist]);
-  const PotentialValue W = potential.evaluate(s, f);
-  tangent_ = tangent_of(W, scale);
-  const TubeStencil stencil(potential, s, f);
-  third_ = stencil.third(potential.nodes());
+  const Vector3d &f = leaf.mixed().f, &scale = leaf.model()->potential().force_scale();
+  const TubeRates::Answer W = rates.evaluate({e[theta1y], e[theta2y], e[twist]}, f);
+  tangent_ = tangent_of(W.potential, scale);
+  third_ = W.third;
   MatrixXd shape_force(9, 3);
   for (int p = 0; p < 3; ++p) {
-    const PotentialValue by = stencil.value(rates[static_cast<std::size_t>(p)]);
+    const PotentialValue& by = W.by_shape[static_cast<std::size_t>(p)];
     const Vector3d scale_rate =
         p == ShapeParameter::width ? force_scale_rate(leaf.model()->shape()) : Vector3d::Zero();
     shape_force.col(p) = force_of(by, scale_rate, e, f);
     shape_tangent_[static_cast<std::size_t>(p)] = tangent_of(by, scale_rate);
   }
   chord_ = ChordGradient(frame, leaf.edges(), rows,
-                         {force_of(W, scale, e, f), tangent_, std::move(shape_force)});
+                         {force_of(W.potential, scale, e, f), tangent_, std::move(shape_force)});
   force_ = chord_.force();
 }
 

@@ -10,6 +10,7 @@
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/reduction/frame/chord_gradient.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
+#include "core/reduction/tube/tube_rates.hpp"
 
 namespace flexopt {
 
@@ -34,7 +35,7 @@ class TubeLeafLinear final : public LeafLinear {
 class TubeLeafGradient final : public LeafGradient<double> {
  public:
   /// `rates`: of the leaf's model.
-  TubeLeafGradient(const TubeLeaf& leaf, const TubeNodeRates& rates, const LeafRows& rows);
+  TubeLeafGradient(const TubeLeaf& leaf, const TubeRates& rates, const LeafRows& rows);
 
   MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const override {
     return chord_.force_rates(variations);

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/reduction/tube/tube_stencil.hpp"
+#include "core/reduction/tube/tube_rates.hpp"
 #include "support/held_leaf.hpp"
 
 using namespace flexopt;
@@ -92,35 +92,47 @@ std::vector<double> answer(const Design& d, const KnownTubes& known, const Matri
 
 }  // namespace
 
-TEST_CASE("a stencil has the potential of the tube, and third derivatives", "[reduction]") {
+TEST_CASE("rates of a tube are those of its potential, along the state and along the shape",
+          "[reduction]") {
   Random random(3);
-  const TubePotential tube = synthetic::tube(synthetic::skew_ray());
+  const KnownTubes known;
+  const PlateShape shape = leaf_shape(models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.05, 2e-3), {});
+  const auto model = known.model(shape);
+  const TubePotential& tube = model->potential();
+  const TubeRates rates(tube, known.rates());
+  TubeNodeRates as_potentials = known.rates();
   for (int i = 0; i < 12; ++i) {
     const double sigma = std::array{0.05, 0.2, 0.35, -0.2}[static_cast<std::size_t>(i % 4)];
-    Vector3d s, f = random.vector<3>(0.5);
-    s << synthetic::skew_ray() * Eigen::Vector2d(sigma + random(0.03), random(0.05)), random(0.05);
-    const TubeStencil stencil(tube, s, f);
-    const PotentialValue a = stencil.value(tube.nodes()), b = tube.evaluate(s, f);
-    const double size = b.hessian.cwiseAbs().maxCoeff();
-    CHECK(a.value == Approx(b.value).epsilon(1e-12));
-    CHECK((a.gradient - b.gradient).cwiseAbs().maxCoeff() < 1e-12 * size);
-    CHECK((a.hessian - b.hessian).cwiseAbs().maxCoeff() < 1e-11 * size);
-    const auto third = stencil.third(tube.nodes());
-    for (int k = 0; k < 6; ++k) {
+    Vector3d s;
+    const Vector3d f = random.vector<3>(0.5);
+    s << known.D * Eigen::Vector2d(sigma + random(0.03), random(0.05)), random(0.05);
+    const TubeRates::Answer answer = rates.evaluate(s, f);
+    const auto equal = [&](const PotentialValue& a, const PotentialValue& b) {
+      const double size = b.hessian.cwiseAbs().maxCoeff();
+      CHECK(std::abs(a.value - b.value) < 1e-12 * size);
+      CHECK((a.gradient - b.gradient).cwiseAbs().maxCoeff() < 1e-12 * size);
+      CHECK((a.hessian - b.hessian).cwiseAbs().maxCoeff() < 1e-11 * size);
+    };
+    equal(answer.potential, tube.evaluate(s, f));
+    for (std::size_t p = 0; p < 3; ++p)
+      equal(answer.by_shape[p],
+            TubePotential(known.D, tube.force_scale(), 5, as_potentials[p]).evaluate(s, f));
+    const double size = answer.potential.hessian.cwiseAbs().maxCoeff();
+    for (std::size_t k = 0; k < 6; ++k) {
       const auto at = [&](double h) {
         Vector6d z;
         z << s, f;
-        z[k] += h;
+        z[static_cast<Eigen::Index>(k)] += h;
         return tube.evaluate(z.head<3>(), z.tail<3>()).hessian;
       };
       const double h = 1e-3;
       const Matrix6d slope = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
-      CHECK((third[static_cast<std::size_t>(k)] - slope).cwiseAbs().maxCoeff() < 1e-7 * size);
-      for (int j = 0; j < k; ++j)  // and they commute
-        CHECK(
-            (third[static_cast<std::size_t>(k)].col(j) - third[static_cast<std::size_t>(j)].col(k))
-                .cwiseAbs()
-                .maxCoeff() < 1e-11 * size);
+      CHECK((answer.third[k] - slope).cwiseAbs().maxCoeff() < 1e-7 * size);
+      for (std::size_t j = 0; j < k; ++j)  // and they commute
+        CHECK((answer.third[k].col(static_cast<Eigen::Index>(j)) -
+               answer.third[j].col(static_cast<Eigen::Index>(k)))
+                  .cwiseAbs()
+                  .maxCoeff() < 1e-11 * size);
     }
   }
 }
