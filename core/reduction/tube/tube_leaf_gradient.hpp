@@ -1,6 +1,6 @@
 #pragma once
 // The share of a looked-up tube leaf in exact gradients: its internal unknowns are the three forces
-// f over their scale, of which the mixed potential is stationary. Equations (R6) to (R9) of
+// f over their scale, of which the mixed potential is stationary. Equations (T1) to (T3) of
 // core/reduction/README.md.
 #include <array>
 #include <memory>
