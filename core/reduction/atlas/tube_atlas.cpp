@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
@@ -136,17 +137,38 @@ TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, bool with_slopes)
           with_slopes};
 }
 
+namespace {
+
+// So many terms at once, in registers; shapes are padded to them.
+constexpr int block = 8;
+using Block = double __attribute__((vector_size(8 * block)));
+
+void load(const float* from, Block& to) {
+  float __attribute__((vector_size(4 * block))) x;
+  std::memcpy(&x, from, sizeof x);
+  to = __builtin_convertvector(x, Block);
+}
+
+// out += weight x
+void add(double weight, const Block& x, double* out) {
+  Block sum;
+  std::memcpy(&sum, out, sizeof sum);
+  sum += weight * x;
+  std::memcpy(out, &sum, sizeof sum);
+}
+
+}  // namespace
+
 // Sums over Poisson's ratios and shapes of the first terms of a ray: the value, then its
 // derivatives by log w/L, log t/L and ν. Double sums of single numbers: what is looked up is then
 // smooth to rounding.
 std::vector<std::vector<double>> TubeAtlas::sums(int ray, int terms, const Weights& weights) const {
-  const int stride = TubeAtlas::stride(static_cast<int>(terms_.size()));
-  const int rays = static_cast<int>(settings_.rays.size()), count = settings_.shapes(),
-            across = settings_.points[1];
+  const int padded = TubeAtlas::stride(terms),
+            stride = TubeAtlas::stride(static_cast<int>(terms_.size())),
+            rays = static_cast<int>(settings_.rays.size()), count = settings_.shapes(),
+            thicknesses = settings_.points[1];
   std::vector<std::vector<double>> all(weights.wanted(),
-                                       std::vector<double>(static_cast<std::size_t>(terms), 0.0));
-  constexpr int block = 64;  // terms at once
-  alignas(64) std::array<double, block> value, slope;
+                                       std::vector<double>(static_cast<std::size_t>(padded), 0.0));
   const PointWeights &x = weights.width, &y = weights.thickness, &nu = weights.poissons_ratio;
   for (std::size_t n = 0; n < nu.value.size(); ++n) {
     const double v = nu.value[n], dv = weights.slopes ? nu.slope[n] : 0;
@@ -156,39 +178,29 @@ std::vector<std::vector<double>> TubeAtlas::sums(int ray, int terms, const Weigh
     for (std::size_t i = 0; i < x.value.size(); ++i) {
       const double w = x.value[i], dw = weights.slopes ? x.slope[i] : 0;
       if (w == 0 && dw == 0) continue;
-      const float* columns = table + i * static_cast<std::size_t>(across) * stride;
-      for (int first = 0; first < terms; first += block) {
-        const int size = std::min(block, terms - first);
-        value.fill(0);
-        slope.fill(0);
-        for (int j = 0; j < across; ++j) {
-          const float* c = columns + static_cast<std::size_t>(j) * stride + first;
-          const double yj = y.value[static_cast<std::size_t>(j)];
-          if (weights.slopes) {
-            const double dyj = y.slope[static_cast<std::size_t>(j)];
-            for (int k = 0; k < size; ++k) {
-              value[k] += yj * c[k];
-              slope[k] += dyj * c[k];
-            }
-          } else if (yj != 0) {
-            for (int k = 0; k < size; ++k) value[k] += yj * c[k];
-          }
+      const float* shapes = table + i * static_cast<std::size_t>(thicknesses) * stride;
+      for (int first = 0; first < padded; first += block) {
+        Block value{}, slope{}, c;
+        for (int j = 0; j < thicknesses; ++j) {
+          load(shapes + static_cast<std::size_t>(j) * stride + first, c);
+          value += y.value[static_cast<std::size_t>(j)] * c;
+          if (v != 0 && weights.slopes) slope += y.slope[static_cast<std::size_t>(j)] * c;
         }
-        for (int k = 0; k < size; ++k) all[0][first + k] += v * w * value[k];
+        const auto at = static_cast<std::size_t>(first);
+        if (v != 0) add(v * w, value, &all[0][at]);
         if (!weights.slopes) continue;
-        for (int k = 0; k < size; ++k) {
-          all[1][first + k] += v * dw * value[k];
-          all[2][first + k] += v * w * slope[k];
-          all[3][first + k] += dv * w * value[k];
+        if (v != 0) {
+          add(v * dw, value, &all[1][at]);
+          add(v * w, slope, &all[2][at]);
         }
+        add(dv * w, value, &all[3][at]);
       }
     }
   }
   return all;
 }
 
-// Of each of the weights, Taylor coefficients (A1) of the bent states of a ray, or their
-// derivatives.
+// Taylor coefficients (A1) of the bent states of a ray, then their derivatives as those of sums().
 std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray, const Weights& weights,
                                                                 int nodes) const {
   int terms = 0;
