@@ -191,13 +191,16 @@ bool Loop::improve() {
   const double moved = (found.best->x - x).lpNorm<Eigen::Infinity>();
   if (moved > (feasible ? 10 * spec_.tolerance : least_region))
     return judge(*found.best, pose, moved);
-  // corrected to equal full accuracy at x, the model has its optimum there
-  report.converged = feasible;
-  if (feasible)
-    report.difference = 0;
-  else
+  // corrected to equal full accuracy at x, the model has its optimum there, unless it got stuck
+  const bool stuck = is_exact() && found.summary.reason != StopReason::converged;
+  report.converged = feasible && !stuck;
+  if (feasible) report.difference = 0;
+  if (!feasible)
     report.message =
         fmt::format("the corrected model leaves a violation of {:.2g}", here_->candidate.violation);
+  else if (stuck)
+    report.message =
+        fmt::format("the corrected search leads on no further: {}", found.summary.message);
   return false;
 }
 

@@ -72,8 +72,7 @@ SpinRateCovector spin_rate_covector(const Turn<double>& turn, const Vector3d& t,
 }
 
 // Of θ from that of J⁻¹ = 1 − ½ hat θ + γ hat² θ.
-Vector3d inverse_covector(const Vector3d& x, const Matrix3d& M) {
-  const HatSquareFactor g = hat_square_factor(x.squaredNorm());
+Vector3d inverse_covector(const Vector3d& x, const HatSquareFactor& g, const Matrix3d& M) {
   const Vector3d axial(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1)),
       both = (M + M.transpose()) * x;
   const double trace = M.trace(), square = 0.5 * x.dot(both) - x.squaredNorm() * trace;
@@ -101,9 +100,14 @@ ChordGradient::ChordGradient(const ChordFrame& frame, const EdgePoses& edges, co
       turns_{Turn<double>(edge_turn(0) * frame.e), Turn<double>(edge_turn(1) * frame.e)},
       edge_force_(frame.B.transpose() * energy_.force.head<6>()),
       edge_stiffness_(geometric_stiffness(frame, energy_.force.head<6>())) {
-  for (int a = 0; a < 2; ++a)  // increments do not commute
+  for (int a = 0; a < 2; ++a) {
+    // increments do not commute
     edge_stiffness_.block<3, 3>(6 * a + 3, 6 * a + 3) -=
         0.5 * hat(Vector3d(edge_force_.segment<3>(6 * a + 3)));
+    const double q = turns_[static_cast<std::size_t>(a)].theta.squaredNorm();
+    curvature_[static_cast<std::size_t>(a)] = {sine_factor_curvature(q, 2),
+                                               sine_factor_curvature(q, 3)};
+  }
 }
 
 VectorXd ChordGradient::force() const {
@@ -177,10 +181,8 @@ auto ChordGradient::seen(const Column& c, const std::array<Vector6d, 3>& of_e,
   of.spin += of_spin;
   std::array<Vector3d, 2> of_theta;
   for (int a = 0; a < 2; ++a) {
-    const std::array<double, 2> curvature{sine_factor_curvature(turns_[a].theta.squaredNorm(), 2),
-                                          sine_factor_curvature(turns_[a].theta.squaredNorm(), 3)};
     const SpinRateCovector turned =
-        spin_rate_covector(turns_[a], first.theta[a], to2.spin[a], curvature);
+        spin_rate_covector(turns_[a], first.theta[a], to2.spin[a], curvature_[a]);
     of.theta[a] -= turned.along;
     of_theta[a] = -turned.theta;
     to.spin[a] += w.cross(to2.spin[a]);
@@ -198,7 +200,9 @@ auto ChordGradient::seen(const Column& c, const std::array<Vector6d, 3>& of_e,
   result[elongation] += to.chord;
   for (int a = 0; a < 2; ++a)
     result.head<6>() +=
-        edge_turn(a).transpose() * (of_theta[a] + inverse_covector(turns_[a].theta, to.inverse[a]));
+        edge_turn(a).transpose() *
+        (of_theta[a] +
+         inverse_covector(turns_[a].theta, {frame_->gamma[a], frame_->dgamma[a]}, to.inverse[a]));
   return result;
 }
 

@@ -61,6 +61,8 @@ class ChordGradient {
   LeafRows rows_;
   Energy energy_;
   std::vector<chord::Turn<double>> turns_;  ///< of both edges in the frame
+  /// Second derivatives of Turn::a and Turn::b in |θ|², of both edges.
+  std::array<std::array<double, 2>, 2> curvature_{};
   Vector12d edge_force_;
   Matrix12d edge_stiffness_;  ///< what that changes by at constant forces of e
 };
