@@ -13,6 +13,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/math/polynomial.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 
@@ -22,14 +23,15 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// The file: this, the settings as JSON, the exponents, the values; each part at a multiple of 64.
+// The file: this, the settings as JSON, the exponents, the values, the compressed tables one after
+// the other; each part at a multiple of 64.
 struct Head {
   char magic[16];
   std::uint64_t byte_order;
-  std::uint64_t text, text_size, exponents, exponents_size, values, values_size, size;
+  std::uint64_t text, text_size, exponents, exponents_size, values, values_size, tables, size;
   std::uint64_t contents;  ///< hash of all that follows the head
 };
-constexpr char magic[16] = "flexopt atlas 1";
+constexpr char magic[16] = "flexopt atlas 2";
 constexpr std::uint64_t byte_order = 0x0102030405060708;
 constexpr std::uint64_t part = 64;
 
@@ -48,11 +50,11 @@ std::uint64_t hash(const char* data, std::uint64_t size) {
 }
 
 json settings_json(const AtlasSettings& s) {
-  return {{"mesh", s.mesh},        {"free_edge_torsion", s.free_edge_torsion},
-          {"width", s.width},      {"thickness", s.thickness},
-          {"points", s.points},    {"poissons_ratios", s.poissons_ratios},
-          {"rays", s.rays},        {"sigmas", s.sigmas},
-          {"degree", atlas_degree}};
+  return {{"mesh", s.mesh},         {"free_edge_torsion", s.free_edge_torsion},
+          {"width", s.width},       {"thickness", s.thickness},
+          {"points", s.points},     {"poissons_ratios", s.poissons_ratios},
+          {"rays", s.rays},         {"sigmas", s.sigmas},
+          {"dynamics", s.dynamics}, {"degree", atlas_degree}};
 }
 
 AtlasSettings settings_of(const json& j) {
@@ -65,6 +67,7 @@ AtlasSettings settings_of(const json& j) {
   j.at("poissons_ratios").get_to(s.poissons_ratios);
   j.at("rays").get_to(s.rays);
   j.at("sigmas").get_to(s.sigmas);
+  j.at("dynamics").get_to(s.dynamics);
   return s;
 }
 
@@ -74,7 +77,7 @@ json check_json(const AtlasCheck& check) {
     json samples = json::array();
     for (const AtlasCheck::Sample& s : ray.samples)
       samples.push_back({s.width, s.thickness, s.poissons_ratio, s.errors.drive, s.errors.on_ray,
-                         s.errors.off_ray});
+                         s.errors.off_ray, s.errors.frequency});
     rays.push_back({{"rho", ray.rho}, {"samples", samples}});
   }
   return {{"cells", check.cells}, {"rays", rays}};
@@ -87,7 +90,7 @@ AtlasCheck check_of(const json& j) {
     AtlasCheck::Ray& r = check.rays.emplace_back();
     ray.at("rho").get_to(r.rho);
     for (const json& s : ray.at("samples"))
-      r.samples.push_back({s.at(0), s.at(1), s.at(2), {s.at(3), s.at(4), s.at(5)}});
+      r.samples.push_back({s.at(0), s.at(1), s.at(2), {s.at(3), s.at(4), s.at(5), s.at(6)}});
   }
   return check;
 }
@@ -97,8 +100,13 @@ const std::vector<double>& probe() {
   static const std::vector<double> numbers = [] {
     const PlateShape shape{0.7, 1.0 / 90, 0.28, {4, 2}, true};
     constexpr double rho = 0.4;
-    const auto nodes = bent_states(shape, {1, rho}, ray_directions(rho), {0, 0.06});
-    return nodes.size() == 2 ? nodes[1].W : std::vector<double>();
+    const BentStates states = bent_states(shape, {1, rho}, ray_directions(rho), {0, 0.06}, true);
+    if (states.nodes.size() != 2) return std::vector<double>();
+    std::vector<double> all = states.nodes[1].W;
+    const StateTable& table = states.dynamics[1].table;
+    for (const VectorXd& some : {VectorXd(table.even.col(0)), VectorXd(table.odd.col(0))})
+      all.insert(all.end(), some.begin(), some.end());
+    return all;
   }();
   return numbers;
 }
@@ -111,6 +119,53 @@ bool same_mechanics(const std::vector<double>& stored) {
     const double a = stored[static_cast<std::size_t>(term.monomial)],
                  b = now[static_cast<std::size_t>(term.monomial)];
     if (!(std::abs(a - b) <= rounding * (std::abs(b) + 1e-6))) return false;
+  }
+  const auto terms = static_cast<std::size_t>(monomial_count(6, atlas_degree));
+  for (std::size_t k = terms; k < now.size(); ++k)  // of the dynamics
+    if (!(std::abs(stored[k] - now[k]) <= 1e-5 * std::abs(now[k]) + 1e-9)) return false;
+  return true;
+}
+
+// Runs over the parts of compressed tables in the order in which they stand in a file.
+template <class Table, class Part>
+void each_part(Table& table, const Part& part) {
+  const auto numbers = static_cast<std::uint64_t>(table.numbers),
+             directions = static_cast<std::uint64_t>(table.directions),
+             shapes = static_cast<std::uint64_t>(table.shapes);
+  part(table.places, numbers);
+  part(table.exponents, 2 * numbers);
+  part(table.sizes, numbers);
+  part(table.basis, numbers * directions);
+  part(table.coordinates, directions * shapes);
+}
+
+json directory(const std::vector<CompressedTable>& tables) {
+  json all = json::array();
+  for (const CompressedTable& t : tables) all.push_back({t.all, t.numbers, t.directions, t.shapes});
+  return all;
+}
+
+// Tables that stand at `at` of a file that ends at `end`; moves on. False where they are not whole.
+bool read_tables(const json& entries, const char* data, std::uint64_t& at, std::uint64_t end,
+                 std::vector<CompressedTable>& tables) {
+  for (const json& entry : entries) {
+    CompressedTable t;
+    t.all = entry.at(0);
+    t.numbers = entry.at(1);
+    t.directions = entry.at(2);
+    t.shapes = entry.at(3);
+    if (t.numbers < 0 || t.numbers > t.all || t.directions < 0 || t.shapes < 0) return false;
+    bool whole = true;
+    each_part(t, [&](auto*& part, std::uint64_t count) {
+      using Number = std::remove_reference_t<decltype(*part)>;
+      const std::uint64_t size = count * sizeof(Number);
+      whole = whole && size <= end && at <= end - size;
+      if (!whole) return;
+      part = reinterpret_cast<Number*>(data + at);
+      at += padded(size);
+    });
+    if (!whole) return false;
+    tables.push_back(t);
   }
   return true;
 }
@@ -195,6 +250,8 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
   const std::string text = json{
       {"settings", settings_json(s)},
       {"check", check_json(atlas.check())},
+      {"dynamics", directory(atlas.numbers().dynamics)},
+      {"stations", directory(atlas.numbers().stations)},
       {"probe", probe()}}.dump();
   Head head{};
   std::memcpy(head.magic, magic, sizeof magic);
@@ -208,8 +265,23 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
       sizeof(float) * static_cast<std::uint64_t>(s.tables()) *
       static_cast<std::uint64_t>(s.shapes()) *
       static_cast<std::uint64_t>(TubeAtlas::stride(static_cast<int>(atlas.terms().size())));
-  head.size = head.values + padded(head.values_size);
+  head.tables = head.values + padded(head.values_size);
+  head.size = head.tables;
+  const std::array<const std::vector<CompressedTable>*, 2> tables{&atlas.numbers().dynamics,
+                                                                  &atlas.numbers().stations};
+  for (const auto* some : tables)
+    for (const CompressedTable& table : *some)
+      each_part(table, [&](const auto* part, std::uint64_t count) {
+        head.size += padded(count * sizeof(*part));
+      });
   std::string contents(head.size, '\0');
+  std::uint64_t at = head.tables;
+  for (const auto* some : tables)
+    for (const CompressedTable& table : *some)
+      each_part(table, [&](const auto* part, std::uint64_t count) {
+        std::memcpy(contents.data() + at, part, count * sizeof(*part));
+        at += padded(count * sizeof(*part));
+      });
   std::memcpy(contents.data() + head.text, text.data(), text.size());
   std::memcpy(contents.data() + head.exponents, atlas.numbers().exponents, head.exponents_size);
   std::memcpy(contents.data() + head.values, atlas.numbers().values, head.values_size);
@@ -261,7 +333,15 @@ OpenedAtlas open_atlas(const fs::path& file) {
       return {nullptr, "it was made with other mechanics: this program expands leaves otherwise"};
     TubeAtlas::Numbers numbers{reinterpret_cast<const std::int8_t*>(mapping->data + head.exponents),
                                reinterpret_cast<const float*>(mapping->data + head.values),
+                               {},
+                               {},
                                mapping};
+    std::uint64_t at = head.tables;
+    if (!read_tables(text.at("dynamics"), mapping->data, at, head.size, numbers.dynamics) ||
+        !read_tables(text.at("stations"), mapping->data, at, head.size, numbers.stations) ||
+        (settings.dynamics && (numbers.dynamics.size() != settings.rays.size() ||
+                               numbers.stations.size() != settings.rays.size())))
+      return {nullptr, "it is an atlas of another format"};
     return {std::make_shared<TubeAtlas>(settings, numbers, check_of(text.at("check")),
                                         fmt::format("{:016x}", head.contents)),
             {}};

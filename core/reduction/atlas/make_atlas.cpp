@@ -12,6 +12,7 @@
 #include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/polynomial.hpp"
+#include "core/reduction/atlas/atlas_dynamics.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 #include "core/reduction/tube/bent_states.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
@@ -23,19 +24,24 @@ void run_in_order(int count, const std::function<void(int)>& work) {
   for (int i = 0; i < count; ++i) work(i);
 }
 
-std::vector<TubeNode> bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                  const Eigen::Matrix2d& directions,
-                                  const std::vector<double>& sigmas) {
-  ChordLeaf leaf(std::make_shared<PlateMesh>(shape));
+BentStates bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
+                       const Eigen::Matrix2d& directions, const std::vector<double>& sigmas,
+                       bool with_dynamics) {
+  const auto mesh = std::make_shared<PlateMesh>(shape);
+  ChordLeaf leaf(mesh);
   if (!leaf.solve(Vector3d::Zero(), Vector3d::Zero()).converged) return {};
-  std::vector<TubeNode> nodes;
+  const InternalLoads loads = with_dynamics ? internal_loads(*mesh) : InternalLoads{};
+  MatrixXd units;
+  BentStates states;
   double at = 0;
   for (const double sigma : sigmas) {
     if (sigma != at && bend(leaf, ray, at, sigma) != sigma) break;
     at = sigma;
-    nodes.push_back({sigma, expand(leaf, sigma, directions, 2).W});
+    states.nodes.push_back({sigma, expand(leaf, sigma, directions, 2).W});
+    if (with_dynamics)
+      states.dynamics.push_back(dynamics_node(leaf, sigma, directions, loads, units));
   }
-  return nodes;
+  return states;
 }
 
 namespace {
@@ -45,48 +51,27 @@ PlateShape shape_at(const AtlasSettings& settings, double width, double thicknes
   return {width, thickness, poissons_ratio, settings.mesh, settings.free_edge_torsion};
 }
 
-std::vector<TubeNode> bent_states(const AtlasSettings& settings, const PlateShape& shape,
-                                  double rho) {
-  std::vector<TubeNode> nodes = bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas);
+BentStates bent_states(const AtlasSettings& settings, const PlateShape& shape, double rho) {
+  BentStates states =
+      bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas, settings.dynamics);
   if (std::abs(rho) == 1)  // equal ends, equal numbers
-    for (TubeNode& node : nodes) {
+    for (TubeNode& node : states.nodes) {
       const std::vector<double> turned = end_for_end(node.W, rho);
       for (std::size_t k = 0; k < node.W.size(); ++k) node.W[k] = 0.5 * (node.W[k] + turned[k]);
     }
-  return nodes;
+  return states;
 }
 
 // The numbers of an atlas while they are made.
 struct Store {
   std::vector<std::int8_t> exponents;
   std::vector<float> values;
+  std::vector<CompressedNumbers> dynamics, stations;  ///< of each ray
 };
-
-// Doubled half-integers of the power law that fits the sizes of a coefficient best.
-std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd& sizes) {
-  constexpr int most = 16;
-  std::vector<int> rows;
-  for (int k = 0; k < sizes.size(); ++k)
-    if (sizes[k] > 1e-290) rows.push_back(k);
-  if (rows.size() < 8) return {0, 0};
-  const int n = static_cast<int>(rows.size());
-  MatrixXd A(n, 3);
-  VectorXd b(n);
-  for (int k = 0; k < n; ++k) {
-    A.row(k) << 1, log_shapes(rows[k], 0), log_shapes(rows[k], 1);
-    b[k] = std::log(sizes[rows[k]]);
-  }
-  const VectorXd x = Lu(A.transpose() * A).solve(A.transpose() * b);
-  const auto rounded = [&](double p) {
-    return static_cast<std::int8_t>(std::clamp(static_cast<int>(std::lround(2 * p)), -most, most));
-  };
-  return {rounded(x[1]), rounded(x[2])};
-}
 
 // Fills the table of one ray for all Poisson's ratios from its bent states, [ratio × shape].
 void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms, int ray,
-              const MatrixXd& log_shapes, const std::vector<std::vector<TubeNode>>& nodes,
-              Store& store) {
+              const MatrixXd& log_shapes, const std::vector<BentStates>& states, Store& store) {
   const int shapes = settings.shapes(), ratios = static_cast<int>(settings.poissons_ratios.size());
   const int rays = static_cast<int>(settings.rays.size());
   const std::size_t stride = TubeAtlas::stride(static_cast<int>(terms.size()));
@@ -94,7 +79,7 @@ void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms
     VectorXd c(ratios * shapes);
     MatrixXd places(ratios * shapes, 2);
     for (int k = 0; k < c.size(); ++k) {
-      c[k] = nodes[static_cast<std::size_t>(k)][terms[i].node].W[terms[i].monomial];
+      c[k] = states[static_cast<std::size_t>(k)].nodes[terms[i].node].W[terms[i].monomial];
       places.row(k) = log_shapes.row(k % shapes);
     }
     const auto power = power_law(places, c.cwiseAbs());
@@ -109,6 +94,38 @@ void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms
             static_cast<float>(c[n * shapes + k] / law);
       }
   }
+}
+
+// Compresses the tables of one ray.
+void compress_dynamics(const AtlasSettings& settings, const std::vector<BentStates>& states,
+                       Store& store) {
+  constexpr double tolerance = 3e-3, of_stations = 0.02;
+  const ShapeGrid grid = shape_grid(settings);
+  const std::vector<double>& sigma = settings.sigmas;
+  const Eigen::Index numbers = table_numbers(states[0].dynamics).size(),
+                     motions = station_numbers(states[0].dynamics).size();
+  MatrixXd values(numbers, grid.size()), weights(numbers, grid.size()),
+      stations(motions, grid.size()), ones(motions, grid.size());
+  std::vector<bool> trusted;
+  for (int k = 0; k < grid.size(); ++k) {
+    const Vector3d at = grid.shape(k);
+    const PlateShape shape = shape_at(settings, std::exp(at[0]), std::exp(at[1]), at[2]);
+    std::vector<DynamicsNode> nodes = states[static_cast<std::size_t>(k)].dynamics;
+    values.col(k) = table_numbers(nodes);
+    stations.col(k) = station_numbers(nodes);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      const double along =
+          0.5 * (n + 1 < sigma.size() ? sigma[n + 1] - sigma[n] : sigma[n] - sigma[n - 1]);
+      DynamicsNode unit = TubeDynamics::weights(nodes[n], shape, along);
+      nodes[n].table = std::move(unit.table);
+      nodes[n].stations = std::move(unit.stations);
+    }
+    weights.col(k) = table_numbers(nodes);
+    ones.col(k) = station_numbers(nodes);
+    trusted.push_back(TubeModel::has_dynamics(shape));
+  }
+  store.dynamics.push_back(compress(grid, std::move(values), weights, trusted, tolerance));
+  store.stations.push_back(compress(grid, std::move(stations), ones, trusted, of_stations));
 }
 
 }  // namespace
@@ -176,6 +193,36 @@ AtlasCheck::Errors difference(const TubePotential& found, const TubePotential& t
 
 namespace {
 
+// Worst relative difference of the six lowest internal frequencies, edges held, on the ray and a
+// little off it.
+double frequency_difference(std::vector<DynamicsNode> found, std::vector<DynamicsNode> truth) {
+  constexpr int compared = 6;
+  const double last = truth.back().table.sigma;
+  TubeDynamics a(0), b(0);
+  for (DynamicsNode& node : found) a.add(std::move(node));
+  for (DynamicsNode& node : truth) b.add(std::move(node));
+  const auto squares = [](const TubeDynamics& tables, const TubeDynamics::Place& place) {
+    const TubeDynamics::Answer answer = tables.evaluate(place);
+    if (!answer.reason.empty()) return VectorXd();
+    constexpr int P = TubeDynamics::amplitudes;
+    return VectorXd(SymmetricEigen(answer.stiffness, answer.mass.bottomRightCorner<P, P>())
+                        .eigenvalues()
+                        .head<compared>());
+  };
+  double worst = 0;
+  for (const double share : {0.0, 0.03, 0.12, 0.35, 0.7, 0.95})
+    for (const double off : {0.0, 1.0}) {
+      const double sigma = share * last;
+      const TubeDynamics::Place place{
+          sigma, 0.05 * off * sigma, 0.004 * off, {off, 0.5 * off, -0.3 * off}};
+      const VectorXd x = squares(a, place), y = squares(b, place);
+      if (y.size() == 0) continue;
+      worst = std::max(
+          worst, x.size() == 0 ? 1.0 : 0.5 * (x.cwiseQuotient(y).array() - 1).abs().maxCoeff());
+    }
+  return worst;
+}
+
 AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
                    const std::function<void()>& one_more) {
   const AtlasSettings& s = atlas.settings();
@@ -204,14 +251,17 @@ AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
     AtlasCheck::Sample& sample = ray.samples[static_cast<std::size_t>(i % per_ray)];
     const PlateShape shape = shape_at(s, sample.width, sample.thickness, sample.poissons_ratio);
     TubeAtlas::Tube tube = atlas.look_up(shape, {1, ray.rho});
-    std::vector<TubeNode> nodes =
-        bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas);
+    BentStates states = bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas,
+                                    s.dynamics && TubeModel::has_dynamics(shape));
     // A shape that the grid surrounds has bent states as the grid has; without them nothing holds.
     sample.errors =
-        nodes.size() == s.sigmas.size()
+        states.nodes.size() == s.sigmas.size()
             ? difference(tube_potential(shape, tube.directions, std::move(tube.nodes)),
-                         tube_potential(shape, tube.directions, std::move(nodes)), shape)
-            : AtlasCheck::Errors{1, 1, 1};
+                         tube_potential(shape, tube.directions, std::move(states.nodes)), shape)
+            : AtlasCheck::Errors{1, 1, 1, 1};
+    if (!states.dynamics.empty())
+      sample.errors.frequency = frequency_difference(
+          atlas.dynamics(shape, {1, ray.rho}, s.sigmas.back()), std::move(states.dynamics));
     one_more();
   });
   return check;
@@ -249,10 +299,10 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
   MadeAtlas made;
   for (int ray = 0; ray < rays; ++ray) {
     const double rho = settings.rays[static_cast<std::size_t>(ray)];
-    std::vector<std::vector<TubeNode>> nodes(static_cast<std::size_t>(per_ray));
+    std::vector<BentStates> states(static_cast<std::size_t>(per_ray));
     options.loop(per_ray, [&](int i) {
       const int k = i % shapes;
-      nodes[static_cast<std::size_t>(i)] =
+      states[static_cast<std::size_t>(i)] =
           bent_states(settings,
                       shape_at(settings, std::exp(log_shapes(k, 0)), std::exp(log_shapes(k, 1)),
                                settings.poissons_ratios[static_cast<std::size_t>(i / shapes)]),
@@ -260,17 +310,20 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
       one_more();
     });
     for (int i = 0; i < per_ray; ++i)
-      if (nodes[static_cast<std::size_t>(i)].size() < settings.sigmas.size()) {
+      if (states[static_cast<std::size_t>(i)].nodes.size() < settings.sigmas.size()) {
         made.problem = fmt::format(
             "a leaf with w/L = {:.4g}, t/L = 1/{:.4g} has only {} of {} bent states on the ray "
             "(1, {:.3g})",
             std::exp(log_shapes(i % shapes, 0)), std::exp(-log_shapes(i % shapes, 1)),
-            nodes[static_cast<std::size_t>(i)].size(), settings.sigmas.size(), rho);
+            states[static_cast<std::size_t>(i)].nodes.size(), settings.sigmas.size(), rho);
         return made;
       }
-    fill_ray(settings, terms, ray, log_shapes, nodes, *store);
+    fill_ray(settings, terms, ray, log_shapes, states, *store);
+    if (settings.dynamics) compress_dynamics(settings, states, *store);
   }
-  const TubeAtlas::Numbers numbers{store->exponents.data(), store->values.data(), store};
+  TubeAtlas::Numbers numbers{store->exponents.data(), store->values.data(), {}, {}, store};
+  for (const CompressedNumbers& table : store->dynamics) numbers.dynamics.push_back(table.table());
+  for (const CompressedNumbers& table : store->stations) numbers.stations.push_back(table.table());
   AtlasCheck check;
   if (checks > 0) check = checked(TubeAtlas(settings, numbers), options, one_more);
   made.atlas = std::make_shared<TubeAtlas>(settings, numbers, std::move(check));

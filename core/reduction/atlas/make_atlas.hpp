@@ -13,9 +13,13 @@ using WorkLoop = std::function<void(int count, const std::function<void(int)>& w
 void run_in_order(int count, const std::function<void(int)>& work);
 
 /// Expansions of one leaf about all bent states; fewer where one of them was not found.
-std::vector<TubeNode> bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                  const Eigen::Matrix2d& directions,
-                                  const std::vector<double>& sigmas);
+struct BentStates {
+  std::vector<TubeNode> nodes;
+  std::vector<DynamicsNode> dynamics;
+};
+BentStates bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
+                       const Eigen::Matrix2d& directions, const std::vector<double>& sigmas,
+                       bool with_dynamics = false);
 
 struct AtlasOptions {
   WorkLoop loop = run_in_order;

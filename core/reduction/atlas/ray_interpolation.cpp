@@ -48,20 +48,56 @@ const std::vector<Neighbours>& neighbours() {
   return all;
 }
 
+// Coefficients of one expansion, or of many in the columns of a matrix.
+double coefficient(const std::vector<double>& W, int m) { return W[static_cast<std::size_t>(m)]; }
+double& coefficient(std::vector<double>& W, int m) { return W[static_cast<std::size_t>(m)]; }
+auto coefficient(const MatrixXd& W, int m) { return W.row(m); }
+auto coefficient(MatrixXd& W, int m) { return W.row(m); }
+int size_of(const std::vector<double>& W) { return static_cast<int>(W.size()); }
+int size_of(const MatrixXd& W) { return static_cast<int>(W.rows()); }
+
 // out += [(α σ − β τ) ∂/∂σ + (β σ + α τ) ∂/∂τ] W to a degree, σ the full value.
-void add_turned(const std::vector<double>& W, double sigma, double alpha, double beta, int degree,
-                std::vector<double>& out) {
+template <class Coefficients>
+void add_turned(const Coefficients& W, double sigma, double alpha, double beta, int degree,
+                Coefficients& out) {
   const std::vector<Neighbours>& near = neighbours();
   for (int m = 0; m < table().count(degree); ++m) {
     const Neighbours& n = near[static_cast<std::size_t>(m)];
-    double sum = alpha * (n.sigma + n.tau) * W[static_cast<std::size_t>(m)];
-    const auto at = [&](int k) { return k < 0 ? 0.0 : W[static_cast<std::size_t>(k)]; };
-    sum += alpha * sigma * (n.sigma + 1) * at(n.more_sigma);
-    sum += beta * sigma * (n.tau + 1) * at(n.more_tau);
-    sum -= beta * (n.sigma + 1) * at(n.to_sigma);
-    sum += beta * (n.tau + 1) * at(n.to_tau);
-    out[static_cast<std::size_t>(m)] += sum;
+    const auto add = [&](double factor, int k) {
+      if (k >= 0 && k < size_of(W)) coefficient(out, m) += factor * coefficient(W, k);
+    };
+    add(alpha * (n.sigma + n.tau), m);
+    add(alpha * sigma * (n.sigma + 1), n.more_sigma);
+    add(beta * sigma * (n.tau + 1), n.more_tau);
+    add(-beta * (n.sigma + 1), n.to_sigma);
+    add(beta * (n.tau + 1), n.to_tau);
   }
+}
+
+// ∂W/∂ρ and ∂²W/∂ρ² of expansions to `degree`, added to `first`, `second`.
+template <class Coefficients>
+void add_ray_rates(const Coefficients& W, double sigma, double rho, int degree, Coefficients& first,
+                   Coefficients& second) {
+  const double q = 1 / (1 + rho * rho);
+  add_turned(W, sigma, q * rho, q, degree - 1, first);
+  // the field itself turns, and so does what it acts on
+  add_turned(W, sigma, q - 2 * rho * q * q * rho, -2 * rho * q * q, degree - 2, second);
+  add_turned(first, sigma, q * rho, q, degree - 2, second);
+}
+
+// Weights of the value and of both derivatives at either end, for the coefficients of a degree of
+// which so many derivatives are known.
+struct HermiteInRho {
+  std::array<double, 3> a, b;
+};
+HermiteInRho hermite_in_rho(int derivatives, double h, double t) {
+  const double r = 1 - t;
+  if (derivatives <= 0) return {{r, 0, 0}, {t, 0, 0}};
+  if (derivatives == 1)
+    return {{r * r * (1 + 2 * t), h * r * r * t, 0}, {t * t * (1 + 2 * r), -h * t * t * r, 0}};
+  const double r3 = r * r * r, t3 = t * t * t;
+  return {{r3 * (1 + 3 * t + 6 * t * t), h * r3 * t * (1 + 3 * t), 0.5 * h * h * r3 * t * t},
+          {t3 * (1 + 3 * r + 6 * r * r), -h * t3 * r * (1 + 3 * r), 0.5 * h * h * t3 * r * r}};
 }
 
 // M1 and M2 change places; each monomial takes the sign of its exponents.
@@ -88,12 +124,8 @@ Eigen::Matrix2d ray_directions(double rho) {
 
 RayRates ray_rates(const std::vector<double>& W, double sigma, double rho) {
   assert(static_cast<int>(W.size()) == table().size());
-  const double q = 1 / (1 + rho * rho);
   RayRates rates{std::vector<double>(W.size(), 0.0), std::vector<double>(W.size(), 0.0)};
-  add_turned(W, sigma, q * rho, q, atlas_degree - 1, rates.first);
-  // the field itself turns, and so does what it acts on
-  add_turned(W, sigma, q - 2 * rho * q * q * rho, -2 * rho * q * q, atlas_degree - 2, rates.second);
-  add_turned(rates.first, sigma, q * rho, q, atlas_degree - 2, rates.second);
+  add_ray_rates(W, sigma, rho, atlas_degree, rates.first, rates.second);
   return rates;
 }
 
@@ -104,23 +136,36 @@ std::vector<double> between_rays(const std::vector<double>& W_a, double a,
   if (rho == a) return W_a;
   if (rho == b) return W_b;
   const RayRates A = ray_rates(W_a, sigma, a), B = ray_rates(W_b, sigma, b);
-  const double h = b - a, t = (rho - a) / h, r = 1 - t;
+  const double h = b - a, t = (rho - a) / h;
   std::vector<double> W(W_a.size());
-  const auto fill = [&](int degree, double v, double v1, double v2, double w, double w1,
-                        double w2) {
+  for (int degree = 0; degree <= atlas_degree; ++degree) {
+    const HermiteInRho w = hermite_in_rho(atlas_degree - degree, h, t);
     for (int m = table().count(degree - 1); m < table().count(degree); ++m) {
       const auto k = static_cast<std::size_t>(m);
-      W[k] = v * W_a[k] + h * v1 * A.first[k] + h * h * v2 * A.second[k] + w * W_b[k] +
-             h * w1 * B.first[k] + h * h * w2 * B.second[k];
+      W[k] = w.a[0] * W_a[k] + w.a[1] * A.first[k] + w.a[2] * A.second[k] + w.b[0] * W_b[k] +
+             w.b[1] * B.first[k] + w.b[2] * B.second[k];
     }
-  };
-  for (int degree = 0; degree <= atlas_degree - 2; ++degree)
-    fill(degree, r * r * r * (1 + 3 * t + 6 * t * t), r * r * r * t * (1 + 3 * t),
-         0.5 * r * r * r * t * t, t * t * t * (1 + 3 * r + 6 * r * r), -t * t * t * r * (1 + 3 * r),
-         0.5 * t * t * t * r * r);
-  fill(atlas_degree - 1, r * r * (1 + 2 * t), r * r * t, 0, t * t * (1 + 2 * r), -t * t * r, 0);
-  fill(atlas_degree, r, 0, 0, t, 0, 0);
+  }
   return W;
+}
+
+RayBlend blend_between_rays(double a, double b, double sigma, double rho) {
+  assert(a < b);
+  constexpr int degree = 2, size = monomial_count(6, degree);
+  const double h = b - a, t = (rho - a) / h;
+  RayBlend blend;
+  for (const bool left : {true, false}) {
+    MatrixXd first = MatrixXd::Zero(size, size), second = first, &out = left ? blend.a : blend.b;
+    const MatrixXd W = MatrixXd::Identity(size, size);
+    add_ray_rates(W, sigma, left ? a : b, degree, first, second);
+    out.resize(size, size);
+    for (int m = 0; m < size; ++m) {
+      const HermiteInRho weights = hermite_in_rho(degree - table().degree(m), h, t);
+      const std::array<double, 3>& w = left ? weights.a : weights.b;
+      out.row(m) = w[0] * W.row(m) + w[1] * first.row(m) + w[2] * second.row(m);
+    }
+  }
+  return blend;
 }
 
 std::vector<double> from_other_end(const std::vector<double>& W, bool same_sign) {

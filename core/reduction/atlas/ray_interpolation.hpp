@@ -27,6 +27,14 @@ std::vector<double> between_rays(const std::vector<double>& W_a, double a,
                                  const std::vector<double>& W_b, double b, double sigma,
                                  double rho);
 
+/// The same for expansions of degree 2, of which many share a ray: coefficients of a number on the
+/// ray ρ = a · (those on the ray a) + b · (those on the ray b), monomials in the order of
+/// polynomial.hpp.
+struct RayBlend {
+  MatrixXd a, b;
+};
+RayBlend blend_between_rays(double a, double b, double sigma, double rho);
+
 /// The same leaf seen from its other end: the expansion about the ray (ρ, 1), D = ±[0, 1; 1, 0]
 /// [1, −ρ; ρ, 1], of a leaf with the expansion W about (1, ρ). `same_sign`: the sign of D.
 std::vector<double> from_other_end(const std::vector<double>& W, bool same_sign);

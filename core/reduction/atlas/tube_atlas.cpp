@@ -9,15 +9,13 @@
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
+#include "core/reduction/atlas/atlas_dynamics.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 
 namespace flexopt {
 namespace {
 
 constexpr double rounding = 1e-9;  // of a box
-// A leaf whose ray is so near to one of the atlas takes that one: half the look-up, and the model
-// does not change with a design that turns its rays by next to nothing.
-constexpr double near_ray = 1e-3;
 
 // ρ in [−1, 1] of a ray (1, ρ), or of one seen from the other end.
 struct RayPlace {
@@ -47,6 +45,7 @@ AtlasCheck::Errors AtlasCheck::Ray::largest() const {
     worst.drive = std::max(worst.drive, s.errors.drive);
     worst.on_ray = std::max(worst.on_ray, s.errors.on_ray);
     worst.off_ray = std::max(worst.off_ray, s.errors.off_ray);
+    worst.frequency = std::max(worst.frequency, s.errors.frequency);
   }
   return worst;
 }
@@ -57,7 +56,13 @@ AtlasCheck::Errors AtlasCheck::Ray::median() const {
     for (const Sample& s : samples) all.push_back(s.errors.*part);
     return median_of(std::move(all));
   };
-  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray)};
+  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray), of(&Errors::frequency)};
+}
+
+ShapeGrid shape_grid(const AtlasSettings& s) {
+  return {chebyshev_points(std::log(s.width[0]), std::log(s.width[1]), s.points[0]),
+          chebyshev_points(std::log(s.thickness[0]), std::log(s.thickness[1]), s.points[1]),
+          s.poissons_ratios};
 }
 
 std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas) {
@@ -81,10 +86,7 @@ TubeAtlas::TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check,
       check_(std::move(check)),
       fingerprint_(std::move(fingerprint)),
       terms_(atlas_terms(settings_.sigmas)),
-      log_width_(chebyshev_points(std::log(settings_.width[0]), std::log(settings_.width[1]),
-                                  settings_.points[0])),
-      log_thickness_(chebyshev_points(std::log(settings_.thickness[0]),
-                                      std::log(settings_.thickness[1]), settings_.points[1])) {
+      grid_(shape_grid(settings_)) {
   assert(settings_.rays.size() >= 2 && settings_.rays.front() == -1 && settings_.rays.back() == 1);
   assert(settings_.sigmas.size() >= 2 && settings_.sigmas.front() == 0);
 }
@@ -129,8 +131,8 @@ struct TubeAtlas::Weights {
 
 TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, bool with_slopes) const {
   const double width = std::log(shape.width), thickness = std::log(shape.thickness);
-  return {polynomial_weights(log_width_, width),
-          polynomial_weights(log_thickness_, thickness),
+  return {polynomial_weights(grid_.log_width, width),
+          polynomial_weights(grid_.log_thickness, thickness),
           polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio),
           width,
           thickness,
@@ -233,34 +235,43 @@ std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const Weights& weights, const E
                                                  int nodes) const {
   assert(ray.cwiseAbs().maxCoeff() == 1 && (ray[0] > 0 || (ray[0] == 0 && ray[1] != 0)));
   const RayPlace place = place_of(ray);
-  const std::vector<double>& rays = settings_.rays;
-  int left = 0;
-  while (left + 2 < static_cast<int>(rays.size()) && place.rho >= rays[left + 1]) ++left;
-  const double a = rays[left], b = rays[left + 1];
-  const bool on_left = std::abs(place.rho - a) < near_ray,
-             on_right = std::abs(place.rho - b) < near_ray;
+  const RayNeighbours between = ray_neighbours(settings_.rays, place.rho);
   using Taylor = std::vector<std::vector<std::vector<double>>>;
-  const Taylor at_a = on_right ? Taylor() : taylor(left, weights, nodes);
-  const Taylor at_b = on_left ? Taylor() : taylor(left + 1, weights, nodes);
-  Eigen::Matrix2d directions = ray_directions(on_left ? a : on_right ? b : place.rho);
+  const Taylor at_a = between.on_right ? Taylor() : taylor(between.left, weights, nodes);
+  const Taylor at_b = between.on_left ? Taylor() : taylor(between.left + 1, weights, nodes);
+  Eigen::Matrix2d directions = ray_directions(between.rho);
   if (place.other_end) {
     directions.row(0).swap(directions.row(1));
     if (!place.same_sign) directions *= -1;
   }
   std::vector<Tube> tubes;
   for (std::size_t s = 0; s < weights.wanted(); ++s) {
-    Tube& tube = tubes.emplace_back(Tube{directions, {}});
+    Tube& tube = tubes.emplace_back();
+    tube.directions = directions;
+    tube.view = {place.other_end, place.same_sign};
     for (int n = 0; n < nodes; ++n) {
       const double sigma = settings_.sigmas[static_cast<std::size_t>(n)];
-      std::vector<double> W = on_left ? at_a[s][n]
-                              : on_right
-                                  ? at_b[s][n]
-                                  : between_rays(at_a[s][n], a, at_b[s][n], b, sigma, place.rho);
+      std::vector<double> W = between.on_left    ? at_a[s][n]
+                              : between.on_right ? at_b[s][n]
+                                                 : between_rays(at_a[s][n], between.a, at_b[s][n],
+                                                                between.b, sigma, place.rho);
       if (place.other_end) W = from_other_end(W, place.same_sign);
       tube.nodes.push_back({sigma, std::move(W)});
     }
   }
   return tubes;
+}
+
+std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                              double sigma, int slope) const {
+  assert(settings_.dynamics);
+  const std::vector<double>& all = settings_.sigmas;
+  const auto enough = std::lower_bound(all.begin() + 1, all.end() - 1, sigma) - all.begin() + 1;
+  const Vector3d place(std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio);
+  return look_up_dynamics(numbers_.dynamics, numbers_.stations,
+                          shape_weights(grid_, place, slope >= 0),
+                          ray_neighbours(settings_.rays, place_of(ray).rho),
+                          {all.begin(), all.begin() + enough}, static_cast<int>(all.size()), slope);
 }
 
 TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2d& ray,

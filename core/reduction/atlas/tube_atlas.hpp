@@ -9,8 +9,11 @@
 #include <vector>
 
 #include "core/elements/plate/plate_mesh.hpp"
+#include "core/reduction/atlas/compressed_table.hpp"
+#include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_potential.hpp"
 #include "core/reduction/tube/tube_range.hpp"
+#include "core/reduction/tube/tube_view.hpp"
 
 namespace flexopt {
 
@@ -24,12 +27,16 @@ struct AtlasSettings {
   std::vector<double> poissons_ratios{0.25, 0.30, 0.35};  ///< ascending
   std::vector<double> rays{-1,   -0.92, -0.70, -0.38, 0,  // ρ, ascending, both ends ±1
                            0.38, 0.70,  0.92,  1};
-  std::vector<double> sigmas{0, 0.03, 0.1, 0.22, 0.45};  ///< bent states [rad], ascending from 0
+  std::vector<double> sigmas{0, 0.03, 0.1, 0.22, 0.45, 0.8};  ///< bent states [rad], ascending from 0
+  bool dynamics = true;                                  ///< with tables of the internal dynamics
 
   int shapes() const { return points[0] * points[1]; }
   int tables() const { return static_cast<int>(poissons_ratios.size() * rays.size()); }
   bool operator==(const AtlasSettings&) const = default;
 };
+
+/// Shapes of the leaves of an atlas.
+ShapeGrid shape_grid(const AtlasSettings& settings);
 
 /// The Taylor coefficients that an atlas holds of a ray: of every bent state the monomials
 /// (polynomial.hpp, 6 variables, degree ≤ 5) that the mirrors of a leaf allow.
@@ -45,6 +52,7 @@ struct AtlasCheck {
     double drive = 0;  ///< relative, of the moment along the ray
     double on_ray = 0;  ///< relative, of the worst stiffness or compliance of the leaf: |L⁻¹ΔKL⁻ᵀ|
     double off_ray = 0;  ///< the same at bending off the ray, twist, axial force, moments in plane
+    double frequency = 0;  ///< relative, of the six lowest internal ones on the ray and off it
   };
   struct Sample {
     double width = 0, thickness = 0, poissons_ratio = 0;
@@ -69,6 +77,8 @@ class TubeAtlas {
   struct Numbers {
     const std::int8_t* exponents = nullptr;
     const float* values = nullptr;
+    /// Of each ray, for the shapes of shape_grid(); none without dynamics.
+    std::vector<CompressedTable> dynamics, stations;
     std::shared_ptr<const void> owner;  ///< keeps both alive
   };
   TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check = {},
@@ -86,10 +96,16 @@ class TubeAtlas {
   /// Why there are no coefficients for leaves of this shape that bend so; empty where there are.
   std::string gap(const PlateShape& shape, const TubeRange& range) const;
 
+  /// Tables of the dynamics about the first bent states, so many as reach sigma (at least two).
+  /// Where there is no gap() and the settings have dynamics. `slope`: as of CompressedTable.
+  std::vector<DynamicsNode> dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                     double sigma, int slope = -1) const;
+
   /// Bent states of a leaf, in the form of TubeModel.
   struct Tube {
     Eigen::Matrix2d directions;  ///< D; its first column is the ray
     std::vector<TubeNode> nodes;
+    TubeView view;  ///< of dynamics()
   };
   /// Where there is no gap(). `ray`: as of TubeRange, ray[0] ≥ 0; within 1e-3 of a ray of the atlas
   /// that one. `nodes`: so many of the first bent states; 0: all.
@@ -112,7 +128,7 @@ class TubeAtlas {
   AtlasCheck check_;
   std::string fingerprint_;
   std::vector<AtlasTerm> terms_;
-  std::vector<double> log_width_, log_thickness_;
+  ShapeGrid grid_;
 };
 
 }  // namespace flexopt

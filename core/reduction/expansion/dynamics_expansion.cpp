@@ -1,8 +1,11 @@
 #include "core/reduction/expansion/dynamics_expansion.hpp"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 namespace flexopt {
 namespace {
@@ -42,35 +45,56 @@ MatrixXd nodal_mass_times(const PlateMesh& mesh, const MatrixXd& V) {
   return MV;
 }
 
-// A nodal vector seen in the mirror across the width, or of the thickness.
-VectorXd mirrored(const PlateMesh& mesh, const VectorXd& v, bool across) {
-  const int nodes = mesh.nodes_per_line();
-  VectorXd image(v.size());
-  for (int i = 0; i < mesh.lines(); ++i)
-    for (int c = 0; c < 3; ++c)
-      for (int j = 0; j < nodes; ++j)
-        for (int k = 0; k < 4; ++k) {
-          double sign = c == (across ? 1 : 2) ? -1 : 1;
-          if (across && k >= 2) sign = -sign;
-          const int from = across ? nodes - 1 - j : j;
-          image[nodal_row(mesh, i, c, 4 * j + k)] = sign * v[nodal_row(mesh, i, c, 4 * from + k)];
-        }
-  return image;
+// ---------------------------------------------------------------------------- loads
+
+// A function on [0, 1] with its slope.
+struct Sample {
+  double value, slope;
+};
+
+// The a-th mode of a beam, a ≥ 1: between clamps, or free (of free ends 1 and y come before it).
+Sample beam_mode(int a, bool clamped, double x) {
+  constexpr double first[4] = {4.730040744862704, 7.853204624095838, 10.99560783800167,
+                               14.13716549125746};
+  const double beta = a <= 4 ? first[a - 1] : (a + 0.5) * std::numbers::pi;
+  const double ratio = (std::cosh(beta) - std::cos(beta)) / (std::sinh(beta) - std::sin(beta));
+  const double sign = clamped ? -1 : 1, b = beta * x;
+  return {std::cosh(b) + sign * std::cos(b) - ratio * (std::sinh(b) + sign * std::sin(b)),
+          beta * (std::sinh(b) - sign * std::sin(b) - ratio * (std::cosh(b) + sign * std::cos(b)))};
 }
 
-}  // namespace
+// Across the width: 1, y, then the modes of a free beam; y over the width from its middle.
+Sample across_function(int b, double y) {
+  if (b == 0) return {1, 0};
+  if (b == 1) return {2 * y, 2};
+  return beam_mode(b - 1, false, y + 0.5);
+}
 
-namespace {
+// Bending modes of a flat leaf between clamps by the half waves along and the nodal lines across;
+// `across` −1: bending in the plane of the leaf.
+struct LoadShape {
+  int along, across;
+};
+constexpr int in_plane = -1;
+// What the lowest modes of leaves of all widths look like: those of a narrow one have half waves
+// along, those of a wide one nodal lines across; without bending in the plane the frequencies of a
+// narrow one that is swung sideways are off by 1.7 %.
+constexpr std::array<LoadShape, P> load_shapes{
+    {{1, 0}, {2, 0}, {3, 0}, {1, 1}, {2, 1}, {1, 2}, {2, 2}, {1, 3}, {1, 4}, {1, in_plane}}};
 
-// Nodal values of a leaf between held edges that bends in its plane. That mode is far above the
-// others, but its inertia counts where a body swings a narrow leaf sideways.
-VectorXd lateral_shape(const PlateMesh& mesh) {
+VectorXd nodal_shape(const PlateMesh& mesh, const LoadShape& shape) {
+  const double width = mesh.shape().width;
   VectorXd nodal = VectorXd::Zero(3 * mesh.functions_per_line() * mesh.lines());
   for (int i = 0; i < mesh.lines(); ++i) {
-    const double x = mesh.x()[i], r = 1 - x;
+    const Sample X = beam_mode(shape.along, true, mesh.x()[i]);
     for (int j = 0; j < mesh.nodes_per_line(); ++j) {
-      nodal[nodal_row(mesh, i, 1, 4 * j)] = x * x * r * r;
-      nodal[nodal_row(mesh, i, 1, 4 * j + 1)] = 2 * x * r * (r - x);
+      const bool plane = shape.across == in_plane;
+      const Sample Y = across_function(plane ? 0 : shape.across, mesh.y()[j] / width);
+      const Eigen::Index row = nodal_row(mesh, i, plane ? 1 : 2, 4 * j);
+      nodal[row] = X.value * Y.value;
+      nodal[row + 1] = X.slope * Y.value;
+      nodal[row + 2] = X.value * Y.slope / width;
+      nodal[row + 3] = X.slope * Y.slope / width;
     }
   }
   return nodal;
@@ -78,44 +102,22 @@ VectorXd lateral_shape(const PlateMesh& mesh) {
 
 }  // namespace
 
-InternalLoads internal_loads(const ChordLeaf& leaf) {
-  constexpr int sought = P + 2;         // some may be two parities of one mode
-  constexpr double least_share = 0.02;  // of a mode that mixes parities by chance
-  const PlateMesh& mesh = leaf.plate().mesh();
-  InternalLoads result;
-  result.loads.resize(3 * mesh.functions_per_line() * mesh.lines(), P);
-  if (leaf.plate().unknowns() < 4 * sought) return result;
-  MatrixXd shapes(result.loads.rows(), P);
-  int kept = 0;
-  const auto keep = [&](const VectorXd& shape, double least) {
-    for (const int y : {1, -1})
-      for (const int z : {-1, 1}) {
-        if (kept == P) return;
-        VectorXd part = 0.5 * (shape + y * mirrored(mesh, shape, true));
-        part = (0.5 * (part + z * mirrored(mesh, part, false))).eval();
-        for (int k = 0; k < kept; ++k) part -= shapes.col(k) * result.loads.col(k).dot(part);
-        const VectorXd load = nodal_mass_times(mesh, part);
-        const double share = load.dot(part);
-        if (!(share > least)) continue;
-        shapes.col(kept) = part / std::sqrt(share);
-        result.loads.col(kept) = load / std::sqrt(share);
-        result.across[kept] = y;
-        result.normal[kept] = z;
-        ++kept;
-      }
-  };
-  constexpr double narrow = 40;  // widths over thicknesses, as their bending modes are apart
-  const VectorXd lateral = lateral_shape(mesh);
-  if (mesh.shape().width < narrow * mesh.shape().thickness)
-    keep(lateral, 0.5 * lateral.dot(nodal_mass_times(mesh, lateral).col(0)));
-  for (const PlateLeaf::Mode& mode : leaf.plate().modes(sought, 1e-6)) {
-    VectorXd nodal(result.loads.rows());
-    for (int i = 0; i < mesh.lines(); ++i)
-      nodal.segment(nodal_row(mesh, i, 0, 0), 3 * mesh.functions_per_line()) =
-          leaf.plate().nodal_rates(i, mode.shape);
-    keep(nodal, least_share);
+LoadParity load_parity() {
+  LoadParity parity;
+  for (int p = 0; p < P; ++p) {
+    const int across = load_shapes[p].across;
+    parity.normal[p] = across == in_plane ? 1 : -1;
+    parity.across[p] = across == in_plane || across % 2 == 1 ? -1 : 1;
   }
-  result.found = kept == P;
+  return parity;
+}
+
+InternalLoads internal_loads(const PlateMesh& mesh) {
+  InternalLoads result{MatrixXd(3 * mesh.functions_per_line() * mesh.lines(), P), load_parity()};
+  for (int p = 0; p < P; ++p) {
+    const VectorXd nodal = nodal_shape(mesh, load_shapes[p]), load = nodal_mass_times(mesh, nodal);
+    result.loads.col(p) = load / std::sqrt(load.dot(nodal));
+  }
   return result;
 }
 
@@ -147,6 +149,7 @@ Motions motions_of(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Inte
   const MatrixXd r = nodal_values(leaf, fields.fields, fields.edge_nodal),
                  by_loads = nodal_values(leaf, by_load.fields, by_load.edge_nodal);
   const Eigen::Index m = table.size();
+  const Eigen::Matrix2d per_rotation = ray.inverse();
   Motions all{MatrixXd(r.rows(), motions * m), MatrixXd::Zero(3, motions * m)};
   for (int k = 0; k < m; ++k) {
     const Eigen::Index o = motions * k;
@@ -160,6 +163,9 @@ Motions motions_of(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Inte
       all.stiff.col(o + 3 + p) = e[p] * fields.fields.col(of).tail<3>();
       --e[p];
     }
+    // from rates of (σ, τ) to those of the ends' rotations
+    all.nodal.middleCols<2>(o + 3) = (all.nodal.middleCols<2>(o + 3) * per_rotation).eval();
+    all.stiff.middleCols<2>(o + 3) = (all.stiff.middleCols<2>(o + 3) * per_rotation).eval();
     for (int p = 0; p < P; ++p) {
       all.nodal.col(o + 9 + p) = by_loads.col(p * m + k);
       all.stiff.col(o + 9 + p) = by_load.fields.col(p * m + k).tail<3>();
@@ -229,7 +235,6 @@ MatrixPolynomial identity(Eigen::Index n) {
 
 DynamicsExpansion expand_dynamics(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
                                   const InternalLoads& loads) {
-  assert(loads.found);
   const PlateMesh& mesh = leaf.plate().mesh();
   const Motions V = motions_of(leaf, ray, loads);
   const MatrixPolynomial a = rows_of(loads.loads.transpose() * V.nodal),  // amplitudes of motions

@@ -6,17 +6,18 @@
 
 namespace flexopt {
 
-/// Of a flat leaf of uniform width and thickness. `leaf`: undeflected.
-InternalLoads internal_loads(const ChordLeaf& leaf);
+LoadParity load_parity();
+/// Of a flat leaf of uniform width and thickness.
+InternalLoads internal_loads(const PlateMesh& mesh);
 
 /// Taylor coefficients to degree 2 in x = (σ, τ, φ, N, M1, M2), forces over their scale, all in the
 /// scaled units of the plate.
 struct DynamicsExpansion {
   MatrixPolynomial k;  ///< P × P: force on the amplitudes per amplitude, f and s held
   MatrixPolynomial G;  ///< 3 × P: stiff deformations (times the force scale) per amplitude
-  MatrixPolynomial g;  ///< P × 3: force on the amplitudes per (σ, τ, φ), less the sign
+  MatrixPolynomial g;  ///< P × 3: force on the amplitudes per (θ1y, θ2y, φ), less the sign
   MatrixPolynomial F;  ///< 3 × 3: stiff deformations per f, the amplitudes held
-  /// (12 + P)²: of velocities (v, ω) of the base in chord axes, rates of (σ, τ, φ), of (N, M1, M2)
+  /// (12 + P)²: of velocities (v, ω) of the base in chord axes, rates of (θ1y, θ2y, φ), of (N, M1, M2)
   /// and of the amplitudes, each with the amplitudes or the forces held.
   MatrixPolynomial mass;
   /// Motion of the stations of PlateLeaf::station_rates for the same rates, chord axes.

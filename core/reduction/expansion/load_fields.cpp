@@ -108,7 +108,7 @@ LoadFields expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
   const LoadedMesh loaded(mesh);
   auto series = std::make_unique<TubeSeries<load_order, LoadedMesh>>(leaf, loaded, ray, load_order);
   series->set_nodal_load(nodal_loads(mesh, loads.loads),
-                         {loads.across.begin(), loads.across.end()});
+                         {loads.parity.across.begin(), loads.parity.across.end()});
   MatrixXd all = MatrixXd::Zero(fields.rows(), (1 + field_loads) * m);
   all.leftCols(m) = fields.leftCols(m);
   for (int d = 0; d <= load_order; ++d) {

@@ -6,15 +6,18 @@
 namespace flexopt {
 
 /// So many loads at once.
-inline constexpr int field_loads = 8;
+inline constexpr int field_loads = 10;
 
 /// Amplitudes of a leaf's internal motion: a = Lᵀ r of fixed loads L on its nodes, in the chord
-/// frame. The loads are the inertia of motions of the flat leaf between held edges: bending in its
-/// plane, and its lowest modes. Each is of one parity in both mirrors.
+/// frame. The loads are the inertia of separable motions of the flat leaf between held edges, modes
+/// of beams along and across, so that they change smoothly with the sizes of the leaf. Each is of
+/// one parity in both mirrors.
+struct LoadParity {
+  std::array<int, field_loads> normal{}, across{};  ///< −1 or +1, in the mirror of the thickness
+};
 struct InternalLoads {
-  MatrixXd loads;                                   ///< as in expand_load_fields
-  std::array<int, field_loads> normal{}, across{};  ///< parity: −1 or +1
-  bool found = false;  ///< false where the mesh is too coarse to have so many modes
+  MatrixXd loads;  ///< as in expand_load_fields
+  LoadParity parity;
 };
 
 /// Taylor coefficients in x to degree 2, a block of monomial_count(6, 2) columns for each load.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include "core/math/decompositions.hpp"
 
@@ -20,70 +21,6 @@ using RateMatrix = Eigen::Matrix<double, R, R>;
 using RateSigns = Eigen::Matrix<double, R, 1>;
 
 enum Part { k_part, G_part, F_part, g_part, mass_part };
-
-// Taylor coefficients along the ray that a monomial off it takes from each end, for a total degree
-// of 2 or, as a check of that, of 1.
-constexpr int hermite_order(int degree, int total) { return total + 1 - degree; }
-
-// A monomial off the ray, (τ, φ, N, M1, M2).
-struct Across {
-  std::array<int, 5> power{};
-  int degree = 0;
-  int variable[2] = {-1, -1};  ///< its factors
-
-  bool even() const { return (power[1] + power[3] + power[4]) % 2 == 0; }
-  int columns(int total) const { return 2 * hermite_order(degree, total); }
-};
-
-// Those of one parity in (φ, M1, M2), by ascending degree.
-std::vector<Across> across_monomials(bool even) {
-  const MonomialTable& table = monomials<6, 2>();
-  std::vector<Across> found;
-  for (int m = 0; m < table.size(); ++m) {
-    const auto e = table.exponents(m);
-    if (e[0] != 0) continue;
-    Across a;
-    a.degree = table.degree(m);
-    int factors = 0;
-    for (int v = 0; v < 5; ++v) {
-      a.power[v] = e[1 + v];
-      for (int p = 0; p < e[1 + v]; ++p) a.variable[factors++] = v;
-    }
-    if (a.even() == even) found.push_back(a);
-  }
-  return found;
-}
-const std::vector<Across>& basis(bool even) {
-  static const std::vector<Across> both[2] = {across_monomials(false), across_monomials(true)};
-  return both[even];
-}
-int basis_size(bool even, int total) {
-  int n = 0;
-  for (const Across& a : basis(even)) n += a.columns(total);
-  return n;
-}
-constexpr int most_functions = 32;
-
-// Powers of t of the polynomial that takes q Taylor coefficients (of powers of t) from each end.
-void hermite_powers(int q, const double* a, const double* b, double* c) {
-  const double d = b[0] - a[0];
-  if (q == 1) {
-    c[0] = a[0];
-    c[1] = d;
-  } else if (q == 2) {
-    c[0] = a[0];
-    c[1] = a[1];
-    c[2] = 3 * d - 2 * a[1] - b[1];
-    c[3] = a[1] + b[1] - 2 * d;
-  } else {
-    c[0] = a[0];
-    c[1] = a[1];
-    c[2] = a[2];
-    c[3] = 10 * d - 6 * a[1] - 4 * b[1] - 3 * a[2] + b[2];
-    c[4] = -15 * d + 8 * a[1] + 7 * b[1] + 3 * a[2] - 2 * b[2];
-    c[5] = 6 * d - 3 * (a[1] + b[1]) - a[2] + b[2];
-  }
-}
 
 // A = L Lᵀ in place, the lower triangle; false where A is not positive.
 bool factorise(Square& A) {
@@ -118,6 +55,96 @@ constexpr std::array<double, 12> across_parity{1, -1, 1, -1, 1, -1, 1, 1, -1, 1,
 constexpr std::array<double, 12> thickness_parity{1, 1, -1, -1, -1, 1, -1, -1, -1, 1, 1, 1};
 
 }  // namespace
+
+// ---------------------------------------------------------------------------- layout
+
+namespace {
+
+struct Slot {
+  int matrix, row, column;
+};
+
+// Where the entries of all tables stand: those that are even and odd in (φ, M1, M2); of each first
+// those of the stiffness.
+struct Layout {
+  std::vector<Slot> even, odd;
+  int even_stiffness = 0, odd_stiffness = 0;
+  RateSigns mirror;  ///< of the rates, by the mirror of the thickness
+};
+
+Layout make_layout(const LoadParity& loads) {
+  Layout layout;
+  RateSigns across;
+  for (int i = 0; i < R; ++i) {
+    across[i] = i < 12 ? across_parity[i] : loads.across[i - 12];
+    layout.mirror[i] = i < 12 ? thickness_parity[i] : loads.normal[i - 12];
+  }
+  const auto add = [&](Part part, int i, int j, double sign) {
+    (sign > 0 ? layout.even : layout.odd).push_back({part, i, j});
+  };
+  for (int i = 0; i < P; ++i)
+    for (int j = 0; j <= i; ++j) add(k_part, i, j, across[12 + i] * across[12 + j]);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < P; ++j) add(G_part, i, j, across[9 + i] * across[12 + j]);
+    for (int j = 0; j <= i; ++j) add(F_part, i, j, across[9 + i] * across[9 + j]);
+  }
+  layout.even_stiffness = static_cast<int>(layout.even.size());
+  layout.odd_stiffness = static_cast<int>(layout.odd.size());
+  for (int i = 0; i < P; ++i)
+    for (int j = 0; j < 3; ++j) add(g_part, i, j, across[12 + i] * across[6 + j]);
+  for (int i = 0; i < R; ++i)
+    for (int j = 0; j <= i; ++j) add(mass_part, i, j, across[i] * across[j]);
+  return layout;
+}
+
+const Layout& layout() {
+  static const Layout found = make_layout(load_parity());
+  return found;
+}
+
+}  // namespace
+
+namespace {
+
+// To the amplitudes U⁻ᵀ a.
+void change_amplitudes(DynamicsExpansion& e, const MatrixXd& U) {
+  for (int m = 0; m < e.k.size(); ++m) {
+    e.k[m] = (U * e.k[m] * U.transpose()).eval();
+    e.G[m] = (e.G[m] * U.transpose()).eval();
+    e.g[m] = (U * e.g[m]).eval();
+    e.mass[m].rightCols(P) = (e.mass[m].rightCols(P) * U.transpose()).eval();
+    e.mass[m].bottomRows(P) = (U * e.mass[m].bottomRows(P)).eval();
+    e.stations[m].rightCols(P) = (e.stations[m].rightCols(P) * U.transpose()).eval();
+  }
+}
+
+}  // namespace
+
+DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
+                           const InternalLoads& loads, MatrixXd& units) {
+  DynamicsExpansion e = expand_dynamics(leaf, ray, loads);
+  if (units.size() == 0)  // k = V Vᵀ, V upper: each amplitude beside those that came before it
+    units = Cholesky(e.k[0].reverse()).solve_lower(MatrixXd::Identity(P, P)).reverse();
+  change_amplitudes(e, units);
+  const MatrixPolynomial* parts[] = {&e.k, &e.G, &e.F, &e.g, &e.mass};
+  DynamicsNode node;
+  node.table.sigma = sigma;
+  const auto fill = [&](const std::vector<Slot>& slots, const auto& monomials, MatrixXd& table) {
+    table.resize(static_cast<Eigen::Index>(slots.size()),
+                 static_cast<Eigen::Index>(monomials.size()));
+    for (std::size_t s = 0; s < slots.size(); ++s)
+      for (std::size_t c = 0; c < monomials.size(); ++c)
+        table(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c)) =
+            (*parts[slots[s].matrix])[monomials[c].number](slots[s].row, slots[s].column);
+  };
+  fill(layout().even, even_monomials(), node.table.even);
+  fill(layout().odd, odd_monomials(), node.table.odd);
+  node.stations.resize(e.stations.rows() * e.stations.cols(), 2);
+  for (int k = 0; k < 2; ++k) node.stations.col(k) = e.stations[k].reshaped();
+  return node;
+}
+
+// ---------------------------------------------------------------------------- tables
 
 struct TubeDynamics::Entries {
   Square k = Square::Zero();
@@ -157,154 +184,113 @@ struct TubeDynamics::Entries {
 // A place among the tables, mirrored to σ ≥ 0.
 struct TubeDynamics::Local {
   bool mirrored = false;
-  int interval = 0;
-  double t = 0;
-  double z[5];
+  std::size_t interval = 0;
+  double sigma = 0;
+  std::array<double, 5> z;
 };
 
-TubeDynamics::TubeDynamics(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, double force_centre)
-    : ray_(ray), force_centre_(force_centre), loads_(internal_loads(leaf)) {
-  make_slots();
-}
-
-void TubeDynamics::make_slots() {
-  RateSigns parity;
-  for (int i = 0; i < R; ++i) parity[i] = i < 12 ? across_parity[i] : loads_.across[i - 12];
-  const auto add = [&](Part part, int i, int j, double sign) {
-    (sign > 0 ? even_ : odd_).push_back({part, i, j});
-  };
-  for (int i = 0; i < P; ++i)
-    for (int j = 0; j <= i; ++j) add(k_part, i, j, parity[12 + i] * parity[12 + j]);
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < P; ++j) add(G_part, i, j, parity[9 + i] * parity[12 + j]);
-    for (int j = 0; j <= i; ++j) add(F_part, i, j, parity[9 + i] * parity[9 + j]);
-  }
-  even_stiffness_ = static_cast<int>(even_.size());
-  odd_stiffness_ = static_cast<int>(odd_.size());
-  for (int i = 0; i < P; ++i)
-    for (int j = 0; j < 3; ++j) add(g_part, i, j, parity[12 + i] * parity[6 + j]);
-  for (int i = 0; i < R; ++i)
-    for (int j = 0; j <= i; ++j) add(mass_part, i, j, parity[i] * parity[j]);
-}
-
-VectorXd TubeDynamics::mirror_signs() const {
-  VectorXd signs(R);
-  for (int i = 0; i < R; ++i) signs[i] = i < 12 ? thickness_parity[i] : loads_.normal[i - 12];
-  return signs;
-}
-
-TubeDynamics::Node TubeDynamics::make_node(const DynamicsExpansion& e, double sigma) const {
-  const MatrixPolynomial* parts[] = {&e.k, &e.G, &e.F, &e.g, &e.mass};
-  const int m = e.k.size();
-  Node node{sigma, MatrixXd(even_.size(), m), MatrixXd(odd_.size(), m), {}, 0};
-  for (const bool even : {true, false}) {
-    const std::vector<Slot>& slots = even ? even_ : odd_;
-    MatrixXd& table = even ? node.even : node.odd;
-    for (std::size_t s = 0; s < slots.size(); ++s)
-      for (int k = 0; k < m; ++k)
-        table(static_cast<Eigen::Index>(s), k) =
-            (*parts[slots[s].matrix])[k](slots[s].row, slots[s].column);
-  }
-  node.stations.resize(e.stations.rows() * e.stations.cols(), 2);
-  for (int k = 0; k < 2; ++k) node.stations.col(k) = e.stations[k].reshaped();
-
-  // the fifth internal frequency at the bent state itself
-  const MatrixXd X = Lu(e.F[0]).solve(e.G[0]);
-  MatrixXd T = MatrixXd::Zero(R, P);
-  T.bottomRows(P).setIdentity();
-  T.middleRows<3>(9) = -X;
-  const SymmetricEigen held(e.k[0] + e.G[0].transpose() * X, T.transpose() * e.mass[0] * T);
-  node.reach = held.eigenvalues()[4];
-  return node;
-}
-
-namespace {
-
-// Entries × basis functions of the first `rows` entries between two bent states `width` apart.
-MatrixXd joined(const MatrixXd& left, const MatrixXd& right, Eigen::Index rows, double width,
-                bool even, int total) {
-  const MonomialTable& table = monomials<6, 2>();
-  MatrixXd C(rows, basis_size(even, total));
-  int column = 0;
-  for (const Across& m : basis(even)) {
-    const int q = hermite_order(m.degree, total);
-    if (q == 0) continue;
-    int index[3];
-    for (int j = 0; j < q; ++j)
-      index[j] = table.index(
-          std::array<int, 6>{j, m.power[0], m.power[1], m.power[2], m.power[3], m.power[4]});
-    for (Eigen::Index r = 0; r < rows; ++r) {
-      double at_a[3], at_b[3], c[6], scale = 1;
-      for (int j = 0; j < q; ++j, scale *= width) {
-        at_a[j] = scale * left(r, index[j]);
-        at_b[j] = scale * right(r, index[j]);
-      }
-      hermite_powers(q, at_a, at_b, c);
-      for (int j = 0; j < 2 * q; ++j) C(r, column + j) = c[j];
+DynamicsNode TubeDynamics::weights(const DynamicsNode& node, const PlateShape& shape,
+                                   double along) {
+  Entries e;
+  for (std::size_t s = 0; s < layout().even.size(); ++s)
+    e.put(layout().even[s], node.table.even(static_cast<Eigen::Index>(s), 0));
+  const RateSigns m = e.mass.diagonal().cwiseSqrt();
+  const Eigen::Matrix<double, P, 1> k = e.k.diagonal().cwiseSqrt();
+  const Vector3d F = e.F.diagonal().cwiseSqrt();
+  const auto unit = [&](const Slot& s) {
+    switch (s.matrix) {
+      case k_part:
+        return k[s.row] * k[s.column];
+      case G_part:
+        return F[s.row] * k[s.column];
+      case F_part:
+        return F[s.row] * F[s.column];
+      case g_part:
+        return k[s.row] * k[s.row] * m[6 + s.column] / m[12 + s.row];
+      default:
+        return m[s.row] * m[s.column];
     }
-    column += m.columns(total);
+  };
+  // how far states are from the bent states and off the ray: [rad], a tenth of the buckling load
+  const double N =
+      0.4 * std::numbers::pi * std::numbers::pi * shape.width / tube_force_scale(shape)[0];
+  const std::array<double, 5> away{0.05, 0.01, N, 1, 1};
+  const auto fill = [&](const std::vector<Slot>& slots, const auto& monomials, MatrixXd& out) {
+    out.resize(static_cast<Eigen::Index>(slots.size()),
+               static_cast<Eigen::Index>(monomials.size()));
+    for (std::size_t c = 0; c < monomials.size(); ++c) {
+      double size = std::pow(along, monomials[c].along);
+      for (int f = 0; f < monomials[c].off_ray; ++f) size *= away[monomials[c].variable[f]];
+      for (std::size_t s = 0; s < slots.size(); ++s)
+        out(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c)) = size / unit(slots[s]);
+    }
+  };
+  DynamicsNode weights;
+  weights.table.sigma = node.table.sigma;
+  fill(layout().even, even_monomials(), weights.table.even);
+  fill(layout().odd, odd_monomials(), weights.table.odd);
+  const Eigen::Index rows = node.stations.rows() / (R - 3);
+  weights.stations.resize(node.stations.rows(), 2);
+  for (Eigen::Index j = 0; j < R - 3; ++j)
+    weights.stations.middleRows(j * rows, rows).setConstant(std::sqrt(shape.width) / m[3 + j]);
+  weights.stations.col(1) *= along;
+  return weights;
+}
+
+std::array<int, 2> TubeDynamics::entries() {
+  return {static_cast<int>(layout().even.size()), static_cast<int>(layout().odd.size())};
+}
+
+void TubeDynamics::add(DynamicsNode node) {
+  assert(nodes_.empty() ? node.table.sigma == 0 : node.table.sigma > nodes_.back().table.sigma);
+  // the highest internal frequency that the loads tell well, at the bent state itself
+  const std::vector<Slot>& slots = layout().even;  // the others vanish there
+  Entries e;
+  for (std::size_t s = 0; s < slots.size(); ++s)
+    e.put(slots[s], node.table.even(static_cast<Eigen::Index>(s), 0));
+  Square K;
+  Flat X;
+  double reach = 0;
+  if (e.stiffness(K, X)) {
+    MatrixXd T = MatrixXd::Zero(R, P);
+    T.bottomRows(P).setIdentity();
+    T.middleRows<3>(9) = -X;
+    reach = SymmetricEigen(K, T.transpose() * e.mass * T).eigenvalues()[reach_mode];
   }
-  return C;
-}
-
-}  // namespace
-
-TubeDynamics::Interval TubeDynamics::make_interval(const Node& a, const Node& b) const {
-  const double width = b.sigma - a.sigma;
-  return {a.sigma,
-          width,
-          joined(a.even, b.even, a.even.rows(), width, true, 2),
-          joined(a.odd, b.odd, a.odd.rows(), width, false, 2),
-          joined(a.even, b.even, even_stiffness_, width, true, 1),
-          joined(a.odd, b.odd, odd_stiffness_, width, false, 1)};
-}
-
-void TubeDynamics::add(const ChordLeaf& leaf, double sigma) {
-  assert(nodes_.empty() ? sigma == 0 : sigma > nodes_.back().sigma);
-  nodes_.push_back(make_node(expand_dynamics(leaf, ray_, loads_), sigma));
-  if (nodes_.size() > 1) intervals_.push_back(make_interval(nodes_.end()[-2], nodes_.back()));
+  nodes_.push_back(std::move(node));
+  reach_.push_back(reach);
 }
 
 TubeDynamics::Local TubeDynamics::locate(const Place& place) const {
+  assert(nodes_.size() >= 2);
   Local at;
   at.mirrored = place.sigma < 0;
-  const double sign = at.mirrored ? -1 : 1, sigma = sign * place.sigma;
-  const int last = static_cast<int>(intervals_.size()) - 1;
-  while (at.interval < last && sigma > nodes_[at.interval + 1].sigma) ++at.interval;
-  const Interval& interval = intervals_[at.interval];
-  at.t = (sigma - interval.start) / interval.width;
-  at.z[0] = sign * place.tau;
-  at.z[1] = sign * place.twist;
-  at.z[2] = place.f[0] - force_centre_;
-  at.z[3] = place.f[1];
-  at.z[4] = place.f[2];
+  const double sign = at.mirrored ? -1 : 1;
+  at.sigma = sign * place.sigma;
+  while (at.interval + 2 < nodes_.size() && at.sigma > nodes_[at.interval + 1].table.sigma)
+    ++at.interval;
+  at.z = {sign * place.tau, sign * place.twist, place.f[0] - force_centre_, place.f[1], place.f[2]};
   return at;
 }
 
 // All entries to a total degree of 2, or those of the stiffness to 1 or 2.
 void TubeDynamics::read(const Local& at, bool all, int total, Entries& entries) const {
-  const Interval& interval = intervals_[at.interval];
-  for (const bool even : {true, false}) {
-    alignas(64) std::array<double, most_functions> w;
-    int n = 0;
-    for (const Across& m : basis(even)) {
-      double x = 1;
-      for (int f = 0; f < m.degree; ++f) x *= at.z[m.variable[f]];
-      for (int j = 0; j < m.columns(total); ++j, x *= at.t) w[n++] = x;
-    }
-    const MatrixXd& C = total == 2 ? (even ? interval.even : interval.odd)
-                                   : (even ? interval.lower_even : interval.lower_odd);
-    const std::vector<Slot>& slots = even ? even_ : odd_;
-    const Eigen::Index rows = all ? C.rows() : even ? even_stiffness_ : odd_stiffness_;
-    VectorXd values(rows);
-    values.noalias() = C.topRows(rows) * Eigen::Map<const VectorXd>(w.data(), n);
+  const StateTable &a = nodes_[at.interval].table, &b = nodes_[at.interval + 1].table;
+  const StateWeights<double> w = state_weights(a.sigma, b.sigma, at.sigma, at.z, total);
+  const auto sum = [&](const MatrixXd& A, const MatrixXd& B, const auto& weights,
+                       const std::vector<Slot>& slots, int stiffness) {
+    const Eigen::Index rows = all ? A.rows() : stiffness;
+    Eigen::Matrix<double, Eigen::Dynamic, 1, 0, R*(R + 1), 1> values(rows);
+    values.noalias() = A.topRows(rows) * weights[0];
+    values.noalias() += B.topRows(rows) * weights[1];
     for (Eigen::Index r = 0; r < rows; ++r)
       entries.put(slots[static_cast<std::size_t>(r)], values[r]);
-  }
+  };
+  sum(a.even, b.even, w.even, layout().even, layout().even_stiffness);
+  sum(a.odd, b.odd, w.odd, layout().odd, layout().odd_stiffness);
 }
 
 TubeDynamics::Answer TubeDynamics::evaluate(const Place& place) const {
-  assert(!intervals_.empty());
   const Local at = locate(place);
   Entries e;
   read(at, true, 2, e);
@@ -326,13 +312,12 @@ TubeDynamics::Answer TubeDynamics::evaluate(const Place& place) const {
   answer.mass.template middleRows<6>(6).noalias() += S.transpose() * MT.template bottomRows<P>();
   answer.mass.template bottomRows<P>().noalias() -= X.transpose() * MT.template middleRows<3>(9);
   if (at.mirrored) {
-    const RateSigns signs = mirror_signs();
+    const RateSigns& signs = layout().mirror;
     const auto internal = signs.template tail<P>();
     answer.stiffness = (internal.asDiagonal() * answer.stiffness * internal.asDiagonal()).eval();
     answer.mass = (signs.asDiagonal() * answer.mass * signs.asDiagonal()).eval();
   }
-  const auto& nodes = nodes_.begin() + at.interval;
-  answer.reach = std::min(nodes[0].reach, nodes[1].reach);
+  answer.reach = std::min(reach_[at.interval], reach_[at.interval + 1]);
   return answer;
 }
 
@@ -355,8 +340,8 @@ double TubeDynamics::change(const Place& place) const {
 
 MatrixXd TubeDynamics::stations(const Place& place) const {
   const Local at = locate(place);
-  const Node &a = nodes_[at.interval], &b = nodes_[at.interval + 1];
-  const double h = b.sigma - a.sigma, t = at.t, r = 1 - t;
+  const DynamicsNode &a = nodes_[at.interval], &b = nodes_[at.interval + 1];
+  const double h = b.table.sigma - a.table.sigma, t = (at.sigma - a.table.sigma) / h, r = 1 - t;
   const Eigen::Index rows = a.stations.rows() / (R - 3);
   MatrixXd all = MatrixXd::Zero(rows, R);
   for (Eigen::Index i = 0; i < rows; i += 6) all.block<3, 3>(i, 0).setIdentity();
@@ -366,7 +351,7 @@ MatrixXd TubeDynamics::stations(const Place& place) const {
           .reshaped(rows, R - 3);
   if (!at.mirrored) return all;
   for (Eigen::Index i = 2; i < rows; i += 3) all.row(i) *= -1;
-  return all * mirror_signs().asDiagonal();
+  return all * layout().mirror.asDiagonal();
 }
 
 }  // namespace flexopt

@@ -6,24 +6,41 @@
 #include <vector>
 
 #include "core/reduction/expansion/dynamics_expansion.hpp"
+#include "core/reduction/tube/state_table.hpp"
 
 namespace flexopt {
 
 /// Largest relative change of the internal stiffness by the last degree of its tables: beyond it a
 /// frequency may be off by more than about 0.15 %.
-inline constexpr double largest_dynamics_change = 0.03;
+inline constexpr double largest_dynamics_change = 0.06;
+
+/// All tables about one bent state.
+struct DynamicsNode {
+  StateTable table;
+  MatrixXd stations;  ///< entries of the stations' motion × (1, σ)
+};
+/// `leaf` stands at the bent state `sigma` of the ray, the first column of `ray`. `units`: U of the
+/// amplitudes U⁻ᵀ a that the tables are over; where it is empty, it becomes that of this state, at
+/// which the stiffness k of these amplitudes is 1.
+DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
+                           const InternalLoads& loads, MatrixXd& units);
 
 class TubeDynamics {
  public:
   static constexpr int amplitudes = field_loads;
   static constexpr int rates = 12 + amplitudes;  ///< those of DynamicsExpansion::mass
 
-  /// No tables where loads.found is false. `leaf`: undeflected. `ray`: D of the tube.
-  TubeDynamics(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, double force_centre);
+  /// So many even and odd ones a table has.
+  static std::array<int, 2> entries();
 
-  bool possible() const { return loads_.found; }
-  /// The bent state at which `leaf` stands, beyond the others.
-  void add(const ChordLeaf& leaf, double sigma);
+  explicit TubeDynamics(double force_centre) : force_centre_(force_centre) {}
+
+  /// A bent state beyond the others.
+  void add(DynamicsNode node);
+
+  /// What a unit of each number does, relative to the diagonals of the matrices, at states as they
+  /// occur, so far `along` the ray from the bent state.
+  static DynamicsNode weights(const DynamicsNode& node, const PlateShape& shape, double along);
 
   /// A state: along the ray (signed), off it, twist [rad]; forces over their scale.
   struct Place {
@@ -35,10 +52,10 @@ class TubeDynamics {
     /// Why the tables do not hold here; empty where they do.
     std::string reason;
     Eigen::Matrix<double, amplitudes, amplitudes> stiffness;
-    /// Over (v, ω, rates of (σ, τ, φ), of (N, M1, M2) with the amplitudes' static parts, those of
-    /// the amplitudes beyond their static parts).
+    /// Over (v, ω, rates of (θ1y, θ2y, φ), of (N, M1, M2) with the amplitudes' static parts, those
+    /// of the amplitudes beyond their static parts).
     Eigen::Matrix<double, rates, rates> mass;
-    /// ω² of the fifth of the eight internal motions between held edges, the smaller one of both
+    /// ω² of the sixth of the ten internal motions between held edges, the smaller one of both
     /// neighbouring bent states: up to there every mode is well represented.
     double reach = 0;
   };
@@ -51,37 +68,16 @@ class TubeDynamics {
   MatrixXd stations(const Place& place) const;
 
  private:
-  struct Slot {
-    int matrix, row, column;
-  };
-  struct Interval {
-    double start, width;
-    MatrixXd even, odd;              ///< entries × basis functions
-    MatrixXd lower_even, lower_odd;  ///< of the stiffness alone, to a total degree of 1
-  };
-  struct Node {
-    double sigma;
-    MatrixXd even, odd;  ///< entries × monomials
-    MatrixXd stations;   ///< entries × monomials, all parities
-    double reach;
-  };
+  static constexpr int reach_mode = 5;
   struct Entries;
   struct Local;
 
-  void make_slots();
-  Node make_node(const DynamicsExpansion& expansion, double sigma) const;
-  Interval make_interval(const Node& a, const Node& b) const;
   Local locate(const Place& place) const;
   void read(const Local& at, bool all, int total, Entries& entries) const;
-  VectorXd mirror_signs() const;
 
-  Eigen::Matrix2d ray_;
   double force_centre_;
-  InternalLoads loads_;
-  std::vector<Slot> even_, odd_;
-  int even_stiffness_ = 0, odd_stiffness_ = 0;  ///< so many of them come first
-  std::vector<Node> nodes_;
-  std::vector<Interval> intervals_;
+  std::vector<DynamicsNode> nodes_;
+  std::vector<double> reach_;  ///< ω² of each node: Answer::reach
 };
 
 }  // namespace flexopt

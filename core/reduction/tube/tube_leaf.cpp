@@ -9,6 +9,7 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <utility>
 
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/math/polynomial.hpp"
@@ -68,16 +69,16 @@ TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& ran
   build();
 }
 
-TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range,
-                     const Eigen::Matrix2d& directions, const std::vector<TubeNode>& nodes,
-                     std::function<TubeNodeRates()> rates)
+TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube)
     : shape_(shape),
       range_(range),
-      directions_(directions),
+      directions_(tube.directions),
       known_(true),
-      rates_(std::move(rates)) {
-  range_.ray = directions.col(0);
-  make_potentials(nodes);
+      rates_(std::move(tube.rates)),
+      known_dynamics_(std::move(tube.dynamics)),
+      view_(tube.view) {
+  range_.ray = directions_.col(0);
+  make_potentials(tube.nodes);
 }
 
 void TubeModel::build() {
@@ -151,7 +152,7 @@ void TubeModel::cover(double sigma) {
   if (!known_ || covered_) return;
   const auto expand_here = [&](double at) {
     expansions_.push_back({at, {}, expand_fields(leaf(), directions_, range_.order).fields});
-    if (dynamics_) dynamics_->add(leaf(), at);
+    if (dynamics_ && !known_dynamics_) add_dynamics(at);
   };
   // on to the next node, or as far as the leaf can be bent
   const auto bend_on = [&](double to) {
@@ -177,6 +178,7 @@ bool TubeModel::extend(double sigma) {
   if (known_) {  // its own states, mesh and all, take the place of the known ones
     const TubeRange before = range_;
     const bool tables = dynamics_ != nullptr;
+    auto known_dynamics = std::exchange(known_dynamics_, nullptr);
     known_ = false;
     range_.sigma_max = sigma;
     expansions_.clear();
@@ -188,6 +190,7 @@ bool TubeModel::extend(double sigma) {
       return true;
     }
     known_ = true;
+    known_dynamics_ = std::move(known_dynamics);
     range_ = before;
     expansions_.clear();
     covered_ = false;
@@ -198,7 +201,7 @@ bool TubeModel::extend(double sigma) {
   else
     leaf().reset();
   if (!add(sigma)) return false;
-  if (dynamics_) dynamics_->add(leaf(), sigma);
+  if (dynamics_) add_dynamics(sigma);
   const TubeExpansion& added = sigma < 0 ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});

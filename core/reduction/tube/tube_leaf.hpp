@@ -13,6 +13,7 @@
 #include "core/reduction/tube/plate_pool.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_range.hpp"
+#include "core/reduction/tube/tube_view.hpp"
 
 namespace flexopt {
 
@@ -21,6 +22,17 @@ namespace flexopt {
 /// states of guides and hinges with w²/(Lt) from 1 to 1200, loaded and off their rays).
 inline constexpr double largest_degree_change = 0.06;
 
+/// What an atlas knows of a leaf.
+struct KnownTube {
+  Eigen::Matrix2d directions;  ///< D, its first column the ray
+  std::vector<TubeNode> nodes;
+  /// Tables of the dynamics about the same bent states, made when first wanted. None: of the leaf.
+  std::function<std::vector<DynamicsNode>()> dynamics;
+  TubeView view;  ///< of the tables
+  /// Derivatives of the expansions, the ray held. None: the leaf has no exact derivatives.
+  std::function<TubeNodeRates()> rates = {};
+};
+
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
 class TubeModel {
  public:
@@ -28,12 +40,9 @@ class TubeModel {
   /// mesh, shared with other models; null for one of its own.
   TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range,
             std::shared_ptr<PlatePool> pool = nullptr);
-  /// Of a flat leaf of uniform width and thickness, from expansions that are known: `directions` is
-  /// D, its first column the ray. Mesh, bent states and fields are made when somebody asks for
-  /// fields, for tables of dynamics or for a state beyond the last node. `rates`: derivatives of
-  /// the expansions, the ray held; none: the leaf has no exact derivatives.
-  TubeModel(const PlateShape& shape, const TubeRange& range, const Eigen::Matrix2d& directions,
-            const std::vector<TubeNode>& nodes, std::function<TubeNodeRates()> rates = {});
+  /// Of a flat leaf of uniform width and thickness, from expansions that are known. Mesh, bent
+  /// states and fields are made when somebody asks for fields or for a state beyond the last node.
+  TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube);
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
@@ -59,16 +68,22 @@ class TubeModel {
   /// second-order fields, every coefficient joined by two-point Hermite interpolation.
   VectorXd fields(const Vector3d& s, const Vector3d& f);
 
-  /// Tables of the internal dynamics about the same bent states; they grow with these. None for
-  /// leaves with a profile, curved and very wide ones and beams, and for meshes that are too
-  /// coarse.
+  /// Tables of the internal dynamics about the same bent states; they grow with these. None where
+  /// not has_dynamics().
   void make_dynamics();
+  /// Not leaves with a profile, curved, folded and very wide ones and beams, nor meshes that are
+  /// too coarse.
+  static bool has_dynamics(const PlateShape& shape);
   /// So many states more of leaves of this model will be asked for their dynamics: makes the tables
   /// once they cost less than condensing the full leaf at each of them.
   void expect_dynamics(int states);
   const TubeDynamics* dynamics() const { return dynamics_.get(); }
-  /// Sees to it that fields and tables of dynamics reach as far as sigma, where only the potential
-  /// was known.
+  /// Whether they need no bent states.
+  bool dynamics_known() const { return known_dynamics_ != nullptr; }
+  /// How the tables of the dynamics see the leaf.
+  TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
+  /// Sees to it that fields and tables of dynamics reach as far as sigma, where they were not
+  /// known.
   void cover(double sigma);
 
   PlatePool& pool();
@@ -80,6 +95,7 @@ class TubeModel {
   int bent_states() const;  ///< so many carry the fields
   void stand_at(const TubeExpansion& expansion);
   bool add(double sigma);
+  void add_dynamics(double sigma);  ///< at the bent state where leaf() stands
   ChordLeaf& leaf();
   void make_potentials(const std::vector<TubeNode>& nodes);
 
@@ -89,11 +105,15 @@ class TubeModel {
   Eigen::Matrix2d directions_;
   bool known_ = false;
   std::function<TubeNodeRates()> rates_;
+  std::function<std::vector<DynamicsNode>()> known_dynamics_;
+  TubeView view_;
   std::shared_ptr<PlatePool> pool_;
   EqualStates equal_states_;
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
+  InternalLoads loads_;  ///< none before they are wanted
+  MatrixXd amplitude_units_;
   std::unique_ptr<TubeDynamics> dynamics_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };

@@ -13,22 +13,26 @@ namespace {
 constexpr int internal = TubeDynamics::amplitudes;
 
 /// Of the modes of a full leaf so many are there below TubeDynamics::Answer::reach.
-constexpr int tabulated_modes = 6;
+constexpr int tabulated_modes = 8;
 
-// Rates of TubeDynamics::Answer::mass per increment of the edges (scaled).
+// Rates of TubeDynamics::Answer::mass per increment of the edges (scaled), from the end that the
+// tables call the base: (D7).
 Eigen::Matrix<double, 12, 12> edge_rates(const ReducedResponse& response, const MixedState& mixed,
-                                         const Eigen::Matrix2d& ray) {
+                                         const TubeView& view) {
   const ChordFrame& frame = response.frame;
+  const int base = view.from_tip ? 6 : 0, first = view.from_tip ? theta2y : theta1y,
+            second = view.from_tip ? theta1y : theta2y;
   Matrix12d T = Matrix12d::Zero();
-  T.block<3, 3>(0, 0) = frame.axes.transpose();
+  T.block<3, 3>(0, base) = frame.axes.transpose();
   T.middleRows<3>(3) = frame.axes.transpose().lazyProduct(frame.spin);
-  const Eigen::Matrix2d inverse = ray.inverse();
-  T.row(6) = inverse(0, 0) * frame.B.row(theta1y) + inverse(0, 1) * frame.B.row(theta2y);
-  T.row(7) = inverse(1, 0) * frame.B.row(theta1y) + inverse(1, 1) * frame.B.row(theta2y);
+  T.row(6) = frame.B.row(first);
+  T.row(7) = frame.B.row(second);
   T.row(8) = frame.B.row(twist);
   const Eigen::Matrix<double, 3, 6> f = -mixed.F_inverse * mixed.h;
   T.middleRows<3>(9) = f.lazyProduct(frame.B);
-  return T;
+  if (!view.from_tip) return T;
+  T.row(10).swap(T.row(11));
+  return view.signs().asDiagonal() * T;
 }
 
 }  // namespace
@@ -36,42 +40,56 @@ Eigen::Matrix<double, 12, 12> edge_rates(const ReducedResponse& response, const 
 void TubeModel::expect_dynamics(int states) {
   // For each bent state of the tube, measured on the default mesh.
   constexpr int states_that_pay = 10;
-  const int enough = states_that_pay * bent_states();
+  const int enough = known_dynamics_ ? 1 : states_that_pay * bent_states();
   const bool before = expected_ >= enough;
   expected_ += states;
   if (!before && expected_ >= enough) make_dynamics();
 }
 
-void TubeModel::make_dynamics() {
-  const PlateShape& shape = shape_;
-  const bool flat = !shape.curve && shape.width_profile.empty() && shape.thickness_profile.empty();
+bool TubeModel::has_dynamics(const PlateShape& shape) {
   // Beyond it neither the statics nor the dynamics were compared with full leaves.
   constexpr double widest = 1200;  // w²/(L t)
-  const bool narrow = shape.width * shape.width <= widest * shape.thickness;
-  if (dynamics_ || !built() || !flat || shape.is_beam() || !narrow) return;
+  const bool flat = !shape.curve && !shape.fold && !shape.has_profile() && !shape.is_beam();
+  // ten loads on coarser meshes are not independent
+  return flat && shape.width * shape.width <= widest * shape.thickness && shape.mesh[0] >= 4 &&
+         shape.mesh[1] >= 2;
+}
+
+void TubeModel::make_dynamics() {
+  if (dynamics_ || !built() || !has_dynamics(shape_)) return;
+  if (known_dynamics_) {
+    dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
+    for (DynamicsNode& node : known_dynamics_()) dynamics_->add(std::move(node));
+    return;
+  }
   cover(range_.sigma_max);
   leaf().reset();
-  auto dynamics = std::make_unique<TubeDynamics>(leaf(), directions_, range_.force_centre);
-  if (dynamics->possible()) {
-    const Vector3d f(range_.force_centre * tube_force_scale(shape)[0], 0, 0);
-    for (const TubeExpansion& e : expansions_) {
-      leaf().stand_at({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0}, f, e.fields.col(0));
-      dynamics->add(leaf(), e.sigma);
-    }
-    dynamics_ = std::move(dynamics);
+  dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
+  for (const TubeExpansion& e : expansions_) {
+    stand_at(e);
+    add_dynamics(e.sigma);
   }
 }
 
+void TubeModel::add_dynamics(double sigma) {
+  if (loads_.loads.size() == 0) loads_ = internal_loads(*mesh());
+  dynamics_->add(dynamics_node(leaf(), sigma, directions_, loads_, amplitude_units_));
+}
+
 TubeDynamics::Place TubeLeaf::place() const {
-  return {response_.location.sigma, response_.location.tau, response_.frame.e[twist],
-          state_.mixed.f};
+  const Vector3d& f = state_.mixed.f;
+  const TubeView view = model_->view();
+  if (!view.from_tip)
+    return {response_.location.sigma, response_.location.tau, response_.frame.e[twist], f};
+  const double phi = view.signs()[8] * response_.frame.e[twist];
+  return {response_.location.sigma, response_.location.tau, phi, {f[0], f[2], f[1]}};
 }
 
 std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
   const TubeDynamics* tables = model_->dynamics();
   condensed_because_.clear();
   if (!tables || modes == 0) return std::nullopt;
-  model_->cover(std::abs(response_.location.sigma));
+  if (!model_->dynamics_known()) model_->cover(std::abs(response_.location.sigma));
   if (modes > tabulated_modes) {
     condensed_because_ =
         "frequencies of the full leaf: they take more internal modes than the tables have";
@@ -93,7 +111,7 @@ std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
   }
 
   check_ = 0;  // nothing is condensed
-  const Matrix12d edges = edge_rates(response_, state_.mixed, model_->potential().ray());
+  const Matrix12d edges = edge_rates(response_, state_.mixed, model_->view());
   const Matrix12d T = edges.lazyProduct(scale_.transformation().transpose());
   const double root = std::sqrt(scale_.mass);  // unit modal mass in SI
   LeafDynamics dynamics;
@@ -118,11 +136,11 @@ std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
   dynamics.highest_mode = to_hertz * std::sqrt(local.reach);
 
   // from chord axes to the leaf's, and to what leaf_station_motion() calls motion
-  MatrixXd stations = tables->stations(at);
+  MatrixXd stations = model_->view().seen_from_base(tables->stations(at));
   for (Eigen::Index i = 0; i < stations.rows(); i += 3)
     stations.middleRows<3>(i) = (response_.frame.axes * stations.middleRows<3>(i)).eval();
   const double weight =
-      std::sqrt(scale_.mass * model_->mesh()->shape().mean_width() / (model_->mesh()->lines() - 2));
+      std::sqrt(scale_.mass * model_->shape().width * 6 / static_cast<double>(stations.rows()));
   dynamics.stations.resize(stations.rows(), 12 + internal);
   dynamics.stations.leftCols(12) = weight * (stations.leftCols<12>() * T);
   dynamics.stations.rightCols(internal) = weight / root * stations.rightCols(internal);

@@ -59,15 +59,26 @@ std::vector<std::unique_ptr<LeafElement>> full_leaves(const std::vector<LeafSpri
   return leaves;
 }
 
+constexpr double margin = 1.12;  ///< of the range of a tube over what its leaf is expected to do
+
 // Of the atlas, if that has such leaves.
-std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, const TubeRange& range,
+std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
                                       const ModelOptions& model, int nodes = 0) {
-  if (!model.atlas || !model.atlas->gap(shape, range).empty()) return nullptr;
+  if (!model.atlas) return nullptr;
+  // an atlas that ends within the margin will do: a tube grows where it has to
+  if (const double last = model.atlas->settings().sigmas.back(); range.sigma_max <= margin * last)
+    range.sigma_max = std::min(range.sigma_max, last);
+  if (!model.atlas->gap(shape, range).empty()) return nullptr;
   const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
-  const auto rates = [atlas = model.atlas, shape, ray = range.ray] {
+  KnownTube known{tube.directions, tube.nodes, {}, tube.view};
+  if (model.atlas->settings().dynamics)
+    known.dynamics = [atlas = model.atlas, shape, range] {
+      return atlas->dynamics(shape, range.ray, range.sigma_max);
+    };
+  known.rates = [atlas = model.atlas, shape, ray = range.ray] {
     return atlas->look_up_rates(shape, ray);
   };
-  return std::make_shared<TubeModel>(shape, range, tube.directions, tube.nodes, rates);
+  return std::make_shared<TubeModel>(shape, range, std::move(known));
 }
 
 // For linear statics at rest: full leaves, and tubes where the atlas has them.
@@ -308,9 +319,9 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
         range.ray[k] = std::round(range.ray[k] * 1e9) * 1e-9;
     }
     // linear kinematics overrates a large load; the tube grows where it does not
-    range.sigma_max = !driven           ? std::min(0.5, 1.12 * size)
-                      : several.empty() ? 1.12 * size * largest
-                                        : 1.12 * size;
+    range.sigma_max = !driven           ? std::min(0.5, margin * size)
+                      : several.empty() ? margin * size * largest
+                                        : margin * size;
     const double scale = tube_force_scale(shape)[0];
     if (driven && motion[i].axial != 0) {
       const double stiffness = model.atlas && is_uniform_plate(shape)

@@ -45,9 +45,9 @@ struct KnownTubes {
     return all;
   }
   std::shared_ptr<TubeModel> model(const PlateShape& shape) const {
-    return std::make_shared<TubeModel>(shape, TubeRange{}, D,
-                                       nodes({shape.width, shape.thickness, shape.poissons_ratio}),
-                                       [this] { return rates(); });
+    const Vector3d at(shape.width, shape.thickness, shape.poissons_ratio);
+    return std::make_shared<TubeModel>(shape, TubeRange{},
+                                       KnownTube{D, nodes(at), {}, {}, [this] { return rates(); }});
   }
 };
 
@@ -179,7 +179,8 @@ TEST_CASE("a tube that was built has no exact derivatives of its own", "[reducti
   const KnownTubes known;
   const PlateShape shape = leaf_shape(models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.05, 2e-3), {});
   TubeLeaf leaf(models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.05, 2e-3),
-                std::make_shared<TubeModel>(shape, TubeRange{}, known.D, known.nodes(known.about)),
+                std::make_shared<TubeModel>(shape, TubeRange{},
+                                            KnownTube{known.D, known.nodes(known.about), {}, {}}),
                 0);
   leaf.evaluate();
   CHECK_FALSE(leaf.has_linearised_interior({}));

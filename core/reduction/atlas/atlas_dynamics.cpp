@@ -1,0 +1,122 @@
+#include "core/reduction/atlas/atlas_dynamics.hpp"
+
+#include <cmath>
+
+#include "core/reduction/atlas/ray_interpolation.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int evens_each = StateTable::even_monomials, odds_each = StateTable::odd_monomials;
+
+// Of one ray, to another one.
+struct Turn {
+  Eigen::Matrix<double, evens_each, evens_each> of_even;
+  Eigen::Matrix<double, odds_each, odds_each> of_odd;
+};
+Turn turn_of(const MatrixXd& blend) {
+  Turn turn;
+  const auto fill = [&](const auto& monomials, auto& out) {
+    for (std::size_t i = 0; i < monomials.size(); ++i)
+      for (std::size_t j = 0; j < monomials.size(); ++j)
+        out(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) =
+            blend(monomials[i].number, monomials[j].number);
+  };
+  fill(even_monomials(), turn.of_even);
+  fill(odd_monomials(), turn.of_odd);
+  return turn;
+}
+
+void append(VectorXd& all, const MatrixXd& part, Eigen::Index& at) {
+  all.segment(at, part.size()) = part.reshaped();
+  at += part.size();
+}
+
+}  // namespace
+
+VectorXd table_numbers(const std::vector<DynamicsNode>& nodes) {
+  Eigen::Index size = 0;
+  for (const DynamicsNode& node : nodes) size += node.table.even.size() + node.table.odd.size();
+  VectorXd all(size);
+  Eigen::Index at = 0;
+  for (const DynamicsNode& node : nodes) {
+    append(all, node.table.even, at);
+    append(all, node.table.odd, at);
+  }
+  return all;
+}
+
+VectorXd station_numbers(const std::vector<DynamicsNode>& nodes) {
+  Eigen::Index size = 0;
+  for (const DynamicsNode& node : nodes) size += node.stations.size();
+  VectorXd all(size);
+  Eigen::Index at = 0;
+  for (const DynamicsNode& node : nodes) append(all, node.stations, at);
+  return all;
+}
+
+RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho) {
+  // A leaf whose ray is so near to one of the atlas takes that one: half the look-up, and the model
+  // does not change with a design that turns its rays by next to nothing.
+  constexpr double near_ray = 1e-3;
+  RayNeighbours ray;
+  while (ray.left + 2 < static_cast<int>(rays.size()) && rho >= rays[ray.left + 1]) ++ray.left;
+  ray.a = rays[ray.left];
+  ray.b = rays[ray.left + 1];
+  ray.on_left = std::abs(rho - ray.a) < near_ray;
+  ray.on_right = std::abs(rho - ray.b) < near_ray;
+  ray.rho = ray.on_left ? ray.a : ray.on_right ? ray.b : rho;
+  return ray;
+}
+
+std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& tables,
+                                           const std::vector<CompressedTable>& stations,
+                                           const ShapeWeights& weights, const RayNeighbours& ray,
+                                           const std::vector<double>& sigmas, int all_nodes,
+                                           int slope) {
+  const auto [even_entries, odd_entries] = TubeDynamics::entries();
+  const int evens = evens_each * even_entries, odds = odds_each * odd_entries,
+            nodes = static_cast<int>(sigmas.size()),
+            motions = stations[static_cast<std::size_t>(ray.left)].all / all_nodes;
+  const auto at = [&](const std::vector<CompressedTable>& of, bool left, int first) {
+    if (left ? ray.on_right : ray.on_left) return VectorXd();
+    return of[static_cast<std::size_t>(ray.left + (left ? 0 : 1))].look_up(weights, first, slope);
+  };
+  const VectorXd a = at(tables, true, nodes * (evens + odds)),
+                 b = at(tables, false, nodes * (evens + odds)),
+                 stations_a = at(stations, true, nodes * motions),
+                 stations_b = at(stations, false, nodes * motions);
+  const double t = (ray.rho - ray.a) / (ray.b - ray.a);
+  std::vector<DynamicsNode> found(sigmas.size());
+  for (int n = 0; n < nodes; ++n) {
+    DynamicsNode& node = found[static_cast<std::size_t>(n)];
+    node.table.sigma = sigmas[static_cast<std::size_t>(n)];
+    node.table.even = MatrixXd::Zero(even_entries, evens_each);
+    node.table.odd = MatrixXd::Zero(odd_entries, odds_each);
+    node.stations = MatrixXd::Zero(motions / 2, 2);
+    const bool between = a.size() > 0 && b.size() > 0;
+    const RayBlend blend =
+        between ? blend_between_rays(ray.a, ray.b, node.table.sigma, ray.rho) : RayBlend{};
+    const auto add = [&](const VectorXd& numbers, const VectorXd& motion, const MatrixXd& turn,
+                         double share) {
+      if (numbers.size() == 0) return;
+      const double* const first = numbers.data() + static_cast<std::ptrdiff_t>(n) * (evens + odds);
+      const Eigen::Map<const MatrixXd> E(first, even_entries, evens_each),
+          O(first + evens, odd_entries, odds_each);
+      node.stations.reshaped() += share * motion.segment(n * motions, motions);
+      if (!between) {
+        node.table.even = E;
+        node.table.odd = O;
+        return;
+      }
+      const Turn matrices = turn_of(turn);
+      node.table.even.noalias() += E * matrices.of_even;
+      node.table.odd.noalias() += O * matrices.of_odd;
+    };
+    add(a, stations_a, blend.a, between ? 1 - t : 1);
+    add(b, stations_b, blend.b, between ? t : 1);
+  }
+  return found;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,31 @@
+#pragma once
+// Tables of the internal dynamics in an atlas: all numbers of all bent states of a leaf in a row.
+#include <vector>
+
+#include "core/reduction/atlas/compressed_table.hpp"
+#include "core/reduction/tube/tube_dynamics.hpp"
+
+namespace flexopt {
+
+/// Numbers of the tables of bent states, and of their stations.
+VectorXd table_numbers(const std::vector<DynamicsNode>& nodes);
+VectorXd station_numbers(const std::vector<DynamicsNode>& nodes);
+
+/// Between which rays of an atlas a ray lies. On one of them the other is not wanted.
+struct RayNeighbours {
+  int left = 0;
+  double a = 0, b = 0, rho = 0;
+  bool on_left = false, on_right = false;
+};
+/// `rays`: ascending from −1 to 1.
+RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho);
+
+/// The tables of the bent states `sigmas` (some of the first that the atlas has). `tables`,
+/// `stations`: of each ray. `slope`: as of CompressedTable::look_up.
+std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& tables,
+                                           const std::vector<CompressedTable>& stations,
+                                           const ShapeWeights& weights, const RayNeighbours& ray,
+                                           const std::vector<double>& sigmas, int all_nodes,
+                                           int slope = -1);
+
+}  // namespace flexopt

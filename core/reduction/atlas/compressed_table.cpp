@@ -1,0 +1,192 @@
+#include "core/reduction/atlas/compressed_table.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "core/math/chebyshev.hpp"
+#include "core/math/decompositions.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int most_power = 16;  // doubled
+
+// (w/L)^(p/2) for all p from −16 to 16.
+std::array<double, 2 * most_power + 1> half_powers(double log_size) {
+  std::array<double, 2 * most_power + 1> powers;
+  for (int k = -most_power; k <= most_power; ++k)
+    powers[k + most_power] = std::exp(0.5 * k * log_size);
+  return powers;
+}
+
+// Σ_k x_k (column k of the basis), its first `count` rows: four columns at a time.
+VectorXd combination(const CompressedTable& table, int count, const VectorXd& x) {
+  VectorXd y = VectorXd::Zero(count);
+  double* const out = y.data();
+  for (int k = 0; k < table.directions; k += 4) {
+    const auto column = [&](int j) {
+      return table.basis + static_cast<std::size_t>(std::min(k + j, table.directions - 1)) *
+                               static_cast<std::size_t>(table.numbers);
+    };
+    const auto weight = [&](int j) { return k + j < table.directions ? x[k + j] : 0.0; };
+    const std::int16_t *a = column(0), *b = column(1), *c = column(2), *d = column(3);
+    const double wa = weight(0), wb = weight(1), wc = weight(2), wd = weight(3);
+    for (int i = 0; i < count; ++i) out[i] += (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
+  }
+  return y;
+}
+
+}  // namespace
+
+Vector3d ShapeGrid::shape(int k) const {
+  const int thick = static_cast<int>(log_thickness.size()),
+            flat = static_cast<int>(log_width.size()) * thick;
+  return {log_width[static_cast<std::size_t>(k % flat / thick)],
+          log_thickness[static_cast<std::size_t>(k % thick)],
+          poissons_ratios[static_cast<std::size_t>(k / flat)]};
+}
+
+ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool with_slopes) {
+  const std::array<PointWeights, 3> axis{polynomial_weights(grid.log_width, place[0]),
+                                         polynomial_weights(grid.log_thickness, place[1]),
+                                         polynomial_weights(grid.poissons_ratios, place[2])};
+  const auto product = [&](int slope) {
+    const auto of = [&](int a) -> const std::vector<double>& {
+      return a == slope ? axis[a].slope : axis[a].value;
+    };
+    VectorXd all(grid.size());
+    Eigen::Index n = 0;
+    for (const double v : of(2))
+      for (const double x : of(0))
+        for (const double y : of(1)) all[n++] = v * x * y;
+    return all;
+  };
+  ShapeWeights weights{place, product(-1), {}};
+  if (with_slopes)
+    for (int a = 0; a < 3; ++a) weights.slope[a] = product(a);
+  return weights;
+}
+
+VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first, int slope) const {
+  assert(first <= all && weights.value.size() == shapes);
+  const int count = static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
+  const Eigen::Map<const Eigen::MatrixXf> at_shapes(coordinates, directions, shapes);
+  const auto at = [&](const VectorXd& w) {
+    VectorXd x = VectorXd::Zero(directions);
+    for (int k = 0; k < shapes; ++k)
+      if (w[k] != 0) x += w[k] * at_shapes.col(k).cast<double>();
+    return combination(*this, count, x);
+  };
+  VectorXd y = at(slope < 0 ? weights.value : weights.slope[slope]);
+  if (slope == 0 || slope == 1) {  // and of the power law
+    const VectorXd value = at(weights.value);
+    for (int i = 0; i < count; ++i) y[i] += 0.5 * exponents[2 * i + slope] * value[i];
+  }
+  const auto width = half_powers(weights.place[0]), thickness = half_powers(weights.place[1]);
+  VectorXd numbers_in_place = VectorXd::Zero(first);
+  for (int i = 0; i < count; ++i)
+    numbers_in_place[places[i]] = y[i] * static_cast<double>(sizes[i]) *
+                                  width[exponents[2 * i] + most_power] *
+                                  thickness[exponents[2 * i + 1] + most_power];
+  return numbers_in_place;
+}
+
+std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd& sizes) {
+  std::vector<int> rows;
+  for (int k = 0; k < sizes.size(); ++k)
+    if (sizes[k] > 1e-290) rows.push_back(k);
+  if (rows.size() < 8) return {0, 0};
+  const int n = static_cast<int>(rows.size());
+  MatrixXd A(n, 3);
+  VectorXd b(n);
+  for (int k = 0; k < n; ++k) {
+    A.row(k) << 1, log_shapes(rows[k], 0), log_shapes(rows[k], 1);
+    b[k] = std::log(sizes[rows[k]]);
+  }
+  const VectorXd x = Lu(A.transpose() * A).solve(A.transpose() * b);
+  const auto rounded = [&](double p) {
+    return static_cast<std::int8_t>(
+        std::clamp(static_cast<int>(std::lround(2 * p)), -most_power, most_power));
+  };
+  return {rounded(x[1]), rounded(x[2])};
+}
+
+namespace {
+
+// Of the columns `columns` of `values`: directions that leave no number of a column of the share 1
+// with a rest above `tolerance`, and their coordinates.
+struct Directions {
+  MatrixXd basis, coordinates;
+};
+Directions directions_of(const MatrixXd& values, const VectorXd& share, double tolerance) {
+  const int shapes = static_cast<int>(values.cols());
+  const MatrixXd scaled = values * share.asDiagonal();
+  // the left singular vectors, by those of VᵀV
+  const MatrixXd V = SymmetricEigen(scaled.transpose() * scaled).eigenvectors().rowwise().reverse();
+  MatrixXd rest = scaled;
+  int directions = 0;
+  while (directions < shapes && (directions == 0 || rest.cwiseAbs().maxCoeff() > tolerance)) {
+    const int more = std::min(8, shapes - directions);
+    const MatrixXd W = V.middleCols(directions, more);
+    rest.noalias() -= (rest * W) * W.transpose();
+    directions += more;
+  }
+  return {scaled * V.leftCols(directions),
+          V.leftCols(directions).transpose() * share.cwiseInverse().asDiagonal()};
+}
+
+}  // namespace
+
+CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
+                           const std::vector<bool>& trusted, double tolerance) {
+  constexpr double negligible = 0.1;     // of the tolerance: such a number is left out
+  constexpr double share_beyond = 1e-3;  // of shapes for which nobody asks
+  const int shapes = grid.size(), all = static_cast<int>(values.rows());
+  assert(values.cols() == shapes && weights.rows() == all && weights.cols() == shapes);
+  MatrixXd log_shapes(shapes, 2);
+  VectorXd share(shapes);
+  for (int k = 0; k < shapes; ++k) {
+    log_shapes.row(k) = grid.shape(k).head<2>().transpose();
+    share[k] = trusted[static_cast<std::size_t>(k)] ? 1 : share_beyond;
+  }
+  CompressedNumbers made;
+  made.all = all;
+  made.shapes = shapes;
+  std::vector<double> sizes;
+  for (int i = 0; i < all; ++i) {
+    // the law of the unit in which an error of this number counts
+    const auto power = power_law(log_shapes, weights.row(i).cwiseInverse().transpose());
+    const VectorXd law =
+        (0.5 * (power[0] * log_shapes.col(0) + power[1] * log_shapes.col(1))).array().exp();
+    const double weight = std::exp((weights.row(i).transpose().array() * law.array()).log().mean());
+    values.row(i).array() *= weight / law.transpose().array();
+    const double most = (values.row(i).transpose().array().abs() * share.array()).maxCoeff();
+    if (most < negligible * tolerance) continue;
+    const double size = std::max(most, 1.0);
+    values.row(static_cast<Eigen::Index>(sizes.size())) = values.row(i) / size;
+    made.places.push_back(i);
+    for (const std::int8_t p : power) made.exponents.push_back(p);
+    sizes.push_back(size / weight);
+  }
+  const auto numbers = static_cast<Eigen::Index>(sizes.size());
+  const Directions found = directions_of(values.topRows(numbers), share, tolerance);
+  const Eigen::Index directions = found.basis.cols();
+  made.numbers = static_cast<int>(numbers);
+  made.directions = static_cast<int>(directions);
+  made.basis.resize(static_cast<std::size_t>(numbers * directions));
+  for (Eigen::Index i = 0; i < numbers;
+       ++i) {  // to whole numbers, the unit of each row in its size
+    constexpr double largest = 32767;
+    const double unit = found.basis.row(i).cwiseAbs().maxCoeff() / largest;
+    made.sizes.push_back(static_cast<float>(sizes[static_cast<std::size_t>(i)] * unit));
+    for (Eigen::Index k = 0; k < directions; ++k)
+      made.basis[static_cast<std::size_t>(k * numbers + i)] =
+          static_cast<std::int16_t>(std::lround(found.basis(i, k) / unit));
+  }
+  const Eigen::MatrixXf coordinates = found.coordinates.cast<float>();
+  made.coordinates.assign(coordinates.data(), coordinates.data() + coordinates.size());
+  return made;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,71 @@
+#pragma once
+// Many numbers that depend smoothly on the shape of a leaf, known on a grid of shapes: few
+// directions carry all of them. Equation (A5) of core/reduction/README.md.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// Shapes of flat leaves: Chebyshev–Lobatto points of log w/L and of log t/L, and Poisson's ratios.
+struct ShapeGrid {
+  std::vector<double> log_width, log_thickness, poissons_ratios;
+
+  /// Ratio by ratio; within it ascending width, then ascending thickness.
+  int size() const {
+    return static_cast<int>(log_width.size() * log_thickness.size() * poissons_ratios.size());
+  }
+  /// (log w/L, log t/L, ν) of a shape.
+  Vector3d shape(int k) const;
+};
+
+/// Weights of the shapes of a grid for a number at a place between them, and for its derivatives by
+/// log w/L, log t/L and ν.
+struct ShapeWeights {
+  Vector3d place;  ///< log w/L, log t/L, ν
+  VectorXd value;
+  std::array<VectorXd, 3> slope;  ///< empty where not asked for
+};
+ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool with_slopes);
+
+/// c = (w/L)^p (t/L)^q s (U a),  a the interpolated coordinates of the shape. p, q and the size s
+/// are those of each number, U its row of directions, in whole numbers of 16 bits. Numbers that
+/// matter nowhere are left out.
+struct CompressedTable {
+  int all = 0;  ///< numbers of a shape, those left out too
+  int numbers = 0, directions = 0, shapes = 0;
+  const std::int32_t* places = nullptr;    ///< of each number among all, ascending
+  const std::int8_t* exponents = nullptr;  ///< (2 p, 2 q) of each number
+  const float* sizes = nullptr;            ///< s of each number
+  const std::int16_t* basis = nullptr;     ///< numbers × directions, column by column
+  const float* coordinates = nullptr;      ///< directions × shapes, column by column
+
+  /// The first `first` of all numbers, or their derivative by log w/L (0), log t/L (1) or ν (2).
+  VectorXd look_up(const ShapeWeights& weights, int first, int slope = -1) const;
+};
+
+/// A compressed table with its numbers.
+struct CompressedNumbers {
+  int all = 0, numbers = 0, directions = 0, shapes = 0;
+  std::vector<std::int32_t> places;
+  std::vector<std::int8_t> exponents;
+  std::vector<float> sizes, coordinates;
+  std::vector<std::int16_t> basis;
+  CompressedTable table() const {
+    return {all,          numbers,      directions,        shapes, places.data(), exponents.data(),
+            sizes.data(), basis.data(), coordinates.data()};
+  }
+};
+/// `values`, `weights`: numbers × shapes, a weight times a number being what counts. So many
+/// directions that no number counts for more than about `tolerance` beside the truth at a trusted
+/// shape.
+CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
+                           const std::vector<bool>& trusted, double tolerance);
+
+/// Doubled half-integers (p, q) of the law (w/L)^p (t/L)^q that fits the sizes of a number best.
+/// `log_shapes`: a row (log w/L, log t/L) of each.
+std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd& sizes);
+
+}  // namespace flexopt
