@@ -87,9 +87,10 @@ enum class PathValues {
   /// Those of the leaves that ModelOptions chooses; frequencies are Ritz values, up to some 1e-5
   /// above those of the whole mechanism.
   as_modelled,
-  /// What exact derivatives belong to: points of the mixed potential are finished on full leaves,
-  /// to which the reduced ones only lead, and frequencies are those of the whole mechanism to
-  /// rounding.
+  /// What exact derivatives belong to. Points of the mixed potential are finished on full leaves,
+  /// to which the reduced ones only lead; where all leaves are looked up and load, motion and
+  /// stiffness alone are wanted, they stay those of the reduced leaves. Frequencies are those of
+  /// the whole mechanism to rounding.
   differentiable
 };
 

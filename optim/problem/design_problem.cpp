@@ -258,6 +258,18 @@ DesignValues DesignProblem::read(const Variables& variables,
   return values;
 }
 
+namespace {
+
+/// Whether a differentiable path was not finished on full leaves.
+bool of_reduced_leaves(const StrokeResponse& response, const StrokeRequest& request) {
+  return request.values == PathValues::differentiable &&
+         std::ranges::any_of(response.path, [](const PathPoint& point) {
+           return std::ranges::find(point.leaves, "tube", &LeafReport::model) != point.leaves.end();
+         });
+}
+
+}  // namespace
+
 DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
                                      std::optional<Accuracy> accuracy) const {
   const auto of_values = [&](DesignValues values) {
@@ -282,6 +294,8 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
         found[k].response = respond(variables, model, requests_[k]);
     }
     DesignValues values = read(variables, found, requests_);
+    for (std::size_t k = 0; k < found.size(); ++k)
+      values.of_reduced_leaves |= of_reduced_leaves(found[k].response, requests_[k]);
     if (!differentiate) return of_values(std::move(values));
     for (const StrokeSensitivity& of : found)
       if (values.ok && !of.gradients && !of.message.empty()) values.no_gradient = of.message;

@@ -46,6 +46,9 @@ struct DesignValues {
   /// they were not asked for, or where one of them cannot be had.
   MatrixXd gradient;
   std::string no_gradient;  ///< why not, where they were asked for
+  /// Values of differentiable points were had, at some point, from reduced leaves: their
+  /// derivatives are those of these leaves.
+  bool of_reduced_leaves = false;
 };
 
 /// What the goals are divided by to be of order one.

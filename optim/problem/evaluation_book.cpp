@@ -89,7 +89,12 @@ std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables
     if (const auto it = known.find(v); it != known.end())
       if (!how.gradient || it->second.gradient_asked || !it->second.values.ok) continue;
     if (auto why = problem_.ruled_out(v, scales_)) {
-      known[v] = {{.ok = false, .message = *why, .goals = {}, .gradient = {}, .no_gradient = {}},
+      known[v] = {{.ok = false,
+                   .message = *why,
+                   .goals = {},
+                   .gradient = {},
+                   .no_gradient = {},
+                   .of_reduced_leaves = false},
                   true};
       continue;
     }

@@ -43,7 +43,8 @@ std::string line_of(const LoggedEvaluation& e) {
                    {"difference", r.difference},
                    {"values", e.values.goals},
                    {"gradient", gradient_json(e)},
-                   {"no_gradient", e.values.no_gradient}});
+                   {"no_gradient", e.values.no_gradient},
+                   {"of_reduced_leaves", e.values.of_reduced_leaves}});
 }
 
 LoggedEvaluation parse_line(const std::string& line) {
@@ -64,6 +65,7 @@ LoggedEvaluation parse_line(const std::string& line) {
   e.values.ok = e.record.ok;
   e.values.message = e.record.message;
   j.at("no_gradient").get_to(e.values.no_gradient);
+  j.at("of_reduced_leaves").get_to(e.values.of_reduced_leaves);
   const json& gradient = j.at("gradient");
   e.gradient_asked = !gradient.is_null();
   if (e.gradient_asked && !gradient.empty()) {

@@ -123,7 +123,8 @@ class Optimisation {
   /// The best design of stock sizes becomes the answer.
   void take_stock_sizes(const Start& start, Chosen& answer);
   /// The answer moves to the optimum of full accuracy.
-  std::optional<VerificationLoop> correct(const Start& start, Chosen& answer);
+  std::optional<VerificationLoop> correct(const VerifySpec& rules, const Start& start,
+                                          Chosen& answer);
   /// From the best end on.
   void finish(Start& start, Chosen answer);
   void tell_gradients();
@@ -215,8 +216,10 @@ void Optimisation::take_stock_sizes(const Start& start, Chosen& answer) {
   optimum_.stock = std::move(stock.report);
 }
 
-std::optional<VerificationLoop> Optimisation::correct(const Start& start, Chosen& answer) {
-  VerificationOutcome found = verify_optimum(campaign_, *start.book, answer.pose, answer.best);
+std::optional<VerificationLoop> Optimisation::correct(const VerifySpec& rules, const Start& start,
+                                                      Chosen& answer) {
+  VerificationOutcome found =
+      verify_optimum(campaign_, rules, *start.book, answer.pose, answer.best);
   add(later_, found.evaluations);
   if (found.best) {
     answer = {found.pose, *found.best, {}};
@@ -240,7 +243,10 @@ void Optimisation::finish(Start& start, Chosen answer) {
   if (reached && has_stock(spec_)) take_stock_sizes(start, answer);
   const DesignValues own_values = answer.best.values;
   std::optional<VerificationLoop> loop;
-  if (spec_.verify && feasible()) loop = correct(start, answer);
+  // a search on reduced leaves is finished on full ones, that the answer be optimal for these
+  std::optional<VerifySpec> rules = spec_.verify;
+  if (!rules && own_values.of_reduced_leaves) rules.emplace();
+  if (rules && feasible()) loop = correct(*rules, start, answer);
   add(later_, stock_);
 
   // neighbours for differences go to the start's own evaluations where it is still its design
@@ -261,6 +267,8 @@ void Optimisation::tell_gradients() {
   bool differences = false;
   for (const Start& start : starts_) {
     differences = differences || start.book->used_differences();
+    for (const LoggedEvaluation& e : start.book->evaluations())
+      optimum_.of_reduced_leaves |= e.values.of_reduced_leaves;
     if (optimum_.gradients_message.empty())
       optimum_.gradients_message = start.book->why_differences();
   }

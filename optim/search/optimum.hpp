@@ -48,8 +48,12 @@ struct VerificationStep {
 struct VerificationLoop {
   bool converged = false;
   std::string message;
-  int iterations = 0;                   ///< corrected searches
-  double difference = 0;                ///< of the last model that proposed the optimum
+  int iterations = 0;     ///< corrected searches
+  double tolerance = 0;   ///< largest difference that was asked for
+  double difference = 0;  ///< of the last model that proposed the optimum
+  /// Residual of the first-order conditions of full accuracy at its end, where both models have
+  /// exact derivatives.
+  std::optional<double> kkt;
   std::vector<VerificationStep> steps;  ///< one for each evaluation at full accuracy
 };
 
@@ -112,6 +116,9 @@ struct Optimum {
   OptimumStatus status = OptimumStatus::failed;
   std::string stop_reason;
   std::string gradients;  ///< "none", "central differences", "exact"
+  /// Values and exact derivatives of the searches were, at least at some designs, those of reduced
+  /// leaves, not of full ones.
+  bool of_reduced_leaves = false;
   /// Why there were no exact ones: of which goal, and at which design first. Empty where all were.
   std::string gradients_message;
   /// All of the family's, and what varies of material and end-effector or stands in formulas.

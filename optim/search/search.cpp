@@ -210,4 +210,12 @@ std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook&
   return posing.multipliers(balance->lambda);
 }
 
+std::optional<double> optimality_at(const DesignProblem& problem, EvaluationBook& book,
+                                    const Pose& pose, const Candidate& at) {
+  Posing posing(problem, book, pose, true);
+  double slope = 0;
+  const auto balance = balance_at(posing, at, slope);
+  return balance ? std::optional(balance->residual) : std::nullopt;
+}
+
 }  // namespace flexopt

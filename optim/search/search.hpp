@@ -46,6 +46,11 @@ SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Po
 std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
                                    const Pose& pose, const Candidate& at);
 
+/// How far a design is from the first-order conditions of a pose: OptimiserSummary::kkt. Nothing
+/// where its derivatives are not known.
+std::optional<double> optimality_at(const DesignProblem& problem, EvaluationBook& book,
+                                    const Pose& pose, const Candidate& at);
+
 /// "optimal", "feasible", … of what a search ended with.
 std::string word_of(StopReason reason);
 

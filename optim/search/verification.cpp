@@ -22,12 +22,15 @@ struct Full {
 
 class Loop {
  public:
-  Loop(const Campaign& campaign, const EvaluationBook& known, const Pose& pose)
+  Loop(const Campaign& campaign, const VerifySpec& rules, const EvaluationBook& known,
+       const Pose& pose)
       : campaign_(campaign),
         problem_(campaign.problem),
         spec_(campaign.problem.spec()),
+        rules_(rules),
         book_(campaign.book(Stage::verification, 0, &known)) {
     outcome_.pose = pose;
+    outcome_.report.tolerance = rules.tolerance;
   }
 
   VerificationOutcome run(const Candidate& optimum);
@@ -41,6 +44,8 @@ class Loop {
   /// on.
   bool judge(const Candidate& proposed, const Pose& pose, double moved);
   bool good(const VerificationStep& step) const;
+  /// Whether the first-order conditions are known at the accepted design.
+  bool is_exact() { return here_->values.derivatives && own(here_->candidate.x).derivatives; }
   std::string summary() const;
   std::optional<Full> at_full(const VectorXd& x);
   ModelValues own(const VectorXd& x);
@@ -54,6 +59,7 @@ class Loop {
   const Campaign& campaign_;
   const DesignProblem& problem_;
   const OptimiseSpec& spec_;
+  const VerifySpec& rules_;
   EvaluationBook book_;
   VerificationOutcome outcome_;
   std::string failure_;
@@ -139,7 +145,7 @@ void Loop::add_step(const Candidate* model, const VectorXd& x, const std::option
 }
 
 bool Loop::good(const VerificationStep& step) const {
-  return step.ok && step.difference <= spec_.verify->tolerance &&
+  return step.ok && step.difference <= rules_.tolerance &&
          step.violation <= spec_.constraint_tolerance;
 }
 
@@ -153,7 +159,7 @@ bool Loop::begin(const Candidate& optimum) {
   }
   report.steps.back().accepted = true;
   report.difference = report.steps.back().difference;
-  report.converged = good(report.steps.back());
+  report.converged = good(report.steps.back()) && !is_exact();
   return true;
 }
 
@@ -165,7 +171,13 @@ bool Loop::improve() {
   pose.lower = pose.lower.cwiseMax((x.array() - region_).matrix());
   pose.upper = pose.upper.cwiseMin((x.array() + region_).matrix());
   outcome_.pose.correction = pose.correction;
-  if (spent() >= spec_.verify->max_full_evaluations) {
+  const bool feasible = here_->candidate.violation <= spec_.constraint_tolerance;
+  if (is_exact()) {
+    report.kkt = optimality_at(problem_, book_, outcome_.pose, here_->candidate);
+    report.converged = feasible && report.kkt && *report.kkt <= spec_.tolerance;
+    if (report.converged) return false;
+  }
+  if (spent() >= rules_.max_full_evaluations) {
     report.message = fmt::format(
         "{} evaluations at full accuracy are spent; the last model was off by {:.2g}, the "
         "violation is {:.2g}",
@@ -177,16 +189,18 @@ bool Loop::improve() {
   assert(found.best);  // x itself can be evaluated
   outcome_.multipliers = found.multipliers;
   const double moved = (found.best->x - x).lpNorm<Eigen::Infinity>();
-  const bool feasible = here_->candidate.violation <= spec_.constraint_tolerance;
   if (moved > (feasible ? 10 * spec_.tolerance : least_region))
     return judge(*found.best, pose, moved);
-  // corrected to equal full accuracy at x, the model has its optimum there
-  report.converged = feasible;
-  if (feasible)
-    report.difference = 0;
-  else
+  // corrected to equal full accuracy at x, the model has its optimum there, unless it got stuck
+  const bool stuck = is_exact() && found.summary.reason != StopReason::converged;
+  report.converged = feasible && !stuck;
+  if (feasible) report.difference = 0;
+  if (!feasible)
     report.message =
         fmt::format("the corrected model leaves a violation of {:.2g}", here_->candidate.violation);
+  else if (stuck)
+    report.message =
+        fmt::format("the corrected search leads on no further: {}", found.summary.message);
   return false;
 }
 
@@ -203,9 +217,9 @@ bool Loop::judge(const Candidate& proposed, const Pose& pose, double moved) {
   if (there && (ratio > accept || confirmed)) {
     step.accepted = true;
     report.difference = step.difference;
-    report.converged = confirmed;
     last_ = pose.correction;
     here_ = there;
+    report.converged = confirmed && !is_exact();
     if (ratio > grow) region_ = std::min(1.0, 2 * region_);
     if (ratio < shrink) region_ = 0.5 * region_;
     return true;
@@ -221,9 +235,10 @@ std::string Loop::summary() const {
   const VerificationLoop& report = outcome_.report;
   return fmt::format(
       "{} corrected search{}, {} evaluation{} at full accuracy: the model is off by {:.2g} at "
-      "most, the violation is {:.2g}",
+      "most, the violation is {:.2g}{}",
       report.iterations, report.iterations == 1 ? "" : "es", spent(), spent() == 1 ? "" : "s",
-      report.difference, here_->candidate.violation);
+      report.difference, here_->candidate.violation,
+      report.kkt ? fmt::format(", the first-order conditions hold to {:.2g}", *report.kkt) : "");
 }
 
 VerificationOutcome Loop::run(const Candidate& optimum) {
@@ -242,9 +257,10 @@ VerificationOutcome Loop::run(const Candidate& optimum) {
 
 }  // namespace
 
-VerificationOutcome verify_optimum(const Campaign& campaign, const EvaluationBook& known,
-                                   const Pose& pose, const Candidate& optimum) {
-  return Loop(campaign, known, pose).run(optimum);
+VerificationOutcome verify_optimum(const Campaign& campaign, const VerifySpec& rules,
+                                   const EvaluationBook& known, const Pose& pose,
+                                   const Candidate& optimum) {
+  return Loop(campaign, rules, known, pose).run(optimum);
 }
 
 }  // namespace flexopt

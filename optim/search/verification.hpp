@@ -20,9 +20,11 @@ struct VerificationOutcome {
 /// width Δ round it; the new design is evaluated at full accuracy and accepted where the merit
 /// f + 20 · violation falls by at least a twentieth of what the corrected model promised; Δ doubles
 /// above three quarters, and halves below a quarter. It ends where the corrected search stays where
-/// it is, or where full accuracy confirms its proposal: within the job's tolerance, feasible, and
-/// not held back by Δ.
-VerificationOutcome verify_optimum(const Campaign& campaign, const EvaluationBook& known,
-                                   const Pose& pose, const Candidate& optimum);
+/// it is, or where full accuracy confirms its proposal: within the tolerance, feasible, and not
+/// held back by Δ. Where both models have exact derivatives the proposal must meet the first-order
+/// conditions of full accuracy instead, to the job's tolerance.
+VerificationOutcome verify_optimum(const Campaign& campaign, const VerifySpec& rules,
+                                   const EvaluationBook& known, const Pose& pose,
+                                   const Candidate& optimum);
 
 }  // namespace flexopt

@@ -148,7 +148,7 @@ Json pareto_json(const OptimiseSpec& spec, const Optimum& optimum, const DriveLi
           {"points", std::move(points)}};
 }
 
-Json loop_json(const VerificationLoop& loop, const VerifySpec& asked) {
+Json loop_json(const VerificationLoop& loop) {
   Json steps = Json::array();
   for (const VerificationStep& s : loop.steps)
     steps.push_back({{"variables", s.variables},
@@ -159,15 +159,15 @@ Json loop_json(const VerificationLoop& loop, const VerifySpec& asked) {
                      {"accepted", s.accepted}});
   return {{"converged", loop.converged},
           {"message", loop.message},
-          {"tolerance", asked.tolerance},
+          {"tolerance", loop.tolerance},
           {"iterations", loop.iterations},
           {"full_evaluations", loop.steps.size()},
           {"difference", loop.difference},
+          {"kkt_residual", loop.kkt ? Json(*loop.kkt) : Json()},
           {"steps", std::move(steps)}};
 }
 
 Json verified_json(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
-  const OptimiseSpec& spec = *job.optimise;
   if (!optimum.verified) return nullptr;
   const Verification& verified = *optimum.verified;
   assert(verified.constraints.size() == verified.constraint_differences.size());
@@ -190,7 +190,7 @@ Json verified_json(const Job& job, const Optimum& optimum, const Mechanism& mech
                {"objective", found ? Json(verified.objective) : Json()},
                {"objective_difference", found ? Json(verified.objective_difference) : Json()},
                {"constraints", std::move(constraints)},
-               {"loop", verified.loop ? loop_json(*verified.loop, *spec.verify) : Json()},
+               {"loop", verified.loop ? loop_json(*verified.loop) : Json()},
                {"path", path_of(verified.response, job.request)}};
   for (std::size_t k = 0; k < verified.cases.size(); ++k)
     json["cases"][job.cases[k].name] = {{"path", path_of(verified.cases[k], job.cases[k].request)}};
@@ -257,6 +257,9 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
             {"name", spec.algorithm.name},
             {"local", spec.algorithm.local.empty() ? Json() : Json(spec.algorithm.local)}}},
           {"gradients", optimum.gradients},
+          {"gradients_of", optimum.gradients != "exact" ? Json()
+                           : optimum.of_reduced_leaves  ? Json("reduced")
+                                                        : Json("full")},
           {"gradients_message", optimum.gradients_message},
           {"evaluations", optimum.evaluations},
           {"failed_evaluations", optimum.failed_evaluations},

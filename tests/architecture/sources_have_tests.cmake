@@ -33,12 +33,14 @@ set(tested_by
   core/reduction/atlas/make_atlas core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/ray_interpolation core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/compressed_table core/reduction/atlas/test_stress_atlas
+  core/reduction/frame/chord_gradient core/reduction/tube/test_tube_leaf_gradient
   core/reduction/tube/bent_states core/reduction/atlas/test_tube_atlas
   core/reduction/expansion/dynamics_expansion core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/field_solver core/reduction/tube/test_tube_leaf
   core/reduction/expansion/load_fields core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/stress_expansion core/reduction/tube/test_tube_stress
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
+  core/reduction/tube/tube_rates core/reduction/tube/test_tube_leaf_gradient
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
   core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
   core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics

@@ -289,9 +289,9 @@ Answer<LeafLinear> LeafChain::linearise() {
   return {std::make_unique<LeafChainLinear>(*this, std::move(segments))};
 }
 
-bool LeafChain::has_linearised_interior() const {
+bool LeafChain::has_linearised_interior(InteriorUse use) const {
   return std::ranges::all_of(
-      segments_, [](const auto& segment) { return segment->has_linearised_interior(); });
+      segments_, [&](const auto& segment) { return segment->has_linearised_interior(use); });
 }
 
 LeafShape LeafChain::shape() {

@@ -73,6 +73,12 @@ struct LeafLoad {
 
 class LeafLinear;
 
+/// What a linearised leaf is wanted for beside its stiffness.
+struct InteriorUse {
+  bool mass = false;    ///< natural frequencies
+  bool fields = false;  ///< places and stresses inside
+};
+
 class LeafElement {
  public:
   virtual ~LeafElement() = default;
@@ -112,8 +118,8 @@ class LeafElement {
   /// The leaf about its present state with all interior unknowns; the leaf must outlive it and keep
   /// its state. After evaluate(). None unless the model has such unknowns.
   virtual Answer<LeafLinear> linearise();
-  /// Whether linearise() has an answer, at any state.
-  virtual bool has_linearised_interior() const { return false; }
+  /// Whether linearise() has an answer for this use, with exact derivatives, at any state.
+  virtual bool has_linearised_interior(InteriorUse /*use*/) const { return false; }
 
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
@@ -14,7 +15,7 @@
 namespace flexopt {
 namespace {
 
-constexpr double rounding = 1e-9;  // of a box and of rays
+constexpr double rounding = 1e-9;  // of a box
 
 // ρ in [−1, 1] of a ray (1, ρ), or of one seen from the other end.
 struct RayPlace {
@@ -136,80 +137,95 @@ std::string TubeAtlas::gap(const PlateShape& shape, const TubeRange& range) cons
   return {};
 }
 
-// Weights of all shapes, and what (A1) multiplies their sums by.
+// What the numbers of all shapes and Poisson's ratios are weighted with, and what (A1) multiplies
+// the sums by.
 struct TubeAtlas::Weights {
-  std::vector<double> shapes;                 ///< value
-  std::array<std::vector<double>, 2> slopes;  ///< by log w/L, log t/L
-  std::vector<double> poissons_ratios;
+  PointWeights width, thickness, poissons_ratio;
   double log_width = 0, log_thickness = 0;
+  bool slopes =
+      false;  ///< whether derivatives by log w/L, log t/L and ν are wanted beside the value
+  std::size_t wanted() const { return slopes ? 4 : 1; }
 };
 
 TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, bool with_slopes) const {
-  Weights w;
-  w.log_width = std::log(shape.width);
-  w.log_thickness = std::log(shape.thickness);
-  const PointWeights x = polynomial_weights(grid_.log_width, w.log_width),
-                     y = polynomial_weights(grid_.log_thickness, w.log_thickness);
-  const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
-    std::vector<double> all;
-    all.reserve(a.size() * b.size());
-    for (const double p : a)
-      for (const double q : b) all.push_back(p * q);
-    return all;
-  };
-  w.shapes = product(x.value, y.value);
-  if (with_slopes) w.slopes = {product(x.slope, y.value), product(x.value, y.slope)};
-  w.poissons_ratios = polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio).value;
-  return w;
+  const double width = std::log(shape.width), thickness = std::log(shape.thickness);
+  return {polynomial_weights(grid_.log_width, width),
+          polynomial_weights(grid_.log_thickness, thickness),
+          polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio),
+          width,
+          thickness,
+          with_slopes};
 }
 
-// Σ over Poisson's ratios and shapes of the first terms of a ray. Double sums of single numbers:
-// what is looked up is then smooth to rounding.
-std::vector<double> TubeAtlas::sums(int ray, int terms, const Weights& weights,
-                                    const std::vector<double>& shapes) const {
-  const int stride = TubeAtlas::stride(static_cast<int>(terms_.size()));
-  const int rays = static_cast<int>(settings_.rays.size()), count = settings_.shapes();
-  std::vector<double> y(static_cast<std::size_t>(terms), 0.0);
-  double* const out = y.data();
-  std::array<const float*, 4> column{};
-  std::array<double, 4> weight{};
-  int open = 0;
-  const auto flush = [&] {
-    for (int k = open; k < 4; ++k) {
-      weight[k] = 0;
-      column[k] = column[0];
-    }
-    const float *a = column[0], *b = column[1], *c = column[2], *d = column[3];
-    const double wa = weight[0], wb = weight[1], wc = weight[2], wd = weight[3];
-    for (int i = 0; i < terms; ++i) out[i] += (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
-    open = 0;
-  };
-  for (std::size_t n = 0; n < weights.poissons_ratios.size(); ++n) {
-    if (weights.poissons_ratios[n] == 0) continue;
+namespace {
+
+// So many terms at once, in registers; shapes are padded to them.
+constexpr int block = 8;
+using Block = double __attribute__((vector_size(8 * block)));
+
+void load(const float* from, Block& to) {
+  float __attribute__((vector_size(4 * block))) x;
+  std::memcpy(&x, from, sizeof x);
+  to = __builtin_convertvector(x, Block);
+}
+
+// out += weight x
+void add(double weight, const Block& x, double* out) {
+  Block sum;
+  std::memcpy(&sum, out, sizeof sum);
+  sum += weight * x;
+  std::memcpy(out, &sum, sizeof sum);
+}
+
+}  // namespace
+
+// Sums over Poisson's ratios and shapes of the first terms of a ray: the value, then its
+// derivatives by log w/L, log t/L and ν. Double sums of single numbers: what is looked up is then
+// smooth to rounding.
+std::vector<std::vector<double>> TubeAtlas::sums(int ray, int terms, const Weights& weights) const {
+  const int padded = TubeAtlas::stride(terms),
+            stride = TubeAtlas::stride(static_cast<int>(terms_.size())),
+            rays = static_cast<int>(settings_.rays.size()), count = settings_.shapes(),
+            thicknesses = settings_.points[1];
+  std::vector<std::vector<double>> all(weights.wanted(),
+                                       std::vector<double>(static_cast<std::size_t>(padded), 0.0));
+  const PointWeights &x = weights.width, &y = weights.thickness, &nu = weights.poissons_ratio;
+  for (std::size_t n = 0; n < nu.value.size(); ++n) {
+    const double v = nu.value[n], dv = weights.slopes ? nu.slope[n] : 0;
+    if (v == 0 && dv == 0) continue;
     const float* table =
         numbers_.values + (n * rays + ray) * static_cast<std::size_t>(count) * stride;
-    for (int k = 0; k < count; ++k) {
-      const double w = weights.poissons_ratios[n] * shapes[static_cast<std::size_t>(k)];
-      if (w == 0) continue;
-      column[open] = table + static_cast<std::size_t>(k) * stride;
-      weight[open] = w;
-      if (++open == 4) flush();
+    for (std::size_t i = 0; i < x.value.size(); ++i) {
+      const double w = x.value[i], dw = weights.slopes ? x.slope[i] : 0;
+      if (w == 0 && dw == 0) continue;
+      const float* shapes = table + i * static_cast<std::size_t>(thicknesses) * stride;
+      for (int first = 0; first < padded; first += block) {
+        Block value{}, slope{}, c;
+        for (int j = 0; j < thicknesses; ++j) {
+          load(shapes + static_cast<std::size_t>(j) * stride + first, c);
+          value += y.value[static_cast<std::size_t>(j)] * c;
+          if (v != 0 && weights.slopes) slope += y.slope[static_cast<std::size_t>(j)] * c;
+        }
+        const auto at = static_cast<std::size_t>(first);
+        if (v != 0) add(v * w, value, &all[0][at]);
+        if (!weights.slopes) continue;
+        if (v != 0) {
+          add(v * dw, value, &all[1][at]);
+          add(v * w, slope, &all[2][at]);
+        }
+        add(dv * w, value, &all[3][at]);
+      }
     }
   }
-  if (open > 0) flush();
-  return y;
+  return all;
 }
 
-// Taylor coefficients of the bent states of a ray, (A1), or their derivatives by log w/L (slope 0)
-// or log t/L (1); slope −1: the coefficients themselves.
-std::vector<std::vector<double>> TubeAtlas::taylor(int ray, const Weights& weights, int nodes,
-                                                   int slope) const {
+// Taylor coefficients (A1) of the bent states of a ray, then their derivatives as those of sums().
+std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray, const Weights& weights,
+                                                                int nodes) const {
   int terms = 0;
   while (terms < static_cast<int>(terms_.size()) && terms_[terms].node < nodes) ++terms;
-  std::vector<double> y =
-      sums(ray, terms, weights, slope < 0 ? weights.shapes : weights.slopes[slope]);
-  const std::vector<double> value =
-      slope < 0 ? std::vector<double>() : sums(ray, terms, weights, weights.shapes);
+  const std::vector<std::vector<double>> y = sums(ray, terms, weights);
   // halves of powers, from −8 to 8
   constexpr int most = 16;
   std::array<double, 2 * most + 1> powers[2];
@@ -218,43 +234,49 @@ std::vector<std::vector<double>> TubeAtlas::taylor(int ray, const Weights& weigh
     powers[1][k + most] = std::exp(0.5 * k * weights.log_thickness);
   }
   const std::int8_t* e = numbers_.exponents + 2 * static_cast<std::size_t>(ray) * terms_.size();
-  std::vector<std::vector<double>> W(
+  const std::vector<std::vector<double>> none(
       static_cast<std::size_t>(nodes),
       std::vector<double>(static_cast<std::size_t>(monomial_count(6, atlas_degree)), 0.0));
-  for (int i = 0; i < terms; ++i) {
-    double c = y[i];
-    if (slope >= 0) c += 0.5 * e[2 * i + slope] * value[i];
-    W[terms_[i].node][terms_[i].monomial] =
-        c * powers[0][e[2 * i] + most] * powers[1][e[2 * i + 1] + most];
-  }
+  std::vector<std::vector<std::vector<double>>> W(y.size(), none);
+  for (std::size_t s = 0; s < y.size(); ++s)
+    for (int i = 0; i < terms; ++i) {
+      double c = y[s][i];
+      if (s == 1 || s == 2) c += 0.5 * e[2 * i + static_cast<int>(s) - 1] * y[0][i];
+      W[s][terms_[i].node][terms_[i].monomial] =
+          c * powers[0][e[2 * i] + most] * powers[1][e[2 * i + 1] + most];
+    }
   return W;
 }
 
-TubeAtlas::Tube TubeAtlas::assemble(const Weights& weights, const Eigen::Vector2d& ray, int nodes,
-                                    int slope) const {
+// The same between rays and from the other end.
+std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const Weights& weights, const Eigen::Vector2d& ray,
+                                                 int nodes) const {
   assert(ray.cwiseAbs().maxCoeff() == 1 && (ray[0] > 0 || (ray[0] == 0 && ray[1] != 0)));
   const RayPlace place = place_of(ray);
   const RayNeighbours between = ray_neighbours(settings_.rays, place.rho);
-  const auto at_a = between.on_right ? std::vector<std::vector<double>>()
-                                     : taylor(between.left, weights, nodes, slope);
-  const auto at_b = between.on_left ? std::vector<std::vector<double>>()
-                                    : taylor(between.left + 1, weights, nodes, slope);
-  Tube tube;
-  tube.directions = ray_directions(between.rho);
+  using Taylor = std::vector<std::vector<std::vector<double>>>;
+  const Taylor at_a = between.on_right ? Taylor() : taylor(between.left, weights, nodes);
+  const Taylor at_b = between.on_left ? Taylor() : taylor(between.left + 1, weights, nodes);
+  Eigen::Matrix2d directions = ray_directions(between.rho);
   if (place.other_end) {
-    tube.directions.row(0).swap(tube.directions.row(1));
-    if (!place.same_sign) tube.directions *= -1;
+    directions.row(0).swap(directions.row(1));
+    if (!place.same_sign) directions *= -1;
   }
-  for (int n = 0; n < nodes; ++n) {
-    const double sigma = settings_.sigmas[static_cast<std::size_t>(n)];
-    std::vector<double> W =
-        between.on_left    ? at_a[n]
-        : between.on_right ? at_b[n]
-                           : between_rays(at_a[n], between.a, at_b[n], between.b, sigma, place.rho);
-    if (place.other_end) W = from_other_end(W, place.same_sign);
-    tube.nodes.push_back({sigma, std::move(W)});
+  std::vector<Tube> tubes;
+  for (std::size_t s = 0; s < weights.wanted(); ++s) {
+    Tube& tube = tubes.emplace_back();
+    tube.directions = directions;
+    for (int n = 0; n < nodes; ++n) {
+      const double sigma = settings_.sigmas[static_cast<std::size_t>(n)];
+      std::vector<double> W = between.on_left    ? at_a[s][n]
+                              : between.on_right ? at_b[s][n]
+                                                 : between_rays(at_a[s][n], between.a, at_b[s][n],
+                                                                between.b, sigma, place.rho);
+      if (place.other_end) W = from_other_end(W, place.same_sign);
+      tube.nodes.push_back({sigma, std::move(W)});
+    }
   }
-  return tube;
+  return tubes;
 }
 
 std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
@@ -272,7 +294,8 @@ std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eig
 TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2d& ray,
                                    int nodes) const {
   const int all = static_cast<int>(settings_.sigmas.size());
-  return assemble(weights(shape, false), ray, nodes > 0 ? std::min(nodes, all) : all, -1);
+  return std::move(
+      assemble(weights(shape, false), ray, nodes > 0 ? std::min(nodes, all) : all).front());
 }
 
 TubeView TubeAtlas::view(const Eigen::Vector2d& ray) {
@@ -284,22 +307,18 @@ std::vector<StateTable> TubeAtlas::look_up_stress(const PlateShape& shape,
                                                   const Eigen::Vector2d& ray, int nodes) const {
   assert(stress_);
   const int all = static_cast<int>(settings_.sigmas.size());
-  return stress_->look_up(shape, std::clamp(place_of(ray).rho, -1.0, 1.0),
+  return stress_->look_up(shape, ray_neighbours(settings_.rays, place_of(ray).rho).rho,
                           nodes > 0 ? std::min(nodes, all) : all);
 }
 
-TubeAtlas::Rates TubeAtlas::look_up_with_rates(const PlateShape& shape,
-                                               const Eigen::Vector2d& ray) const {
-  const int all = static_cast<int>(settings_.sigmas.size());
-  const Weights w = weights(shape, true);
-  Rates rates{assemble(w, ray, all, -1),
-              {assemble(w, ray, all, 0).nodes, assemble(w, ray, all, 1).nodes, {}}};
-  // a longer leaf is one of smaller w/L and t/L
-  rates.by_size[2] = rates.by_size[0];
-  for (std::size_t n = 0; n < rates.by_size[2].size(); ++n)
-    for (std::size_t k = 0; k < rates.by_size[2][n].W.size(); ++k)
-      rates.by_size[2][n].W[k] = -rates.by_size[0][n].W[k] - rates.by_size[1][n].W[k];
-  return rates;
+TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const {
+  std::vector<Tube> found =
+      assemble(weights(shape, true), ray, static_cast<int>(settings_.sigmas.size()));
+  const std::array<double, 2> size{shape.width, shape.thickness};
+  for (std::size_t p = 0; p < size.size(); ++p)
+    for (TubeNode& node : found[p + 1].nodes)
+      for (double& c : node.W) c /= size[p];  // of the logarithm so far
+  return {std::move(found[1].nodes), std::move(found[2].nodes), std::move(found[3].nodes)};
 }
 
 }  // namespace flexopt

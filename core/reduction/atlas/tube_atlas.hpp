@@ -113,8 +113,8 @@ class TubeAtlas {
     Eigen::Matrix2d directions;  ///< D; its first column is the ray
     std::vector<TubeNode> nodes;
   };
-  /// Where there is no gap(). `ray`: as of TubeRange, ray[0] ≥ 0. `nodes`: so many of the first
-  /// bent states; 0: all.
+  /// Where there is no gap(). `ray`: as of TubeRange, ray[0] ≥ 0; within 1e-3 of a ray of the atlas
+  /// that one. `nodes`: so many of the first bent states; 0: all.
   Tube look_up(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0) const;
 
   /// Tables of stress about the same bent states, which see the leaf as view() says. Needs
@@ -123,22 +123,17 @@ class TubeAtlas {
                                          int nodes = 0) const;
   static TubeView view(const Eigen::Vector2d& ray);
 
-  /// The potential with its derivatives by (log w, log t, log L), each with the other two sizes and
-  /// the ray held, in the scaled units of the leaf: exact ones of the same interpolant.
-  struct Rates {
-    Tube tube;
-    std::array<std::vector<TubeNode>, 3> by_size;
-  };
-  Rates look_up_with_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
+  /// What the bent states change by with (w/L, t/L, ν), each with the other two and the ray held,
+  /// in the scaled units of the leaf: exact derivatives of the same interpolant.
+  TubeNodeRates look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
 
  private:
   struct Weights;
   Weights weights(const PlateShape& shape, bool with_slopes) const;
-  std::vector<double> sums(int ray, int terms, const Weights& weights,
-                           const std::vector<double>& shapes) const;
-  std::vector<std::vector<double>> taylor(int ray, const Weights& weights, int nodes,
-                                          int slope) const;
-  Tube assemble(const Weights& weights, const Eigen::Vector2d& ray, int nodes, int slope) const;
+  std::vector<std::vector<double>> sums(int ray, int terms, const Weights& weights) const;
+  std::vector<std::vector<std::vector<double>>> taylor(int ray, const Weights& weights,
+                                                       int nodes) const;
+  std::vector<Tube> assemble(const Weights& weights, const Eigen::Vector2d& ray, int nodes) const;
 
   AtlasSettings settings_;
   Numbers numbers_;

@@ -41,12 +41,10 @@ ModalLeafGradient::ModalLeafGradient(const ModalLeaf& leaf,
     for (int s = 0; s < functions_; s += 4) local_[a].row(s) -= state.edges[a].position.transpose();
     local_[a] = (local_[a] * axes_[a]).eval();
   }
-  VectorXd f(m_ + 12);
-  f << leaf.generalised_force().tail(m_),
-      leaf.frame().B.transpose() * leaf.generalised_force().head<6>();
-  force_ = rows.body_rows(f);
   set_shape_rates();
-  set_shape_force();
+  chord_ = ChordGradient(leaf.frame(), leaf.edges(), rows,
+                         {leaf.generalised_force(), leaf.generalised_tangent(), shape_force()});
+  force_ = chord_.force();
 }
 
 VectorXd ModalLeafGradient::pairs(const MatrixXd& theta, const Vector6d& a,
@@ -156,7 +154,7 @@ void ModalLeafGradient::set_shape_rates() {
   }
 }
 
-void ModalLeafGradient::set_shape_force() {
+MatrixXd ModalLeafGradient::shape_force() const {
   const Vector6d& e = leaf_->frame().e;
   const Lines& f = plate_.nodal_force();
   const int last = mesh_->lines() - 1, n3 = 3 * functions_;
@@ -213,7 +211,7 @@ void ModalLeafGradient::set_shape_force() {
   VectorXd f_chart = inner_covector(f);
   slope_force(f_edges, f_chart);
 
-  MatrixXd& G = shape_force_ = MatrixXd::Zero(6 + m_, 3);
+  MatrixXd G = MatrixXd::Zero(6 + m_, 3);
   for (int p = 0; p < 3; ++p) {
     const ModalModelRate::Shape& by = rate_->shape[p];
     VectorXd g = VectorXd::Zero(6 + m_);
@@ -237,33 +235,7 @@ void ModalLeafGradient::set_shape_force() {
     pull_edges(f_edges, w, g);
     G.col(p) = g;
   }
-}
-
-Vector12d ModalLeafGradient::edge_force() const {
-  return leaf_->frame().B.transpose() * leaf_->generalised_force().head<6>();
-}
-
-// What the edges' force changes by at constant forces of e.
-Matrix12d ModalLeafGradient::edge_stiffness(const Vector12d& force) const {
-  Matrix12d K = geometric_stiffness(leaf_->frame(), leaf_->generalised_force().head<6>());
-  for (int a = 0; a < 2; ++a)  // increments do not commute
-    K.block<3, 3>(6 * a + 3, 6 * a + 3) -= 0.5 * hat(Vector3d(force.segment<3>(6 * a + 3)));
-  return K;
-}
-
-Vector12d ModalLeafGradient::edge_moves(const LeafVariation<double>& v,
-                                        std::array<Vector3d, 2>& lever) const {
-  Vector12d moved;
-  for (int a = 0; a < 2; ++a) {
-    const LeafVariation<double>::Edge& edge = v.edge[a];
-    const Matrix3d& R = leaf_->edges()[a].axes;
-    const Matrix3d spin = edge.rotation * R.transpose();
-    lever[a] = edge.rotation * (R.transpose() * rows_.lever[a]) + R * edge.arm;
-    moved.segment<3>(6 * a) = edge.position + lever[a];
-    moved.segment<3>(6 * a + 3) =
-        0.5 * Vector3d(spin(2, 1) - spin(1, 2), spin(0, 2) - spin(2, 0), spin(1, 0) - spin(0, 1));
-  }
-  return moved;
+  return G;
 }
 
 auto ModalLeafGradient::nodal_rates(const VectorXd& y, const LeafVariation<double>& variation) const
@@ -271,7 +243,7 @@ auto ModalLeafGradient::nodal_rates(const VectorXd& y, const LeafVariation<doubl
   const ChordFrame& frame = leaf_->frame();
   const VectorXd T = rows_.edge_rows(y);
   std::array<Vector3d, 2> lever;
-  const Vector12d moved = T.tail<12>() + edge_moves(variation, lever);
+  const Vector12d moved = T.tail<12>() + chord_.edge_moves(variation, lever);
   const Vector6d de = frame.B * moved;
   const VectorXd x = chart(model_->boundary(), model_->derivatives(), model_->fields(), de,
                            Vector6d::Zero(), T.head(m_))[0];
@@ -305,29 +277,5 @@ std::unique_ptr<LeafFields> ModalLeafGradient::fields(
   for (const LeafVariation<double>& v : variations) shapes.emplace_back(Vector3d(v.shape));
   return std::make_unique<PlateFields>(*mesh_, leaf_->nodal(), std::move(rates), std::move(shapes));
 }
-
-MatrixXd ModalLeafGradient::force_rates(
-    const std::vector<LeafVariation<double>>& variations) const {
-  const int columns = static_cast<int>(variations.size());
-  const ChordFrame& frame = leaf_->frame();
-  const MatrixXd& H = leaf_->generalised_tangent();
-  const Vector12d force = edge_force();
-  const Matrix12d K = edge_stiffness(force);
-  MatrixXd rows = MatrixXd::Zero(size(), columns);
-  for (int k = 0; k < columns; ++k) {
-    const LeafVariation<double>& v = variations[k];
-    std::array<Vector3d, 2> lever;
-    const Vector12d moved = edge_moves(v, lever);
-    const VectorXd g_rate = H.leftCols<6>() * (frame.B * moved) + shape_force_ * v.shape;
-    VectorXd f(m_ + 12);
-    f << g_rate.tail(m_), frame.B.transpose() * g_rate.head<6>() + K * moved;
-    rows.col(k) = rows_.body_rows(f);
-    for (int a = 0; a < 2; ++a)
-      rows.block<3, 1>(rows_.body(a) + 3, k) += lever[a].cross(Vector3d(force.segment<3>(6 * a)));
-  }
-  return rows;
-}
-
-// −μ NᵀM N with its derivatives in the nodes and in the shape.
 
 }  // namespace flexopt

@@ -7,6 +7,7 @@
 
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/elements/plate/plate_gradient.hpp"
+#include "core/reduction/frame/chord_gradient.hpp"
 #include "core/reduction/modal/modal_leaf.hpp"
 #include "core/reduction/modal/modal_model_rate.hpp"
 
@@ -18,7 +19,9 @@ class ModalLeafGradient final : public LeafGradient<double> {
   ModalLeafGradient(const ModalLeaf& leaf, std::shared_ptr<const ModalModelRate> rate,
                     const LeafRows& rows);
 
-  MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const override;
+  MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const override {
+    return chord_.force_rates(variations);
+  }
   LeafQuadratic<double> quadratic(const MatrixXd& Y, const VectorXd& mu) const override;
 
   std::unique_ptr<LeafFields> fields(
@@ -28,10 +31,6 @@ class ModalLeafGradient final : public LeafGradient<double> {
   using Lines = std::vector<MatrixXd>;  ///< nodal values: per line functions × 3
   /// Rates of the nodes in leaf axes, of a state that moves by y along the variation.
   Lines nodal_rates(const VectorXd& y, const LeafVariation<double>& variation) const;
-  Vector12d edge_force() const;
-  Matrix12d edge_stiffness(const Vector12d& force) const;
-  /// (displacement, spin) of the edges as a variation alone moves them; the arms' rates.
-  Vector12d edge_moves(const LeafVariation<double>& v, std::array<Vector3d, 2>& lever) const;
 
   VectorXd pairs(const MatrixXd& theta, const Vector6d& a, const Vector6d& b) const;
   MatrixXd slopes(int edge, const VectorXd& x) const;
@@ -46,21 +45,19 @@ class ModalLeafGradient final : public LeafGradient<double> {
   MatrixXd followed(const Lines& c) const;
   /// Derivatives in the shape: of the nodes at constant e and a, and of the generalised force.
   void set_shape_rates();
-  void set_shape_force();
+  MatrixXd shape_force() const;
   struct Path;
   struct Covectors;
   struct Pulled;
   /// Derivatives along e and what the chord frame sees of the edges, in its axes: their spins and
   /// the difference of their displacements.
-  using Seen = Eigen::Matrix<double, 15, 1>;
+  using Seen = ChordGradient::Seen;
   Path path_along(const VectorXd& y) const;  ///< of (amplitudes, edges)
   Covectors pulled_back(const std::array<Lines, 3>& c, const Path& p, Eigen::Ref<Vector3d> shape,
                         VectorXd& amplitudes) const;
   Seen seen_by_frame(const Covectors& c, const Path& p) const;
   Pulled pulled_back(const Path& p, const Lines& N1, const Lines& n0, const Lines& n1, double mu,
                      double& mass, Eigen::Ref<Vector3d> shape) const;
-  void add_edges(const MatrixXd& Y, int k, const Path& p, const Pulled& pulled,
-                 LeafQuadratic<double>& q) const;
   void add_mass(const Lines& N, double mu, double& mass, Eigen::Ref<Vector3d> shape,
                 Lines& n) const;
 
@@ -74,7 +71,7 @@ class ModalLeafGradient final : public LeafGradient<double> {
   std::array<MatrixXd, 2> local_;  ///< nodes of the edges in their axes, functions × 3
   std::array<VectorXd, 3> chart_rates_, follow_rates_;  ///< of x, and what the lines follow more
   std::array<Lines, 3> node_rates_;
-  MatrixXd shape_force_;
+  ChordGradient chord_;
 };
 
 }  // namespace flexopt

@@ -41,11 +41,7 @@ void ModalLeafGradient::add_mass(const Lines& N, double mu, double& mass,
 }
 
 // A column of increments, and how the leaf moves along it.
-struct ModalLeafGradient::Path {
-  std::array<Vector3d, 2> spin;  ///< of the edges, like the next two in the axes of the chord frame
-  Vector3d apart, base;          ///< displacement of the tip less that of the base, of the base
-  FramePath<double> frame;
-  Vector6d e1, e2;  ///< e′ and e″
+struct ModalLeafGradient::Path : ChordGradient::Column {
   VectorXd a1;
   std::array<VectorXd, 2> x;                      ///< the chart's, first and second derivative
   std::array<std::array<Matrix3d, 3>, 2> R;       ///< of the edges: value, first, second
@@ -54,17 +50,9 @@ struct ModalLeafGradient::Path {
 };
 
 auto ModalLeafGradient::path_along(const VectorXd& y) const -> Path {
-  const ChordFrame& frame = leaf_->frame();
-  const Matrix3d Et = frame.axes.transpose();
-  const std::array<Turn<double>, 2> turn{Turn<double>(edge_turn(0) * frame.e),
-                                         Turn<double>(edge_turn(1) * frame.e)};
-  Path p;
-  for (int a = 0; a < 2; ++a) p.spin[a] = Et * y.segment<3>(m_ + 6 * a + 3);
-  p.base = Et * y.segment<3>(m_);
-  p.apart = Et * y.segment<3>(m_ + 6) - p.base;
-  p.frame = frame_path(turn, frame.chord, p.spin, p.apart);
-  p.e1 = p.frame.first.e();
-  p.e2 = p.frame.second.e();
+  const std::array<Turn<double>, 2> turn{Turn<double>(edge_turn(0) * leaf_->frame().e),
+                                         Turn<double>(edge_turn(1) * leaf_->frame().e)};
+  Path p{chord_.column(y.tail<12>()), {}, {}, {}, {}, {}};
   p.a1 = y.head(m_);
   p.x = chart(model_->boundary(), model_->derivatives(), model_->fields(), p.e1, p.e2, p.a1);
   for (int a = 0; a < 2; ++a) {
@@ -202,7 +190,7 @@ auto ModalLeafGradient::pulled_back(const Path& p, const Lines& N1, const Lines&
                                     Eigen::Ref<Vector3d> shape) const -> Pulled {
   const int last = mesh_->lines() - 1;
   const Lines &f = plate_.nodal_force(), &N0 = leaf_->plate().nodal();
-  const Vector3d& spin = p.frame.first.spin;
+  const Vector3d& spin = p.path.first.spin;
   // velocities seen from axes that stand still
   Lines moving, nm;
   for (int i = 0; i <= last; ++i) {
@@ -228,53 +216,6 @@ auto ModalLeafGradient::pulled_back(const Path& p, const Lines& N1, const Lines&
   back.spin = by_spin;
   result.seen = seen_by_frame(back, p);
   return result;
-}
-
-// To the edges and their increments, then to the bodies.
-void ModalLeafGradient::add_edges(const MatrixXd& Y, int k, const Path& p, const Pulled& pulled,
-                                  LeafQuadratic<double>& q) const {
-  const ChordFrame& frame = leaf_->frame();
-  const Matrix3d& E = frame.axes;
-  const Vector12d force = edge_force();
-  const Matrix12d by_pose =
-      edge_stiffness(force).transpose() +
-      frame.B.transpose() * leaf_->generalised_tangent().topLeftCorner<6, 6>() * frame.B;
-  const Seen& h = pulled.seen;
-  const Vector3d h1 = h.segment<3>(6), h2 = h.segment<3>(9), ha = h.segment<3>(12);
-  const Vector3d rolled = -(p.spin[0].cross(h1) + p.spin[1].cross(h2) + p.apart.cross(ha) +
-                            p.base.cross(pulled.by_base));
-  Vector12d pose = frame.B.transpose() * h.head<6>() + frame.spin_local.transpose() * rolled;
-  // the lever arms turn: F·(w × (w × lever))
-  Vector12d turning = Vector12d::Zero();
-  for (int a = 0; a < 2; ++a) {
-    const Vector3d w = Y.block<3, 1>(rows_.body(a) + 3, k);
-    turning.segment<3>(6 * a) = w.cross(w.cross(rows_.lever[a]));
-  }
-  q.stiffness[k] += force.dot(turning);
-  pose += by_pose * turning;
-  const Vector6d of_e = frame.B * turning;
-  q.shape.col(k) += shape_force_.topRows<6>().transpose() * of_e;
-  const std::array<Vector3d, 2> by_displacement{E * (pulled.by_base - ha), E * ha},
-      by_edge_spin{E * h1, E * h2};
-  if (m_ > 0)
-    q.state.col(k).head(m_) =
-        pulled.amplitudes + leaf_->generalised_tangent().bottomLeftCorner(m_, 6) * of_e;
-  for (int a = 0; a < 2; ++a) {
-    LeafQuadratic<double>::Edge& to = q.edge[k][a];
-    const Vector3d w = Y.block<3, 1>(rows_.body(a) + 3, k), lever = rows_.lever[a];
-    const Matrix3d& R = leaf_->edges()[a].axes;
-    const Vector3d moved = pose.segment<3>(6 * a), turned_by = pose.segment<3>(6 * a + 3),
-                   fw = Vector3d(force.segment<3>(6 * a)).cross(w),
-                   arm = moved + by_displacement[a].cross(w) + fw.cross(w);
-    to.position = moved;
-    to.arm = R.transpose() * arm;
-    to.rotation = arm * (R.transpose() * lever).transpose() + 0.5 * hat(turned_by) * R;
-    to.displacement = by_displacement[a];
-    to.spin = by_edge_spin[a] + lever.cross(by_displacement[a] + fw) +
-              w.cross(lever).cross(Vector3d(force.segment<3>(6 * a)));
-    q.state.block<3, 1>(rows_.body(a), k) = moved;
-    q.state.block<3, 1>(rows_.body(a) + 3, k) = turned_by + lever.cross(arm);
-  }
 }
 
 LeafQuadratic<double> ModalLeafGradient::quadratic(const MatrixXd& Y, const VectorXd& mu) const {
@@ -305,7 +246,8 @@ LeafQuadratic<double> ModalLeafGradient::quadratic(const MatrixXd& Y, const Vect
     const Path& p = paths[static_cast<std::size_t>(k)];
     const Pulled pulled = pulled_back(p, column_of(N1, k), column_of(nodal.n0, k),
                                       column_of(nodal.n1, k), mu[k], q.mass[k], q.shape.col(k));
-    add_edges(Y, k, p, pulled, q);
+    q.state.col(k).head(m_) = pulled.amplitudes;
+    chord_.add(Y, k, p, pulled.seen, pulled.by_base, q);
   }
   return q;
 }

@@ -73,6 +73,7 @@ TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube 
       range_(range),
       directions_(tube.directions),
       known_(true),
+      rates_(std::move(tube.rates)),
       known_dynamics_(std::move(tube.dynamics)),
       view_(tube.view),
       known_stress_(std::move(tube.stress)) {

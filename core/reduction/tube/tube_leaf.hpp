@@ -33,6 +33,8 @@ struct KnownTube {
   TubeView view;  ///< of the tables
   /// Tables of stress about the same bent states, likewise.
   std::function<std::vector<StateTable>()> stress;
+  /// Derivatives of the expansions, the ray held. None: the leaf has no exact derivatives.
+  std::function<TubeNodeRates()> rates = {};
 };
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
@@ -61,6 +63,10 @@ class TubeModel {
   EdgePoses rest() const;
   /// Whether the potential is made of known expansions.
   bool known() const { return known_; }
+  /// Whether rates() has an answer: of a known potential that has not been extended.
+  bool differentiable() const { return known_ && rates_; }
+  /// Derivatives of the nodes of potential() by the leaf's shape, made anew each time.
+  TubeNodeRates rates() const { return rates_(); }
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
@@ -121,6 +127,7 @@ class TubeModel {
   TubeRange range_;
   Eigen::Matrix2d directions_;
   bool known_ = false;
+  std::function<TubeNodeRates()> rates_;
   std::function<std::vector<DynamicsNode>()> known_dynamics_;
   TubeView view_;
   bool successor_ = false;  ///< of other forces or another degree: it has no tables
@@ -149,6 +156,10 @@ class TubeLeaf final : public LeafElement {
   const LeafEvaluation& evaluation() const override { return evaluation_; }
   Refinement refine(const Compliance& of_edges) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
+  Answer<LeafLinear> linearise() override;
+  bool has_linearised_interior(InteriorUse use) const override {
+    return model_->differentiable() && !use.mass && !use.fields;
+  }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   void expect_dynamics(int states) override { model_->expect_dynamics(states); }
@@ -166,7 +177,6 @@ class TubeLeaf final : public LeafElement {
   double degree_change(const Matrix12d& compliance) const;
   const TubeLocation& location() const { return response_.location; }
   const Vector3d& forces() const { return state_.mixed.f; }  ///< (N, M1, M2) over their scale
-  const TubeModel& model() const { return *model_; }
   LeafReport report() const override {
     const bool both = !condensed_because_.empty() && !rebuilt_because_.empty();
     const std::string full = condensed_because_ + (both ? "; " : "") + rebuilt_because_;
@@ -177,6 +187,13 @@ class TubeLeaf final : public LeafElement {
             .degree = model_->potential().degree(),
             .replaced = !full.empty()};
   }
+
+  const LeafScale& scale() const { return scale_; }
+  const std::shared_ptr<TubeModel>& model() const { return model_; }
+  const EdgePoses& edges() const { return edges_; }  ///< scaled
+  /// Of the last evaluate().
+  const MixedState& mixed() const { return state_.mixed; }
+  const ReducedResponse& response() const { return response_; }
 
  private:
   /// The edges as those of a flat leaf on the chord.

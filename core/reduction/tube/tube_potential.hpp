@@ -1,6 +1,7 @@
 #pragma once
 // The mixed potential W*(s, f) of a leaf along its bending ray: Taylor expansions about a few bent
 // states, every coefficient joined by two-point Hermite interpolation along the ray.
+#include <array>
 #include <vector>
 
 #include "core/math/types.hpp"
@@ -15,6 +16,9 @@ struct TubeNode {
   /// scale, counted from the force centre.
   std::vector<double> W;
 };
+
+/// What the coefficients of all bent states change by with (w/L, t/L, ν), one after the other.
+using TubeNodeRates = std::array<std::vector<TubeNode>, 3>;
 
 /// Value and derivatives in (θ1y, θ2y, φx, N, M1, M2), forces over their scale.
 struct PotentialValue {

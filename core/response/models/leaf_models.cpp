@@ -79,6 +79,9 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
     known.stress = [atlas = model.atlas, shape, ray = range.ray, nodes] {
       return atlas->look_up_stress(shape, ray, nodes);
     };
+  known.rates = [atlas = model.atlas, shape, ray = range.ray] {
+    return atlas->look_up_rates(shape, ray);
+  };
   return std::make_shared<TubeModel>(shape, range, std::move(known));
 }
 

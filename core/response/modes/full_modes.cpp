@@ -229,6 +229,7 @@ std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free,
 
 // With M̂ = R Rᵀ the mass carried by the bodies, Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.
 FullModeLists static_modes(const MechanismFactor& factor, int free, int locked) {
+  if (free == 0 && locked == 0) return {};
   constexpr double nothing = 1e-14;  // of the largest: motions that have no mass, or are held
   const int bodies = factor.bodies();
   const MatrixXd follow = factor.static_motion(MatrixXd::Identity(bodies, bodies));

@@ -103,10 +103,15 @@ Equilibrium advance(System& system, const StrokeRequest& request, std::size_t k)
   });
 }
 
-// Whether every leaf can give exact modes and derivatives.
-bool has_linearised_interiors(const System& system) {
+// Whether every leaf can give the exact modes and derivatives that a point is asked for.
+bool has_linearised_interiors(const System& system, const StrokeRequest& request) {
+  InteriorUse use;
+  use.mass = request.frequencies_of(DriveState::free) > 0 ||
+             request.frequencies_of(DriveState::locked) > 0;
+  use.fields =
+      request.outputs.has_any({Output::stress, Output::moving_envelope, Output::clearance});
   for (int i = 0; i < system.leaves(); ++i)
-    if (!system.leaf(i).has_linearised_interior()) return false;
+    if (!system.leaf(i).has_linearised_interior(use)) return false;
   return true;
 }
 
@@ -160,7 +165,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     }
     from_rest = false;
     std::unique_ptr<System> full;
-    if (differentiable && equilibrium.converged && !has_linearised_interiors(*system))
+    if (differentiable && equilibrium.converged && !has_linearised_interiors(*system, request))
       full =
           finish_on_full_leaves(*system, model, request, static_cast<std::size_t>(k), equilibrium);
     // buckling is that of full leaves: reduced ones do not reach so far

@@ -297,7 +297,7 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   spec.verify = VerifySpec{0.002, 6};
   VerificationStep first{{{"thickness", 3.5e-4}}, 168.9, 0.01, 0.03, 0, true, true};
   VerificationStep lost{{{"thickness", 3.6e-4}}, 0, 0, 0, 0.2, false, false};
-  o.verified->loop = VerificationLoop{true, "done", 1, 1e-3, {first, lost}};
+  o.verified->loop = VerificationLoop{true, "done", 1, 0.002, 1e-3, 3e-6, {first, lost}};
   EvaluationRecord full = o.history.front();
   full.stage = Stage::verification;
   full.full = true;
@@ -322,7 +322,9 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   CHECK(pareto["points"][0]["bound"].is_null());
   CHECK(pareto["points"][1]["bound"] == 0.2);
   CHECK(pareto["points"][1]["trade_off"] == 85.0);
+  CHECK(optimum["gradients_of"].is_null());
   const auto& loop = optimum["verified"]["loop"];
+  CHECK(loop["kkt_residual"] == 3e-6);
   CHECK(loop["converged"] == true);
   CHECK(loop["full_evaluations"] == 2);
   CHECK(loop["steps"][0]["difference"] == 0.03);

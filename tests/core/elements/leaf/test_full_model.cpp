@@ -274,13 +274,12 @@ TEST_CASE("a leaf without a linearised interior says so by its model's name",
   const Answer<MechanismFactor> none = MechanismFactor::of(system);
   CHECK(!none.value);
   CHECK(none.reason == "leaf 0: the model \"bare\" has no linearised interior");
-  CHECK(!system.leaf(0).has_linearised_interior());
+  CHECK(!system.leaf(0).has_linearised_interior({}));
 
   System tube(m, make_reduced_leaves(m, {}, 0.01));
   tube.assemble();
-  CHECK(MechanismFactor::of(tube).reason ==
-        "leaf 0: the model \"tube\" has no linearised interior");
-  CHECK(!tube.leaf(0).has_linearised_interior());
+  CHECK(MechanismFactor::of(tube).reason == "leaf 0: its tube was built, not looked up");
+  CHECK(!tube.leaf(0).has_linearised_interior({}));
 }
 
 TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
@@ -293,7 +292,7 @@ TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
     system.assemble();
     const Answer<MechanismFactor> factor = MechanismFactor::of(system);
     REQUIRE(factor.value);
-    CHECK(system.leaf(0).has_linearised_interior());
+    CHECK(system.leaf(0).has_linearised_interior({}));
     const MechanismFactor::Leaf& leaf = factor.value->leaves()[0];
     CHECK(!leaf.full);
     LeafRates rates;
@@ -307,7 +306,7 @@ TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
   system.assemble();
   const Answer<MechanismFactor> factor = MechanismFactor::of(system);
   REQUIRE(factor.value);
-  CHECK(system.leaf(0).has_linearised_interior());
+  CHECK(system.leaf(0).has_linearised_interior({}));
   CHECK(factor.value->leaves()[0].full);
   CHECK(factor.value->leaves()[0].linear->series().value);
 }

@@ -14,6 +14,7 @@
 #include "core/reduction/tube/bent_states.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
+#include "support/gradient_checks.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
@@ -206,24 +207,26 @@ TEST_CASE("between its shapes and rays an atlas is as exact as its check says", 
 TEST_CASE("what an atlas looks up has exact derivatives by the leaf's shape", "[core][atlas]") {
   const TubeAtlas& atlas = *small_atlas().atlas;
   const double h = 1e-3;  // the coefficients are sums of large terms: small steps see rounding
-  const Eigen::Vector2d ray(1, -0.3);
-  const auto rates = atlas.look_up_with_rates(shape_of(0.31, 1.0 / 190, 0.305), ray);
-  for (int by = 0; by < 3; ++by) {  // width, thickness, length
-    const auto moved = [&](double step) {
-      const double length = std::exp(by == 2 ? step : 0);
-      return atlas.look_up(shape_of(0.31 * std::exp(by == 0 ? step : 0) / length,
-                                    std::exp(by == 1 ? step : 0) / 190 / length, 0.305),
-                           ray);
-    };
-    const auto a = moved(h), b = moved(-h), c = moved(2 * h), d = moved(-2 * h);
-    for (std::size_t n = 0; n < a.nodes.size(); ++n) {
-      std::vector<double> difference(a.nodes[n].W.size());
-      for (std::size_t k = 0; k < difference.size(); ++k)
-        difference[k] =
-            (8 * (a.nodes[n].W[k] - b.nodes[n].W[k]) - (c.nodes[n].W[k] - d.nodes[n].W[k])) /
-            (12 * h);
-      for (int degree = 2; degree <= atlas_degree; ++degree)
-        CHECK(distance(rates.by_size[by][n].W, difference, degree) < 1e-9);
+  const Vector3d here(0.31, 1.0 / 190, 0.305);
+  for (const Eigen::Vector2d& ray : {Eigen::Vector2d(1, -0.3), Eigen::Vector2d(0.4, 1)}) {
+    const TubeNodeRates rates = atlas.look_up_rates(shape_of(here[0], here[1], here[2]), ray);
+    for (int by = 0; by < 3; ++by) {  // w/L, t/L, ν
+      const auto moved = [&](double step) {
+        Vector3d shape = here;
+        shape[by] *= 1 + step;
+        return atlas.look_up(shape_of(shape[0], shape[1], shape[2]), ray).nodes;
+      };
+      const auto a = moved(h), b = moved(-h), c = moved(2 * h), d = moved(-2 * h);
+      REQUIRE(rates[by].size() == a.size());
+      for (std::size_t n = 0; n < a.size(); ++n) {
+        std::vector<double> difference(a[n].W.size());
+        for (std::size_t k = 0; k < difference.size(); ++k)
+          difference[k] =
+              (8 * (a[n].W[k] - b[n].W[k]) - (c[n].W[k] - d[n].W[k])) / (12 * h * here[by]);
+        CHECK(rates[by][n].sigma == a[n].sigma);
+        for (int degree = 2; degree <= atlas_degree; ++degree)
+          CHECK(distance(rates[by][n].W, difference, degree) < 1e-9);
+      }
     }
   }
 }
@@ -337,6 +340,113 @@ TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[co
   }
 }
 
+namespace {
+
+// Numbers of a guide or of a hinge whose rays symmetry holds.
+const std::vector<test::Number> numbers{{"length", 0.1},        {"width", 0.031},
+                                        {"thickness", 0.52e-3}, {"modulus", 2e11},
+                                        {"poisson", 0.305},     {"place", 0.05}};
+
+Mechanism symmetric(bool hinge, const test::Values& p) {
+  const Material material{"steel", p[3], p[4], 7800, {}};
+  if (!hinge) {
+    Mechanism m = models::guide(p[0], p[1], p[2], 2 * p[5]);
+    for (LeafSpring& leaf : m.leaves) leaf.material = material;
+    return m;
+  }
+  Mechanism m;
+  m.drives = {make_drive<double>(Direction::rz)};
+  m.bodies = {models::body({0, 0, 0}, 0.4, 3e-4)};
+  for (const models::Crossing& c :
+       {models::Crossing{1, p[5], p[1]}, {-1, 0, p[1]}, {1, -p[5], p[1]}}) {
+    const Vector3d along(1, c.side, 0);
+    m.leaves.push_back(models::leaf(Vector3d(0, 0, c.z) - 0.5 * p[0] * along.normalized(), along,
+                                    p[0], c.width, p[2], material));
+  }
+  return m;
+}
+
+StrokeRequest statics(bool hinge) {
+  StrokeRequest request;
+  request.points = {0, hinge ? 0.25 : 0.012};
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  Vector6d load;  // in the plane of symmetry: the rays stay
+  load << 3, 0, -2, 0, 0, 0;
+  request.loads.constant = {load_at_O(load)};
+  return request;
+}
+
+ModelOptions looked_up() {
+  ModelOptions model;
+  model.mesh = small_settings().mesh;
+  model.atlas = small_atlas().atlas;
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("derivatives of a mechanism of looked-up leaves agree with differences of it",
+          "[core][atlas]") {
+  for (const bool hinge : {false, true}) {
+    const test::Family family{[&](const test::Values& p) { return symmetric(hinge, p); },
+                              numbers,
+                              {0, 1, 2, 3, 4, 5},
+                              hinge ? 0.1 : 10.0};
+    CHECK(test::check_gradients(family, looked_up(), statics(hinge)) >= 2 * 14 * 6);
+  }
+}
+
+TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
+          "[core][atlas]") {
+  for (const bool hinge : {false, true}) {
+    const test::Family family{[&](const test::Values& p) { return symmetric(hinge, p); },
+                              numbers,
+                              {0, 1, 2, 4, 5},
+                              hinge ? 0.1 : 10.0};
+    const test::Values p = test::values_of(numbers);
+    std::vector<MechanismDirection> directions;
+    for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+    ModelOptions full = looked_up();
+    full.accuracy = Accuracy::full;
+    const StrokeRequest request = statics(hinge);
+    const StrokeSensitivity a = evaluate_stroke_gradients(family.make(p), directions, looked_up(),
+                                                          request),
+                            b = evaluate_stroke_gradients(family.make(p), directions, full,
+                                                          request);
+    REQUIRE(a.gradients);
+    REQUIRE(b.gradients);
+    for (std::size_t k = 0; k < request.points.size(); ++k) {
+      for (const LeafReport& leaf : a.response.path[k].leaves) CHECK(leaf.source == "atlas");
+      const PathPoint &pa = a.response.path[k], &pb = b.response.path[k];
+      const PointGradients &ga = a.gradients->path[k], &gb = b.gradients->path[k];
+      for (Eigen::Index j = 0; j < 5; ++j) {
+        const double by = p[family.along[static_cast<std::size_t>(j)]];
+        for (int d = 0; d < 6; ++d) {
+          if (!pb.support_stiffness[d]) continue;
+          INFO("direction " << d << ", along " << j << " at point " << k);
+          CHECK(by * (*ga.support_stiffness[d])[j] / *pa.support_stiffness[d] ==
+                Approx(by * (*gb.support_stiffness[d])[j] / *pb.support_stiffness[d])
+                    .margin(2e-2));  // of this coarse grid
+        }
+        CHECK(by * ga.drive_load[j] == Approx(by * gb.drive_load[j]).epsilon(1e-3).margin(1e-4));
+      }
+    }
+  }
+}
+
+TEST_CASE("where a point is asked for more, full leaves take over from looked-up ones",
+          "[core][atlas]") {
+  const test::Family family{
+      [&](const test::Values& p) { return symmetric(false, p); }, numbers, {0}, 10.0};
+  StrokeRequest request = statics(false);
+  request.outputs.add(Output::stress);
+  const StrokeSensitivity found = evaluate_stroke_gradients(
+      family.make(test::values_of(numbers)), {test::direction(family, 2)}, looked_up(), request);
+  REQUIRE(found.gradients);
+  CHECK(found.gradients->path[1].max_stress);
+  for (const LeafReport& leaf : found.response.path[1].leaves) CHECK(leaf.model == "full");
+}
+
 TEST_CASE("an atlas is read from its file as it was made, or not at all", "[core][atlas]") {
   namespace fs = std::filesystem;
   const fs::path folder = fs::temp_directory_path() / "flexopt_test_atlas";
@@ -370,7 +480,7 @@ TEST_CASE("an atlas is read from its file as it was made, or not at all", "[core
   changed[whole.size() / 2] ^= 1;
   CHECK(refused(changed) == "its contents are damaged");
   changed = whole;
-  changed[14] = '1';
+  changed[14] = '9';
   CHECK(refused(changed) == "it is an atlas of another format");
   CHECK(refused(std::string(500, 'x')) == "it is no atlas");
   fs::remove_all(folder);
