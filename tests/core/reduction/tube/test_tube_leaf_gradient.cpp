@@ -46,8 +46,8 @@ struct KnownTubes {
   }
   std::shared_ptr<TubeModel> model(const PlateShape& shape) const {
     const Vector3d at(shape.width, shape.thickness, shape.poissons_ratio);
-    return std::make_shared<TubeModel>(shape, TubeRange{},
-                                       KnownTube{D, nodes(at), {}, {}, [this] { return rates(); }});
+    return std::make_shared<TubeModel>(
+        shape, TubeRange{}, KnownTube{D, nodes(at), {}, {}, {}, [this] { return rates(); }});
   }
 };
 
