@@ -51,7 +51,7 @@ Changes changes_of(System& system) {
     const auto C = compliance.of(i);
     const double held = C ? tube->degree_change(*C) : INFINITY;
     const double buckling = 4 * std::numbers::pi * std::numbers::pi;
-    const Vector3d off = (tube->forces() - tube->model().range().centre()) / buckling;
+    const Vector3d off = (tube->forces() - tube->model()->range().centre()) / buckling;
     c.off = std::max({c.off, std::abs(off[0]), 6 * std::abs(off[1]), 6 * std::abs(off[2])});
     c.held = std::max(c.held, held);
     c.sum += held;
