@@ -104,7 +104,7 @@ double microseconds(int calls, const std::function<double(int)>& f) {
 void times() {
   const PlateShape shape{0.67, 0.0067, 0.3, {10, 4}, true};
   const auto mesh = std::make_shared<PlateMesh>(shape);
-  const TubeRange range{{1, 1}, 0.4, 0, 2};
+  const TubeRange range{.ray = {1, 1}, .sigma_max = 0.4};
   TubeModel model(mesh, range);
   const double with = microseconds(2, [&](int) {
     TubeModel fresh(mesh, range);
