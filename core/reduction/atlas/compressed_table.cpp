@@ -140,7 +140,7 @@ Directions directions_of(const MatrixXd& values, const VectorXd& share, double t
 
 CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
                            const std::vector<bool>& trusted, double tolerance) {
-  constexpr double negligible = 0.2;     // of the tolerance: such a number is left out
+  constexpr double negligible = 0.3;     // of the tolerance: such a number is left out
   constexpr double share_beyond = 1e-3;  // of shapes for which nobody asks
   const int shapes = grid.size(), all = static_cast<int>(values.rows());
   assert(values.cols() == shapes && weights.rows() == all && weights.cols() == shapes);

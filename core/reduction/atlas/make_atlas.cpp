@@ -104,7 +104,7 @@ void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms
 // Compresses the tables of one ray.
 void compress_dynamics(const AtlasSettings& settings, const std::vector<BentStates>& states,
                        Store& store) {
-  constexpr double tolerance = 5e-3, of_stations = 0.02;
+  constexpr double tolerance = 7e-3, of_stations = 0.06;
   const ShapeGrid grid = shape_grid(settings);
   const std::vector<double>& sigma = settings.sigmas;
   const Eigen::Index numbers = table_numbers(states[0].dynamics).size(),

@@ -279,16 +279,21 @@ std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const Weights& weights, const E
   return tubes;
 }
 
+int TubeAtlas::nodes_to(double sigma) const {
+  const std::vector<double>& all = settings_.sigmas;
+  return static_cast<int>(std::lower_bound(all.begin() + 1, all.end() - 1, sigma) - all.begin()) +
+         1;
+}
+
 std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
                                               double sigma, int slope) const {
   assert(settings_.dynamics);
   const std::vector<double>& all = settings_.sigmas;
-  const auto enough = std::lower_bound(all.begin() + 1, all.end() - 1, sigma) - all.begin() + 1;
   const Vector3d place(std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio);
-  return look_up_dynamics(numbers_.dynamics, numbers_.stations,
-                          shape_weights(grid_, place, slope >= 0),
-                          ray_neighbours(settings_.rays, place_of(ray).rho),
-                          {all.begin(), all.begin() + enough}, static_cast<int>(all.size()), slope);
+  return look_up_dynamics(
+      numbers_.dynamics, numbers_.stations, shape_weights(grid_, place, slope >= 0),
+      ray_neighbours(settings_.rays, place_of(ray).rho),
+      {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()), slope);
 }
 
 TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2d& ray,

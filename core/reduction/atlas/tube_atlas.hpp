@@ -103,6 +103,9 @@ class TubeAtlas {
   /// Why there are no coefficients for leaves of this shape that bend so; empty where there are.
   std::string gap(const PlateShape& shape, const TubeRange& range) const;
 
+  /// So many of the first bent states reach sigma, at least two.
+  int nodes_to(double sigma) const;
+
   /// Tables of the dynamics about the first bent states, so many as reach sigma (at least two).
   /// Where there is no gap() and the settings have dynamics. `slope`: as of CompressedTable.
   std::vector<DynamicsNode> dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,

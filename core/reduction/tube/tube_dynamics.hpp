@@ -37,6 +37,7 @@ class TubeDynamics {
 
   /// A bent state beyond the others.
   void add(DynamicsNode node);
+  double last_sigma() const { return nodes_.back().table.sigma; }
 
   /// What a unit of each number does, relative to the diagonals of the matrices, at states as they
   /// occur, so far `along` the ray from the bent state.

@@ -28,11 +28,12 @@ inline constexpr int most_centred = 3;
 struct KnownTube {
   Eigen::Matrix2d directions;  ///< D, its first column the ray
   std::vector<TubeNode> nodes;
-  /// Tables of the dynamics about the same bent states, made when first wanted. None: of the leaf.
-  std::function<std::vector<DynamicsNode>()> dynamics;
+  /// Tables of the dynamics about so many of the same bent states as reach a sigma, made when first
+  /// wanted. None: of the leaf.
+  std::function<std::vector<DynamicsNode>(double sigma)> dynamics;
   TubeView view;  ///< of the tables
-  /// Tables of stress about the same bent states, likewise.
-  std::function<std::vector<StateTable>()> stress;
+  /// Tables of stress, likewise.
+  std::function<std::vector<StateTable>(double sigma)> stress;
   /// Derivatives of the expansions, the ray held. None: the leaf has no exact derivatives.
   std::function<TubeNodeRates()> rates = {};
 };
@@ -94,12 +95,13 @@ class TubeModel {
   const TubeDynamics* dynamics() const { return dynamics_.get(); }
   /// Tables of strains and places about the same bent states, made at their first use; they grow
   /// with these. None for leaves with a profile, curved ones and beams.
-  const TubeStress* stress();
+  /// Those that are known reach sigma.
+  const TubeStress* stress(double sigma = 0);
   bool stress_known() const { return known_stress_ != nullptr; }
   /// Whether no bent state had to be solved for.
   bool unsolved() const { return expansions_.empty(); }
-  /// Whether they need no bent states.
-  bool dynamics_known() const { return known_dynamics_ != nullptr; }
+  /// Sees to it that they reach sigma, where there are any.
+  void reach_dynamics(double sigma);
   /// How the tables of the dynamics see the leaf.
   TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
   /// Sees to it that fields and tables of dynamics reach as far as sigma, where they were not
@@ -117,6 +119,7 @@ class TubeModel {
   void stand_at(const TubeExpansion& expansion);
   bool add(double sigma);
   void add_dynamics(double sigma);  ///< at the bent state where leaf() stands
+  void look_up_dynamics(double sigma);
   void add_stress(const TubeExpansion& expansion);
   ChordLeaf& leaf();
   void make_potentials(const std::vector<TubeNode>& nodes);
@@ -128,7 +131,7 @@ class TubeModel {
   Eigen::Matrix2d directions_;
   bool known_ = false;
   std::function<TubeNodeRates()> rates_;
-  std::function<std::vector<DynamicsNode>()> known_dynamics_;
+  std::function<std::vector<DynamicsNode>(double)> known_dynamics_;
   TubeView view_;
   bool successor_ = false;  ///< of other forces or another degree: it has no tables
   std::shared_ptr<PlatePool> pool_;
@@ -139,7 +142,7 @@ class TubeModel {
   InternalLoads loads_;  ///< none before they are wanted
   MatrixXd amplitude_units_;
   std::unique_ptr<TubeDynamics> dynamics_;
-  std::function<std::vector<StateTable>()> known_stress_;
+  std::function<std::vector<StateTable>(double)> known_stress_;
   std::unique_ptr<TubeStress> stress_;
   std::vector<std::weak_ptr<TubeModel>> successors_;
   int expected_ = 0;  ///< states at which the dynamics are wanted

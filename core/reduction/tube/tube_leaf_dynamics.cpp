@@ -58,11 +58,7 @@ bool TubeModel::has_dynamics(const PlateShape& shape) {
 void TubeModel::make_dynamics() {
   if (dynamics_ || !built() || !has_dynamics(shape_)) return;
   if (successor_) return;  // few states will be asked for
-  if (known_dynamics_) {
-    dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
-    for (DynamicsNode& node : known_dynamics_()) dynamics_->add(std::move(node));
-    return;
-  }
+  if (known_dynamics_) return look_up_dynamics(range_.sigma_max);
   cover(range_.sigma_max);
   leaf().reset();
   dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
@@ -77,6 +73,19 @@ void TubeModel::add_dynamics(double sigma) {
   dynamics_->add(dynamics_node(leaf(), sigma, directions_, loads_, amplitude_units_));
 }
 
+void TubeModel::look_up_dynamics(double sigma) {
+  dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
+  for (DynamicsNode& node : known_dynamics_(sigma)) dynamics_->add(std::move(node));
+}
+
+void TubeModel::reach_dynamics(double sigma) {
+  if (!dynamics_) return;
+  if (!known_dynamics_)
+    cover(sigma);
+  else if (sigma > dynamics_->last_sigma() * (1 + 1e-9))
+    look_up_dynamics(sigma);
+}
+
 TubeDynamics::Place TubeLeaf::place() const {
   const Vector3d& f = state_.mixed.f;
   const TubeView view = model_->view();
@@ -87,10 +96,11 @@ TubeDynamics::Place TubeLeaf::place() const {
 }
 
 std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
-  const TubeDynamics* tables = model_->dynamics();
   condensed_because_.clear();
-  if (!tables || modes == 0) return std::nullopt;
-  if (!model_->dynamics_known()) model_->cover(std::abs(response_.location.sigma));
+  if (modes == 0) return std::nullopt;
+  model_->reach_dynamics(std::abs(response_.location.sigma));
+  const TubeDynamics* tables = model_->dynamics();
+  if (!tables) return std::nullopt;
   if (modes > tabulated_modes) {
     condensed_because_ =
         "frequencies of the full leaf: they take more internal modes than the tables have";

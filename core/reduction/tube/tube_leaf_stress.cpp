@@ -11,12 +11,15 @@
 
 namespace flexopt {
 
-const TubeStress* TubeModel::stress() {
+const TubeStress* TubeModel::stress(double sigma) {
   const bool flat = !shape_.curve && !shape_.fold && !shape_.has_profile();
-  if (stress_ || successor_ || !built() || !flat || shape_.is_beam()) return stress_.get();
+  if (successor_ || !built() || !flat || shape_.is_beam()) return nullptr;
+  const bool beyond = stress_ && sigma > stress_->last_sigma() * (1 + 1e-9);
+  if (stress_ && !(known_stress_ && beyond)) return stress_.get();
   if (known_stress_) {
     stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_);
-    for (StateTable& node : known_stress_()) stress_->add(std::move(node));
+    for (StateTable& node : known_stress_(std::max(sigma, range_.sigma_max)))
+      stress_->add(std::move(node));
     return stress_.get();
   }
   cover(range_.sigma_max);
@@ -33,9 +36,9 @@ void TubeModel::add_stress(const TubeExpansion& e) {
 
 const StrainField* TubeLeaf::tabulated_strains() {
   rebuilt_because_.clear();
-  const TubeStress* tables = model_->stress();
-  if (!tables) return nullptr;
   const double sigma = std::abs(response_.location.sigma);
+  const TubeStress* tables = model_->stress(sigma);
+  if (!tables) return nullptr;
   if (!model_->stress_known()) model_->cover(sigma);
   if (sigma > tables->last_sigma() * (1 + 1e-9)) {
     rebuilt_because_ = "stress of the full leaf: no bent state was found beyond this one";

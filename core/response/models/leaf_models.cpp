@@ -72,12 +72,12 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
   const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
   KnownTube known{tube.directions, tube.nodes, {}, TubeAtlas::view(range.ray), {}};
   if (model.atlas->settings().dynamics)
-    known.dynamics = [atlas = model.atlas, shape, range] {
-      return atlas->dynamics(shape, range.ray, range.sigma_max);
+    known.dynamics = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
+      return atlas->dynamics(shape, ray, sigma);
     };
   if (model.atlas->stress())
-    known.stress = [atlas = model.atlas, shape, ray = range.ray, nodes] {
-      return atlas->look_up_stress(shape, ray, nodes);
+    known.stress = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
+      return atlas->look_up_stress(shape, ray, atlas->nodes_to(sigma));
     };
   known.rates = [atlas = model.atlas, shape, ray = range.ray] {
     return atlas->look_up_rates(shape, ray);
