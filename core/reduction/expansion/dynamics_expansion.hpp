@@ -17,8 +17,8 @@ struct DynamicsExpansion {
   MatrixPolynomial G;  ///< 3 × P: stiff deformations (times the force scale) per amplitude
   MatrixPolynomial g;  ///< P × 3: force on the amplitudes per (θ1y, θ2y, φ), less the sign
   MatrixPolynomial F;  ///< 3 × 3: stiff deformations per f, the amplitudes held
-  /// (12 + P)²: of velocities (v, ω) of the base in chord axes, rates of (θ1y, θ2y, φ), of (N, M1, M2)
-  /// and of the amplitudes, each with the amplitudes or the forces held.
+  /// (12 + P)²: of velocities (v, ω) of the base in chord axes, rates of (θ1y, θ2y, φ), of (N, M1,
+  /// M2) and of the amplitudes, each with the amplitudes or the forces held.
   MatrixPolynomial mass;
   /// Motion of the stations of PlateLeaf::station_rates for the same rates, chord axes.
   MatrixPolynomial stations;
