@@ -74,7 +74,7 @@ std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& t
                                            const ShapeWeights& weights, const RayNeighbours& ray,
                                            const std::vector<double>& sigmas, int all_nodes,
                                            int slope) {
-  const auto [even_entries, odd_entries] = TubeDynamics::entries();
+  const int even_entries = TubeDynamics::entries()[0], odd_entries = TubeDynamics::entries()[1];
   const int evens = evens_each * even_entries, odds = odds_each * odd_entries,
             nodes = static_cast<int>(sigmas.size()),
             motions = stations[static_cast<std::size_t>(ray.left)].all / all_nodes;
