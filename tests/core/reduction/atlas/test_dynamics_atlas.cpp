@@ -1,11 +1,16 @@
 // Tables of dynamics in an atlas: what is compressed against what it was made of, and frequencies
 // of looked-up leaves against those of leaves that were built.
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/reduction/atlas/atlas_dynamics.hpp"
+#include "core/reduction/atlas/atlas_file.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
@@ -146,7 +151,7 @@ TEST_CASE("slopes of a compressed table are those of what it looks up") {
   }
 }
 
-TEST_CASE("frequencies of looked-up leaves are those of built ones") {
+TEST_CASE("frequencies of looked-up leaves are those of built ones", "[slow]") {
   REQUIRE(atlas());
   for (const AtlasCheck::Ray& ray : atlas()->check().rays) {
     CHECK(ray.largest().frequency > 0);
@@ -165,7 +170,7 @@ TEST_CASE("frequencies of looked-up leaves are those of built ones") {
   CHECK(frequency_error(found, evaluate_stroke(hinge(), built, request)) < 2e-3);
 }
 
-TEST_CASE("a looked-up leaf vibrates the same whichever edge is called its base") {
+TEST_CASE("a looked-up leaf vibrates the same whichever edge is called its base", "[slow]") {
   REQUIRE(atlas());
   // one way round or the other, the ray is seen from the tip
   const double end = GENERATE(0.25, -0.25);
@@ -182,4 +187,22 @@ TEST_CASE("a looked-up leaf vibrates the same whichever edge is called its base"
       CHECK(leaf.check == 0);
     }
   CHECK(frequency_error(a, b) < 1e-8);
+}
+
+TEST_CASE("an atlas keeps its tables of dynamics in its file", "[slow]") {
+  namespace fs = std::filesystem;
+  REQUIRE(atlas());
+  const fs::path folder = fs::temp_directory_path() / fmt::format("dynamics_atlas_{}", ::getpid());
+  REQUIRE(write_atlas(*atlas(), folder / "a.atlas").empty());
+  const OpenedAtlas opened = open_atlas(folder / "a.atlas");
+  REQUIRE(opened.atlas);
+  const PlateShape shape{0.31, 1.0 / 190, 0.305, small_box().mesh, true};
+  for (const double rho : {1.0, 0.2}) {
+    const auto a = atlas()->dynamics(shape, {1, rho}, 0.2),
+               b = opened.atlas->dynamics(shape, {1, rho}, 0.2);
+    CHECK((table_numbers(a) - table_numbers(b)).norm() == 0);
+    CHECK((station_numbers(a) - station_numbers(b)).norm() == 0);
+    CHECK(table_numbers(a).norm() > 0);
+  }
+  fs::remove_all(folder);
 }

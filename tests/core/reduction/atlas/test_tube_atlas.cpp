@@ -32,6 +32,7 @@ AtlasSettings small_settings() {
   s.poissons_ratios = {0.28, 0.3, 0.32};
   s.rays = {-1, -0.5, 0, 0.5, 1};
   s.sigmas = {0, 0.05, 0.2};
+  s.dynamics = false;
   s.stress_patterns = 60;
   s.stress_samples = 25;
   return s;

@@ -157,7 +157,7 @@ TEST_CASE("stress from tables goes on smoothly over the bent states") {
   }
 }
 
-TEST_CASE("stress from tables is that of full leaves, both ways") {
+TEST_CASE("stress from tables is that of full leaves, both ways", "[slow]") {
   const double side = GENERATE(1.0, -1.0);
   const Errors guide = compare(models::guide(0.1, 0.03, 5e-4), sweep(side * 0.02, 7));
   CHECK(guide.stress < 1e-3);
