@@ -34,6 +34,8 @@ set(tested_by
   core/reduction/atlas/ray_interpolation core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/atlas_dynamics core/reduction/atlas/test_dynamics_atlas
   core/reduction/atlas/compressed_table core/reduction/atlas/test_dynamics_atlas
+  core/reduction/atlas/expanded_leaf core/reduction/atlas/test_tube_atlas
+  core/reduction/atlas/table_parts core/reduction/atlas/test_dynamics_atlas
   core/reduction/frame/chord_gradient core/reduction/tube/test_tube_leaf_gradient
   core/reduction/tube/bent_states core/reduction/atlas/test_tube_atlas
   core/reduction/expansion/dynamics_expansion core/reduction/tube/test_tube_dynamics

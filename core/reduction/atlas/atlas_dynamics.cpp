@@ -9,24 +9,6 @@ namespace {
 
 constexpr int evens_each = StateTable::even_monomials, odds_each = StateTable::odd_monomials;
 
-// Of one ray, to another one.
-struct Turn {
-  Eigen::Matrix<double, evens_each, evens_each> of_even;
-  Eigen::Matrix<double, odds_each, odds_each> of_odd;
-};
-Turn turn_of(const MatrixXd& blend) {
-  Turn turn;
-  const auto fill = [&](const auto& monomials, auto& out) {
-    for (std::size_t i = 0; i < monomials.size(); ++i)
-      for (std::size_t j = 0; j < monomials.size(); ++j)
-        out(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) =
-            blend(monomials[i].number, monomials[j].number);
-  };
-  fill(even_monomials(), turn.of_even);
-  fill(odd_monomials(), turn.of_odd);
-  return turn;
-}
-
 void append(VectorXd& all, const MatrixXd& part, Eigen::Index& at) {
   all.segment(at, part.size()) = part.reshaped();
   at += part.size();
@@ -87,34 +69,24 @@ std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& t
                  stations_a = at(stations, true, nodes * motions),
                  stations_b = at(stations, false, nodes * motions);
   const double t = (ray.rho - ray.a) / (ray.b - ray.a);
-  std::vector<DynamicsNode> found(sigmas.size());
+  // those of one ray about the bent state n
+  const auto node = [&](const VectorXd& numbers, const VectorXd& motion, int n) {
+    const double* const first = numbers.data() + static_cast<std::ptrdiff_t>(n) * (evens + odds);
+    return DynamicsNode{{sigmas[static_cast<std::size_t>(n)],
+                         Eigen::Map<const MatrixXd>(first, even_entries, evens_each),
+                         Eigen::Map<const MatrixXd>(first + evens, odd_entries, odds_each)},
+                        motion.segment(n * motions, motions).reshaped(motions / 2, 2)};
+  };
+  std::vector<DynamicsNode> found;
   for (int n = 0; n < nodes; ++n) {
-    DynamicsNode& node = found[static_cast<std::size_t>(n)];
-    node.table.sigma = sigmas[static_cast<std::size_t>(n)];
-    node.table.even = MatrixXd::Zero(even_entries, evens_each);
-    node.table.odd = MatrixXd::Zero(odd_entries, odds_each);
-    node.stations = MatrixXd::Zero(motions / 2, 2);
-    const bool between = a.size() > 0 && b.size() > 0;
-    const RayBlend blend =
-        between ? blend_between_rays(ray.a, ray.b, node.table.sigma, ray.rho) : RayBlend{};
-    const auto add = [&](const VectorXd& numbers, const VectorXd& motion, const MatrixXd& turn,
-                         double share) {
-      if (numbers.size() == 0) return;
-      const double* const first = numbers.data() + static_cast<std::ptrdiff_t>(n) * (evens + odds);
-      const Eigen::Map<const MatrixXd> E(first, even_entries, evens_each),
-          O(first + evens, odd_entries, odds_each);
-      node.stations.reshaped() += share * motion.segment(n * motions, motions);
-      if (!between) {
-        node.table.even = E;
-        node.table.odd = O;
-        return;
-      }
-      const Turn matrices = turn_of(turn);
-      node.table.even.noalias() += E * matrices.of_even;
-      node.table.odd.noalias() += O * matrices.of_odd;
-    };
-    add(a, stations_a, blend.a, between ? 1 - t : 1);
-    add(b, stations_b, blend.b, between ? t : 1);
+    if (ray.on_left || ray.on_right) {
+      found.push_back(ray.on_left ? node(a, stations_a, n) : node(b, stations_b, n));
+      continue;
+    }
+    const DynamicsNode left = node(a, stations_a, n), right = node(b, stations_b, n);
+    const RayBlend blend = blend_between_rays(ray.a, ray.b, left.table.sigma, ray.rho);
+    found.push_back(
+        {blended(left.table, right.table, blend), (1 - t) * left.stations + t * right.stations});
   }
   return found;
 }

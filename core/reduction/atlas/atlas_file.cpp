@@ -16,6 +16,7 @@
 #include "core/math/polynomial.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
+#include "core/reduction/atlas/table_parts.hpp"
 
 namespace flexopt {
 namespace {
@@ -34,9 +35,6 @@ struct Head {
 };
 constexpr char magic[16] = "flexopt atlas 2";
 constexpr std::uint64_t byte_order = 0x0102030405060708;
-constexpr std::uint64_t part = 64;
-
-std::uint64_t padded(std::uint64_t size) { return (size + part - 1) / part * part; }
 
 // Of whole 8-byte words.
 std::uint64_t hash(const char* data, std::uint64_t size) {
@@ -138,46 +136,21 @@ bool same_mechanics(const std::vector<double>& stored) {
   return true;
 }
 
-// Runs over the parts of compressed tables in the order in which they stand in a file.
-template <class Table, class Part>
-void each_part(Table& table, const Part& part) {
-  const auto numbers = static_cast<std::uint64_t>(table.numbers),
-             directions = static_cast<std::uint64_t>(table.directions),
-             shapes = static_cast<std::uint64_t>(table.shapes);
-  part(table.places, numbers);
-  part(table.exponents, 2 * numbers);
-  part(table.sizes, numbers);
-  part(table.basis, numbers * directions);
-  part(table.coordinates, directions * shapes);
-}
-
 json directory(const std::vector<CompressedTable>& tables) {
   json all = json::array();
   for (const CompressedTable& t : tables) all.push_back({t.all, t.numbers, t.directions, t.shapes});
   return all;
 }
 
-// Tables that stand at `at` of a file that ends at `end`; moves on. False where they are not whole.
-bool read_tables(const json& entries, const char* data, std::uint64_t& at, std::uint64_t end,
-                 std::vector<CompressedTable>& tables) {
+// The next tables of a file; false where they are not whole.
+bool read_tables(const json& entries, PartReader& reader, std::vector<CompressedTable>& tables) {
   for (const json& entry : entries) {
-    CompressedTable t;
+    CompressedTable& t = tables.emplace_back();
     t.all = entry.at(0);
     t.numbers = entry.at(1);
     t.directions = entry.at(2);
     t.shapes = entry.at(3);
-    if (t.numbers < 0 || t.numbers > t.all || t.directions < 0 || t.shapes < 0) return false;
-    bool whole = true;
-    each_part(t, [&](auto*& part, std::uint64_t count) {
-      using Number = std::remove_reference_t<decltype(*part)>;
-      const std::uint64_t size = count * sizeof(Number);
-      whole = whole && size <= end && at <= end - size;
-      if (!whole) return;
-      part = reinterpret_cast<Number*>(data + at);
-      at += padded(size);
-    });
-    if (!whole) return false;
-    tables.push_back(t);
+    if (!read_table(reader, t)) return false;
   }
   return true;
 }
@@ -278,26 +251,15 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
       static_cast<std::uint64_t>(s.shapes()) *
       static_cast<std::uint64_t>(TubeAtlas::stride(static_cast<int>(atlas.terms().size())));
   head.tables = head.values + padded(head.values_size);
-  std::uint64_t tables_end = head.tables;
-  const std::array<const std::vector<CompressedTable>*, 2> tables{&atlas.numbers().dynamics,
-                                                                  &atlas.numbers().stations};
-  for (const auto* some : tables)
-    for (const CompressedTable& table : *some)
-      each_part(table, [&](const auto* part, std::uint64_t count) {
-        tables_end += padded(count * sizeof(*part));
-      });
-  head.stress = tables_end;
+  std::string tables;
+  for (const auto* some : {&atlas.numbers().dynamics, &atlas.numbers().stations})
+    for (const CompressedTable& table : *some) append_table(tables, table);
+  head.stress = head.tables + tables.size();
   const std::string stress = atlas.stress() ? atlas.stress()->pack() : std::string();
   head.stress_size = stress.size();
   head.size = head.stress + padded(head.stress_size);
   std::string contents(head.size, '\0');
-  std::uint64_t at = head.tables;
-  for (const auto* some : tables)
-    for (const CompressedTable& table : *some)
-      each_part(table, [&](const auto* part, std::uint64_t count) {
-        std::memcpy(contents.data() + at, part, count * sizeof(*part));
-        at += padded(count * sizeof(*part));
-      });
+  std::memcpy(contents.data() + head.tables, tables.data(), tables.size());
   std::memcpy(contents.data() + head.text, text.data(), text.size());
   std::memcpy(contents.data() + head.exponents, atlas.numbers().exponents, head.exponents_size);
   std::memcpy(contents.data() + head.values, atlas.numbers().values, head.values_size);
@@ -354,9 +316,9 @@ OpenedAtlas open_atlas(const fs::path& file) {
                                {},
                                {},
                                mapping};
-    std::uint64_t at = head.tables;
-    if (!read_tables(text.at("dynamics"), mapping->data, at, head.stress, numbers.dynamics) ||
-        !read_tables(text.at("stations"), mapping->data, at, head.stress, numbers.stations) ||
+    PartReader tables{mapping->data, head.stress, head.tables};
+    if (!read_tables(text.at("dynamics"), tables, numbers.dynamics) ||
+        !read_tables(text.at("stations"), tables, numbers.stations) ||
         (settings.dynamics && (numbers.dynamics.size() != settings.rays.size() ||
                                numbers.stations.size() != settings.rays.size())))
       return {nullptr, "it is an atlas of another format"};

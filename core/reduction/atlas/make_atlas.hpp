@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 
+#include "core/reduction/atlas/expanded_leaf.hpp"
 #include "core/reduction/atlas/tube_atlas.hpp"
 
 namespace flexopt {
@@ -11,19 +12,6 @@ namespace flexopt {
 using WorkLoop = std::function<void(int count, const std::function<void(int)>& work)>;
 /// One after the other.
 void run_in_order(int count, const std::function<void(int)>& work);
-
-/// Expansions of one leaf about all bent states; fewer where one of them was not found.
-struct BentStates {
-  std::vector<TubeNode> nodes;
-  std::vector<DynamicsNode> dynamics;  ///< empty unless wanted, as those of stress
-  std::vector<StateTable> stress;
-};
-struct StateTablesWanted {
-  bool dynamics = false, stress = false;
-};
-BentStates bent_states(const PlateShape& shape, const Eigen::Vector2d& ray,
-                       const Eigen::Matrix2d& directions, const std::vector<double>& sigmas,
-                       const StateTablesWanted& wanted = {});
 
 struct AtlasOptions {
   WorkLoop loop = run_in_order;

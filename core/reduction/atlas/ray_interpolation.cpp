@@ -168,6 +168,22 @@ RayBlend blend_between_rays(double a, double b, double sigma, double rho) {
   return blend;
 }
 
+StateTable blended(const StateTable& a, const StateTable& b, const RayBlend& blend) {
+  const auto sum = [&](const MatrixXd& A, const MatrixXd& B, const auto& monomials) {
+    const auto n = static_cast<Eigen::Index>(monomials.size());
+    MatrixXd to_a(n, n), to_b(n, n);  // from the order of polynomial.hpp to that of the columns
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const int row = monomials[static_cast<std::size_t>(i)].number,
+                  col = monomials[static_cast<std::size_t>(j)].number;
+        to_a(j, i) = blend.a(row, col);
+        to_b(j, i) = blend.b(row, col);
+      }
+    return MatrixXd(A * to_a + B * to_b);
+  };
+  return {a.sigma, sum(a.even, b.even, even_monomials()), sum(a.odd, b.odd, odd_monomials())};
+}
+
 std::vector<double> from_other_end(const std::vector<double>& W, bool same_sign) {
   return ends_swapped(W, [&](const std::array<int, 6>& e) { return same_sign ? odd(e[2]) : 1.0; });
 }

@@ -4,7 +4,7 @@
 // core/reduction/README.md.
 #include <vector>
 
-#include "core/math/types.hpp"
+#include "core/reduction/tube/state_table.hpp"
 
 namespace flexopt {
 
@@ -34,6 +34,8 @@ struct RayBlend {
   MatrixXd a, b;
 };
 RayBlend blend_between_rays(double a, double b, double sigma, double rho);
+/// The table on that ray from those about the same σ on both.
+StateTable blended(const StateTable& a, const StateTable& b, const RayBlend& blend);
 
 /// The same leaf seen from its other end: the expansion about the ray (ρ, 1), D = ±[0, 1; 1, 0]
 /// [1, −ρ; ρ, 1], of a leaf with the expansion W about (1, ρ). `same_sign`: the sign of D.

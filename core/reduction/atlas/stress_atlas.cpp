@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <random>
 
 #include "core/math/decompositions.hpp"
-#include "core/math/polynomial.hpp"
+#include "core/reduction/atlas/expanded_leaf.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
-#include "core/reduction/tube/bent_states.hpp"
+#include "core/reduction/atlas/table_parts.hpp"
 
 namespace flexopt {
 namespace {
@@ -47,19 +46,6 @@ StateTable table_of(double sigma, const MatrixXd& columns) {
   return {sigma, columns.leftCols(even_columns), columns.rightCols(odd_columns)};
 }
 
-// From the order of the monomials in polynomial.hpp to that of the columns.
-int monomial_of(Eigen::Index column) {
-  const auto k = static_cast<std::size_t>(column);
-  return column < even_columns ? even_monomials()[k].number
-                               : odd_monomials()[k - even_monomials().size()].number;
-}
-MatrixXd by_columns(const MatrixXd& blend) {
-  MatrixXd B(blend.rows(), blend.cols());
-  for (Eigen::Index i = 0; i < B.rows(); ++i)
-    for (Eigen::Index j = 0; j < B.cols(); ++j) B(i, j) = blend(monomial_of(i), monomial_of(j));
-  return B;
-}
-
 StressPlaces places_of(std::array<int, 2> mesh) {
   PlateShape shape;
   shape.mesh = mesh;
@@ -67,21 +53,6 @@ StressPlaces places_of(std::array<int, 2> mesh) {
 }
 
 }  // namespace
-
-std::vector<StateTable> stress_nodes(const PlateShape& shape, double rho,
-                                     const std::vector<double>& sigmas) {
-  const Eigen::Matrix2d directions = ray_directions(rho);
-  ChordLeaf leaf(std::make_shared<PlateMesh>(shape));
-  std::vector<StateTable> nodes;
-  double at = 0;
-  for (const double sigma : sigmas) {
-    if (sigma != at && bend(leaf, {1, rho}, at, sigma) != sigma) break;
-    at = sigma;
-    nodes.push_back(
-        stress_node(leaf, sigma, directions, expand_fields(leaf, directions, 2).fields));
-  }
-  return nodes;
-}
 
 // ---------------------------------------------------------------------------- patterns
 
@@ -103,7 +74,10 @@ StressPatterns::StressPatterns(const StressAtlasSettings& settings)
     const PlateShape shape{std::exp(place[0]), std::exp(place[1]), place[2], settings.mesh,
                            settings.free_edge_torsion};
     const VectorXd per_row = scale(shape.thickness).cwiseInverse();
-    for (const StateTable& node : stress_nodes(shape, inside(settings.rays), settings.sigmas)) {
+    const double rho = inside(settings.rays);
+    const BentStates states =
+        bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas, {.stress = true});
+    for (const StateTable& node : states.stress) {
       const MatrixXd weighted =
           per_row.asDiagonal() * columns_of(node) * monomial_weights(node.sigma).asDiagonal();
       gram += weighted * weighted.transpose();
@@ -166,58 +140,25 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
   const ShapeWeights weights = shape_weights(
       settings_.grid, {std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio},
       false);
-  const auto columns = [&](std::size_t ray, std::size_t n) {
+  const auto of_ray = [&](std::size_t ray, std::size_t n) {
     const CompressedTable& table = tables_[ray * settings_.sigmas.size() + n];
-    return MatrixXd(table.look_up(weights, table.all)
+    return table_of(settings_.sigmas[n],
+                    table.look_up(weights, table.all)
                         .reshaped(patterns_.P().cols(), even_columns + odd_columns));
   };
+  const double a = rays[left], b = rays[left + 1];
   std::vector<StateTable> found;
   for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n) {
-    const double sigma = settings_.sigmas[n], a = rays[left], b = rays[left + 1];
-    MatrixXd all;
-    if (rho == a || rho == b) {
-      all = columns(rho == a ? left : left + 1, n);
-    } else {
-      const RayBlend blend = blend_between_rays(a, b, sigma, rho);
-      all = columns(left, n) * by_columns(blend.a).transpose() +
-            columns(left + 1, n) * by_columns(blend.b).transpose();
-    }
-    found.push_back(patterns_.node(table_of(sigma, all), shape.thickness));
+    const StateTable all = rho == a || rho == b
+                               ? of_ray(rho == a ? left : left + 1, n)
+                               : blended(of_ray(left, n), of_ray(left + 1, n),
+                                         blend_between_rays(a, b, settings_.sigmas[n], rho));
+    found.push_back(patterns_.node(all, shape.thickness));
   }
   return found;
 }
 
 // ---------------------------------------------------------------------------- file
-
-namespace {
-
-// Parts of a block, each at a multiple of 64 bytes.
-constexpr std::size_t block_part = 64;
-std::size_t block_padded(std::size_t size) {
-  return (size + block_part - 1) / block_part * block_part;
-}
-
-template <class T>
-void append(std::string& block, const T* data, std::size_t count) {
-  const std::size_t at = block.size();
-  block.resize(at + block_padded(count * sizeof(T)), '\0');
-  std::memcpy(block.data() + at, data, count * sizeof(T));
-}
-
-// The next `count` numbers; null beyond the end.
-struct Reader {
-  const char* data;
-  std::size_t size, at = 0;
-
-  template <class T>
-  const T* next(std::size_t count) {
-    const std::size_t here = at;
-    at += block_padded(count * sizeof(T));
-    return at <= size ? reinterpret_cast<const T*>(data + here) : nullptr;
-  }
-};
-
-}  // namespace
 
 std::string StressAtlas::pack() const {
   std::string block;
@@ -228,26 +169,18 @@ std::string StressAtlas::pack() const {
     counts.push_back(t.numbers);
     counts.push_back(t.directions);
   }
-  append(block, counts.data(), 3);
-  append(block, counts.data() + 3, 2 * tables_.size());
+  append_part(block, counts.data(), 3);
+  append_part(block, counts.data() + 3, 2 * tables_.size());
   const Eigen::MatrixXf P = patterns_.P().cast<float>();
-  append(block, P.data(), static_cast<std::size_t>(P.size()));
-  for (const CompressedTable& t : tables_) {
-    const auto numbers = static_cast<std::size_t>(t.numbers),
-               directions = static_cast<std::size_t>(t.directions);
-    append(block, t.places, numbers);
-    append(block, t.exponents, 2 * numbers);
-    append(block, t.sizes, numbers);
-    append(block, t.basis, numbers * directions);
-    append(block, t.coordinates, directions * static_cast<std::size_t>(t.shapes));
-  }
+  append_part(block, P.data(), static_cast<std::uint64_t>(P.size()));
+  for (const CompressedTable& t : tables_) append_table(block, t);
   return block;
 }
 
 std::shared_ptr<const StressAtlas> StressAtlas::unpack(const StressAtlasSettings& settings,
                                                        const char* data, std::size_t size,
                                                        std::shared_ptr<const void> owner) {
-  Reader read{data, size};
+  PartReader read{data, size};
   const std::size_t tables = settings.rays.size() * settings.sigmas.size();
   const auto* counts = read.next<std::int32_t>(3);
   const int rows = places_of(settings.mesh).rows();
@@ -266,14 +199,7 @@ std::shared_ptr<const StressAtlas> StressAtlas::unpack(const StressAtlasSettings
     t.numbers = sizes[2 * k];
     t.directions = sizes[2 * k + 1];
     t.shapes = settings.grid.size();
-    if (t.numbers < 0 || t.numbers > t.all || t.directions < 1) return nullptr;
-    const auto n = static_cast<std::size_t>(t.numbers), d = static_cast<std::size_t>(t.directions);
-    t.places = read.next<std::int32_t>(n);
-    t.exponents = read.next<std::int8_t>(2 * n);
-    t.sizes = read.next<float>(n);
-    t.basis = read.next<std::int16_t>(n * d);
-    t.coordinates = read.next<float>(d * static_cast<std::size_t>(t.shapes));
-    if (!t.coordinates) return nullptr;
+    if (!read_table(read, t)) return nullptr;
   }
   if (read.at != size) return nullptr;
   return std::make_shared<StressAtlas>(

@@ -12,10 +12,6 @@
 
 namespace flexopt {
 
-/// Tables about the bent states `sigmas` of the ray (1, rho); fewer where one was not found.
-std::vector<StateTable> stress_nodes(const PlateShape& shape, double rho,
-                                     const std::vector<double>& sigmas);
-
 /// What a stress atlas is made of.
 struct StressAtlasSettings {
   ShapeGrid grid;

@@ -83,9 +83,7 @@ std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas) {
 
 StressAtlasSettings stress_settings(const AtlasSettings& s) {
   StressAtlasSettings stress;
-  stress.grid = {chebyshev_points(std::log(s.width[0]), std::log(s.width[1]), s.points[0]),
-                 chebyshev_points(std::log(s.thickness[0]), std::log(s.thickness[1]), s.points[1]),
-                 s.poissons_ratios};
+  stress.grid = shape_grid(s);
   const std::size_t step = s.rays.size() % 2 == 1 ? 2 : 1;
   for (std::size_t k = 0; k < s.rays.size(); k += step) stress.rays.push_back(s.rays[k]);
   stress.sigmas = s.sigmas;

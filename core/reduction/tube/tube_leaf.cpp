@@ -217,35 +217,6 @@ bool TubeModel::extend(double sigma) {
   return true;
 }
 
-namespace {
-
-// Weights of the Taylor coefficients (times h^j) at both ends of the two-point Hermite polynomial
-// that takes q of them from each.
-struct HermiteWeights {
-  std::array<double, 3> a{}, b{};
-};
-HermiteWeights two_point_hermite(int q, double t) {
-  const double r = 1 - t;
-  // weight of coefficient j at the end t = 0; the other end mirrors it with (−1)^j
-  auto weight = [q](int j, double t, double r) {
-    double sum = 0, binomial = 1, power = 1;
-    for (int k = 0; k + j < q; ++k) {
-      sum += binomial * power;
-      binomial *= static_cast<double>(q + k) / (k + 1);
-      power *= t;
-    }
-    return std::pow(t, j) * std::pow(r, q) * sum;
-  };
-  HermiteWeights w;
-  for (int j = 0; j < q; ++j) {
-    w.a[j] = weight(j, t, r);
-    w.b[j] = (j % 2 == 0 ? 1 : -1) * weight(j, r, t);
-  }
-  return w;
-}
-
-}  // namespace
-
 VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
   const TubeLocation location = potential_->locate(s);
   const double side = potential_->mirrored() && location.sigma < 0 ? -1 : 1;
@@ -254,22 +225,20 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
   std::size_t interval = 0;
   while (interval + 2 < expansions_.size() && sigma > expansions_[interval + 1].sigma) ++interval;
   const TubeExpansion &a = expansions_[interval], &b = expansions_[interval + 1];
-  const double h = b.sigma - a.sigma, t = (sigma - a.sigma) / h;
   const Vector3d df = f - range_.centre();
-  const double z[5] = {side * location.tau, side * s[2], df[0], df[1], df[2]};
-
+  const StateWeights<double> w =
+      state_weights(a.sigma, b.sigma, sigma,
+                    std::array<double, 5>{side * location.tau, side * s[2], df[0], df[1], df[2]});
   const MonomialTable& table = monomials<6, 2>();
   VectorXd wa(table.size()), wb(table.size());
-  for (int k = 0; k < table.size(); ++k) {
-    const auto e = table.exponents(k);
-    const int j = e[0];
-    const HermiteWeights w = two_point_hermite(3 - (table.degree(k) - j), t);
-    double factor = std::pow(h, j);
-    for (int v = 0; v < 5; ++v)
-      for (int p = 0; p < e[1 + v]; ++p) factor *= z[v];
-    wa[k] = factor * w.a[j];
-    wb[k] = factor * w.b[j];
-  }
+  const auto put = [&](const auto& parity, const auto& weights) {
+    for (std::size_t k = 0; k < parity.size(); ++k) {
+      wa[parity[k].number] = weights[0][static_cast<Eigen::Index>(k)];
+      wb[parity[k].number] = weights[1][static_cast<Eigen::Index>(k)];
+    }
+  };
+  put(even_monomials(), w.even);
+  put(odd_monomials(), w.odd);
   VectorXd y = a.fields.leftCols(table.size()) * wa + b.fields.leftCols(table.size()) * wb;
   if (side < 0) {  // mirror in the thickness: the normal components of the interior change sign
     const int n = mesh_->functions_per_line();
