@@ -18,6 +18,7 @@
 #include "optim/job/job_stress.hpp"
 #include "optim/job/job_stroke.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/job/job_tolerances.hpp"
 #include "optim/solvers/problem.hpp"
 
 namespace flexopt {
@@ -36,6 +37,7 @@ struct Context {
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<FormulaName> names;  ///< of these, the family's first
   const CaseNames& cases;
+  bool tolerances;  ///< the job has some
   FaultList& faults;
 
   /// The load case that a goal names; empty where it is over all of them. Throws SpecError.
@@ -219,6 +221,7 @@ Objective read_objective(json& read, const Context& context) {
   objective.maximise = read.contains("maximise");
   if (objective.maximise == read.contains("minimise"))
     throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
+  objective.margin = read_margin(read, context.tolerances, at);
   const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
   const bool formula =
       !context.find_quantity(goal) &&
@@ -242,6 +245,7 @@ Constraint read_constraint(json& read, const Context& context, const Pointer& at
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
   if (!read.contains("min") && !read.contains("max"))
     throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
+  constraint.margin = read_margin(read, context.tolerances, at);
   std::function<double(const char*)> bound;
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
@@ -273,6 +277,7 @@ Constraint read_constraint(json& read, const Context& context, const Pointer& at
       return read_quantity(shape::quantity(unit), read[key], at / key);
     };
   }
+  constraint.label += constraint.margin.suffix();
   for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
     if (read.contains(key))
       context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
@@ -322,6 +327,7 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
   ParetoSpec front = pareto_table().read(read);
   if (read.contains("quantity") == read.contains("expression"))
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
+  front.margin = read_margin(read, context.tolerances, at);
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
     front.expression = front.label =
@@ -335,7 +341,9 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
     front.label = fmt::format("{} {} over stroke{}", front.quantity, name_in_job(front.over_stroke),
                               in_case(front.load_case));
   }
+  front.label += front.margin.suffix();
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
+      front.margin.text() == objective.margin.text() &&
       (!front.expression.empty() ||
        (front.over_stroke == objective.over_stroke && front.load_case == objective.load_case)))
     throw SpecError((at / (front.quantity.empty() ? "expression" : "quantity")).to_string(),
@@ -344,10 +352,10 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const Context& co
   return front;
 }
 
-Context context_of(const Family& family, const Job& job, const CaseNames& cases,
+Context context_of(const Family& family, const Job& job, const CaseNames& cases, bool tolerances,
                    FaultList& faults) {
-  Context context{family, job.design, job.request, quantities(family.drives),
-                  {},     {},         cases,       faults};
+  Context context{family, job.design, job.request, quantities(family.drives), {}, {},
+                  cases,  tolerances, faults};
   context.values = job.design.parameters;
   for (const Parameter& p : family.parameters) {
     context.names.push_back({p.name, p.unit});
@@ -365,8 +373,8 @@ Context context_of(const Family& family, const Job& job, const CaseNames& cases,
 }  // namespace
 
 OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const CaseNames& cases,
-                           FaultList& faults) {
-  const Context context = context_of(family, job, cases, faults);
+                           bool tolerances, FaultList& faults) {
+  const Context context = context_of(family, job, cases, tolerances, faults);
   const Pointer at("/optimise");
   const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
   OptimiseSpec spec = search_table().read(read);
