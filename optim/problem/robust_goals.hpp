@@ -1,8 +1,8 @@
 #pragma once
 // Goals that bear the tolerances of a job, to first order, and their exact derivatives. With the
 // slopes s_e of a value (tolerance_slopes.hpp) and the side d = ±1 that is worse,
-//     v + d m,    m = Σ |s_e|  or  k √(Σ s_e² σ_e²)                                          (R1)
-//     ∂m/∂p = Σ_e c_e ∂s_e/∂p,    c_e = sign s_e  or  k² s_e σ_e² / m                        (R2)
+//     v + d m,    m = Σ |s_e|  or  k √(Σ s_e² σ_e²)                                          (V1)
+//     ∂m/∂p = Σ_e c_e ∂s_e/∂p,    c_e = sign s_e  or  k² s_e σ_e² / m                        (V2)
 //     ∂s_e/∂p = ∂/∂z_e (∂v/∂p) + ∂v/∂p · ∂change_p/∂p
 // The derivative along z_e is a central difference of exact ones.
 #include <functional>
@@ -24,10 +24,10 @@ struct GoalSlopes {
   bool of_reduced_leaves = false;
 };
 
-/// m of (R1) for a value with these slopes.
+/// m of (V1) for a value with these slopes.
 double tolerance_margin(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
                         const ToleranceSlopes& slopes);
-/// c of (R2); 0 where m has a kink.
+/// c of (V2); 0 where m has a kink.
 VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
                         const ToleranceSlopes& slopes);
 
