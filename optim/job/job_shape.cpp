@@ -7,6 +7,7 @@
 #include "designs/design_shape.hpp"
 #include "designs/library.hpp"
 #include "optim/job/job_cases.hpp"
+#include "optim/job/job_maps.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_stress.hpp"
 #include "optim/job/job_stroke.hpp"
@@ -250,6 +251,7 @@ Shape job_shape(const Family* family) {
   fields.insert(fields.end(), sections.begin(), sections.end());
   for (Field& field : stress_fields()) fields.push_back(std::move(field));
   fields.push_back(cases_field(sections));
+  fields.push_back(maps_field());
   fields.push_back(tolerances_field());
   fields.push_back(tolerance_samples_field());
   return record(std::move(fields));

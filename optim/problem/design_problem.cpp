@@ -228,6 +228,7 @@ DesignValues DesignProblem::read(const Variables& variables,
         goal.expression ? read_goal(goal, all) : read_parts(goal, found, requests);
     if (!reading.ok) {
       values.message = std::move(reading.message);
+      values.reason = std::move(reading.reason);
       values.goals.clear();
       values.gradient.resize(0, 0);
       why.clear();
@@ -303,6 +304,7 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
   } catch (const SpecError& error) {
     DesignValues values;
     values.message = error.what();
+    values.reason = error.rule();
     return values;
   }
 }
@@ -401,11 +403,15 @@ std::vector<double> DesignProblem::constraints(const DesignValues& values) const
 }
 
 double DesignProblem::violation(const DesignValues& values, const Scales& scales) const {
-  const std::vector<double> numbers = constraints(values);
+  return violation(constraints(values), scales);
+}
+
+double DesignProblem::violation(const std::vector<double>& constraints,
+                                const Scales& scales) const {
   double most = 0;
-  for (std::size_t i = 0; i < numbers.size(); ++i)
-    most = std::max(most, excess(numbers[i], spec().constraints[i].min, spec().constraints[i].max,
-                                 scales.constraints[i]));
+  for (std::size_t i = 0; i < constraints.size(); ++i)
+    most = std::max(most, excess(constraints[i], spec().constraints[i].min,
+                                 spec().constraints[i].max, scales.constraints[i]));
   return most;
 }
 

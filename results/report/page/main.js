@@ -9,6 +9,7 @@ import {accuracy_table, optimum_tables, sensitivity_charts} from "./optimum.js";
 import {converged, job, optimum, result} from "./result.js";
 import {designs} from "./scene_data.js";
 import {history_charts, parallel_coordinates, starts_table} from "./search.js";
+import {screening_section} from "./screening.js";
 import {front_section, stock_section, verification_section} from "./stages.js";
 import {state} from "./state.js";
 import {stroke_charts} from "./stroke_plots.js";
@@ -45,6 +46,7 @@ function draw() {
     section("Front of two objectives", front_section());
     section("All evaluated designs", parallel_coordinates());
     section("Convergence", figures(history_charts()));
+    section("Global search", screening_section());
     section("Starts", starts_table());
     section("Stock sizes", stock_section());
     section("Accuracy: this model against full accuracy", accuracy_table());
