@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "optim/job/job_atlas.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -37,7 +38,7 @@ Job posed(const Job& job, const MapSpec& map, const ParameterValues& parameters)
 /// What one design yields.
 struct Mapped {
   std::vector<double> values;  ///< of the quantities; empty where it failed
-  double violation = 0;
+  double margin = 0;
   std::string failure;
 };
 
@@ -53,7 +54,11 @@ Mapped evaluate(const DesignProblem& problem, const Variables& variables, std::s
   const std::vector<double> others = problem.constraints(values);
   mapped.values.insert(mapped.values.end(), others.begin(),
                        others.begin() + static_cast<std::ptrdiff_t>(quantities) - 1);
-  mapped.violation = problem.violation(others, scales);
+  mapped.margin = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const Constraint& c = problem.spec().constraints[i];
+    mapped.margin = std::min(mapped.margin, -excess(others[i], c.min, c.max, scales.constraints[i]));
+  }
   return mapped;
 }
 
@@ -87,7 +92,7 @@ ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValu
     const bool ok = of.failure.empty();
     for (std::size_t q = 0; q < found.quantities.size(); ++q)
       found.quantities[q].push_back(ok ? std::optional(of.values[q]) : std::nullopt);
-    if (bounded) found.violation.push_back(ok ? std::optional(of.violation) : std::nullopt);
+    if (bounded) found.margin.push_back(ok ? std::optional(of.margin) : std::nullopt);
     if (ok) continue;
     if (found.failed++ > 0) continue;
     const Variables at = problem.variables(grid[d]);

@@ -67,7 +67,7 @@ Json map_json(const RunRecord& record, const MapSpec& map, const ResponseMap& fo
   return {{"parameters", parameters_json(record, map, found)},
           {"model", {{"accuracy", "reduced"}, {"atlas", found.looked_up}}},
           {"quantities", std::move(quantities)},
-          {"violation", found.violation.empty() ? Json() : rows_json(found.violation, columns)},
+          {"margin", found.margin.empty() ? Json() : rows_json(found.margin, columns)},
           {"failed", found.failed},
           {"first_failure", found.first_failure}};
 }
@@ -84,7 +84,7 @@ OrderedJson make_maps(const RunRecord& record) {
 
 std::string maps_csv(const RunRecord& record) {
   std::string text = csv::row({"map", "first parameter", "value [SI]", "second parameter",
-                               "value [SI]", "quantity", "unit", "value", "violation [1]"});
+                               "value [SI]", "quantity", "unit", "value", "margin [1]"});
   const DriveList drives(record.mechanism);
   for (std::size_t m = 0; m < record.maps.size(); ++m) {
     const MapSpec& map = record.job.maps[m];
@@ -99,7 +99,7 @@ std::string maps_csv(const RunRecord& record) {
                           csv::text_cell(map.quantities[q].label),
                           csv::text_cell(unit_of(map.quantities[q], drives)),
                           csv::number_cell(found.quantities[q][k]),
-                          found.violation.empty() ? "" : csv::number_cell(found.violation[k])});
+                          found.margin.empty() ? "" : csv::number_cell(found.margin[k])});
   }
   return text;
 }

@@ -4,6 +4,7 @@ import {comparison_sections} from "./comparison.js";
 import {design_sections} from "./designs.js";
 import {facts, first_screen} from "./first_screen.js";
 import {leaf_panel} from "./leaf_plots.js";
+import {map_section} from "./maps.js";
 import {matrix_panel, principal_panel} from "./matrices.js";
 import {accuracy_table, optimum_tables, sensitivity_charts} from "./optimum.js";
 import {converged, job, optimum, result} from "./result.js";
@@ -53,6 +54,7 @@ function draw() {
     section("Towards the optimum of full accuracy", verification_section());
   }
   for (const [title, children] of comparison_sections()) section(title, children);
+  section("Maps", map_section());
   section("Tolerances", tolerance_section());
   section("Load cases", case_section());
   section("Stroke table", stroke_table());
