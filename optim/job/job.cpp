@@ -381,7 +381,8 @@ json job_schema() {
                       {"stroke", whole["properties"]["stroke"]},
                       {"cases", whole["properties"]["cases"]},
                       {"optimise", whole["properties"]["optimise"]},
-                      {"samples", whole["properties"]["samples"]}}}};
+                      {"samples", whole["properties"]["samples"]},
+                      {"maps", whole["properties"]["maps"]}}}};
     by_family.push_back({{"if", is_family}, {"then", then}});
   }
   schema["allOf"] = std::move(by_family);

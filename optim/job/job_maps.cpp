@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
-#include "core/spec/record_table.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_goals.hpp"
 #include "optim/job/job_tables.hpp"
@@ -19,35 +18,6 @@ using Pointer = json::json_pointer;
 namespace {
 
 constexpr int most_map_designs = 10000;
-
-Shape axis_shape() {
-  return shape::record(
-      {shape::required("parameter", shape::text(),
-                       "of the design, of its material or of the end-effector"),
-       shape::optional("min", shape::quantity(""),
-                       "where it begins; default: where it does as a variable of \"optimise\""),
-       shape::optional("max", shape::quantity(""), "where it ends; default: as min")});
-}
-
-/// A goal without its bounds.
-Shape measure_shape() {
-  Shape measure = constraint_table().shape();
-  std::erase_if(measure.fields,
-                [](const Field& field) { return field.name == "min" || field.name == "max"; });
-  return measure;
-}
-
-const RecordTable<MapSpec>& map_table() {
-  static const auto table =
-      RecordTable<MapSpec>()
-          .other(shape::required("parameters", shape::list(axis_shape(), 2, 2),
-                                 "the two that vary, across and up"))
-          .with_default("points", shape::list(shape::integer(2, 1000), 2, 2), &MapSpec::points,
-                        "values of each, ends included")
-          .other(shape::optional("quantities", shape::list(measure_shape(), 1, 50),
-                                 "what is drawn; default: objective and constraints"));
-  return table;
-}
 
 /// The bounds of the variable of that name, where the axis gives none.
 void take_bounds(json& axis, const Job& job, const Pointer& at) {
@@ -67,10 +37,6 @@ void take_bounds(json& axis, const Job& job, const Pointer& at) {
 }
 
 Variable read_axis(json& axis, const GoalContext& context, const Job& job, const Pointer& at) {
-  const std::string name = axis["parameter"];
-  if (!find_parameter(context.family, name))
-    throw SpecError((at / "parameter").to_string(), shown(axis["parameter"]),
-                    "no parameter of the design, of its material or of the end-effector");
   take_bounds(axis, job, at);
   return read_range(axis, context, at);
 }
@@ -117,12 +83,6 @@ MapSpec read_map(json& read, const GoalContext& context, const Job& job, const P
 }
 
 }  // namespace
-
-Field maps_field() {
-  return shape::optional("maps", shape::list(map_table().shape(), 1, 20),
-                         "quantities over two parameters, on reduced leaves, all else as in the "
-                         "design or, of an optimisation, at the optimum");
-}
 
 std::vector<MapSpec> read_maps(json& read, const Family& family, const Job& job,
                                const CaseNames& cases, FaultList& faults) {

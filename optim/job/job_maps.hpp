@@ -3,14 +3,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/spec/fault_list.hpp"
-#include "core/spec/field_table.hpp"
 #include "optim/job/job.hpp"
 #include "optim/job/job_cases.hpp"
 
 namespace flexopt {
-
-/// What the section may hold.
-Field maps_field();
 
 /// Reads the section of a job that is read but for its other sections. `read` has passed its shape,
 /// and is completed with what was decided. What is wrong is added to `faults`.

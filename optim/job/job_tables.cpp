@@ -444,6 +444,12 @@ const RecordTable<ParetoSpec>& pareto_table() {
   return table;
 }
 
+const RecordTable<MapSpec>& map_table() {
+  static const auto table = RecordTable<MapSpec>().with_default(
+      "points", list(integer(2, 1000), 2, 2), &MapSpec::points, "values of each, ends included");
+  return table;
+}
+
 const RecordTable<SamplesSpec>& samples_table() {
   static const auto table =
       RecordTable<SamplesSpec>()

@@ -51,8 +51,8 @@ function chart_of(map, quantity, x, y) {
     y: {label: null, domain: [y.shown[0], y.shown.at(-1)]},
     color: color ? {type: color.log ? "log" : "linear", scheme: "viridis", domain: [color.low, color.high]} : {},
     marks: [
-      color ? Plot.contour({...frame, data: values, fill: Plot.identity, stroke: "#ffffff", strokeOpacity: 0.35, thresholds: color.levels}) : null,
-      margin ? Plot.contour({...frame, data: margin, value: Plot.identity, thresholds: [0], fill: "#ffffff", fillOpacity: 0.6, stroke: "#000000", strokeWidth: 2}) : null,
+      color ? Plot.contour(values, {...frame, fill: Plot.identity, stroke: "#ffffff", strokeOpacity: 0.35, thresholds: color.levels}) : null,
+      margin ? Plot.contour(margin, {...frame, value: Plot.identity, thresholds: [0], fill: "#ffffff", fillOpacity: 0.6, stroke: "#000000", strokeWidth: 2}) : null,
       Plot.dot(holes, {x: "x", y: "y", symbol: "times", r: 3, stroke: "var(--soft)"}),
       Plot.text([y.label], {frameAnchor: "top-left", dy: -22, dx: -58, textAnchor: "start", fontWeight: 500}),
       Plot.frame({stroke: "var(--soft)"}),

@@ -21,7 +21,8 @@ json map_job() {
   return document;
 }
 
-ResponseMap evaluated(const json& document, Calls& calls, int threads = 1, double breaks_at = 1e99) {
+ResponseMap evaluated(const json& document, Calls& calls, int threads = 1,
+                      double breaks_at = 1e99) {
   const Job job = parse_job(document);
   return evaluate_map(job, job.maps.front(), job.design.parameters, threads,
                       evaluator(calls, breaks_at));
@@ -69,10 +70,9 @@ TEST_CASE("a map asks for what it names, over the range that it names", "[optim]
       {{"parameter", "width"}, {"min", "20 mm"}, {"max", "40 mm"}},
       {{"parameter", "material.youngs_modulus"}, {"min", "100 GPa"}, {"max", "200 GPa"}}};
   document["maps"][0]["points"] = {3, 2};
-  document["maps"][0]["quantities"] = {
-      {{"quantity", "drive_load"}, {"over_stroke", "last"}},
-      {{"quantity", "max_stress"}, {"over_stroke", "max"}},
-      {{"expression", "width*length"}}};
+  document["maps"][0]["quantities"] = {{{"quantity", "drive_load"}, {"over_stroke", "last"}},
+                                       {{"quantity", "max_stress"}, {"over_stroke", "max"}},
+                                       {{"expression", "width*length"}}};
   const ResponseMap map = evaluated(document, calls);
   CHECK(map.margin.empty());
   REQUIRE(map.quantities.size() == 3);
@@ -103,7 +103,8 @@ TEST_CASE("a design without equilibrium is a hole in the map, and said", "[optim
     }
   CHECK(holes > 0);
   CHECK(map.failed == holes);
-  CHECK_THAT(map.first_failure, Contains("length = 0.05, thickness = ") && Contains("no equilibrium"));
+  CHECK_THAT(map.first_failure,
+             Contains("length = 0.05, thickness = ") && Contains("no equilibrium"));
 }
 
 TEST_CASE("a map does not depend on the number of threads", "[optim]") {
