@@ -9,6 +9,7 @@
 #include "core/response/accuracy/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
+#include "optim/maps/response_map.hpp"
 #include "optim/search/optimise.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
 #include "results/files/units.hpp"

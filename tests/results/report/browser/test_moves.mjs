@@ -234,7 +234,7 @@ async function changes(page, act) {
 }
 {  // maps and the global search
   const {page, faults} = await show("front");
-  const map = ".map > svg", told = () => page.$$eval(".map output", (all) => all.map((e) => e.textContent));
+  const map = ".map > svg[role=application]", told = () => page.$$eval(".map output", (all) => all.map((e) => e.textContent));
   check((await page.$$(map)).length === 2, "a map for each goal", (await page.$$(map)).length);
   const chart = await page.$(map);
   await chart.scrollIntoView();
@@ -250,7 +250,7 @@ async function changes(page, act) {
     return [map.quantities[1].values[i][j] / 1e6, Number(stress)];
   });
   check(Math.abs(numbers[0] / numbers[1] - 1) < 1e-3, "and they are those of the result", numbers);
-  await chart.focus();
+  await page.$eval(map, (e) => e.focus());
   await page.keyboard.press("ArrowRight");
   const stepped = await told();
   check(stepped[0] !== pointed[0] && stepped[0].split(", thickness")[1].split(":")[0] === pointed[0].split(", thickness")[1].split(":")[0], "an arrow key steps along one parameter", stepped[0]);
