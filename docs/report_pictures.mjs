@@ -19,6 +19,7 @@ function report(job) {
 }
 
 const guide = "tests/results/report/jobs/evaluate.json", hinge = "designs/jobs/three_flexure_cross_hinge.json";
+const crossing = "designs/jobs/crossing_anywhere.json";
 const front = "tests/results/report/jobs/front.json", listed = "tests/results/report/jobs/listed.json", compare = "tests/results/report/jobs/compare.json";
 /// What is above this text, at the top of the window; `act` first.
 const at = (text) => (page) => page.evaluate((t) => { const e = [...document.querySelectorAll("h2, figcaption")].find((x) => x.textContent.startsWith(t)); scrollTo(0, e.getBoundingClientRect().top + scrollY - 16); }, text);
@@ -31,6 +32,7 @@ const views = [
   {name: "sensitivities", job: hinge, act: at("What each dimension does")},
   {name: "designs", job: front, act: at("All evaluated designs")},
   {name: "front", job: front, act: at("Front of two objectives")},
+  {name: "maps", job: crossing, act: at("Maps")},
   {name: "ranking", job: listed, act: at("Ranking")},
   {name: "comparison", job: compare},
 ];

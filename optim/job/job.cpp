@@ -19,6 +19,7 @@
 #include "optim/job/job_design.hpp"
 #include "optim/job/job_designs.hpp"
 #include "optim/job/job_loads.hpp"
+#include "optim/job/job_maps.hpp"
 #include "optim/job/job_shape.hpp"
 #include "optim/job/job_stress.hpp"
 #include "optim/job/job_tables.hpp"
@@ -219,9 +220,10 @@ void JobReader::read_mechanism() {
 
 void JobReader::read_sections() {
   const std::string kind = read_["job"];
-  // tolerances look at the goals of a search that the job does not make
+  // tolerances and maps look at the goals of a search that the job does not make
   const auto looked_at = [&](const std::string& section) {
-    return section == "optimise" && job_.kind == JobKind::evaluate && read_.contains("tolerances");
+    return section == "optimise" && job_.kind == JobKind::evaluate &&
+           (read_.contains("tolerances") || read_.contains("maps"));
   };
   for (const auto& [section, owner] : {std::pair{"optimise", JobKind::optimise},
                                        {"samples", JobKind::compare},
@@ -229,6 +231,9 @@ void JobReader::read_sections() {
     if (read_.contains(section) && job_.kind != owner && !looked_at(section))
       job_.notes.push_back(
           fmt::format("The section {} is not used by \"job\": \"{}\".", section, kind));
+  if (read_.contains("maps") && job_.kind == JobKind::compare)
+    faults_.add("/maps", shown(document_["maps"]),
+                "a job \"compare\" looks at models and draws no maps");
   if (read_.contains("tolerances") && job_.kind == JobKind::compare)
     faults_.add("/tolerances", shown(document_["tolerances"]),
                 "a job \"compare\" looks at models, not at tolerances");
@@ -256,6 +261,10 @@ void JobReader::read_sections() {
       is_geometry_sound(*family_, faults_)) {
     job_.tolerances = read_tolerances(read_, *family_, job_, faults_);
     job_.tolerances->goals = job_.optimise;
+  }
+  if (read_.contains("maps") && job_.kind != JobKind::compare) {
+    job_.maps = read_maps(read_["maps"], *family_, job_, cases_, faults_);
+    job_.map_goals = job_.optimise;
   }
   if (job_.kind != JobKind::optimise) job_.optimise.reset();
   if (job_.kind != JobKind::compare) job_.compare.reset();
@@ -383,7 +392,8 @@ json job_schema() {
                       {"stroke", whole["properties"]["stroke"]},
                       {"cases", whole["properties"]["cases"]},
                       {"optimise", whole["properties"]["optimise"]},
-                      {"samples", whole["properties"]["samples"]}}}};
+                      {"samples", whole["properties"]["samples"]},
+                      {"maps", whole["properties"]["maps"]}}}};
     by_family.push_back({{"if", is_family}, {"then", then}});
   }
   schema["allOf"] = std::move(by_family);

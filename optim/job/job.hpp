@@ -1,5 +1,6 @@
 #pragma once
 // The job file as read: defaults filled in, SI, checked.
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -66,6 +67,12 @@ struct Algorithm {
 /// How the starts but the first lie in their box.
 enum class Spread { sobol, latin_hypercube };
 
+/// Where the starts are from.
+enum class SearchKind {
+  starts,  ///< the job's own design and points of the spread
+  global   ///< the best of the clusters that a screening of the whole box finds
+};
+
 /// A second objective, traded against the first.
 struct ParetoSpec {
   std::string quantity, expression;  ///< one of the two is empty
@@ -88,6 +95,8 @@ struct OptimiseSpec {
   Objective objective;
   std::vector<Constraint> constraints;
   Algorithm algorithm;
+  SearchKind search = SearchKind::starts;
+  int screened_designs = 0;  ///< of a global search
   int starts = 1;
   Spread spread = Spread::sobol;
   unsigned seed = 1;
@@ -96,6 +105,13 @@ struct OptimiseSpec {
   int max_evaluations = 500;           ///< per start
   double tolerance = 1e-5;             ///< relative change of scaled variables and objective
   double constraint_tolerance = 1e-4;  ///< relative to the bound
+};
+
+/// Quantities over two parameters.
+struct MapSpec {
+  std::array<Variable, 2> parameters;  ///< name and range alone
+  std::array<int, 2> points{21, 21};
+  std::vector<Constraint> quantities;  ///< without bounds
 };
 
 enum class SampleMethod { sobol, latin_hypercube, grid, list };
@@ -227,6 +243,9 @@ struct Job {
   std::optional<OptimiseSpec> optimise;
   std::optional<CompareSpec> compare;
   std::optional<TolerancesSpec> tolerances;
+  std::vector<MapSpec> maps;
+  /// Objective and constraints that maps are drawn with: those of "optimise", whatever the job.
+  std::optional<OptimiseSpec> map_goals;
   /// Of a job that lists several; all else is then that of the first one.
   std::vector<ListedDesign> designs;
   std::vector<Expectation> expect;

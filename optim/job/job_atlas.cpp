@@ -55,6 +55,12 @@ std::string find_atlas(ModelOptions& model) {
   return {};
 }
 
+ModelOptions on_reduced_leaves(ModelOptions model) {
+  model.accuracy = Accuracy::reduced;
+  find_atlas(model);
+  return model;
+}
+
 std::string note_on_atlas(ModelOptions model) {
   if (model.atlas_use != AtlasUse::automatic) return {};
   const std::string problem = find_atlas(model);

@@ -131,6 +131,25 @@ Shape optimise_shape(const Family* family) {
   return record(std::move(fields));
 }
 
+Shape map_shape(const Family* family) {
+  const Shape axis = record(
+      {required("parameter", family ? choice(names_of(*family)) : text(),
+                "which parameter of the family, or number of the material or the end-effector"),
+       optional("min", quantity(""),
+                "where it begins; default: where it does as a variable of \"optimise\""),
+       optional("max", quantity(""), "where it ends; default: as min")});
+  Shape measure = with_quantities(constraint_table().shape(), family);  // without its bounds
+  std::erase_if(measure.fields,
+                [](const Field& field) { return field.name == "min" || field.name == "max"; });
+  std::vector<Field> fields{
+      required("parameters", list(axis, 2, 2), "the two that vary, across and up"),
+      optional("quantities", list(measure, 1, 50),
+               "what is drawn; default: objective and constraints")};
+  const std::vector<Field>& plain = map_table().fields();
+  fields.insert(fields.end(), plain.begin(), plain.end());
+  return record(std::move(fields));
+}
+
 /// An entry of "vary".
 Shape vary_shape(const Family* family) {
   std::vector<Field> fields{
@@ -250,6 +269,10 @@ Shape job_shape(const Family* family) {
   fields.insert(fields.end(), sections.begin(), sections.end());
   for (Field& field : stress_fields()) fields.push_back(std::move(field));
   fields.push_back(cases_field(sections));
+  fields.push_back(optional(
+      "maps", list(map_shape(family), 1, 20),
+      "quantities over two parameters, on reduced leaves, all else as in the design or, of "
+      "an optimisation, at the optimum"));
   fields.push_back(tolerances_field());
   fields.push_back(tolerance_samples_field());
   return record(std::move(fields));

@@ -354,8 +354,17 @@ const RecordTable<ModelChoice>& model_table() {
 const RecordTable<OptimiseSpec>& search_table() {
   static const auto table =
       RecordTable<OptimiseSpec>()
-          .with_default("starts", integer(1, 1000), &OptimiseSpec::starts,
-                        "starts: the first at the job's values, the others spread over the box")
+          .choice<SearchKind>("search",
+                              {{"starts", SearchKind::starts}, {"global", SearchKind::global}},
+                              &OptimiseSpec::search,
+                              "where the starts are from: the job's values and a spread over the "
+                              "box, or the best of the clusters of many screened designs")
+          .optional("screened_designs", integer(2, 1000000), &OptimiseSpec::screened_designs,
+                    "of a global search, on reduced leaves, before the starts; default: 2000 for "
+                    "each variable, rounded up to a power of two, at most 65536")
+          .optional("starts", integer(1, 1000), &OptimiseSpec::starts,
+                    "starts: the first at the job's values, the others spread over the box; of a "
+                    "global search, from as many clusters; default 1, of a global search 8")
           .choice<Spread>("spread",
                           {{"sobol", Spread::sobol}, {"latin_hypercube", Spread::latin_hypercube}},
                           &OptimiseSpec::spread, "how the starts but the first are spread")
@@ -438,6 +447,12 @@ const RecordTable<ParetoSpec>& pareto_table() {
                         "which way is better")
           .with_default("points", integer(2, 200), &ParetoSpec::points,
                         "designs on the front, both ends included");
+  return table;
+}
+
+const RecordTable<MapSpec>& map_table() {
+  static const auto table = RecordTable<MapSpec>().with_default(
+      "points", list(integer(2, 1000), 2, 2), &MapSpec::points, "values of each, ends included");
   return table;
 }
 

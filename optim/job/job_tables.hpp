@@ -71,6 +71,9 @@ const RecordTable<Algorithm>& algorithm_table();
 const RecordTable<VerifySpec>& verify_table();
 const RecordTable<ParetoSpec>& pareto_table();
 
+/// Points of a map.
+const RecordTable<MapSpec>& map_table();
+
 /// Method, count and seed of "samples".
 const RecordTable<SamplesSpec>& samples_table();
 /// Spread and points of an entry of "vary".

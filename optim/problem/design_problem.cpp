@@ -238,7 +238,8 @@ GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
   for (const Goal& goal : goals_) {
     GoalReading reading =
         goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests);
-    if (!reading.ok) return {.message = std::move(reading.message)};
+    if (!reading.ok)
+      return {.message = std::move(reading.message), .reason = std::move(reading.reason)};
     const std::string name = goal.label.find(goal.quantity) != std::string::npos
                                  ? goal.label
                                  : fmt::format("{} ({})", goal.label, goal.quantity);
@@ -270,6 +271,7 @@ GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
 DesignValues DesignProblem::chained(GoalSlopes goals, const ParameterValues& parameters) const {
   DesignValues values{.ok = goals.ok,
                       .message = std::move(goals.message),
+                      .reason = std::move(goals.reason),
                       .goals = std::move(goals.goals),
                       .gradient = {},
                       .no_gradient = std::move(goals.no_gradient),
@@ -340,7 +342,7 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
                 try {
                   return look(beside, true, model);
                 } catch (const SpecError& error) {
-                  return GoalSlopes{.message = error.what()};
+                  return GoalSlopes{.message = error.what(), .reason = error.rule()};
                 }
               },
               slopes);
@@ -354,6 +356,7 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
   } catch (const SpecError& error) {
     DesignValues values;
     values.message = error.what();
+    values.reason = error.rule();
     return values;
   }
 }
@@ -465,11 +468,15 @@ std::vector<double> DesignProblem::constraints(const DesignValues& values) const
 }
 
 double DesignProblem::violation(const DesignValues& values, const Scales& scales) const {
-  const std::vector<double> numbers = constraints(values);
+  return violation(constraints(values), scales);
+}
+
+double DesignProblem::violation(const std::vector<double>& constraints,
+                                const Scales& scales) const {
   double most = 0;
-  for (std::size_t i = 0; i < numbers.size(); ++i)
-    most = std::max(most, excess(numbers[i], spec().constraints[i].min, spec().constraints[i].max,
-                                 scales.constraints[i]));
+  for (std::size_t i = 0; i < constraints.size(); ++i)
+    most = std::max(most, excess(constraints[i], spec().constraints[i].min,
+                                 spec().constraints[i].max, scales.constraints[i]));
   return most;
 }
 

@@ -41,6 +41,7 @@ using Variables = std::vector<double>;
 struct DesignValues {
   bool ok = false;
   std::string message;            ///< why not, with the figures
+  std::string reason;             ///< the same in a few words without figures
   std::vector<GoalValues> goals;  ///< objective, then constraints; empty when not ok
   /// Exact derivatives: all goals' values one after the other × variables, SI per SI. Empty where
   /// they were not asked for, or where one of them cannot be had.
@@ -126,6 +127,8 @@ class DesignProblem {
   std::vector<double> constraints(const DesignValues& values) const;
   /// Largest relative violation, 0 when feasible.
   double violation(const DesignValues& values, const Scales& scales) const;
+  /// The same from the values of the constraints.
+  double violation(const std::vector<double>& constraints, const Scales& scales) const;
 
  private:
   Job job_;

@@ -9,8 +9,7 @@
 
 namespace flexopt {
 
-bool better(const EvaluationRecord& a, const EvaluationRecord& b, bool maximise,
-            double feasible_within) {
+bool better(const Merit& a, const Merit& b, bool maximise, double feasible_within) {
   const bool a_feasible = a.violation <= feasible_within,
              b_feasible = b.violation <= feasible_within;
   if (a_feasible != b_feasible) return a_feasible;
@@ -91,6 +90,7 @@ std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables
     if (auto why = problem_.ruled_out(v, scales_)) {
       known[v] = {{.ok = false,
                    .message = *why,
+                   .reason = {},
                    .goals = {},
                    .gradient = {},
                    .no_gradient = {},

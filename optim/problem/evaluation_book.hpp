@@ -112,8 +112,12 @@ class EvaluationBook {
 /// All goals' values one after the other.
 VectorXd flattened(const DesignValues& values);
 
+/// What designs are ranked by.
+struct Merit {
+  double objective = 0, violation = 0;  ///< SI; relative
+};
+
 /// True if a is the better design: feasible before infeasible, then by objective or violation.
-bool better(const EvaluationRecord& a, const EvaluationRecord& b, bool maximise,
-            double feasible_within);
+bool better(const Merit& a, const Merit& b, bool maximise, double feasible_within);
 
 }  // namespace flexopt

@@ -94,7 +94,8 @@ json log_identity(const Job& job, const std::string& version) {
   assert(identity.is_object());
   for (const char* key : {"name", "expect"}) identity.erase(key);
   if (identity.contains("optimise"))
-    for (const char* key : {"starts", "max_evaluations"}) identity["optimise"].erase(key);
+    for (const char* key : {"starts", "max_evaluations", "screened_designs"})
+      identity["optimise"].erase(key);
   json whole{{"version", version}, {"job", std::move(identity)}};
   // leaves that another atlas, or none, would give are others
   const auto add_atlas = [&](const ModelOptions& model) {

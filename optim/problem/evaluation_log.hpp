@@ -23,7 +23,8 @@ std::string name_of(Stage stage);
 Stage stage_named(const std::string& name);
 
 /// What of a job decides the values of its designs and the path of its optimisation: all but name,
-/// expectations, and how many starts and evaluations there may be; and the atlases of its models.
+/// expectations, and how many starts, evaluations and screened designs there may be; and the
+/// atlases of its models.
 nlohmann::json log_identity(const Job& job, const std::string& version);
 
 class EvaluationLog {

@@ -209,11 +209,13 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
     const PathPoint& point = response.path[i];
     if (request.outputs.need_path() && point.status != PointStatus::converged) {
       const std::string& why = point.message.empty() ? response.message : point.message;
+      reading.reason = "no equilibrium";
       reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
                                     why.empty() ? "" : ": ", why);
       return reading;
     }
     if (request.outputs.need_path() && !point.stable) {
+      reading.reason = "unstable equilibrium";
       reading.message = fmt::format("the equilibrium at stroke {:.6g} is unstable", point.stroke);
       return reading;
     }
@@ -229,8 +231,8 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
       continue;
     }
     if (!value || !std::isfinite(*value)) {
-      reading.message =
-          fmt::format("{} has no value at stroke {:.6g}", goal.quantity, point.stroke);
+      reading.reason = fmt::format("{} has no value", goal.quantity);
+      reading.message = fmt::format("{} at stroke {:.6g}", reading.reason, point.stroke);
       if (!point.fillet_fault.empty() && needs_of(goal.quantity).has(Output::stress))
         reading.message += ": " + point.fillet_fault;
       if (point.buckling && goal.quantity.starts_with("buckling"))
@@ -246,6 +248,7 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
   }
   if (!differentiated) reading.gradient.resize(0, 0);
   if (response.path.size() != request.points.size() || response.path.empty()) {
+    reading.reason = "no equilibrium";
     reading.message = fmt::format("{} of {} stroke points came back: {}", response.path.size(),
                                   request.points.size(), response.message);
     return reading;
@@ -264,7 +267,7 @@ GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
     if (const auto gradient = goal.expression->gradient(parameters))
       reading.gradient = gradient->transpose();
   } else {
-    reading.message = fmt::format("{} is not finite", goal.expression->text());
+    reading.reason = reading.message = fmt::format("{} is not finite", goal.expression->text());
   }
   return reading;
 }

@@ -55,6 +55,7 @@ using GoalValues = std::vector<double>;
 struct GoalReading {
   bool ok = false;
   std::string message;  ///< why not, with the figures
+  std::string reason;   ///< the same in a few words without figures
   GoalValues values;
   MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
 };

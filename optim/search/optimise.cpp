@@ -9,6 +9,7 @@
 
 #include "optim/numerics/parallel.hpp"
 #include "optim/search/answer.hpp"
+#include "optim/search/different_ends.hpp"
 #include "optim/search/pareto.hpp"
 #include "optim/search/search.hpp"
 #include "optim/search/start_points.hpp"
@@ -45,11 +46,9 @@ StartSummary summarise(const DesignProblem& problem, const Start& start, int ind
 
 /// Starts whose feasible ends are as good as the best one.
 int mark_agreeing(std::vector<StartSummary>& starts, const StartSummary& best) {
-  constexpr double near = 1e-3;
   int count = 0;
   for (StartSummary& s : starts) {
-    s.agrees = best.feasible && s.feasible &&
-               std::abs(s.objective - best.objective) <= near * std::abs(best.objective);
+    s.agrees = best.feasible && s.feasible && objectives_agree(s.objective, best.objective);
     count += s.agrees ? 1 : 0;
   }
   return count;
@@ -57,10 +56,10 @@ int mark_agreeing(std::vector<StartSummary>& starts, const StartSummary& best) {
 
 /// The starts, each with its book; the scales come from the first that can be evaluated, before the
 /// starts go their own ways.
-std::vector<Start> make_starts(Campaign& campaign) {
+std::vector<Start> make_starts(Campaign& campaign, std::vector<VectorXd> points) {
   const DesignProblem& problem = campaign.problem;
   std::vector<Start> starts;
-  for (VectorXd& x : start_points(problem, campaign.scales)) {
+  for (VectorXd& x : points) {
     Start start;
     start.book = std::make_unique<EvaluationBook>(
         campaign.book(Stage::search, static_cast<int>(starts.size())));
@@ -78,24 +77,25 @@ std::vector<Start> make_starts(Campaign& campaign) {
   return starts;
 }
 
+/// The ends of the starts; null where there is none.
+std::vector<const Candidate*> ends_of(const std::vector<Start>& starts) {
+  std::vector<const Candidate*> ends;
+  for (const Start& start : starts)
+    ends.push_back(start.result.best ? &*start.result.best : nullptr);
+  return ends;
+}
+
 /// The best feasible end, else the least violated one; −1 where there is none.
 int best_of(const DesignProblem& problem, const std::vector<Start>& starts) {
-  const double tolerated = problem.spec().constraint_tolerance;
-  const bool maximise = problem.spec().objective.maximise;
+  const std::vector<const Candidate*> ends = ends_of(starts);
   int best = -1;
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    const auto& mine = starts[i].result.best;
-    if (!mine) continue;
-    if (best >= 0) {
-      const Candidate& other = *starts[static_cast<std::size_t>(best)].result.best;
-      const bool a = mine->violation <= tolerated, b = other.violation <= tolerated;
-      const bool better = a != b     ? a
-                          : !a       ? mine->violation < other.violation
-                          : maximise ? mine->objective > other.objective
-                                     : mine->objective < other.objective;
-      if (!better) continue;
-    }
-    best = static_cast<int>(i);
+  for (int i = 0; i < static_cast<int>(ends.size()); ++i) {
+    const Candidate *mine = ends[static_cast<std::size_t>(i)],
+                    *other = best < 0 ? nullptr : ends[static_cast<std::size_t>(best)];
+    if (mine &&
+        (!other || better({mine->objective, mine->violation}, {other->objective, other->violation},
+                          problem.spec().objective.maximise, problem.spec().constraint_tolerance)))
+      best = i;
   }
   return best;
 }
@@ -116,7 +116,11 @@ class Optimisation {
   Optimum run();
 
  private:
+  /// Scaled variables of the starts; of a global search after its screening.
+  std::vector<VectorXd> points();
   void search_from_starts();
+  /// Of a global search: its different ends at full accuracy, and the one that is best there.
+  int compare_optima(int best);
   /// The best start's end is the answer so far; nothing where no design could be evaluated.
   std::optional<Chosen> best_end();
   void follow_front(const Start& start);
@@ -133,6 +137,7 @@ class Optimisation {
   bool feasible() const { return optimum_.status != OptimumStatus::infeasible; }
   Start& best_start() { return starts_[static_cast<std::size_t>(optimum_.best_start)]; }
 
+  const Job& job_;
   const OptimiseSpec& spec_;
   const OptimiseOptions& options_;
   DesignProblem problem_;
@@ -147,15 +152,29 @@ class Optimisation {
 };
 
 Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)
-    : spec_(*job.optimise),
+    : job_(job),
+      spec_(*job.optimise),
       options_(options),
       problem_(job, options.evaluators),
       log_(open_log(job, options)),
       board_(options.progress, spec_.starts, spec_.objective.maximise, spec_.constraint_tolerance),
       campaign_{problem_, log_, board_, problem_.scales(nullptr), options.threads} {}
 
+std::vector<VectorXd> Optimisation::points() {
+  if (spec_.search == SearchKind::starts) return start_points(problem_, campaign_.scales);
+  ScreeningOptions how;
+  if (!options_.log.empty()) how.log = screening_log(options_.log);
+  how.overwrite_log = options_.overwrite_log;
+  how.version = options_.version;
+  how.threads = options_.threads;
+  how.progress = options_.screening_progress;
+  Screening found = screen(job_, options_.evaluators, how);
+  optimum_.screening = std::move(found.report);
+  return std::move(found.starts);
+}
+
 void Optimisation::search_from_starts() {
-  starts_ = make_starts(campaign_);
+  starts_ = make_starts(campaign_, points());
   const auto count = static_cast<int>(starts_.size());
   const int together = std::clamp(options_.threads, 1, count);
   parallel_for(count, together, [&](int i) {
@@ -168,8 +187,48 @@ void Optimisation::search_from_starts() {
     optimum_.starts.push_back(summarise(problem_, starts_[static_cast<std::size_t>(i)], i));
 }
 
+int Optimisation::compare_optima(int best) {
+  const bool maximise = spec_.objective.maximise;
+  const auto groups = different_ends(ends_of(starts_), maximise, spec_.constraint_tolerance);
+  const auto count = static_cast<int>(groups.size());
+  optimum_.optima.resize(groups.size());
+  std::vector<EvaluationBook> books;
+  for (const std::vector<int>& group : groups)
+    books.push_back(campaign_.book(Stage::verification, 2 + group.front(),
+                                   starts_[static_cast<std::size_t>(group.front())].book.get()));
+  parallel_for(count, options_.threads, [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    FoundOptimum& of = optimum_.optima[k];
+    of.start = groups[k].front();
+    of.starts = groups[k];
+    std::ranges::sort(of.starts);
+    int cost = 0;
+    const VectorXd& x = starts_[static_cast<std::size_t>(of.start)].result.best->x;
+    const DesignValues& full = books[k].full(problem_.variables(x), cost);
+    of.ok = full.ok;
+    if (!full.ok) return;
+    of.objective = problem_.objective(full);
+    of.violation = problem_.violation(full, campaign_.scales);
+  });
+  // what the models differ by makes none infeasible
+  const double tolerated =
+      std::max(spec_.constraint_tolerance, spec_.verify.value_or(VerifySpec()).tolerance);
+  const FoundOptimum* chosen = nullptr;
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    const FoundOptimum& of = optimum_.optima[k];
+    starts_[static_cast<std::size_t>(of.start)].book->adopt(books[k]);
+    add(later_, books[k].evaluations());
+    const bool feasible = optimum_.starts[static_cast<std::size_t>(of.start)].feasible;
+    if (feasible && of.ok && of.violation <= tolerated &&
+        (!chosen || better({of.objective, 0}, {chosen->objective, 0}, maximise, 0)))
+      chosen = &of;
+  }
+  return chosen ? chosen->start : best;
+}
+
 std::optional<Chosen> Optimisation::best_end() {
-  const int best = best_of(problem_, starts_);
+  int best = best_of(problem_, starts_);
+  if (best >= 0 && optimum_.screening) best = compare_optima(best);
   optimum_.best_start = std::max(best, 0);
   if (best < 0) {
     optimum_.status = OptimumStatus::failed;
@@ -183,10 +242,12 @@ std::optional<Chosen> Optimisation::best_end() {
   judge(problem_, campaign_.scales, answer, end.summary.reason == StopReason::converged, optimum_);
   optimum_.stop_reason = end.summary.message;
   if (!feasible())
-    optimum_.stop_reason =
-        fmt::format("no feasible design in {} start{}; the least violated one has {}. {}",
-                    starts_.size(), starts_.size() == 1 ? "" : "s",
-                    what_stops(optimum_.constraints, campaign_.scales), end.summary.message);
+    optimum_.stop_reason = fmt::format(
+        "no feasible design in {} start{}{}; the least violated one has {}. {}", starts_.size(),
+        starts_.size() == 1 ? "" : "s",
+        optimum_.screening ? fmt::format(" of {} screened designs", optimum_.screening->designs)
+                           : "",
+        what_stops(optimum_.constraints, campaign_.scales), end.summary.message);
   return answer;
 }
 

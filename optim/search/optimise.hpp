@@ -4,6 +4,7 @@
 
 #include "optim/problem/evaluation_book.hpp"
 #include "optim/search/optimum.hpp"
+#include "optim/search/screening.hpp"
 
 namespace flexopt {
 
@@ -13,12 +14,15 @@ struct OptimiseOptions {
   std::string version;         ///< of the program; a log of another version is refused
   int threads = 1;             ///< the result does not depend on it
   ProgressCallback progress;   ///< after each evaluation, one at a time, from any thread
-  Evaluators evaluators;       ///< the mechanics with exact derivatives, unless another is given
+  /// The same of the screening of a global search, which comes first.
+  std::function<void(const ScreeningProgress&)> screening_progress;
+  Evaluators evaluators;  ///< the mechanics with exact derivatives, unless another is given
 };
 
-/// Runs the job's optimisation: the starts; then, from the best one's end, the front of two
-/// objectives, the best design of stock sizes, and the correction towards full accuracy, where the
-/// job asks for them. Throws SpecError for wrong input; all else is the optimum's status:
+/// Runs the job's optimisation: of a global search the screening; the starts; then, from the best
+/// one's end, the front of two objectives, the best design of stock sizes, and the correction
+/// towards full accuracy, where the job asks for them. Throws SpecError for wrong input; all else
+/// is the optimum's status:
 ///     optimal     feasible, and the best start's algorithm met its own test
 ///     feasible    feasible, but the evaluations were spent or the algorithm stalled
 ///     infeasible  no feasible design: the least violated one, and what stops it in `stop_reason`

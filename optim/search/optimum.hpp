@@ -105,6 +105,41 @@ struct ParetoFront {
   std::vector<ParetoPoint> points;  ///< from the first objective's optimum to the second one's
 };
 
+/// How many designs of a screening one thing was true of.
+struct ScreeningCount {
+  std::string what;
+  int designs = 0;
+};
+
+/// A cluster of screened designs from whose best one a search was begun.
+struct SearchedCluster {
+  ParameterValues from;
+  double objective = 0, violation = 0;  ///< on reduced leaves
+  bool feasible = false;
+  int designs = 0;      ///< of the best fifth that belong to it
+  double distance = 0;  ///< to the nearest better design, in the unit box; ∞: there is none
+};
+
+/// What the screening of a global search found.
+struct ScreeningReport {
+  int designs = 0;
+  int evaluated = 0, ruled_out = 0, failed = 0;  ///< of these; ruled out by formulas
+  int feasible = 0, nearly_feasible = 0;         ///< of those evaluated; bounds missed by ≤ 10 %
+  bool looked_up = false;                        ///< its leaves in an atlas
+  std::vector<ScreeningCount> failures;  ///< why designs have no values, most frequent first
+  std::vector<ScreeningCount> violated;  ///< constraints that evaluated designs miss
+  int clusters = 0;
+  std::vector<SearchedCluster> searched;  ///< in the order of the starts
+};
+
+/// One of the different ends of a global search, evaluated at full accuracy.
+struct FoundOptimum {
+  int start = 0;            ///< the one with the best end
+  std::vector<int> starts;  ///< all that ended here
+  bool ok = false;          ///< full accuracy has values there
+  double objective = 0, violation = 0;
+};
+
 struct Sensitivity {
   std::string of, parameter;  ///< d of / d parameter
   double value = 0;           ///< SI
@@ -131,6 +166,8 @@ struct Optimum {
   int evaluations = 0, failed_evaluations = 0;
   int best_start = 0, agreeing_starts = 0;
   std::vector<StartSummary> starts;
+  std::optional<ScreeningReport> screening;  ///< of a global search
+  std::vector<FoundOptimum> optima;          ///< of a global search: different ends, best first
   std::optional<StockSearch> stock;
   std::optional<ParetoFront> pareto;
   /// At the optimum, by the model that objective and constraints are of: the job's own, or that at

@@ -58,13 +58,16 @@ std::vector<VectorXd> spread(const DesignProblem& problem, int count) {
 
 }  // namespace
 
-std::vector<VectorXd> start_points(const DesignProblem& problem, const Scales& scales) {
-  const OptimiseSpec& spec = problem.spec();
+VectorXd own_point(const DesignProblem& problem) {
   Variables own;
-  for (const Variable& v : spec.variables)
+  for (const Variable& v : problem.spec().variables)
     own.push_back(v.start.value_or(problem.job().design.parameters.at(v.parameter)));
-  std::vector<VectorXd> points{problem.scaled(own)};
-  for (VectorXd& x : spread(problem, spec.starts - 1)) points.push_back(std::move(x));
+  return problem.scaled(own);
+}
+
+std::vector<VectorXd> start_points(const DesignProblem& problem, const Scales& scales) {
+  std::vector<VectorXd> points{own_point(problem)};
+  for (VectorXd& x : spread(problem, problem.spec().starts - 1)) points.push_back(std::move(x));
   for (VectorXd& x : points) x = onto_formulas(problem, scales, x);
   return points;
 }

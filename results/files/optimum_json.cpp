@@ -111,6 +111,57 @@ Json starts_json(const Optimum& optimum) {
   return starts;
 }
 
+Json counts_json(const std::vector<ScreeningCount>& counts, const char* name) {
+  Json list = Json::array();
+  for (const ScreeningCount& count : counts)
+    list.push_back({{name, count.what}, {"designs", count.designs}});
+  return list;
+}
+
+Json screening_json(const Optimum& optimum) {
+  if (!optimum.screening) return nullptr;
+  const ScreeningReport& found = *optimum.screening;
+  Json searched = Json::array();
+  for (std::size_t k = 0; k < found.searched.size(); ++k) {
+    const SearchedCluster& of = found.searched[k];
+    searched.push_back({{"start", k},
+                        {"from", of.from},
+                        {"objective", of.objective},
+                        {"violation", of.violation},
+                        {"feasible", of.feasible},
+                        {"designs", of.designs},
+                        {"distance", std::isinf(of.distance) ? Json() : Json(of.distance)}});
+  }
+  return {{"designs", found.designs},
+          {"evaluated", found.evaluated},
+          {"ruled_out", found.ruled_out},
+          {"failed", found.failed},
+          {"feasible", found.feasible},
+          {"nearly_feasible", found.nearly_feasible},
+          {"atlas", found.looked_up},
+          {"failures", counts_json(found.failures, "reason")},
+          {"violated", counts_json(found.violated, "label")},
+          {"clusters", found.clusters},
+          {"searched", std::move(searched)}};
+}
+
+Json optima_json(const Optimum& optimum) {
+  if (!optimum.screening) return nullptr;
+  Json list = Json::array();
+  for (const FoundOptimum& of : optimum.optima) {
+    const StartSummary& end = optimum.starts[static_cast<std::size_t>(of.start)];
+    list.push_back({{"start", of.start},
+                    {"starts", of.starts},
+                    {"variables", end.to},
+                    {"objective", end.objective},
+                    {"violation", end.violation},
+                    {"feasible", end.feasible},
+                    {"full", of.ok ? Json{{"objective", of.objective}, {"violation", of.violation}}
+                                   : Json()}});
+  }
+  return list;
+}
+
 Json stock_json(const Optimum& optimum) {
   if (!optimum.stock) return nullptr;
   const StockSearch& stock = *optimum.stock;
@@ -274,6 +325,8 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
           {"best_start", optimum.best_start},
           {"agreeing_starts", optimum.agreeing_starts},
           {"starts", starts_json(optimum)},
+          {"screening", screening_json(optimum)},
+          {"optima", optima_json(optimum)},
           {"stock", stock_json(optimum)},
           {"pareto", pareto_json(spec, optimum, DriveList(mechanism))},
           {"verified", verified_json(job, optimum, mechanism)},

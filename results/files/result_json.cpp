@@ -17,6 +17,7 @@
 #include "optim/job/job_numbers.hpp"
 #include "results/files/accuracy_json.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/maps.hpp"
 #include "results/files/tolerances.hpp"
 #include "results/files/units.hpp"
 #include "results/files/version.hpp"
@@ -630,6 +631,7 @@ OrderedJson make_result(const RunRecord& record) {
     result["cases"] = cases_json(record);
   }
   if (record.tolerances) result["tolerances"] = make_tolerances(record);
+  if (!record.maps.empty()) result["maps"] = make_maps(record);
   flag_non_finite(result);
   return result;
 }

@@ -75,6 +75,13 @@ void conclude_optimisation(RunRecord& record) {
                                plural(static_cast<std::size_t>(optimum.evaluations), "evaluation"));
   if (optimum.failed_evaluations > 0)
     record.message += fmt::format(" ({} failed)", optimum.failed_evaluations);
+  if (optimum.screening)
+    record.message += fmt::format(", after {} screened designs ({} feasible, {} clusters)",
+                                  optimum.screening->designs, optimum.screening->feasible,
+                                  optimum.screening->clusters);
+  if (optimum.screening && optimum.agreeing_starts > 0)
+    record.message += fmt::format(", from {} of {} clusters searched", optimum.agreeing_starts,
+                                  optimum.starts.size());
   record.message += optimum.stop_reason.empty() ? "." : "; " + optimum.stop_reason;
   if (optimum.verified && optimum.verified->outcome().status != Status::ok) {
     if (record.status == "ok") record.status = "not_verified";

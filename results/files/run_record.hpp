@@ -10,6 +10,7 @@
 #include "core/response/response.hpp"
 #include "optim/compare/comparison.hpp"
 #include "optim/job/job.hpp"
+#include "optim/maps/response_map.hpp"
 #include "optim/search/optimum.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
 
@@ -34,6 +35,7 @@ struct RunRecord {
   std::optional<Optimum> optimum;        ///< job optimise; its response stands for `response`
   std::optional<Comparison> comparison;  ///< job compare; there is no path then
   std::optional<ToleranceReport> tolerances;  ///< where the job has some, and a design to look at
+  std::vector<ResponseMap> maps;          ///< of the job's maps, where there is a design to look at
   std::string status = "ok";              ///< "ok", or why the result is not usable, in one word
   std::string message;                    ///< one sentence with the figures
   std::vector<DrawnDesign> others;        ///< of an optimisation; for the report alone

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -9,6 +10,7 @@
 #include "optim/compare/compare.hpp"
 #include "optim/problem/evaluation_book.hpp"
 #include "optim/problem/evaluation_log.hpp"
+#include "optim/search/screening.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/run/listed_designs.hpp"
@@ -84,7 +86,9 @@ OrderedJson interrupted_result(const fs::path& folder) {
     if (!trial.ok)
       ++optimum.failed_evaluations;
     else if (!trial.difference && !trial.full &&
-             (!best || better(trial, *best, spec.objective.maximise, spec.constraint_tolerance)))
+             (!best ||
+              better({trial.objective, trial.violation}, {best->objective, best->violation},
+                     spec.objective.maximise, spec.constraint_tolerance)))
       best = &trial;
   }
   if (best) {
@@ -101,6 +105,12 @@ OrderedJson interrupted_result(const fs::path& folder) {
       "The optimisation was interrupted after {} evaluations ({} failed); run the same command to "
       "go on. Shown is the best design so far.",
       optimum.evaluations, optimum.failed_evaluations);
+  const fs::path screened = screening_log(log);
+  if (spec.search == SearchKind::global && optimum.history.empty() && fs::exists(screened))
+    record.message = fmt::format(
+        "The optimisation was interrupted after {} of {} screened designs; run the same command to "
+        "go on. Shown is the job's own design.",
+        std::min(screened_so_far(screened), spec.screened_designs), spec.screened_designs);
   record.optimum = std::move(optimum);
   return make_result(record);
 }

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 
 #include "core/response/accuracy/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
+#include "optim/maps/response_map.hpp"
 #include "optim/search/optimise.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
 #include "results/files/units.hpp"
@@ -104,6 +106,18 @@ void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& m
   record.tolerances = study_tolerances(record.job, parameters, model, threads);
 }
 
+/// Of the design with these parameters.
+void draw_maps(const ParameterValues& parameters, int threads, ProgressDisplay& display,
+               RunRecord& record) {
+  const std::size_t count = record.job.maps.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const MapSpec& map = record.job.maps[k];
+    display.say(
+        fmt::format("map {} of {}: {} designs", k + 1, count, map.points[0] * map.points[1]));
+    record.maps.push_back(evaluate_map(record.job, map, parameters, threads));
+  }
+}
+
 /// Ctrl-C: one sentence, then the usual end. Only calls that a signal handler may make.
 extern "C" void say_how_to_resume(int signal) {
   constexpr char text[] =
@@ -122,6 +136,8 @@ bool overwrites_finished(const Job& job, const std::filesystem::path& folder,
     check_compare_log(job, log, version);
   } else {
     const EvaluationLog own(job, log, version, false);
+    if (job.optimise->search == SearchKind::global)
+      check_screening_log(job, screening_log(log), version);
   }
   return false;
 } catch (const SpecError&) {
@@ -136,6 +152,15 @@ std::string progress_text(const Progress& progress, const std::string& unit) {
   if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
   if (progress.best)
     text += fmt::format(", best {:.6g}{}{}", *progress.best, unit.empty() ? "" : " ", unit);
+  return text;
+}
+
+std::string progress_text(const ScreeningProgress& progress, double seconds) {
+  std::string text = "designs screened";
+  if (progress.failed > 0) text += fmt::format(", {} without values", progress.failed);
+  if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
+  const int fresh = progress.screened - progress.replayed;
+  if (fresh > 0 && seconds > 1) text += fmt::format(", {:.0f} a second", fresh / seconds);
   return text;
 }
 
@@ -161,6 +186,7 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, in
   conclude(record);
   if (record.status == "ok")
     look_at_tolerances(job.design.parameters, record.job.model, threads, display, record);
+  if (record.status == "ok") draw_maps(job.design.parameters, threads, display, record);
   return record;
 }
 
@@ -178,6 +204,7 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
   write_job(folder, job);  // from here on the folder is this job's
 
   const OptimiseSpec& spec = *job.optimise;
+  if (spec.search != SearchKind::global) std::filesystem::remove(screening_log(options.log));
   const int total = spec.starts * spec.max_evaluations;
   const DriveList drives(make_mechanism(job, job.design.parameters));
   const std::string unit =
@@ -187,6 +214,13 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
   };
   display.say(fmt::format("optimising {}: {} variables, {} constraints, {} starts", job.name,
                           spec.variables.size(), spec.constraints.size(), spec.starts));
+  const auto begin = std::chrono::steady_clock::now();
+  options.screening_progress = [&](const ScreeningProgress& progress) {
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (progress.screened == progress.designs) record.timings["screening"] = seconds;
+    display.step(progress.screened, progress.designs, progress_text(progress, seconds));
+  };
   const auto previous = std::signal(SIGINT, say_how_to_resume);
   record.optimum = optimise(job, options);
   std::signal(SIGINT, previous);
@@ -203,6 +237,7 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
     if (optimum.at_full_accuracy) model.accuracy = Accuracy::full;
     add_errors(job.model, display, record);
     look_at_tolerances(optimum.parameters, model, threads, display, record);
+    draw_maps(optimum.parameters, threads, display, record);
   }
   add_timings(record);
   conclude(record);

@@ -7,6 +7,7 @@
 #include "results/files/csv.hpp"
 #include "results/files/expectations.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/maps.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/files/timings.hpp"
@@ -51,6 +52,7 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   else
     fs::remove(folder / "pareto.csv");
   write_tolerances_csv(folder, record);
+  write_maps_csv(folder, record);
   write_shapes(folder, response_of(record).path);
   fs::remove_all(folder / "cases");  // of an earlier run
   const auto responses = responses_of(record);

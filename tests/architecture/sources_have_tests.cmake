@@ -85,7 +85,9 @@ set(tested_by
   optim/job/expression optim/job/test_job
   optim/job/job_compare optim/compare/test_samples
   optim/job/job_design optim/job/test_job
+  optim/job/job_goals optim/job/test_job
   optim/job/job_loads optim/job/test_job
+  optim/job/job_maps optim/maps/test_response_map
   optim/job/job_numbers optim/job/test_job
   optim/job/job_optimise optim/job/test_job
   optim/job/job_shape optim/job/test_job

@@ -4,11 +4,13 @@ import {comparison_sections} from "./comparison.js";
 import {design_sections} from "./designs.js";
 import {facts, first_screen} from "./first_screen.js";
 import {leaf_panel} from "./leaf_plots.js";
+import {map_section} from "./maps.js";
 import {matrix_panel, principal_panel} from "./matrices.js";
 import {accuracy_table, optimum_tables, sensitivity_charts} from "./optimum.js";
 import {converged, job, optimum, result} from "./result.js";
 import {designs} from "./scene_data.js";
 import {history_charts, parallel_coordinates, starts_table} from "./search.js";
+import {screening_section} from "./screening.js";
 import {front_section, stock_section, verification_section} from "./stages.js";
 import {state} from "./state.js";
 import {stroke_charts} from "./stroke_plots.js";
@@ -45,12 +47,14 @@ function draw() {
     section("Front of two objectives", front_section());
     section("All evaluated designs", parallel_coordinates());
     section("Convergence", figures(history_charts()));
+    section("Global search", screening_section());
     section("Starts", starts_table());
     section("Stock sizes", stock_section());
     section("Accuracy: this model against full accuracy", accuracy_table());
     section("Towards the optimum of full accuracy", verification_section());
   }
   for (const [title, children] of comparison_sections()) section(title, children);
+  section("Maps", map_section());
   section("Tolerances", tolerance_section());
   section("Load cases", case_section());
   section("Stroke table", stroke_table());

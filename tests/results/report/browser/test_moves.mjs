@@ -232,6 +232,36 @@ async function changes(page, act) {
   check(faults.length === 0, "a comparison makes no error", faults);
   await page.close();
 }
+{  // maps and the global search
+  const {page, faults} = await show("front");
+  const map = ".map > svg[role=application]", told = () => page.$$eval(".map output", (all) => all.map((e) => e.textContent));
+  check((await page.$$(map)).length === 2, "a map for each goal", (await page.$$(map)).length);
+  const chart = await page.$(map);
+  await chart.scrollIntoView();
+  const box = await chart.boundingBox(), before = await told();
+  check(before.every((text) => /^length .* mm, thickness .* mm: /.test(text)), "the place of the optimum is told first", before);
+  await page.mouse.move(box.x + 0.3 * box.width, box.y + 0.75 * box.height);
+  const pointed = await told();
+  check(pointed.every((text, k) => text !== before[k]), "pointing at a place tells its numbers in all maps", pointed);
+  const numbers = await page.evaluate(() => {
+    const [map] = JSON.parse(document.getElementById("result").textContent).maps;
+    const [, length, thickness, stress] = /^length ([\d.]+) mm, thickness ([\d.]+) mm: ([\d.]+) MPa/.exec(document.querySelectorAll(".map output")[1].textContent);
+    const i = map.parameters[0].values.findIndex((v) => Math.abs(v - length / 1e3) < 5e-5), j = map.parameters[1].values.findIndex((v) => Math.abs(v - thickness / 1e3) < 5e-7);
+    return [map.quantities[1].values[i][j] / 1e6, Number(stress)];
+  });
+  check(Math.abs(numbers[0] / numbers[1] - 1) < 1e-3, "and they are those of the result", numbers);
+  await page.$eval(map, (e) => e.focus());
+  await page.keyboard.press("ArrowRight");
+  const stepped = await told();
+  check(stepped[0] !== pointed[0] && stepped[0].split(", thickness")[1].split(":")[0] === pointed[0].split(", thickness")[1].split(":")[0], "an arrow key steps along one parameter", stepped[0]);
+  const drawn = await page.$$eval(map, (charts) => charts.map((c) => [c.querySelectorAll("g[aria-label=contour] path").length, [...c.querySelectorAll("g[aria-label=text] text")].map((t) => t.textContent)]));
+  check(drawn.every(([contours]) => contours > 8), "maps have levels and the border of feasible designs", drawn);
+  check(drawn.every(([, texts]) => texts.includes("optimum") && texts.includes("start")), "start and optimum are marked", drawn);
+  const text = await page.evaluate(() => document.querySelector("main").innerText);
+  check(/60 designs of the whole box on reduced leaves/.test(text) && /Different optima/.test(text), "the global search is told");
+  check(faults.length === 0, "maps make no error", faults);
+  await page.close();
+}
 {  // load cases
   const {page} = await show("cases");
   const strokes = () => page.evaluate(() => [...document.querySelectorAll("table")].filter((t) => /^(Stroke|Load factor)/.test(t.querySelector("th").textContent))

@@ -1,0 +1,150 @@
+#include "optim/job/job_goals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/job/expression.hpp"
+#include "optim/job/job_numbers.hpp"
+#include "optim/job/job_shape.hpp"
+#include "optim/job/job_stress.hpp"
+#include "optim/job/job_tables.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using Pointer = json::json_pointer;
+
+GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseNames& all_cases,
+                         FaultList& all_faults)
+    : family(of_family),
+      design(job.design),
+      request(job.request),
+      quantities(flexopt::quantities(of_family.drives)),
+      values(job.design.parameters),
+      cases(all_cases),
+      faults(all_faults) {
+  for (const Parameter& p : family.parameters) {
+    names.push_back({p.name, p.unit});
+    // a parameter whose value is wrong: any number will do to find out the unit of a formula
+    values.try_emplace(p.name, p.default_value.value_or(std::clamp(0.1, p.min, p.max)));
+  }
+  for (const auto& [name, value] : numbers_of(job.design.material, job.end_effector))
+    if (!without_number(family, job.design.choices, name)) {
+      names.push_back({name, find_job_number(name)->unit});
+      values[name] = value;
+    }
+}
+
+std::string GoalContext::load_case(const json& goal, const Pointer& at) const {
+  if (!goal.contains("case")) return "";
+  std::string name = goal["case"];
+  const std::string place = (at / "case").to_string();
+  if (cases.all.empty())
+    throw SpecError(place, shown(goal["case"]),
+                    "the job has no \"cases\", of which a goal could name one");
+  if (std::ranges::find(cases.all, name) == cases.all.end())
+    throw SpecError(place, shown(goal["case"]),
+                    "no load case has this name; " + known_names(name, cases.all));
+  return name;
+}
+
+const Quantity* GoalContext::find_quantity(const std::string& name) const {
+  const auto it = std::find_if(quantities.begin(), quantities.end(),
+                               [&](const Quantity& q) { return q.name == name; });
+  return it == quantities.end() ? nullptr : &*it;
+}
+
+const Quantity& GoalContext::quantity(const std::string& name, const std::string& load_case,
+                                      const Pointer& at) const {
+  const Quantity* found = find_quantity(name);
+  if (!found) {
+    std::vector<std::string> names;
+    for (const Quantity& q : quantities) names.push_back(q.name);
+    throw SpecError(at.to_string(), '"' + name + '"',
+                    "unknown quantity; " + known_names(name, names));
+  }
+  if (found->row->needs.need_frequencies() && request.frequencies == 0)
+    throw SpecError("/frequencies", "0",
+                    fmt::format("\"{}\" at {} needs at least 1", name, at.to_string()));
+  if (found->row->needs.has(Output::buckling) && request.buckling_load.empty() && counts(load_case))
+    throw SpecError(at.to_string(), '"' + name + '"',
+                    "it needs \"buckling\": {\"load\": …}, which says which load grows");
+  if (const char* missing = missing_for_stress(name, request);
+      *missing && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
+    throw SpecError(at.to_string(), '"' + name + '"', missing);
+  return *found;
+}
+
+void forbid_over_stroke(const json& read, const Pointer& at) {
+  if (read.contains("case"))
+    throw SpecError((at / "case").to_string(), shown(read["case"]),
+                    "a formula of the parameters is the same in all load cases: leave it away");
+  if (read.contains("over_stroke"))
+    throw SpecError((at / "over_stroke").to_string(), shown(read["over_stroke"]),
+                    "a formula of the parameters does not vary over the stroke: leave it away");
+}
+
+std::string goal_label(const Constraint& goal) {
+  if (!goal.expression.empty()) return goal.expression;
+  return fmt::format("{} {} over stroke{}", goal.quantity, name_in_job(goal.over_stroke),
+                     goal.load_case.empty() ? "" : ", case " + goal.load_case);
+}
+
+Constraint read_measure(json& read, const GoalContext& context, const Pointer& at,
+                        const std::optional<OverStroke>& usual) {
+  Constraint measure = constraint_table().read(read);
+  if (read.contains("quantity") == read.contains("expression"))
+    throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
+  if (read.contains("expression")) {
+    forbid_over_stroke(read, at);
+    measure.expression =
+        Expression(measure.expression, context.names, (at / "expression").to_string()).text();
+  } else {
+    measure.load_case = context.load_case(read, at);
+    measure.quantity = context.quantity(measure.quantity, measure.load_case, at / "quantity").name;
+    if (!read.contains("over_stroke") && !usual && !is_of_design(measure.quantity))
+      throw SpecError((at / "over_stroke").to_string(), "nothing",
+                      "it must be said which value over the stroke is meant: min, max, max_abs, "
+                      "first, last");
+    if (!read.contains("over_stroke")) measure.over_stroke = usual.value_or(OverStroke::first);
+    read["over_stroke"] = name_in_job(measure.over_stroke);
+  }
+  measure.label = goal_label(measure);
+  return measure;
+}
+
+Variable read_range(json& read, const GoalContext& context, const Pointer& at) {
+  Variable variable;
+  variable.parameter = read["parameter"];
+  if (const auto it = context.design.expressions.find(variable.parameter);
+      it != context.design.expressions.end())
+    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"',
+                    fmt::format("it is given by the formula {}; a variable needs a number in "
+                                "/design/parameters",
+                                it->second));
+  if (const auto why = without_number(context.family, context.design.choices, variable.parameter))
+    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"', *why);
+  if (std::ranges::find(context.family.counts, variable.parameter) != context.family.counts.end())
+    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"',
+                    "it says how many there are of something: no variable of an optimisation");
+  const Shape shape = parameter_shape(*find_parameter(context.family, variable.parameter));
+  const bool bounded = context.faults.attempt([&] {
+    variable.min = read_quantity(shape, read["min"], at / "min");
+  }) & context.faults.attempt([&] {
+    variable.max = read_quantity(shape, read["max"], at / "max");
+  });
+  if (!bounded) return variable;
+  if (!(variable.min < variable.max))
+    throw SpecError((at / "min").to_string(), shown(read["min"]),
+                    fmt::format("expected min < max = {}", shown(read["max"])));
+  read["min"] = variable.min;
+  read["max"] = variable.max;
+  return variable;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,17 @@
+#pragma once
+// Who searches, and where the searches begin.
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/spec/fault_list.hpp"
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+/// The section "algorithm", filled in with what it leaves open. Throws SpecError.
+Algorithm read_algorithm(nlohmann::json& read);
+
+/// Fills in starts and screened designs where the section "optimise" leaves them open, and says
+/// what does not go with its "search".
+void settle_search(nlohmann::json& read, OptimiseSpec& spec, FaultList& faults);
+
+}  // namespace flexopt

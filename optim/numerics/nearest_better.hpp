@@ -1,0 +1,29 @@
+#pragma once
+// Basins among sampled points: nearest-better clustering.
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// Of points that are sorted from the best to the worst, each one's nearest better point.
+struct NearestBetter {
+  std::vector<int> point;        ///< its place in the list; of the very best its own
+  std::vector<double> distance;  ///< of the very best: ∞
+  double mean = 0;               ///< distance of all but the very best
+};
+NearestBetter nearest_better(const std::vector<VectorXd>& points);
+
+/// One group of points.
+struct PointCluster {
+  int best = 0;         ///< place of its best point in the list
+  double distance = 0;  ///< from there to the nearest better point of all
+  int size = 0;
+};
+
+/// Each point belongs with its nearest better one, unless that is further away than `distance`:
+/// there another basin begins. In the order of their best points. Twice the mean is what the
+/// source takes.   [M. Preuss, Niching the CMA-ES via nearest-better clustering, GECCO 2010]
+std::vector<PointCluster> clusters_beyond(double distance, const NearestBetter& better);
+
+}  // namespace flexopt

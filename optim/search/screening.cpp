@@ -1,0 +1,312 @@
+#include "optim/search/screening.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "optim/job/job_atlas.hpp"
+#include "optim/numerics/nearest_better.hpp"
+#include "optim/numerics/parallel.hpp"
+#include "optim/numerics/unit_points.hpp"
+#include "optim/problem/evaluation_book.hpp"
+#include "optim/search/start_points.hpp"
+
+namespace flexopt {
+namespace {
+
+using nlohmann::json;
+using OrderedJson = nlohmann::ordered_json;
+
+constexpr double nearly = 0.1;  // of a bound: a design that misses none by more is nearly feasible
+constexpr const char* missed_formulas = "formulas missed by more than half of their bounds";
+
+/// One design of a screening.
+struct Screened {
+  bool known = false, ok = false;
+  std::string reason;  ///< why not, without figures
+  double objective = 0;
+  std::vector<double> constraints;
+  double violation = 0;  ///< by the scales of the whole screening; not in the log
+};
+
+std::string line_of(int number, const Screened& design) {
+  if (!design.ok) return log_line(OrderedJson::array({number, design.reason}));
+  return log_line(OrderedJson::array({number, design.objective, design.constraints}));
+}
+
+/// The number of the design, and what is known of it.
+std::pair<int, Screened> parse_line(const std::string& line) {
+  const json j = json::parse(line);
+  Screened design;
+  design.known = true;
+  design.ok = j.at(1).is_number();
+  if (design.ok) {
+    j.at(1).get_to(design.objective);
+    j.at(2).get_to(design.constraints);
+  } else {
+    j.at(1).get_to(design.reason);
+  }
+  return {j.at(0).get<int>(), std::move(design)};
+}
+
+/// The designs by their numbers; those beyond the job's are kept as lines.
+struct Designs {
+  std::vector<Screened> all;
+  std::vector<std::string> beyond;
+
+  explicit Designs(int count) : all(static_cast<std::size_t>(count)) {}
+  void read(const std::string& line) {
+    auto [number, design] = parse_line(line);
+    if (static_cast<std::size_t>(number) < all.size())
+      all[static_cast<std::size_t>(number)] = std::move(design);
+    else
+      beyond.push_back(line + "\n");
+  }
+};
+
+/// The job as it is screened.
+Job screened_job(Job job) {
+  job.model = on_reduced_leaves(job.model);
+  return job;
+}
+
+class Screen {
+ public:
+  Screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options);
+  Screening run();
+
+ private:
+  void evaluate_all();
+  Screened evaluate(int number, const Scales& scales) const;
+  /// Violations of all designs that have values.
+  void weigh();
+  ScreeningReport report() const;
+  /// Places of the designs with values from the best to the worst.
+  std::vector<int> ranked() const;
+  Screening choose(ScreeningReport report) const;
+  const Screened& design(int number) const {
+    return designs_.all[static_cast<std::size_t>(number)];
+  }
+  const VectorXd& point(int number) const { return points_[static_cast<std::size_t>(number)]; }
+  bool feasible(const Screened& d) const {
+    return d.violation <= problem_.spec().constraint_tolerance;
+  }
+
+  const ScreeningOptions& options_;
+  DesignProblem problem_;
+  std::vector<VectorXd> points_;
+  Designs designs_;
+  std::unique_ptr<LineLog> log_;
+};
+
+std::vector<VectorXd> screened_points(const DesignProblem& problem) {
+  const OptimiseSpec& spec = problem.spec();
+  std::vector<VectorXd> points{own_point(problem)};
+  for (VectorXd& x : sobol_points(problem.size(), spec.screened_designs - 1, spec.seed))
+    points.push_back(std::move(x));
+  return points;
+}
+
+// Values as modelled: exact derivatives, which would have them finished on full leaves, are for the
+// searches.
+Screen::Screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options)
+    : options_(options),
+      problem_(screened_job(job), {evaluators.values, by_differences}),
+      points_(screened_points(problem_)),
+      designs_(problem_.spec().screened_designs),
+      log_(options.log.empty() ? std::make_unique<LineLog>()
+                               : std::make_unique<LineLog>(
+                                     options.log, log_identity(problem_.job(), options.version),
+                                     options.overwrite_log,
+                                     [this](const std::string& line) { designs_.read(line); })) {}
+
+Screened Screen::evaluate(int number, const Scales& scales) const {
+  Screened screened;
+  screened.known = true;
+  const Variables variables = problem_.variables(point(number));
+  if (problem_.ruled_out(variables, scales)) {
+    screened.reason = missed_formulas;
+    return screened;
+  }
+  const DesignValues values = problem_.evaluate(variables);
+  screened.ok = values.ok;
+  screened.reason = values.reason;
+  if (!values.ok) return screened;
+  screened.objective = problem_.objective(values);
+  screened.constraints = problem_.constraints(values);
+  return screened;
+}
+
+void Screen::evaluate_all() {
+  const Scales scales = problem_.scales(nullptr);
+  ScreeningProgress progress;
+  progress.designs = static_cast<int>(points_.size());
+  std::vector<int> open;
+  for (int k = 0; k < progress.designs; ++k) {
+    if (!design(k).known) {
+      open.push_back(k);
+      continue;
+    }
+    ++progress.screened;
+    ++progress.replayed;
+    if (!design(k).ok) ++progress.failed;
+  }
+  if (options_.progress) options_.progress(progress);
+  std::mutex mutex;
+  parallel_for(static_cast<int>(open.size()), options_.threads, [&](int i) {
+    const int k = open[static_cast<std::size_t>(i)];
+    Screened done = evaluate(k, scales);
+    log_->append(line_of(k, done));
+    const std::lock_guard lock(mutex);
+    ++progress.screened;
+    if (!done.ok) ++progress.failed;
+    designs_.all[static_cast<std::size_t>(k)] = std::move(done);
+    if (options_.progress) options_.progress(progress);
+  });
+  std::vector<std::string> lines;
+  for (int k = 0; k < progress.designs; ++k) lines.push_back(line_of(k, design(k)));
+  lines.insert(lines.end(), designs_.beyond.begin(), designs_.beyond.end());
+  log_->finish(lines);
+}
+
+void Screen::weigh() {
+  const auto first = std::ranges::find(designs_.all, true, &Screened::ok);
+  if (first == designs_.all.end()) return;
+  // a bound of zero is weighed by what the first design reaches
+  const auto number = static_cast<int>(first - designs_.all.begin());
+  const DesignValues reference = problem_.evaluate(problem_.variables(point(number)));
+  const Scales scales = problem_.scales(&reference);
+  for (Screened& d : designs_.all)
+    if (d.ok) d.violation = problem_.violation(d.constraints, scales);
+}
+
+/// Most first; equal ones by their names.
+std::vector<ScreeningCount> sorted(const std::map<std::string, int>& counts) {
+  std::vector<ScreeningCount> list;
+  for (const auto& [what, designs] : counts) list.push_back({what, designs});
+  std::ranges::stable_sort(list, std::greater<>(), &ScreeningCount::designs);
+  return list;
+}
+
+ScreeningReport Screen::report() const {
+  ScreeningReport report;
+  std::map<std::string, int> failures, violated;
+  const std::vector<Constraint>& constraints = problem_.spec().constraints;
+  for (const Screened& d : designs_.all) {
+    ++report.designs;
+    if (!d.ok) {
+      ++(d.reason == missed_formulas ? report.ruled_out : report.failed);
+      ++failures[d.reason];
+      continue;
+    }
+    ++report.evaluated;
+    if (feasible(d)) ++report.feasible;
+    if (!feasible(d) && d.violation <= nearly) ++report.nearly_feasible;
+    for (std::size_t i = 0; i < problem_.own_constraints(); ++i)
+      if (excess(d.constraints[i], constraints[i].min, constraints[i].max, 1) > 0)
+        ++violated[constraints[i].label];
+  }
+  report.failures = sorted(failures);
+  report.violated = sorted(violated);
+  report.looked_up = problem_.job().model.atlas != nullptr;
+  return report;
+}
+
+std::vector<int> Screen::ranked() const {
+  std::vector<int> order;
+  for (int k = 0; k < static_cast<int>(points_.size()); ++k)
+    if (design(k).ok) order.push_back(k);
+  const bool maximise = problem_.spec().objective.maximise;
+  const double tolerated = problem_.spec().constraint_tolerance;
+  std::ranges::stable_sort(order, [&](int i, int j) {
+    return better({design(i).objective, design(i).violation},
+                  {design(j).objective, design(j).violation}, maximise, tolerated);
+  });
+  return order;
+}
+
+/// The clusters that starts are taken from: alternately the best one that is left and the one
+/// furthest from anything better.
+std::vector<PointCluster> spread_choice(std::vector<PointCluster> clusters, std::size_t count) {
+  std::vector<PointCluster> chosen;
+  while (chosen.size() < count && !clusters.empty()) {
+    const auto next = chosen.size() % 2 == 0
+                          ? clusters.begin()
+                          : std::ranges::max_element(clusters, {}, &PointCluster::distance);
+    chosen.push_back(*next);
+    clusters.erase(next);
+  }
+  std::ranges::sort(chosen, {}, &PointCluster::best);
+  return chosen;
+}
+
+/// The same of points from the best to the worst; of smaller groups where there are too few.
+std::vector<PointCluster> chosen_clusters(const std::vector<VectorXd>& good, std::size_t count,
+                                          int& clusters) {
+  constexpr double factor = 2;
+  const NearestBetter better = nearest_better(good);
+  std::vector<PointCluster> found = clusters_beyond(factor * better.mean, better);
+  clusters = static_cast<int>(found.size());
+  if (found.size() < count) {
+    std::vector<double> distances = better.distance;
+    std::ranges::sort(distances, std::greater<>());
+    const double last = distances[std::min(count, good.size()) - 1];
+    const auto next = std::ranges::find_if(distances, [&](double d) { return d < last; });
+    found = clusters_beyond(next == distances.end() ? -1 : *next, better);
+  }
+  return spread_choice(std::move(found), count);
+}
+
+Screening Screen::choose(ScreeningReport report) const {
+  constexpr std::size_t least = 1000, most = 20000;  // points whose clusters are looked for
+  const std::vector<int> order = ranked();
+  if (order.empty()) return {std::move(report), {point(0)}};
+  const std::size_t part = std::min(order.size(), std::clamp(order.size() / 5, least, most));
+  std::vector<VectorXd> good;
+  for (std::size_t i = 0; i < part; ++i) good.push_back(point(order[i]));
+  Screening screening;
+  const auto starts = static_cast<std::size_t>(problem_.spec().starts);
+  for (const PointCluster& of : chosen_clusters(good, starts, report.clusters)) {
+    const int number = order[static_cast<std::size_t>(of.best)];
+    const Screened& best = design(number);
+    screening.starts.push_back(point(number));
+    report.searched.push_back({problem_.named(problem_.variables(point(number))), best.objective,
+                               best.violation, feasible(best), of.size, of.distance});
+  }
+  screening.report = std::move(report);
+  return screening;
+}
+
+Screening Screen::run() {
+  evaluate_all();
+  weigh();
+  return choose(report());
+}
+
+}  // namespace
+
+Screening screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options) {
+  assert(job.optimise && job.optimise->search == SearchKind::global);
+  return Screen(job, evaluators, options).run();
+}
+
+std::filesystem::path screening_log(const std::filesystem::path& log) {
+  std::filesystem::path beside = log;
+  return beside.replace_extension(".screening.jsonl");
+}
+
+void check_screening_log(const Job& job, const std::filesystem::path& log,
+                         const std::string& version) {
+  const LineLog own(log, log_identity(screened_job(job), version), false,
+                    [](const std::string& line) { parse_line(line); });
+}
+
+int screened_so_far(const std::filesystem::path& log) {
+  return static_cast<int>(read_log_lines(log).size());
+}
+
+}  // namespace flexopt
