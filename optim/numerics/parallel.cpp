@@ -5,6 +5,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <exception>
 #include <vector>
 
@@ -12,9 +13,13 @@ namespace flexopt {
 
 void parallel_for(int count, int threads, const std::function<void(int)>& work) {
   std::vector<std::exception_ptr> errors(static_cast<std::size_t>(std::max(count, 0)));
+  std::atomic<bool> interrupted = false;
   const auto guarded = [&](int i) {
+    if (interrupted) return;
     try {
       work(i);
+    } catch (const Interrupted&) {
+      interrupted = true;
     } catch (...) {
       errors[static_cast<std::size_t>(i)] = std::current_exception();
     }
@@ -29,6 +34,7 @@ void parallel_for(int count, int threads, const std::function<void(int)>& work) 
     tbb::task_arena arena(together);
     arena.execute([&] { tbb::parallel_for(0, count, guarded, tbb::simple_partitioner()); });
   }
+  if (interrupted) throw Interrupted{};
   for (const std::exception_ptr& error : errors)
     if (error) std::rethrow_exception(error);
 }

@@ -1,11 +1,18 @@
 #pragma once
 // A loop over threads.
+#include <exception>
 #include <functional>
 
 namespace flexopt {
 
+/// What work throws to end the loop at once.
+struct Interrupted : std::exception {
+  const char* what() const noexcept override { return "interrupted"; }
+};
+
 /// work(0), …, work(count − 1) on up to `threads` threads, in any order. The first exception by
-/// index comes out, after all work has ended.
+/// index comes out, after all work has ended. After Interrupted no more work is begun, and it comes
+/// out.
 void parallel_for(int count, int threads, const std::function<void(int)>& work);
 
 }  // namespace flexopt

@@ -272,6 +272,7 @@ DesignValues DesignProblem::chained(GoalSlopes goals, const ParameterValues& par
   DesignValues values{.ok = goals.ok,
                       .message = std::move(goals.message),
                       .reason = std::move(goals.reason),
+                      .reached = goals.reached,
                       .goals = std::move(goals.goals),
                       .gradient = {},
                       .no_gradient = std::move(goals.no_gradient),
@@ -320,6 +321,8 @@ GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
       found[k].response = evaluators_.values(make_mechanism(job_, parameters), model, requests_[k]);
   }
   GoalSlopes slopes = read_goals(parameters, found, requests_);
+  for (const StrokeSensitivity& of : found)
+    if (!slopes.ok && !slopes.reached) slopes.reached = stroke_reached(of.response);
   for (std::size_t k = 0; k < found.size(); ++k)
     slopes.of_reduced_leaves |= of_reduced_leaves(found[k].response, requests_[k]);
   for (const StrokeSensitivity& of : found)

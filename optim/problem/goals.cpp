@@ -329,6 +329,19 @@ GoalPlace place_of(const Goal& goal, std::size_t entry) {
   return {0, point};
 }
 
+std::optional<double> stroke_reached(const StrokeResponse& response) {
+  const auto failed = std::ranges::find(response.path, PointStatus::no_equilibrium,
+                                        [](const PathPoint& point) { return point.status; });
+  std::optional<double> nearest;
+  if (failed == response.path.end()) return nearest;
+  const auto distance = [&](double stroke) { return std::abs(stroke - failed->stroke); };
+  for (const PathPoint& point : response.path)
+    if (point.status == PointStatus::converged &&
+        (!nearest || distance(point.stroke) < distance(*nearest)))
+      nearest = point.stroke;
+  return nearest;
+}
+
 double aggregate(const Goal& goal, const GoalValues& values) {
   const Extreme e = extreme(goal, values);
   return e.sign * values[e.entry];

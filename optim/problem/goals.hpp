@@ -83,6 +83,10 @@ struct GoalPlace {
 /// Of a goal with a quantity.
 GoalPlace place_of(const Goal& goal, std::size_t entry);
 
+/// Of a path with a point that has no equilibrium: the stroke nearest to the first such point that
+/// was reached. Nothing where there is no such point, or nothing was reached.
+std::optional<double> stroke_reached(const StrokeResponse& response);
+
 /// The goal's one number.
 double aggregate(const Goal& goal, const GoalValues& values);
 

@@ -19,6 +19,7 @@ struct GoalSlopes {
   bool ok = false;
   std::string message;            ///< why not, with the figures
   std::string reason;             ///< the same without the figures
+  std::optional<double> reached;  ///< stroke_reached, when not ok
   std::vector<GoalValues> goals;  ///< empty when not ok
   MatrixXd by_parameter;          ///< all goals' values one after the other × names, or empty
   std::string no_gradient;        ///< why these are missing

@@ -1,7 +1,10 @@
 #include "optim/problem/stroke_sensitivity.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 
 namespace flexopt {
@@ -14,6 +17,35 @@ std::vector<std::string> differentiable_parameters(const Job& job) {
     return std::ranges::find(counts, name) != counts.end();
   });
   return names;
+}
+
+ThroughFormulas through_formulas(const Job& job, const ParameterValues& parameters,
+                                 const std::vector<std::string>& wanted) {
+  const std::vector<std::string> known = differentiable_parameters(job);
+  for (const std::string& name : wanted)
+    if (std::ranges::find(known, name) == known.end())
+      throw SpecError("gradients", name,
+                      fmt::format("expected some of {}", fmt::join(known, ", ")));
+  const auto design = resolve(job.design);
+  const std::optional<MatrixXd> slopes = design->derivatives(design->slots(parameters));
+  if (!slopes)
+    throw SpecError("/design/parameters", "a formula", "its slope is not finite at these values");
+  ThroughFormulas through{wanted, {}};
+  for (const DependentParameter& d : design->dependents())
+    if (std::ranges::any_of(wanted, [&](const std::string& name) {
+          return std::ranges::find(d.formula.slots(), design->slot(name)) !=
+                 d.formula.slots().end();
+        }))
+      through.names.push_back(design->family().parameters[static_cast<std::size_t>(d.slot)].name);
+  const auto columns = static_cast<Eigen::Index>(wanted.size());
+  through.by.setZero(static_cast<Eigen::Index>(through.names.size()), columns);
+  through.by.topRows(columns).setIdentity();
+  for (Eigen::Index i = columns; i < through.by.rows(); ++i)
+    for (Eigen::Index j = 0; j < columns; ++j)
+      if (const int along = design->slot(wanted[static_cast<std::size_t>(j)]); along >= 0)
+        through.by(i, j) =
+            (*slopes)(design->slot(through.names[static_cast<std::size_t>(i)]), along);
+  return through;
 }
 
 StrokeSensitivity stroke_sensitivity(const Job& job, const ParameterValues& parameters,

@@ -12,6 +12,17 @@ namespace flexopt {
 /// (formulas and counts apart), `material.…` and, where there is one, `end_effector.…`.
 std::vector<std::string> differentiable_parameters(const Job& job);
 
+/// Derivatives by parameters that formulas follow: those by `names` (stroke_sensitivity), each at
+/// constant others, times `by` (names × wanted).
+struct ThroughFormulas {
+  std::vector<std::string> names;
+  MatrixXd by;
+};
+/// Throws SpecError (pointer "gradients") for a name that is none of differentiable_parameters, and
+/// where a formula's slope is not finite.
+ThroughFormulas through_formulas(const Job& job, const ParameterValues& parameters,
+                                 const std::vector<std::string>& wanted);
+
 /// The stroke of the design with these parameters (complete_parameters), differentiated by the
 /// named ones, each at constant others: formulas among the parameters count as parameters of their
 /// own, with the values given, and numbers of material and end-effector may stand among them.

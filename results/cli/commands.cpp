@@ -1,9 +1,11 @@
 #include "results/cli/commands.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -46,6 +48,17 @@ bool overrides_expect(const CommandLine& line) {
                              [](const std::string& text) { return text.starts_with("/expect"); });
 }
 
+/// Ctrl-C in a run that can be resumed: one sentence, then the usual end. Only calls that a signal
+/// handler may make.
+extern "C" void say_how_to_resume(int signal) {
+  constexpr char text[] =
+      "\nflexopt: interrupted; the same command goes on from evaluations.jsonl\n";
+  const auto ignored = ::write(STDERR_FILENO, text, sizeof text - 1);
+  (void)ignored;
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
 }  // namespace
 
 int run_job(const CommandLine& line) {
@@ -64,6 +77,7 @@ int run_job(const CommandLine& line) {
       fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
     return usable(*written.result) ? exit_usable : exit_not_usable;
   };
+  if (job.kind != JobKind::evaluate) std::signal(SIGINT, say_how_to_resume);
   const auto seconds = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };

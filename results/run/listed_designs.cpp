@@ -21,7 +21,7 @@ namespace flexopt {
 namespace fs = std::filesystem;
 
 OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threads,
-                               ProgressDisplay& display, std::map<std::string, double>& timings) {
+                               RunListener& listener, std::map<std::string, double>& timings) {
   if (fs::exists(folder / "evaluations.jsonl") && !holds_finished_run(folder))
     throw SpecError("--out", folder.string(),
                     "an interrupted run of one design is in this folder: expected another folder, "
@@ -30,13 +30,13 @@ OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threa
   std::vector<OrderedJson> results;
   for (std::size_t k = 0; k < job.designs.size(); ++k) {
     const ListedDesign& design = job.designs[k];
-    display.say(fmt::format("design {} of {}: {}", k + 1, job.designs.size(), design.label));
+    listener.say(fmt::format("design {} of {}: {}", k + 1, job.designs.size(), design.label));
     const auto begin = std::chrono::steady_clock::now();
     const fs::path own = folder / design.folder;
     fs::create_directories(own);
     RunRecord record = job.kind == JobKind::optimise
-                           ? run_optimisation(*design.job, own, threads, display)
-                           : run_evaluation(*design.job, own, threads, display);
+                           ? run_optimisation(*design.job, own, threads, listener)
+                           : run_evaluation(*design.job, own, threads, listener);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     record.timings["total"] = timings[design.label] = seconds;

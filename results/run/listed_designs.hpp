@@ -14,7 +14,7 @@ namespace flexopt {
 /// Each leaves all files of a run in its folder, from which an interrupted one goes on. Adds the
 /// total of each to `timings`. Throws as run_optimisation does.
 OrderedJson run_listed_designs(const Job& job, const std::filesystem::path& folder, int threads,
-                               ProgressDisplay& display, std::map<std::string, double>& timings);
+                               RunListener& listener, std::map<std::string, double>& timings);
 
 /// job.json has been written: ranking.csv, timings.json, report.html and, last of all, result.json.
 WrittenRun write_listed_designs(const std::filesystem::path& folder, const Job& job,

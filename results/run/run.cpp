@@ -1,15 +1,13 @@
 #include "results/run/run.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
-
 #include <chrono>
-#include <csignal>
 
 #include "core/response/accuracy/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
 #include "optim/maps/response_map.hpp"
+#include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/optimise.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
 #include "results/files/units.hpp"
@@ -33,10 +31,24 @@ std::vector<StrokeResponse> drawn_cases(const Job& job, const Mechanism& mechani
   return cases;
 }
 
+/// The same with derivatives, of each path of the job; where one has none, of none.
+void differentiate(const std::vector<std::string>& along, RunRecord& record) {
+  for (JobCase& one : cases_of(record.job)) {
+    one.request.outputs.add(Output::shapes);
+    one.request.values = PathValues::differentiable;
+    StrokeSensitivity found = stroke_sensitivity(record.job, record.job.design.parameters, along,
+                                                 record.job.model, one.request);
+    if (!found.gradients && record.no_gradients.empty()) record.no_gradients = found.message;
+    if (found.gradients) record.gradients.push_back(std::move(*found.gradients));
+    (one.name.empty() ? record.response : record.cases.emplace_back()) = std::move(found.response);
+  }
+  if (!record.no_gradients.empty()) record.gradients.clear();
+}
+
 /// Chooses the model of a job that wants that, for the design that it begins with.
-void choose_accuracy(ProgressDisplay& display, RunRecord& record) {
+void choose_accuracy(RunListener& listener, RunRecord& record) {
   if (!record.job.accuracy.automatic) return;
-  display.say("choosing accuracy and mesh");
+  listener.say("choosing accuracy and mesh");
   std::vector<StrokeRequest> requests;
   for (const JobCase& one : cases_of(record.job)) requests.push_back(one.request);
   record.chosen = choose_model(make_mechanism(record.job, record.job.design.parameters),
@@ -46,9 +58,9 @@ void choose_accuracy(ProgressDisplay& display, RunRecord& record) {
 
 /// Of the paths that the run is about, evaluated by this model. The full paths of the choice are
 /// those of an evaluated design; an optimum is another one.
-void add_errors(const ModelOptions& model, ProgressDisplay& display, RunRecord& record) {
+void add_errors(const ModelOptions& model, RunListener& listener, RunRecord& record) {
   if (!record.job.accuracy.wants_estimates()) return;
-  display.say("estimating errors");
+  listener.say("estimating errors");
   const std::vector<JobCase> cases = cases_of(record.job);
   const auto responses = responses_of(record);
   const bool known = record.chosen && !record.optimum;
@@ -100,32 +112,22 @@ void add_timings(RunRecord& record) {
 
 /// Of the design with these parameters, where the job has tolerances.
 void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& model, int threads,
-                        ProgressDisplay& display, RunRecord& record) {
+                        RunListener& listener, RunRecord& record) {
   if (!record.job.tolerances) return;
-  display.say(fmt::format("tolerances: {} sampled designs", record.job.tolerances->samples));
+  listener.say(fmt::format("tolerances: {} sampled designs", record.job.tolerances->samples));
   record.tolerances = study_tolerances(record.job, parameters, model, threads);
 }
 
 /// Of the design with these parameters.
-void draw_maps(const ParameterValues& parameters, int threads, ProgressDisplay& display,
+void draw_maps(const ParameterValues& parameters, int threads, RunListener& listener,
                RunRecord& record) {
   const std::size_t count = record.job.maps.size();
   for (std::size_t k = 0; k < count; ++k) {
     const MapSpec& map = record.job.maps[k];
-    display.say(
+    listener.say(
         fmt::format("map {} of {}: {} designs", k + 1, count, map.points[0] * map.points[1]));
     record.maps.push_back(evaluate_map(record.job, map, parameters, threads));
   }
-}
-
-/// Ctrl-C: one sentence, then the usual end. Only calls that a signal handler may make.
-extern "C" void say_how_to_resume(int signal) {
-  constexpr char text[] =
-      "\nflexopt: interrupted; the same command goes on from evaluations.jsonl\n";
-  const auto ignored = ::write(STDERR_FILENO, text, sizeof text - 1);
-  (void)ignored;
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
 }
 
 /// True where a finished run of another job, or of another version, left its evaluations: they are
@@ -143,6 +145,15 @@ bool overwrites_finished(const Job& job, const std::filesystem::path& folder,
 } catch (const SpecError&) {
   if (!holds_finished_run(folder)) throw;
   return true;
+}
+
+/// Where there is a folder, it is this job's from here on: its log goes on, or begins.
+void keep_log(const Job& job, const std::filesystem::path& folder, auto& options) {
+  if (folder.empty()) return;
+  options.log = folder / "evaluations.jsonl";
+  options.version = version() + " " + commit();
+  options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
+  write_job(folder, job);
 }
 
 std::string progress_text(const Progress& progress, const std::string& unit) {
@@ -167,63 +178,64 @@ std::string progress_text(const ScreeningProgress& progress, double seconds) {
 }  // namespace
 
 RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
-                         ProgressDisplay& display) {
-  write_job(folder, job);
+                         RunListener& listener, const std::vector<std::string>& along) {
+  if (!folder.empty()) write_job(folder, job);
   RunRecord record;
   record.job = job;
   record.mechanism = make_mechanism(job, job.design.parameters);
-  choose_accuracy(display, record);
+  choose_accuracy(listener, record);
   std::size_t points = 0;
   for (const JobCase& one : cases_of(job)) points += one.request.points.size();
   const std::string cases =
       job.cases.empty() ? "" : fmt::format(" in {} load cases", job.cases.size());
-  display.say(fmt::format("evaluating {} at {} stroke points{}", job.name, points, cases));
-  record.cases = drawn_cases(record.job, record.mechanism);
-  record.response = job.cases.empty() ? drawn_response(record.job, record.mechanism, job.request)
-                                      : record.cases.front();
-  add_errors(record.job.model, display, record);
+  listener.say(fmt::format("evaluating {} at {} stroke points{}", job.name, points, cases));
+  if (along.empty())
+    record.cases = drawn_cases(record.job, record.mechanism);
+  else
+    differentiate(along, record);
+  if (!job.cases.empty())
+    record.response = record.cases.front();
+  else if (along.empty())
+    record.response = drawn_response(record.job, record.mechanism, job.request);
+  add_errors(record.job.model, listener, record);
   add_timings(record);
   conclude(record);
   if (record.status == "ok")
-    look_at_tolerances(job.design.parameters, record.job.model, threads, display, record);
-  if (record.status == "ok") draw_maps(job.design.parameters, threads, display, record);
+    look_at_tolerances(job.design.parameters, record.job.model, threads, listener, record);
+  if (record.status == "ok") draw_maps(job.design.parameters, threads, listener, record);
   return record;
 }
 
 RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder, int threads,
-                           ProgressDisplay& display) {
+                           RunListener& listener) {
   RunRecord record;
   record.job = asked;
-  choose_accuracy(display, record);
+  choose_accuracy(listener, record);
   const Job job = record.job;
   OptimiseOptions options;
-  options.log = folder / "evaluations.jsonl";
-  options.version = version() + " " + commit();
+  keep_log(job, folder, options);
   options.threads = threads;
-  options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
-  write_job(folder, job);  // from here on the folder is this job's
 
   const OptimiseSpec& spec = *job.optimise;
-  if (spec.search != SearchKind::global) std::filesystem::remove(screening_log(options.log));
+  if (!folder.empty() && spec.search != SearchKind::global)
+    std::filesystem::remove(screening_log(options.log));
   const int total = spec.starts * spec.max_evaluations;
   const DriveList drives(make_mechanism(job, job.design.parameters));
   const std::string unit =
       spec.objective.quantity.empty() ? "" : quantity_unit(spec.objective.quantity, drives);
   options.progress = [&](const EvaluationRecord&, const Progress& progress) {
-    display.step(progress.evaluations, total, progress_text(progress, unit));
+    listener.step(progress.evaluations, total, progress_text(progress, unit));
   };
-  display.say(fmt::format("optimising {}: {} variables, {} constraints, {} starts", job.name,
-                          spec.variables.size(), spec.constraints.size(), spec.starts));
+  listener.say(fmt::format("optimising {}: {} variables, {} constraints, {} starts", job.name,
+                           spec.variables.size(), spec.constraints.size(), spec.starts));
   const auto begin = std::chrono::steady_clock::now();
   options.screening_progress = [&](const ScreeningProgress& progress) {
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (progress.screened == progress.designs) record.timings["screening"] = seconds;
-    display.step(progress.screened, progress.designs, progress_text(progress, seconds));
+    listener.step(progress.screened, progress.designs, progress_text(progress, seconds));
   };
-  const auto previous = std::signal(SIGINT, say_how_to_resume);
   record.optimum = optimise(job, options);
-  std::signal(SIGINT, previous);
 
   Optimum& optimum = *record.optimum;
   const bool evaluated = optimum.status != OptimumStatus::failed;
@@ -235,9 +247,9 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
     draw_others(record);
     ModelOptions model = job.model;
     if (optimum.at_full_accuracy) model.accuracy = Accuracy::full;
-    add_errors(job.model, display, record);
-    look_at_tolerances(optimum.parameters, model, threads, display, record);
-    draw_maps(optimum.parameters, threads, display, record);
+    add_errors(job.model, listener, record);
+    look_at_tolerances(optimum.parameters, model, threads, listener, record);
+    draw_maps(optimum.parameters, threads, listener, record);
   }
   add_timings(record);
   conclude(record);
@@ -245,28 +257,22 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
 }
 
 RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
-                         ProgressDisplay& display) {
+                         RunListener& listener) {
   RunRecord record;
   record.job = job;
   record.mechanism = make_mechanism(job, job.design.parameters);
   CompareOptions options;
-  options.log = folder / "evaluations.jsonl";
-  options.version = version() + " " + commit();
+  keep_log(job, folder, options);
   options.threads = threads;
-  options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
-  write_job(folder, job);  // from here on the folder is this job's
-
   options.progress = [&](const CompareProgress& progress) {
     std::string text = "evaluations";
     if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
     if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
-    display.step(progress.evaluations, progress.total, text);
+    listener.step(progress.evaluations, progress.total, text);
   };
-  display.say(fmt::format("comparing {}: {} model{} with full accuracy", job.name,
-                          job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s"));
-  const auto previous = std::signal(SIGINT, say_how_to_resume);
+  listener.say(fmt::format("comparing {}: {} model{} with full accuracy", job.name,
+                           job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s"));
   CompareRun run = compare(job, options);
-  std::signal(SIGINT, previous);
   record.comparison = std::move(run.comparison);
   for (std::size_t m = 0; m < run.seconds.size(); ++m) {
     const std::string name = m == 0 ? "full accuracy" : "model " + job.compare->models[m - 1].name;

@@ -7,17 +7,19 @@
 
 namespace flexopt {
 
-/// Both leave job.json in the folder before they start.
+/// All leave job.json in the folder before they start; an empty path: nothing is written at all.
+/// `along`: of which parameters exact derivatives are wanted too (ThroughFormulas), of a path that
+/// is then differentiable; none: of none.
 RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
-                         ProgressDisplay& display);
+                         RunListener& listener, const std::vector<std::string>& along = {});
 
 /// Appends to evaluations.jsonl in the folder, and goes on from the one it finds there. Throws
 /// SpecError where an interrupted run of another job stands in the way.
 RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
-                           ProgressDisplay& display);
+                           RunListener& listener);
 
 /// The same for a comparison with full accuracy.
 RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
-                         ProgressDisplay& display);
+                         RunListener& listener);
 
 }  // namespace flexopt

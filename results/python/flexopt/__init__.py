@@ -1,0 +1,113 @@
+"""flexopt evaluates and optimises flexure mechanisms: leaf-spring guides and hinges that bend far.
+
+    import flexopt
+    hinge = flexopt.design("cross_hinge", length="60 mm", width="20 mm", thickness="0.3 mm", ...)
+    r = flexopt.evaluate(hinge, stroke={"from": 0, "to": "20 deg", "points": 11}, gradients=True)
+    r["support_stiffness.uy"], r.gradients["drive_load"]["thickness"]
+
+Numbers are in SI units and radians.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Callable, Sequence
+
+from . import _core
+from ._errors import Fault, JobError, NoGradient, NotConverged
+from ._jobs import Design, Job, Source, as_job, design
+from ._problem import Problem
+from ._results import Comparison, Evaluation, Gradients, Optimum, Path, Result
+
+__version__ = _core.version
+
+#: Told how far a run is: (done, total, text), and (0, 0, text) of what begins. From any thread, one
+#: call at a time; an exception ends the run and comes out of it.
+Progress = Callable[[int, int, str], object]
+
+__all__ = [
+    "Comparison",
+    "Design",
+    "Evaluation",
+    "Fault",
+    "Gradients",
+    "Job",
+    "JobError",
+    "NoGradient",
+    "NotConverged",
+    "Optimum",
+    "Path",
+    "Problem",
+    "Progress",
+    "Result",
+    "compare",
+    "design",
+    "evaluate",
+    "optimise",
+]
+
+
+def _folder(out: str | os.PathLike[str] | None) -> str:
+    return "" if out is None else os.fspath(out)
+
+
+def evaluate(
+    job: Source,
+    *,
+    gradients: bool | Sequence[str] = False,
+    out: str | os.PathLike[str] | None = None,
+    threads: int = 0,
+    progress: Progress | None = None,
+    **keys: Any,
+) -> Evaluation:
+    """A design over its stroke: of a job (whatever its kind, its own design), or of a ``design``.
+
+    ``gradients``: exact derivatives too, by all parameters of the design, its material and its
+    end-effector, or by those named. ``out``: folder for the files of a run; None: nothing is
+    written. ``threads``: 0 for all of the processor; no number depends on it. ``keys``: other parts
+    of the job: ``stroke``, ``end_effector``, ``frequencies`` and so on.
+
+    Raises ``JobError``, ``NotConverged`` (with the result as far as it goes), ``NoGradient``.
+    """
+    checked = as_job(job, keys, "evaluate")
+    along: list[str] = []
+    if gradients is not False:
+        along = checked.differentiable if gradients is True else list(gradients)
+    run = _core.run(checked, along, _folder(out), threads, progress)
+    if run.no_gradients and run.status == "ok":
+        raise NoGradient(run.no_gradients)
+    result = Evaluation(run, _folder(out), along)
+    if run.status == "no_equilibrium":
+        reached = [path.stroke_reached for path in run.paths if path.status != "ok"]
+        raise NotConverged(run.message, reached[0], result)
+    return result
+
+
+def optimise(
+    job: Source,
+    progress: Progress | None = None,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    threads: int = 0,
+    **keys: Any,
+) -> Optimum:
+    """Looks for the best design of a job with a part ``optimise``; arguments as of ``evaluate``.
+
+    With ``out`` an interrupted run goes on where it stopped when it is called again. ``status``
+    tells an optimum (``ok``) from a search that did not end, and from one without a feasible design.
+    """
+    run = _core.run(as_job(job, keys, "optimise"), [], _folder(out), threads, progress)
+    return Optimum(run, _folder(out))
+
+
+def compare(
+    job: Source,
+    progress: Progress | None = None,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    threads: int = 0,
+    **keys: Any,
+) -> Comparison:
+    """Models against full accuracy over sampled designs; arguments as of ``optimise``."""
+    run = _core.run(as_job(job, keys, "compare"), [], _folder(out), threads, progress)
+    return Comparison(run, _folder(out))

@@ -1,0 +1,268 @@
+"""What runs return."""
+
+from __future__ import annotations
+
+import html
+from typing import TYPE_CHECKING, Any, Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._errors import NoGradient
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+Array = NDArray[np.float64]
+
+
+def _masked(numbers: Array, missing: NDArray[np.bool_] | None) -> Array:
+    if missing is None:
+        return numbers
+    return np.ma.MaskedArray(numbers, mask=missing)
+
+
+class Gradients(Mapping[str, Mapping[str, Array]]):
+    """``gradients[quantity][parameter]``: n derivatives, SI per SI."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __getitem__(self, quantity: str) -> Mapping[str, Array]:
+        rows = self._path.gradient(quantity)
+        return {name: rows[:, j] for j, name in enumerate(self._path.parameters)}
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._path.names)
+
+    def __len__(self) -> int:
+        return len(self._path.names)
+
+
+class Path(Mapping[str, Array]):
+    """One load case over its stroke of n points: ``path[quantity]`` has n numbers, SI.
+
+    Arrays are read-only views of the memory of the evaluation. Where a point has no such number
+    (no equilibrium, no parasitic mode) they are masked arrays.
+    """
+
+    def __init__(self, core: _core.Path, parameters: list[str]) -> None:
+        self._core = core
+        #: What gradients are by: the columns of ``gradient``.
+        self.parameters = parameters
+        self._names: list[str] | None = None
+
+    def __getitem__(self, quantity: str) -> Array:
+        return _masked(*self._core.values(quantity))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __contains__(self, quantity: object) -> bool:
+        return quantity in self.names
+
+    @property
+    def names(self) -> list[str]:
+        """Quantities with a number at some point."""
+        if self._names is None:
+            self._names = self._core.names
+        return self._names
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of each quantity."""
+        return self._core.units
+
+    @property
+    def status(self) -> str:
+        """``ok`` or ``no_equilibrium``."""
+        return self._core.status
+
+    @property
+    def message(self) -> str:
+        return self._core.message
+
+    @property
+    def messages(self) -> list[str]:
+        """Of each point: why it has no equilibrium."""
+        return self._core.messages
+
+    @property
+    def converged(self) -> NDArray[np.bool_]:
+        """(n,)"""
+        return self._core.converged
+
+    @property
+    def stroke(self) -> Array:
+        """(n,) [m or rad], of the first drive"""
+        return self._core.stroke
+
+    @property
+    def displacement(self) -> Array:
+        """(n, 3) of the reference point O [m]"""
+        return self._core.displacement
+
+    @property
+    def rotation(self) -> Array:
+        """(n, 3) rotation vector of the end-effector [rad]"""
+        return self._core.rotation
+
+    @property
+    def compliance(self) -> Array:
+        """(n, 6, 6) at O, drive free: [m m m rad rad rad] against [N N N N m N m N m]"""
+        return self._core.compliance_free
+
+    @property
+    def compliance_locked(self) -> Array:
+        """(n, 6, 6) the same with the drive held"""
+        return self._core.compliance_locked
+
+    @property
+    def frequencies(self) -> Array:
+        """(n, m) natural frequencies, drive free, ascending [Hz]"""
+        return _masked(*self._core.frequencies_free)
+
+    @property
+    def frequencies_locked(self) -> Array:
+        """(n, m) the same with the drive held [Hz]"""
+        return _masked(*self._core.frequencies_locked)
+
+    def gradient(self, quantity: str) -> Array:
+        """(n, p) exact derivatives by ``parameters``, SI per SI; formulas among them follow."""
+        if not self._core.has_gradients:
+            raise NoGradient("there are none: evaluate(..., gradients=True) has them")
+        return _masked(*self._core.gradient(quantity))
+
+    @property
+    def gradients(self) -> Gradients:
+        """``gradients[quantity][parameter]``: (n,)"""
+        return Gradients(self)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row for each stroke point, a column for each quantity."""
+        import pandas
+
+        columns = {name: np.ma.filled(self[name], np.nan) for name in self.names}
+        return pandas.DataFrame(columns, index=pandas.Index(self.stroke, name="stroke"))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Quantities, compliance and frequencies along ``stroke``, with their units."""
+        import xarray
+
+        def of(dims: tuple[str, ...], values: Array, unit: str) -> Any:
+            return (dims, np.ma.filled(values, np.nan), {"units": unit})
+
+        units = self.units
+        data = {name: of(("stroke",), self[name], units[name]) for name in self.names}
+        data["compliance"] = of(("stroke", "motion", "load"), self.compliance, "SI")
+        data["compliance_locked"] = of(("stroke", "motion", "load"), self.compliance_locked, "SI")
+        data["frequencies"] = of(("stroke", "mode"), self.frequencies, "Hz")
+        data["frequencies_locked"] = of(("stroke", "mode"), self.frequencies_locked, "Hz")
+        six = ["ux", "uy", "uz", "rx", "ry", "rz"]
+        return xarray.Dataset(data, {"stroke": self.stroke, "motion": six, "load": six})
+
+
+class Result:
+    """Of every kind of run."""
+
+    def __init__(self, run: _core.Run, folder: str) -> None:
+        self._run = run
+        self._dict: dict[str, Any] | None = None
+        #: Where its files are; empty: none were written.
+        self.folder = folder
+
+    @property
+    def status(self) -> str:
+        """``ok``, or why the result is not usable."""
+        return self._run.status
+
+    @property
+    def message(self) -> str:
+        """One sentence with the figures."""
+        return self._run.message
+
+    @property
+    def failed_expectations(self) -> list[str]:
+        """Of a run with a folder: what the job's ``expect`` says otherwise."""
+        return self._run.failed_expectations
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of result.json."""
+        if self._dict is None:
+            self._dict = self._run.result()
+        return self._dict
+
+    def to_html(self) -> str:
+        """The report: one page that needs nothing else."""
+        return self._run.report()
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self.to_html(), quote=True)
+        return (
+            f"<p>{html.escape(self.message)}</p>"
+            f'<iframe srcdoc="{page}" width="100%" height="720" style="border:0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"<flexopt.{type(self).__name__} {self.status}: {self.message}>"
+
+
+class Evaluation(Result, Path):
+    """One design over its stroke: what ``Path`` has, of several load cases that of the first."""
+
+    def __init__(self, run: _core.Run, folder: str, parameters: list[str]) -> None:
+        Result.__init__(self, run, folder)
+        #: Of several load cases their paths by name.
+        self.cases = {path.name: Path(path, parameters) for path in run.paths if path.name}
+        Path.__init__(self, run.paths[0], parameters)
+
+    # of the run where a path has them too
+    status = Result.status
+    message = Result.message
+    __repr__ = Result.__repr__
+
+
+class Optimum(Evaluation):
+    """The design that an optimisation found; its path is that of the optimum."""
+
+    def __init__(self, run: _core.Run, folder: str) -> None:
+        Evaluation.__init__(self, run, folder, [])
+
+    @property
+    def details(self) -> dict[str, Any]:
+        """The part ``optimum`` of result.json."""
+        details: dict[str, Any] = self.to_dict()["optimum"]
+        return details
+
+    @property
+    def objective(self) -> float | None:
+        """SI; None where no design could be evaluated."""
+        objective: float | None = self.details["objective"]
+        return objective
+
+    @property
+    def design(self) -> dict[str, float]:
+        """Every parameter of the optimum, SI."""
+        design: dict[str, float] = self.details["parameters"]
+        return design
+
+    @property
+    def constraints(self) -> list[dict[str, Any]]:
+        """Each with label, value, bounds and margin."""
+        constraints: list[dict[str, Any]] = self.details["constraints"]
+        return constraints
+
+
+class Comparison(Result):
+    """Models compared with full accuracy over sampled designs."""
+
+    @property
+    def details(self) -> dict[str, Any]:
+        """The part ``comparison`` of result.json."""
+        details: dict[str, Any] = self.to_dict()["comparison"]
+        return details

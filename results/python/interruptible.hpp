@@ -1,0 +1,41 @@
+#pragma once
+// C++ work that Python waits for: it may call back, and Ctrl-C or an error of the callback ends it.
+#include <pybind11/pybind11.h>
+
+#include <atomic>
+#include <functional>
+#include <optional>
+
+#include "results/run/progress.hpp"
+
+namespace flexopt {
+
+/// Tells a Python function (done, total, text) how far a run is; a line of its own comes with 0 of
+/// 0.
+class PythonListener : public RunListener {
+ public:
+  /// None: nobody is told.
+  explicit PythonListener(pybind11::object callback) : callback_(std::move(callback)) {}
+  void say(const std::string& text) override { tell(0, 0, text); }
+  void step(int done, int total, const std::string& text) override { tell(done, total, text); }
+
+  /// From now on whatever is told throws Interrupted. With the error that Python sees; with the
+  /// GIL.
+  void stop(pybind11::error_already_set error);
+  bool stopped() const { return stopped_; }
+  /// Throws the error that stopped it, if one did. With the GIL.
+  void rethrow();
+
+ private:
+  void tell(int done, int total, const std::string& text);
+
+  pybind11::object callback_;
+  std::atomic<bool> stopped_ = false;
+  std::optional<pybind11::error_already_set> error_;
+};
+
+/// Runs `work` on a thread of its own, without the GIL, and looks for signals meanwhile. Throws
+/// what stopped the listener, or what work throws.
+void run_interruptibly(PythonListener& listener, const std::function<void()>& work);
+
+}  // namespace flexopt

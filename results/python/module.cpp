@@ -1,0 +1,229 @@
+// flexopt._core: the C++ side of the Python package, which gives it a face.
+#include <fmt/format.h>
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "core/spec/spec_error.hpp"
+#include "designs/family.hpp"
+#include "results/files/result_json.hpp"
+#include "results/files/scene.hpp"
+#include "results/files/version.hpp"
+#include "results/python/interruptible.hpp"
+#include "results/python/json_values.hpp"
+#include "results/python/path_arrays.hpp"
+#include "results/python/posed_goals.hpp"
+#include "results/python/runs.hpp"
+#include "results/report/report.hpp"
+
+namespace flexopt {
+namespace {
+
+namespace py = pybind11;
+using namespace py::literals;
+
+JobKind kind_of(const std::string& name) {
+  for (const JobKind kind : {JobKind::evaluate, JobKind::optimise, JobKind::compare})
+    if (name_of(kind) == name) return kind;
+  throw SpecError("/job", name, "expected \"evaluate\", \"optimise\" or \"compare\"");
+}
+
+/// As Python has it: an exception of flexopt._errors with these arguments.
+void raise(const char* type, const py::args& arguments) {
+  const py::object error = py::module_::import("flexopt._errors").attr(type);
+  PyErr_SetObject(error.ptr(), error(*arguments).ptr());
+}
+
+void raise(const SpecError& error) {
+  py::list faults;
+  for (const Fault& f : error.faults())
+    faults.append(py::make_tuple(f.pointer, f.value, f.rule, f.source, f.line, f.column));
+  raise("JobError", py::make_tuple(error.what(), faults));
+}
+
+void translate(std::exception_ptr failure) {
+  try {
+    if (failure) std::rethrow_exception(failure);
+  } catch (const SpecError& error) {
+    raise(error);
+  } catch (const NotConverged& error) {
+    raise("NotConverged", py::make_tuple(error.what(), error.reached));
+  }
+}
+
+py::object document(const Job& job) { return python_of(OrderedJson(document_of(job))); }
+
+void add_job(py::module_& m) {
+  py::class_<Job, std::shared_ptr<Job>>(m, "Job")
+      .def_static("read",
+                  [](const std::string& file, const std::vector<std::string>& overrides) {
+                    return std::make_shared<Job>(read_job(file, overrides));
+                  })
+      .def_static("parse",
+                  [](const py::dict& dict) {
+                    const nlohmann::json json = json_of(dict);
+                    const py::gil_scoped_release released;
+                    return std::make_shared<Job>(parse_job(json));
+                  })
+      .def("as_kind",
+           [](const Job& job, const std::string& kind) {
+             return std::make_shared<Job>(as_kind(job, kind_of(kind)));
+           })
+      .def_readonly("name", &Job::name)
+      .def_property_readonly("kind", [](const Job& job) { return name_of(job.kind); })
+      .def_property_readonly("parameters", [](const Job& job) { return job.design.parameters; })
+      .def_property_readonly("differentiable", &differentiable_parameters)
+      .def_readonly("notes", &Job::notes)
+      .def("document", &document);
+}
+
+py::object result_of(const RunRecord& record) {
+  std::optional<OrderedJson> result;
+  {
+    const py::gil_scoped_release released;
+    result = make_result(record);
+  }
+  return python_of(*result);
+}
+
+std::string report_of(const RunRecord& record) {
+  return make_report(make_result(record), make_scene(record));
+}
+
+void add_run(py::module_& m) {
+  py::class_<FinishedRun>(m, "Run")
+      .def_property_readonly("status", [](const FinishedRun& run) { return run.record->status; })
+      .def_property_readonly("message", [](const FinishedRun& run) { return run.record->message; })
+      .def_property_readonly("no_gradients",
+                             [](const FinishedRun& run) { return run.record->no_gradients; })
+      .def_readonly("failed_expectations", &FinishedRun::failed_expectations)
+      .def_property_readonly(
+          "paths",
+          [](const FinishedRun& run) {
+            std::vector<std::shared_ptr<PathArrays>> paths;
+            if (run.record->comparison) return paths;
+            for (std::size_t k = 0; k < responses_of(*run.record).size(); ++k)
+              paths.push_back(std::make_shared<PathArrays>(run.record, run.through, k));
+            return paths;
+          })
+      .def("result", [](const FinishedRun& run) { return result_of(*run.record); })
+      .def(
+          "report", [](const FinishedRun& run) { return report_of(*run.record); },
+          py::call_guard<py::gil_scoped_release>());
+  m.def(
+      "run",
+      [](const std::shared_ptr<Job>& job, const std::vector<std::string>& along,
+         const std::string& folder, int threads, py::object progress) {
+        const int hardware = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+        const RunOptions options{folder, threads > 0 ? threads : hardware, along};
+        PythonListener listener(std::move(progress));
+        std::optional<FinishedRun> finished;
+        if (job->kind == JobKind::evaluate && !job->tolerances && job->maps.empty()) {
+          const py::gil_scoped_release released;  // soon over: no thread of its own
+          try {
+            finished = run(*job, options, listener);
+          } catch (const std::exception&) {
+            if (!listener.stopped()) throw;
+          }
+        } else {
+          run_interruptibly(listener, [&] { finished = run(*job, options, listener); });
+        }
+        listener.rethrow();
+        return std::move(*finished);
+      },
+      "job"_a, "along"_a, "folder"_a, "threads"_a, "progress"_a);
+}
+
+void add_path(py::module_& m) {
+  // The object itself keeps its arrays alive.
+  const auto with_owner = [](auto member) {
+    return [member](py::object self) { return (self.cast<PathArrays&>().*member)(self); };
+  };
+  const auto locked = [](auto member, bool held) {
+    return
+        [member, held](py::object self) { return (self.cast<PathArrays&>().*member)(self, held); };
+  };
+  py::class_<PathArrays, std::shared_ptr<PathArrays>>(m, "Path")
+      .def("__len__", &PathArrays::size)
+      .def_property_readonly("name", &PathArrays::name)
+      .def_property_readonly("status", &PathArrays::status)
+      .def_property_readonly("message", &PathArrays::message)
+      .def_property_readonly("messages", &PathArrays::messages)
+      .def_property_readonly("stroke_reached", &PathArrays::stroke_reached)
+      .def_property_readonly("stroke", with_owner(&PathArrays::stroke))
+      .def_property_readonly("displacement", with_owner(&PathArrays::displacement))
+      .def_property_readonly("rotation", with_owner(&PathArrays::rotation))
+      .def_property_readonly("converged", with_owner(&PathArrays::converged))
+      .def_property_readonly("compliance_free", locked(&PathArrays::compliance, false))
+      .def_property_readonly("compliance_locked", locked(&PathArrays::compliance, true))
+      .def_property_readonly("frequencies_free", locked(&PathArrays::frequencies, false))
+      .def_property_readonly("frequencies_locked", locked(&PathArrays::frequencies, true))
+      .def_property_readonly("names", &PathArrays::names)
+      .def_property_readonly("units", &PathArrays::units)
+      .def_property_readonly("has_gradients", &PathArrays::has_gradients)
+      .def("values",
+           [](py::object self, const std::string& name) {
+             return self.cast<PathArrays&>().values(self, name);
+           })
+      .def("gradient", [](py::object self, const std::string& name) {
+        return self.cast<PathArrays&>().gradient(self, name);
+      });
+}
+
+void add_problem(py::module_& m) {
+  using Released = py::call_guard<py::gil_scoped_release>;
+  py::class_<PosedGoals>(m, "PosedGoals")
+      .def(py::init([](const std::shared_ptr<Job>& job, bool scaled, bool pointwise) {
+             return std::make_unique<PosedGoals>(*job, scaled, pointwise);
+           }),
+           "job"_a, "scaled"_a, "pointwise"_a, Released())
+      .def_property_readonly("names", &PosedGoals::names)
+      .def_property_readonly("start", &PosedGoals::start)
+      .def_property_readonly("lower", &PosedGoals::lower)
+      .def_property_readonly("upper", &PosedGoals::upper)
+      .def_property_readonly("constraint_names", &PosedGoals::constraint_names)
+      .def_property_readonly("constraint_lower", &PosedGoals::constraint_lower)
+      .def_property_readonly("constraint_upper", &PosedGoals::constraint_upper)
+      .def(
+          "f", [](const PosedGoals& p, const VectorXd& x) { return p.at(x, false)->f; }, Released())
+      .def(
+          "g", [](const PosedGoals& p, const VectorXd& x) { return p.at(x, false)->g; }, Released())
+      .def(
+          "df", [](const PosedGoals& p, const VectorXd& x) { return p.at(x, true)->df; },
+          Released())
+      .def(
+          "dg", [](const PosedGoals& p, const VectorXd& x) { return p.at(x, true)->dg; },
+          Released())
+      .def("objective", &PosedGoals::objective, Released())
+      .def("parameters", &PosedGoals::parameters, Released());
+}
+
+}  // namespace
+}  // namespace flexopt
+
+PYBIND11_MODULE(_core, m) {
+  using namespace flexopt;
+  py::register_exception_translator(&translate);
+  m.attr("version") = version();
+  m.attr("commit") = commit();
+  m.def("family_names", [] {
+    std::vector<std::string> names;
+    for (const Family& family : families()) names.push_back(family.name);
+    return names;
+  });
+  m.def("option_names", [](const std::string& family) {
+    std::vector<std::string> names;
+    for (const FamilyOption& option : find_family(family, "/design/family").options)
+      names.push_back(option.name);
+    return names;
+  });
+  add_job(m);
+  add_path(m);
+  add_run(m);
+  add_problem(m);
+}

@@ -1,0 +1,185 @@
+#include "results/python/path_arrays.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "optim/problem/goals.hpp"
+
+namespace flexopt {
+namespace {
+
+namespace py = pybind11;
+
+constexpr py::ssize_t from_point_to_point = sizeof(PathPoint);
+
+py::array read_only(py::array array) {
+  py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+  return array;
+}
+
+template <class Number>
+py::array view(std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides, const Number* data,
+               py::handle owner) {
+  return read_only(
+      py::array(py::dtype::of<Number>(), std::move(shape), std::move(strides), data, owner));
+}
+
+}  // namespace
+
+std::size_t PathArrays::Block::count_missing() const {
+  return static_cast<std::size_t>(std::ranges::count(missing, 1));
+}
+
+PathArrays::PathArrays(std::shared_ptr<const RunRecord> record,
+                       std::shared_ptr<const ThroughFormulas> through, std::size_t load_case)
+    : record_(std::move(record)),
+      through_(std::move(through)),
+      load_case_(load_case),
+      name_(cases_of(record_->job)[load_case].name),
+      response_(*responses_of(*record_)[load_case]) {
+  if (load_case < record_->gradients.size()) gradients_ = &record_->gradients[load_case];
+  for (Quantity& q : quantities(DriveList(record_->mechanism))) {
+    order_.push_back(q.name);
+    quantities_.emplace(q.name, std::move(q));
+  }
+}
+
+py::array PathArrays::stroke(py::handle owner) const {
+  return view({static_cast<py::ssize_t>(size())}, {from_point_to_point},
+              size() ? &response_.path[0].stroke : nullptr, owner);
+}
+
+py::array PathArrays::displacement(py::handle owner) const {
+  return view({static_cast<py::ssize_t>(size()), 3}, {from_point_to_point, sizeof(double)},
+              size() ? response_.path[0].displacement.data() : nullptr, owner);
+}
+
+py::array PathArrays::rotation(py::handle owner) const {
+  return view({static_cast<py::ssize_t>(size()), 3}, {from_point_to_point, sizeof(double)},
+              size() ? response_.path[0].rotation.data() : nullptr, owner);
+}
+
+py::array PathArrays::compliance(py::handle owner, bool locked) const {
+  const auto of = locked ? &PathPoint::compliance_locked : &PathPoint::compliance_free;
+  return view({static_cast<py::ssize_t>(size()), 6, 6},
+              {from_point_to_point, sizeof(double), 6 * sizeof(double)},
+              size() ? (response_.path[0].*of).data() : nullptr, owner);
+}
+
+PathArrays::Block& PathArrays::block(const std::string& key, std::size_t width, const auto& fill) {
+  const auto [found, is_new] = blocks_.try_emplace(key);
+  Block& block = found->second;
+  if (!is_new) return block;
+  // What is missing is so by the mask; the number under it must not pass for one.
+  block.numbers.assign(size() * width, std::numeric_limits<double>::quiet_NaN());
+  block.missing.assign(size() * width, 1);
+  block.width = width;
+  for (std::size_t k = 0; k < size(); ++k)
+    fill(k, [&](std::size_t j, double number) {
+      block.numbers[k * width + j] = number;
+      block.missing[k * width + j] = 0;
+    });
+  return block;
+}
+
+PathArrays::Masked PathArrays::arrays(py::handle owner, const Block& block, bool as_rows) const {
+  const auto n = static_cast<py::ssize_t>(size()), width = static_cast<py::ssize_t>(block.width);
+  const auto shaped = [&](const auto* data) {
+    const auto bytes = static_cast<py::ssize_t>(sizeof *data);
+    return as_rows ? view({n, width}, {width * bytes, bytes}, data, owner)
+                   : view({n}, {bytes}, data, owner);
+  };
+  if (block.count_missing() == 0) return {shaped(block.numbers.data()), py::none()};
+  return {shaped(block.numbers.data()),
+          shaped(reinterpret_cast<const bool*>(block.missing.data()))};
+}
+
+PathArrays::Masked PathArrays::frequencies(py::handle owner, bool locked) {
+  const auto of = locked ? &PathPoint::frequencies_locked : &PathPoint::frequencies_free;
+  std::size_t most = 0;
+  for (const PathPoint& point : response_.path) most = std::max(most, (point.*of).size());
+  const Block& found = block(locked ? "/frequencies_locked" : "/frequencies_free", most,
+                             [&](std::size_t k, const auto& set) {
+                               const std::vector<double>& list = response_.path[k].*of;
+                               for (std::size_t j = 0; j < list.size(); ++j) set(j, list[j]);
+                             });
+  return arrays(owner, found, true);
+}
+
+py::array PathArrays::converged(py::handle owner) {
+  const Block& found = block("/converged", 1, [&](std::size_t k, const auto& set) {
+    if (response_.path[k].status != PointStatus::converged) set(0, 0);  // "not missing": not so
+  });
+  return view({static_cast<py::ssize_t>(size())}, {1},
+              reinterpret_cast<const bool*>(found.missing.data()), owner);
+}
+
+std::vector<std::string> PathArrays::messages() const {
+  std::vector<std::string> all;
+  for (const PathPoint& point : response_.path) all.push_back(point.message);
+  return all;
+}
+
+std::vector<std::string> PathArrays::names() const {
+  std::vector<std::string> answered;
+  for (const std::string& name : order_) {
+    const Quantity& q = quantities_.at(name);
+    for (const PathPoint& point : response_.path)
+      if (q.value(point)) {
+        answered.push_back(name);
+        break;
+      }
+  }
+  return answered;
+}
+
+std::map<std::string, std::string> PathArrays::units() const {
+  std::map<std::string, std::string> all;
+  for (const auto& [name, q] : quantities_) all[name] = q.unit;
+  return all;
+}
+
+const Quantity& PathArrays::quantity(const std::string& name) const {
+  const auto found = quantities_.find(name);
+  if (found == quantities_.end())
+    throw py::key_error(
+        fmt::format("no quantity is called {}; known are {}", name, fmt::join(order_, ", ")));
+  return found->second;
+}
+
+PathArrays::Masked PathArrays::values(py::handle owner, const std::string& name) {
+  const Quantity& q = quantity(name);
+  const Block& found = block(name, 1, [&](std::size_t k, const auto& set) {
+    if (const auto value = q.value(response_.path[k])) set(0, *value);
+  });
+  if (size() > 0 && found.count_missing() == size())
+    throw py::key_error(fmt::format("no point of this path has {}", name));
+  return arrays(owner, found, false);
+}
+
+PathArrays::Masked PathArrays::gradient(py::handle owner, const std::string& name) {
+  const Quantity& q = quantity(name);
+  const auto columns = static_cast<std::size_t>(through_->by.cols());
+  const Block& found = block("/gradient/" + name, columns, [&](std::size_t k, const auto& set) {
+    const PathPoint& point = response_.path[k];
+    if (!q.value(point)) return;
+    const auto along = q.gradient(point, gradients_->path[k]);
+    if (!along) return;
+    const VectorXd wanted = through_->by.transpose() * *along;
+    for (std::size_t j = 0; j < columns; ++j) set(j, wanted[static_cast<Eigen::Index>(j)]);
+  });
+  return arrays(owner, found, true);
+}
+
+std::string PathArrays::status() const { return conclusion_of_case(*record_, load_case_).first; }
+
+std::string PathArrays::message() const { return conclusion_of_case(*record_, load_case_).second; }
+
+std::optional<double> PathArrays::stroke_reached() const {
+  return flexopt::stroke_reached(response_);
+}
+
+}  // namespace flexopt

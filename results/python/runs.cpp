@@ -1,0 +1,71 @@
+#include "results/python/runs.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "core/spec/spec_error.hpp"
+#include "optim/numerics/parallel.hpp"
+#include "results/files/folder.hpp"
+#include "results/run/run.hpp"
+#include "results/run/run_files.hpp"
+
+namespace flexopt {
+namespace {
+
+RunRecord record_of(const Job& job, const RunOptions& options,
+                    const std::vector<std::string>& along, RunListener& listener) {
+  switch (job.kind) {
+    case JobKind::optimise:
+      return run_optimisation(job, options.folder, options.threads, listener);
+    case JobKind::compare:
+      return run_comparison(job, options.folder, options.threads, listener);
+    case JobKind::evaluate:
+      break;
+  }
+  return run_evaluation(job, options.folder, options.threads, listener, along);
+}
+
+}  // namespace
+
+Job as_kind(const Job& job, JobKind kind) {
+  if (!job.designs.empty())
+    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
+                    "expected a job of one design; the command line runs those of several");
+  if (job.kind == kind) return job;
+  nlohmann::json document = document_of(job);
+  document["job"] = name_of(kind);
+  document["expect"] = nlohmann::json::array();  // they are of the job as it was
+  return parse_job(document);
+}
+
+FinishedRun run(const Job& job, const RunOptions& options, RunListener& listener) {
+  const auto begin = std::chrono::steady_clock::now();
+  FinishedRun finished;
+  std::vector<std::string> along;
+  if (!options.along.empty()) {
+    finished.through = std::make_shared<const ThroughFormulas>(
+        through_formulas(job, job.design.parameters, options.along));
+    along = finished.through->names;
+  }
+  std::optional<OutputFolder> folder;
+  if (!options.folder.empty()) folder.emplace(options.folder);
+  try {
+    RunRecord record = record_of(job, options, along, listener);
+    record.timings["total"] =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (folder)
+      finished.failed_expectations = write_run(folder->path(), record).failed_expectations;
+    finished.record = std::make_shared<const RunRecord>(std::move(record));
+  } catch (const Interrupted&) {
+    if (folder) folder->keep();
+    throw;
+  }
+  if (folder) folder->keep();
+  return finished;
+}
+
+}  // namespace flexopt

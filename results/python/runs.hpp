@@ -1,0 +1,32 @@
+#pragma once
+// Runs of a job for Python.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "optim/problem/stroke_sensitivity.hpp"
+#include "results/files/run_record.hpp"
+#include "results/run/progress.hpp"
+
+namespace flexopt {
+
+/// What a run left in memory, and in its folder if it had one.
+struct FinishedRun {
+  std::shared_ptr<const RunRecord> record;
+  std::shared_ptr<const ThroughFormulas> through;  ///< of the derivatives that were asked for
+  std::vector<std::string> failed_expectations;    ///< a sentence each, of a run with a folder
+};
+
+struct RunOptions {
+  std::string folder;  ///< empty: nothing is written
+  int threads = 1;
+  std::vector<std::string> along;  ///< of an evaluation: parameters of exact derivatives
+};
+
+/// The job as one of this kind. Throws SpecError where it lacks what that needs.
+Job as_kind(const Job& job, JobKind kind);
+
+/// Runs a job of one design by its kind. An interrupted run leaves its evaluations in the folder.
+FinishedRun run(const Job& job, const RunOptions& options, RunListener& listener);
+
+}  // namespace flexopt
