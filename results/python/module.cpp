@@ -101,6 +101,8 @@ void add_run(py::module_& m) {
       .def_property_readonly("message", [](const FinishedRun& run) { return run.record->message; })
       .def_property_readonly("no_gradients",
                              [](const FinishedRun& run) { return run.record->no_gradients; })
+      .def_property_readonly("seconds",
+                             [](const FinishedRun& run) { return run.record->timings.at("total"); })
       .def_readonly("failed_expectations", &FinishedRun::failed_expectations)
       .def_property_readonly(
           "paths",
@@ -119,7 +121,8 @@ void add_run(py::module_& m) {
       "run",
       [](const std::shared_ptr<Job>& job, const std::vector<std::string>& along,
          const std::string& folder, int threads, py::object progress) {
-        const int hardware = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+        static const int hardware =  // asking takes long
+            static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
         const RunOptions options{folder, threads > 0 ? threads : hardware, along};
         PythonListener listener(std::move(progress));
         std::optional<FinishedRun> finished;

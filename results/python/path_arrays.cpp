@@ -38,13 +38,18 @@ PathArrays::PathArrays(std::shared_ptr<const RunRecord> record,
     : record_(std::move(record)),
       through_(std::move(through)),
       load_case_(load_case),
-      name_(cases_of(record_->job)[load_case].name),
       response_(*responses_of(*record_)[load_case]) {
   if (load_case < record_->gradients.size()) gradients_ = &record_->gradients[load_case];
-  for (Quantity& q : quantities(DriveList(record_->mechanism))) {
-    order_.push_back(q.name);
-    quantities_.emplace(q.name, std::move(q));
-  }
+}
+
+std::string PathArrays::name() const {
+  const std::vector<JobCase>& cases = record_->job.cases;
+  return cases.empty() ? "" : cases[load_case_].name;
+}
+
+const std::vector<Quantity>& PathArrays::all_quantities() const {
+  if (quantities_.empty()) quantities_ = quantities(DriveList(record_->mechanism));
+  return quantities_;
 }
 
 py::array PathArrays::stroke(py::handle owner) const {
@@ -125,11 +130,10 @@ std::vector<std::string> PathArrays::messages() const {
 
 std::vector<std::string> PathArrays::names() const {
   std::vector<std::string> answered;
-  for (const std::string& name : order_) {
-    const Quantity& q = quantities_.at(name);
+  for (const Quantity& q : all_quantities()) {
     for (const PathPoint& point : response_.path)
       if (q.value(point)) {
-        answered.push_back(name);
+        answered.push_back(q.name);
         break;
       }
   }
@@ -138,16 +142,15 @@ std::vector<std::string> PathArrays::names() const {
 
 std::map<std::string, std::string> PathArrays::units() const {
   std::map<std::string, std::string> all;
-  for (const auto& [name, q] : quantities_) all[name] = q.unit;
+  for (const Quantity& q : all_quantities()) all[q.name] = q.unit;
   return all;
 }
 
 const Quantity& PathArrays::quantity(const std::string& name) const {
-  const auto found = quantities_.find(name);
-  if (found == quantities_.end())
-    throw py::key_error(
-        fmt::format("no quantity is called {}; known are {}", name, fmt::join(order_, ", ")));
-  return found->second;
+  const std::vector<Quantity>& all = all_quantities();
+  const auto found = std::ranges::find(all, name, &Quantity::name);
+  if (found == all.end()) throw py::key_error(fmt::format("no quantity is called {}", name));
+  return *found;
 }
 
 PathArrays::Masked PathArrays::values(py::handle owner, const std::string& name) {

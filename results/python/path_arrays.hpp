@@ -27,7 +27,7 @@ class PathArrays {
   using Masked = std::pair<pybind11::array, pybind11::object>;
 
   std::size_t size() const { return response_.path.size(); }
-  const std::string& name() const { return name_; }
+  std::string name() const;  ///< of the load case, empty where there is one only
   /// [m or rad]
   pybind11::array stroke(pybind11::handle owner) const;
   /// n × 3 [m], n × 3 rotation vectors [rad], n × 6 × 6
@@ -62,16 +62,15 @@ class PathArrays {
   };
   Block& block(const std::string& key, std::size_t width, const auto& fill);
   Masked arrays(pybind11::handle owner, const Block& block, bool as_rows) const;
+  const std::vector<Quantity>& all_quantities() const;
   const Quantity& quantity(const std::string& name) const;
 
   std::shared_ptr<const RunRecord> record_;
   std::shared_ptr<const ThroughFormulas> through_;
   std::size_t load_case_;
-  std::string name_;
   const StrokeResponse& response_;
   const StrokeGradients* gradients_ = nullptr;
-  std::map<std::string, Quantity> quantities_;
-  std::vector<std::string> order_;  ///< of the quantities, as the table has them
+  mutable std::vector<Quantity> quantities_;  ///< once they are asked for
   std::map<std::string, Block> blocks_;
 };
 

@@ -74,7 +74,7 @@ def evaluate(
     if gradients is not False:
         along = checked.differentiable if gradients is True else list(gradients)
     run = _core.run(checked, along, _folder(out), threads, progress)
-    if run.no_gradients and run.status == "ok":
+    if along and run.no_gradients and run.status == "ok":
         raise NoGradient(run.no_gradients)
     result = Evaluation(run, _folder(out), along)
     if run.status == "no_equilibrium":

@@ -187,6 +187,11 @@ class Result:
         return self._run.message
 
     @property
+    def seconds(self) -> float:
+        """What the computation took [s]; files aside."""
+        return self._run.seconds
+
+    @property
     def failed_expectations(self) -> list[str]:
         """Of a run with a folder: what the job's ``expect`` says otherwise."""
         return self._run.failed_expectations
@@ -218,8 +223,11 @@ class Evaluation(Result, Path):
     def __init__(self, run: _core.Run, folder: str, parameters: list[str]) -> None:
         Result.__init__(self, run, folder)
         #: Of several load cases their paths by name.
-        self.cases = {path.name: Path(path, parameters) for path in run.paths if path.name}
-        Path.__init__(self, run.paths[0], parameters)
+        self.cases: dict[str, Path] = {}
+        paths = run.paths
+        if paths[0].name:
+            self.cases = {path.name: Path(path, parameters) for path in paths}
+        Path.__init__(self, paths[0], parameters)
 
     # of the run where a path has them too
     status = Result.status
