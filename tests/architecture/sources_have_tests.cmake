@@ -129,6 +129,7 @@ set(untested
   core/elements/leaf/leaf_scale "units of a leaf, used by every test of a leaf"
   core/math/eigen_layout "one symbol, tested by the programs that must not link (architecture)"
   core/elements/leaf/leaf_element "the answer of a leaf that cannot do something"
+  results/python/module "names for Python, used by every test of the module"
   results/cli/main "one line that calls run_command_line"
   results/files/version "the version and commit of the build"
 )
@@ -145,7 +146,7 @@ macro(take list first second)
 endmacro()
 while(tested_by)
   take(tested_by source test)
-  if(NOT EXISTS ${SOURCE}/tests/${test}.cpp)
+  if(NOT EXISTS ${SOURCE}/tests/${test}.cpp AND NOT EXISTS ${SOURCE}/tests/${test}.py)
     list(APPEND wrong "${source}.cpp: its test tests/${test}.cpp is not there")
   endif()
 endwhile()
@@ -160,7 +161,8 @@ foreach(folder core optim results)
     string(REGEX REPLACE "\\.cpp$" "" source ${source})
     get_filename_component(room ${source} DIRECTORY)
     get_filename_component(name ${source} NAME)
-    if(EXISTS ${SOURCE}/tests/${room}/test_${name}.cpp)
+    if(EXISTS ${SOURCE}/tests/${room}/test_${name}.cpp OR
+       EXISTS ${SOURCE}/tests/${room}/test_${name}.py)
       if(source IN_LIST listed)
         list(APPEND wrong "${source}.cpp has a test of its name; take it out of the list")
       endif()

@@ -113,6 +113,18 @@ FAKE_MISSING=chromium FLEXOPT_NO_INSTALL=1 start test
 called "ctest --preset release" || problem "test runs without the browser where nothing may be installed"
 FAKE_MISSING=chromium start run job.json
 called "apt-get install" && problem "the program needs no browser"
+FAKE_MISSING=python3-pytest start test
+called "apt-get install .*python3-pytest" || problem "test installs what the Python module's tests need"
+
+FAKE_MISSING=pybind11-dev start python -c 'import os; print(os.environ["PYTHONPATH"])'
+called "apt-get install .*pybind11-dev" || problem "python installs what the module needs"
+called "FLEXOPT_PYTHON=ON" || problem "python configures with the module"
+called "cmake --build --preset release --target flexopt flexopt_python" || problem "python builds it"
+case $out in "$work/repo/build/release/python"*) ;; *) problem "Python finds the module: $out" ;; esac
+start python -c 'raise SystemExit(3)'
+[ -s "$work/calls" ] && problem "a warm start of Python calls nothing"
+[ "$code" = 3 ] || problem "Python's exit code is handed on, got $code"
+
 stand_in ctest 'exit 8'
 start test
 [ "$code" = 8 ] || problem "the exit code of ctest is handed on, got $code"
