@@ -37,6 +37,12 @@ double number_of(py::handle value, const std::string& pointer) {
   return number;
 }
 
+std::int64_t whole_of(py::handle value, const std::string& pointer) try {
+  return value.cast<std::int64_t>();
+} catch (const py::cast_error&) {
+  throw SpecError(pointer, py::repr(value), "expected a number of at most 63 bits");
+}
+
 }  // namespace
 
 json json_of(py::handle value, const std::string& pointer) {
@@ -44,11 +50,7 @@ json json_of(py::handle value, const std::string& pointer) {
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
   if (py::isinstance<py::str>(value)) return value.cast<std::string>();
   if (py::isinstance<py::float_>(value)) return number_of(value, pointer);
-  if (PyIndex_Check(value.ptr())) try {
-      return py::reinterpret_steal<py::int_>(PyNumber_Index(value.ptr())).cast<std::int64_t>();
-    } catch (const py::cast_error&) {
-      throw SpecError(pointer, py::repr(value), "expected a number of at most 63 bits");
-    }
+  if (py::isinstance<py::int_>(value)) return whole_of(value, pointer);
   if (py::isinstance<py::dict>(value))
     return object_of(py::reinterpret_borrow<py::dict>(value), pointer);
   if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value))
@@ -64,12 +66,12 @@ py::object python_of(const OrderedJson& value) {
     case OrderedJson::value_t::object: {
       py::dict dict;
       for (const auto& [key, entry] : value.items()) dict[py::str(key)] = python_of(entry);
-      return std::move(dict);
+      return dict;
     }
     case OrderedJson::value_t::array: {
       py::list list(value.size());
       for (std::size_t k = 0; k < value.size(); ++k) list[k] = python_of(value[k]);
-      return std::move(list);
+      return list;
     }
     case OrderedJson::value_t::string:
       return py::str(value.get_ref<const std::string&>());

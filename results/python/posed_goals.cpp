@@ -81,8 +81,11 @@ void PosedGoals::add_rows(std::size_t goal, bool each, double lower, double uppe
     return;
   }
   const auto entries = static_cast<int>(of.points()) * of.branches;
-  for (int entry = 0; entry < entries; ++entry)
-    rows_.push_back({goal, entry, lower, upper, slack, fmt::format("{} [{}]", of.label, entry)});
+  for (int entry = 0; entry < entries; ++entry) {
+    std::string place = fmt::format("{}", entry / of.branches);
+    if (of.branches > 1) place += fmt::format(", {}", entry % of.branches);
+    rows_.push_back({goal, entry, lower, upper, slack, fmt::format("{} [{}]", of.label, place)});
+  }
 }
 
 double PosedGoals::scale(std::size_t goal) const {

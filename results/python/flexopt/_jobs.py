@@ -22,7 +22,7 @@ class Job:
         else:
             overrides = [f"/{key}={json.dumps(value)}" for key, value in keys.items()]
             self._core = _core.Job.read(os.fspath(source), overrides)
-        self._of_kind = {self._core.kind: self._core}
+        self._of_kind: dict[str, _core.Job] = {}
 
     def _as(self, kind: str) -> _core.Job:
         if kind not in self._of_kind:
@@ -75,7 +75,7 @@ def design(source: str | os.PathLike[str] | Mapping[str, Any], **parameters: Any
     if isinstance(source, Mapping):
         made = Design(source)
         if "flexopt_design" in source:  # a design file's content
-            made = Design(design=dict(source))
+            made = Design(mechanism=dict(source))
     elif os.fspath(source) in _core.family_names():
         made = Design(family=os.fspath(source))
     else:

@@ -38,7 +38,7 @@ class Problem:
         #: (n,) each
         self.lower: Array = self._core.lower
         self.upper: Array = self._core.upper
-        #: Of the rows of g.
+        #: Of the rows of g; pointwise with the stroke point, and the mode or place of stress there.
         self.g_names: list[str] = self._core.constraint_names
         #: (m,) each
         self.g_lower: Array = self._core.constraint_lower

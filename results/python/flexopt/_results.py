@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import html
-from typing import TYPE_CHECKING, Any, Iterator, Mapping
+import importlib
+from typing import Any, Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +12,15 @@ from numpy.typing import NDArray
 from . import _core
 from ._errors import NoGradient
 
-if TYPE_CHECKING:
-    import pandas
-    import xarray
-
 Array = NDArray[np.float64]
+_ma: Any = np.ma  # its functions have no types
 
 
 def _masked(numbers: Array, missing: NDArray[np.bool_] | None) -> Array:
     if missing is None:
         return numbers
-    return np.ma.MaskedArray(numbers, mask=missing)
+    masked: Array = _ma.MaskedArray(numbers, mask=missing)
+    return masked
 
 
 class Gradients(Mapping[str, Mapping[str, Array]]):
@@ -143,19 +142,17 @@ class Path(Mapping[str, Array]):
         """``gradients[quantity][parameter]``: (n,)"""
         return Gradients(self)
 
-    def to_pandas(self) -> pandas.DataFrame:
-        """A row for each stroke point, a column for each quantity."""
-        import pandas
-
-        columns = {name: np.ma.filled(self[name], np.nan) for name in self.names}
+    def to_pandas(self) -> Any:
+        """A ``pandas.DataFrame``: a row for each stroke point, a column for each quantity."""
+        pandas = importlib.import_module("pandas")
+        columns = {name: _ma.filled(self[name], np.nan) for name in self.names}
         return pandas.DataFrame(columns, index=pandas.Index(self.stroke, name="stroke"))
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Quantities, compliance and frequencies along ``stroke``, with their units."""
-        import xarray
-
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset``: quantities, compliance and frequencies along ``stroke``, with their units."""
+        xarray = importlib.import_module("xarray")
         def of(dims: tuple[str, ...], values: Array, unit: str) -> Any:
-            return (dims, np.ma.filled(values, np.nan), {"units": unit})
+            return (dims, _ma.filled(values, np.nan), {"units": unit})
 
         units = self.units
         data = {name: of(("stroke",), self[name], units[name]) for name in self.names}
@@ -228,11 +225,6 @@ class Evaluation(Result, Path):
         if paths[0].name:
             self.cases = {path.name: Path(path, parameters) for path in paths}
         Path.__init__(self, paths[0], parameters)
-
-    # of the run where a path has them too
-    status = Result.status
-    message = Result.message
-    __repr__ = Result.__repr__
 
 
 class Optimum(Evaluation):

@@ -1,0 +1,35 @@
+"""What the tests of the Python module share. FLEXOPT_BINARY: the program; FLEXOPT_SOURCE: the sources."""
+
+import json
+import os
+import pathlib
+
+import pytest
+
+SOURCE = pathlib.Path(os.environ["FLEXOPT_SOURCE"])
+BINARY = os.environ["FLEXOPT_BINARY"]
+
+
+def gallery(name):
+    return SOURCE / "designs/jobs" / f"{name}.json"
+
+
+def gallery_job(name):
+    return json.loads(gallery(name).read_text())
+
+
+@pytest.fixture
+def guide():
+    """A small evaluation."""
+    job = gallery_job("parallel_guide")
+    job.update(stroke={"from": 0, "to": "20 mm", "points": 3}, frequencies=3, expect=[])
+    return job
+
+
+@pytest.fixture
+def hinge():
+    """An optimisation with a formula among its parameters."""
+    job = gallery_job("three_flexure_cross_hinge")
+    job["expect"] = []
+    job["optimise"]["starts"] = 1
+    return job

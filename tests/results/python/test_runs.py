@@ -1,0 +1,115 @@
+import json
+import os
+import subprocess
+
+import flexopt
+import pytest
+from conftest import BINARY, gallery_job
+
+
+def test_an_evaluation_is_that_of_the_command_line_file_for_file(guide, tmp_path):
+    job = tmp_path / "job.json"
+    job.write_text(json.dumps(guide))
+    subprocess.run([BINARY, "run", job, "--quiet", "--out", tmp_path / "theirs"], check=True)
+    r = flexopt.evaluate(job, out=tmp_path / "ours")
+    theirs = json.loads((tmp_path / "theirs/result.json").read_text())
+    ours = json.loads((tmp_path / "ours/result.json").read_text())
+    assert r.to_dict() == ours
+    assert {**ours, "flexopt": 0} == {**theirs, "flexopt": 0}  # may be builds of two commits
+    names = sorted(os.listdir(tmp_path / "theirs"))
+    assert sorted(os.listdir(tmp_path / "ours")) == names
+    assert (tmp_path / "ours/report.html").read_text() == r.to_html()
+
+
+def test_without_a_folder_nothing_is_written(guide, hinge, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    flexopt.evaluate(guide)
+    hinge["optimise"]["max_evaluations"] = 3
+    flexopt.optimise(hinge)
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_job_of_another_kind_is_evaluated_at_its_own_design(hinge):
+    r = flexopt.evaluate(hinge)
+    assert r.status == "ok" and r.to_dict()["job"]["job"] == "evaluate"
+    assert "optimum" not in r.to_dict() or r.to_dict()["optimum"] is None
+
+
+def test_an_optimisation_finds_what_the_command_line_finds(hinge, tmp_path):
+    job = tmp_path / "job.json"
+    job.write_text(json.dumps(hinge))
+    subprocess.run([BINARY, "run", job, "--quiet", "--out", tmp_path / "theirs"], check=True)
+    theirs = json.loads((tmp_path / "theirs/result.json").read_text())
+    steps = []
+    r = flexopt.optimise(hinge, lambda done, total, text: steps.append((done, total, text)))
+    assert r.to_dict()["optimum"] == theirs["optimum"]
+    assert r.status == "ok" and abs(r.objective - 257.0) < 0.5
+    assert r.design["thickness"] == theirs["optimum"]["parameters"]["thickness"]
+    assert min(r["parasitic_frequency"]) == pytest.approx(r.objective, rel=1e-6)
+    assert [c["label"] for c in r.constraints][0].startswith("max_stress")
+    counted = [done for done, total, text in steps if total]
+    assert counted == list(range(1, len(counted) + 1)) and len(counted) > 5
+
+
+def test_a_comparison_has_the_errors_of_each_model():
+    job = gallery_job("compare_parallel_guide")
+    job["samples"]["count"] = 2
+    job["expect"] = []
+    r = flexopt.compare(job)
+    assert r.status == "ok" and r.details["failed_designs"] == 0
+    assert r.details["models"][0]["errors"]["support_stiffness"]["worst"] < 1e-3
+
+
+def test_a_design_is_a_family_a_file_or_a_dict(guide, tmp_path):
+    parts = {key: guide[key] for key in ("stroke", "end_effector", "frequencies")}
+    numbers = dict(length="100 mm", width=0.03, thickness="0.5 mm", spacing="100 mm")
+    by_name = flexopt.design("parallel_guide", material=guide["design"]["material"], **numbers)
+    expected = flexopt.evaluate(guide)["drive_load"].tolist()
+    assert flexopt.evaluate(by_name, **parts)["drive_load"].tolist() == expected
+    thicker = flexopt.design(by_name, thickness="0.6 mm")
+    assert flexopt.evaluate(thicker, **parts)["drive_load"][-1] > expected[-1]
+    assert by_name["parameters"]["thickness"] == "0.5 mm"
+    file = tmp_path / "own.json"
+    exported = subprocess.run(
+        [BINARY, "designs", "--export", "parallel_guide"], check=True, capture_output=True, text=True
+    )
+    file.write_text(exported.stdout)
+    by_file = flexopt.design(file, material=guide["design"]["material"], **numbers)
+    assert flexopt.evaluate(by_file, **parts)["drive_load"].tolist() == expected
+    content = json.loads(exported.stdout)
+    by_dict = flexopt.design(content, material=guide["design"]["material"], **numbers)
+    assert flexopt.evaluate(by_dict, **parts)["drive_load"].tolist() == expected
+
+
+def test_wrong_input_tells_every_fault(guide, tmp_path):
+    guide["design"]["parameters"]["length"] = "5 N"
+    guide["stroke"]["to"] = "2 deg"
+    with pytest.raises(flexopt.JobError) as error:
+        flexopt.evaluate(guide)
+    faults = error.value.faults
+    assert [f.pointer for f in faults] == ["/design/parameters/length", "/stroke/to"]
+    assert error.value.value == '"5 N"' and "length" in error.value.rule
+    job = tmp_path / "job.json"
+    job.write_text(json.dumps(guide, indent=1))
+    with pytest.raises(flexopt.JobError) as error:
+        flexopt.evaluate(job)
+    assert error.value.faults[0].source == str(job) and error.value.faults[0].line > 3
+
+
+def test_what_a_run_cannot_do_is_refused(guide, tmp_path):
+    with pytest.raises(flexopt.JobError, match="optimise"):
+        flexopt.optimise(guide)
+    with pytest.raises(flexopt.JobError, match="expected a file|no such|missing|not"):
+        flexopt.evaluate(tmp_path / "nothing.json")
+    with pytest.raises(TypeError, match="frequencies"):
+        flexopt.evaluate(flexopt.Job(guide), frequencies=2)
+    listed = {**guide, "designs": [guide["design"], guide["design"]]}
+    del listed["design"]
+    with pytest.raises(flexopt.JobError):
+        flexopt.evaluate(listed)
+
+
+def test_a_notebook_shows_the_report(guide):
+    page = flexopt.evaluate(guide)._repr_html_()
+    assert page.count("<iframe srcdoc=") == 1 and "Equilibrium found at 3" in page
+    assert "<script" not in page.split("srcdoc=")[1].split(" width=")[0]  # escaped
