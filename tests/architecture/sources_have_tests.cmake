@@ -94,13 +94,11 @@ set(tested_by
   optim/job/job_tables optim/job/test_job
   optim/job/job_tolerances optim/tolerances/test_tolerance_study
   optim/search/answer optim/search/test_optimise
-  optim/numerics/parallel optim/compare/test_compare
   optim/problem/check_gradients results/cli/test_command_line
   optim/problem/design_problem optim/search/test_exact_gradients
   optim/problem/evaluation_book optim/problem/test_evaluation_log
   optim/problem/line_log optim/problem/test_evaluation_log
   optim/problem/posing optim/search/test_exact_gradients
-  optim/problem/stroke_sensitivity optim/search/test_exact_gradients
   optim/search/pareto optim/search/test_stages
   optim/search/search optim/search/test_optimise
   optim/search/stock optim/search/test_stages

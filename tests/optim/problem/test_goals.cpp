@@ -97,3 +97,22 @@ TEST_CASE(
   response.path[0].stable = false;
   CHECK_THAT(read_goal(g, response, job.request).message, Contains("unstable"));
 }
+
+TEST_CASE("the stroke that was reached is the nearest to the first point without equilibrium") {
+  const auto point = [](double stroke, PointStatus status) {
+    PathPoint p;
+    p.stroke = stroke;
+    p.status = status;
+    return p;
+  };
+  constexpr auto good = PointStatus::converged, bad = PointStatus::no_equilibrium,
+                 not_there = PointStatus::not_reached;
+  StrokeResponse response;
+  response.path = {point(-2, not_there), point(-1.5, bad), point(-1, good), point(0, good),
+                   point(2, good)};
+  CHECK(stroke_reached(response) == -1.0);
+  response.path = {point(1, bad), point(2, not_there)};
+  CHECK_FALSE(stroke_reached(response));
+  response.path = {point(0, good), point(1, good)};
+  CHECK_FALSE(stroke_reached(response));
+}

@@ -1,0 +1,34 @@
+#include "optim/numerics/parallel.hpp"
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <stdexcept>
+#include <string>
+
+using namespace flexopt;
+
+TEST_CASE("all work is done, and the first error by index comes out") {
+  for (const int threads : {1, 3}) {
+    std::atomic<int> done = 0;
+    const auto work = [&](int i) {
+      ++done;
+      if (i % 10 == 7) throw std::runtime_error(std::to_string(i));
+    };
+    CHECK_THROWS_WITH(parallel_for(40, threads, work), "7");
+    CHECK(done == 40);
+  }
+}
+
+TEST_CASE("an interrupted loop begins no more work, whatever else went wrong") {
+  for (const int threads : {1, 3}) {
+    std::atomic<int> done = 0;
+    const auto work = [&](int i) {
+      ++done;
+      if (i == 0) throw Interrupted{};
+      throw std::runtime_error("another");
+    };
+    CHECK_THROWS_AS(parallel_for(10000, threads, work), Interrupted);
+    if (threads == 1) CHECK(done == 1);
+    CHECK(done < 10000);
+  }
+}
