@@ -19,7 +19,7 @@ json object_of(const py::dict& dict, const std::string& pointer) {
     if (!py::isinstance<py::str>(key))
       throw SpecError(pointer, py::repr(key), "keys of a job are texts");
     const auto name = key.cast<std::string>();
-    object[name] = json_of(value, pointer + "/" + name);
+    object[name] = json_of(value, fmt::format("{}/{}", pointer, name));
   }
   return object;
 }

@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
@@ -48,7 +49,7 @@ void raise(const SpecError& error) {
 
 void translate(std::exception_ptr failure) {
   try {
-    if (failure) std::rethrow_exception(failure);
+    if (failure) std::rethrow_exception(std::move(failure));
   } catch (const SpecError& error) {
     raise(error);
   } catch (const NotConverged& error) {
@@ -109,7 +110,8 @@ void add_run(py::module_& m) {
           [](const FinishedRun& run) {
             std::vector<std::shared_ptr<PathArrays>> paths;
             if (run.record->comparison) return paths;
-            for (std::size_t k = 0; k < responses_of(*run.record).size(); ++k)
+            const std::size_t cases = responses_of(*run.record).size();
+            for (std::size_t k = 0; k < std::max<std::size_t>(1, cases); ++k)
               paths.push_back(std::make_shared<PathArrays>(run.record, run.through, k));
             return paths;
           })
@@ -145,11 +147,12 @@ void add_run(py::module_& m) {
 void add_path(py::module_& m) {
   // The object itself keeps its arrays alive.
   const auto with_owner = [](auto member) {
-    return [member](py::object self) { return (self.cast<PathArrays&>().*member)(self); };
+    return [member](const py::object& self) { return (self.cast<PathArrays&>().*member)(self); };
   };
   const auto locked = [](auto member, bool held) {
-    return
-        [member, held](py::object self) { return (self.cast<PathArrays&>().*member)(self, held); };
+    return [member, held](const py::object& self) {
+      return (self.cast<PathArrays&>().*member)(self, held);
+    };
   };
   py::class_<PathArrays, std::shared_ptr<PathArrays>>(m, "Path")
       .def("__len__", &PathArrays::size)
@@ -161,7 +164,7 @@ void add_path(py::module_& m) {
       .def_property_readonly("stroke", with_owner(&PathArrays::stroke))
       .def_property_readonly("displacement", with_owner(&PathArrays::displacement))
       .def_property_readonly("rotation", with_owner(&PathArrays::rotation))
-      .def_property_readonly("converged", with_owner(&PathArrays::converged))
+      .def_property_readonly("converged", &PathArrays::converged)
       .def_property_readonly("compliance_free", locked(&PathArrays::compliance, false))
       .def_property_readonly("compliance_locked", locked(&PathArrays::compliance, true))
       .def_property_readonly("frequencies_free", locked(&PathArrays::frequencies, false))
@@ -170,10 +173,10 @@ void add_path(py::module_& m) {
       .def_property_readonly("units", &PathArrays::units)
       .def_property_readonly("has_gradients", &PathArrays::has_gradients)
       .def("values",
-           [](py::object self, const std::string& name) {
+           [](const py::object& self, const std::string& name) {
              return self.cast<PathArrays&>().values(self, name);
            })
-      .def("gradient", [](py::object self, const std::string& name) {
+      .def("gradient", [](const py::object& self, const std::string& name) {
         return self.cast<PathArrays&>().gradient(self, name);
       });
 }

@@ -27,6 +27,12 @@ py::array view(std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,
       py::array(py::dtype::of<Number>(), std::move(shape), std::move(strides), data, owner));
 }
 
+/// An optimisation without any design has no load cases, but an empty path.
+const StrokeResponse& path_of(const RunRecord& record, std::size_t load_case) {
+  const auto all = responses_of(record);
+  return all.empty() ? response_of(record) : *all[load_case];
+}
+
 }  // namespace
 
 std::size_t PathArrays::Block::count_missing() const {
@@ -38,13 +44,13 @@ PathArrays::PathArrays(std::shared_ptr<const RunRecord> record,
     : record_(std::move(record)),
       through_(std::move(through)),
       load_case_(load_case),
-      response_(*responses_of(*record_)[load_case]) {
+      response_(path_of(*record_, load_case)) {
   if (load_case < record_->gradients.size()) gradients_ = &record_->gradients[load_case];
 }
 
 std::string PathArrays::name() const {
-  const std::vector<JobCase>& cases = record_->job.cases;
-  return cases.empty() ? "" : cases[load_case_].name;
+  const bool one = record_->job.cases.empty() || responses_of(*record_).empty();
+  return one ? "" : record_->job.cases[load_case_].name;
 }
 
 const std::vector<Quantity>& PathArrays::all_quantities() const {
@@ -114,12 +120,11 @@ PathArrays::Masked PathArrays::frequencies(py::handle owner, bool locked) {
   return arrays(owner, found, true);
 }
 
-py::array PathArrays::converged(py::handle owner) {
-  const Block& found = block("/converged", 1, [&](std::size_t k, const auto& set) {
-    if (response_.path[k].status != PointStatus::converged) set(0, 0);  // "not missing": not so
-  });
-  return view({static_cast<py::ssize_t>(size())}, {1},
-              reinterpret_cast<const bool*>(found.missing.data()), owner);
+py::array PathArrays::converged() const {
+  py::array_t<bool> flags(static_cast<py::ssize_t>(size()));
+  for (std::size_t k = 0; k < size(); ++k)
+    flags.mutable_at(k) = response_.path[k].status == PointStatus::converged;
+  return read_only(std::move(flags));
 }
 
 std::vector<std::string> PathArrays::messages() const {

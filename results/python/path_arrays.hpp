@@ -37,7 +37,7 @@ class PathArrays {
   /// n × as many as the point with most has [Hz]
   Masked frequencies(pybind11::handle owner, bool locked);
   /// bool
-  pybind11::array converged(pybind11::handle owner);
+  pybind11::array converged() const;
   std::vector<std::string> messages() const;
 
   /// Quantities with a number at some point, and the SI units of all.

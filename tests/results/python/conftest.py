@@ -33,3 +33,21 @@ def hinge():
     job["expect"] = []
     job["optimise"]["starts"] = 1
     return job
+
+
+@pytest.fixture
+def far():
+    """An optimisation that starts at a guide which reaches its stroke; those below 0.2 m do not."""
+    sizes = {"length": "250 mm", "width": "30 mm", "thickness": "0.5 mm", "spacing": "100 mm"}
+    return {
+        "flexopt": 1,
+        "name": "pulled far",
+        "job": "optimise",
+        "design": {"family": "parallel_guide", "material": "stavax", "parameters": sizes},
+        "end_effector": {"mass": "1 kg", "inertia": ["1e-3 kg m^2"] * 3},
+        "stroke": {"from": 0, "to": "160 mm", "points": 4},
+        "optimise": {
+            "variables": [{"parameter": "length", "min": "100 mm", "max": "300 mm"}],
+            "objective": {"minimise": "drive_load", "over_stroke": "max_abs"},
+        },
+    }

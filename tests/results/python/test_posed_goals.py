@@ -75,18 +75,8 @@ def test_trust_constr_of_scipy_finds_the_optimum(hinge):
     assert p.objective(found.x) == pytest.approx(257.0, abs=0.5)
 
 
-def test_a_design_without_values_tells_how_far_its_path_came():
-    job = {
-        "flexopt": 1, "name": "pulled far", "job": "optimise",
-        "design": {"family": "parallel_guide", "material": "stavax", "parameters": {
-            "length": "250 mm", "width": "30 mm", "thickness": "0.5 mm", "spacing": "100 mm"}},
-        "end_effector": {"mass": "1 kg", "inertia": ["1e-3 kg m^2"] * 3},
-        "stroke": {"from": 0, "to": "160 mm", "points": 4},
-        "optimise": {
-            "variables": [{"parameter": "length", "min": "100 mm", "max": "300 mm"}],
-            "objective": {"minimise": "drive_load", "over_stroke": "max_abs"}},
-    }
-    p = flexopt.Problem(job, scaled=False)
+def test_a_design_without_values_tells_how_far_its_path_came(far):
+    p = flexopt.Problem(far, scaled=False)
     assert np.isfinite(p.f([0.25]))
     with pytest.raises(flexopt.NotConverged) as error:
         p.df([0.1])

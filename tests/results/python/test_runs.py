@@ -81,6 +81,20 @@ def test_a_design_is_a_family_a_file_or_a_dict(guide, tmp_path):
     assert flexopt.evaluate(by_dict, **parts)["drive_load"].tolist() == expected
 
 
+def test_an_optimisation_without_any_design_says_so(far):
+    far["design"]["parameters"]["length"] = "100 mm"
+    far["optimise"]["variables"][0]["max"] = "101 mm"
+    for cases in ({}, {"cases": {"a": {}, "b": {"loads": [{"force": ["1 N", 0, 0]}]}}}):
+        r = flexopt.optimise({**far, **cases})
+        assert r.status == "failed" and "No design could be evaluated" in r.message
+        assert r.objective is None and len(r.stroke) == 0 and list(r) == [] and r.cases == {}
+
+
+def test_results_can_be_compared_and_kept_in_sets(guide):
+    r, other = flexopt.evaluate(guide), flexopt.evaluate(guide)
+    assert r == r and r != other and len({r, other}) == 2
+
+
 def test_wrong_input_tells_every_fault(guide, tmp_path):
     guide["design"]["parameters"]["length"] = "5 N"
     guide["stroke"]["to"] = "2 deg"
