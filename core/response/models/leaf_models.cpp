@@ -98,7 +98,8 @@ std::vector<std::unique_ptr<LeafElement>> leaves_at_rest(const std::vector<LeafS
     const PlateShape shape = leaf_shape(leaf, model);
     auto [tube, unknown] = tubes.try_emplace(shape);
     if (unknown) tube->second = known_tube(shape, {.sigma_max = 0}, model, 2);
-    if (tube->second && !leaf.point && leaf.tip != free_edge && leaf.growth == 1)
+    if (tube->second && !leaf.point && leaf.tip != free_edge && leaf.growth == 1 &&
+        leaf.clamp_growth == std::array<double, 2>{1, 1})
       leaves.push_back(std::make_unique<TubeLeaf>(leaf, tube->second, i));
     else
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i));
@@ -122,6 +123,8 @@ std::vector<Vector12d> forced_increments(const Mechanism& mechanism, const LoadC
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
     increments[i].segment<3>(6) = share * (1 - leaf.growth) * leaf.span();
+    for (int e = 0; e < 2; ++e)
+      increments[i].segment<3>(6 * e) += share * growth_move(mechanism, static_cast<int>(i), e);
   }
   for (const AssemblyError& error : loads.assembly)
     increments[static_cast<std::size_t>(error.leaf)].segment<6>(6 * error.end) +=
