@@ -254,7 +254,8 @@ void JobReader::read_sections() {
   if (job_.kind == JobKind::compare) demand("samples");
   if (!family_) return;  // names and units are the family's
   if (read_.contains("optimise"))
-    job_.optimise = read_optimise(read_["optimise"], *family_, job_, cases_, faults_);
+    job_.optimise = read_optimise(read_["optimise"], *family_, job_, cases_,
+                                  read_.contains("tolerances"), faults_);
   if (read_.contains("samples")) job_.compare = read_compare(read_, *family_, job_, faults_);
   if (read_.contains("tolerances") && job_.kind != JobKind::compare &&
       is_geometry_sound(*family_, faults_)) {
@@ -332,6 +333,16 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
 double Tolerance::standard_deviation() const {
   constexpr double limits = 3;  // of a normal one, in standard deviations
   return spread == ToleranceSpread::uniform ? 1 / std::sqrt(3.0) : 1 / limits;
+}
+
+std::string ToleranceMargin::text() const {
+  if (kind == Kind::none) return "";
+  return kind == Kind::worst ? "worst" : fmt::format("mean + {:g} sigma", deviations);
+}
+
+std::string ToleranceMargin::suffix() const {
+  if (kind == Kind::none) return "";
+  return kind == Kind::worst ? ", worst within tolerances" : ", " + text();
 }
 
 std::vector<JobCase> cases_of(const Job& job) {

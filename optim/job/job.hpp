@@ -1,6 +1,7 @@
 #pragma once
 // The job file as read: defaults filled in, SI, checked.
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
@@ -26,12 +27,26 @@ struct Variable {
   std::vector<double> stock;
 };
 
+/// What tolerances do to a goal, to first order, and how much of it counts: the farthest within
+/// all limits, or so many standard deviations, to the side that is worse.
+struct ToleranceMargin {
+  enum class Kind { none, worst, deviations } kind = Kind::none;
+  double deviations = 0;  ///< of that kind
+
+  explicit operator bool() const { return kind != Kind::none; }
+  /// As a job says it: "worst", "mean + 2 sigma".
+  std::string text() const;
+  /// What ends the label of such a goal: ", mean + 2 sigma".
+  std::string suffix() const;
+};
+
 struct Objective {
   bool maximise = true;
   std::string quantity;                      ///< of a path point, or
   std::string expression;                    ///< of the design parameters; one of the two is empty
   OverStroke over_stroke = OverStroke::min;  ///< unused for an expression
   std::string load_case;                     ///< the one that counts; empty: the worst of all
+  ToleranceMargin margin;
 };
 
 struct Constraint {
@@ -40,6 +55,7 @@ struct Constraint {
   std::optional<double> min, max;  ///< SI; at least one
   std::string label;               ///< "max_stress max over stroke"
   std::string load_case;           ///< the one that counts; empty: the worst of all
+  ToleranceMargin margin;
 };
 
 struct Algorithm {
@@ -65,6 +81,7 @@ struct ParetoSpec {
   int points = 9;
   std::string label;      ///< "drive_load max_abs over stroke"
   std::string load_case;  ///< the one that counts; empty: the worst of all
+  ToleranceMargin margin;
 };
 
 /// The optimum is to be that of full accuracy.
@@ -174,7 +191,10 @@ enum class ToleranceSpread { uniform, normal };
 
 struct ToleranceTerm {
   std::string parameter;  ///< of the family, or one of job_numbers
-  double change = 0;      ///< SI, at the entry's upper limit
+  double change = 0;      ///< at the entry's upper limit: SI, or
+  bool relative = false;  ///< over the size of the parameter
+
+  double change_of(double value) const { return relative ? change * std::abs(value) : change; }
 };
 
 /// A deviation z, −1 … 1 between its limits, of one parameter or of several together:

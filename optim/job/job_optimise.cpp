@@ -17,6 +17,7 @@
 #include "optim/job/job_search.hpp"
 #include "optim/job/job_shape.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 
@@ -125,6 +126,7 @@ Objective read_objective(json& read, const GoalContext& context) {
   objective.maximise = read.contains("maximise");
   if (objective.maximise == read.contains("minimise"))
     throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
+  objective.margin = read_margin(read, context.tolerances, at);
   const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
   const bool formula =
       !context.find_quantity(goal) &&
@@ -148,6 +150,7 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
   if (!read.contains("min") && !read.contains("max"))
     throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
+  constraint.margin = read_margin(read, context.tolerances, at);
   std::function<double(const char*)> bound;
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
@@ -177,6 +180,7 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
       return read_quantity(shape::quantity(unit), read[key], at / key);
     };
   }
+  constraint.label += constraint.margin.suffix();
   for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
     if (read.contains(key))
       context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
@@ -196,7 +200,9 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
   front.over_stroke = measure.over_stroke;
   front.load_case = measure.load_case;
   front.label = measure.label;
+  front.margin = measure.margin;
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
+      front.margin.text() == objective.margin.text() &&
       (!front.expression.empty() ||
        (front.over_stroke == objective.over_stroke && front.load_case == objective.load_case)))
     throw SpecError((at / (front.quantity.empty() ? "expression" : "quantity")).to_string(),
@@ -208,8 +214,8 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
 }  // namespace
 
 OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const CaseNames& cases,
-                           FaultList& faults) {
-  const GoalContext context(family, job, cases, faults);
+                           bool tolerances, FaultList& faults) {
+  const GoalContext context(family, job, cases, tolerances, faults);
   const Pointer at("/optimise");
   const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
   OptimiseSpec spec = search_table().read(read);

@@ -34,9 +34,9 @@ void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const
 /// Fills in the section "optimise". `read` has passed its table; bounds get their units here, and
 /// `read` is completed with what was decided; `job` is read but for its sections, and takes notes.
 /// What is wrong is added to `faults`; parts that depend on something wrong are not checked.
-/// Goals may name one of `cases`.
+/// Goals may name one of `cases`, and count `tolerances` where the job has some.
 OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, Job& job,
-                           const CaseNames& cases, FaultList& faults);
+                           const CaseNames& cases, bool tolerances, FaultList& faults);
 
 /// Fills in the sections "samples" and "models" of a job that has passed its table, and completes
 /// them in `read` with what was decided. Faults as in read_optimise.

@@ -388,7 +388,9 @@ const RecordTable<Objective>& objective_table() {
           .optional_choice<OverStroke>(
               "over_stroke", over_stroke_names, &Objective::over_stroke,
               "how its values over the stroke become one; default: the worst")
-          .optional("case", text(100), &Objective::load_case, case_meaning);
+          .optional("case", text(100), &Objective::load_case, case_meaning)
+          .other(under_field())
+          .other(margin_field());
   return table;
 }
 
@@ -401,6 +403,8 @@ const RecordTable<Constraint>& constraint_table() {
           .optional_choice<OverStroke>("over_stroke", over_stroke_names, &Constraint::over_stroke,
                                        over_stroke_meaning)
           .optional("case", text(100), &Constraint::load_case, case_meaning)
+          .other(under_field())
+          .other(margin_field())
           .other(shape::optional("min", shape::quantity(""), "lower bound"))
           .other(shape::optional("max", shape::quantity(""), "upper bound"));
   return table;
@@ -437,6 +441,8 @@ const RecordTable<ParetoSpec>& pareto_table() {
           .optional_choice<OverStroke>("over_stroke", over_stroke_names, &ParetoSpec::over_stroke,
                                        over_stroke_meaning)
           .optional("case", text(100), &ParetoSpec::load_case, case_meaning)
+          .other(under_field())
+          .other(margin_field())
           .choice<bool>("sense", {{"minimise", false}, {"maximise", true}}, &ParetoSpec::maximise,
                         "which way is better")
           .with_default("points", integer(2, 200), &ParetoSpec::points,

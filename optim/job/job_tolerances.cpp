@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
@@ -99,7 +101,7 @@ void EntryReader::check_range(const Tolerance& tolerance, const json& written,
                               const Pointer& at) const {
   for (const ToleranceTerm& term : tolerance.terms) {
     const Parameter& p = *find_parameter(family_, term.parameter);
-    const double value = nominal(term.parameter), by = std::abs(term.change);
+    const double value = nominal(term.parameter), by = std::abs(term.change_of(value));
     const bool low = p.open_min ? value - by > p.min : value - by >= p.min;
     const bool high = p.open_max ? value + by < p.max : value + by <= p.max;
     if (low && high) continue;
@@ -117,7 +119,8 @@ void EntryReader::add_width_of_wire(Tolerance& tolerance) const {
     return;
   const std::vector<ToleranceTerm> written = tolerance.terms;
   for (const ToleranceTerm& term : written)
-    if (term.parameter == "thickness") tolerance.terms.push_back({"width", term.change});
+    if (term.parameter == "thickness")
+      tolerance.terms.push_back({"width", term.change, term.relative});
 }
 
 /// The one unit of all parameters of an entry.
@@ -156,12 +159,11 @@ Tolerance EntryReader::read(const std::string& name, json& entry) const {
   const double size =
       read_quantity(shape::quantity(unit, 0, Shape::infinity, true), written, at_size);
   for (const auto& [own, factor] : entry["parameters"].items()) {
-    const double whole = relative ? size * std::abs(nominal(own)) : size;
-    if (whole == 0)
+    if (size == 0 || (relative && nominal(own) == 0))
       throw SpecError(at_size.to_string(), shown(written),
                       fmt::format("{} is 0: give its tolerance in {}", own,
                                   find_parameter(family_, own)->unit));
-    tolerance.terms.push_back({own, factor.get<double>() * whole});
+    tolerance.terms.push_back({own, factor.get<double>() * size, relative});
   }
   add_width_of_wire(tolerance);
   check_range(tolerance, written, at_size);
@@ -178,9 +180,71 @@ Field tolerances_field() {
       "parameters or of entries that list several");
 }
 
+Field under_field() {
+  return shape::optional("under", shape::choice({"tolerances"}),
+                         "what the goal is to bear; without it the design as drawn counts");
+}
+
+Field margin_field() {
+  return shape::optional("as", shape::text(100),
+                         "how tolerances count: \"worst\" within all limits (default), or "
+                         "\"mean + 2 sigma\" to the side that is worse");
+}
+
+namespace {
+
+// The k of "mean + k sigma"; also with −, which is the worse side of what is to be large.
+std::optional<double> deviations_in(std::string text) {
+  std::erase(text, ' ');
+  const std::string mean = "mean", sigma = "sigma";
+  if (!text.starts_with(mean) || !text.ends_with(sigma) || text.size() < 11) return std::nullopt;
+  if (text[4] != '+' && text[4] != '-') return std::nullopt;
+  double k = 0;
+  const char *const first = text.data() + 5, *const last = text.data() + text.size() - sigma.size();
+  const auto [end, error] = std::from_chars(first, last, k);
+  const bool whole = error == std::errc() && end == last;
+  return whole && k > 0 && k <= 100 ? std::optional(k) : std::nullopt;
+}
+
+}  // namespace
+
+ToleranceMargin read_margin(json& goal, bool tolerances, const Pointer& at) {
+  if (!goal.contains("under")) {
+    if (goal.contains("as"))
+      throw SpecError((at / "as").to_string(), shown(goal["as"]),
+                      "it says how tolerances count: give \"under\": \"tolerances\" too");
+    return {};
+  }
+  if (!tolerances)
+    throw SpecError((at / "under").to_string(), shown(goal["under"]),
+                    "the job has no \"tolerances\"");
+  if (goal.contains("min") && goal.contains("max"))
+    throw SpecError((at / "under").to_string(), shown(goal["under"]),
+                    "under tolerances each bound has a number of its own: give min and max in two "
+                    "constraints");
+  const std::string as = goal.value("as", "worst");
+  ToleranceMargin margin{ToleranceMargin::Kind::worst, 0};
+  if (as != "worst") {
+    const std::optional<double> k = deviations_in(as);
+    if (!k)
+      throw SpecError((at / "as").to_string(), shown(goal["as"]),
+                      "expected \"worst\", or \"mean + k sigma\" with a number k from 0 to 100");
+    margin = {ToleranceMargin::Kind::deviations, *k};
+  }
+  goal["as"] = margin.text();
+  return margin;
+}
+
 Field tolerance_samples_field() {
   return shape::optional("tolerance_samples", check_table().shape(),
                          "designs within the tolerances, evaluated to check the first order");
+}
+
+OptimiseSpec without_margins(OptimiseSpec goals) {
+  goals.objective.margin = {};
+  for (Constraint& c : goals.constraints) c.margin = {};
+  if (goals.pareto) goals.pareto->margin = {};
+  return goals;
 }
 
 TolerancesSpec read_tolerances(json& read, const Family& family, const Job& job,

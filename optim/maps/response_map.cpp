@@ -7,6 +7,7 @@
 
 #include "optim/job/job_atlas.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/job/job_tolerances.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "optim/numerics/unit_points.hpp"
 
@@ -27,11 +28,14 @@ Job posed(const Job& job, const MapSpec& map, const ParameterValues& parameters)
   spec.variables.assign(map.parameters.begin(), map.parameters.end());
   const Constraint& first = map.quantities.front();
   const bool least = first.over_stroke == OverStroke::min;  // of several load cases
-  spec.objective = {least, first.quantity, first.expression, first.over_stroke, first.load_case};
+  spec.objective = {least, first.quantity, first.expression, first.over_stroke, first.load_case,
+                    {}};
   spec.constraints.assign(map.quantities.begin() + 1, map.quantities.end());
-  if (job.map_goals)
-    spec.constraints.insert(spec.constraints.end(), job.map_goals->constraints.begin(),
-                            job.map_goals->constraints.end());
+  if (job.map_goals) {
+    const OptimiseSpec goals = without_margins(*job.map_goals);
+    spec.constraints.insert(spec.constraints.end(), goals.constraints.begin(),
+                            goals.constraints.end());
+  }
   return posed;
 }
 
@@ -57,7 +61,8 @@ Mapped evaluate(const DesignProblem& problem, const Variables& variables, std::s
   mapped.margin = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < others.size(); ++i) {
     const Constraint& c = problem.spec().constraints[i];
-    mapped.margin = std::min(mapped.margin, -excess(others[i], c.min, c.max, scales.constraints[i]));
+    mapped.margin =
+        std::min(mapped.margin, -excess(others[i], c.min, c.max, scales.constraints[i]));
   }
   return mapped;
 }

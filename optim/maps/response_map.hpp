@@ -17,8 +17,8 @@ struct ResponseMap {
   /// Of each quantity of the map: value (i, j) of the two parameters at i · (size of the second) +
   /// j.
   std::vector<MapValues> quantities;
-  /// Distance to the nearest bound of the job's constraints, relative, negative where one is missed;
-  /// none without constraints.
+  /// Distance to the nearest bound of the job's constraints, relative, negative where one is
+  /// missed; none without constraints.
   MapValues margin;
   std::array<double, 2> held{};  ///< the parameters of the design itself
   bool looked_up = false;        ///< its leaves in an atlas

@@ -266,7 +266,8 @@ class Checker {
 };
 
 std::optional<std::string> Checker::prepare() {
-  exact_ = stroke_sensitivity(job_, job_.design.parameters, columns_.all, job_.model, request_);
+  exact_ = stroke_sensitivity(job_, complete_parameters(job_.design, job_.design.parameters),
+                              columns_.all, job_.model, request_);
   if (exact_.response.status != Status::ok || !exact_.gradients)
     return exact_.gradients ? exact_.response.message : exact_.message;
   screened_ = screening_modes(exact_.response, request_);
@@ -346,7 +347,8 @@ std::vector<double> Checker::rounding_of_slopes(std::size_t parameter) const {
   return rounding_beside([&](double by) {
     const Job near = moved(job_, name, present(job_, name) * (1 + by));
     const StrokeSensitivity exact =
-        stroke_sensitivity(near, near.design.parameters, columns_.all, job_.model, request_);
+        stroke_sensitivity(near, complete_parameters(near.design, near.design.parameters),
+                           columns_.all, job_.model, request_);
     std::vector<double> slopes(here_.size(), 0.0);
     if (exact.response.status != Status::ok || !exact.gradients) return slopes;
     const Numbers found = slopes_along(parameter, exact);

@@ -50,18 +50,27 @@ Job prepared(Job job) {
   add(spec.objective.expression, "/optimise/objective");
   for (std::size_t i = 0; i < spec.constraints.size(); ++i)
     add(spec.constraints[i].expression, fmt::format("/optimise/constraints/{}", i));
+  if (job.tolerances)
+    for (const Tolerance& entry : job.tolerances->entries)
+      for (const ToleranceTerm& term : entry.terms) wanted.push_back(term.parameter);
   for (const std::string& name : wanted)
     if (const auto number = numbers.find(name); number != numbers.end())
       job.design.parameters.insert(*number);
   return job;
 }
 
-/// Those of the parameters that change when a variable does.
-std::vector<std::string> moving_parameters(const Job& job) {
+/// Those of the parameters that change when a variable does, or with a tolerance if that counts.
+std::vector<std::string> moving_parameters(const Job& job, bool robust) {
   const ParametricDesign& design = *job.design.resolved;
   const auto varies = [&](const std::string& name) {
     return std::ranges::any_of(job.optimise->variables,
                                [&](const Variable& v) { return v.parameter == name; });
+  };
+  const auto deviates = [&](const std::string& name) {
+    return robust && std::ranges::any_of(job.tolerances->entries, [&](const Tolerance& entry) {
+             return std::ranges::find(entry.terms, name, &ToleranceTerm::parameter) !=
+                    entry.terms.end();
+           });
   };
   std::vector<std::string> moving;
   for (const auto& [name, value] : job.design.parameters) {
@@ -71,7 +80,7 @@ std::vector<std::string> moving_parameters(const Job& job) {
         moves = std::ranges::any_of(d.formula.slots(), [&](int slot) {
           return varies(design.family().parameters[static_cast<std::size_t>(slot)].name);
         });
-    if (moves) moving.push_back(name);
+    if (moves || deviates(name)) moving.push_back(name);
   }
   return moving;
 }
@@ -89,13 +98,19 @@ DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
     requests_.push_back(request_of_goals(job_, goals_, k));
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
   // values with and without derivatives must be those of one function
-  if (evaluators_.gradients && needs_gradients(optimiser_options(*job_.optimise))) {
+  const bool searched = needs_gradients(optimiser_options(*job_.optimise));
+  if (evaluators_.gradients && (searched || robust())) {
     for (StrokeRequest& request : requests_) {
       request.values = PathValues::differentiable;
-      if (bears_repetition(optimiser_options(*job_.optimise))) add_stress_branches(goals_, request);
+      if (searched && bears_repetition(optimiser_options(*job_.optimise)))
+        add_stress_branches(goals_, request);
     }
   }
-  moving_ = moving_parameters(job_);
+  names_ = moving_parameters(job_, robust());
+}
+
+bool DesignProblem::robust() const {
+  return std::ranges::any_of(goals_, [](const Goal& goal) { return bool(goal.margin); });
 }
 
 Variables DesignProblem::variables(const VectorXd& x) const {
@@ -215,25 +230,16 @@ GoalReading DesignProblem::read_parts(const Goal& goal, const std::vector<Stroke
   return whole;
 }
 
-DesignValues DesignProblem::read(const Variables& variables,
-                                 const std::vector<StrokeSensitivity>& found,
-                                 const std::vector<StrokeRequest>& requests) const {
-  DesignValues values;
-  const ParameterValues all = parameters(variables);
-  const std::optional<MatrixXd> moved = parameter_derivatives(all);
-  std::string& why = values.no_gradient;
-  if (!moved) why = "a formula among the parameters has no derivative";
+GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
+                                     const std::vector<StrokeSensitivity>& found,
+                                     const std::vector<StrokeRequest>& requests) const {
+  GoalSlopes slopes;
+  std::string& why = slopes.no_gradient;
   for (const Goal& goal : goals_) {
     GoalReading reading =
-        goal.expression ? read_goal(goal, all) : read_parts(goal, found, requests);
-    if (!reading.ok) {
-      values.message = std::move(reading.message);
-      values.reason = std::move(reading.reason);
-      values.goals.clear();
-      values.gradient.resize(0, 0);
-      why.clear();
-      return values;
-    }
+        goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests);
+    if (!reading.ok)
+      return {.message = std::move(reading.message), .reason = std::move(reading.reason)};
     const std::string name = goal.label.find(goal.quantity) != std::string::npos
                                  ? goal.label
                                  : fmt::format("{} ({})", goal.label, goal.quantity);
@@ -243,20 +249,52 @@ DesignValues DesignProblem::read(const Variables& variables,
       const std::vector<std::string> along =
           goal.expression ? goal.expression->names()
                           : found[goal.parts.front().load_case].gradients->parameters;
-      const MatrixXd chained = reading.gradient * rows_of(*moved, all, along);
-      const Eigen::Index before = values.gradient.rows();
-      values.gradient.conservativeResize(before + chained.rows(), size());
-      values.gradient.bottomRows(chained.rows()) = chained;
-      if (!chained.allFinite()) why = fmt::format("the derivative of {} is not finite", name);
-      for (std::size_t j = 0; j < along.size(); ++j)
-        if (!reading.gradient.col(static_cast<Eigen::Index>(j)).allFinite())
+      MatrixXd& all = slopes.by_parameter;
+      const Eigen::Index before = all.rows(), count = reading.gradient.rows();
+      all.conservativeResize(before + count, static_cast<Eigen::Index>(names_.size()));
+      all.bottomRows(count).setZero();
+      for (std::size_t j = 0; j < along.size(); ++j) {
+        const auto column = reading.gradient.col(static_cast<Eigen::Index>(j));
+        if (!column.allFinite())
           why = fmt::format("the derivative of {} along {} is not finite", name, along[j]);
+        if (const auto at = std::ranges::find(names_, along[j]); at != names_.end())
+          all.col(at - names_.begin()).tail(count) = column;
+      }
     }
-    values.goals.push_back(std::move(reading.values));
+    slopes.goals.push_back(std::move(reading.values));
   }
-  if (!why.empty()) values.gradient.resize(0, 0);
-  values.ok = true;
+  if (!why.empty()) slopes.by_parameter.resize(0, 0);
+  slopes.ok = true;
+  return slopes;
+}
+
+DesignValues DesignProblem::chained(GoalSlopes goals, const ParameterValues& parameters) const {
+  DesignValues values{.ok = goals.ok,
+                      .message = std::move(goals.message),
+                      .reason = std::move(goals.reason),
+                      .goals = std::move(goals.goals),
+                      .gradient = {},
+                      .no_gradient = std::move(goals.no_gradient),
+                      .of_reduced_leaves = goals.of_reduced_leaves};
+  if (!values.ok) values.no_gradient.clear();
+  if (!values.ok || !values.no_gradient.empty()) return values;
+  const std::optional<MatrixXd> moved = parameter_derivatives(parameters);
+  if (!moved)
+    values.no_gradient = "a formula among the parameters has no derivative";
+  else if (goals.by_parameter.rows() > 0)
+    values.gradient = goals.by_parameter * rows_of(*moved, parameters, names_);
+  if (!values.gradient.allFinite()) {
+    values.no_gradient = "the derivative of a formula among the parameters is not finite";
+    values.gradient.resize(0, 0);
+  }
   return values;
+}
+
+DesignValues DesignProblem::read(const Variables& variables,
+                                 const std::vector<StrokeSensitivity>& found,
+                                 const std::vector<StrokeRequest>& requests) const {
+  const ParameterValues all = parameters(variables);
+  return chained(read_goals(all, found, requests), all);
 }
 
 namespace {
@@ -271,35 +309,49 @@ bool of_reduced_leaves(const StrokeResponse& response, const StrokeRequest& requ
 
 }  // namespace
 
+GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
+                               const ModelOptions& model) const {
+  std::vector<StrokeSensitivity> found(requests_.size());
+  for (std::size_t k = 0; k < requests_.size(); ++k) {
+    if (requests_[k].outputs.empty()) continue;  // no goal is about this load case
+    if (gradient && evaluators_.gradients)
+      found[k] = evaluators_.gradients(job_, parameters, names_, model, requests_[k]);
+    else
+      found[k].response = evaluators_.values(make_mechanism(job_, parameters), model, requests_[k]);
+  }
+  GoalSlopes slopes = read_goals(parameters, found, requests_);
+  for (std::size_t k = 0; k < found.size(); ++k)
+    slopes.of_reduced_leaves |= of_reduced_leaves(found[k].response, requests_[k]);
+  for (const StrokeSensitivity& of : found)
+    if (slopes.ok && !of.gradients && !of.message.empty()) slopes.no_gradient = of.message;
+  return slopes;
+}
+
 DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
                                      std::optional<Accuracy> accuracy) const {
-  const auto of_values = [&](DesignValues values) {
-    values.no_gradient.clear();
-    values.gradient.resize(0, 0);
-    return values;
-  };
   try {
-    if (!needs_mechanics_) {
-      DesignValues values = read(variables, {}, requests_);
-      return gradient ? values : of_values(std::move(values));
-    }
     ModelOptions model = job_.model;
     if (accuracy) model.accuracy = *accuracy;
-    const bool differentiate = gradient && evaluators_.gradients;
-    std::vector<StrokeSensitivity> found(requests_.size());
-    for (std::size_t k = 0; k < requests_.size(); ++k) {
-      if (requests_[k].outputs.empty()) continue;  // no goal is about this load case
-      if (differentiate)
-        found[k] = evaluators_.gradients(job_, parameters(variables), moving_, model, requests_[k]);
-      else
-        found[k].response = respond(variables, model, requests_[k]);
+    const ParameterValues all = parameters(variables);
+    GoalSlopes slopes = look(all, gradient || robust(), model);
+    if (robust())
+      RobustGoals(goals_, job_.tolerances->entries, names_)
+          .add_margins(
+              all, gradient,
+              [&](const ParameterValues& beside) {
+                try {
+                  return look(beside, true, model);
+                } catch (const SpecError& error) {
+                  return GoalSlopes{.message = error.what(), .reason = error.rule()};
+                }
+              },
+              slopes);
+    DesignValues values = chained(std::move(slopes), all);
+    const bool offered = evaluators_.gradients || !needs_mechanics_;
+    if (!gradient || !offered) {
+      values.no_gradient.clear();
+      values.gradient.resize(0, 0);
     }
-    DesignValues values = read(variables, found, requests_);
-    for (std::size_t k = 0; k < found.size(); ++k)
-      values.of_reduced_leaves |= of_reduced_leaves(found[k].response, requests_[k]);
-    if (!differentiate) return of_values(std::move(values));
-    for (const StrokeSensitivity& of : found)
-      if (values.ok && !of.gradients && !of.message.empty()) values.no_gradient = of.message;
     return values;
   } catch (const SpecError& error) {
     DesignValues values;
@@ -312,6 +364,7 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
 std::optional<VectorXd> DesignProblem::formula_gradient(std::size_t goal,
                                                         const Variables& variables) const {
   const Expression& formula = *goals_[goal].expression;
+  if (goals_[goal].margin) return std::nullopt;
   try {
     const ParameterValues all = parameters(variables);
     const std::optional<VectorXd> gradient = formula.gradient(all);
@@ -323,10 +376,22 @@ std::optional<VectorXd> DesignProblem::formula_gradient(std::size_t goal,
   }
 }
 
+std::optional<double> DesignProblem::formula_value(const Goal& goal,
+                                                   const ParameterValues& parameters) const {
+  const std::optional<double> value = goal.expression->value(parameters);
+  if (!goal.margin || !value) return value;
+  const std::optional<VectorXd> gradient = goal.expression->gradient(parameters);
+  if (!gradient) return std::nullopt;
+  const std::vector<Tolerance>& entries = job_.tolerances->entries;
+  const MatrixXd changes = tolerance_changes(entries, goal.expression->names(), parameters);
+  const double margin = tolerance_margin(goal.margin, entries, changes.transpose() * *gradient);
+  return *value + (goal.least ? -margin : margin);
+}
+
 std::optional<double> DesignProblem::formula(std::size_t goal, const Variables& variables) const {
   assert(goals_[goal].expression);
   try {
-    return goals_[goal].expression->value(parameters(variables));
+    return formula_value(goals_[goal], parameters(variables));
   } catch (const SpecError&) {
     return std::nullopt;
   }

@@ -8,7 +8,7 @@
 #include "core/math/types.hpp"
 #include "core/response/response.hpp"
 #include "optim/job/job.hpp"
-#include "optim/problem/goals.hpp"
+#include "optim/problem/robust_goals.hpp"
 
 namespace flexopt {
 
@@ -90,19 +90,25 @@ class DesignProblem {
   ParameterValues parameters(const Variables& variables) const;
   Mechanism mechanism(const Variables& variables) const;
 
+  /// Some goals count tolerances.
+  bool robust() const;
   /// Whether `evaluate` can give exact derivatives of all goals.
   bool differentiable() const { return !needs_mechanics_ || evaluators_.gradients != nullptr; }
   /// Evaluates the mechanics for the goals, with exact derivatives if asked for and offered. A
   /// SpecError of the geometry is a failed evaluation with its message. Thread-safe if the
-  /// evaluators are. `accuracy` is the job's own where nothing is said.
+  /// evaluators are. `accuracy` is the job's own where nothing is said. Goals that count tolerances
+  /// need the derivatives along these for a value, and two more designs for each tolerance for
+  /// derivatives.
   DesignValues evaluate(const Variables& variables, bool gradient = false,
                         std::optional<Accuracy> accuracy = {}) const;
-  /// Exact derivatives of one goal with a formula with respect to the variables, SI per SI.
+  /// Exact derivatives of one goal with a formula with respect to the variables, SI per SI. Nothing
+  /// of one that counts tolerances.
   std::optional<VectorXd> formula_gradient(std::size_t goal, const Variables& variables) const;
   /// A path with the given model and request.
   StrokeResponse respond(const Variables& variables, const ModelOptions& model,
                          const StrokeRequest& request) const;
   /// The goals from the responses of all load cases; of a case that no goal needs it may be empty.
+  /// Without what tolerances do to them.
   DesignValues read(const Variables& variables, const std::vector<StrokeSensitivity>& found,
                     const std::vector<StrokeRequest>& requests) const;
 
@@ -133,9 +139,20 @@ class DesignProblem {
   /// A goal's values, and its derivatives where `gradients` holds, part by part.
   GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
                          const std::vector<StrokeRequest>& requests) const;
+  /// The goals at these parameters, with derivatives by `names_` where `found` has some.
+  GoalSlopes read_goals(const ParameterValues& parameters,
+                        const std::vector<StrokeSensitivity>& found,
+                        const std::vector<StrokeRequest>& requests) const;
+  GoalSlopes look(const ParameterValues& parameters, bool gradient,
+                  const ModelOptions& model) const;
+  /// By the variables instead of the parameters.
+  DesignValues chained(GoalSlopes goals, const ParameterValues& parameters) const;
+  /// The value of a goal with a formula, with its margin.
+  std::optional<double> formula_value(const Goal& goal, const ParameterValues& parameters) const;
 
   Evaluators evaluators_;
-  std::vector<std::string> moving_;  ///< parameters that change when a variable does
+  /// Parameters that change when a variable does, and those that deviate where goals count it.
+  std::vector<std::string> names_;
   std::vector<Goal> goals_;
   std::vector<StrokeRequest> requests_;  ///< of each load case
   bool needs_mechanics_ = false;

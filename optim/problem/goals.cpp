@@ -51,7 +51,7 @@ std::vector<GoalPart> parts_of(const Job& job, const std::string& load_case) {
 Goal make_goal(const Job& job, const std::string& label, const std::string& quantity,
                const std::string& expression, OverStroke over, const std::string& load_case,
                bool least, const std::string& pointer) {
-  Goal goal{label, quantity, {}, over, 1, {}, least};
+  Goal goal{label, quantity, {}, over, 1, {}, least, {}};
   if (expression.empty()) goal.parts = parts_of(job, load_case);
   if (!expression.empty()) {
     std::vector<FormulaName> names;
@@ -166,12 +166,14 @@ std::vector<Goal> make_goals(const Job& job) {
   const Objective& o = spec.objective;
   std::vector<Goal> goals{make_goal(job, "objective", o.quantity, o.expression, o.over_stroke,
                                     o.load_case, o.maximise, "/optimise/objective")};
+  goals.back().margin = o.margin;
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
     const Constraint& c = spec.constraints[i];
     const bool front = !c.min && !c.max && spec.pareto;  // the second objective of a front
     goals.push_back(make_goal(job, c.label, c.quantity, c.expression, c.over_stroke, c.load_case,
                               front ? spec.pareto->maximise : c.min.has_value(),
                               fmt::format("/optimise/constraints/{}", i)));
+    goals.back().margin = c.margin;
   }
   return goals;
 }

@@ -30,7 +30,8 @@ struct Goal {
   /// Of a quantity: the load cases whose values stand one after the other. None: one part of any
   /// size.
   std::vector<GoalPart> parts;
-  bool least = false;  ///< of several load cases the least number counts, not the largest
+  bool least = false;      ///< the least number is the worst, of several load cases too
+  ToleranceMargin margin;  ///< to the worse side
 
   /// Points of all parts; 1 of a formula.
   std::size_t points() const;

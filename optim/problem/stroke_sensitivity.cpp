@@ -21,10 +21,9 @@ StrokeSensitivity stroke_sensitivity(const Job& job, const ParameterValues& para
                                      const ModelOptions& model, const StrokeRequest& request) {
   const auto design = resolve(job.design);
   const auto [material, end_effector] = numbers_set(job, parameters);
-  const ParameterValues all = complete_parameters(job.design, parameters);
-  return evaluate_stroke_gradients(design->build(all, material, end_effector),
-                                   design->directions(all, material, end_effector, names), model,
-                                   request);
+  return evaluate_stroke_gradients(design->build(parameters, material, end_effector),
+                                   design->directions(parameters, material, end_effector, names),
+                                   model, request);
 }
 
 }  // namespace flexopt

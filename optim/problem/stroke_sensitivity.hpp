@@ -12,10 +12,10 @@ namespace flexopt {
 /// (formulas and counts apart), `material.…` and, where there is one, `end_effector.…`.
 std::vector<std::string> differentiable_parameters(const Job& job);
 
-/// The stroke of the design with these parameters, differentiated by the named ones, each at
-/// constant others: formulas among the parameters count as parameters of their own, and numbers of
-/// material and end-effector may stand among them. Throws
-/// SpecError where the parameters make no sensible geometry.
+/// The stroke of the design with these parameters (complete_parameters), differentiated by the
+/// named ones, each at constant others: formulas among the parameters count as parameters of their
+/// own, with the values given, and numbers of material and end-effector may stand among them.
+/// Throws SpecError where the parameters make no sensible geometry.
 StrokeSensitivity stroke_sensitivity(const Job& job, const ParameterValues& parameters,
                                      const std::vector<std::string>& names,
                                      const ModelOptions& model, const StrokeRequest& request);

@@ -56,6 +56,10 @@ class Study {
   GoalReading read(const Goal& goal, const ParameterValues& parameters,
                    const std::vector<StrokeSensitivity>& found,
                    const std::vector<StrokeRequest>& requests) const;
+  /// ToleranceSlopes in rows, from derivatives along the named parameters in rows.
+  MatrixXd slopes(const std::vector<std::string>& names, const MatrixXd& gradients) const {
+    return gradients * tolerance_changes(spec_.entries, names, parameters_);
+  }
   ParameterValues deviated(const VectorXd& unit_point) const;
   std::string refusal(const ParameterValues& values) const;
 
@@ -80,6 +84,10 @@ Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptio
   if (spec_.goals) {
     job_.optimise = spec_.goals;
     job_.optimise->pareto.reset();
+    for (Constraint& c : job_.optimise->constraints) {  // the study says itself what they bear
+      c.label.resize(c.label.size() - c.margin.suffix().size());
+      c.margin = {};
+    }
     job_.design.parameters = parameters_;  // what formulas may use
     goals_ = make_goals(job_);
   }
@@ -97,9 +105,7 @@ GoalReading Study::read(const Goal& goal, const ParameterValues& parameters,
   if (goal.expression) {
     GoalReading reading = read_goal(goal, parameters);
     if (reading.gradient.rows() == 0) return reading;
-    reading.gradient =
-        tolerance_slopes(spec_.entries, goal.expression->names(), reading.gradient.row(0))
-            .transpose();
+    reading.gradient = slopes(goal.expression->names(), reading.gradient);
     return reading;
   }
   GoalReading whole;
@@ -113,13 +119,12 @@ GoalReading Study::read(const Goal& goal, const ParameterValues& parameters,
     whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
     differentiated = differentiated &&
                      reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
-    for (Eigen::Index i = 0; differentiated && i < reading.gradient.rows(); ++i) {
-      whole.gradient.conservativeResize(whole.gradient.rows() + 1,
-                                        static_cast<Eigen::Index>(spec_.entries.size()));
-      whole.gradient.bottomRows(1) =
-          tolerance_slopes(spec_.entries, of.gradients->parameters, reading.gradient.row(i))
-              .transpose();
-    }
+    if (!differentiated) continue;
+    const Eigen::Index before = whole.gradient.rows();
+    whole.gradient.conservativeResize(before + reading.gradient.rows(),
+                                      static_cast<Eigen::Index>(spec_.entries.size()));
+    whole.gradient.bottomRows(reading.gradient.rows()) =
+        slopes(of.gradients->parameters, reading.gradient);
   }
   if (!differentiated) whole.gradient.resize(0, 0);
   return whole;
@@ -179,7 +184,7 @@ void Study::linearise(ToleranceReport& report) const {
         if (const auto gradient = q.gradient(of.response.path[i], of.gradients->path[i]);
             gradient && gradient->allFinite())
           number.number.slopes =
-              tolerance_slopes(spec_.entries, of.gradients->parameters, *gradient);
+              slopes(of.gradients->parameters, gradient->transpose()).transpose();
         else
           without.insert(q.name);
       }
@@ -198,7 +203,8 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
     const double z = entry.spread == ToleranceSpread::uniform
                          ? 2 * u - 1
                          : entry.standard_deviation() * normal_quantile(u);
-    for (const ToleranceTerm& term : entry.terms) values[term.parameter] += term.change * z;
+    for (const ToleranceTerm& term : entry.terms)
+      values[term.parameter] += term.change_of(parameters_.at(term.parameter)) * z;
   }
   return values;
 }
@@ -294,6 +300,10 @@ void Study::sample(int threads, ToleranceReport& report) const {
 
 ToleranceReport Study::run(int threads) {
   ToleranceReport report;
+  report.entries = spec_.entries;
+  for (Tolerance& entry : report.entries)
+    for (ToleranceTerm& term : entry.terms)
+      term = {term.parameter, term.change_of(parameters_.at(term.parameter)), false};
   linearise(report);
   sample(threads, report);
   return report;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "optim/tolerances/tolerance_slopes.hpp"
+#include "optim/tolerances/linear_goal.hpp"
 
 namespace flexopt {
 
@@ -40,7 +40,8 @@ struct ToleratedGoal {
 };
 
 struct ToleranceReport {
-  std::string message;  ///< why something has no first order; empty otherwise
+  std::string message;             ///< why something has no first order; empty otherwise
+  std::vector<Tolerance> entries;  ///< the job's, with absolute changes
   std::vector<ToleratedQuantity> quantities;
   std::vector<ToleratedGoal> goals;  ///< the objective first
   /// Largest common scale of all tolerances that keeps every constraint, to first order; nothing

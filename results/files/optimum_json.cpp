@@ -37,6 +37,12 @@ void add_decisive(const Job& job, const Mechanism& mechanism,
   json["decisive"] = decisive ? place_json(job, mechanism, *decisive) : Json();
 }
 
+void add_margin(const ToleranceMargin& margin, Json& json) {
+  if (!margin) return;
+  json["under"] = "tolerances";
+  json["as"] = margin.text();
+}
+
 Json constraints_json(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
   const OptimiseSpec& spec = *job.optimise;
   const DriveList drives(mechanism);
@@ -55,6 +61,7 @@ Json constraints_json(const Job& job, const Optimum& optimum, const Mechanism& m
                  {"active", state.active},
                  {"multiplier", optional_json(state.multiplier)}});
     if (!asked.load_case.empty()) json["case"] = asked.load_case;
+    add_margin(asked.margin, json);
     add_decisive(job, mechanism, state.decisive, json);
     constraints.push_back(std::move(json));
   }
@@ -293,6 +300,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   goal.update(goal_json(spec.objective.quantity, spec.objective.expression,
                         spec.objective.over_stroke, DriveList(mechanism)));
   if (!spec.objective.load_case.empty()) goal["case"] = spec.objective.load_case;
+  add_margin(spec.objective.margin, goal);
   if (optimum.status != OptimumStatus::failed) add_decisive(job, mechanism, optimum.decisive, goal);
   return {{"status", name_of(optimum.status)},
           {"stop_reason", optimum.stop_reason},

@@ -115,7 +115,7 @@ OrderedJson make_tolerances(const RunRecord& record) {
        "limits that keeps every constraint; a normal tolerance has its limits at three standard "
        "deviations"},
       {"message", report.message},
-      {"entries", entries_json(spec.entries, resolve(record.job.design)->family())},
+      {"entries", entries_json(report.entries, resolve(record.job.design)->family())},
       {"goals", std::move(goals)},
       {"room",
        report.room ? Json{{"scale", *report.room}, {"constraint", report.room_of}} : Json()},

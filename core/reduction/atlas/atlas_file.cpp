@@ -109,12 +109,14 @@ const std::vector<double>& probe() {
   static const std::vector<double> numbers = [] {
     const PlateShape shape{0.7, 1.0 / 90, 0.28, {4, 2}, true};
     constexpr double rho = 0.4;
-    const BentStates states =
-        bent_states(shape, {1, rho}, ray_directions(rho), {0, 0.06}, {.dynamics = true});
+    const BentStates states = bent_states(shape, {1, rho}, ray_directions(rho), {0, 0.06},
+                                          {.dynamics = true, .stress = true});
     if (states.nodes.size() != 2) return std::vector<double>();
     std::vector<double> all = states.nodes[1].W;
-    const StateTable& table = states.dynamics[1].table;
-    for (const VectorXd& some : {VectorXd(table.even.col(0)), VectorXd(table.odd.col(0))})
+    const StateTable &dynamics = states.dynamics[1].table, &strains = states.stress[1];
+    const double largest = strains.even.col(0).cwiseAbs().maxCoeff();
+    for (const VectorXd& some : {VectorXd(dynamics.even.col(0)), VectorXd(dynamics.odd.col(0)),
+                                 VectorXd(strains.even.col(0) / largest)})
       all.insert(all.end(), some.begin(), some.end());
     return all;
   }();
@@ -131,7 +133,7 @@ bool same_mechanics(const std::vector<double>& stored) {
     if (!(std::abs(a - b) <= rounding * (std::abs(b) + 1e-6))) return false;
   }
   const auto terms = static_cast<std::size_t>(monomial_count(6, atlas_degree));
-  for (std::size_t k = terms; k < now.size(); ++k)  // of the dynamics
+  for (std::size_t k = terms; k < now.size(); ++k)  // of dynamics and strains
     if (!(std::abs(stored[k] - now[k]) <= 1e-5 * std::abs(now[k]) + 1e-9)) return false;
   return true;
 }

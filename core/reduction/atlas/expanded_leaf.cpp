@@ -2,8 +2,6 @@
 
 #include <memory>
 
-#include "core/reduction/expansion/stress_expansion.hpp"
-#include "core/reduction/expansion/tube_expansion.hpp"
 #include "core/reduction/tube/bent_states.hpp"
 #include "core/reduction/tube/tube_stress.hpp"
 

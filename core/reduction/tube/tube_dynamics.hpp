@@ -10,8 +10,9 @@
 
 namespace flexopt {
 
-/// Largest relative change of the internal stiffness by the last degree of its tables: beyond it a
-/// frequency may be off by more than about 0.15 %.
+/// Largest relative change of the internal stiffness by the last degree of its tables. Calibrated
+/// against full leaves: frequencies are then off by 0.21 % at most where the mechanism carries
+/// thirty times the mass of its leaves, by 0.8 % where it carries as much as they weigh.
 inline constexpr double largest_dynamics_change = 0.06;
 
 /// All tables about one bent state.

@@ -1,4 +1,4 @@
-#include "optim/tolerances/tolerance_slopes.hpp"
+#include "optim/tolerances/linear_goal.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -6,28 +6,9 @@ using namespace flexopt;
 
 namespace {
 
-const std::vector<Tolerance> entries{
-    {"a", ToleranceSpread::uniform, {{"x", 0.3}}},
-    {"offset", ToleranceSpread::normal, {{"x", 0.6}, {"y", -0.6}}},
-};
-
 Goal goal(OverStroke over) { return {"", "max_stress", {}, over, 1}; }
 
 }  // namespace
-
-TEST_CASE("parameters that deviate together add with their factors", "[tolerances]") {
-  const VectorXd slopes = tolerance_slopes(entries, {"x", "y"}, (VectorXd(2) << 2, 5).finished());
-  CHECK(slopes[0] == Approx(0.6));
-  CHECK(slopes[1] == Approx(1.2 - 3.0));
-  CHECK(farthest(slopes) == Approx(2.4));
-  // uniform: limit / sqrt 3; normal: limit / 3
-  CHECK(standard_deviation(entries, slopes) ==
-        Approx(std::sqrt(0.36 / 3 + 1.8 * 1.8 / 9)).epsilon(1e-14));
-  const VectorXd shares = variance_shares(entries, slopes);
-  CHECK(shares.sum() == Approx(1));
-  CHECK(shares[0] == Approx(0.12 / (0.12 + 0.36)));
-  CHECK(variance_shares(entries, VectorXd::Zero(2)).sum() == 0);
-}
 
 TEST_CASE("the worst of a maximum is that of the point that gets farthest", "[tolerances]") {
   const GoalValues values{10, 9};

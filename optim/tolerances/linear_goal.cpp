@@ -1,21 +1,11 @@
-#include "optim/tolerances/tolerance_slopes.hpp"
+#include "optim/tolerances/linear_goal.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <limits>
 
 namespace flexopt {
 namespace {
-
-VectorXd variances(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
-  VectorXd list(slopes.size());
-  for (Eigen::Index e = 0; e < slopes.size(); ++e) {
-    const double deviation = slopes[e] * entries[static_cast<std::size_t>(e)].standard_deviation();
-    list[e] = deviation * deviation;
-  }
-  return list;
-}
 
 double size_of(const MatrixXd& slopes, std::size_t value) {
   return slopes.row(static_cast<Eigen::Index>(value)).cwiseAbs().sum();
@@ -34,29 +24,6 @@ double moved(const Goal& goal, const GoalValues& values, const MatrixXd& slopes,
 }
 
 }  // namespace
-
-ToleranceSlopes tolerance_slopes(const std::vector<Tolerance>& entries,
-                                 const std::vector<std::string>& names, const VectorXd& gradient) {
-  assert(gradient.size() == static_cast<Eigen::Index>(names.size()));
-  ToleranceSlopes slopes = ToleranceSlopes::Zero(static_cast<Eigen::Index>(entries.size()));
-  for (std::size_t e = 0; e < entries.size(); ++e)
-    for (const ToleranceTerm& term : entries[e].terms)
-      if (const auto found = std::ranges::find(names, term.parameter); found != names.end())
-        slopes[static_cast<Eigen::Index>(e)] += gradient[found - names.begin()] * term.change;
-  return slopes;
-}
-
-double farthest(const ToleranceSlopes& slopes) { return slopes.cwiseAbs().sum(); }
-
-double standard_deviation(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
-  return std::sqrt(variances(entries, slopes).sum());
-}
-
-VectorXd variance_shares(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
-  const VectorXd list = variances(entries, slopes);
-  const double all = list.sum();
-  return all > 0 ? VectorXd(list / all) : VectorXd::Zero(list.size());
-}
 
 LinearGoal linear_goal(const Goal& goal, const GoalValues& values, const MatrixXd& slopes) {
   const Extreme e = extreme(goal, values);

@@ -1,0 +1,161 @@
+#include "optim/problem/robust_goals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace flexopt {
+
+double tolerance_margin(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
+                        const ToleranceSlopes& slopes) {
+  if (margin.kind == ToleranceMargin::Kind::worst) return farthest(slopes);
+  return margin.deviations * standard_deviation(entries, slopes);
+}
+
+VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
+                        const ToleranceSlopes& slopes) {
+  VectorXd weights = VectorXd::Zero(slopes.size());
+  const double m = tolerance_margin(margin, entries, slopes), k = margin.deviations;
+  for (Eigen::Index e = 0; e < slopes.size() && m > 0; ++e) {
+    const double sigma = entries[static_cast<std::size_t>(e)].standard_deviation();
+    if (margin.kind == ToleranceMargin::Kind::worst)
+      weights[e] = slopes[e] == 0 ? 0 : std::copysign(1.0, slopes[e]);
+    else
+      weights[e] = k * k * slopes[e] * sigma * sigma / m;
+  }
+  return weights;
+}
+
+namespace {
+
+// Modes change ranks between neighbours, places of largest stress too: the rows of `there` within
+// each point's branches in the order of the nearest derivatives.
+MatrixXd in_order_of(const MatrixXd& here, const MatrixXd& there, const std::vector<Goal>& goals,
+                     const std::vector<GoalValues>& values) {
+  MatrixXd ordered = there;
+  Eigen::Index row = 0;
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const Eigen::Index b = goals[g].branches,
+                       end = row + static_cast<Eigen::Index>(values[g].size());
+    for (; b > 1 && row < end; row += b) {
+      const auto block = here.middleRows(row, b);
+      const Eigen::RowVectorXd size = block.cwiseAbs().colwise().maxCoeff().cwiseMax(1e-300);
+      std::vector<Eigen::Index> left(static_cast<std::size_t>(b));
+      std::iota(left.begin(), left.end(), row);
+      for (Eigen::Index i = row; i < row + b; ++i) {
+        const auto nearest = std::ranges::min_element(left, {}, [&](Eigen::Index j) {
+          return (there.row(j) - here.row(i)).cwiseQuotient(size).squaredNorm();
+        });
+        ordered.row(i) = there.row(*nearest);
+        left.erase(nearest);
+      }
+    }
+    row = end;
+  }
+  return ordered;
+}
+
+// The candidates of each point from the worst on, as a goal has them.
+void sort_branches(const Goal& goal, GoalValues& values, Eigen::Ref<MatrixXd> rows) {
+  const auto b = static_cast<std::size_t>(goal.branches);
+  const bool descending = goal.over_stroke == OverStroke::max;
+  const GoalValues old = values;
+  const MatrixXd old_rows = rows;
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), 0);
+  for (std::size_t first = 0; first < order.size(); first += b)
+    std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(first),
+                     order.begin() + static_cast<std::ptrdiff_t>(first + b),
+                     [&](std::size_t i, std::size_t j) {
+                       return descending ? old[i] > old[j] : old[i] < old[j];
+                     });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    values[i] = old[order[i]];
+    rows.row(static_cast<Eigen::Index>(i)) = old_rows.row(static_cast<Eigen::Index>(order[i]));
+  }
+}
+
+// Of a tolerance, small enough that the parameters change by a thousandth at most.
+double step_along(const Tolerance& entry, const ParameterValues& parameters) {
+  double largest = 0;
+  for (const ToleranceTerm& term : entry.terms)
+    if (const double value = parameters.at(term.parameter); value != 0)
+      largest = std::max(largest, std::abs(term.change_of(value) / value));
+  return largest > 0 ? std::min(1.0, 1e-3 / largest) : 1.0;
+}
+
+}  // namespace
+
+std::vector<MatrixXd> RobustGoals::slope_rates(const ParameterValues& parameters, const Look& look,
+                                               GoalSlopes& here) const {
+  std::vector<MatrixXd> rates;
+  for (const Tolerance& entry : entries_) {
+    const double h = step_along(entry, parameters);
+    const auto beside = [&](double z) {
+      ParameterValues moved = parameters;
+      for (const ToleranceTerm& term : entry.terms)
+        moved[term.parameter] += z * term.change_of(parameters.at(term.parameter));
+      return look(moved);
+    };
+    const GoalSlopes up = beside(h), down = beside(-h);
+    for (const GoalSlopes* one : {&up, &down})
+      if (one->by_parameter.rows() != here.by_parameter.rows()) {
+        here.no_gradient = fmt::format("no derivatives where {} deviates: {}", entry.name,
+                                       one->ok ? one->no_gradient : one->message);
+        return {};
+      }
+    const auto ordered = [&](const GoalSlopes& one) {
+      return in_order_of(here.by_parameter, one.by_parameter, goals_, here.goals);
+    };
+    MatrixXd& rate = rates.emplace_back((ordered(up) - ordered(down)) / (2 * h));
+    for (const ToleranceTerm& term : entry.terms)
+      if (term.relative) {
+        const auto p = std::ranges::find(names_, term.parameter) - names_.begin();
+        const double growth = parameters.at(term.parameter) < 0 ? -term.change : term.change;
+        rate.col(p) += growth * here.by_parameter.col(p);
+      }
+  }
+  return rates;
+}
+
+void RobustGoals::add_margins(const ParameterValues& parameters, bool gradient, const Look& look,
+                              GoalSlopes& here) const {
+  if (!here.ok) return;
+  if (here.by_parameter.rows() == 0) {
+    here.ok = false;
+    here.message = "tolerances cannot be counted: " + here.no_gradient;
+    here.goals.clear();
+    return;
+  }
+  const MatrixXd slopes = here.by_parameter * tolerance_changes(entries_, names_, parameters);
+  const std::vector<MatrixXd> rates =
+      gradient ? slope_rates(parameters, look, here) : std::vector<MatrixXd>();
+  Eigen::Index row = 0;
+  for (std::size_t g = 0; g < goals_.size(); ++g) {
+    const Goal& goal = goals_[g];
+    GoalValues& values = here.goals[g];
+    const auto count = static_cast<Eigen::Index>(values.size());
+    for (Eigen::Index i = 0; goal.margin && i < count; ++i) {
+      double& v = values[static_cast<std::size_t>(i)];
+      const ToleranceSlopes s = slopes.row(row + i).transpose();
+      const double m = tolerance_margin(goal.margin, entries_, s);
+      const double way = goal.over_stroke == OverStroke::max_abs && v < 0 ? -1 : 1;
+      const double side = goal.least ? -way : way;
+      const bool none = goal.over_stroke == OverStroke::max_abs && goal.least && m > std::abs(v);
+      v = none ? 0 : v + side * m;
+      if (rates.empty()) continue;
+      const VectorXd c = side * margin_weights(goal.margin, entries_, s);
+      for (std::size_t e = 0; e < rates.size(); ++e)
+        here.by_parameter.row(row + i) += c[static_cast<Eigen::Index>(e)] * rates[e].row(row + i);
+      if (none) here.by_parameter.row(row + i).setZero();
+    }
+    if (goal.margin && goal.branches > 1)
+      sort_branches(goal, values, here.by_parameter.middleRows(row, count));
+    row += count;
+  }
+  if (rates.empty()) here.by_parameter.resize(0, 0);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,61 @@
+#pragma once
+// Goals that bear the tolerances of a job, to first order, and their exact derivatives. With the
+// slopes s_e of a value (tolerance_slopes.hpp) and the side d = ±1 that is worse,
+//     v + d m,    m = Σ |s_e|  or  k √(Σ s_e² σ_e²)                                          (V1)
+//     ∂m/∂p = Σ_e c_e ∂s_e/∂p,    c_e = sign s_e  or  k² s_e σ_e² / m                        (V2)
+//     ∂s_e/∂p = ∂/∂z_e (∂v/∂p) + ∂v/∂p · ∂change_p/∂p
+// The derivative along z_e is a central difference of exact ones.
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "optim/problem/goals.hpp"
+#include "optim/problem/tolerance_slopes.hpp"
+
+namespace flexopt {
+
+/// Values of all goals at one design, and their derivatives by parameters of it.
+struct GoalSlopes {
+  bool ok = false;
+  std::string message;            ///< why not, with the figures
+  std::string reason;             ///< the same in a few words without figures
+  std::vector<GoalValues> goals;  ///< empty when not ok
+  MatrixXd by_parameter;          ///< all goals' values one after the other × names, or empty
+  std::string no_gradient;        ///< why these are missing
+  bool of_reduced_leaves = false;
+};
+
+/// m of (V1) for a value with these slopes.
+double tolerance_margin(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
+                        const ToleranceSlopes& slopes);
+/// c of (V2); 0 where m has a kink.
+VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
+                        const ToleranceSlopes& slopes);
+
+class RobustGoals {
+ public:
+  /// `names`: of the parameters that derivatives are by, those that deviate among them. Refers to
+  /// the goals.
+  RobustGoals(const std::vector<Goal>& goals, std::vector<Tolerance> entries,
+              std::vector<std::string> names)
+      : goals_(goals), entries_(std::move(entries)), names_(std::move(names)) {}
+
+  /// Values and derivatives at a design beside the given one.
+  using Look = std::function<GoalSlopes(const ParameterValues&)>;
+  /// Adds the margins to the values of the goals that have one, and with `gradient` to their
+  /// derivatives; `here` then has none, and says why, where a neighbour has none. It fails where
+  /// it has no derivatives itself.
+  void add_margins(const ParameterValues& parameters, bool gradient, const Look& look,
+                   GoalSlopes& here) const;
+
+ private:
+  /// What the slopes of all values change by with the parameters: of each entry values × names.
+  std::vector<MatrixXd> slope_rates(const ParameterValues& parameters, const Look& look,
+                                    GoalSlopes& here) const;
+
+  const std::vector<Goal>& goals_;
+  std::vector<Tolerance> entries_;
+  std::vector<std::string> names_;
+};
+
+}  // namespace flexopt
