@@ -22,7 +22,7 @@ struct GoalContext {
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<FormulaName> names;  ///< of these, the family's first
   const CaseNames& cases;
-  bool tolerances;  ///< the job has some
+  bool tolerances;  ///< the job has some, which goals may bear
   FaultList& faults;
 
   GoalContext(const Family& family, const Job& job, const CaseNames& cases, bool tolerances,

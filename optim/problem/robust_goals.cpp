@@ -125,7 +125,8 @@ void RobustGoals::add_margins(const ParameterValues& parameters, bool gradient, 
   if (!here.ok) return;
   if (here.by_parameter.rows() == 0) {
     here.ok = false;
-    here.message = "tolerances cannot be counted: " + here.no_gradient;
+    here.reason = "tolerances cannot be counted";
+    here.message = here.reason + ": " + here.no_gradient;
     here.goals.clear();
     return;
   }
