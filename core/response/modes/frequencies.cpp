@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/equilibrium/free_motions.hpp"
+#include "core/math/bordered_pencil.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
@@ -28,6 +29,10 @@ struct Pencil {
     int modes;                     ///< the last of them
     MatrixXd mass, stiffness;      ///< over them; of the modes alone
     MatrixXd stations, shape;
+
+    Eigen::Index boundary() const { return mass.rows() - modes; }
+    /// The first of the modes in the pencil.
+    int first() const { return coordinates[static_cast<std::size_t>(boundary())]; }
   };
   std::vector<Leaf> leaves;
 
@@ -63,31 +68,10 @@ struct Pencil {
       mode.leaf_motion.push_back(leaf.shape.rows() > 0 ? leaf.shape * phi(leaf.coordinates)
                                                        : VectorXd());
   }
-  MatrixXd dense_stiffness() const {
-    MatrixXd K = MatrixXd::Zero(size, size);
-    K.topLeftCorner(bodies, bodies) = K_bodies.dense();
-    for (const Leaf& leaf : leaves)
-      if (leaf.modes > 0) {
-        const int o =
-            leaf.coordinates[leaf.coordinates.size() - static_cast<std::size_t>(leaf.modes)];
-        K.block(o, o, leaf.modes, leaf.modes) = leaf.stiffness;
-      }
-    return K;
-  }
-  MatrixXd dense_mass() const {
-    MatrixXd M = MatrixXd::Zero(size, size);
-    M.topLeftCorner(bodies, bodies) = M_bodies.dense();
-    for (const Leaf& leaf : leaves)
-      for (std::size_t j = 0; j < leaf.coordinates.size(); ++j)
-        for (std::size_t i = 0; i < leaf.coordinates.size(); ++i)  // both edges may be of one body
-          M(leaf.coordinates[i], leaf.coordinates[j]) +=
-              leaf.mass(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-    return M;
-  }
 };
 
-Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass* constant_mass,
-                bool shapes) {
+Pencil assemble(System& system, const std::vector<int>& leaf_modes,
+                const FrequencyOptions& options) {
   const Mechanism& m = system.mechanism();
   int n = system.size();
   Pencil pencil;
@@ -97,9 +81,10 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass
   pencil.K_bodies = system.tangent();
   pencil.M_bodies = system.body_mass();
   for (int i = 0; i < system.leaves(); ++i) {
-    const DynamicsRequest request(leaf_modes[i], shapes);
-    LeafDynamics leaf = constant_mass ? constant_mass->dynamics(system, i, request)
-                                      : system.leaf(i).dynamics(request);
+    const DynamicsRequest request(leaf_modes[i], options.shapes, options.motions);
+    LeafDynamics leaf = options.constant_mass
+                            ? options.constant_mass->dynamics(system, i, request)
+                            : system.leaf(i).dynamics(request);
     const int k = static_cast<int>(leaf.mode_frequencies.size());
     pencil.highest[i] = leaf.highest_mode;
     pencil.check = std::max(pencil.check, leaf.check);
@@ -126,7 +111,7 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass
     T.conservativeResize(Eigen::NoChange, columns);
     part.mass = T.transpose() * leaf.mass * T;
     part.stiffness = leaf.stiffness.bottomRightCorner(k, k);
-    if (leaf.stations.rows() > 0) part.stations = leaf.stations * T;
+    if (options.motions && leaf.stations.rows() > 0) part.stations = leaf.stations * T;
     if (leaf.shape_motion.rows() > 0) part.shape = leaf.shape_motion * T;
     // a condensed full leaf is nearer the truth than the reduced one it stands in for
     const Matrix12d better =
@@ -144,36 +129,45 @@ Pencil assemble(System& system, const std::vector<int>& leaf_modes, ConstantMass
   return pencil;
 }
 
-struct EigenPairs {
-  VectorXd omega2;  ///< ascending
-  MatrixXd shape;   ///< M-orthonormal columns
+// The same over (bodies, modes of every leaf between held edges): these shapes of each leaf.
+struct LeafModes {
+  BorderedPencil pencil;
+  std::vector<MatrixXd> shapes;
+
+  /// Back to the coordinates of the other pencil.
+  void expand(const Pencil& other, MatrixXd& phi) const {
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+      if (const Pencil::Leaf& leaf = other.leaves[i]; leaf.modes > 0) {
+        auto rows = phi.middleRows(leaf.first(), leaf.modes);
+        rows = (shapes[i] * rows).eval();
+      }
+  }
 };
 
-// Through the Cholesky factor of K, whose spectrum is inverted: the lowest frequencies come out
-// with full accuracy. Through that of M where K is not positive definite.
-EigenPairs solve(const MatrixXd& K, const MatrixXd& M, int count) {
-  const int n = static_cast<int>(K.rows());
-  count = std::min(count, n);
-  EigenPairs pairs{VectorXd(count), MatrixXd(n, count)};
-  const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const MatrixXd Ks = s.asDiagonal() * K * s.asDiagonal(), Ms = s.asDiagonal() * M * s.asDiagonal();
-  const Cholesky factor(Ks);
-  if (factor.positive_definite()) {
-    MatrixXd A = factor.solve_lower(Ms);
-    A = factor.solve_lower(A.transpose());
-    const SymmetricEigen eigen(0.5 * (A + A.transpose()));
-    for (int k = 0; k < count; ++k) {
-      const double mu = std::max(eigen.eigenvalues()[n - 1 - k], 1e-300);
-      pairs.omega2[k] = 1 / mu;
-      pairs.shape.col(k) =
-          s.asDiagonal() * factor.solve_upper(eigen.eigenvectors().col(n - 1 - k)) / std::sqrt(mu);
-    }
-  } else {
-    const SymmetricEigen eigen(Ks, Ms);
-    pairs.omega2 = eigen.eigenvalues().head(count);
-    pairs.shape = s.asDiagonal() * eigen.eigenvectors().leftCols(count);
+LeafModes leaf_modes_of(const Pencil& pencil) {
+  const int bodies = pencil.bodies, inside = pencil.size - bodies;
+  LeafModes all{{pencil.K_bodies.dense(), pencil.M_bodies.dense(), VectorXd(inside),
+                 MatrixXd::Zero(bodies, inside)},
+                {}};
+  for (const Pencil::Leaf& leaf : pencil.leaves) {
+    const Eigen::Index edges = leaf.boundary(), k = leaf.modes;
+    for (Eigen::Index j = 0; j < edges; ++j)
+      for (Eigen::Index i = 0; i < edges; ++i)  // both edges may be of one body
+        all.pencil.M(leaf.coordinates[static_cast<std::size_t>(i)],
+                     leaf.coordinates[static_cast<std::size_t>(j)]) += leaf.mass(i, j);
+    all.shapes.emplace_back();
+    if (k == 0) continue;
+    EigenPairs own =
+        lowest_dense_pairs(leaf.stiffness, leaf.mass.bottomRightCorner(k, k), leaf.modes);
+    const int first = leaf.first() - bodies;
+    all.pencil.modes.segment(first, k) = own.values;
+    const MatrixXd coupling = leaf.mass.topRightCorner(edges, k) * own.vectors;
+    for (Eigen::Index i = 0; i < edges; ++i)
+      all.pencil.C.row(leaf.coordinates[static_cast<std::size_t>(i)]).segment(first, k) +=
+          coupling.row(i);
+    all.shapes.back() = std::move(own.vectors);
   }
-  return pairs;
+  return all;
 }
 
 // From this many coordinates on the lowest pairs alone are sought.
@@ -192,9 +186,8 @@ EigenPairs solve_by_krylov(const System& system, const Pencil& pencil, bool driv
     for (std::size_t i = 0; i < modes.size(); ++i) {
       const Pencil::Leaf& leaf = pencil.leaves[i];
       if (leaf.modes == 0) continue;
-      const int o =
-          leaf.coordinates[leaf.coordinates.size() - static_cast<std::size_t>(leaf.modes)];
-      X.middleRows(o, leaf.modes) = modes[i].solve(B.middleRows(o, leaf.modes));
+      X.middleRows(leaf.first(), leaf.modes) =
+          modes[i].solve(B.middleRows(leaf.first(), leaf.modes));
     }
     return X;
   };
@@ -204,6 +197,44 @@ EigenPairs solve_by_krylov(const System& system, const Pencil& pencil, bool driv
   return {found.values, found.vectors};
 }
 
+// From the bodies' coordinates that `rows` are of, all others at rest, and the modes of the leaves.
+EigenPairs expanded(const Pencil& pencil, const LeafModes& modes, const EigenPairs& found,
+                    const MatrixXd& of_bodies) {
+  const Eigen::Index inside = pencil.size - pencil.bodies;
+  EigenPairs all{found.values, MatrixXd(pencil.size, found.vectors.cols())};
+  all.vectors.topRows(pencil.bodies) = of_bodies;
+  all.vectors.bottomRows(inside) = found.vectors.bottomRows(inside);
+  modes.expand(pencil, all.vectors);
+  return all;
+}
+
+// Of a mechanism with joints or drives that are conditions.
+EigenPairs jointed_pairs(const System& system, const Pencil& pencil, const LeafModes& modes,
+                         bool drive_locked, int count) {
+  const MatrixXd Z = FreeMotions(system, drive_locked).basis();
+  const EigenPairs found = lowest_pairs(modes.pencil.along(Z), count);
+  return expanded(pencil, modes, found, Z * found.vectors.topRows(Z.cols()));
+}
+
+// Of all others: drive free and held.
+std::array<EigenPairs, 2> free_pairs(const System& system, const Pencil& pencil,
+                                     const LeafModes& modes, int count) {
+  const std::vector<int> driven = system.driven_coordinates();
+  std::vector<int> kept, held;  // of the bodies' coordinates, and of those
+  for (int i = 0; i < pencil.bodies; ++i) {
+    if (system.is_held(i)) continue;
+    if (std::ranges::find(driven, i) != driven.end()) held.push_back(static_cast<int>(kept.size()));
+    kept.push_back(i);
+  }
+  const FreeAndHeldPairs found = lowest_pairs(modes.pencil.kept(kept), held, count);
+  const auto all = [&](const EigenPairs& pairs) {
+    MatrixXd bodies = MatrixXd::Zero(pencil.bodies, pairs.vectors.cols());
+    bodies(kept, Eigen::all) = pairs.vectors.topRows(static_cast<Eigen::Index>(kept.size()));
+    return expanded(pencil, modes, pairs, bodies);
+  };
+  return {all(found.free), all(found.held)};
+}
+
 double hertz(double omega2) {
   return std::copysign(std::sqrt(std::abs(omega2)), omega2) / (2 * std::numbers::pi);
 }
@@ -211,7 +242,8 @@ double hertz(double omega2) {
 // Shares of the modal kinetic energy. The drives' is that of the static motions under drive loads,
 // which are M-orthogonal; the rest is split between the coordinates, mixed terms half each.
 std::vector<Mode> classify(const Pencil& pencil, const System& system, const VectorXd& omega2,
-                           const MatrixXd& phi, const MatrixXd& drive_shapes) {
+                           const MatrixXd& phi, const MatrixXd& drive_shapes,
+                           bool with_motions) {
   MatrixXd rest = phi, M_rest = pencil.mass_times(phi);
   VectorXd of_drive = VectorXd::Zero(phi.cols());
   const MatrixXd M_shapes = pencil.mass_times(drive_shapes);
@@ -222,7 +254,9 @@ std::vector<Mode> classify(const Pencil& pencil, const System& system, const Vec
     rest -= drive_shapes.col(s) * (a / b);
     M_rest -= M_shapes.col(s) * (a / b);
   }
-  const MatrixXd shares = rest.cwiseProduct(M_rest), motions = pencil.motions(system, phi);
+  const MatrixXd shares = rest.cwiseProduct(M_rest);
+  MatrixXd motions;
+  if (with_motions) motions = pencil.motions(system, phi);
   std::vector<Mode> modes;
   for (Eigen::Index k = 0; k < phi.cols(); ++k) {
     double end_effector = 0, intermediate = 0;
@@ -234,7 +268,7 @@ std::vector<Mode> classify(const Pencil& pencil, const System& system, const Vec
     const double leaf = std::max(0.0, share.tail(share.size() - pencil.bodies).sum());
     modes.push_back(mode_of_shares(omega2[k], std::clamp(of_drive[k], 0.0, 1.0), end_effector,
                                    intermediate, leaf));
-    modes.back().motion = motions.col(k);
+    if (with_motions) modes.back().motion = motions.col(k);
   }
   return modes;
 }
@@ -330,55 +364,41 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
   leaf_modes.resize(system.leaves(), std::min(1, options.leaf_modes));
   const std::vector<int> driven = system.driven_coordinates();
   const bool conditions = system.constraints().count() > 0;
-  const auto jointed_pairs = [&](const Pencil& pencil, bool drive_locked) {
-    const MatrixXd Z = FreeMotions(system, drive_locked).basis();
-    const Eigen::Index inner = pencil.size - Z.rows();
-    MatrixXd T = MatrixXd::Zero(pencil.size, Z.cols() + inner);
-    T.topLeftCorner(Z.rows(), Z.cols()) = Z;
-    T.bottomRightCorner(inner, inner).setIdentity();
-    EigenPairs found = solve(T.transpose() * pencil.dense_stiffness() * T,
-                             T.transpose() * pencil.dense_mass() * T, options.count);
-    found.shape = (T * found.shape).eval();
-    return found;
-  };
   const auto unknowns = [&](const Pencil& pencil) {  // drives held
     return conditions ? pencil.size - pencil.bodies + FreeMotions(system, true).count()
                       : pencil.size - static_cast<int>(driven.size() + system.held().size());
   };
-  const auto pairs = [&](const Pencil& pencil, bool drive_locked) {
-    if (system.analyses() || pencil.size >= krylov_from)
-      return solve_by_krylov(system, pencil, drive_locked,
-                             std::min(options.count, unknowns(pencil)));
-    if (conditions) return jointed_pairs(pencil, drive_locked);
-    std::vector<int> kept;
-    const int n = pencil.size;
-    for (int i = 0; i < n; ++i)
-      if (!(i < pencil.bodies && system.is_held(i)) &&
-          !(drive_locked && std::ranges::find(driven, i) != driven.end()))
-        kept.push_back(i);
-    EigenPairs found =
-        solve(pencil.dense_stiffness()(kept, kept), pencil.dense_mass()(kept, kept), options.count);
-    MatrixXd shape = MatrixXd::Zero(n, found.shape.cols());
-    shape(kept, Eigen::all) = found.shape;
-    found.shape = std::move(shape);
-    return found;
+  const auto by_krylov = [&](const Pencil& pencil) {
+    return system.analyses() || pencil.size >= krylov_from;
+  };
+  // drive free and held
+  const auto pairs = [&](const Pencil& pencil) -> std::array<EigenPairs, 2> {
+    if (by_krylov(pencil)) {
+      const int count = std::min(options.count, unknowns(pencil));
+      return {solve_by_krylov(system, pencil, false, count),
+              solve_by_krylov(system, pencil, true, count)};
+    }
+    const LeafModes modes = leaf_modes_of(pencil);
+    if (conditions)
+      return {jointed_pairs(system, pencil, modes, false, options.count),
+              jointed_pairs(system, pencil, modes, true, options.count)};
+    return free_pairs(system, pencil, modes, options.count);
   };
   for (;;) {
-    const Pencil pencil = assemble(system, leaf_modes, options.constant_mass, options.shapes);
-    const EigenPairs locked = pairs(pencil, true);
-    const double highest = hertz(std::max(0.0, locked.omega2[locked.omega2.size() - 1]));
+    const Pencil pencil = assemble(system, leaf_modes, options);
+    const auto [free, locked] = pairs(pencil);
+    const double highest = hertz(std::max(0.0, locked.values[locked.values.size() - 1]));
     if (options.leaf_modes > 0 &&
         grow(leaf_modes, pencil.highest, highest, options.count - unknowns(pencil), options))
       continue;
-    const EigenPairs free = pairs(pencil, false);
     result.free =
-        classify(pencil, system, free.omega2, free.shape, drive_shapes_of(pencil, system));
-    result.locked = classify(pencil, system, locked.omega2, locked.shape, MatrixXd(pencil.size, 0));
+        classify(pencil, system, free.values, free.vectors, drive_shapes_of(pencil, system), options.motions);
+    result.locked = classify(pencil, system, locked.values, locked.vectors, MatrixXd(pencil.size, 0), options.motions);
     if (options.shapes) {
-      for (int k = 0; k < free.omega2.size(); ++k)
-        pencil.add_shape(free.shape.col(k), result.free[static_cast<std::size_t>(k)]);
-      for (int k = 0; k < locked.omega2.size(); ++k)
-        pencil.add_shape(locked.shape.col(k), result.locked[static_cast<std::size_t>(k)]);
+      for (int k = 0; k < free.values.size(); ++k)
+        pencil.add_shape(free.vectors.col(k), result.free[static_cast<std::size_t>(k)]);
+      for (int k = 0; k < locked.values.size(); ++k)
+        pencil.add_shape(locked.vectors.col(k), result.locked[static_cast<std::size_t>(k)]);
     }
     result.check = pencil.check;
     return result;

@@ -161,6 +161,8 @@ void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
                           {.count = request_->frequencies,
                            .leaf_modes = model_->leaf_modes,
                            .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
+                           .motions = request_->outputs.has(Output::shapes) ||
+                                      request_->wants_frequency_derivatives(),
                            .shapes = request_->outputs.has(Output::shapes)},
                           leaf_modes_);
   add_modes(*request_, f.free, f.locked, point);
