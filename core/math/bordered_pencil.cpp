@@ -21,6 +21,10 @@ struct Pair {
   double value = 0;
   VectorXd border, inside;            ///< x, of unit mass
   VectorXd mass_border, mass_inside;  ///< M x
+
+  void scale(double by) {
+    for (VectorXd* part : {&border, &inside, &mass_border, &mass_inside}) *part *= by;
+  }
 };
 
 double product(const Pair& a, const Pair& b) {
@@ -102,6 +106,7 @@ std::vector<Pair> Iteration::begin(const EigenPairs& found, const std::vector<Ei
     pair.inside = VectorXd::Zero(modes_.size());
     pair.inside(modes) = found.vectors.col(k).tail(static_cast<Eigen::Index>(modes.size()));
     set_mass(pair);
+    pair.scale(1 / std::sqrt(product(pair, pair)));
   }
   return pairs;
 }
@@ -123,9 +128,9 @@ bool Iteration::refine(Pair& pair) {
     const double square = product(next, next), along = product(next, pair);
     if (!(square > 0) || !std::isfinite(square)) return false;
     const double by = 1 / std::sqrt(square), cosine = along * by,
-                 residual = by * std::sqrt(std::max(0.0, 1 - cosine * cosine));
+                 residual = by * std::sqrt(std::max(4 * epsilon, 1 - cosine * cosine));
     next.value = pair.value + along / square;
-    for (VectorXd* x : {&next.border, &next.inside, &next.mass_border, &next.mass_inside}) *x *= by;
+    next.scale(by);
     pair = std::move(next);
     if (residual <= largest_residual * std::abs(pair.value) + 4 * rounding(pair)) return true;
   }
@@ -148,10 +153,7 @@ bool separate(std::vector<Pair>& pairs) {
     if (!changed) continue;
     const double square = product(pairs[k], pairs[k]);
     if (!(square > 0.25)) return false;
-    const double by = 1 / std::sqrt(square);
-    for (VectorXd* x :
-         {&pairs[k].border, &pairs[k].inside, &pairs[k].mass_border, &pairs[k].mass_inside})
-      *x *= by;
+    pairs[k].scale(1 / std::sqrt(square));
   }
   return true;
 }
