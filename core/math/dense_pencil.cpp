@@ -21,10 +21,9 @@ EigenPairs lowest_dense_pairs(const MatrixXd& K, const MatrixXd& M, int count) {
     A = factor.solve_lower(A.transpose());
     const SymmetricEigen eigen(0.5 * (A + A.transpose()));
     pairs.values = eigen.eigenvalues().tail(count).reverse().cwiseMax(1e-300).cwiseInverse();
-    pairs.vectors =
-        s.asDiagonal() *
-        factor.solve_upper(eigen.eigenvectors().rightCols(count).rowwise().reverse()) *
-        pairs.values.cwiseSqrt().asDiagonal();
+    pairs.vectors = s.asDiagonal() *
+                    factor.solve_upper(eigen.eigenvectors().rightCols(count).rowwise().reverse()) *
+                    pairs.values.cwiseSqrt().asDiagonal();
   } else {
     const SymmetricEigen eigen(Ks, Ms);
     pairs.values = eigen.eigenvalues().head(count);

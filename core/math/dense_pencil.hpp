@@ -14,8 +14,8 @@ struct EigenPairs {
 /// no more.
 EigenPairs lowest_dense_pairs(const MatrixXd& K, const MatrixXd& M, int count);
 
-/// The lowest `count` pairs of a pencil with one coordinate held, x_r = 0, from all pairs (λ_k, φ_k)
-/// of the free one, to 1e-6 of the distances between the λ: the roots μ of
+/// The lowest `count` pairs of a pencil with one coordinate held, x_r = 0, from all pairs (λ_k,
+/// φ_k) of the free one, to 1e-6 of the distances between the λ: the roots μ of
 ///
 ///     Σ_k φ_rk² / (λ_k − μ) = 0,   x = Σ_k φ_rk / (λ_k − μ) φ_k
 EigenPairs held_pairs(const EigenPairs& free, Eigen::Index r, int count);

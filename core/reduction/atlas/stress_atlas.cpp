@@ -57,7 +57,8 @@ StressPlaces places_of(std::array<int, 2> mesh) {
 // ---------------------------------------------------------------------------- patterns
 
 StressPatterns::StressPatterns(std::array<int, 2> mesh, MatrixXd P)
-    : rows_(places_of(mesh).rows()), half_(places_of(mesh).strain_rows() / 2),
+    : rows_(places_of(mesh).rows()),
+      half_(places_of(mesh).strain_rows() / 2),
       P_(std::move(P)),
       rows_of_P_(std::make_shared<PatternRows>(P_)) {}
 

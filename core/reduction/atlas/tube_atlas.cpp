@@ -292,8 +292,7 @@ std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eig
   return look_up_dynamics(
       numbers_.dynamics,
       stations == StationsWanted::yes ? numbers_.stations : std::vector<CompressedTable>(),
-      shape_weights(grid_, place, slope >= 0),
-      ray_neighbours(settings_.rays, place_of(ray).rho),
+      shape_weights(grid_, place, slope >= 0), ray_neighbours(settings_.rays, place_of(ray).rho),
       {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()), slope);
 }
 

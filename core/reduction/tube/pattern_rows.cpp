@@ -23,10 +23,11 @@ using RowSums = std::array<std::array<RowDoubles, 2>, product_columns>;
 
 // Of a block of rows.
 RowSums block_times(const float* rows, Eigen::Index patterns,
-                 const std::array<const double*, product_columns>& columns) {
+                    const std::array<const double*, product_columns>& columns) {
   RowSums sums{};
   for (Eigen::Index k = 0; k < patterns; ++k) {
-    const RowDoubles low = row_doubles(rows + 2 * in_register * k), high = row_doubles(rows + 2 * in_register * k + in_register);
+    const RowDoubles low = row_doubles(rows + 2 * in_register * k),
+                     high = row_doubles(rows + 2 * in_register * k + in_register);
     for (int j = 0; j < product_columns; ++j) {
       sums[j][0] += low * columns[j][k];
       sums[j][1] += high * columns[j][k];
@@ -56,8 +57,7 @@ MatrixXd PatternRows::times(Eigen::Index first, Eigen::Index count, const Matrix
     for (int j = 0; j < product_columns; ++j)
       columns[static_cast<std::size_t>(j)] = A.col(std::min(c + j, A.cols() - 1)).data();
     for (Eigen::Index at = first / block * block; at < first + count; at += block) {
-      const RowSums sums =
-          block_times(numbers_.data() + at * patterns_, patterns_, columns);
+      const RowSums sums = block_times(numbers_.data() + at * patterns_, patterns_, columns);
       const Eigen::Index begin = std::max(at, first), end = std::min(at + block, first + count);
       for (int j = 0; j < product_columns && c + j < A.cols(); ++j)
         for (Eigen::Index i = begin; i < end; ++i)

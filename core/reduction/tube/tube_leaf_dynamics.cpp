@@ -95,8 +95,7 @@ TubeDynamics::Place TubeLeaf::place() const {
   return {response_.location.sigma, response_.location.tau, phi, {f[0], f[2], f[1]}};
 }
 
-std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(
-    const DynamicsRequest& request) {
+std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(const DynamicsRequest& request) {
   condensed_because_.clear();
   if (request.modes == 0) return std::nullopt;
   model_->reach_dynamics(std::abs(response_.location.sigma),
@@ -191,8 +190,7 @@ LeafDynamics TubeLeaf::condensed_dynamics(DynamicsRequest request) {
 LeafDynamics TubeLeaf::dynamics(DynamicsRequest request) {
   // the tables have no motions of points between their stations
   if (!request.shapes)
-    if (std::optional<LeafDynamics> tabulated = tabulated_dynamics(request))
-      return *tabulated;
+    if (std::optional<LeafDynamics> tabulated = tabulated_dynamics(request)) return *tabulated;
   LeafDynamics dynamics = condensed_dynamics(request);
   // the tube knows the stiffness better than the rebuilt state, not better than the one after it
   if (!plate_is_corrected_) dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;

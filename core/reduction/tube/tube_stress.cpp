@@ -102,8 +102,7 @@ MatrixXd TubeStress::coefficients(const Local& at, std::span<const Weights> weig
     const bool flat = patterns_ && node.sigma == 0;
     const auto add = [&](const MatrixXd& table, const auto& monomials, auto w, auto sum_of) {
       for (std::size_t k = 0; flat && k < monomials.size(); ++k)
-        if (monomials[k].turned() != (kind == Kind::bending))
-          w[static_cast<Eigen::Index>(k)] = 0;
+        if (monomials[k].turned() != (kind == Kind::bending)) w[static_cast<Eigen::Index>(k)] = 0;
       if (flat && monomials[0].number == 0 && kind != Kind::place) w[0] = 0;
       sum_of.noalias() += table * w;
     };
@@ -149,7 +148,8 @@ MatrixXd TubeStress::read(const Local& at, std::span<const Weights> weights, Eig
   const MatrixXd turned =
       patterns_->times(places, end - places, coefficients(at, weights, Kind::bending));
   for (Eigen::Index row = places; row < end; ++row)
-    if ((row - 2 * half) % 3 == 2) parts.row(row - first) = turned.row(row - places);  // off the plane
+    if ((row - 2 * half) % 3 == 2)
+      parts.row(row - first) = turned.row(row - places);  // off the plane
   return parts;
 }
 
