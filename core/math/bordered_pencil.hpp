@@ -27,7 +27,7 @@ struct BorderedPencil {
 ///
 ///     S(σ) = K_b − σ M_b − σ² C (d − σ)⁻¹ Cᵀ
 ///
-/// below zero and the d below σ.
+/// below zero and the d below σ: (S29) of core/response/README.md.
 int eigenvalues_below(const BorderedPencil& pencil, double sigma);
 
 /// The lowest `count` pairs to rounding. Pairs of the pencil with its lowest modes alone lead to
