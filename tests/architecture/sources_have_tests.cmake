@@ -63,6 +63,7 @@ set(tested_by
   core/response/modes/constant_mass core/response/modes/test_mass_options
   core/response/modes/frequencies core/response/path/test_response
   core/response/modes/mechanism_factor core/response/modes/test_full_modes
+  core/response/modes/mechanism_pencil core/response/path/test_response
   core/response/path/evaluate_stroke core/response/path/test_response
   core/response/path/stiffness core/response/path/test_response
   core/response/stroke_series/stroke_ways core/response/stroke_series/test_mode_tracking

@@ -58,9 +58,11 @@ struct LeafDynamics {
 struct DynamicsRequest {
   int modes = 0;        ///< fixed-interface modes
   bool shapes = false;  ///< LeafDynamics::shape_motion too
+  /// Whether LeafDynamics::stations are wanted; leaves may tell them all the same.
+  bool stations = true;
 
-  DynamicsRequest(int mode_count, bool with_shapes = false)
-      : modes(mode_count), shapes(with_shapes) {}
+  DynamicsRequest(int mode_count, bool with_shapes = false, bool with_stations = true)
+      : modes(mode_count), shapes(with_shapes), stations(with_stations) {}
 };
 
 /// What acts inside a leaf.

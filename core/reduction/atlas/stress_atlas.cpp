@@ -57,7 +57,10 @@ StressPlaces places_of(std::array<int, 2> mesh) {
 // ---------------------------------------------------------------------------- patterns
 
 StressPatterns::StressPatterns(std::array<int, 2> mesh, MatrixXd P)
-    : rows_(places_of(mesh).rows()), half_(places_of(mesh).strain_rows() / 2), P_(std::move(P)) {}
+    : rows_(places_of(mesh).rows()),
+      half_(places_of(mesh).strain_rows() / 2),
+      P_(std::move(P)),
+      rows_of_P_(std::make_shared<PatternRows>(P_)) {}
 
 StressPatterns::StressPatterns(const StressAtlasSettings& settings)
     : StressPatterns(settings.mesh, MatrixXd()) {
@@ -85,6 +88,7 @@ StressPatterns::StressPatterns(const StressAtlasSettings& settings)
   }
   P_ = SymmetricEigen(gram).eigenvectors().rowwise().reverse().leftCols(
       std::min<Eigen::Index>(settings.patterns, rows_));
+  rows_of_P_ = std::make_shared<PatternRows>(P_);
 }
 
 VectorXd StressPatterns::scale(double thickness) const {
@@ -98,37 +102,6 @@ StateTable StressPatterns::coefficients(const StateTable& node, double thickness
   const VectorXd per_row = scale(thickness).cwiseInverse();
   return {node.sigma, P_.transpose() * (per_row.asDiagonal() * node.even),
           P_.transpose() * (per_row.asDiagonal() * node.odd)};
-}
-
-StateTable StressPatterns::node(const StateTable& coefficients, double thickness) const {
-  const VectorXd s = scale(thickness);
-  StateTable node{coefficients.sigma, s.asDiagonal() * (P_ * coefficients.even),
-                  s.asDiagonal() * (P_ * coefficients.odd)};
-  if (node.sigma == 0) keep_flat(node);
-  return node;
-}
-
-// A flat leaf is its own mirror image in the thickness, which turns (σ, τ, φ), the bending strains
-// and the places off the plane; and it is not strained.
-void StressPatterns::keep_flat(StateTable& node) const {
-  const auto keep = [&](const auto& monomials, MatrixXd& table) {
-    for (std::size_t k = 0; k < monomials.size(); ++k) {
-      const StateMonomial& m = monomials[k];
-      int turned = m.along;
-      for (int f = 0; f < m.off_ray; ++f) turned += m.variable[f] < 2;  // τ, φ
-      auto column = table.col(static_cast<Eigen::Index>(k));
-      const bool odd = turned % 2 != 0;
-      column.segment(odd ? 0 : half_, half_).setZero();
-      for (Eigen::Index row = 2 * half_; row < rows_; row += 3)
-        if (odd)
-          column.segment(row, 2).setZero();
-        else
-          column[row + 2] = 0;
-    }
-  };
-  keep(even_monomials(), node.even);
-  keep(odd_monomials(), node.odd);
-  node.even.col(0).head(2 * half_).setZero();
 }
 
 // ---------------------------------------------------------------------------- look-up
@@ -149,11 +122,10 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
   const double a = rays[left], b = rays[left + 1];
   std::vector<StateTable> found;
   for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n) {
-    const StateTable all = rho == a || rho == b
-                               ? of_ray(rho == a ? left : left + 1, n)
-                               : blended(of_ray(left, n), of_ray(left + 1, n),
-                                         blend_between_rays(a, b, settings_.sigmas[n], rho));
-    found.push_back(patterns_.node(all, shape.thickness));
+    found.push_back(rho == a || rho == b
+                        ? of_ray(rho == a ? left : left + 1, n)
+                        : blended(of_ray(left, n), of_ray(left + 1, n),
+                                  blend_between_rays(a, b, settings_.sigmas[n], rho)));
   }
   return found;
 }

@@ -32,17 +32,17 @@ class StressPatterns {
   explicit StressPatterns(const StressAtlasSettings& settings);
 
   const MatrixXd& P() const { return P_; }
-  /// A table of coefficients a, from one of a leaf; and back, for a flat leaf without what its
-  /// mirror in the thickness forbids.
+  /// P for the tables that look_up() answers with.
+  const std::shared_ptr<const PatternRows>& rows() const { return rows_of_P_; }
+  /// A table of coefficients a, from one of a leaf.
   StateTable coefficients(const StateTable& node, double thickness) const;
-  StateTable node(const StateTable& coefficients, double thickness) const;
 
  private:
   VectorXd scale(double thickness) const;
-  void keep_flat(StateTable& node) const;
 
   Eigen::Index rows_, half_;  ///< all, and so many of e and of κ
   MatrixXd P_;
+  std::shared_ptr<const PatternRows> rows_of_P_;
 };
 
 class StressAtlas {
@@ -58,7 +58,8 @@ class StressAtlas {
   const StressAtlasSettings& settings() const { return settings_; }
   const StressPatterns& patterns() const { return patterns_; }
   const std::vector<CompressedTable>& tables() const { return tables_; }
-  /// The first `nodes` bent states of a leaf in the box on the ray (1, rho), rho within the rays.
+  /// Coefficients of the patterns about the first `nodes` bent states of a leaf in the box on the
+  /// ray (1, rho), rho within the rays.
   std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;
 
   /// As one block of numbers for a file, and from it. `data` is aligned to 64 bytes and kept by

@@ -284,13 +284,15 @@ int TubeAtlas::nodes_to(double sigma) const {
 }
 
 std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                              double sigma, int slope) const {
+                                              double sigma, int slope,
+                                              StationsWanted stations) const {
   assert(settings_.dynamics);
   const std::vector<double>& all = settings_.sigmas;
   const Vector3d place(std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio);
   return look_up_dynamics(
-      numbers_.dynamics, numbers_.stations, shape_weights(grid_, place, slope >= 0),
-      ray_neighbours(settings_.rays, place_of(ray).rho),
+      numbers_.dynamics,
+      stations == StationsWanted::yes ? numbers_.stations : std::vector<CompressedTable>(),
+      shape_weights(grid_, place, slope >= 0), ray_neighbours(settings_.rays, place_of(ray).rho),
       {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()), slope);
 }
 

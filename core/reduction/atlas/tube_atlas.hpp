@@ -109,7 +109,8 @@ class TubeAtlas {
   /// Tables of the dynamics about the first bent states, so many as reach sigma (at least two).
   /// Where there is no gap() and the settings have dynamics. `slope`: as of CompressedTable.
   std::vector<DynamicsNode> dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                     double sigma, int slope = -1) const;
+                                     double sigma, int slope = -1,
+                                     StationsWanted stations = StationsWanted::yes) const;
 
   /// Bent states of a leaf, in the form of TubeModel.
   struct Tube {

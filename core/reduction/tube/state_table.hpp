@@ -22,6 +22,14 @@ struct StateMonomial {
   int along = 0, off_ray = 0;     ///< degrees
   std::array<int, 2> variable{};  ///< its factors off the ray, so many as off_ray says
   int number = 0;                 ///< in monomials<6, 2>()
+
+  /// Whether the mirror in the thickness, which turns (σ, τ, φ), changes its sign about a flat
+  /// leaf.
+  bool turned() const {
+    int sum = along;
+    for (int f = 0; f < off_ray; ++f) sum += variable[f] < 2;
+    return sum % 2 != 0;
+  }
 };
 /// In the order of the columns.
 const std::array<StateMonomial, StateTable::even_monomials>& even_monomials();

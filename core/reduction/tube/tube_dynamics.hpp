@@ -18,8 +18,9 @@ inline constexpr double largest_dynamics_change = 0.06;
 /// All tables about one bent state.
 struct DynamicsNode {
   StateTable table;
-  MatrixXd stations;  ///< entries of the stations' motion × (1, σ)
+  MatrixXd stations;  ///< entries of the stations' motion × (1, σ); empty where not wanted
 };
+enum class StationsWanted { no, yes };
 /// `leaf` stands at the bent state `sigma` of the ray, the first column of `ray`. `units`: U of the
 /// amplitudes U⁻ᵀ a that the tables are over; where it is empty, it becomes that of this state, at
 /// which the stiffness k of these amplitudes is 1.
@@ -66,6 +67,7 @@ class TubeDynamics {
   /// By the last degree: |L⁻¹ (K⁻ − K) L⁻ᵀ|, K = L Lᵀ the internal stiffness, K⁻ the one to a
   /// total degree of 1.
   double change(const Place& place) const;
+  bool has_stations() const { return nodes_.back().stations.size() > 0; }
   /// Motion of the stations for the rates of Answer::mass, chord axes; 6 rows each.
   MatrixXd stations(const Place& place) const;
 

@@ -76,7 +76,8 @@ TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube 
       rates_(std::move(tube.rates)),
       known_dynamics_(std::move(tube.dynamics)),
       view_(tube.view),
-      known_stress_(std::move(tube.stress)) {
+      known_stress_(std::move(tube.stress)),
+      stress_patterns_(std::move(tube.stress_patterns)) {
   range_.ray = directions_.col(0);
   make_potentials(tube.nodes);
 }

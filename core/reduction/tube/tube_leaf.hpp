@@ -30,12 +30,14 @@ struct KnownTube {
   std::vector<TubeNode> nodes;
   /// Tables of the dynamics about so many of the same bent states as reach a sigma, made when first
   /// wanted. None: of the leaf.
-  std::function<std::vector<DynamicsNode>(double sigma)> dynamics;
+  std::function<std::vector<DynamicsNode>(double sigma, StationsWanted)> dynamics;
   TubeView view;  ///< of the tables
   /// Tables of stress, likewise.
   std::function<std::vector<StateTable>(double sigma)> stress;
   /// Derivatives of the expansions, the ray held. None: the leaf has no exact derivatives.
   std::function<TubeNodeRates()> rates = {};
+  /// P of (A6) where the tables of stress are over patterns; else null.
+  std::shared_ptr<const PatternRows> stress_patterns = nullptr;
 };
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
@@ -101,7 +103,7 @@ class TubeModel {
   /// Whether no bent state had to be solved for.
   bool unsolved() const { return expansions_.empty(); }
   /// Sees to it that they reach sigma, where there are any.
-  void reach_dynamics(double sigma);
+  void reach_dynamics(double sigma, StationsWanted stations);
   /// How the tables of the dynamics see the leaf.
   TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
   /// Sees to it that fields and tables of dynamics reach as far as sigma, where they were not
@@ -119,7 +121,7 @@ class TubeModel {
   void stand_at(const TubeExpansion& expansion);
   bool add(double sigma);
   void add_dynamics(double sigma);  ///< at the bent state where leaf() stands
-  void look_up_dynamics(double sigma);
+  void look_up_dynamics(double sigma, StationsWanted stations);
   void add_stress(const TubeExpansion& expansion);
   ChordLeaf& leaf();
   void make_potentials(const std::vector<TubeNode>& nodes);
@@ -131,7 +133,7 @@ class TubeModel {
   Eigen::Matrix2d directions_;
   bool known_ = false;
   std::function<TubeNodeRates()> rates_;
-  std::function<std::vector<DynamicsNode>(double)> known_dynamics_;
+  std::function<std::vector<DynamicsNode>(double, StationsWanted)> known_dynamics_;
   TubeView view_;
   bool successor_ = false;  ///< of other forces or another degree: it has no tables
   std::shared_ptr<PlatePool> pool_;
@@ -143,6 +145,7 @@ class TubeModel {
   MatrixXd amplitude_units_;
   std::unique_ptr<TubeDynamics> dynamics_;
   std::function<std::vector<StateTable>(double)> known_stress_;
+  std::shared_ptr<const PatternRows> stress_patterns_;
   std::unique_ptr<TubeStress> stress_;
   std::vector<std::weak_ptr<TubeModel>> successors_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
@@ -229,7 +232,7 @@ class TubeLeaf final : public LeafElement {
   LeafShape tabulated_shape(const StrainField& strains);
   /// Dynamics from the tables. None without tables, where more modes are wanted than they have, and
   /// where they do not hold; condensed_because_ then says why.
-  std::optional<LeafDynamics> tabulated_dynamics(int modes);
+  std::optional<LeafDynamics> tabulated_dynamics(const DynamicsRequest& request);
 
   LeafSpring leaf_;
   int index_;

@@ -58,7 +58,7 @@ bool TubeModel::has_dynamics(const PlateShape& shape) {
 void TubeModel::make_dynamics() {
   if (dynamics_ || !built() || !has_dynamics(shape_)) return;
   if (successor_) return;  // few states will be asked for
-  if (known_dynamics_) return look_up_dynamics(range_.sigma_max);
+  if (known_dynamics_) return look_up_dynamics(range_.sigma_max, StationsWanted::no);
   cover(range_.sigma_max);
   leaf().reset();
   dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
@@ -73,17 +73,17 @@ void TubeModel::add_dynamics(double sigma) {
   dynamics_->add(dynamics_node(leaf(), sigma, directions_, loads_, amplitude_units_));
 }
 
-void TubeModel::look_up_dynamics(double sigma) {
+void TubeModel::look_up_dynamics(double sigma, StationsWanted stations) {
   dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
-  for (DynamicsNode& node : known_dynamics_(sigma)) dynamics_->add(std::move(node));
+  for (DynamicsNode& node : known_dynamics_(sigma, stations)) dynamics_->add(std::move(node));
 }
 
-void TubeModel::reach_dynamics(double sigma) {
+void TubeModel::reach_dynamics(double sigma, StationsWanted stations) {
   if (!dynamics_) return;
-  if (!known_dynamics_)
-    cover(sigma);
-  else if (sigma > dynamics_->last_sigma() * (1 + 1e-9))
-    look_up_dynamics(sigma);
+  if (!known_dynamics_) return cover(sigma);
+  const bool had = dynamics_->has_stations(), more = stations == StationsWanted::yes && !had;
+  if (more || sigma > dynamics_->last_sigma() * (1 + 1e-9))
+    look_up_dynamics(std::max(sigma, range_.sigma_max), had ? StationsWanted::yes : stations);
 }
 
 TubeDynamics::Place TubeLeaf::place() const {
@@ -95,13 +95,14 @@ TubeDynamics::Place TubeLeaf::place() const {
   return {response_.location.sigma, response_.location.tau, phi, {f[0], f[2], f[1]}};
 }
 
-std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
+std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(const DynamicsRequest& request) {
   condensed_because_.clear();
-  if (modes == 0) return std::nullopt;
-  model_->reach_dynamics(std::abs(response_.location.sigma));
+  if (request.modes == 0) return std::nullopt;
+  model_->reach_dynamics(std::abs(response_.location.sigma),
+                         request.stations ? StationsWanted::yes : StationsWanted::no);
   const TubeDynamics* tables = model_->dynamics();
   if (!tables) return std::nullopt;
-  if (modes > tabulated_modes) {
+  if (request.modes > tabulated_modes) {
     condensed_because_ =
         "frequencies of the full leaf: they take more internal modes than the tables have";
     return std::nullopt;
@@ -145,6 +146,7 @@ std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
                      .cwiseQuotient(local.mass.bottomRightCorner<internal, internal>().diagonal())
                      .cwiseSqrt();
   dynamics.highest_mode = to_hertz * std::sqrt(local.reach);
+  if (!request.stations) return dynamics;
 
   // from chord axes to the leaf's, and to what leaf_station_motion() calls motion
   MatrixXd stations = model_->view().seen_from_base(tables->stations(at));
@@ -188,8 +190,7 @@ LeafDynamics TubeLeaf::condensed_dynamics(DynamicsRequest request) {
 LeafDynamics TubeLeaf::dynamics(DynamicsRequest request) {
   // the tables have no motions of points between their stations
   if (!request.shapes)
-    if (std::optional<LeafDynamics> tabulated = tabulated_dynamics(request.modes))
-      return *tabulated;
+    if (std::optional<LeafDynamics> tabulated = tabulated_dynamics(request)) return *tabulated;
   LeafDynamics dynamics = condensed_dynamics(request);
   // the tube knows the stiffness better than the rebuilt state, not better than the one after it
   if (!plate_is_corrected_) dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;

@@ -17,7 +17,7 @@ const TubeStress* TubeModel::stress(double sigma) {
   const bool beyond = stress_ && sigma > stress_->last_sigma() * (1 + 1e-9);
   if (stress_ && !(known_stress_ && beyond)) return stress_.get();
   if (known_stress_) {
-    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_);
+    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_, stress_patterns_);
     for (StateTable& node : known_stress_(std::max(sigma, range_.sigma_max)))
       stress_->add(std::move(node));
     return stress_.get();

@@ -1,11 +1,13 @@
 #pragma once
 // Strains and places of a tube leaf from tables: polynomials of its state about its bent states,
 // joined along the ray as the fields are. Equations (T1) to (T4) of core/reduction/README.md.
-#include <optional>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/reduction/expansion/stress_expansion.hpp"
+#include "core/reduction/tube/pattern_rows.hpp"
 #include "core/reduction/tube/state_table.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_view.hpp"
@@ -26,8 +28,10 @@ class TubeStress {
   using Place = TubeDynamics::Place;
 
   /// Of a flat leaf of uniform width and thickness. `view`: how the tables see it; places and
-  /// answers are those of the leaf.
-  TubeStress(const PlateShape& shape, double force_centre, TubeView view = {});
+  /// answers are those of the leaf. `patterns`: P of (A6), of which the tables have coefficients;
+  /// null where they have the rows themselves.
+  TubeStress(const PlateShape& shape, double force_centre, TubeView view = {},
+             std::shared_ptr<const PatternRows> patterns = nullptr);
 
   /// A bent state beyond the others.
   void add(StateTable node);
@@ -53,12 +57,19 @@ class TubeStress {
  private:
   using Weights = StateWeights<double>;
   struct Local;
-  struct Parts;
+  /// Of rows on the half that is tabulated: even + odd; on the other one they follow from
+  /// even − odd.
+  using Parts = Eigen::Ref<const MatrixXd>;  ///< even, odd
+  /// Rows that the mirror in the thickness treats alike.
+  enum class Kind { stretching, bending, place };
 
   Local locate(const Place& place) const;
   Weights weights(const Local& at, int total) const;
-  Parts read(const Local& at, const Weights& w, Eigen::Index first, Eigen::Index rows) const;
-  MatrixXd strains(const Local& at, const Weights& w) const;
+  /// Both parts for each of some weights, columns in their order.
+  MatrixXd read(const Local& at, std::span<const Weights> weights, Eigen::Index first,
+                Eigen::Index rows) const;
+  MatrixXd coefficients(const Local& at, std::span<const Weights> weights, Kind kind) const;
+  MatrixXd strains(const Local& at, const Parts& parts) const;
   /// From the axes of the tables to those of the leaf.
   Vector3d seen(const Vector3d& r) const;
   Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
@@ -67,6 +78,7 @@ class TubeStress {
   StressPlaces places_;
   TubeView view_;
   double force_centre_;
+  std::shared_ptr<const PatternRows> patterns_;
   std::vector<StateTable> nodes_;
 };
 

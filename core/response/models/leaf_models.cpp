@@ -73,13 +73,16 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
       shape, range.ray, nodes > 0 ? nodes : model.atlas->nodes_to(range.sigma_max));
   KnownTube known{tube.directions, tube.nodes, {}, TubeAtlas::view(range.ray), {}};
   if (model.atlas->settings().dynamics)
-    known.dynamics = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
-      return atlas->dynamics(shape, ray, sigma);
+    known.dynamics = [atlas = model.atlas, shape, ray = range.ray](double sigma,
+                                                                   StationsWanted stations) {
+      return atlas->dynamics(shape, ray, sigma, -1, stations);
     };
-  if (model.atlas->stress())
+  if (const auto stress = model.atlas->stress()) {
+    known.stress_patterns = stress->patterns().rows();
     known.stress = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
       return atlas->look_up_stress(shape, ray, atlas->nodes_to(sigma));
     };
+  }
   known.rates = [atlas = model.atlas, shape, ray = range.ray] {
     return atlas->look_up_rates(shape, ray);
   };

@@ -156,13 +156,14 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
 
 // Of the condensed mechanism.
 void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
-  const Frequencies f =
-      natural_frequencies(system,
-                          {.count = request_->frequencies,
-                           .leaf_modes = model_->leaf_modes,
-                           .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
-                           .shapes = request_->outputs.has(Output::shapes)},
-                          leaf_modes_);
+  const Frequencies f = natural_frequencies(
+      system,
+      {.count = request_->frequencies,
+       .leaf_modes = model_->leaf_modes,
+       .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
+       .motions = request_->outputs.has(Output::shapes) || request_->wants_frequency_derivatives(),
+       .shapes = request_->outputs.has(Output::shapes)},
+      leaf_modes_);
   add_modes(*request_, f.free, f.locked, point);
   add_reports(system, point);
 }

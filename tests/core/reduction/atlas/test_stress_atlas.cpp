@@ -39,11 +39,14 @@ TubeModel looked_up(const PlateShape& shape, const Eigen::Vector2d& ray) {
   const TubeAtlas::Tube tube = atlas.look_up(shape, ray);
   TubeRange range;
   range.sigma_max = 0.2;
-  return TubeModel(
-      shape, range,
-      KnownTube{tube.directions, tube.nodes, {}, TubeAtlas::view(ray), [&, shape, ray](double) {
-                  return atlas.look_up_stress(shape, ray);
-                }});
+  return TubeModel(shape, range,
+                   KnownTube{tube.directions,
+                             tube.nodes,
+                             {},
+                             TubeAtlas::view(ray),
+                             [&, shape, ray](double) { return atlas.look_up_stress(shape, ray); },
+                             {},
+                             atlas.stress()->patterns().rows()});
 }
 
 }  // namespace
