@@ -59,9 +59,9 @@ std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& t
   const int even_entries = TubeDynamics::entries()[0], odd_entries = TubeDynamics::entries()[1];
   const int evens = evens_each * even_entries, odds = odds_each * odd_entries,
             nodes = static_cast<int>(sigmas.size()),
-            motions = stations[static_cast<std::size_t>(ray.left)].all / all_nodes;
+            motions = slope < 0 ? stations[static_cast<std::size_t>(ray.left)].all / all_nodes : 0;
   const auto at = [&](const std::vector<CompressedTable>& of, bool left, int first) {
-    if (left ? ray.on_right : ray.on_left) return VectorXd();
+    if (first == 0 || (left ? ray.on_right : ray.on_left)) return VectorXd();
     return of[static_cast<std::size_t>(ray.left + (left ? 0 : 1))].look_up(weights, first, slope);
   };
   const VectorXd a = at(tables, true, nodes * (evens + odds)),

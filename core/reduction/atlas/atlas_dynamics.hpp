@@ -21,7 +21,8 @@ struct RayNeighbours {
 RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho);
 
 /// The tables of the bent states `sigmas` (some of the first that the atlas has). `tables`,
-/// `stations`: of each ray. `slope`: as of CompressedTable::look_up.
+/// `stations`: of each ray. `slope`: as of CompressedTable::look_up; without
+/// stations.
 std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& tables,
                                            const std::vector<CompressedTable>& stations,
                                            const ShapeWeights& weights, const RayNeighbours& ray,

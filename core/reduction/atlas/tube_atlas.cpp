@@ -31,6 +31,12 @@ RayPlace place_of(const Eigen::Vector2d& ray) {
   return place;
 }
 
+Vector3d place_in_grid(const PlateShape& shape) {
+  return {std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio};
+}
+// From derivatives by (log w/L, log t/L, ν) to those by (w/L, t/L, ν).
+Vector3d slope_units(const PlateShape& shape) { return {1 / shape.width, 1 / shape.thickness, 1}; }
+
 double median_of(std::vector<double> x) {
   if (x.empty()) return 0;
   std::sort(x.begin(), x.end());
@@ -283,15 +289,35 @@ int TubeAtlas::nodes_to(double sigma) const {
          1;
 }
 
-std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                              double sigma, int slope) const {
+// The value (−1), or a derivative by log w/L (0), log t/L (1) or ν (2).
+std::vector<DynamicsNode> TubeAtlas::dynamics_of(const ShapeWeights& weights,
+                                                 const Eigen::Vector2d& ray, double sigma,
+                                                 int slope) const {
   assert(settings_.dynamics);
   const std::vector<double>& all = settings_.sigmas;
-  const Vector3d place(std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio);
-  return look_up_dynamics(
-      numbers_.dynamics, numbers_.stations, shape_weights(grid_, place, slope >= 0),
-      ray_neighbours(settings_.rays, place_of(ray).rho),
-      {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()), slope);
+  return look_up_dynamics(numbers_.dynamics, numbers_.stations, weights,
+                          ray_neighbours(settings_.rays, place_of(ray).rho),
+                          {all.begin(), all.begin() + nodes_to(sigma)},
+                          static_cast<int>(all.size()), slope);
+}
+
+std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                              double sigma) const {
+  return dynamics_of(shape_weights(grid_, place_in_grid(shape), false), ray, sigma, -1);
+}
+
+DynamicsRates TubeAtlas::dynamics_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                        double sigma) const {
+  const ShapeWeights weights = shape_weights(grid_, place_in_grid(shape), true);
+  const Vector3d per = slope_units(shape);
+  DynamicsRates rates;
+  for (int p = 0; p < 3; ++p)
+    for (DynamicsNode& node : dynamics_of(weights, ray, sigma, p)) {
+      node.table.even *= per[p];
+      node.table.odd *= per[p];
+      rates[static_cast<std::size_t>(p)].push_back(std::move(node.table));
+    }
+  return rates;
 }
 
 TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2d& ray,
@@ -317,10 +343,10 @@ std::vector<StateTable> TubeAtlas::look_up_stress(const PlateShape& shape,
 TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const {
   std::vector<Tube> found =
       assemble(weights(shape, true), ray, static_cast<int>(settings_.sigmas.size()));
-  const std::array<double, 2> size{shape.width, shape.thickness};
-  for (std::size_t p = 0; p < size.size(); ++p)
+  const Vector3d per = slope_units(shape);
+  for (std::size_t p = 0; p < 3; ++p)
     for (TubeNode& node : found[p + 1].nodes)
-      for (double& c : node.W) c /= size[p];  // of the logarithm so far
+      for (double& c : node.W) c *= per[static_cast<Eigen::Index>(p)];
   return {std::move(found[1].nodes), std::move(found[2].nodes), std::move(found[3].nodes)};
 }
 

@@ -107,9 +107,12 @@ class TubeAtlas {
   int nodes_to(double sigma) const;
 
   /// Tables of the dynamics about the first bent states, so many as reach sigma (at least two).
-  /// Where there is no gap() and the settings have dynamics. `slope`: as of CompressedTable.
+  /// Where there is no gap() and the settings have dynamics.
   std::vector<DynamicsNode> dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                     double sigma, int slope = -1) const;
+                                     double sigma) const;
+  /// What they change by with (w/L, t/L, ν), each with the other two and the ray held.
+  DynamicsRates dynamics_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                               double sigma) const;
 
   /// Bent states of a leaf, in the form of TubeModel.
   struct Tube {
@@ -133,6 +136,8 @@ class TubeAtlas {
  private:
   struct Weights;
   Weights weights(const PlateShape& shape, bool with_slopes) const;
+  std::vector<DynamicsNode> dynamics_of(const ShapeWeights& weights, const Eigen::Vector2d& ray,
+                                        double sigma, int slope) const;
   std::vector<std::vector<double>> sums(int ray, int terms, const Weights& weights) const;
   std::vector<std::vector<std::vector<double>>> taylor(int ray, const Weights& weights,
                                                        int nodes) const;

@@ -72,10 +72,14 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
   const TubeAtlas::Tube tube = model.atlas->look_up(
       shape, range.ray, nodes > 0 ? nodes : model.atlas->nodes_to(range.sigma_max));
   KnownTube known{tube.directions, tube.nodes, {}, TubeAtlas::view(range.ray), {}};
-  if (model.atlas->settings().dynamics)
+  if (model.atlas->settings().dynamics) {
     known.dynamics = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
       return atlas->dynamics(shape, ray, sigma);
     };
+    known.dynamics_rates = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
+      return atlas->dynamics_rates(shape, ray, sigma);
+    };
+  }
   if (model.atlas->stress())
     known.stress = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
       return atlas->look_up_stress(shape, ray, atlas->nodes_to(sigma));
