@@ -68,6 +68,11 @@ ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool wi
   return weights;
 }
 
+Vector3d place_in_grid(const PlateShape& shape) {
+  return {std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio};
+}
+Vector3d slope_units(const PlateShape& shape) { return {1 / shape.width, 1 / shape.thickness, 1}; }
+
 VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first, int slope) const {
   assert(first <= all && weights.value.size() == shapes);
   const int count = static_cast<int>(std::lower_bound(places, places + numbers, first) - places);

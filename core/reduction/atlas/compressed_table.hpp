@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/elements/plate/plate_mesh.hpp"
 #include "core/math/types.hpp"
 
 namespace flexopt {
@@ -29,6 +30,11 @@ struct ShapeWeights {
   std::array<VectorXd, 3> slope;  ///< empty where not asked for
 };
 ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool with_slopes);
+
+/// (log w/L, log t/L, ν) of a leaf, and by how much its derivatives by (w/L, t/L, ν) are those by
+/// these.
+Vector3d place_in_grid(const PlateShape& shape);
+Vector3d slope_units(const PlateShape& shape);
 
 /// c = (w/L)^p (t/L)^q s (U a),  a the interpolated coordinates of the shape. p, q and the size s
 /// are those of each number, U its row of directions, in whole numbers of 16 bits. Numbers that

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "core/math/decompositions.hpp"
@@ -104,58 +105,103 @@ StateTable StressPatterns::node(const StateTable& coefficients, double thickness
   const VectorXd s = scale(thickness);
   StateTable node{coefficients.sigma, s.asDiagonal() * (P_ * coefficients.even),
                   s.asDiagonal() * (P_ * coefficients.odd)};
-  if (node.sigma == 0) keep_flat(node);
+  if (node.sigma == 0) keep_flat(node, [](Eigen::Index row) { return row; });
   return node;
 }
 
+std::array<StateTable, 3> StressPatterns::row_rates(const StateTable& coefficients,
+                                                    const std::array<StateTable, 3>& rates,
+                                                    double thickness,
+                                                    const std::vector<Eigen::Index>& rows) const {
+  const MatrixXd P = P_(rows, Eigen::all);
+  const VectorXd s = scale(thickness)(rows);
+  VectorXd by_thickness = VectorXd::Zero(s.size());
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (rows[i] < half_) by_thickness[static_cast<Eigen::Index>(i)] = 1;
+  std::array<StateTable, 3> found;
+  for (std::size_t p = 0; p < 3; ++p) {
+    StateTable& of = found[p];
+    of = {coefficients.sigma, s.asDiagonal() * (P * rates[p].even),
+          s.asDiagonal() * (P * rates[p].odd)};
+    if (p == 1) {
+      of.even += by_thickness.asDiagonal() * (P * coefficients.even);
+      of.odd += by_thickness.asDiagonal() * (P * coefficients.odd);
+    }
+    if (of.sigma == 0)
+      keep_flat(of, [&](Eigen::Index i) { return rows[static_cast<std::size_t>(i)]; });
+  }
+  return found;
+}
+
 // A flat leaf is its own mirror image in the thickness, which turns (σ, τ, φ), the bending strains
-// and the places off the plane; and it is not strained.
-void StressPatterns::keep_flat(StateTable& node) const {
+// and the places off the plane; and it is not strained. `row_of`: which row each of the table is.
+template <class RowOf>
+void StressPatterns::keep_flat(StateTable& node, const RowOf& row_of) const {
+  const auto turns = [&](Eigen::Index row) {
+    return row < 2 * half_ ? row >= half_ : (row - 2 * half_) % 3 == 2;
+  };
   const auto keep = [&](const auto& monomials, MatrixXd& table) {
     for (std::size_t k = 0; k < monomials.size(); ++k) {
       const StateMonomial& m = monomials[k];
       int turned = m.along;
       for (int f = 0; f < m.off_ray; ++f) turned += m.variable[f] < 2;  // τ, φ
-      auto column = table.col(static_cast<Eigen::Index>(k));
-      const bool odd = turned % 2 != 0;
-      column.segment(odd ? 0 : half_, half_).setZero();
-      for (Eigen::Index row = 2 * half_; row < rows_; row += 3)
-        if (odd)
-          column.segment(row, 2).setZero();
-        else
-          column[row + 2] = 0;
+      for (Eigen::Index i = 0; i < table.rows(); ++i)
+        if (turns(row_of(i)) != (turned % 2 != 0)) table(i, static_cast<Eigen::Index>(k)) = 0;
     }
   };
   keep(even_monomials(), node.even);
   keep(odd_monomials(), node.odd);
-  node.even.col(0).head(2 * half_).setZero();
+  for (Eigen::Index i = 0; i < node.even.rows(); ++i)
+    if (row_of(i) < 2 * half_) node.even(i, 0) = 0;
 }
 
 // ---------------------------------------------------------------------------- look-up
 
-std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {
+// Of the bent state n; `slope`: as of CompressedTable::look_up.
+StateTable StressAtlas::coefficients(const ShapeWeights& weights, double rho, std::size_t n,
+                                     int slope) const {
   const std::vector<double>& rays = settings_.rays;
   std::size_t left = 0;
   while (left + 2 < rays.size() && rho > rays[left + 1]) ++left;
-  const ShapeWeights weights = shape_weights(
-      settings_.grid, {std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio},
-      false);
-  const auto of_ray = [&](std::size_t ray, std::size_t n) {
+  const double a = rays[left], b = rays[left + 1], sigma = settings_.sigmas[n];
+  const auto of_ray = [&](std::size_t ray) {
     const CompressedTable& table = tables_[ray * settings_.sigmas.size() + n];
-    return table_of(settings_.sigmas[n],
-                    table.look_up(weights, table.all)
-                        .reshaped(patterns_.P().cols(), even_columns + odd_columns));
+    return table_of(sigma, table.look_up(weights, table.all, slope)
+                               .reshaped(patterns_.P().cols(), even_columns + odd_columns));
   };
-  const double a = rays[left], b = rays[left + 1];
+  if (rho == a || rho == b) return of_ray(rho == a ? left : left + 1);
+  return blended(of_ray(left), of_ray(left + 1), blend_between_rays(a, b, sigma, rho));
+}
+
+std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {
+  const ShapeWeights weights = shape_weights(settings_.grid, place_in_grid(shape), false);
   std::vector<StateTable> found;
-  for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n) {
-    const StateTable all = rho == a || rho == b
-                               ? of_ray(rho == a ? left : left + 1, n)
-                               : blended(of_ray(left, n), of_ray(left + 1, n),
-                                         blend_between_rays(a, b, settings_.sigmas[n], rho));
-    found.push_back(patterns_.node(all, shape.thickness));
-  }
+  for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n)
+    found.push_back(patterns_.node(coefficients(weights, rho, n, -1), shape.thickness));
   return found;
+}
+
+StressRowRates StressAtlas::row_rates(const PlateShape& shape, double rho) const {
+  struct Known {  // of a bent state
+    StateTable coefficients;
+    std::array<StateTable, 3> rates;
+  };
+  return [this, shape, rho, known = std::map<std::size_t, Known>(),
+          weights = shape_weights(settings_.grid, place_in_grid(shape), true)](
+             std::size_t n, const std::vector<Eigen::Index>& rows) mutable {
+    if (!known.contains(n)) {
+      Known& made = known[n];
+      made.coefficients = coefficients(weights, rho, n, -1);
+      const Vector3d per = slope_units(shape);
+      for (int p = 0; p < 3; ++p) {
+        StateTable& rate = made.rates[static_cast<std::size_t>(p)];
+        rate = coefficients(weights, rho, n, p);
+        rate.even *= per[p];
+        rate.odd *= per[p];
+      }
+    }
+    return patterns_.row_rates(known[n].coefficients, known[n].rates, shape.thickness, rows);
+  };
 }
 
 // ---------------------------------------------------------------------------- file

@@ -36,10 +36,15 @@ class StressPatterns {
   /// mirror in the thickness forbids.
   StateTable coefficients(const StateTable& node, double thickness) const;
   StateTable node(const StateTable& coefficients, double thickness) const;
+  /// What these rows of a leaf's table change by with (w/L, t/L, ν), from what its coefficients do.
+  std::array<StateTable, 3> row_rates(const StateTable& coefficients,
+                                      const std::array<StateTable, 3>& rates, double thickness,
+                                      const std::vector<Eigen::Index>& rows) const;
 
  private:
   VectorXd scale(double thickness) const;
-  void keep_flat(StateTable& node) const;
+  template <class RowOf>
+  void keep_flat(StateTable& node, const RowOf& row_of) const;
 
   Eigen::Index rows_, half_;  ///< all, and so many of e and of κ
   MatrixXd P_;
@@ -60,6 +65,8 @@ class StressAtlas {
   const std::vector<CompressedTable>& tables() const { return tables_; }
   /// The first `nodes` bent states of a leaf in the box on the ray (1, rho), rho within the rays.
   std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;
+  /// Of the same leaf; this must outlive it.
+  StressRowRates row_rates(const PlateShape& shape, double rho) const;
 
   /// As one block of numbers for a file, and from it. `data` is aligned to 64 bytes and kept by
   /// `owner`; null where the block is not one of these settings.
@@ -69,6 +76,8 @@ class StressAtlas {
                                                    std::shared_ptr<const void> owner);
 
  private:
+  StateTable coefficients(const ShapeWeights& weights, double rho, std::size_t n, int slope) const;
+
   StressAtlasSettings settings_;
   StressPatterns patterns_;
   std::vector<CompressedTable> tables_;

@@ -31,12 +31,6 @@ RayPlace place_of(const Eigen::Vector2d& ray) {
   return place;
 }
 
-Vector3d place_in_grid(const PlateShape& shape) {
-  return {std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio};
-}
-// From derivatives by (log w/L, log t/L, ν) to those by (w/L, t/L, ν).
-Vector3d slope_units(const PlateShape& shape) { return {1 / shape.width, 1 / shape.thickness, 1}; }
-
 double median_of(std::vector<double> x) {
   if (x.empty()) return 0;
   std::sort(x.begin(), x.end());
@@ -338,6 +332,11 @@ std::vector<StateTable> TubeAtlas::look_up_stress(const PlateShape& shape,
   const int all = static_cast<int>(settings_.sigmas.size());
   return stress_->look_up(shape, ray_neighbours(settings_.rays, place_of(ray).rho).rho,
                           nodes > 0 ? std::min(nodes, all) : all);
+}
+
+StressRowRates TubeAtlas::stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const {
+  assert(stress_);
+  return stress_->row_rates(shape, ray_neighbours(settings_.rays, place_of(ray).rho).rho);
 }
 
 TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const {

@@ -127,6 +127,8 @@ class TubeAtlas {
   /// stress().
   std::vector<StateTable> look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
                                          int nodes = 0) const;
+  /// Of the same tables, row by row; for one thread. This must outlive it.
+  StressRowRates stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
   static TubeView view(const Eigen::Vector2d& ray);
 
   /// What the bent states change by with (w/L, t/L, ν), each with the other two and the ray held,

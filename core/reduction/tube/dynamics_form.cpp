@@ -4,50 +4,27 @@
 
 #include <cassert>
 
-#include "core/math/dual.hpp"
-
 namespace flexopt {
-namespace {
-
-using Dual6 = Dual<6>;
-
-// A column for the value, then one for each derivative along the state.
-template <int n>
-Eigen::Matrix<double, n, 7> weight_columns(const Eigen::Matrix<Dual6, n, 1>& weights) {
-  Eigen::Matrix<double, n, 7> all;
-  for (int m = 0; m < n; ++m) {
-    all(m, 0) = weights[m].value;
-    for (int v = 0; v < 6; ++v) all(m, 1 + v) = weights[m].derivatives[static_cast<std::size_t>(v)];
-  }
-  return all;
-}
-
-}  // namespace
-
 DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place& place,
                            const DynamicsRates& rates) {
   const TubeDynamics::Local at = tables.locate(place);
   const auto a = at.interval, b = a + 1;
   assert(rates[0].size() > b);
   const StateTable &left = tables.node(a).table, &right = tables.node(b).table;
-  std::array<Dual6, 5> z;
-  for (int v = 0; v < 5; ++v)
-    z[static_cast<std::size_t>(v)] = Dual6::variable(at.z[static_cast<std::size_t>(v)], 1 + v);
-  const StateWeights<Dual6> w =
-      state_weights(left.sigma, right.sigma, Dual6::variable(at.sigma, 0), z);
+  const StateWeightSlopes w = state_weight_slopes(left.sigma, right.sigma, at.sigma, at.z);
 
   const DynamicsLayout& layout = DynamicsLayout::get();
   slopes_.resize(9, static_cast<Eigen::Index>(layout.even.size() + layout.odd.size()));
   const auto read = [&](MatrixXd StateTable::*part, const auto& weights,
                         const std::vector<DynamicsEntries::Slot>& slots, Eigen::Index first) {
-    const auto w_left = weight_columns(weights[0]), w_right = weight_columns(weights[1]);
-    const MatrixXd x = left.*part * w_left + right.*part * w_right;
+    const MatrixXd x = left.*part * weights[0] + right.*part * weights[1];
     const auto count = static_cast<Eigen::Index>(slots.size());
     auto slopes = slopes_.middleCols(first, count);
     slopes.topRows<6>() = x.rightCols<6>().transpose();
     for (std::size_t p = 0; p < 3; ++p)
       slopes.row(static_cast<Eigen::Index>(6 + p)) =
-          (rates[p][a].*part * w_left.col(0) + rates[p][b].*part * w_right.col(0)).transpose();
+          (rates[p][a].*part * weights[0].col(0) + rates[p][b].*part * weights[1].col(0))
+              .transpose();
     for (Eigen::Index s = 0; s < count; ++s)
       entries_.put(slots[static_cast<std::size_t>(s)], x(s, 0));
   };

@@ -75,6 +75,7 @@ TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube 
       known_(true),
       rates_(std::move(tube.rates)),
       dynamics_rates_(std::move(tube.dynamics_rates)),
+      stress_rates_(std::move(tube.stress_rates)),
       known_dynamics_(std::move(tube.dynamics)),
       view_(tube.view),
       known_stress_(std::move(tube.stress)) {

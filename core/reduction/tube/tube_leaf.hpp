@@ -38,6 +38,8 @@ struct KnownTube {
   std::function<TubeNodeRates()> rates = {};
   /// The same of the tables of the dynamics that reach a sigma.
   std::function<DynamicsRates(double sigma)> dynamics_rates = {};
+  /// The same of the tables of stress.
+  std::function<StressRowRates()> stress_rates = {};
 };
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
@@ -73,6 +75,9 @@ class TubeModel {
   bool differentiable_dynamics() const { return differentiable() && dynamics_ && dynamics_rates_; }
   /// The same of the tables of dynamics(), made when they are first wanted.
   const DynamicsRates& dynamics_rates();
+  bool differentiable_stress() const { return differentiable() && known_stress_ && stress_rates_; }
+  /// Of the tables of stress().
+  const StressRowRates& stress_rates();
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
@@ -138,6 +143,8 @@ class TubeModel {
   std::function<TubeNodeRates()> rates_;
   std::function<DynamicsRates(double)> dynamics_rates_;
   DynamicsRates known_dynamics_rates_;  ///< of the present tables; empty before they are wanted
+  std::function<StressRowRates()> stress_rates_;
+  StressRowRates known_stress_rates_;  ///< likewise
   std::function<std::vector<DynamicsNode>(double)> known_dynamics_;
   TubeView view_;
   bool successor_ = false;  ///< of other forces or another degree: it has no tables
@@ -202,8 +209,9 @@ class TubeLeaf final : public LeafElement {
   /// Of the last evaluate().
   const MixedState& mixed() const { return state_.mixed; }
   const ReducedResponse& response() const { return response_; }
-  /// Where the state lies in the tables.
+  /// Where the state lies in the tube, and as the tables of the dynamics see it.
   TubeDynamics::Place place() const;
+  TubeDynamics::Place place_in_tables() const;
   /// By increments of the edges (scaled): the rates of TubeDynamics::Answer::mass, but those of the
   /// amplitudes.
   Matrix12d edge_rates() const;

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/reduction/tube/tube_leaf.hpp"
 
@@ -76,12 +77,17 @@ void TubeModel::reach_dynamics(double sigma) {
 }
 
 TubeDynamics::Place TubeLeaf::place() const {
-  const Vector3d& f = state_.mixed.f;
+  return {response_.location.sigma, response_.location.tau, response_.frame.e[twist],
+          state_.mixed.f};
+}
+
+TubeDynamics::Place TubeLeaf::place_in_tables() const {
+  TubeDynamics::Place at = place();
   const TubeView view = model_->view();
-  if (!view.from_tip)
-    return {response_.location.sigma, response_.location.tau, response_.frame.e[twist], f};
-  const double phi = view.signs()[8] * response_.frame.e[twist];
-  return {response_.location.sigma, response_.location.tau, phi, {f[0], f[2], f[1]}};
+  if (!view.from_tip) return at;
+  at.twist *= view.signs()[8];
+  std::swap(at.f[1], at.f[2]);
+  return at;
 }
 
 // (D7)
@@ -110,7 +116,7 @@ const TubeDynamics::Answer* TubeLeaf::tabulated() {
   const TubeDynamics* tables = model_->dynamics();
   if (!tables) return nullptr;
   if (!internal_) {
-    const TubeDynamics::Place at = place();
+    const TubeDynamics::Place at = place_in_tables();
     if (const double change = tables->change(at); !(change <= largest_dynamics_change))
       internal_.emplace().reason = fmt::format(
           "the last degree of the tables changes the internal stiffness by {:.2g} > {:.2g}", change,
@@ -169,7 +175,8 @@ std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
 }
 
 MatrixXd TubeLeaf::tabulated_stations() const {
-  MatrixXd stations = model_->view().seen_from_base(model_->dynamics()->stations(place()));
+  MatrixXd stations =
+      model_->view().seen_from_base(model_->dynamics()->stations(place_in_tables()));
   for (Eigen::Index i = 0; i < stations.rows(); i += 3)
     stations.middleRows<3>(i) = (response_.frame.axes * stations.middleRows<3>(i)).eval();
   return stations;

@@ -2,7 +2,12 @@
 
 #include <cassert>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <utility>
+
+#include "core/elements/leaf/leaf_fields.hpp"
+#include "core/elements/plate/plate_stress.hpp"
 
 namespace flexopt {
 namespace {
@@ -81,12 +86,6 @@ std::optional<double> TubeLeafLinear::highest_mode() const {
   return std::sqrt(scale().energy / scale().mass * internal_->reach) / (2 * std::numbers::pi);
 }
 
-std::unique_ptr<LeafFields> TubeLeafGradient::fields(
-    const MatrixXd&, const std::vector<LeafVariation<double>>&) const {
-  assert(false);
-  return nullptr;
-}
-
 Answer<LeafGradient<double>> TubeLeafLinear::gradient(LeafRates& rates,
                                                       const LeafRows& rows) const {
   const std::shared_ptr<TubeModel>& model = leaf_->model();
@@ -108,11 +107,12 @@ TubeLeafLinear::TubeLeafLinear(const TubeLeaf& leaf, const TubeDynamics::Answer*
 
 std::string TubeLeaf::interior_gap(InteriorUse use) {
   if (!model_->differentiable()) return "its tube was built, not looked up";
-  if (use.stress) return "its stress is that of the full leaf";
   if (use.places) return "places inside it are those of the full leaf";
-  if (!use.mass) return {};
-  if (!model_->differentiable_dynamics()) return "it has no tables of its dynamics";
-  return tabulated() ? "" : condensed_because_;
+  if (use.stress && !model_->differentiable_stress()) return "it has no tables of its stress";
+  if (use.stress && !tabulated_strains()) return rebuilt_because_;
+  if (use.mass && !model_->differentiable_dynamics()) return "it has no tables of its dynamics";
+  if (use.mass && !tabulated()) return condensed_because_;
+  return {};
 }
 
 Answer<LeafLinear> TubeLeaf::linearise() {
@@ -147,7 +147,7 @@ TubeLeafGradient::TubeLeafGradient(const TubeLeaf& leaf, const TubeRates& rates,
   }
   chord_ = ChordGradient(frame, leaf.edges(), rows, std::move(energy));
   force_ = chord_.force();
-  if (dynamics) internal_.emplace(*leaf.model()->dynamics(), leaf.place(), *dynamics);
+  if (dynamics) internal_.emplace(*leaf.model()->dynamics(), leaf.place_in_tables(), *dynamics);
 }
 
 // Derivatives of a form along (e, f), along e1 and the frame's motion, of its column's increments.
@@ -242,6 +242,67 @@ LeafQuadratic<double> TubeLeafGradient::quadratic(const MatrixXd& Y, const Vecto
     chord_.add(Y, k, column, seen, of.base, q);
   }
   return q;
+}
+
+namespace {
+
+// Of a leaf whose place in the tables of stress, (σ, τ, twist, N, M1, M2), and whose shape move at
+// these rates, a column for each parameter.
+class TubeFields final : public LeafFields {
+ public:
+  TubeFields(TubeModel& model, const TubeDynamics::Place& place, MatrixXd rates)
+      : model_(&model), place_(place), rates_(std::move(rates)) {}
+
+  // interior_gap() says that there are none
+  MatrixXd place_rates(double, double) const override {
+    assert(false);
+    return MatrixXd::Zero(3, rates_.cols());
+  }
+  VectorXd stress_rates(const StressPeak& peak, double modulus,
+                        const VectorXd& modulus_rates) const override {
+    const TubeStress& tables = *model_->stress();
+    const StressPlaces& places = tables.places();
+    const std::vector<Dual1> x(places.x.begin(), places.x.end());
+    std::map<std::array<int, 2>, TubeStress::StationSlopes> known;
+    VectorXd stress(modulus_rates.size());
+    for (Eigen::Index p = 0; p < stress.size(); ++p) {
+      const auto strains = [&](int along, int across) -> StrainRate {
+        auto station = known.find({along, across});
+        if (station == known.end())
+          station = known
+                        .emplace(std::array{along, across},
+                                 tables.slopes(place_, along, across, model_->stress_rates()))
+                        .first;
+        return {station->second.value, station->second.slopes * rates_.col(p)};
+      };
+      stress[p] = stress_rate(model_->shape(), x, places.y, strains, peak, modulus,
+                              {{}, ShapeRate(Vector3d(rates_.col(p).tail<3>())), modulus_rates[p]});
+    }
+    return stress;
+  }
+
+ private:
+  TubeModel* model_;
+  TubeDynamics::Place place_;
+  MatrixXd rates_;
+};
+
+}  // namespace
+
+std::unique_ptr<LeafFields> TubeLeafGradient::fields(
+    const MatrixXd& rows, const std::vector<LeafVariation<double>>& variations) const {
+  const Eigen::Matrix2d to_ray = leaf_->model()->potential().ray().inverse();
+  const MatrixXd T = rows_.edge_rows(rows);
+  MatrixXd rates(9, rows.cols());
+  for (Eigen::Index p = 0; p < rows.cols(); ++p) {
+    const LeafVariation<double>& variation = variations[static_cast<std::size_t>(p)];
+    std::array<Vector3d, 2> lever;
+    const Vector12d moved = T.col(p).tail<12>() + chord_.edge_moves(variation, lever);
+    const Vector6d e = leaf_->response().frame.B * moved;
+    rates.col(p) << to_ray * Eigen::Vector2d(e[theta1y], e[theta2y]), e[twist], T.col(p).head<3>(),
+        variation.shape.head<3>();
+  }
+  return std::make_unique<TubeFields>(*leaf_->model(), leaf_->place(), std::move(rates));
 }
 
 }  // namespace flexopt

@@ -138,6 +138,48 @@ TubeStress::Answer TubeStress::evaluate(const Place& place) const {
   return {{places_.x, places_.y, std::move(here)}, change};
 }
 
+auto TubeStress::slopes(const Place& place, int along, int across,
+                        const StressRowRates& rates) const -> StationSlopes {
+  const Local at = locate(place);
+  const int n = places_.stations_along(), half = places_.half_across();
+  if (view_.from_tip) {
+    along = n - 1 - along;
+    across = 2 * half - 1 - across;
+  }
+  const bool image = across >= half;
+  std::vector<Eigen::Index> rows;
+  for (int k = 0; k < 6; ++k)
+    rows.push_back(along + n * ((image ? 2 * half - 1 - across : across) + half * k));
+  const StateWeightSlopes w =
+      state_weight_slopes(nodes_[at.interval].sigma, nodes_[at.interval + 1].sigma, at.sigma, at.z);
+  // value, by the state of the tables, by the shape
+  Eigen::Matrix<double, 6, 10> even, odd;
+  even.setZero();
+  odd.setZero();
+  for (std::size_t end = 0; end < 2; ++end) {
+    const StateTable& node = nodes_[at.interval + end];
+    even.leftCols<7>() += node.even(rows, Eigen::all) * w.even[end];
+    odd.leftCols<7>() += node.odd(rows, Eigen::all) * w.odd[end];
+    const std::array<StateTable, 3> by = rates(at.interval + end, rows);
+    for (std::size_t p = 0; p < 3; ++p) {
+      even.col(static_cast<Eigen::Index>(7 + p)) += by[p].even * w.even[end].col(0);
+      odd.col(static_cast<Eigen::Index>(7 + p)) += by[p].odd * w.odd[end].col(0);
+    }
+  }
+  const double side = at.mirrored ? -1 : 1;
+  Eigen::Matrix<double, 6, 10> all = even + (image ? -1 : 1) * odd;
+  for (int k = 0; k < 6; ++k) {
+    if (at.mirrored != view_.mirrored)
+      all.row(k) *= strain_in_thickness[static_cast<std::size_t>(k)];
+    if (image) all.row(k) *= strain_in_width[static_cast<std::size_t>(k)];
+  }
+  // from the state of the tables to the place
+  all.middleCols<3>(1) *= side;
+  if (view_.mirrored) all.col(3) *= -1;
+  if (view_.from_tip) all.col(5).swap(all.col(6));
+  return {all.col(0), all.rightCols<9>()};
+}
+
 // `parts`: of all rows of places.
 Vector3d TubeStress::node_place(const Local& at, const Parts& parts, int line, int node) const {
   const int all = static_cast<int>(places_.nodes.size()), half = places_.half_nodes();

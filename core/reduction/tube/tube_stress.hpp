@@ -1,6 +1,8 @@
 #pragma once
 // Strains and places of a tube leaf from tables: polynomials of its state about its bent states,
 // joined along the ray as the fields are. Equations (T1) to (T4) of core/reduction/README.md.
+#include <array>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -20,6 +22,10 @@ inline constexpr double largest_stress_change = 0.05;
 /// stands or was moved to; rows as of StressPlaces. `fields`: its expand_fields().
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                        const MatrixXd& fields);
+
+/// What the given rows of the table about bent state n change by with (w/L, t/L, ν).
+using StressRowRates =
+    std::function<std::array<StateTable, 3>(std::size_t n, const std::vector<Eigen::Index>& rows)>;
 
 class TubeStress {
  public:
@@ -41,6 +47,15 @@ class TubeStress {
   };
   /// Needs two bent states; sigma inside of them or their mirror images.
   Answer evaluate(const Place& place) const;
+
+  /// Strains at a station of StrainField, and their derivatives along (σ, τ, twist, N, M1, M2) of
+  /// the place, then by (w/L, t/L, ν). `rates`: of these tables.
+  struct StationSlopes {
+    Strains value;
+    Eigen::Matrix<double, 6, 9> slopes;
+  };
+  StationSlopes slopes(const Place& place, int along, int across,
+                       const StressRowRates& rates) const;
 
   /// Place of the point (along, across) of the mid-surface seen from the middle of the edge that
   /// the tables call the base, in the chord frame, over L.

@@ -80,10 +80,14 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
       return atlas->dynamics_rates(shape, ray, sigma);
     };
   }
-  if (model.atlas->stress())
+  if (model.atlas->stress()) {
     known.stress = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
       return atlas->look_up_stress(shape, ray, atlas->nodes_to(sigma));
     };
+    known.stress_rates = [atlas = model.atlas, shape, ray = range.ray] {
+      return atlas->stress_rates(shape, ray);
+    };
+  }
   known.rates = [atlas = model.atlas, shape, ray = range.ray] {
     return atlas->look_up_rates(shape, ray);
   };

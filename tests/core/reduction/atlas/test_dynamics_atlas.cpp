@@ -88,16 +88,6 @@ StrokeRequest sweep(double end) {
   return request;
 }
 
-// The same leaf, its other edge called the base.
-LeafSpring turned(const LeafSpring& leaf) {
-  LeafSpring t = leaf;
-  std::swap(t.base, t.tip);
-  t.origin = leaf.origin + leaf.length * leaf.axes.col(0);
-  t.axes.col(0) = -leaf.axes.col(0);
-  t.axes.col(1) = -leaf.axes.col(1);
-  return t;
-}
-
 ModelOptions looked_up() {
   ModelOptions model;
   model.mesh = small_box().mesh;
@@ -178,7 +168,7 @@ TEST_CASE("a looked-up leaf vibrates the same whichever edge is called its base"
   Mechanism one = hinge();  // the leaves cross beside their middles
   for (LeafSpring& leaf : one.leaves) leaf.origin += 0.15 * leaf.length * leaf.axes.col(0);
   Mechanism other = one;
-  for (LeafSpring& leaf : other.leaves) leaf = turned(leaf);
+  for (LeafSpring& leaf : other.leaves) leaf = models::turned(leaf);
   const StrokeResponse a = evaluate_stroke(one, looked_up(), request),
                        b = evaluate_stroke(other, looked_up(), request);
   for (const StrokeResponse* response : {&a, &b})
