@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
@@ -73,28 +74,81 @@ Vector3d place_in_grid(const PlateShape& shape) {
 }
 Vector3d slope_units(const PlateShape& shape) { return {1 / shape.width, 1 / shape.thickness, 1}; }
 
-VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first, int slope) const {
-  assert(first <= all && weights.value.size() == shapes);
-  const int count = static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
-  const Eigen::Map<const Eigen::MatrixXf> at_shapes(coordinates, directions, shapes);
-  const auto at = [&](const VectorXd& w) {
-    VectorXd x = VectorXd::Zero(directions);
-    for (int k = 0; k < shapes; ++k)
-      if (w[k] != 0) x += w[k] * at_shapes.col(k).cast<double>();
-    return combination(*this, count, x);
-  };
-  VectorXd y = at(slope < 0 ? weights.value : weights.slope[slope]);
-  if (slope == 0 || slope == 1) {  // and of the power law
-    const VectorXd value = at(weights.value);
-    for (int i = 0; i < count; ++i) y[i] += 0.5 * exponents[2 * i + slope] * value[i];
-  }
+namespace {
+
+// A power law and the size of each number, in the places of all.
+template <class Put>
+void put_in_place(const CompressedTable& table, const ShapeWeights& weights, int count,
+                  const Put& put) {
   const auto width = half_powers(weights.place[0]), thickness = half_powers(weights.place[1]);
-  VectorXd numbers_in_place = VectorXd::Zero(first);
   for (int i = 0; i < count; ++i)
-    numbers_in_place[places[i]] = y[i] * static_cast<double>(sizes[i]) *
-                                  width[exponents[2 * i] + most_power] *
-                                  thickness[exponents[2 * i + 1] + most_power];
+    put(i, table.places[i],
+        static_cast<double>(table.sizes[i]) * width[table.exponents[2 * i] + most_power] *
+            thickness[table.exponents[2 * i + 1] + most_power]);
+}
+
+// Σ_k x_k (column k of the basis) for four x at once, its first `count` rows.
+Eigen::Matrix<double, 4, Eigen::Dynamic> combinations(const CompressedTable& table, int count,
+                                                      const Eigen::Matrix4Xd& x) {
+  using Lanes = double __attribute__((vector_size(32)));
+  Eigen::Matrix4Xd y = Eigen::Matrix4Xd::Zero(4, count);
+  for (int k = 0; k < table.directions; k += 2) {
+    const std::int16_t* const a =
+        table.basis + static_cast<std::size_t>(k) * static_cast<std::size_t>(table.numbers);
+    const bool last = k + 1 == table.directions;
+    const std::int16_t* const b = last ? a : a + table.numbers;
+    Lanes wa, wb{};
+    std::memcpy(&wa, x.col(k).data(), sizeof wa);
+    if (!last) std::memcpy(&wb, x.col(k + 1).data(), sizeof wb);
+    double* out = y.data();
+    for (int i = 0; i < count; ++i, out += 4) {
+      Lanes sum;
+      std::memcpy(&sum, out, sizeof sum);
+      sum += wa * static_cast<double>(a[i]) + wb * static_cast<double>(b[i]);
+      std::memcpy(out, &sum, sizeof sum);
+    }
+  }
+  return y;
+}
+
+}  // namespace
+
+int CompressedTable::count_of(int first) const {
+  assert(first <= all);
+  return static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
+}
+
+VectorXd CompressedTable::coordinates_at(const VectorXd& weights) const {
+  assert(weights.size() == shapes);
+  const Eigen::Map<const Eigen::MatrixXf> at_shapes(coordinates, directions, shapes);
+  VectorXd x = VectorXd::Zero(directions);
+  for (int k = 0; k < shapes; ++k)
+    if (weights[k] != 0) x += weights[k] * at_shapes.col(k).cast<double>();
+  return x;
+}
+
+VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first) const {
+  const int count = count_of(first);
+  const VectorXd y = combination(*this, count, coordinates_at(weights.value));
+  VectorXd numbers_in_place = VectorXd::Zero(first);
+  put_in_place(*this, weights, count,
+               [&](int i, int place, double size) { numbers_in_place[place] = y[i] * size; });
   return numbers_in_place;
+}
+
+Eigen::Matrix4Xd CompressedTable::look_up_slopes(const ShapeWeights& weights, int first) const {
+  const int count = count_of(first);
+  Eigen::Matrix4Xd x(4, directions);
+  x.row(0) = coordinates_at(weights.value).transpose();
+  for (int a = 0; a < 3; ++a) x.row(1 + a) = coordinates_at(weights.slope[a]).transpose();
+  const Eigen::Matrix4Xd y = combinations(*this, count, x);
+  Eigen::Matrix4Xd in_place = Eigen::Matrix4Xd::Zero(4, first);
+  put_in_place(*this, weights, count, [&](int i, int place, double size) {
+    auto column = in_place.col(place);
+    column = size * y.col(i);
+    for (int a = 0; a < 2; ++a) column[1 + a] += 0.5 * exponents[2 * i + a] * column[0];
+  });
+  return in_place;
 }
 
 std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd& sizes) {

@@ -48,8 +48,14 @@ struct CompressedTable {
   const std::int16_t* basis = nullptr;     ///< numbers × directions, column by column
   const float* coordinates = nullptr;      ///< directions × shapes, column by column
 
-  /// The first `first` of all numbers, or their derivative by log w/L (0), log t/L (1) or ν (2).
-  VectorXd look_up(const ShapeWeights& weights, int first, int slope = -1) const;
+  /// The first `first` of all numbers.
+  VectorXd look_up(const ShapeWeights& weights, int first) const;
+  /// These (first row), and their derivatives by log w/L, log t/L and ν.
+  Eigen::Matrix4Xd look_up_slopes(const ShapeWeights& weights, int first) const;
+
+ private:
+  int count_of(int first) const;
+  VectorXd coordinates_at(const VectorXd& weights) const;
 };
 
 /// A compressed table with its numbers.

@@ -105,69 +105,75 @@ StateTable StressPatterns::node(const StateTable& coefficients, double thickness
   const VectorXd s = scale(thickness);
   StateTable node{coefficients.sigma, s.asDiagonal() * (P_ * coefficients.even),
                   s.asDiagonal() * (P_ * coefficients.odd)};
-  if (node.sigma == 0) keep_flat(node, [](Eigen::Index row) { return row; });
+  if (node.sigma == 0) keep_flat(node);
   return node;
 }
 
-std::array<StateTable, 3> StressPatterns::row_rates(const StateTable& coefficients,
-                                                    const std::array<StateTable, 3>& rates,
-                                                    double thickness,
-                                                    const std::vector<Eigen::Index>& rows) const {
-  const MatrixXd P = P_(rows, Eigen::all);
-  const VectorXd s = scale(thickness)(rows);
-  VectorXd by_thickness = VectorXd::Zero(s.size());
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    if (rows[i] < half_) by_thickness[static_cast<Eigen::Index>(i)] = 1;
-  std::array<StateTable, 3> found;
-  for (std::size_t p = 0; p < 3; ++p) {
-    StateTable& of = found[p];
-    of = {coefficients.sigma, s.asDiagonal() * (P * rates[p].even),
-          s.asDiagonal() * (P * rates[p].odd)};
-    if (p == 1) {
-      of.even += by_thickness.asDiagonal() * (P * coefficients.even);
-      of.odd += by_thickness.asDiagonal() * (P * coefficients.odd);
-    }
-    if (of.sigma == 0)
-      keep_flat(of, [&](Eigen::Index i) { return rows[static_cast<std::size_t>(i)]; });
-  }
-  return found;
+namespace {
+// Whether the mirror in the thickness turns what this monomial is a factor of.
+bool turned(const StateMonomial& m) {
+  int powers = m.along;
+  for (int f = 0; f < m.off_ray; ++f) powers += m.variable[f] < 2;  // τ, φ
+  return powers % 2 != 0;
 }
+}  // namespace
 
 // A flat leaf is its own mirror image in the thickness, which turns (σ, τ, φ), the bending strains
-// and the places off the plane; and it is not strained. `row_of`: which row each of the table is.
-template <class RowOf>
-void StressPatterns::keep_flat(StateTable& node, const RowOf& row_of) const {
-  const auto turns = [&](Eigen::Index row) {
-    return row < 2 * half_ ? row >= half_ : (row - 2 * half_) % 3 == 2;
-  };
+// and the places off the plane; and it is not strained.
+void StressPatterns::keep_flat(StateTable& node) const {
   const auto keep = [&](const auto& monomials, MatrixXd& table) {
     for (std::size_t k = 0; k < monomials.size(); ++k) {
-      const StateMonomial& m = monomials[k];
-      int turned = m.along;
-      for (int f = 0; f < m.off_ray; ++f) turned += m.variable[f] < 2;  // τ, φ
-      for (Eigen::Index i = 0; i < table.rows(); ++i)
-        if (turns(row_of(i)) != (turned % 2 != 0)) table(i, static_cast<Eigen::Index>(k)) = 0;
+      auto column = table.col(static_cast<Eigen::Index>(k));
+      const bool odd = turned(monomials[k]);
+      column.segment(odd ? 0 : half_, half_).setZero();
+      for (Eigen::Index row = 2 * half_; row < rows_; row += 3)
+        if (odd)
+          column.segment(row, 2).setZero();
+        else
+          column[row + 2] = 0;
     }
   };
   keep(even_monomials(), node.even);
   keep(odd_monomials(), node.odd);
-  for (Eigen::Index i = 0; i < node.even.rows(); ++i)
-    if (row_of(i) < 2 * half_) node.even(i, 0) = 0;
+  node.even.col(0).head(2 * half_).setZero();
+}
+
+void StressPatterns::add_rates(const StateTable& coefficients,
+                               const std::array<StateTable, 3>& by_shape, double thickness,
+                               const StateWeights<double>& weights, std::size_t end,
+                               StressRates& to) const {
+  const auto add = [&](const auto& monomials, std::size_t part, MatrixXd StateTable::*table,
+                       const auto& all, bool bending, MatrixXd& sum) {
+    auto w = all;
+    if (coefficients.sigma == 0) {  // as keep_flat() has it
+      for (std::size_t k = 0; k < monomials.size(); ++k)
+        if (turned(monomials[k]) != bending) w[static_cast<Eigen::Index>(k)] = 0;
+      if (part == 0) w[0] = 0;
+    }
+    const double scale = bending ? 2 : thickness;
+    for (std::size_t p = 0; p < 3; ++p)
+      sum.col(static_cast<Eigen::Index>(p)).noalias() += scale * (by_shape[p].*table * w);
+    if (!bending) sum.col(1).noalias() += coefficients.*table * w;
+  };
+  for (const bool bending : {false, true}) {
+    std::array<MatrixXd, 2>& sum = bending ? to.bending : to.membrane;
+    add(even_monomials(), 0, &StateTable::even, weights.even[end], bending, sum[0]);
+    add(odd_monomials(), 1, &StateTable::odd, weights.odd[end], bending, sum[1]);
+  }
 }
 
 // ---------------------------------------------------------------------------- look-up
 
-// Of the bent state n; `slope`: as of CompressedTable::look_up.
-StateTable StressAtlas::coefficients(const ShapeWeights& weights, double rho, std::size_t n,
-                                     int slope) const {
+// Of the bent state n: what `look_up(table)` says of the coefficients of a ray.
+template <class LookUp>
+StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& look_up) const {
   const std::vector<double>& rays = settings_.rays;
   std::size_t left = 0;
   while (left + 2 < rays.size() && rho > rays[left + 1]) ++left;
   const double a = rays[left], b = rays[left + 1], sigma = settings_.sigmas[n];
   const auto of_ray = [&](std::size_t ray) {
-    const CompressedTable& table = tables_[ray * settings_.sigmas.size() + n];
-    return table_of(sigma, table.look_up(weights, table.all, slope)
-                               .reshaped(patterns_.P().cols(), even_columns + odd_columns));
+    const VectorXd numbers = look_up(tables_[ray * settings_.sigmas.size() + n]);
+    return table_of(sigma, numbers.reshaped(patterns_.P().cols(), even_columns + odd_columns));
   };
   if (rho == a || rho == b) return of_ray(rho == a ? left : left + 1);
   return blended(of_ray(left), of_ray(left + 1), blend_between_rays(a, b, sigma, rho));
@@ -177,30 +183,45 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
   const ShapeWeights weights = shape_weights(settings_.grid, place_in_grid(shape), false);
   std::vector<StateTable> found;
   for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n)
-    found.push_back(patterns_.node(coefficients(weights, rho, n, -1), shape.thickness));
+    found.push_back(patterns_.node(
+        coefficients(rho, n, [&](const CompressedTable& t) { return t.look_up(weights, t.all); }),
+        shape.thickness));
   return found;
 }
 
-StressRowRates StressAtlas::row_rates(const PlateShape& shape, double rho) const {
+StressRateSource StressAtlas::rates(const PlateShape& shape, double rho) const {
   struct Known {  // of a bent state
     StateTable coefficients;
-    std::array<StateTable, 3> rates;
+    std::array<StateTable, 3> by_shape;
   };
   return [this, shape, rho, known = std::map<std::size_t, Known>(),
-          weights = shape_weights(settings_.grid, place_in_grid(shape), true)](
-             std::size_t n, const std::vector<Eigen::Index>& rows) mutable {
-    if (!known.contains(n)) {
-      Known& made = known[n];
-      made.coefficients = coefficients(weights, rho, n, -1);
-      const Vector3d per = slope_units(shape);
-      for (int p = 0; p < 3; ++p) {
-        StateTable& rate = made.rates[static_cast<std::size_t>(p)];
-        rate = coefficients(weights, rho, n, p);
-        rate.even *= per[p];
-        rate.odd *= per[p];
+          at = shape_weights(settings_.grid, place_in_grid(shape), true)](
+             std::size_t interval, const StateWeights<double>& weights) mutable {
+    const MatrixXd none = MatrixXd::Zero(patterns_.P().cols(), 3);
+    StressRates rates{&patterns_.P(), {none, none}, {none, none}};
+    for (const std::size_t end : {0, 1}) {
+      Known& node = known[interval + end];
+      if (node.coefficients.even.size() == 0) {
+        std::map<const CompressedTable*, Eigen::Matrix4Xd> slopes;  // of each ray
+        const auto row = [&](int r) {
+          return coefficients(rho, interval + end, [&](const CompressedTable& t) {
+            const auto [found, fresh] = slopes.try_emplace(&t);
+            if (fresh) found->second = t.look_up_slopes(at, t.all);
+            return VectorXd(found->second.row(r).transpose());
+          });
+        };
+        node.coefficients = row(0);
+        const Vector3d per = slope_units(shape);
+        for (int p = 0; p < 3; ++p) {
+          StateTable& rate = node.by_shape[static_cast<std::size_t>(p)];
+          rate = row(1 + p);
+          rate.even *= per[p];
+          rate.odd *= per[p];
+        }
       }
+      patterns_.add_rates(node.coefficients, node.by_shape, shape.thickness, weights, end, rates);
     }
-    return patterns_.row_rates(known[n].coefficients, known[n].rates, shape.thickness, rows);
+    return rates;
   };
 }
 

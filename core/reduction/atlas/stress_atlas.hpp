@@ -36,15 +36,15 @@ class StressPatterns {
   /// mirror in the thickness forbids.
   StateTable coefficients(const StateTable& node, double thickness) const;
   StateTable node(const StateTable& coefficients, double thickness) const;
-  /// What these rows of a leaf's table change by with (w/L, t/L, ν), from what its coefficients do.
-  std::array<StateTable, 3> row_rates(const StateTable& coefficients,
-                                      const std::array<StateTable, 3>& rates, double thickness,
-                                      const std::vector<Eigen::Index>& rows) const;
+  /// Adds what the strains of a table, `end` of two put together with these weights, change by with
+  /// (w/L, t/L, ν), from what its coefficients do.
+  void add_rates(const StateTable& coefficients, const std::array<StateTable, 3>& by_shape,
+                 double thickness, const StateWeights<double>& weights, std::size_t end,
+                 StressRates& to) const;
 
  private:
   VectorXd scale(double thickness) const;
-  template <class RowOf>
-  void keep_flat(StateTable& node, const RowOf& row_of) const;
+  void keep_flat(StateTable& node) const;
 
   Eigen::Index rows_, half_;  ///< all, and so many of e and of κ
   MatrixXd P_;
@@ -66,7 +66,7 @@ class StressAtlas {
   /// The first `nodes` bent states of a leaf in the box on the ray (1, rho), rho within the rays.
   std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;
   /// Of the same leaf; this must outlive it.
-  StressRowRates row_rates(const PlateShape& shape, double rho) const;
+  StressRateSource rates(const PlateShape& shape, double rho) const;
 
   /// As one block of numbers for a file, and from it. `data` is aligned to 64 bytes and kept by
   /// `owner`; null where the block is not one of these settings.
@@ -76,7 +76,8 @@ class StressAtlas {
                                                    std::shared_ptr<const void> owner);
 
  private:
-  StateTable coefficients(const ShapeWeights& weights, double rho, std::size_t n, int slope) const;
+  template <class LookUp>
+  StateTable coefficients(double rho, std::size_t n, const LookUp& look_up) const;
 
   StressAtlasSettings settings_;
   StressPatterns patterns_;

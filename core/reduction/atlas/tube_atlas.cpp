@@ -283,33 +283,29 @@ int TubeAtlas::nodes_to(double sigma) const {
          1;
 }
 
-// The value (−1), or a derivative by log w/L (0), log t/L (1) or ν (2).
-std::vector<DynamicsNode> TubeAtlas::dynamics_of(const ShapeWeights& weights,
-                                                 const Eigen::Vector2d& ray, double sigma,
-                                                 int slope) const {
-  assert(settings_.dynamics);
-  const std::vector<double>& all = settings_.sigmas;
-  return look_up_dynamics(numbers_.dynamics, numbers_.stations, weights,
-                          ray_neighbours(settings_.rays, place_of(ray).rho),
-                          {all.begin(), all.begin() + nodes_to(sigma)},
-                          static_cast<int>(all.size()), slope);
-}
-
 std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
                                               double sigma) const {
-  return dynamics_of(shape_weights(grid_, place_in_grid(shape), false), ray, sigma, -1);
+  assert(settings_.dynamics);
+  const std::vector<double>& all = settings_.sigmas;
+  return look_up_dynamics(
+      numbers_.dynamics, numbers_.stations, shape_weights(grid_, place_in_grid(shape), false),
+      ray_neighbours(settings_.rays, place_of(ray).rho),
+      {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()));
 }
 
 DynamicsRates TubeAtlas::dynamics_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
                                         double sigma) const {
-  const ShapeWeights weights = shape_weights(grid_, place_in_grid(shape), true);
+  assert(settings_.dynamics);
+  const std::vector<double>& all = settings_.sigmas;
+  DynamicsRates rates =
+      look_up_dynamics_rates(numbers_.dynamics, shape_weights(grid_, place_in_grid(shape), true),
+                             ray_neighbours(settings_.rays, place_of(ray).rho),
+                             {all.begin(), all.begin() + nodes_to(sigma)});
   const Vector3d per = slope_units(shape);
-  DynamicsRates rates;
-  for (int p = 0; p < 3; ++p)
-    for (DynamicsNode& node : dynamics_of(weights, ray, sigma, p)) {
-      node.table.even *= per[p];
-      node.table.odd *= per[p];
-      rates[static_cast<std::size_t>(p)].push_back(std::move(node.table));
+  for (int p = 0; p < 2; ++p)
+    for (StateTable& table : rates[static_cast<std::size_t>(p)]) {
+      table.even *= per[p];
+      table.odd *= per[p];
     }
   return rates;
 }
@@ -334,9 +330,10 @@ std::vector<StateTable> TubeAtlas::look_up_stress(const PlateShape& shape,
                           nodes > 0 ? std::min(nodes, all) : all);
 }
 
-StressRowRates TubeAtlas::stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const {
+StressRateSource TubeAtlas::stress_rates(const PlateShape& shape,
+                                         const Eigen::Vector2d& ray) const {
   assert(stress_);
-  return stress_->row_rates(shape, ray_neighbours(settings_.rays, place_of(ray).rho).rho);
+  return stress_->rates(shape, ray_neighbours(settings_.rays, place_of(ray).rho).rho);
 }
 
 TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const {

@@ -127,8 +127,8 @@ class TubeAtlas {
   /// stress().
   std::vector<StateTable> look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
                                          int nodes = 0) const;
-  /// Of the same tables, row by row; for one thread. This must outlive it.
-  StressRowRates stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
+  /// Of the same tables; for one thread. This must outlive it.
+  StressRateSource stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
   static TubeView view(const Eigen::Vector2d& ray);
 
   /// What the bent states change by with (w/L, t/L, ν), each with the other two and the ray held,
@@ -138,8 +138,6 @@ class TubeAtlas {
  private:
   struct Weights;
   Weights weights(const PlateShape& shape, bool with_slopes) const;
-  std::vector<DynamicsNode> dynamics_of(const ShapeWeights& weights, const Eigen::Vector2d& ray,
-                                        double sigma, int slope) const;
   std::vector<std::vector<double>> sums(int ray, int terms, const Weights& weights) const;
   std::vector<std::vector<std::vector<double>>> taylor(int ray, const Weights& weights,
                                                        int nodes) const;

@@ -39,7 +39,7 @@ struct KnownTube {
   /// The same of the tables of the dynamics that reach a sigma.
   std::function<DynamicsRates(double sigma)> dynamics_rates = {};
   /// The same of the tables of stress.
-  std::function<StressRowRates()> stress_rates = {};
+  std::function<StressRateSource()> stress_rates = {};
 };
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
@@ -77,7 +77,7 @@ class TubeModel {
   const DynamicsRates& dynamics_rates();
   bool differentiable_stress() const { return differentiable() && known_stress_ && stress_rates_; }
   /// Of the tables of stress().
-  const StressRowRates& stress_rates();
+  const StressRateSource& stress_rates();
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
@@ -143,8 +143,8 @@ class TubeModel {
   std::function<TubeNodeRates()> rates_;
   std::function<DynamicsRates(double)> dynamics_rates_;
   DynamicsRates known_dynamics_rates_;  ///< of the present tables; empty before they are wanted
-  std::function<StressRowRates()> stress_rates_;
-  StressRowRates known_stress_rates_;  ///< likewise
+  std::function<StressRateSource()> stress_rates_;
+  StressRateSource known_stress_rates_;  ///< likewise
   std::function<std::vector<DynamicsNode>(double)> known_dynamics_;
   TubeView view_;
   bool successor_ = false;  ///< of other forces or another degree: it has no tables

@@ -260,19 +260,16 @@ class TubeFields final : public LeafFields {
   }
   VectorXd stress_rates(const StressPeak& peak, double modulus,
                         const VectorXd& modulus_rates) const override {
-    const TubeStress& tables = *model_->stress();
-    const StressPlaces& places = tables.places();
+    const StressPlaces& places = model_->stress()->places();
+    if (!slopes_) slopes_.emplace(*model_->stress(), place_, model_->stress_rates());
     const std::vector<Dual1> x(places.x.begin(), places.x.end());
-    std::map<std::array<int, 2>, TubeStress::StationSlopes> known;
+    std::map<std::array<int, 2>, TubeStress::Slopes::Station> stations;
     VectorXd stress(modulus_rates.size());
     for (Eigen::Index p = 0; p < stress.size(); ++p) {
       const auto strains = [&](int along, int across) -> StrainRate {
-        auto station = known.find({along, across});
-        if (station == known.end())
-          station = known
-                        .emplace(std::array{along, across},
-                                 tables.slopes(place_, along, across, model_->stress_rates()))
-                        .first;
+        auto station = stations.find({along, across});
+        if (station == stations.end())
+          station = stations.emplace(std::array{along, across}, slopes_->at(along, across)).first;
         return {station->second.value, station->second.slopes * rates_.col(p)};
       };
       stress[p] = stress_rate(model_->shape(), x, places.y, strains, peak, modulus,
@@ -285,6 +282,7 @@ class TubeFields final : public LeafFields {
   TubeModel* model_;
   TubeDynamics::Place place_;
   MatrixXd rates_;
+  mutable std::optional<TubeStress::Slopes> slopes_;  ///< made at their first use
 };
 
 }  // namespace

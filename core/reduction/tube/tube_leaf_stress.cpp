@@ -29,7 +29,7 @@ const TubeStress* TubeModel::stress(double sigma) {
   return stress_.get();
 }
 
-const StressRowRates& TubeModel::stress_rates() {
+const StressRateSource& TubeModel::stress_rates() {
   assert(differentiable_stress());
   if (!known_stress_rates_) known_stress_rates_ = stress_rates_();
   return known_stress_rates_;

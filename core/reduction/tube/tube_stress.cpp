@@ -138,45 +138,43 @@ TubeStress::Answer TubeStress::evaluate(const Place& place) const {
   return {{places_.x, places_.y, std::move(here)}, change};
 }
 
-auto TubeStress::slopes(const Place& place, int along, int across,
-                        const StressRowRates& rates) const -> StationSlopes {
-  const Local at = locate(place);
-  const int n = places_.stations_along(), half = places_.half_across();
-  if (view_.from_tip) {
+TubeStress::Slopes::Slopes(const TubeStress& tables, const Place& place,
+                           const StressRateSource& rates)
+    : tables_(&tables) {
+  const Local at = tables.locate(place);
+  mirrored_ = at.mirrored;
+  interval_ = at.interval;
+  weights_ = state_weight_slopes(tables.nodes_[interval_].sigma, tables.nodes_[interval_ + 1].sigma,
+                                 at.sigma, at.z);
+  rates_ = rates(interval_, tables.weights(at, 2));
+}
+
+auto TubeStress::Slopes::at(int along, int across) const -> Station {
+  const StressPlaces& places = tables_->places_;
+  const TubeView view = tables_->view_;
+  const int n = places.stations_along(), half = places.half_across();
+  if (view.from_tip) {
     along = n - 1 - along;
     across = 2 * half - 1 - across;
   }
   const bool image = across >= half;
-  std::vector<Eigen::Index> rows;
-  for (int k = 0; k < 6; ++k)
-    rows.push_back(along + n * ((image ? 2 * half - 1 - across : across) + half * k));
-  const StateWeightSlopes w =
-      state_weight_slopes(nodes_[at.interval].sigma, nodes_[at.interval + 1].sigma, at.sigma, at.z);
-  // value, by the state of the tables, by the shape
-  Eigen::Matrix<double, 6, 10> even, odd;
-  even.setZero();
-  odd.setZero();
-  for (std::size_t end = 0; end < 2; ++end) {
-    const StateTable& node = nodes_[at.interval + end];
-    even.leftCols<7>() += node.even(rows, Eigen::all) * w.even[end];
-    odd.leftCols<7>() += node.odd(rows, Eigen::all) * w.odd[end];
-    const std::array<StateTable, 3> by = rates(at.interval + end, rows);
-    for (std::size_t p = 0; p < 3; ++p) {
-      even.col(static_cast<Eigen::Index>(7 + p)) += by[p].even * w.even[end].col(0);
-      odd.col(static_cast<Eigen::Index>(7 + p)) += by[p].odd * w.odd[end].col(0);
-    }
-  }
-  const double side = at.mirrored ? -1 : 1;
-  Eigen::Matrix<double, 6, 10> all = even + (image ? -1 : 1) * odd;
+  const double odd = image ? -1 : 1;
+  const StateTable &a = tables_->nodes_[interval_], &b = tables_->nodes_[interval_ + 1];
+  Eigen::Matrix<double, 6, 10> all;  // value, by the state of the tables, by the shape
   for (int k = 0; k < 6; ++k) {
-    if (at.mirrored != view_.mirrored)
-      all.row(k) *= strain_in_thickness[static_cast<std::size_t>(k)];
+    const Eigen::Index row = along + n * ((image ? 2 * half - 1 - across : across) + half * k);
+    all.row(k).leftCols<7>() =
+        a.even.row(row) * weights_.even[0] + b.even.row(row) * weights_.even[1] +
+        odd * (a.odd.row(row) * weights_.odd[0]) + odd * (b.odd.row(row) * weights_.odd[1]);
+    const std::array<MatrixXd, 2>& by = k < 3 ? rates_.membrane : rates_.bending;
+    all.row(k).rightCols<3>() = rates_.patterns->row(row) * (by[0] + odd * by[1]);
+    if (mirrored_ != view.mirrored) all.row(k) *= strain_in_thickness[static_cast<std::size_t>(k)];
     if (image) all.row(k) *= strain_in_width[static_cast<std::size_t>(k)];
   }
   // from the state of the tables to the place
-  all.middleCols<3>(1) *= side;
-  if (view_.mirrored) all.col(3) *= -1;
-  if (view_.from_tip) all.col(5).swap(all.col(6));
+  if (mirrored_) all.middleCols<3>(1) *= -1;
+  if (view.mirrored) all.col(3) *= -1;
+  if (view.from_tip) all.col(5).swap(all.col(6));
   return {all.col(0), all.rightCols<9>()};
 }
 

@@ -23,9 +23,15 @@ inline constexpr double largest_stress_change = 0.05;
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                        const MatrixXd& fields);
 
-/// What the given rows of the table about bent state n change by with (w/L, t/L, ν).
-using StressRowRates =
-    std::function<std::array<StateTable, 3>(std::size_t n, const std::vector<Eigen::Index>& rows)>;
+/// What the rows of strains of two neighbouring tables, put together with the weights of a state,
+/// change by with (w/L, t/L, ν): a row of `patterns` times these coefficients.
+struct StressRates {
+  const MatrixXd* patterns = nullptr;         ///< a row for each of StressPlaces
+  std::array<MatrixXd, 2> membrane, bending;  ///< of the even part and of the odd one: × 3
+};
+/// Of the tables about the bent states `interval` and `interval` + 1.
+using StressRateSource =
+    std::function<StressRates(std::size_t interval, const StateWeights<double>& weights)>;
 
 class TubeStress {
  public:
@@ -48,14 +54,26 @@ class TubeStress {
   /// Needs two bent states; sigma inside of them or their mirror images.
   Answer evaluate(const Place& place) const;
 
-  /// Strains at a station of StrainField, and their derivatives along (σ, τ, twist, N, M1, M2) of
-  /// the place, then by (w/L, t/L, ν). `rates`: of these tables.
-  struct StationSlopes {
-    Strains value;
-    Eigen::Matrix<double, 6, 9> slopes;
+  /// What the strains at a place change by along (σ, τ, twist, N, M1, M2) of it, then with (w/L,
+  /// t/L, ν).
+  class Slopes {
+   public:
+    /// `rates`: of these tables, which must outlive it.
+    Slopes(const TubeStress& tables, const Place& place, const StressRateSource& rates);
+    struct Station {
+      Strains value;
+      Eigen::Matrix<double, 6, 9> slopes;
+    };
+    /// At a station of StrainField.
+    Station at(int along, int across) const;
+
+   private:
+    const TubeStress* tables_;
+    bool mirrored_;
+    std::size_t interval_;
+    StateWeightSlopes weights_;
+    StressRates rates_;
   };
-  StationSlopes slopes(const Place& place, int along, int across,
-                       const StressRowRates& rates) const;
 
   /// Place of the point (along, across) of the mid-surface seen from the middle of the edge that
   /// the tables call the base, in the chord frame, over L.
