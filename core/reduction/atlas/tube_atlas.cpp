@@ -336,9 +336,11 @@ StressRateSource TubeAtlas::stress_rates(const PlateShape& shape,
   return stress_->rates(shape, ray_neighbours(settings_.rays, place_of(ray).rho).rho);
 }
 
-TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const {
+TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                       int nodes) const {
+  const int all = static_cast<int>(settings_.sigmas.size());
   std::vector<Tube> found =
-      assemble(weights(shape, true), ray, static_cast<int>(settings_.sigmas.size()));
+      assemble(weights(shape, true), ray, nodes > 0 ? std::min(nodes, all) : all);
   const Vector3d per = slope_units(shape);
   for (std::size_t p = 0; p < 3; ++p)
     for (TubeNode& node : found[p + 1].nodes)

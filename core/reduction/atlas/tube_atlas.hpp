@@ -133,7 +133,8 @@ class TubeAtlas {
 
   /// What the bent states change by with (w/L, t/L, ν), each with the other two and the ray held,
   /// in the scaled units of the leaf: exact derivatives of the same interpolant.
-  TubeNodeRates look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
+  TubeNodeRates look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                              int nodes = 0) const;
 
  private:
   struct Weights;

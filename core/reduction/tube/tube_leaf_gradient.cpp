@@ -235,7 +235,8 @@ LeafQuadratic<double> TubeLeafGradient::quadratic(const MatrixXd& Y, const Vecto
     Covectors of;
     of.state = third_of(z, z) + tangent_.leftCols<6>() * column.e2;
     of.first = 2 * Hz.head<6>();
-    if (internal_) add_internal(column, T.col(k).segment<P>(3), mu[k], q, k, of);
+    if (internal_ && (mu[k] != 0 || !T.col(k).segment<P>(3).isZero(0)))
+      add_internal(column, T.col(k).segment<P>(3), mu[k], q, k, of);
     q.state.col(k).head<3>() = of.state.tail<3>();
     ChordGradient::Seen seen = chord_.seen(column, {of.state.head<6>(), of.first, g}, of.spin);
     seen.tail<3>() += of.apart;

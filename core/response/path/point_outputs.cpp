@@ -202,19 +202,28 @@ bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, FullModeL
   return true;
 }
 
-// Why modes of reduced leaves are not believed; empty where they are. Those up to the highest
-// frequency are made of all modes of the leaves up to somewhat more.
-std::string PointOutputs::modes_gap(const MechanismFactor& factor,
-                                    const FullModeLists& lists) const {
+// Why modes of reduced leaves, which were found or not, are not believed; empty where they are.
+// Those up to the highest frequency are made of all modes of the leaves up to somewhat more.
+std::string PointOutputs::modes_gap(const MechanismFactor& factor, const FullModeLists& lists,
+                                    bool found) const {
   if (model_->leaf_modes == 0) return {};
   double highest = 0;
   for (const FullModes* list : {&lists.free, &lists.locked})
     for (const Mode& mode : list->modes) highest = std::max(highest, mode.frequency);
+  const auto wanted = [&](DriveState drive) {
+    return static_cast<std::size_t>(request_->frequencies_of(drive));
+  };
+  const bool all = found && lists.free.modes.size() >= wanted(DriveState::free) &&
+                   lists.locked.modes.size() >= wanted(DriveState::locked);
   const double cutoff = FrequencyOptions{}.cutoff_ratio * highest;
-  for (std::size_t i = 0; i < factor.leaves().size(); ++i)
-    if (const auto top = factor.leaves()[i].linear->highest_mode(); top && *top < cutoff)
+  for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
+    const std::optional<double> top = factor.leaves()[i].linear->highest_mode();
+    if (top && !all)
+      return fmt::format("leaf {}: its tables have fewer modes than are asked for", i);
+    if (top && *top < cutoff)
       return fmt::format("leaf {}: its tables have modes up to {:.4g} Hz, not to {:.4g} Hz", i,
                          *top, cutoff);
+  }
   return {};
 }
 
@@ -232,8 +241,9 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
   const MechanismFactor& factor = *linear.value;
   FullModeLists modes;
   if (model_->mass == LeafMass::consistent) {
-    if (!add_full_frequencies(factor, modes, point)) return {};
-    if (std::string gap = modes_gap(factor, modes); !gap.empty()) return gap;
+    const bool found = add_full_frequencies(factor, modes, point);
+    if (std::string gap = modes_gap(factor, modes, found); !gap.empty()) return gap;
+    if (!found) return {};
   }
   if (point.max_stress && request_->stress_peaks > 0)
     add_stress_peaks(system, request_->stress_peaks, point);

@@ -49,7 +49,8 @@ class PointOutputs {
  private:
   void add_ritz_frequencies(System& system, PathPoint& point);
   bool add_full_frequencies(const MechanismFactor& factor, FullModeLists& lists, PathPoint& point);
-  std::string modes_gap(const MechanismFactor& factor, const FullModeLists& lists) const;
+  std::string modes_gap(const MechanismFactor& factor, const FullModeLists& lists,
+                        bool found) const;
   std::string evaluate_differentiable(System& system, const Solids* solids, PathPoint& point,
                                       PointGradients* gradients);
 

@@ -94,3 +94,54 @@ TEST_CASE("derivatives of all numbers of a hinge on looked-up leaves agree with 
   const int compared = test::check_gradients(family, looked_up(), request);
   CHECK(compared >= 3 * 19 * static_cast<int>(family.along.size()));
 }
+
+TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
+          "[response][gradients][slow]") {
+  const test::Family family = hinge();
+  const test::Values p = test::values_of(family.numbers);
+  std::vector<MechanismDirection> directions;
+  for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+  ModelOptions full = looked_up();
+  full.accuracy = Accuracy::full;
+  const StrokeSensitivity a = evaluate_stroke_gradients(family.make(p), directions, looked_up(),
+                                                        sweep()),
+                          b = evaluate_stroke_gradients(family.make(p), directions, full, sweep());
+  REQUIRE(a.gradients);
+  REQUIRE(b.gradients);
+  int compared = 0;
+  for (std::size_t k = 0; k < sweep().points.size(); ++k)
+    for (const std::string name : {"parasitic_frequency", "frequencies.drive_locked.2",
+                                   "frequencies.drive_free.0", "max_stress", "drive_load"}) {
+      const auto of_a = gradient_of(a.response.path[k], a.gradients->path[k], name),
+                 of_b = gradient_of(b.response.path[k], b.gradients->path[k], name);
+      const double value = value_of(b.response.path[k], name).value_or(0);
+      if (!of_a || !of_b || std::abs(value) < 1e-6) continue;
+      for (std::size_t j = 0; j < family.along.size(); ++j) {
+        const double by = p[family.along[j]] / value;
+        INFO(name << " along " << family.numbers[family.along[j]].name << " at point " << k);
+        CHECK(by * (*of_a)[static_cast<Eigen::Index>(j)] ==
+              Approx(by * (*of_b)[static_cast<Eigen::Index>(j)]).margin(5e-3));
+        ++compared;
+      }
+    }
+  CHECK(compared >= 12 * static_cast<int>(family.along.size()));
+}
+
+TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say why",
+          "[response][gradients][slow]") {
+  StrokeRequest request = sweep();
+  request.values = PathValues::differentiable;
+  const Mechanism m = hinge().make(test::values_of(hinge().numbers));
+  request.frequencies = 40;  // beyond the modes that the tables have
+  const StrokeResponse many = evaluate_stroke(m, looked_up(), request);
+  for (const LeafReport& leaf : many.path[0].leaves) {
+    CHECK(leaf.model == "full");
+    CHECK_THAT(leaf.reason, Catch::StartsWith("exact: leaf 0: its tables have "));
+  }
+  ModelOptions full = looked_up();
+  full.accuracy = Accuracy::full;
+  const StrokeResponse truth = evaluate_stroke(m, full, request);
+  for (std::size_t i = 0; i < truth.path[1].frequencies_locked.size(); ++i)
+    CHECK(many.path[1].frequencies_locked[i] ==
+          Approx(truth.path[1].frequencies_locked[i]).epsilon(1e-7));
+}
