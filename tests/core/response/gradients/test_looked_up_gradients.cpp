@@ -11,7 +11,7 @@ using namespace flexopt;
 
 namespace {
 
-ModelOptions looked_up() {
+AtlasSettings box() {
   AtlasSettings s;
   s.mesh = {6, 2};
   s.width = {0.2, 0.5};
@@ -22,16 +22,25 @@ ModelOptions looked_up() {
   s.sigmas = {0, 0.05, 0.25};
   s.stress_patterns = 60;
   s.stress_samples = 20;
-  static const MadeAtlas made = make_atlas(s, {.check_cells = {0, 0}, .check_rays = {}});
+  return s;
+}
+
+ModelOptions with_atlas(const AtlasSettings& s) {
   ModelOptions model;
   model.mesh = s.mesh;
-  model.atlas = made.atlas;
+  model.atlas = make_atlas(s, {.check_cells = {0, 0}, .check_rays = {}}).atlas;
   return model;
 }
 
-// Three leaves that cross in their middles; the outer ones are equal.
-test::Family hinge() {
-  const auto make = [](const test::Values& p) {
+const ModelOptions& looked_up() {
+  static const ModelOptions model = with_atlas(box());
+  return model;
+}
+
+// Three leaves that cross in their middles, or beside them by a share of the length; the outer ones
+// are equal. `turned`: the other edges are called the bases.
+test::Family hinge(double beside_middle = 0, bool turned = false) {
+  const auto make = [=](const test::Values& p) {
     Mechanism m;
     m.drives = {make_drive<double>(Direction::rz)};
     m.bodies = {models::body({p[8], 0, 0}, p[7], p[7] * 1e-3)};
@@ -39,12 +48,13 @@ test::Family hinge() {
     const double beside = 0.5 * (outer + inner) + gap;
     const auto add = [&](double side, double z, double width) {
       const Vector3d along(std::cos(p[4]), side * std::sin(p[4]), 0);
-      m.leaves.push_back(
-          models::leaf(Vector3d(0, 0, z) - 0.5 * length * along, along, length, width, p[1]));
+      m.leaves.push_back(models::leaf(Vector3d(0, 0, z) - (0.5 - beside_middle) * length * along,
+                                      along, length, width, p[1]));
       Material& material = m.leaves.back().material;
       material.youngs_modulus = p[6];
       material.poissons_ratio = p[9];
       material.density = p[10];
+      if (turned) m.leaves.back() = models::turned(m.leaves.back());
     };
     add(1, beside, outer);
     add(-1, 0, inner);
@@ -145,4 +155,37 @@ TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say
   for (std::size_t i = 0; i < truth.path[1].frequencies_locked.size(); ++i)
     CHECK(many.path[1].frequencies_locked[i] ==
           Approx(truth.path[1].frequencies_locked[i]).epsilon(1e-7));
+}
+
+TEST_CASE("derivatives of looked-up leaves are the same whichever edge is called the base",
+          "[response][gradients][slow]") {
+  AtlasSettings s = box();
+  s.rays = {-1, 0, 1};
+  s.points = {4, 3};
+  const ModelOptions model = with_atlas(s);
+  std::vector<std::vector<test::Compared>> both;
+  for (const bool turned : {false, true}) {
+    const test::Family family = hinge(0.15, turned);
+    std::vector<MechanismDirection> directions;
+    for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+    const Mechanism m = family.make(test::values_of(family.numbers));
+    const StrokeSensitivity found = evaluate_stroke_gradients(m, directions, model, sweep());
+    REQUIRE(found.gradients);
+    for (const PathPoint& point : found.response.path)
+      for (const LeafReport& leaf : point.leaves) {
+        INFO(leaf.reason);
+        CHECK(leaf.model == "tube");
+      }
+    both.push_back(test::compared_numbers(m, found, family.load));
+  }
+  REQUIRE(both[0].size() == both[1].size());
+  for (std::size_t i = 0; i < both[0].size(); ++i) {
+    const test::Compared &a = both[0][i], &b = both[1][i];
+    if (!a.gradient || a.name == "max_stress at point 0") continue;
+    INFO(a.name);
+    REQUIRE(b.gradient);
+    const VectorXd scale = VectorXd::Map(test::values_of(hinge().numbers).data(), 11);
+    const double size = std::max(std::abs(a.value), a.floor) + 1e-6;
+    CHECK((*a.gradient - *b.gradient).cwiseProduct(scale).cwiseAbs().maxCoeff() < 1e-6 * size);
+  }
 }
