@@ -46,6 +46,7 @@ set(tested_by
   core/reduction/tube/tube_rates core/reduction/tube/test_tube_leaf_gradient
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
   core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
+  core/reduction/tube/dynamics_entries core/reduction/tube/test_dynamics_form
   core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_stress core/reduction/tube/test_tube_stress

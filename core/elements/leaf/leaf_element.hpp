@@ -78,7 +78,8 @@ class LeafLinear;
 /// What a linearised leaf is wanted for beside its stiffness.
 struct InteriorUse {
   bool mass = false;    ///< natural frequencies
-  bool fields = false;  ///< places and stresses inside
+  bool stress = false;  ///< stresses
+  bool places = false;  ///< places inside
 };
 
 class LeafElement {
@@ -120,8 +121,9 @@ class LeafElement {
   /// The leaf about its present state with all interior unknowns; the leaf must outlive it and keep
   /// its state. After evaluate(). None unless the model has such unknowns.
   virtual Answer<LeafLinear> linearise();
-  /// Whether linearise() has an answer for this use, with exact derivatives, at any state.
-  virtual bool has_linearised_interior(InteriorUse /*use*/) const { return false; }
+  /// Why linearise() has no answer for this use, with exact derivatives, at the present state; empty
+  /// where it has.
+  virtual std::string interior_gap(InteriorUse use);
 
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;

@@ -96,4 +96,13 @@ StateWeights<S> state_weights(double a, double b, const S& sigma, const std::arr
   return weights;
 }
 
+/// The weights for a total degree of 2, a column for their values and one for each of their
+/// derivatives along (σ, τ, φ, N, M1, M2).
+struct StateWeightSlopes {
+  std::array<Eigen::Matrix<double, StateTable::even_monomials, 7>, 2> even;
+  std::array<Eigen::Matrix<double, StateTable::odd_monomials, 7>, 2> odd;
+};
+StateWeightSlopes state_weight_slopes(double a, double b, double sigma,
+                                      const std::array<double, 5>& z);
+
 }  // namespace flexopt

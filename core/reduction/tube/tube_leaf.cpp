@@ -74,6 +74,8 @@ TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube 
       directions_(tube.directions),
       known_(true),
       rates_(std::move(tube.rates)),
+      dynamics_rates_(std::move(tube.dynamics_rates)),
+      stress_rates_(std::move(tube.stress_rates)),
       known_dynamics_(std::move(tube.dynamics)),
       view_(tube.view),
       known_stress_(std::move(tube.stress)),
@@ -274,6 +276,7 @@ void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   full_state_.reset();
   state_number_ = 0;
   stress_.reset();
+  internal_.reset();
 }
 
 EdgePoses TubeLeaf::chord_edges() const {
@@ -326,6 +329,7 @@ void TubeLeaf::restore(const LeafState& state) {
   full_state_.reset();
   state_number_ = 0;
   stress_.reset();
+  internal_.reset();
 }
 
 PlateLeaf::State TubeLeaf::rebuilt() const {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -26,6 +27,12 @@ const TubeStress* TubeModel::stress(double sigma) {
   stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre);
   for (const TubeExpansion& e : expansions_) add_stress(e);
   return stress_.get();
+}
+
+const StressRateSource& TubeModel::stress_rates() {
+  assert(differentiable_stress());
+  if (!known_stress_rates_) known_stress_rates_ = stress_rates_();
+  return known_stress_rates_;
 }
 
 void TubeModel::add_stress(const TubeExpansion& e) {

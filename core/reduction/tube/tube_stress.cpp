@@ -92,7 +92,15 @@ TubeStress::Weights TubeStress::weights(const Local& at, int total) const {
 }
 
 // About a flat leaf the mirror in the thickness forbids half of the monomials, which compression
-// leaves a little of; and it is not strained.
+// leaves a little of; and it is not strained. `weights`: a row for each monomial.
+template <class Monomials, class W>
+void TubeStress::keep_flat(const Monomials& monomials, Kind kind, W& weights) {
+  for (std::size_t k = 0; k < monomials.size(); ++k)
+    if (monomials[k].turned() != (kind == Kind::bending))
+      weights.row(static_cast<Eigen::Index>(k)).setZero();
+  if (monomials[0].number == 0 && kind != Kind::place) weights.row(0).setZero();
+}
+
 MatrixXd TubeStress::coefficients(const Local& at, std::span<const Weights> weights,
                                   Kind kind) const {
   MatrixXd sum = MatrixXd::Zero(nodes_[at.interval].even.rows(),
@@ -101,9 +109,7 @@ MatrixXd TubeStress::coefficients(const Local& at, std::span<const Weights> weig
     const StateTable& node = nodes_[at.interval + static_cast<std::size_t>(end)];
     const bool flat = patterns_ && node.sigma == 0;
     const auto add = [&](const MatrixXd& table, const auto& monomials, auto w, auto sum_of) {
-      for (std::size_t k = 0; flat && k < monomials.size(); ++k)
-        if (monomials[k].turned() != (kind == Kind::bending)) w[static_cast<Eigen::Index>(k)] = 0;
-      if (flat && monomials[0].number == 0 && kind != Kind::place) w[0] = 0;
+      if (flat) keep_flat(monomials, kind, w);
       sum_of.noalias() += table * w;
     };
     for (std::size_t k = 0; k < weights.size(); ++k) {
@@ -189,6 +195,61 @@ TubeStress::Answer TubeStress::evaluate(const Place& place) const {
   constexpr double rounding = 1e-9;  // stress over Young's modulus that is none
   const double change = largest(strains(at, parts.rightCols<2>())) / (largest(here) + rounding);
   return {{places_.x, places_.y, std::move(here)}, change};
+}
+
+TubeStress::Slopes::Slopes(const TubeStress& tables, const Place& place,
+                           const StressRateSource& rates)
+    : tables_(&tables) {
+  assert(tables.patterns_);
+  const Local at = tables.locate(place);
+  mirrored_ = at.mirrored;
+  const StateWeightSlopes weights = state_weight_slopes(
+      tables.nodes_[at.interval].sigma, tables.nodes_[at.interval + 1].sigma, at.sigma, at.z);
+  rates_ = rates(at.interval, tables.weights(at, 2));
+  for (const bool bending : {false, true}) {
+    std::array<MatrixXd, 2>& sum = bending ? bending_ : membrane_;
+    const double scale = bending ? 2 : tables.shape_.thickness;
+    sum.fill(MatrixXd::Zero(tables.patterns_->patterns(), 7));
+    for (const std::size_t end : {0, 1}) {
+      const StateTable& node = tables.nodes_[at.interval + end];
+      auto even = weights.even[end];
+      auto odd = weights.odd[end];
+      if (node.sigma == 0) {
+        keep_flat(even_monomials(), bending ? Kind::bending : Kind::stretching, even);
+        keep_flat(odd_monomials(), bending ? Kind::bending : Kind::stretching, odd);
+      }
+      sum[0].noalias() += scale * (node.even * even);
+      sum[1].noalias() += scale * (node.odd * odd);
+    }
+  }
+}
+
+auto TubeStress::Slopes::at(int along, int across) const -> Station {
+  const StressPlaces& places = tables_->places_;
+  const TubeView view = tables_->view_;
+  const int n = places.stations_along(), half = places.half_across();
+  if (view.from_tip) {
+    along = n - 1 - along;
+    across = 2 * half - 1 - across;
+  }
+  const bool image = across >= half;
+  const double odd = image ? -1 : 1;
+  Eigen::Matrix<double, 6, 10> all;  // value, by the state of the tables, by the shape
+  for (int k = 0; k < 6; ++k) {
+    const Eigen::Index row = along + n * ((image ? 2 * half - 1 - across : across) + half * k);
+    const auto& here = k < 3 ? membrane_ : bending_;
+    const auto& by = k < 3 ? rates_.membrane : rates_.bending;
+    const auto pattern = rates_.patterns->row(row);
+    all.row(k).leftCols<7>() = pattern * (here[0] + odd * here[1]);
+    all.row(k).rightCols<3>() = pattern * (by[0] + odd * by[1]);
+    if (mirrored_ != view.mirrored) all.row(k) *= strain_in_thickness[static_cast<std::size_t>(k)];
+    if (image) all.row(k) *= strain_in_width[static_cast<std::size_t>(k)];
+  }
+  // from the state of the tables to the place
+  if (mirrored_) all.middleCols<3>(1) *= -1;
+  if (view.mirrored) all.col(3) *= -1;
+  if (view.from_tip) all.col(5).swap(all.col(6));
+  return {all.col(0), all.rightCols<9>()};
 }
 
 // `parts`: of all rows of places.

@@ -69,22 +69,29 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
   if (const double last = model.atlas->settings().sigmas.back(); range.sigma_max <= margin * last)
     range.sigma_max = std::min(range.sigma_max, last);
   if (!model.atlas->gap(shape, range).empty()) return nullptr;
-  const TubeAtlas::Tube tube = model.atlas->look_up(
-      shape, range.ray, nodes > 0 ? nodes : model.atlas->nodes_to(range.sigma_max));
+  if (nodes == 0) nodes = model.atlas->nodes_to(range.sigma_max);
+  const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
   KnownTube known{tube.directions, tube.nodes, {}, TubeAtlas::view(range.ray), {}};
-  if (model.atlas->settings().dynamics)
+  if (model.atlas->settings().dynamics) {
     known.dynamics = [atlas = model.atlas, shape, ray = range.ray](double sigma,
                                                                    StationsWanted stations) {
-      return atlas->dynamics(shape, ray, sigma, -1, stations);
+      return atlas->dynamics(shape, ray, sigma, stations);
     };
+    known.dynamics_rates = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
+      return atlas->dynamics_rates(shape, ray, sigma);
+    };
+  }
   if (const auto stress = model.atlas->stress()) {
     known.stress_patterns = stress->patterns().rows();
     known.stress = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
       return atlas->look_up_stress(shape, ray, atlas->nodes_to(sigma));
     };
+    known.stress_rates = [atlas = model.atlas, shape, ray = range.ray] {
+      return atlas->stress_rates(shape, ray);
+    };
   }
-  known.rates = [atlas = model.atlas, shape, ray = range.ray] {
-    return atlas->look_up_rates(shape, ray);
+  known.rates = [atlas = model.atlas, shape, ray = range.ray, nodes] {
+    return atlas->look_up_rates(shape, ray, nodes);
   };
   return std::make_shared<TubeModel>(shape, range, std::move(known));
 }
