@@ -121,8 +121,8 @@ class LeafElement {
   /// The leaf about its present state with all interior unknowns; the leaf must outlive it and keep
   /// its state. After evaluate(). None unless the model has such unknowns.
   virtual Answer<LeafLinear> linearise();
-  /// Why linearise() has no answer for this use, with exact derivatives, at the present state; empty
-  /// where it has.
+  /// Why linearise() has no answer for this use, with exact derivatives, at the present state;
+  /// empty where it has.
   virtual std::string interior_gap(InteriorUse use);
 
   virtual std::unique_ptr<LeafState> save() const = 0;

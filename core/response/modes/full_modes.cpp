@@ -211,11 +211,11 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
   return modes;
 }
 
-std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked) {
+namespace {
+
+// The lowest modes of both lists, from one Krylov space.
+std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int free, int locked) {
   FullModeLists found;
-  if (free == 0 && locked == 0) return found;
-  if (const std::optional<MatrixXd> R = root_of_mass(factor))
-    return modes_of_root(factor, *R, free, locked);
   const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   DriveShapes drive{factor.drive_shapes(), {}, factor.drive_compliance()};
@@ -278,6 +278,15 @@ std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free,
     found.locked =
         rayleigh_ritz(factor, true, locked, Y.rightCols(l), MY.rightCols(l), KY.rightCols(l));
   return found;
+}
+
+}  // namespace
+
+std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked) {
+  if (free == 0 && locked == 0) return FullModeLists();
+  if (const std::optional<MatrixXd> R = root_of_mass(factor))
+    return modes_of_root(factor, *R, free, locked);
+  return modes_of_krylov(factor, free, locked);
 }
 
 // With M̂ = R Rᵀ the mass carried by the bodies, Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.
