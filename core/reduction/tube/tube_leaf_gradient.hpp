@@ -1,7 +1,7 @@
 #pragma once
 // The share of a looked-up tube leaf in exact gradients: its internal unknowns are the three forces
 // f over their scale, of which the mixed potential is stationary, and where it has tables of its
-// dynamics their amplitudes. Equations (T1) to (T3), (D8) and (D9) of core/reduction/README.md.
+// dynamics their amplitudes. Equations (G1) to (G3), (D8) and (D9) of core/reduction/README.md.
 #include <array>
 #include <memory>
 #include <optional>
