@@ -200,9 +200,8 @@ int main(int argc, char** argv) {
                             .last_sigma();
                }));
     const auto dynamics = [&](const Eigen::Vector2d& ray, StationsWanted stations) {
-      return each(200, [&] {
-        sum += atlas.dynamics(shape(0.3), ray, 0.4, -1, stations)[1].table.even(0, 0);
-      });
+      return each(
+          200, [&] { sum += atlas.dynamics(shape(0.3), ray, 0.4, stations)[1].table.even(0, 0); });
     };
     fmt::print("| tables of the dynamics, on a ray | {:.3f} ms |\n",
                dynamics({1, -1}, StationsWanted::no));

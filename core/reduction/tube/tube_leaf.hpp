@@ -34,14 +34,14 @@ struct KnownTube {
   TubeView view;  ///< of the tables
   /// Tables of stress, likewise.
   std::function<std::vector<StateTable>(double sigma)> stress;
+  /// P of (A6) where these are over patterns; else null.
+  std::shared_ptr<const PatternRows> stress_patterns = nullptr;
   /// Derivatives of the expansions, the ray held. None: the leaf has no exact derivatives.
   std::function<TubeNodeRates()> rates = {};
   /// The same of the tables of the dynamics that reach a sigma.
   std::function<DynamicsRates(double sigma)> dynamics_rates = {};
   /// The same of the tables of stress.
   std::function<StressRateSource()> stress_rates = {};
-  /// P of (A6) where the tables of stress are over patterns; else null.
-  std::shared_ptr<const PatternRows> stress_patterns = nullptr;
 };
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
