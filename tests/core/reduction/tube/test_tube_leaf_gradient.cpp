@@ -47,7 +47,7 @@ struct KnownTubes {
   std::shared_ptr<TubeModel> model(const PlateShape& shape) const {
     const Vector3d at(shape.width, shape.thickness, shape.poissons_ratio);
     return std::make_shared<TubeModel>(
-        shape, TubeRange{}, KnownTube{D, nodes(at), {}, {}, {}, [this] { return rates(); }});
+        shape, TubeRange{}, KnownTube{D, nodes(at), {}, {}, {}, {}, [this] { return rates(); }});
   }
 };
 
