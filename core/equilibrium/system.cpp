@@ -59,7 +59,8 @@ MatrixXd System::drive_forces() const {
 }
 
 bool System::is_forced(int i) const {
-  return mechanism_->leaves[i].growth != 1 ||
+  const LeafSpring& leaf = mechanism_->leaves[i];
+  return leaf.growth != 1 || leaf.clamp_growth != std::array<double, 2>{1, 1} ||
          std::ranges::any_of(loads_.assembly, [&](const AssemblyError& e) { return e.leaf == i; });
 }
 
@@ -75,6 +76,7 @@ void System::set_factors(LoadFactors factors) {
     // a warm leaf starts as it would be without its bodies, which then bring its tip to its place
     if (share != 1 && leaf.tip != free_edge)
       fits_[i][1].move = (1 - share) * (leaf.growth - 1) * leaf.span();
+    for (int e = 0; e < 2; ++e) fits_[i][e].move += share * growth_move(*mechanism_, i, e);
     if (acts_inside(leaf, loads_)) leaves_[i]->act({share, share * loads_.gravity});
   }
   for (const AssemblyError& error : loads_.assembly) {

@@ -43,6 +43,8 @@ Cholesky::Cholesky(const Eigen::Ref<const MatrixXd>& A) : L_(A) {
   positive_definite_ = llt.info() == Eigen::Success;
 }
 
+MatrixXd Cholesky::lower() const { return L_.triangularView<Eigen::Lower>(); }
+
 MatrixXd Cholesky::solve_lower(const Eigen::Ref<const MatrixXd>& B) const {
   return L_.triangularView<Eigen::Lower>().solve(B);
 }

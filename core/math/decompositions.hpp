@@ -47,6 +47,7 @@ class Cholesky {
   explicit Cholesky(const Eigen::Ref<const MatrixXd>& A);
   /// False where A is not positive definite; then there are no factors.
   bool positive_definite() const { return positive_definite_; }
+  MatrixXd lower() const;                                           ///< L
   MatrixXd solve_lower(const Eigen::Ref<const MatrixXd>& B) const;  ///< L⁻¹ B
   MatrixXd solve_upper(const Eigen::Ref<const MatrixXd>& B) const;  ///< L⁻ᵀ B
 

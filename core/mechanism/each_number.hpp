@@ -133,6 +133,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     leaf.material.endurance_limit = l.material.endurance_limit;
     leaf.material.thermal_expansion = l.material.thermal_expansion;
     leaf.growth = l.growth;
+    leaf.clamp_growth = l.clamp_growth;
     if (l.point) {
       leaf.point.emplace();
       leaf.point->body = l.point->body;

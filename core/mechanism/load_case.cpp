@@ -61,7 +61,46 @@ std::optional<std::string> broken_temperature_rule(const LoadCase& loads,
   return std::nullopt;
 }
 
+// Joints and springs that a body holds would have to grow with it.
+std::optional<std::string> broken_expansion_rule(const LoadCase& loads,
+                                                 const Mechanism& mechanism) {
+  if (loads.body_expansion.empty()) return std::nullopt;
+  if (loads.body_expansion.size() != mechanism.bodies.size() + 1)
+    return fmt::format("there are {} expansions, but {} bodies and the ground",
+                       loads.body_expansion.size(), mechanism.bodies.size());
+  for (std::size_t k = 0; k < loads.body_expansion.size(); ++k) {
+    const double strain = loads.body_expansion[k];
+    const bool is_ground = k == mechanism.bodies.size();
+    const std::string name = is_ground ? "the ground" : mechanism.bodies[k].name;
+    if (!(strain > -largest_expansion && strain < largest_expansion))
+      return fmt::format("{} expands by {:.3g}; expected at most {:g}", name, strain,
+                         largest_expansion);
+    if (strain == 0) continue;
+    const int b = is_ground ? ground : static_cast<int>(k);
+    const auto holds = [b](const auto& part) { return part.body == b || part.other == b; };
+    if (std::ranges::any_of(mechanism.joints,
+                            [&](const Joint& j) { return !is_held(j.type) && holds(j); }))
+      return name + " has a joint: such a body does not expand";
+    if (std::ranges::any_of(mechanism.springs, holds))
+      return name + " has a spring: such a body does not expand";
+    if (std::ranges::any_of(mechanism.leaves,
+                            [b](const LeafSpring& l) { return l.point && l.point->body == b; }))
+      return name + " is a point of a leaf: it does not expand";
+  }
+  return std::nullopt;
+}
+
 }  // namespace
+
+Vector3d growth_move(const Mechanism& warm, int leaf, int end) {
+  const LeafSpring& l = warm.leaves[static_cast<std::size_t>(leaf)];
+  const int body = end == 0 ? l.base : l.tip;
+  if (body == free_edge) return Vector3d::Zero();
+  const Vector3d place = end == 0 ? l.origin : l.tip_middle(),
+                 still = body == ground ? Vector3d(Vector3d::Zero())
+                                        : warm.bodies[static_cast<std::size_t>(body)].reference;
+  return (l.clamp_growth[static_cast<std::size_t>(end)] - 1) * (place - still);
+}
 
 Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads) {
   Mechanism warm = mechanism;
@@ -69,11 +108,19 @@ Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads) {
     LeafSpring& leaf = warm.leaves[i];
     leaf.growth = 1 + leaf.material.thermal_expansion.value_or(0) * loads.temperature[i];
   }
+  if (loads.body_expansion.empty()) return warm;
+  for (LeafSpring& leaf : warm.leaves)
+    for (int e = 0; e < 2; ++e)
+      if (const int body = e == 0 ? leaf.base : leaf.tip; body != free_edge)
+        leaf.clamp_growth[static_cast<std::size_t>(e)] =
+            1 + (body == ground ? loads.body_expansion.back()
+                                : loads.body_expansion[static_cast<std::size_t>(body)]);
   return warm;
 }
 
 std::optional<std::string> acts_inside(const LeafSpring& leaf, const LoadCase& loads) {
   if (leaf.growth != 1) return "it is warmer than its clamps";
+  if (leaf.clamp_growth != std::array<double, 2>{1, 1}) return "its clamps are warm";
   if (!loads.gravity.isZero(0) && leaf.material.density > 0) return "its weight acts on it";
   return std::nullopt;
 }
@@ -81,7 +128,8 @@ std::optional<std::string> acts_inside(const LeafSpring& leaf, const LoadCase& l
 std::optional<std::string> broken_rule(const LoadCase& loads, const Mechanism& mechanism) {
   if (auto rule = broken_load_rule(loads, mechanism)) return rule;
   if (auto rule = broken_assembly_rule(loads, mechanism)) return rule;
-  return broken_temperature_rule(loads, mechanism);
+  if (auto rule = broken_temperature_rule(loads, mechanism)) return rule;
+  return broken_expansion_rule(loads, mechanism);
 }
 
 }  // namespace flexopt

@@ -46,6 +46,9 @@ struct LoadCase {
   /// How much warmer each leaf is than as built [K]; empty: none. They grow with the constant
   /// loads.
   std::vector<double> temperature = {};
+  /// Thermal strain of each body, the ground last; empty: none. Bodies grow about their reference
+  /// points, the ground about the origin, and take along the edges that they hold.
+  std::vector<double> body_expansion = {};
   /// On bodies and leaves [m/s²]; comes with the constant loads.
   Vector3d gravity = Vector3d::Zero();
   /// Where there are any, nothing is driven: the points of the path are the factors of these loads,
@@ -55,7 +58,8 @@ struct LoadCase {
   bool driven() const { return growing.empty(); }
   /// Whether anything comes before the stroke.
   bool acts_before_stroke() const {
-    return !constant.empty() || !assembly.empty() || !temperature.empty() || !gravity.isZero(0);
+    return !constant.empty() || !assembly.empty() || !temperature.empty() ||
+           !body_expansion.empty() || !gravity.isZero(0);
   }
 };
 
@@ -65,7 +69,11 @@ struct LoadFactors {
   bool operator==(const LoadFactors&) const = default;
 };
 
-/// The mechanism whose leaves have the growth of these temperatures: what the evaluation works on.
+/// Where an edge (0 base, 1 tip) goes when the body that holds it has grown [m].
+Vector3d growth_move(const Mechanism& warm, int leaf, int end);
+
+/// The mechanism whose leaves and clamps have the growth of these temperatures: what the evaluation
+/// works on.
 Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads);
 
 /// Why this leaf of a warmed mechanism is not reduced under these loads, or nothing: what acts

@@ -87,8 +87,11 @@ struct LeafSpringT {
   Section section = Section::rectangular;
   std::optional<LeafPointT<Scalar>> point;
   /// Stress-free length, width and thickness over those above, of a leaf that is warmer than the
-  /// bodies. Bodies hold its edges where they are and as wide as they are without it.
+  /// bodies. Bodies hold its edges where they are and as wide as they are without it, or as they
+  /// grow themselves.
   double growth = 1;
+  /// The same of the bodies that hold the base and the tip, which are warm themselves.
+  std::array<double, 2> clamp_growth{1, 1};
 
   /// From base to tip [m].
   Scalar chord() const {

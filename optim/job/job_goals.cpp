@@ -13,6 +13,7 @@
 #include "optim/job/job_shape.hpp"
 #include "optim/job/job_stress.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 
@@ -20,13 +21,14 @@ using nlohmann::json;
 using Pointer = json::json_pointer;
 
 GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseNames& all_cases,
-                         FaultList& all_faults)
+                         bool has_tolerances, FaultList& all_faults)
     : family(of_family),
       design(job.design),
       request(job.request),
       quantities(flexopt::quantities(of_family.drives)),
       values(job.design.parameters),
       cases(all_cases),
+      tolerances(has_tolerances),
       faults(all_faults) {
   for (const Parameter& p : family.parameters) {
     names.push_back({p.name, p.unit});
@@ -100,6 +102,7 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
   Constraint measure = constraint_table().read(read);
   if (read.contains("quantity") == read.contains("expression"))
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
+  measure.margin = read_margin(read, context.tolerances, at);
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
     measure.expression =
@@ -114,7 +117,7 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
     if (!read.contains("over_stroke")) measure.over_stroke = usual.value_or(OverStroke::first);
     read["over_stroke"] = name_in_job(measure.over_stroke);
   }
-  measure.label = goal_label(measure);
+  measure.label = goal_label(measure) + measure.margin.suffix();
   return measure;
 }
 

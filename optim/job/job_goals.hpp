@@ -22,10 +22,11 @@ struct GoalContext {
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<FormulaName> names;  ///< of these, the family's first
   const CaseNames& cases;
+  bool tolerances;  ///< the job has some, which goals may bear
   FaultList& faults;
-  bool tolerances = false;  ///< the job has some, which goals may bear
 
-  GoalContext(const Family& family, const Job& job, const CaseNames& cases, FaultList& faults);
+  GoalContext(const Family& family, const Job& job, const CaseNames& cases, bool tolerances,
+              FaultList& faults);
 
   /// The load case that a goal names; empty where it is over all of them. Throws SpecError.
   std::string load_case(const nlohmann::json& goal, const JsonPointer& at) const;

@@ -75,6 +75,41 @@ void read_assembly(const json& read, const Mechanism& mechanism, FaultList& faul
   }
 }
 
+void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& faults,
+                      LoadCase& loads) {
+  const Pointer at("/temperature");
+  const json& bodies = read["bodies"];
+  if (read.contains("thermal_expansion") && bodies.empty())
+    faults.add((at / "thermal_expansion").to_string(), shown(read["thermal_expansion"]),
+               "it is that of the bodies: name those that are warm");
+  std::optional<double> coefficient = mechanism.leaves.front().material.thermal_expansion;
+  if (read.contains("thermal_expansion")) coefficient = read["thermal_expansion"].get<double>();
+  std::vector<std::string> known;
+  for (const RigidBody& body : mechanism.bodies) known.push_back(body.name);
+  known.emplace_back("ground");
+  std::vector<double> strains(known.size(), 0.0);
+  for (const auto& [name, change] : bodies.items()) {
+    const std::string here = (at / "bodies" / name).to_string();
+    const auto found = std::ranges::find(known, name);
+    if (found == known.end()) {
+      faults.add(here, shown(name), "no body has this name; " + known_names(name, known));
+    } else if (!coefficient) {
+      faults.add(here, shown(change),
+                 "the leaves' material has no thermal_expansion: give that of the bodies");
+    } else {
+      strains[static_cast<std::size_t>(found - known.begin())] =
+          *coefficient * change.get<double>();
+      LoadCase alone;
+      alone.body_expansion.assign(known.size(), 0.0);
+      alone.body_expansion[static_cast<std::size_t>(found - known.begin())] =
+          *coefficient * change.get<double>();
+      if (const auto rule = broken_rule(alone, mechanism)) faults.add(here, shown(change), *rule);
+    }
+  }
+  if (std::ranges::any_of(strains, [](double x) { return x != 0; }))
+    loads.body_expansion = std::move(strains);
+}
+
 void read_temperature(const json& read, const Mechanism& mechanism, FaultList& faults,
                       LoadCase& loads) {
   const Pointer at("/temperature");
@@ -105,6 +140,7 @@ void read_temperature(const json& read, const Mechanism& mechanism, FaultList& f
   }
   if (std::ranges::any_of(change, [](double x) { return x != 0; }))
     loads.temperature = std::move(change);
+  read_warm_bodies(read, mechanism, faults, loads);
 }
 
 /// Throws SpecError.
@@ -230,7 +266,8 @@ void read_surroundings(const json& read, const Mechanism& mechanism, const Model
     if (acts_inside(leaf, loads)) full += (full.empty() ? "" : ", ") + leaf.name;
   if (!full.empty())
     notes.push_back(
-        fmt::format("What acts inside a leaf (its weight, its warmth) needs the full model: not "
+        fmt::format("What acts inside a leaf (its weight, its warmth, that of its clamps) needs "
+                    "the full model: not "
                     "reduced are {}.",
                     full));
 }

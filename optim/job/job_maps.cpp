@@ -41,18 +41,21 @@ Variable read_axis(json& axis, const GoalContext& context, const Job& job, const
   return read_range(axis, context, at);
 }
 
-/// Objective and constraints, without bounds, each once.
+/// Objective and constraints, without bounds and tolerances, each once.
 std::vector<Constraint> measures_of(const OptimiseSpec& goals) {
   const Objective& o = goals.objective;
-  Constraint objective{o.quantity, o.expression, o.over_stroke, {}, {}, {}, o.load_case};
-  objective.label = goal_label(objective);
-  std::vector<Constraint> measures{objective};
-  for (const Constraint& c : goals.constraints)
-    if (std::ranges::find(measures, c.label, &Constraint::label) == measures.end()) {
-      measures.push_back(c);
-      measures.back().min.reset();
-      measures.back().max.reset();
-    }
+  std::vector<Constraint> all{
+      {o.quantity, o.expression, o.over_stroke, {}, {}, {}, o.load_case, {}}};
+  all.insert(all.end(), goals.constraints.begin(), goals.constraints.end());
+  std::vector<Constraint> measures;
+  for (Constraint& c : all) {
+    c.min.reset();
+    c.max.reset();
+    c.margin = {};
+    c.label = goal_label(c);
+    if (std::ranges::find(measures, c.label, &Constraint::label) == measures.end())
+      measures.push_back(std::move(c));
+  }
   return measures;
 }
 
@@ -86,7 +89,7 @@ MapSpec read_map(json& read, const GoalContext& context, const Job& job, const P
 
 std::vector<MapSpec> read_maps(json& read, const Family& family, const Job& job,
                                const CaseNames& cases, FaultList& faults) {
-  const GoalContext context(family, job, cases, faults);
+  const GoalContext context(family, job, cases, false, faults);
   std::vector<MapSpec> maps;
   for (std::size_t i = 0; i < read.size(); ++i) {
     const Pointer at = Pointer("/maps") / i;

@@ -193,7 +193,6 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
 ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext& context) {
   const Pointer at("/optimise/pareto");
   ParetoSpec front = pareto_table().read(read);
-  front.margin = read_margin(read, context.tolerances, at);
   const Constraint measure =
       read_measure(read, context, at, front.maximise ? OverStroke::min : OverStroke::max);
   front.quantity = measure.quantity;
@@ -201,7 +200,7 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
   front.over_stroke = measure.over_stroke;
   front.load_case = measure.load_case;
   front.label = measure.label;
-  front.label += front.margin.suffix();
+  front.margin = measure.margin;
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
       front.margin.text() == objective.margin.text() &&
       (!front.expression.empty() ||
@@ -216,8 +215,7 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
 
 OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const CaseNames& cases,
                            bool tolerances, FaultList& faults) {
-  GoalContext context(family, job, cases, faults);
-  context.tolerances = tolerances;
+  const GoalContext context(family, job, cases, tolerances, faults);
   const Pointer at("/optimise");
   const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
   OptimiseSpec spec = search_table().read(read);

@@ -138,9 +138,12 @@ Shape map_shape(const Family* family) {
        optional("min", quantity(""),
                 "where it begins; default: where it does as a variable of \"optimise\""),
        optional("max", quantity(""), "where it ends; default: as min")});
-  Shape measure = with_quantities(constraint_table().shape(), family);  // without its bounds
-  std::erase_if(measure.fields,
-                [](const Field& field) { return field.name == "min" || field.name == "max"; });
+  Shape measure =
+      with_quantities(constraint_table().shape(), family);  // without bounds and tolerances
+  std::erase_if(measure.fields, [](const Field& field) {
+    return field.name != "quantity" && field.name != "expression" && field.name != "over_stroke" &&
+           field.name != "case";
+  });
   std::vector<Field> fields{
       required("parameters", list(axis, 2, 2), "the two that vary, across and up"),
       optional("quantities", list(measure, 1, 50),

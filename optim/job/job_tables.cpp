@@ -232,9 +232,14 @@ const RecordTable<AssemblySpec>& assembly_table() {
 Shape temperature_shape() {
   constexpr double largest = 1e4;  // [K]
   const Shape change = quantity("K", -largest, largest);
-  return record({shape::with_default("change", change, 0.0, "of all leaves, against the bodies"),
+  return record({shape::with_default("change", change, 0.0, "of all leaves, since assembly"),
                  shape::with_default("leaves", map(change), json::object(),
-                                     "of single leaves by their names, instead of that of all")});
+                                     "of single leaves by their names, instead of that of all"),
+                 shape::with_default(
+                     "bodies", map(change), json::object(),
+                     "of bodies by their names, \"ground\" among them; others stay as they are"),
+                 shape::optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3),
+                                 "of the bodies; default: that of the leaves' material")});
 }
 
 const RecordTable<BucklingSpec>& buckling_table() {

@@ -240,6 +240,13 @@ Field tolerance_samples_field() {
                          "designs within the tolerances, evaluated to check the first order");
 }
 
+OptimiseSpec without_margins(OptimiseSpec goals) {
+  goals.objective.margin = {};
+  for (Constraint& c : goals.constraints) c.margin = {};
+  if (goals.pareto) goals.pareto->margin = {};
+  return goals;
+}
+
 TolerancesSpec read_tolerances(json& read, const Family& family, const Job& job,
                                FaultList& faults) {
   TolerancesSpec spec;

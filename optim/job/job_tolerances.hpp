@@ -21,6 +21,9 @@ Field margin_field();
 ToleranceMargin read_margin(nlohmann::json& goal, bool tolerances,
                             const nlohmann::json::json_pointer& at);
 
+/// The goals without the tolerances that they bear.
+OptimiseSpec without_margins(OptimiseSpec goals);
+
 /// Reads both sections of a job that is read but for its other sections. `read` has passed its
 /// shape, and is completed with what was decided. What is wrong is added to `faults`.
 TolerancesSpec read_tolerances(nlohmann::json& read, const Family& family, const Job& job,

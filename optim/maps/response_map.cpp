@@ -7,6 +7,7 @@
 
 #include "optim/job/job_atlas.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/job/job_tolerances.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "optim/numerics/unit_points.hpp"
 
@@ -27,11 +28,16 @@ Job posed(const Job& job, const MapSpec& map, const ParameterValues& parameters)
   spec.variables.assign(map.parameters.begin(), map.parameters.end());
   const Constraint& first = map.quantities.front();
   const bool least = first.over_stroke == OverStroke::min;  // of several load cases
-  spec.objective = {least, first.quantity, first.expression, first.over_stroke, first.load_case};
+  spec.objective = {least, first.quantity, first.expression, first.over_stroke, first.load_case,
+                    {}};
   spec.constraints.assign(map.quantities.begin() + 1, map.quantities.end());
-  if (job.map_goals)
-    spec.constraints.insert(spec.constraints.end(), job.map_goals->constraints.begin(),
-                            job.map_goals->constraints.end());
+  for (Constraint& c : spec.constraints)  // of several load cases the least is the worst
+    if (c.over_stroke == OverStroke::min) c.min = std::numeric_limits<double>::lowest();
+  if (job.map_goals) {
+    const OptimiseSpec goals = without_margins(*job.map_goals);
+    spec.constraints.insert(spec.constraints.end(), goals.constraints.begin(),
+                            goals.constraints.end());
+  }
   return posed;
 }
 
@@ -55,7 +61,7 @@ Mapped evaluate(const DesignProblem& problem, const Variables& variables, std::s
   mapped.values.insert(mapped.values.end(), others.begin(),
                        others.begin() + static_cast<std::ptrdiff_t>(quantities) - 1);
   mapped.margin = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < others.size(); ++i) {
+  for (std::size_t i = quantities - 1; i < others.size(); ++i) {
     const Constraint& c = problem.spec().constraints[i];
     mapped.margin =
         std::min(mapped.margin, -excess(others[i], c.min, c.max, scales.constraints[i]));

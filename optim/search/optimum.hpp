@@ -116,7 +116,7 @@ struct SearchedCluster {
   ParameterValues from;
   double objective = 0, violation = 0;  ///< on reduced leaves
   bool feasible = false;
-  int designs = 0;      ///< of the best fifth that belong to it
+  int designs = 0;      ///< of the good ones that belong to it
   double distance = 0;  ///< to the nearest better design, in the unit box; ∞: there is none
 };
 

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "optim/job/job_atlas.hpp"
+#include "optim/job/job_tolerances.hpp"
 #include "optim/numerics/nearest_better.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "optim/numerics/unit_points.hpp"
@@ -71,6 +72,7 @@ struct Designs {
 /// The job as it is screened.
 Job screened_job(Job job) {
   job.model = on_reduced_leaves(job.model);
+  job.optimise = without_margins(*job.optimise);  // each would cost derivatives
   return job;
 }
 

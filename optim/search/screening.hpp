@@ -34,9 +34,9 @@ struct Screening {
 
 /// Evaluates the job's own design and the first points of Sobol's sequence on reduced leaves, and
 /// chooses the starts: the best designs of the clusters (nearest_better_clusters) among the best
-/// fifth. Alternately the best cluster that is left and the one that is furthest from anything
-/// better; where there are fewer clusters than starts, the latter alone, of smaller groups.
-/// One design, the job's own, where none could be evaluated.
+/// fifth (at least 1000). Alternately the best cluster that is left and the one that is furthest
+/// from anything better; where there are fewer clusters than starts, the latter alone, of smaller
+/// groups. One design, the job's own, where none could be evaluated.
 Screening screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options);
 
 /// evaluations.jsonl → evaluations.screening.jsonl: [number, objective, [constraints]], or

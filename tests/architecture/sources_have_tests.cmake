@@ -46,6 +46,7 @@ set(tested_by
   core/reduction/tube/tube_rates core/reduction/tube/test_tube_leaf_gradient
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
   core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
+  core/reduction/tube/dynamics_entries core/reduction/tube/test_dynamics_form
   core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_stress core/reduction/tube/test_tube_stress
@@ -63,6 +64,7 @@ set(tested_by
   core/response/modes/constant_mass core/response/modes/test_mass_options
   core/response/modes/frequencies core/response/path/test_response
   core/response/modes/mechanism_factor core/response/modes/test_full_modes
+  core/response/modes/mechanism_pencil core/response/path/test_response
   core/response/path/evaluate_stroke core/response/path/test_response
   core/response/path/stiffness core/response/path/test_response
   core/response/stroke_series/stroke_ways core/response/stroke_series/test_mode_tracking

@@ -199,15 +199,20 @@ int main(int argc, char** argv) {
                             .potential()
                             .last_sigma();
                }));
-    fmt::print("| tables of the dynamics, on a ray | {:.3f} ms |\n", each(200, [&] {
-                 sum += atlas.dynamics(shape(0.3), {1, -1}, 0.4)[1].table.even(0, 0);
-               }));
-    fmt::print("| … between rays | {:.3f} ms |\n", each(200, [&] {
-                 sum += atlas.dynamics(shape(0.3), {1, -0.3}, 0.4)[1].table.even(0, 0);
-               }));
-    fmt::print("| tables of stress, on a ray | {:.3f} ms |\n", each(200, [&] {
-                 sum += atlas.look_up_stress(shape(0.3), {1, -1})[1].even(0, 0);
-               }));
+    const auto dynamics = [&](const Eigen::Vector2d& ray, StationsWanted stations) {
+      return each(
+          200, [&] { sum += atlas.dynamics(shape(0.3), ray, 0.4, stations)[1].table.even(0, 0); });
+    };
+    fmt::print("| tables of the dynamics, on a ray | {:.3f} ms |\n",
+               dynamics({1, -1}, StationsWanted::no));
+    fmt::print("| … between rays | {:.3f} ms |\n", dynamics({1, -0.3}, StationsWanted::no));
+    fmt::print("| … with motions of the stations | {:.3f} ms |\n",
+               dynamics({1, -0.3}, StationsWanted::yes));
+    const auto stress = [&](const Eigen::Vector2d& ray) {
+      return each(200, [&] { sum += atlas.look_up_stress(shape(0.3), ray)[1].even(0, 0); });
+    };
+    fmt::print("| tables of stress, on a ray | {:.3f} ms |\n", stress({1, -1}));
+    fmt::print("| … between rays | {:.3f} ms |\n", stress({1, -0.3}));
     fmt::print("| the potential built | {:.1f} ms |\n", each(12, [&] {
                  sum += TubeModel(std::make_shared<PlateMesh>(shape(0.3)),
                                   {.ray = {1, -1}, .sigma_max = 0.4})

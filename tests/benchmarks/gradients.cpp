@@ -2,11 +2,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <ctime>
+#include <memory>
 #include <vector>
 
 #include "core/math/memory.hpp"
+#include "core/reduction/atlas/atlas_file.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
+#include "core/response/quantities.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "designs/parametric_design.hpp"
 #include "tests/benchmarks/page.hpp"
@@ -42,41 +46,68 @@ double cost(const Subject& of, const ModelOptions& model, const StrokeRequest& r
   return shortest([&] { (void)evaluate_stroke_gradients(of.mechanism, some, model, request); });
 }
 
-// Leaves that are looked up: load, motion and stiffness; the derivatives against those of full
-// leaves.
-void looked_up(const Subject& of, StrokeRequest request) {
-  AtlasSettings settings;
-  settings.rays = {-1, 1};  // those of the hinge
-  ModelOptions model;
-  model.atlas = make_atlas(settings, {.check_cells = {0, 0}, .check_rays = {}}).atlas;
-  ModelOptions full;
-  full.accuracy = Accuracy::full;
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  const StrokeSensitivity a = evaluate_stroke_gradients(of.mechanism, of.directions, model,
-                                                        request),
-                          b = evaluate_stroke_gradients(of.mechanism, of.directions, full, request);
-  double worst = 0;  // of all stiffnesses along all sizes
-  for (std::size_t k = 0; k < request.points.size(); ++k)
-    for (int d = 0; d < 6; ++d) {
-      const auto &ga = a.gradients->path[k].support_stiffness[static_cast<std::size_t>(d)],
-                 &gb = b.gradients->path[k].support_stiffness[static_cast<std::size_t>(d)];
+// Of all numbers f of a path along all sizes p: the largest difference of p df/dp, over the largest
+// f of the path.
+double largest_difference(const Subject& of, const StrokeSensitivity& a,
+                          const StrokeSensitivity& b) {
+  double worst = 0;
+  for (const Quantity& q : quantities(DriveList(of.mechanism))) {
+    if (q.row->name == "displacement" || q.row->name == "rotation") continue;
+    double size = 0, difference = 0;
+    for (std::size_t k = 0; k < a.response.path.size(); ++k) {
+      const auto ga = q.gradient(a.response.path[k], a.gradients->path[k]),
+                 gb = q.gradient(b.response.path[k], b.gradients->path[k]);
       if (!ga || !gb) continue;
-      const double value = *b.response.path[k].support_stiffness[static_cast<std::size_t>(d)];
-      for (Eigen::Index p = 0; p < gb->size(); ++p) {
-        const double by = of.values[static_cast<std::size_t>(p)];
-        worst = std::max(worst, std::abs(by * ((*ga)[p] - (*gb)[p]) / value));
-      }
+      size = std::max(size, std::abs(q.value(b.response.path[k]).value_or(0)));
+      for (Eigen::Index p = 0; p < gb->size(); ++p)
+        difference = std::max(
+            difference, std::abs(of.values[static_cast<std::size_t>(p)] * ((*ga)[p] - (*gb)[p])));
     }
-  const double plain = shortest([&] { (void)evaluate_stroke(of.mechanism, model, request); });
-  const double full_plain = shortest([&] { (void)evaluate_stroke(of.mechanism, full, request); });
+    if (size > 0) worst = std::max(worst, difference / size);
+  }
+  return worst;
+}
+
+// The atlas that FLEXOPT_ATLAS names, or one of the hinge's rays alone.
+std::shared_ptr<const TubeAtlas> atlas_of_hinge() {
+  if (const char* file = std::getenv("FLEXOPT_ATLAS")) return open_atlas(file).atlas;
+  AtlasSettings settings;
+  settings.rays = {-1, 1};
+  return make_atlas(settings, {.check_cells = {0, 0}, .check_rays = {}}).atlas;
+}
+
+// Leaves that are looked up: costs, and the derivatives against those of full leaves.
+void looked_up(const Subject& of, StrokeRequest request) {
+  ModelOptions model, full;
+  model.atlas = atlas_of_hinge();
+  full.accuracy = Accuracy::full;
   const PageTable page("gradients reduced");
   fmt::print(
-      "| | looked-up leaves | full leaves |\n|---|---|---|\n"
-      "| stroke | 1 | {:.0f} |\n| with 1 parameter | {:.1f} | {:.0f} |\n"
-      "| with 12 parameters | {:.1f} | {:.0f} |\n"
-      "| largest difference of p/k dk/dp of the support stiffnesses k | {:.1e} | |\n",
-      full_plain / plain, cost(of, model, request, 1) / plain, cost(of, full, request, 1) / plain,
-      cost(of, model, request, 12) / plain, cost(of, full, request, 12) / plain, worst);
+      "| | stroke | with 1 parameter | with 12 parameters | the same on full leaves | largest "
+      "difference of p df/dp over the largest f |\n|---|---|---|---|---|---|\n");
+  struct Row {
+    const char* name;
+    Outputs outputs;
+  };
+  for (const auto& [name, outputs] :
+       {Row{"load, motion, stiffness", {Output::equilibrium, Output::stiffness}},
+        Row{"with 4 frequencies",
+            {Output::equilibrium, Output::stiffness, Output::frequencies_locked}},
+        Row{"with stress", {Output::equilibrium, Output::stiffness, Output::stress}},
+        Row{"with both",
+            {Output::equilibrium, Output::stiffness, Output::frequencies_locked,
+             Output::stress}}}) {
+    request.outputs = outputs;
+    request.frequencies = 4;
+    const StrokeSensitivity a = evaluate_stroke_gradients(of.mechanism, of.directions, model,
+                                                          request),
+                            b = evaluate_stroke_gradients(of.mechanism, of.directions, full,
+                                                          request);
+    const double plain = shortest([&] { (void)evaluate_stroke(of.mechanism, model, request); });
+    fmt::print("| {} | {:.2f} ms | {:.2f} | {:.2f} | {:.0f} | {:.1e} |\n", name, 1e3 * plain,
+               cost(of, model, request, 1) / plain, cost(of, model, request, 12) / plain,
+               cost(of, full, request, 12) / plain, largest_difference(of, a, b));
+  }
 }
 
 // Full leaves, all outputs.

@@ -1,6 +1,5 @@
 // What each optimiser makes of the optimisation jobs of the gallery, from eight starts.
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <string>
@@ -12,14 +11,6 @@ using namespace flexopt;
 using Json = nlohmann::json;
 
 namespace {
-
-/// Processor time of all programs that were run so far [s].
-double seconds_of_children() {
-  rusage use{};
-  getrusage(RUSAGE_CHILDREN, &use);
-  return static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
-         1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
-}
 
 void row(const std::string& job, const std::string& algorithm) {
   const bool ipopt = algorithm == "ipopt";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -10,6 +11,14 @@
 #include <string>
 
 namespace flexopt {
+
+/// Processor time of all programs that were run so far [s].
+inline double seconds_of_children() {
+  rusage use{};
+  getrusage(RUSAGE_CHILDREN, &use);
+  return static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
+}
 
 /// The result of a job that the program runs, with `options` ("--set /optimise/starts=8"). Ends
 /// this program where the job could not be run. A result that is not usable is one, too.

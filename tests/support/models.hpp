@@ -77,4 +77,14 @@ inline Mechanism three_leaf_hinge(double length, double width, double thickness)
                {{1, 0.8 * width, 0.5 * width}, {-1, 0, width}, {1, -0.8 * width, 0.5 * width}});
 }
 
+/// The same leaf, its other edge called the base.
+inline LeafSpring turned(const LeafSpring& leaf) {
+  LeafSpring t = leaf;
+  std::swap(t.base, t.tip);
+  t.origin = leaf.origin + leaf.length * leaf.axes.col(0);
+  t.axes.col(0) = -leaf.axes.col(0);
+  t.axes.col(1) = -leaf.axes.col(1);
+  return t;
+}
+
 }  // namespace flexopt::models

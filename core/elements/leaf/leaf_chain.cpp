@@ -289,9 +289,10 @@ Answer<LeafLinear> LeafChain::linearise() {
   return {std::make_unique<LeafChainLinear>(*this, std::move(segments))};
 }
 
-bool LeafChain::has_linearised_interior(InteriorUse use) const {
-  return std::ranges::all_of(
-      segments_, [&](const auto& segment) { return segment->has_linearised_interior(use); });
+std::string LeafChain::interior_gap(InteriorUse use) {
+  for (const auto& segment : segments_)
+    if (std::string gap = segment->interior_gap(use); !gap.empty()) return gap;
+  return {};
 }
 
 LeafShape LeafChain::shape() {

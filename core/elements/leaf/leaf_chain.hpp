@@ -41,7 +41,7 @@ class LeafChain final : public LeafElement {
   LeafReport report() const override { return segments_.front()->report(); }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;
-  bool has_linearised_interior(InteriorUse use) const override;
+  std::string interior_gap(InteriorUse use) override;
 
   int segments() const { return static_cast<int>(segments_.size()); }
 

@@ -10,6 +10,8 @@ Answer<LeafLinear> LeafElement::linearise() {
   return {nullptr, "the model \"" + report().model + "\" has no linearised interior"};
 }
 
+std::string LeafElement::interior_gap(InteriorUse /*use*/) { return linearise().reason; }
+
 std::vector<Vector3d> LeafElement::material_points(
     const std::vector<std::array<double, 2>>& places) {
   std::vector<Vector3d> points;

@@ -58,9 +58,11 @@ struct LeafDynamics {
 struct DynamicsRequest {
   int modes = 0;        ///< fixed-interface modes
   bool shapes = false;  ///< LeafDynamics::shape_motion too
+  /// Whether LeafDynamics::stations are wanted; leaves may tell them all the same.
+  bool stations = true;
 
-  DynamicsRequest(int mode_count, bool with_shapes = false)
-      : modes(mode_count), shapes(with_shapes) {}
+  DynamicsRequest(int mode_count, bool with_shapes = false, bool with_stations = true)
+      : modes(mode_count), shapes(with_shapes), stations(with_stations) {}
 };
 
 /// What acts inside a leaf.
@@ -76,7 +78,8 @@ class LeafLinear;
 /// What a linearised leaf is wanted for beside its stiffness.
 struct InteriorUse {
   bool mass = false;    ///< natural frequencies
-  bool fields = false;  ///< places and stresses inside
+  bool stress = false;  ///< stresses
+  bool places = false;  ///< places inside
 };
 
 class LeafElement {
@@ -118,8 +121,9 @@ class LeafElement {
   /// The leaf about its present state with all interior unknowns; the leaf must outlive it and keep
   /// its state. After evaluate(). None unless the model has such unknowns.
   virtual Answer<LeafLinear> linearise();
-  /// Whether linearise() has an answer for this use, with exact derivatives, at any state.
-  virtual bool has_linearised_interior(InteriorUse /*use*/) const { return false; }
+  /// Why linearise() has no answer for this use, with exact derivatives, at the present state;
+  /// empty where it has.
+  virtual std::string interior_gap(InteriorUse use);
 
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;

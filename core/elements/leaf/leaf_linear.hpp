@@ -1,6 +1,7 @@
 #pragma once
 // A leaf linearised about its present state, all its interior unknowns kept: what a mechanism needs
 // of it for K⁻¹ B and M B, and for exact derivatives. Leaf axes and units as in LeafRows.
+#include <optional>
 #include <vector>
 
 #include "core/elements/leaf/answer.hpp"
@@ -27,6 +28,9 @@ class LeafLinear {
   virtual MatrixXd static_shapes(const std::vector<int>& columns) const = 0;
   /// M V for rates V of the unknowns and the edges (+ 12 rows).
   virtual MatrixXd mass_times(const MatrixXd& V) const = 0;
+  /// Below it every mode between held edges is one of the unknowns [Hz]. None: they tell all that
+  /// the leaf has.
+  virtual std::optional<double> highest_mode() const { return std::nullopt; }
   /// Motion of stations for such rates, times the root of their mass: LeafDynamics::stations.
   virtual MatrixXd station_motion(const MatrixXd& V) const = 0;
 

@@ -105,7 +105,8 @@ void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
 
 void FullLeaf::act(const LeafLoad& load) {
   assembled_ = false;
-  plate().set_clamp(1 + load.warmth * (1 / scale_.growth - 1));
+  const auto held = [&](double growth) { return 1 + load.warmth * (growth / scale_.growth - 1); };
+  plate().set_clamps({held(leaf_.clamp_growth[0]), held(leaf_.clamp_growth[1])}, held(1));
   plate().set_weight(scale_.mass / (scale_.length * scale_.energy) * scale_.axes.transpose() *
                      load.gravity);
 }

@@ -47,7 +47,7 @@ class FullLeaf final : public LeafElement {
   bool is_full() const override { return true; }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;
-  bool has_linearised_interior(InteriorUse) const override { return true; }
+  std::string interior_gap(InteriorUse) override { return {}; }
 
   /// To be changed: no longer shared with other leaves.
   PlateLeaf& plate();

@@ -45,7 +45,7 @@ PlateGradient<S>::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Pl
     const Vector3d arm = plate.state().edges[e].axes.transpose() * rows.lever[e];
     for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
       std::array<Vector3d, 4> reference =
-          PlateLeaf::edge_reference(*mesh_, edge.line, j, plate.clamp());
+          PlateLeaf::edge_reference(*mesh_, edge.line, j, plate.clamp(e));
       reference[0] += arm;
       std::array<Vector3<S>, 4> w;
       for (int k = 0; k < 4; ++k) w[k] = reference[k].template cast<S>();
@@ -68,7 +68,8 @@ PlateGradient<S>::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Pl
   for (int line = 0; line < mesh_->lines(); ++line) add_to_rows(line, nodal_force_[line], force);
   force_ = force;
   if (rows.point > 0) {
-    Vector3<S> apart = state_.point + (plate.clamp() * plate.point_place()).template cast<S>();
+    Vector3<S> apart =
+        state_.point + (plate.place_ratio() * plate.point_place()).template cast<S>();
     for (const NodalWeight& w : plate.support().point)
       apart -= w.weight * state_.nodal[w.line].row(w.function).transpose();
     force_.template segment<3>(rows.unknowns) = apart;
@@ -227,8 +228,8 @@ auto PlateGradient<S>::edge_nodal_rates(const std::vector<LeafVariation<S>>& var
         Vector3d local = s % 4 == 0 ? v.edge[e].arm : Vector3d(Vector3d::Zero());
         for (int p = 0; p < directions(); ++p)
           if (!rate_->shape[p].reference.empty())
-            local +=
-                held(s) * v.shape[p] * rate_->shape[p].reference[edges_[e].line].row(s).transpose();
+            local += held(e, s) * v.shape[p] *
+                     rate_->shape[p].reference[edges_[e].line].row(s).transpose();
         r += edges_[e].axes * local;
         if (s % 4 == 0) r += v.edge[e].position;
         rates[e].template block<1, 3>(s, 3 * k) = r.transpose();

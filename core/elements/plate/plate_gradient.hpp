@@ -99,7 +99,7 @@ class PlateGradient final : public LeafGradient<S> {
                            std::vector<Matrix>& n1) const;
   void add_weight_quadratic(const std::vector<Matrix>& N2, LeafQuadratic<S>& q) const;
   /// Factor of the clamp on a function of an edge node.
-  double held(int function) const { return function % 2 == 0 ? plate_->clamp() : 1; }
+  double held(int edge, int function) const { return function % 2 == 0 ? plate_->clamp(edge) : 1; }
   void add_to_rows(int line, const Matrix& nodal, Matrix& rows) const;
   std::array<Matrix, 2> edge_nodal_rates(const std::vector<LeafVariation<S>>& variations) const;
 

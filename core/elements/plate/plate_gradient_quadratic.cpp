@@ -91,7 +91,8 @@ void PlateGradient<S>::add_edge_quadratic(int e, const Matrix& Y, const Matrix& 
       }
       for (int p = 0; p < directions(); ++p)
         if (!rate_->shape[p].reference.empty())
-          q.shape(p, k) += held(s) * c.dot(R * rate_->shape[p].reference[line].row(s).transpose());
+          q.shape(p, k) +=
+              held(e, s) * c.dot(R * rate_->shape[p].reference[line].row(s).transpose());
       for (int d = 0; d < per_node; ++d) {
         if (slopes[d].function != s % 4) continue;
         const int row = plate_->block_offset(line) + per_node * (s / 4) + d;

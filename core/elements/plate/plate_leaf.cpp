@@ -112,9 +112,10 @@ PlateLeaf::State PlateLeaf::undeflected(const PlateMesh& mesh, bool free_tip) {
   return state;
 }
 
-void PlateLeaf::set_clamp(double ratio) {
-  if (ratio == clamp_) return;
-  clamp_ = ratio;
+void PlateLeaf::set_clamps(const std::array<double, 2>& edges, double place) {
+  if (edges == clamps_ && place == place_ratio_) return;
+  clamps_ = edges;
+  place_ratio_ = place;
   stress_is_linearised_ = false;
   update_nodal();
 }
@@ -227,7 +228,7 @@ void PlateLeaf::update_nodal() {
     const int line = e == 0 ? 0 : last;
     if (!is_rigid_edge(line)) continue;
     nodal_[line] =
-        edge_nodal(*mesh_, e, state_.edges[e], state_.x.data() + block_offset(line), clamp_);
+        edge_nodal(*mesh_, e, state_.edges[e], state_.x.data() + block_offset(line), clamp(e));
   }
 }
 
@@ -533,7 +534,7 @@ void PlateLeaf::hold_point() {
   const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
   CondensedInterior::Point point{.gradient = MatrixXd::Zero(unknowns(), 3),
                                  .edge_gradient = Eigen::Matrix<double, 3, 12>::Zero(),
-                                 .missing = state_.point + clamp_ * point_place_,
+                                 .missing = state_.point + place_ratio_ * point_place_,
                                  .force = state_.point_force};
   for (const NodalWeight& w : support_.point) {
     point.missing -= w.weight * nodal_[w.line].row(w.function).transpose();

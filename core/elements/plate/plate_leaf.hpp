@@ -54,10 +54,11 @@ class PlateLeaf {
   const State& state() const { return state_; }
   void set_state(const State& state);
   static State undeflected(const PlateMesh& mesh, bool free_tip = false);
-  /// Width that rigid edges hold over the stress-free one; the material point's undeflected place
-  /// over the stress-free one, too. 1 at first.
-  void set_clamp(double ratio);
-  double clamp() const { return clamp_; }
+  /// Widths that rigid edges hold over the stress-free one; the material point's undeflected place
+  /// over the stress-free one. 1 at first.
+  void set_clamps(const std::array<double, 2>& edges, double place);
+  double clamp(int edge) const { return clamps_[static_cast<std::size_t>(edge)]; }
+  double place_ratio() const { return place_ratio_; }
   /// Dead force per mass: of every function of a line, its share is PlateMesh::mass_moment. Over D.
   void set_weight(const Vector3d& weight) { weight_ = weight; }
   const Vector3d& weight() const { return weight_; }
@@ -184,7 +185,8 @@ class PlateLeaf {
   std::shared_ptr<const PlateMesh> mesh_;
   PlateSupport support_;
   State state_;
-  double clamp_ = 1;
+  std::array<double, 2> clamps_{1, 1};
+  double place_ratio_ = 1;
   Vector3d weight_ = Vector3d::Zero();
   std::vector<MatrixXd> nodal_;
   std::vector<VectorXd> nodal_force_;  ///< per line, 3 functions_per_line

@@ -22,7 +22,7 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
   if (rows_.point == 0) return;
   // of the undeflected place, along the leaf, across it and by the shape
   const auto rest = [&](const NodalWeight& w) {
-    return Vector3d(plate_->clamp() * mesh_->undeflected(w.line).row(w.function).transpose());
+    return Vector3d(plate_->place_ratio() * mesh_->undeflected(w.line).row(w.function).transpose());
   };
   std::array<Vector3d, 2> by_place{Vector3d::Zero(), Vector3d::Zero()};
   for (int a = 0; a < 2; ++a)
@@ -33,7 +33,7 @@ void PlateGradient<S>::add_point_rates(const std::array<Matrix, 2>& edge_rates,
     for (const NodalWeight& w : point_rates_[p]) by_shape[p] += w.weight * rest(w);
     if (rate_->shape[p].undeflected.empty()) continue;
     for (const NodalWeight& w : plate_->support().point)
-      by_shape[p] += plate_->clamp() * w.weight *
+      by_shape[p] += plate_->place_ratio() * w.weight *
                      rate_->shape[p].undeflected[w.line].row(w.function).transpose();
   }
   const auto nodal = [&](const NodalWeight& w) -> Vector3<S> {

@@ -68,7 +68,7 @@ PlateSeries::PlateSeries(const PlateLeaf& plate)
     : plate_(&plate),
       mesh_(plate.shared_mesh()),
       support_(plate.support()),
-      point_place_(plate.clamp() * plate.point_place()) {
+      point_place_(plate.place_ratio() * plate.point_place()) {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
   for (int line = 0; line <= lines; ++line) offset_.push_back(plate.block_offset(line));
   rows_.unknowns = offset_.back();
@@ -141,7 +141,7 @@ void PlateSeries::expand_edge(int e, const EdgeBodySeries& body, const Series<Ve
     Series<Vector3d> w;
     for (Vector3d& c : w) c.setZero();
     w[0] = PlateLeaf::edge_reference(*mesh_, line, s / 4,
-                                     plate_->clamp())[static_cast<std::size_t>(k)];
+                                     plate_->clamp(e))[static_cast<std::size_t>(k)];
     if (k == 0) w[0] += body.arm;
     for (int d = 0; d < slopes; ++d) {
       const PlateMesh::EdgeSlope& slope = mesh_->edge_slopes()[d];

@@ -1,6 +1,8 @@
 #include "core/reduction/atlas/atlas_dynamics.hpp"
 
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/reduction/atlas/ray_interpolation.hpp"
 
@@ -51,44 +53,86 @@ RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho) {
   return ray;
 }
 
+namespace {
+
+// Tables of the bent states from their numbers in a row on both rays; those of a ray that is not
+// wanted may be empty.
+std::vector<StateTable> tables_of(const VectorXd& a, const VectorXd& b, const RayNeighbours& ray,
+                                  const std::vector<double>& sigmas) {
+  const int even_entries = TubeDynamics::entries()[0], odd_entries = TubeDynamics::entries()[1],
+            evens = evens_each * even_entries, odds = odds_each * odd_entries;
+  const auto table = [&](const VectorXd& numbers, std::size_t n) {
+    const double* const first = numbers.data() + static_cast<std::ptrdiff_t>(n) * (evens + odds);
+    return StateTable{sigmas[n], Eigen::Map<const MatrixXd>(first, even_entries, evens_each),
+                      Eigen::Map<const MatrixXd>(first + evens, odd_entries, odds_each)};
+  };
+  std::vector<StateTable> found;
+  for (std::size_t n = 0; n < sigmas.size(); ++n)
+    found.push_back(ray.on_left    ? table(a, n)
+                    : ray.on_right ? table(b, n)
+                                   : blended(table(a, n), table(b, n),
+                                             blend_between_rays(ray.a, ray.b, sigmas[n], ray.rho)));
+  return found;
+}
+
+int numbers_of(std::size_t nodes) {
+  return static_cast<int>(nodes) *
+         (evens_each * TubeDynamics::entries()[0] + odds_each * TubeDynamics::entries()[1]);
+}
+
+// What `look_up(table)` says of both rays, where they are wanted.
+template <class LookUp>
+auto on_rays(const std::vector<CompressedTable>& tables, const RayNeighbours& ray,
+             const LookUp& look_up) {
+  const auto left = static_cast<std::size_t>(ray.left);
+  using Numbers = decltype(look_up(tables[left]));
+  return std::array<Numbers, 2>{ray.on_right ? Numbers() : look_up(tables[left]),
+                                ray.on_left ? Numbers() : look_up(tables[left + 1])};
+}
+
+}  // namespace
+
 std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& tables,
                                            const std::vector<CompressedTable>& stations,
                                            const ShapeWeights& weights, const RayNeighbours& ray,
-                                           const std::vector<double>& sigmas, int all_nodes,
-                                           int slope) {
-  const int even_entries = TubeDynamics::entries()[0], odd_entries = TubeDynamics::entries()[1];
-  const int evens = evens_each * even_entries, odds = odds_each * odd_entries,
-            nodes = static_cast<int>(sigmas.size()),
-            motions = stations[static_cast<std::size_t>(ray.left)].all / all_nodes;
-  const auto at = [&](const std::vector<CompressedTable>& of, bool left, int first) {
-    if (left ? ray.on_right : ray.on_left) return VectorXd();
-    return of[static_cast<std::size_t>(ray.left + (left ? 0 : 1))].look_up(weights, first, slope);
-  };
-  const VectorXd a = at(tables, true, nodes * (evens + odds)),
-                 b = at(tables, false, nodes * (evens + odds)),
-                 stations_a = at(stations, true, nodes * motions),
-                 stations_b = at(stations, false, nodes * motions);
+                                           const std::vector<double>& sigmas, int all_nodes) {
+  const int motions =
+      stations.empty() ? 0 : stations[static_cast<std::size_t>(ray.left)].all / all_nodes;
+  const auto [a, b] = on_rays(tables, ray, [&](const CompressedTable& table) {
+    return table.look_up(weights, numbers_of(sigmas.size()));
+  });
+  std::array<VectorXd, 2> moving;
+  if (!stations.empty())
+    moving = on_rays(stations, ray, [&](const CompressedTable& table) {
+      return table.look_up(weights, static_cast<int>(sigmas.size()) * motions);
+    });
+  const auto& [stations_a, stations_b] = moving;
   const double t = (ray.rho - ray.a) / (ray.b - ray.a);
-  // those of one ray about the bent state n
-  const auto node = [&](const VectorXd& numbers, const VectorXd& motion, int n) {
-    const double* const first = numbers.data() + static_cast<std::ptrdiff_t>(n) * (evens + odds);
-    return DynamicsNode{{sigmas[static_cast<std::size_t>(n)],
-                         Eigen::Map<const MatrixXd>(first, even_entries, evens_each),
-                         Eigen::Map<const MatrixXd>(first + evens, odd_entries, odds_each)},
-                        motion.segment(n * motions, motions).reshaped(motions / 2, 2)};
-  };
   std::vector<DynamicsNode> found;
-  for (int n = 0; n < nodes; ++n) {
-    if (ray.on_left || ray.on_right) {
-      found.push_back(ray.on_left ? node(a, stations_a, n) : node(b, stations_b, n));
-      continue;
-    }
-    const DynamicsNode left = node(a, stations_a, n), right = node(b, stations_b, n);
-    const RayBlend blend = blend_between_rays(ray.a, ray.b, left.table.sigma, ray.rho);
-    found.push_back(
-        {blended(left.table, right.table, blend), (1 - t) * left.stations + t * right.stations});
+  for (StateTable& table : tables_of(a, b, ray, sigmas)) {
+    const auto first = static_cast<Eigen::Index>(found.size()) * motions;
+    const VectorXd motion = ray.on_left    ? stations_a.segment(first, motions)
+                            : ray.on_right ? stations_b.segment(first, motions)
+                                           : VectorXd((1 - t) * stations_a.segment(first, motions) +
+                                                      t * stations_b.segment(first, motions));
+    found.push_back({std::move(table), motion.reshaped(motions / 2, 2)});
   }
   return found;
+}
+
+DynamicsRates look_up_dynamics_rates(const std::vector<CompressedTable>& tables,
+                                     const ShapeWeights& weights, const RayNeighbours& ray,
+                                     const std::vector<double>& sigmas) {
+  const auto [a, b] = on_rays(tables, ray, [&](const CompressedTable& table) {
+    return table.look_up_slopes(weights, numbers_of(sigmas.size()));
+  });
+  const auto row = [](const Eigen::Matrix4Xd& all, int p) {
+    return all.cols() == 0 ? VectorXd() : VectorXd(all.row(1 + p).transpose());
+  };
+  DynamicsRates rates;
+  for (int p = 0; p < 3; ++p)
+    rates[static_cast<std::size_t>(p)] = tables_of(row(a, p), row(b, p), ray, sigmas);
+  return rates;
 }
 
 }  // namespace flexopt

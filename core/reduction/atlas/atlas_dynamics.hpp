@@ -21,11 +21,14 @@ struct RayNeighbours {
 RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho);
 
 /// The tables of the bent states `sigmas` (some of the first that the atlas has). `tables`,
-/// `stations`: of each ray. `slope`: as of CompressedTable::look_up.
+/// `stations`: of each ray, these empty where not wanted.
 std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& tables,
                                            const std::vector<CompressedTable>& stations,
                                            const ShapeWeights& weights, const RayNeighbours& ray,
-                                           const std::vector<double>& sigmas, int all_nodes,
-                                           int slope = -1);
+                                           const std::vector<double>& sigmas, int all_nodes);
+/// What these tables change by with log w/L, log t/L and ν. `weights`: with slopes.
+DynamicsRates look_up_dynamics_rates(const std::vector<CompressedTable>& tables,
+                                     const ShapeWeights& weights, const RayNeighbours& ray,
+                                     const std::vector<double>& sigmas);
 
 }  // namespace flexopt

@@ -68,28 +68,89 @@ ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool wi
   return weights;
 }
 
-VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first, int slope) const {
-  assert(first <= all && weights.value.size() == shapes);
-  const int count = static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
-  const Eigen::Map<const Eigen::MatrixXf> at_shapes(coordinates, directions, shapes);
-  const auto at = [&](const VectorXd& w) {
-    VectorXd x = VectorXd::Zero(directions);
-    for (int k = 0; k < shapes; ++k)
-      if (w[k] != 0) x += w[k] * at_shapes.col(k).cast<double>();
-    return combination(*this, count, x);
-  };
-  VectorXd y = at(slope < 0 ? weights.value : weights.slope[slope]);
-  if (slope == 0 || slope == 1) {  // and of the power law
-    const VectorXd value = at(weights.value);
-    for (int i = 0; i < count; ++i) y[i] += 0.5 * exponents[2 * i + slope] * value[i];
-  }
+Vector3d place_in_grid(const PlateShape& shape) {
+  return {std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio};
+}
+Vector3d slope_units(const PlateShape& shape) { return {1 / shape.width, 1 / shape.thickness, 1}; }
+
+namespace {
+
+// A power law and the size of each number, in the places of all.
+template <class Put>
+void put_in_place(const CompressedTable& table, const ShapeWeights& weights, int count,
+                  const Put& put) {
   const auto width = half_powers(weights.place[0]), thickness = half_powers(weights.place[1]);
-  VectorXd numbers_in_place = VectorXd::Zero(first);
   for (int i = 0; i < count; ++i)
-    numbers_in_place[places[i]] = y[i] * static_cast<double>(sizes[i]) *
-                                  width[exponents[2 * i] + most_power] *
-                                  thickness[exponents[2 * i + 1] + most_power];
+    put(i, table.places[i],
+        static_cast<double>(table.sizes[i]) * width[table.exponents[2 * i] + most_power] *
+            thickness[table.exponents[2 * i + 1] + most_power]);
+}
+
+// Σ_k x_k (column k of the basis) for four x at once, its first `count` rows: a block of them after
+// the other, which stays in the nearest cache.
+Eigen::Matrix4Xd combinations(const CompressedTable& table, int count, const Eigen::Matrix4Xd& x) {
+  constexpr int block = 128;
+  Eigen::Matrix4Xd y(4, count);
+  for (int first = 0; first < count; first += block) {
+    const int rows = std::min(block, count - first);
+    double sums[4][block] = {};
+    for (int k = 0; k < table.directions; ++k) {
+      const std::int16_t* const column =
+          table.basis + static_cast<std::size_t>(k) * static_cast<std::size_t>(table.numbers) +
+          first;
+      const double a = x(0, k), b = x(1, k), c = x(2, k), d = x(3, k);
+      for (int i = 0; i < rows; ++i) {
+        const double number = column[i];
+        sums[0][i] += a * number;
+        sums[1][i] += b * number;
+        sums[2][i] += c * number;
+        sums[3][i] += d * number;
+      }
+    }
+    for (int i = 0; i < rows; ++i)
+      y.col(first + i) << sums[0][i], sums[1][i], sums[2][i], sums[3][i];
+  }
+  return y;
+}
+
+}  // namespace
+
+int CompressedTable::count_of(int first) const {
+  assert(first <= all);
+  return static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
+}
+
+VectorXd CompressedTable::coordinates_at(const VectorXd& weights) const {
+  assert(weights.size() == shapes);
+  const Eigen::Map<const Eigen::MatrixXf> at_shapes(coordinates, directions, shapes);
+  VectorXd x = VectorXd::Zero(directions);
+  for (int k = 0; k < shapes; ++k)
+    if (weights[k] != 0) x += weights[k] * at_shapes.col(k).cast<double>();
+  return x;
+}
+
+VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first) const {
+  const int count = count_of(first);
+  const VectorXd y = combination(*this, count, coordinates_at(weights.value));
+  VectorXd numbers_in_place = VectorXd::Zero(first);
+  put_in_place(*this, weights, count,
+               [&](int i, int place, double size) { numbers_in_place[place] = y[i] * size; });
   return numbers_in_place;
+}
+
+Eigen::Matrix4Xd CompressedTable::look_up_slopes(const ShapeWeights& weights, int first) const {
+  const int count = count_of(first);
+  Eigen::Matrix4Xd x(4, directions);
+  x.row(0) = coordinates_at(weights.value).transpose();
+  for (int a = 0; a < 3; ++a) x.row(1 + a) = coordinates_at(weights.slope[a]).transpose();
+  const Eigen::Matrix4Xd y = combinations(*this, count, x);
+  Eigen::Matrix4Xd in_place = Eigen::Matrix4Xd::Zero(4, first);
+  put_in_place(*this, weights, count, [&](int i, int place, double size) {
+    auto column = in_place.col(place);
+    column = size * y.col(i);
+    for (int a = 0; a < 2; ++a) column[1 + a] += 0.5 * exponents[2 * i + a] * column[0];
+  });
+  return in_place;
 }
 
 std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd& sizes) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/elements/plate/plate_mesh.hpp"
 #include "core/math/types.hpp"
 
 namespace flexopt {
@@ -30,6 +31,11 @@ struct ShapeWeights {
 };
 ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool with_slopes);
 
+/// (log w/L, log t/L, ν) of a leaf, and by how much its derivatives by (w/L, t/L, ν) are those by
+/// these.
+Vector3d place_in_grid(const PlateShape& shape);
+Vector3d slope_units(const PlateShape& shape);
+
 /// c = (w/L)^p (t/L)^q s (U a),  a the interpolated coordinates of the shape. p, q and the size s
 /// are those of each number, U its row of directions, in whole numbers of 16 bits. Numbers that
 /// matter nowhere are left out.
@@ -42,8 +48,14 @@ struct CompressedTable {
   const std::int16_t* basis = nullptr;     ///< numbers × directions, column by column
   const float* coordinates = nullptr;      ///< directions × shapes, column by column
 
-  /// The first `first` of all numbers, or their derivative by log w/L (0), log t/L (1) or ν (2).
-  VectorXd look_up(const ShapeWeights& weights, int first, int slope = -1) const;
+  /// The first `first` of all numbers.
+  VectorXd look_up(const ShapeWeights& weights, int first) const;
+  /// These (first row), and their derivatives by log w/L, log t/L and ν.
+  Eigen::Matrix4Xd look_up_slopes(const ShapeWeights& weights, int first) const;
+
+ private:
+  int count_of(int first) const;
+  VectorXd coordinates_at(const VectorXd& weights) const;
 };
 
 /// A compressed table with its numbers.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "core/math/decompositions.hpp"
@@ -57,7 +58,10 @@ StressPlaces places_of(std::array<int, 2> mesh) {
 // ---------------------------------------------------------------------------- patterns
 
 StressPatterns::StressPatterns(std::array<int, 2> mesh, MatrixXd P)
-    : rows_(places_of(mesh).rows()), half_(places_of(mesh).strain_rows() / 2), P_(std::move(P)) {}
+    : rows_(places_of(mesh).rows()),
+      half_(places_of(mesh).strain_rows() / 2),
+      P_(std::move(P)),
+      rows_of_P_(std::make_shared<PatternRows>(P_)) {}
 
 StressPatterns::StressPatterns(const StressAtlasSettings& settings)
     : StressPatterns(settings.mesh, MatrixXd()) {
@@ -85,6 +89,7 @@ StressPatterns::StressPatterns(const StressAtlasSettings& settings)
   }
   P_ = SymmetricEigen(gram).eigenvectors().rowwise().reverse().leftCols(
       std::min<Eigen::Index>(settings.patterns, rows_));
+  rows_of_P_ = std::make_shared<PatternRows>(P_);
 }
 
 VectorXd StressPatterns::scale(double thickness) const {
@@ -100,62 +105,90 @@ StateTable StressPatterns::coefficients(const StateTable& node, double thickness
           P_.transpose() * (per_row.asDiagonal() * node.odd)};
 }
 
-StateTable StressPatterns::node(const StateTable& coefficients, double thickness) const {
-  const VectorXd s = scale(thickness);
-  StateTable node{coefficients.sigma, s.asDiagonal() * (P_ * coefficients.even),
-                  s.asDiagonal() * (P_ * coefficients.odd)};
-  if (node.sigma == 0) keep_flat(node);
-  return node;
-}
-
-// A flat leaf is its own mirror image in the thickness, which turns (σ, τ, φ), the bending strains
-// and the places off the plane; and it is not strained.
-void StressPatterns::keep_flat(StateTable& node) const {
-  const auto keep = [&](const auto& monomials, MatrixXd& table) {
-    for (std::size_t k = 0; k < monomials.size(); ++k) {
-      const StateMonomial& m = monomials[k];
-      int turned = m.along;
-      for (int f = 0; f < m.off_ray; ++f) turned += m.variable[f] < 2;  // τ, φ
-      auto column = table.col(static_cast<Eigen::Index>(k));
-      const bool odd = turned % 2 != 0;
-      column.segment(odd ? 0 : half_, half_).setZero();
-      for (Eigen::Index row = 2 * half_; row < rows_; row += 3)
-        if (odd)
-          column.segment(row, 2).setZero();
-        else
-          column[row + 2] = 0;
+void StressPatterns::add_rates(const StateTable& coefficients,
+                               const std::array<StateTable, 3>& by_shape, double thickness,
+                               const StateWeights<double>& weights, std::size_t end,
+                               StressRates& to) const {
+  const auto add = [&](const auto& monomials, std::size_t part, MatrixXd StateTable::*table,
+                       const auto& all, bool bending, MatrixXd& sum) {
+    auto w = all;
+    if (coefficients.sigma == 0) {  // as TubeStress has it
+      for (std::size_t k = 0; k < monomials.size(); ++k)
+        if (monomials[k].turned() != bending) w[static_cast<Eigen::Index>(k)] = 0;
+      if (part == 0) w[0] = 0;
     }
+    const double scale = bending ? 2 : thickness;
+    for (std::size_t p = 0; p < 3; ++p)
+      sum.col(static_cast<Eigen::Index>(p)).noalias() += scale * (by_shape[p].*table * w);
+    if (!bending) sum.col(1).noalias() += coefficients.*table * w;
   };
-  keep(even_monomials(), node.even);
-  keep(odd_monomials(), node.odd);
-  node.even.col(0).head(2 * half_).setZero();
+  for (const bool bending : {false, true}) {
+    std::array<MatrixXd, 2>& sum = bending ? to.bending : to.membrane;
+    add(even_monomials(), 0, &StateTable::even, weights.even[end], bending, sum[0]);
+    add(odd_monomials(), 1, &StateTable::odd, weights.odd[end], bending, sum[1]);
+  }
 }
 
 // ---------------------------------------------------------------------------- look-up
 
-std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {
+// Of the bent state n: what `look_up(table)` says of the coefficients of a ray.
+template <class LookUp>
+StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& look_up) const {
   const std::vector<double>& rays = settings_.rays;
   std::size_t left = 0;
   while (left + 2 < rays.size() && rho > rays[left + 1]) ++left;
-  const ShapeWeights weights = shape_weights(
-      settings_.grid, {std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio},
-      false);
-  const auto of_ray = [&](std::size_t ray, std::size_t n) {
-    const CompressedTable& table = tables_[ray * settings_.sigmas.size() + n];
-    return table_of(settings_.sigmas[n],
-                    table.look_up(weights, table.all)
-                        .reshaped(patterns_.P().cols(), even_columns + odd_columns));
+  const double a = rays[left], b = rays[left + 1], sigma = settings_.sigmas[n];
+  const auto of_ray = [&](std::size_t ray) {
+    const VectorXd numbers = look_up(tables_[ray * settings_.sigmas.size() + n]);
+    return table_of(sigma, numbers.reshaped(patterns_.P().cols(), even_columns + odd_columns));
   };
-  const double a = rays[left], b = rays[left + 1];
+  if (rho == a || rho == b) return of_ray(rho == a ? left : left + 1);
+  return blended(of_ray(left), of_ray(left + 1), blend_between_rays(a, b, sigma, rho));
+}
+
+std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {
+  const ShapeWeights weights = shape_weights(settings_.grid, place_in_grid(shape), false);
   std::vector<StateTable> found;
-  for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n) {
-    const StateTable all = rho == a || rho == b
-                               ? of_ray(rho == a ? left : left + 1, n)
-                               : blended(of_ray(left, n), of_ray(left + 1, n),
-                                         blend_between_rays(a, b, settings_.sigmas[n], rho));
-    found.push_back(patterns_.node(all, shape.thickness));
-  }
+  for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n)
+    found.push_back(
+        coefficients(rho, n, [&](const CompressedTable& t) { return t.look_up(weights, t.all); }));
   return found;
+}
+
+StressRateSource StressAtlas::rates(const PlateShape& shape, double rho) const {
+  struct Known {  // of a bent state
+    StateTable coefficients;
+    std::array<StateTable, 3> by_shape;
+  };
+  return [this, shape, rho, known = std::map<std::size_t, Known>(),
+          at = shape_weights(settings_.grid, place_in_grid(shape), true)](
+             std::size_t interval, const StateWeights<double>& weights) mutable {
+    const MatrixXd none = MatrixXd::Zero(patterns_.P().cols(), 3);
+    StressRates rates{&patterns_.P(), {none, none}, {none, none}};
+    for (const std::size_t end : {0, 1}) {
+      Known& node = known[interval + end];
+      if (node.coefficients.even.size() == 0) {
+        std::map<const CompressedTable*, Eigen::Matrix4Xd> slopes;  // of each ray
+        const auto row = [&](int r) {
+          return coefficients(rho, interval + end, [&](const CompressedTable& t) {
+            const auto [found, fresh] = slopes.try_emplace(&t);
+            if (fresh) found->second = t.look_up_slopes(at, t.all);
+            return VectorXd(found->second.row(r).transpose());
+          });
+        };
+        node.coefficients = row(0);
+        const Vector3d per = slope_units(shape);
+        for (int p = 0; p < 3; ++p) {
+          StateTable& rate = node.by_shape[static_cast<std::size_t>(p)];
+          rate = row(1 + p);
+          rate.even *= per[p];
+          rate.odd *= per[p];
+        }
+      }
+      patterns_.add_rates(node.coefficients, node.by_shape, shape.thickness, weights, end, rates);
+    }
+    return rates;
+  };
 }
 
 // ---------------------------------------------------------------------------- file

@@ -32,17 +32,22 @@ class StressPatterns {
   explicit StressPatterns(const StressAtlasSettings& settings);
 
   const MatrixXd& P() const { return P_; }
-  /// A table of coefficients a, from one of a leaf; and back, for a flat leaf without what its
-  /// mirror in the thickness forbids.
+  /// P for the tables that look_up() answers with.
+  const std::shared_ptr<const PatternRows>& rows() const { return rows_of_P_; }
+  /// A table of coefficients a, from one of a leaf.
   StateTable coefficients(const StateTable& node, double thickness) const;
-  StateTable node(const StateTable& coefficients, double thickness) const;
+  /// Adds what the strains of a table, `end` of two put together with these weights, change by with
+  /// (w/L, t/L, ν), from what its coefficients do.
+  void add_rates(const StateTable& coefficients, const std::array<StateTable, 3>& by_shape,
+                 double thickness, const StateWeights<double>& weights, std::size_t end,
+                 StressRates& to) const;
 
  private:
   VectorXd scale(double thickness) const;
-  void keep_flat(StateTable& node) const;
 
   Eigen::Index rows_, half_;  ///< all, and so many of e and of κ
   MatrixXd P_;
+  std::shared_ptr<const PatternRows> rows_of_P_;
 };
 
 class StressAtlas {
@@ -58,8 +63,11 @@ class StressAtlas {
   const StressAtlasSettings& settings() const { return settings_; }
   const StressPatterns& patterns() const { return patterns_; }
   const std::vector<CompressedTable>& tables() const { return tables_; }
-  /// The first `nodes` bent states of a leaf in the box on the ray (1, rho), rho within the rays.
+  /// Coefficients of the patterns about the first `nodes` bent states of a leaf in the box on the
+  /// ray (1, rho), rho within the rays.
   std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;
+  /// Of the same leaf; this must outlive it.
+  StressRateSource rates(const PlateShape& shape, double rho) const;
 
   /// As one block of numbers for a file, and from it. `data` is aligned to 64 bytes and kept by
   /// `owner`; null where the block is not one of these settings.
@@ -69,6 +77,9 @@ class StressAtlas {
                                                    std::shared_ptr<const void> owner);
 
  private:
+  template <class LookUp>
+  StateTable coefficients(double rho, std::size_t n, const LookUp& look_up) const;
+
   StressAtlasSettings settings_;
   StressPatterns patterns_;
   std::vector<CompressedTable> tables_;

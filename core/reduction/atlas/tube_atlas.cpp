@@ -284,14 +284,32 @@ int TubeAtlas::nodes_to(double sigma) const {
 }
 
 std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                              double sigma, int slope) const {
+                                              double sigma, StationsWanted stations) const {
   assert(settings_.dynamics);
   const std::vector<double>& all = settings_.sigmas;
-  const Vector3d place(std::log(shape.width), std::log(shape.thickness), shape.poissons_ratio);
   return look_up_dynamics(
-      numbers_.dynamics, numbers_.stations, shape_weights(grid_, place, slope >= 0),
+      numbers_.dynamics,
+      stations == StationsWanted::yes ? numbers_.stations : std::vector<CompressedTable>(),
+      shape_weights(grid_, place_in_grid(shape), false),
       ray_neighbours(settings_.rays, place_of(ray).rho),
-      {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()), slope);
+      {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()));
+}
+
+DynamicsRates TubeAtlas::dynamics_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                        double sigma) const {
+  assert(settings_.dynamics);
+  const std::vector<double>& all = settings_.sigmas;
+  DynamicsRates rates =
+      look_up_dynamics_rates(numbers_.dynamics, shape_weights(grid_, place_in_grid(shape), true),
+                             ray_neighbours(settings_.rays, place_of(ray).rho),
+                             {all.begin(), all.begin() + nodes_to(sigma)});
+  const Vector3d per = slope_units(shape);
+  for (int p = 0; p < 2; ++p)
+    for (StateTable& table : rates[static_cast<std::size_t>(p)]) {
+      table.even *= per[p];
+      table.odd *= per[p];
+    }
+  return rates;
 }
 
 TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2d& ray,
@@ -314,13 +332,21 @@ std::vector<StateTable> TubeAtlas::look_up_stress(const PlateShape& shape,
                           nodes > 0 ? std::min(nodes, all) : all);
 }
 
-TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const {
+StressRateSource TubeAtlas::stress_rates(const PlateShape& shape,
+                                         const Eigen::Vector2d& ray) const {
+  assert(stress_);
+  return stress_->rates(shape, ray_neighbours(settings_.rays, place_of(ray).rho).rho);
+}
+
+TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                       int nodes) const {
+  const int all = static_cast<int>(settings_.sigmas.size());
   std::vector<Tube> found =
-      assemble(weights(shape, true), ray, static_cast<int>(settings_.sigmas.size()));
-  const std::array<double, 2> size{shape.width, shape.thickness};
-  for (std::size_t p = 0; p < size.size(); ++p)
+      assemble(weights(shape, true), ray, nodes > 0 ? std::min(nodes, all) : all);
+  const Vector3d per = slope_units(shape);
+  for (std::size_t p = 0; p < 3; ++p)
     for (TubeNode& node : found[p + 1].nodes)
-      for (double& c : node.W) c /= size[p];  // of the logarithm so far
+      for (double& c : node.W) c *= per[static_cast<Eigen::Index>(p)];
   return {std::move(found[1].nodes), std::move(found[2].nodes), std::move(found[3].nodes)};
 }
 

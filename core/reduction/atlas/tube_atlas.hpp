@@ -107,9 +107,13 @@ class TubeAtlas {
   int nodes_to(double sigma) const;
 
   /// Tables of the dynamics about the first bent states, so many as reach sigma (at least two).
-  /// Where there is no gap() and the settings have dynamics. `slope`: as of CompressedTable.
+  /// Where there is no gap() and the settings have dynamics.
   std::vector<DynamicsNode> dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                     double sigma, int slope = -1) const;
+                                     double sigma,
+                                     StationsWanted stations = StationsWanted::yes) const;
+  /// What they change by with (w/L, t/L, ν), each with the other two and the ray held.
+  DynamicsRates dynamics_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                               double sigma) const;
 
   /// Bent states of a leaf, in the form of TubeModel.
   struct Tube {
@@ -124,11 +128,14 @@ class TubeAtlas {
   /// stress().
   std::vector<StateTable> look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
                                          int nodes = 0) const;
+  /// Of the same tables; for one thread. This must outlive it.
+  StressRateSource stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
   static TubeView view(const Eigen::Vector2d& ray);
 
   /// What the bent states change by with (w/L, t/L, ν), each with the other two and the ray held,
   /// in the scaled units of the leaf: exact derivatives of the same interpolant.
-  TubeNodeRates look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
+  TubeNodeRates look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                              int nodes = 0) const;
 
  private:
   struct Weights;

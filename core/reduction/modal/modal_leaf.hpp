@@ -86,7 +86,7 @@ class ModalLeaf final : public LeafElement {
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;
-  bool has_linearised_interior(InteriorUse) const override { return true; }
+  std::string interior_gap(InteriorUse) override { return {}; }
 
   const ModalModel& model() const { return *model_; }
   const std::shared_ptr<const ModalModel>& shared_model() const { return model_; }

@@ -34,7 +34,7 @@ class SuperelementLeaf final : public LeafElement {
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;
-  bool has_linearised_interior(InteriorUse) const override { return true; }
+  std::string interior_gap(InteriorUse) override { return {}; }
   /// Derivative of the stress at one of the peaks, as plate_stress_rate. `fields`: rates of
   /// recovery · q of every superelement.
   double stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,

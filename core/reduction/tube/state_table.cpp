@@ -1,5 +1,6 @@
 #include "core/reduction/tube/state_table.hpp"
 
+#include "core/math/dual.hpp"
 #include "core/math/polynomial.hpp"
 
 namespace flexopt {
@@ -31,6 +32,27 @@ const std::array<StateMonomial, StateTable::even_monomials>& even_monomials() {
 const std::array<StateMonomial, StateTable::odd_monomials>& odd_monomials() {
   static const auto all = monomials_of<StateTable::odd_monomials>(false);
   return all;
+}
+
+StateWeightSlopes state_weight_slopes(double a, double b, double sigma,
+                                      const std::array<double, 5>& z) {
+  using Dual6 = Dual<6>;
+  std::array<Dual6, 5> variables;
+  for (int v = 0; v < 5; ++v)
+    variables[static_cast<std::size_t>(v)] = Dual6::variable(z[static_cast<std::size_t>(v)], 1 + v);
+  const StateWeights<Dual6> weights = state_weights(a, b, Dual6::variable(sigma, 0), variables);
+  StateWeightSlopes slopes;
+  const auto fill = [](const auto& from, auto& to) {
+    for (std::size_t end = 0; end < 2; ++end)
+      for (Eigen::Index m = 0; m < from[end].size(); ++m) {
+        to[end](m, 0) = from[end][m].value;
+        for (int v = 0; v < 6; ++v)
+          to[end](m, 1 + v) = from[end][m].derivatives[static_cast<std::size_t>(v)];
+      }
+  };
+  fill(weights.even, slopes.even);
+  fill(weights.odd, slopes.odd);
+  return slopes;
 }
 
 }  // namespace flexopt

@@ -22,6 +22,14 @@ struct StateMonomial {
   int along = 0, off_ray = 0;     ///< degrees
   std::array<int, 2> variable{};  ///< its factors off the ray, so many as off_ray says
   int number = 0;                 ///< in monomials<6, 2>()
+
+  /// Whether the mirror in the thickness, which turns (σ, τ, φ), changes its sign about a flat
+  /// leaf.
+  bool turned() const {
+    int sum = along;
+    for (int f = 0; f < off_ray; ++f) sum += variable[f] < 2;
+    return sum % 2 != 0;
+  }
 };
 /// In the order of the columns.
 const std::array<StateMonomial, StateTable::even_monomials>& even_monomials();
@@ -87,5 +95,14 @@ StateWeights<S> state_weights(double a, double b, const S& sigma, const std::arr
   fill(odd_monomials(), weights.odd);
   return weights;
 }
+
+/// The weights for a total degree of 2, a column for their values and one for each of their
+/// derivatives along (σ, τ, φ, N, M1, M2).
+struct StateWeightSlopes {
+  std::array<Eigen::Matrix<double, StateTable::even_monomials, 7>, 2> even;
+  std::array<Eigen::Matrix<double, StateTable::odd_monomials, 7>, 2> odd;
+};
+StateWeightSlopes state_weight_slopes(double a, double b, double sigma,
+                                      const std::array<double, 5>& z);
 
 }  // namespace flexopt

@@ -1,110 +1,25 @@
 #include "core/reduction/tube/tube_dynamics.hpp"
 
-#include <Eigen/LU>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 #include "core/math/decompositions.hpp"
+#include "core/reduction/tube/dynamics_entries.hpp"
 
 namespace flexopt {
 namespace {
 
-constexpr int P = TubeDynamics::amplitudes, R = TubeDynamics::rates;
-using Square = Eigen::Matrix<double, P, P>;
-using Flat = Eigen::Matrix<double, 3, P>;
+constexpr int P = DynamicsEntries::P, R = DynamicsEntries::R;
+using Square = DynamicsEntries::Square;
+using Flat = DynamicsEntries::Flat;
 using Six = Eigen::Matrix<double, P, 6>;
-using RateMatrix = Eigen::Matrix<double, R, R>;
+using RateMatrix = DynamicsEntries::RateMatrix;
 using RateSigns = Eigen::Matrix<double, R, 1>;
+using Slot = DynamicsEntries::Slot;
 
-enum Part { k_part, G_part, F_part, g_part, mass_part };
-
-// A = L Lᵀ in place, the lower triangle; false where A is not positive.
-bool factorise(Square& A) {
-  for (int j = 0; j < P; ++j) {
-    for (int k = 0; k < j; ++k) A.col(j).tail(P - j) -= A(j, k) * A.col(k).tail(P - j);
-    if (!(A(j, j) > 0)) return false;
-    A.col(j).tail(P - j) /= std::sqrt(A(j, j));
-  }
-  return true;
-}
-// L⁻¹ B, rows of B at once.
-template <class B>
-void solve_lower(const Square& L, B& X) {
-  for (int j = 0; j < P; ++j) {
-    X.row(j) /= L(j, j);
-    for (int i = j + 1; i < P; ++i) X.row(i) -= L(i, j) * X.row(j);
-  }
-}
-template <class B>
-void solve_upper(const Square& L, B& X) {
-  for (int j = P - 1; j >= 0; --j) {
-    X.row(j) /= L(j, j);
-    for (int i = 0; i < j; ++i) X.row(i) -= L(j, i) * X.row(j);
-  }
-}
-
-bool positive(const Matrix3d& A) {
-  return A(0, 0) > 0 && A(0, 0) * A(1, 1) > A(1, 0) * A(0, 1) && A.determinant() > 0;
-}
-
-constexpr std::array<double, 12> across_parity{1, -1, 1, -1, 1, -1, 1, 1, -1, 1, -1, -1};
-constexpr std::array<double, 12> thickness_parity{1, 1, -1, -1, -1, 1, -1, -1, -1, 1, 1, 1};
-
-}  // namespace
-
-// ---------------------------------------------------------------------------- layout
-
-namespace {
-
-struct Slot {
-  int matrix, row, column;
-};
-
-// Where the entries of all tables stand: those that are even and odd in (φ, M1, M2); of each first
-// those of the stiffness.
-struct Layout {
-  std::vector<Slot> even, odd;
-  int even_stiffness = 0, odd_stiffness = 0;
-  RateSigns mirror;  ///< of the rates, by the mirror of the thickness
-};
-
-Layout make_layout(const LoadParity& loads) {
-  Layout layout;
-  RateSigns across;
-  for (int i = 0; i < R; ++i) {
-    across[i] = i < 12 ? across_parity[i] : loads.across[i - 12];
-    layout.mirror[i] = i < 12 ? thickness_parity[i] : loads.normal[i - 12];
-  }
-  const auto add = [&](Part part, int i, int j, double sign) {
-    (sign > 0 ? layout.even : layout.odd).push_back({part, i, j});
-  };
-  for (int i = 0; i < P; ++i)
-    for (int j = 0; j <= i; ++j) add(k_part, i, j, across[12 + i] * across[12 + j]);
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < P; ++j) add(G_part, i, j, across[9 + i] * across[12 + j]);
-    for (int j = 0; j <= i; ++j) add(F_part, i, j, across[9 + i] * across[9 + j]);
-  }
-  layout.even_stiffness = static_cast<int>(layout.even.size());
-  layout.odd_stiffness = static_cast<int>(layout.odd.size());
-  for (int i = 0; i < P; ++i)
-    for (int j = 0; j < 3; ++j) add(g_part, i, j, across[12 + i] * across[6 + j]);
-  for (int i = 0; i < R; ++i)
-    for (int j = 0; j <= i; ++j) add(mass_part, i, j, across[i] * across[j]);
-  return layout;
-}
-
-const Layout& layout() {
-  static const Layout found = make_layout(load_parity());
-  return found;
-}
-
-}  // namespace
-
-namespace {
+const DynamicsLayout& layout() { return DynamicsLayout::get(); }
 
 // To the amplitudes U⁻ᵀ a.
 void change_amplitudes(DynamicsExpansion& e, const MatrixXd& U) {
@@ -146,52 +61,9 @@ DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Mat
 
 // ---------------------------------------------------------------------------- tables
 
-struct TubeDynamics::Entries {
-  Square k = Square::Zero();
-  Flat G = Flat::Zero();
-  Eigen::Matrix<double, P, 3> g = Eigen::Matrix<double, P, 3>::Zero();
-  Matrix3d F = Matrix3d::Zero();
-  RateMatrix mass = RateMatrix::Zero();
-
-  void put(const Slot& s, double x) {
-    switch (s.matrix) {
-      case k_part:
-        k(s.row, s.column) = k(s.column, s.row) = x;
-        break;
-      case G_part:
-        G(s.row, s.column) = x;
-        break;
-      case F_part:
-        F(s.row, s.column) = F(s.column, s.row) = x;
-        break;
-      case g_part:
-        g(s.row, s.column) = x;
-        break;
-      default:
-        mass(s.row, s.column) = mass(s.column, s.row) = x;
-    }
-  }
-  // Internal stiffness, the stiff deformations held: a sum of positive parts.
-  bool stiffness(Square& K, Flat& X) const {
-    if (!positive(F)) return false;
-    X.noalias() = F.inverse() * G;
-    K = k;
-    K.noalias() += G.transpose() * X;
-    return true;
-  }
-};
-
-// A place among the tables, mirrored to σ ≥ 0.
-struct TubeDynamics::Local {
-  bool mirrored = false;
-  std::size_t interval = 0;
-  double sigma = 0;
-  std::array<double, 5> z;
-};
-
 DynamicsNode TubeDynamics::weights(const DynamicsNode& node, const PlateShape& shape,
                                    double along) {
-  Entries e;
+  DynamicsEntries e;
   for (std::size_t s = 0; s < layout().even.size(); ++s)
     e.put(layout().even[s], node.table.even(static_cast<Eigen::Index>(s), 0));
   const RateSigns m = e.mass.diagonal().cwiseSqrt();
@@ -199,13 +71,13 @@ DynamicsNode TubeDynamics::weights(const DynamicsNode& node, const PlateShape& s
   const Vector3d F = e.F.diagonal().cwiseSqrt();
   const auto unit = [&](const Slot& s) {
     switch (s.matrix) {
-      case k_part:
+      case DynamicsEntries::k_part:
         return k[s.row] * k[s.column];
-      case G_part:
+      case DynamicsEntries::G_part:
         return F[s.row] * k[s.column];
-      case F_part:
+      case DynamicsEntries::F_part:
         return F[s.row] * F[s.column];
-      case g_part:
+      case DynamicsEntries::g_part:
         return k[s.row] * k[s.row] * m[6 + s.column] / m[12 + s.row];
       default:
         return m[s.row] * m[s.column];
@@ -245,7 +117,7 @@ void TubeDynamics::add(DynamicsNode node) {
   assert(nodes_.empty() ? node.table.sigma == 0 : node.table.sigma > nodes_.back().table.sigma);
   // the highest internal frequency that the loads tell well, at the bent state itself
   const std::vector<Slot>& slots = layout().even;  // the others vanish there
-  Entries e;
+  DynamicsEntries e;
   for (std::size_t s = 0; s < slots.size(); ++s)
     e.put(slots[s], node.table.even(static_cast<Eigen::Index>(s), 0));
   Square K;
@@ -274,7 +146,7 @@ TubeDynamics::Local TubeDynamics::locate(const Place& place) const {
 }
 
 // All entries to a total degree of 2, or those of the stiffness to 1 or 2.
-void TubeDynamics::read(const Local& at, bool all, int total, Entries& entries) const {
+void TubeDynamics::read(const Local& at, bool all, int total, DynamicsEntries& entries) const {
   const StateTable &a = nodes_[at.interval].table, &b = nodes_[at.interval + 1].table;
   const StateWeights<double> w = state_weights(a.sigma, b.sigma, at.sigma, at.z, total);
   const auto sum = [&](const MatrixXd& A, const MatrixXd& B, const auto& weights,
@@ -292,7 +164,7 @@ void TubeDynamics::read(const Local& at, bool all, int total, Entries& entries) 
 
 TubeDynamics::Answer TubeDynamics::evaluate(const Place& place) const {
   const Local at = locate(place);
-  Entries e;
+  DynamicsEntries e;
   read(at, true, 2, e);
   Answer answer;
   Flat X;
@@ -323,7 +195,7 @@ TubeDynamics::Answer TubeDynamics::evaluate(const Place& place) const {
 
 double TubeDynamics::change(const Place& place) const {
   const Local at = locate(place);
-  Entries e, lower;
+  DynamicsEntries e, lower;
   read(at, false, 2, e);
   read(at, false, 1, lower);
   Square K, less;

@@ -2,6 +2,7 @@
 // Internal dynamics of a tube leaf from tables: stiffness and mass of its internal amplitudes as
 // polynomials about its bent states, joined along the ray as the fields are. Equations (D1) to
 // (D5) of core/reduction/README.md.
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -18,13 +19,19 @@ inline constexpr double largest_dynamics_change = 0.06;
 /// All tables about one bent state.
 struct DynamicsNode {
   StateTable table;
-  MatrixXd stations;  ///< entries of the stations' motion × (1, σ)
+  MatrixXd stations;  ///< entries of the stations' motion × (1, σ); empty where not wanted
 };
+enum class StationsWanted { no, yes };
 /// `leaf` stands at the bent state `sigma` of the ray, the first column of `ray`. `units`: U of the
 /// amplitudes U⁻ᵀ a that the tables are over; where it is empty, it becomes that of this state, at
 /// which the stiffness k of these amplitudes is 1.
 DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                            const InternalLoads& loads, MatrixXd& units);
+
+/// What the tables about every bent state change by with (w/L, t/L, ν).
+using DynamicsRates = std::array<std::vector<StateTable>, 3>;
+
+struct DynamicsEntries;
 
 class TubeDynamics {
  public:
@@ -39,6 +46,7 @@ class TubeDynamics {
   /// A bent state beyond the others.
   void add(DynamicsNode node);
   double last_sigma() const { return nodes_.back().table.sigma; }
+  const DynamicsNode& node(std::size_t i) const { return nodes_[i]; }
 
   /// What a unit of each number does, relative to the diagonals of the matrices, at states as they
   /// occur, so far `along` the ray from the bent state.
@@ -49,6 +57,16 @@ class TubeDynamics {
     double sigma = 0, tau = 0, twist = 0;
     Vector3d f = Vector3d::Zero();
   };
+  /// A place among the tables: between the nodes interval and interval + 1, mirrored to σ ≥ 0.
+  struct Local {
+    bool mirrored = false;
+    std::size_t interval = 0;
+    double sigma = 0;
+    std::array<double, 5> z{};  ///< (τ, φ, N, M1, M2) of the tables
+  };
+  /// Needs two bent states.
+  Local locate(const Place& place) const;
+
   /// In the scaled units of the plate, chord axes.
   struct Answer {
     /// Why the tables do not hold here; empty where they do.
@@ -66,16 +84,13 @@ class TubeDynamics {
   /// By the last degree: |L⁻¹ (K⁻ − K) L⁻ᵀ|, K = L Lᵀ the internal stiffness, K⁻ the one to a
   /// total degree of 1.
   double change(const Place& place) const;
+  bool has_stations() const { return nodes_.back().stations.size() > 0; }
   /// Motion of the stations for the rates of Answer::mass, chord axes; 6 rows each.
   MatrixXd stations(const Place& place) const;
 
  private:
   static constexpr int reach_mode = 5;
-  struct Entries;
-  struct Local;
-
-  Local locate(const Place& place) const;
-  void read(const Local& at, bool all, int total, Entries& entries) const;
+  void read(const Local& at, bool all, int total, DynamicsEntries& entries) const;
 
   double force_centre_;
   std::vector<DynamicsNode> nodes_;

@@ -74,9 +74,12 @@ TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube 
       directions_(tube.directions),
       known_(true),
       rates_(std::move(tube.rates)),
+      dynamics_rates_(std::move(tube.dynamics_rates)),
+      stress_rates_(std::move(tube.stress_rates)),
       known_dynamics_(std::move(tube.dynamics)),
       view_(tube.view),
-      known_stress_(std::move(tube.stress)) {
+      known_stress_(std::move(tube.stress)),
+      stress_patterns_(std::move(tube.stress_patterns)) {
   range_.ray = directions_.col(0);
   make_potentials(tube.nodes);
 }
@@ -273,6 +276,7 @@ void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   full_state_.reset();
   state_number_ = 0;
   stress_.reset();
+  internal_.reset();
 }
 
 EdgePoses TubeLeaf::chord_edges() const {
@@ -325,6 +329,7 @@ void TubeLeaf::restore(const LeafState& state) {
   full_state_.reset();
   state_number_ = 0;
   stress_.reset();
+  internal_.reset();
 }
 
 PlateLeaf::State TubeLeaf::rebuilt() const {

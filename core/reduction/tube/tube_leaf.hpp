@@ -30,12 +30,18 @@ struct KnownTube {
   std::vector<TubeNode> nodes;
   /// Tables of the dynamics about so many of the same bent states as reach a sigma, made when first
   /// wanted. None: of the leaf.
-  std::function<std::vector<DynamicsNode>(double sigma)> dynamics;
+  std::function<std::vector<DynamicsNode>(double sigma, StationsWanted)> dynamics;
   TubeView view;  ///< of the tables
   /// Tables of stress, likewise.
   std::function<std::vector<StateTable>(double sigma)> stress;
+  /// P of (A6) where these are over patterns; else null.
+  std::shared_ptr<const PatternRows> stress_patterns = nullptr;
   /// Derivatives of the expansions, the ray held. None: the leaf has no exact derivatives.
   std::function<TubeNodeRates()> rates = {};
+  /// The same of the tables of the dynamics that reach a sigma.
+  std::function<DynamicsRates(double sigma)> dynamics_rates = {};
+  /// The same of the tables of stress.
+  std::function<StressRateSource()> stress_rates = {};
 };
 
 /// Potential and fields of all leaves of one shape and range. Grows when a leaf bends further.
@@ -68,6 +74,12 @@ class TubeModel {
   bool differentiable() const { return known_ && rates_; }
   /// Derivatives of the nodes of potential() by the leaf's shape, made anew each time.
   TubeNodeRates rates() const { return rates_(); }
+  bool differentiable_dynamics() const { return differentiable() && dynamics_ && dynamics_rates_; }
+  /// The same of the tables of dynamics(), made when they are first wanted.
+  const DynamicsRates& dynamics_rates();
+  bool differentiable_stress() const { return differentiable() && known_stress_ && stress_rates_; }
+  /// Of the tables of stress().
+  const StressRateSource& stress_rates();
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
   bool extend(double sigma);
@@ -101,7 +113,7 @@ class TubeModel {
   /// Whether no bent state had to be solved for.
   bool unsolved() const { return expansions_.empty(); }
   /// Sees to it that they reach sigma, where there are any.
-  void reach_dynamics(double sigma);
+  void reach_dynamics(double sigma, StationsWanted stations);
   /// How the tables of the dynamics see the leaf.
   TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
   /// Sees to it that fields and tables of dynamics reach as far as sigma, where they were not
@@ -119,7 +131,7 @@ class TubeModel {
   void stand_at(const TubeExpansion& expansion);
   bool add(double sigma);
   void add_dynamics(double sigma);  ///< at the bent state where leaf() stands
-  void look_up_dynamics(double sigma);
+  void look_up_dynamics(double sigma, StationsWanted stations);
   void add_stress(const TubeExpansion& expansion);
   ChordLeaf& leaf();
   void make_potentials(const std::vector<TubeNode>& nodes);
@@ -131,7 +143,11 @@ class TubeModel {
   Eigen::Matrix2d directions_;
   bool known_ = false;
   std::function<TubeNodeRates()> rates_;
-  std::function<std::vector<DynamicsNode>(double)> known_dynamics_;
+  std::function<DynamicsRates(double)> dynamics_rates_;
+  DynamicsRates known_dynamics_rates_;  ///< of the present tables; empty before they are wanted
+  std::function<StressRateSource()> stress_rates_;
+  StressRateSource known_stress_rates_;  ///< likewise
+  std::function<std::vector<DynamicsNode>(double, StationsWanted)> known_dynamics_;
   TubeView view_;
   bool successor_ = false;  ///< of other forces or another degree: it has no tables
   std::shared_ptr<PlatePool> pool_;
@@ -143,6 +159,7 @@ class TubeModel {
   MatrixXd amplitude_units_;
   std::unique_ptr<TubeDynamics> dynamics_;
   std::function<std::vector<StateTable>(double)> known_stress_;
+  std::shared_ptr<const PatternRows> stress_patterns_;
   std::unique_ptr<TubeStress> stress_;
   std::vector<std::weak_ptr<TubeModel>> successors_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
@@ -160,9 +177,7 @@ class TubeLeaf final : public LeafElement {
   Refinement refine(const Compliance& of_edges) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;
-  bool has_linearised_interior(InteriorUse use) const override {
-    return model_->differentiable() && !use.mass && !use.fields;
-  }
+  std::string interior_gap(InteriorUse use) override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   void expect_dynamics(int states) override { model_->expect_dynamics(states); }
@@ -197,6 +212,17 @@ class TubeLeaf final : public LeafElement {
   /// Of the last evaluate().
   const MixedState& mixed() const { return state_.mixed; }
   const ReducedResponse& response() const { return response_; }
+  /// Where the state lies in the tube, and as the tables of the dynamics see it.
+  TubeDynamics::Place place() const;
+  TubeDynamics::Place place_in_tables() const;
+  /// By increments of the edges (scaled): the rates of TubeDynamics::Answer::mass, but those of the
+  /// amplitudes.
+  Matrix12d edge_rates() const;
+  /// Motion of stations by the tables for all these rates, the amplitudes' too: six rows each, axes
+  /// of the leaf.
+  MatrixXd tabulated_stations() const;
+  /// The root of the mass that each of so many rows stands for.
+  double station_weight(Eigen::Index rows) const;
 
  private:
   /// The edges as those of a flat leaf on the chord.
@@ -219,17 +245,18 @@ class TubeLeaf final : public LeafElement {
   std::string doubt(const Compliance& of_edges);
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
-  /// Where the state lies in the tables of the dynamics.
-  TubeDynamics::Place place() const;
   /// Strains from the tables of stress. Null without tables, and where they do not hold;
   /// rebuilt_because_ then says why.
   const StrainField* tabulated_strains();
   /// Where a peak that they have lies.
   Vector3d tabulated_point(double along, double across);
   LeafShape tabulated_shape(const StrainField& strains);
-  /// Dynamics from the tables. None without tables, where more modes are wanted than they have, and
-  /// where they do not hold; condensed_because_ then says why.
-  std::optional<LeafDynamics> tabulated_dynamics(int modes);
+  /// What the tables of the dynamics say at this state. Null without tables, and where they do not
+  /// hold; condensed_because_ then says why.
+  const TubeDynamics::Answer* tabulated();
+  /// Dynamics from the tables. None where they say nothing, and where more modes are wanted than
+  /// they have.
+  std::optional<LeafDynamics> tabulated_dynamics(const DynamicsRequest& request);
 
   LeafSpring leaf_;
   int index_;
@@ -243,7 +270,8 @@ class TubeLeaf final : public LeafElement {
   ReducedResponse response_;
   LeafEvaluation evaluation_;
   double check_ = 0;
-  std::optional<TubeStress::Answer> stress_;  ///< at this state, where it was asked for
+  std::optional<TubeStress::Answer> stress_;      ///< at this state, where it was asked for
+  std::optional<TubeDynamics::Answer> internal_;  ///< likewise; its reason tells what is doubted
   std::string rebuilt_because_;    ///< why the last stress was not from tables that exist
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was

@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/reduction/tube/tube_leaf.hpp"
 
@@ -14,26 +16,6 @@ constexpr int internal = TubeDynamics::amplitudes;
 
 /// Of the modes of a full leaf so many are there below TubeDynamics::Answer::reach.
 constexpr int tabulated_modes = 8;
-
-// Rates of TubeDynamics::Answer::mass per increment of the edges (scaled), from the end that the
-// tables call the base: (D7).
-Eigen::Matrix<double, 12, 12> edge_rates(const ReducedResponse& response, const MixedState& mixed,
-                                         const TubeView& view) {
-  const ChordFrame& frame = response.frame;
-  const int base = view.from_tip ? 6 : 0, first = view.from_tip ? theta2y : theta1y,
-            second = view.from_tip ? theta1y : theta2y;
-  Matrix12d T = Matrix12d::Zero();
-  T.block<3, 3>(0, base) = frame.axes.transpose();
-  T.middleRows<3>(3) = frame.axes.transpose().lazyProduct(frame.spin);
-  T.row(6) = frame.B.row(first);
-  T.row(7) = frame.B.row(second);
-  T.row(8) = frame.B.row(twist);
-  const Eigen::Matrix<double, 3, 6> f = -mixed.F_inverse * mixed.h;
-  T.middleRows<3>(9) = f.lazyProduct(frame.B);
-  if (!view.from_tip) return T;
-  T.row(10).swap(T.row(11));
-  return view.signs().asDiagonal() * T;
-}
 
 }  // namespace
 
@@ -58,7 +40,7 @@ bool TubeModel::has_dynamics(const PlateShape& shape) {
 void TubeModel::make_dynamics() {
   if (dynamics_ || !built() || !has_dynamics(shape_)) return;
   if (successor_) return;  // few states will be asked for
-  if (known_dynamics_) return look_up_dynamics(range_.sigma_max);
+  if (known_dynamics_) return look_up_dynamics(range_.sigma_max, StationsWanted::no);
   cover(range_.sigma_max);
   leaf().reset();
   dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
@@ -73,57 +55,95 @@ void TubeModel::add_dynamics(double sigma) {
   dynamics_->add(dynamics_node(leaf(), sigma, directions_, loads_, amplitude_units_));
 }
 
-void TubeModel::look_up_dynamics(double sigma) {
+void TubeModel::look_up_dynamics(double sigma, StationsWanted stations) {
   dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
-  for (DynamicsNode& node : known_dynamics_(sigma)) dynamics_->add(std::move(node));
+  for (DynamicsNode& node : known_dynamics_(sigma, stations)) dynamics_->add(std::move(node));
 }
 
-void TubeModel::reach_dynamics(double sigma) {
+const DynamicsRates& TubeModel::dynamics_rates() {
+  assert(differentiable_dynamics());
+  if (known_dynamics_rates_[0].empty() ||
+      known_dynamics_rates_[0].back().sigma != dynamics_->last_sigma())
+    known_dynamics_rates_ = dynamics_rates_(dynamics_->last_sigma());
+  return known_dynamics_rates_;
+}
+
+void TubeModel::reach_dynamics(double sigma, StationsWanted stations) {
   if (!dynamics_) return;
-  if (!known_dynamics_)
-    cover(sigma);
-  else if (sigma > dynamics_->last_sigma() * (1 + 1e-9))
-    look_up_dynamics(sigma);
+  if (!known_dynamics_) return cover(sigma);
+  const bool had = dynamics_->has_stations(), more = stations == StationsWanted::yes && !had;
+  if (more || sigma > dynamics_->last_sigma() * (1 + 1e-9))
+    look_up_dynamics(std::max({sigma, range_.sigma_max, dynamics_->last_sigma()}),
+                     had ? StationsWanted::yes : stations);
 }
 
 TubeDynamics::Place TubeLeaf::place() const {
-  const Vector3d& f = state_.mixed.f;
-  const TubeView view = model_->view();
-  if (!view.from_tip)
-    return {response_.location.sigma, response_.location.tau, response_.frame.e[twist], f};
-  const double phi = view.signs()[8] * response_.frame.e[twist];
-  return {response_.location.sigma, response_.location.tau, phi, {f[0], f[2], f[1]}};
+  return {response_.location.sigma, response_.location.tau, response_.frame.e[twist],
+          state_.mixed.f};
 }
 
-std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
+TubeDynamics::Place TubeLeaf::place_in_tables() const {
+  TubeDynamics::Place at = place();
+  const TubeView view = model_->view();
+  if (!view.from_tip) return at;
+  at.twist *= view.signs()[8];
+  std::swap(at.f[1], at.f[2]);
+  return at;
+}
+
+// (D7)
+Matrix12d TubeLeaf::edge_rates() const {
+  const ChordFrame& frame = response_.frame;
+  const MixedState& mixed = state_.mixed;
+  const TubeView view = model_->view();
+  const int base = view.from_tip ? 6 : 0, first = view.from_tip ? theta2y : theta1y,
+            second = view.from_tip ? theta1y : theta2y;
+  Matrix12d T = Matrix12d::Zero();
+  T.block<3, 3>(0, base) = frame.axes.transpose();
+  T.middleRows<3>(3) = frame.axes.transpose().lazyProduct(frame.spin);
+  T.row(6) = frame.B.row(first);
+  T.row(7) = frame.B.row(second);
+  T.row(8) = frame.B.row(twist);
+  const Eigen::Matrix<double, 3, 6> f = -mixed.F_inverse * mixed.h;
+  T.middleRows<3>(9) = f.lazyProduct(frame.B);
+  if (!view.from_tip) return T;
+  T.row(10).swap(T.row(11));
+  return view.signs().asDiagonal() * T;
+}
+
+const TubeDynamics::Answer* TubeLeaf::tabulated() {
   condensed_because_.clear();
-  if (modes == 0) return std::nullopt;
-  model_->reach_dynamics(std::abs(response_.location.sigma));
+  model_->reach_dynamics(std::abs(response_.location.sigma), StationsWanted::no);
   const TubeDynamics* tables = model_->dynamics();
-  if (!tables) return std::nullopt;
-  if (modes > tabulated_modes) {
+  if (!tables) return nullptr;
+  if (!internal_) {
+    const TubeDynamics::Place at = place_in_tables();
+    if (const double change = tables->change(at); !(change <= largest_dynamics_change))
+      internal_.emplace().reason = fmt::format(
+          "the last degree of the tables changes the internal stiffness by {:.2g} > {:.2g}", change,
+          largest_dynamics_change);
+    else
+      internal_ = tables->evaluate(at);
+  }
+  if (internal_->reason.empty()) return &*internal_;
+  condensed_because_ = "frequencies of the full leaf: " + internal_->reason;
+  return nullptr;
+}
+
+std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(const DynamicsRequest& request) {
+  condensed_because_.clear();
+  if (request.modes == 0) return std::nullopt;
+  if (request.modes > tabulated_modes && model_->dynamics()) {
     condensed_because_ =
         "frequencies of the full leaf: they take more internal modes than the tables have";
     return std::nullopt;
   }
-  const TubeDynamics::Place at = place();
-  const double change = tables->change(at);
-  if (!(change <= largest_dynamics_change)) {
-    condensed_because_ = fmt::format(
-        "frequencies of the full leaf: the last degree of the tables changes the internal "
-        "stiffness by {:.2g} > {:.2g}",
-        change, largest_dynamics_change);
-    return std::nullopt;
-  }
-  const TubeDynamics::Answer local = tables->evaluate(at);
-  if (!local.reason.empty()) {
-    condensed_because_ = "frequencies of the full leaf: " + local.reason;
-    return std::nullopt;
-  }
+  const TubeDynamics::Answer* const found = tabulated();
+  if (!found) return std::nullopt;
+  const TubeDynamics::Answer& local = *found;
 
   check_ = 0;  // nothing is condensed
-  const Matrix12d edges = edge_rates(response_, state_.mixed, model_->view());
-  const Matrix12d T = edges.lazyProduct(scale_.transformation().transpose());
+  const Matrix12d T = edge_rates().lazyProduct(scale_.transformation().transpose());
   const double root = std::sqrt(scale_.mass);  // unit modal mass in SI
   LeafDynamics dynamics;
   dynamics.mass.resize(12 + internal, 12 + internal);
@@ -145,17 +165,28 @@ std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(int modes) {
                      .cwiseQuotient(local.mass.bottomRightCorner<internal, internal>().diagonal())
                      .cwiseSqrt();
   dynamics.highest_mode = to_hertz * std::sqrt(local.reach);
+  if (!request.stations) return dynamics;
 
   // from chord axes to the leaf's, and to what leaf_station_motion() calls motion
-  MatrixXd stations = model_->view().seen_from_base(tables->stations(at));
-  for (Eigen::Index i = 0; i < stations.rows(); i += 3)
-    stations.middleRows<3>(i) = (response_.frame.axes * stations.middleRows<3>(i)).eval();
-  const double weight =
-      std::sqrt(scale_.mass * model_->shape().width * 6 / static_cast<double>(stations.rows()));
+  const MatrixXd stations = tabulated_stations();
+  const double weight = station_weight(stations.rows());
   dynamics.stations.resize(stations.rows(), 12 + internal);
   dynamics.stations.leftCols(12) = weight * (stations.leftCols<12>() * T);
   dynamics.stations.rightCols(internal) = weight / root * stations.rightCols(internal);
   return dynamics;
+}
+
+MatrixXd TubeLeaf::tabulated_stations() const {
+  model_->reach_dynamics(std::abs(response_.location.sigma), StationsWanted::yes);
+  MatrixXd stations =
+      model_->view().seen_from_base(model_->dynamics()->stations(place_in_tables()));
+  for (Eigen::Index i = 0; i < stations.rows(); i += 3)
+    stations.middleRows<3>(i) = (response_.frame.axes * stations.middleRows<3>(i)).eval();
+  return stations;
+}
+
+double TubeLeaf::station_weight(Eigen::Index rows) const {
+  return std::sqrt(scale_.mass * model_->shape().width * 6 / static_cast<double>(rows));
 }
 
 LeafStand TubeLeaf::stand() const {
@@ -188,8 +219,7 @@ LeafDynamics TubeLeaf::condensed_dynamics(DynamicsRequest request) {
 LeafDynamics TubeLeaf::dynamics(DynamicsRequest request) {
   // the tables have no motions of points between their stations
   if (!request.shapes)
-    if (std::optional<LeafDynamics> tabulated = tabulated_dynamics(request.modes))
-      return *tabulated;
+    if (std::optional<LeafDynamics> tabulated = tabulated_dynamics(request)) return *tabulated;
   LeafDynamics dynamics = condensed_dynamics(request);
   // the tube knows the stiffness better than the rebuilt state, not better than the one after it
   if (!plate_is_corrected_) dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;

@@ -1,14 +1,16 @@
 #pragma once
 // The share of a looked-up tube leaf in exact gradients: its internal unknowns are the three forces
-// f over their scale, of which the mixed potential is stationary. Equations (T1) to (T3) of
-// core/reduction/README.md.
+// f over their scale, of which the mixed potential is stationary, and where it has tables of its
+// dynamics their amplitudes. Equations (G1) to (G3), (D8) and (D9) of core/reduction/README.md.
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/reduction/frame/chord_gradient.hpp"
+#include "core/reduction/tube/dynamics_form.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/reduction/tube/tube_rates.hpp"
 
@@ -17,25 +19,35 @@ namespace flexopt {
 /// A tube leaf linearised. Of an evaluated leaf, which must outlive it.
 class TubeLeafLinear final : public LeafLinear {
  public:
-  explicit TubeLeafLinear(const TubeLeaf& leaf) : leaf_(&leaf) {}
+  static constexpr int P = TubeDynamics::amplitudes;
+
+  /// `internal`: what its tables say here; null where no mass is wanted.
+  TubeLeafLinear(const TubeLeaf& leaf, const TubeDynamics::Answer* internal);
 
   const LeafScale& scale() const override { return leaf_->scale(); }
-  int unknowns() const override { return 3; }
-  void solve(Eigen::Ref<MatrixXd> b) const override { b = (leaf_->mixed().F_inverse * b).eval(); }
+  int unknowns() const override { return 3 + (internal_ ? P : 0); }
+  void solve(Eigen::Ref<MatrixXd> b) const override;
   MatrixXd static_shapes(const std::vector<int>& columns) const override;
   MatrixXd mass_times(const MatrixXd& V) const override;
+  std::optional<double> highest_mode() const override;
   MatrixXd station_motion(const MatrixXd& V) const override;
   Answer<LeafGradient<double>> gradient(LeafRates& rates, const LeafRows& rows) const override;
 
  private:
   const TubeLeaf* leaf_;
+  const TubeDynamics::Answer* internal_;
+  Matrix12d edge_rates_;
+  Eigen::Matrix<double, P, P> stiffness_factor_;
 };
 
 /// Of an evaluated leaf, which must outlive it.
 class TubeLeafGradient final : public LeafGradient<double> {
  public:
-  /// `rates`: of the leaf's model.
-  TubeLeafGradient(const TubeLeaf& leaf, const TubeRates& rates, const LeafRows& rows);
+  static constexpr int P = TubeDynamics::amplitudes;
+
+  /// `rates`, `dynamics`: of the leaf's model; null where no mass is wanted.
+  TubeLeafGradient(const TubeLeaf& leaf, const TubeRates& rates, const DynamicsRates* dynamics,
+                   const LeafRows& rows);
 
   MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const override {
     return chord_.force_rates(variations);
@@ -45,11 +57,19 @@ class TubeLeafGradient final : public LeafGradient<double> {
       const MatrixXd& rows, const std::vector<LeafVariation<double>>& variations) const override;
 
  private:
-  using Matrix9d = Eigen::Matrix<double, 9, 9>;  ///< over (e, f)
+  using Vector9d = Eigen::Matrix<double, 9, 1>;  ///< over (e, f)
+  using Matrix9d = Eigen::Matrix<double, 9, 9>;
+  struct Covectors;
+  void add_internal(const ChordGradient::Column& column, const VectorXd& amplitudes, double mu,
+                    LeafQuadratic<double>& q, int k, Covectors& of) const;
+  Vector9d third_of(const Vector9d& a, const Vector9d& b) const;
+
+  const TubeLeaf* leaf_;
   ChordGradient chord_;
   Matrix9d tangent_;
   std::array<Matrix9d, 3> shape_tangent_;
   std::array<Matrix6d, 6> third_;  ///< of the potential
+  std::optional<DynamicsForm> internal_;
 };
 
 }  // namespace flexopt

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -17,7 +18,7 @@ const TubeStress* TubeModel::stress(double sigma) {
   const bool beyond = stress_ && sigma > stress_->last_sigma() * (1 + 1e-9);
   if (stress_ && !(known_stress_ && beyond)) return stress_.get();
   if (known_stress_) {
-    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_);
+    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_, stress_patterns_);
     for (StateTable& node : known_stress_(std::max(sigma, range_.sigma_max)))
       stress_->add(std::move(node));
     return stress_.get();
@@ -26,6 +27,12 @@ const TubeStress* TubeModel::stress(double sigma) {
   stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre);
   for (const TubeExpansion& e : expansions_) add_stress(e);
   return stress_.get();
+}
+
+const StressRateSource& TubeModel::stress_rates() {
+  assert(differentiable_stress());
+  if (!known_stress_rates_) known_stress_rates_ = stress_rates_();
+  return known_stress_rates_;
 }
 
 void TubeModel::add_stress(const TubeExpansion& e) {

@@ -44,14 +44,15 @@ struct TubeStress::Local {
   std::array<double, 5> z{};
 };
 
-// Values of rows on the half that is tabulated: even + odd; on the other one they follow from
-// even − odd.
-struct TubeStress::Parts {
-  VectorXd even, odd;
-};
-
-TubeStress::TubeStress(const PlateShape& shape, double force_centre, TubeView view)
-    : shape_(shape), places_(shape), view_(view), force_centre_(force_centre) {}
+TubeStress::TubeStress(const PlateShape& shape, double force_centre, TubeView view,
+                       std::shared_ptr<const PatternRows> patterns)
+    : shape_(shape),
+      places_(shape),
+      view_(view),
+      force_centre_(force_centre),
+      patterns_(std::move(patterns)) {
+  assert(!patterns_ || patterns_->rows() == places_.rows());
+}
 
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                        const MatrixXd& fields) {
@@ -67,7 +68,7 @@ StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2
 
 void TubeStress::add(StateTable node) {
   assert(nodes_.empty() ? node.sigma == 0 : node.sigma > nodes_.back().sigma);
-  assert(node.even.rows() == places_.rows());
+  assert(node.even.rows() == (patterns_ ? patterns_->patterns() : places_.rows()));
   nodes_.push_back(std::move(node));
 }
 
@@ -90,26 +91,84 @@ TubeStress::Weights TubeStress::weights(const Local& at, int total) const {
                        total);
 }
 
-TubeStress::Parts TubeStress::read(const Local& at, const Weights& w, Eigen::Index first,
-                                   Eigen::Index rows) const {
-  const StateTable &a = nodes_[at.interval], &b = nodes_[at.interval + 1];
-  Parts parts{a.even.middleRows(first, rows) * w.even[0], a.odd.middleRows(first, rows) * w.odd[0]};
-  parts.even.noalias() += b.even.middleRows(first, rows) * w.even[1];
-  parts.odd.noalias() += b.odd.middleRows(first, rows) * w.odd[1];
+// About a flat leaf the mirror in the thickness forbids half of the monomials, which compression
+// leaves a little of; and it is not strained. `weights`: a row for each monomial.
+template <class Monomials, class W>
+void TubeStress::keep_flat(const Monomials& monomials, Kind kind, W& weights) {
+  for (std::size_t k = 0; k < monomials.size(); ++k)
+    if (monomials[k].turned() != (kind == Kind::bending))
+      weights.row(static_cast<Eigen::Index>(k)).setZero();
+  if (monomials[0].number == 0 && kind != Kind::place) weights.row(0).setZero();
+}
+
+MatrixXd TubeStress::coefficients(const Local& at, std::span<const Weights> weights,
+                                  Kind kind) const {
+  MatrixXd sum = MatrixXd::Zero(nodes_[at.interval].even.rows(),
+                                2 * static_cast<Eigen::Index>(weights.size()));
+  for (const int end : {0, 1}) {
+    const StateTable& node = nodes_[at.interval + static_cast<std::size_t>(end)];
+    const bool flat = patterns_ && node.sigma == 0;
+    const auto add = [&](const MatrixXd& table, const auto& monomials, auto w, auto sum_of) {
+      if (flat) keep_flat(monomials, kind, w);
+      sum_of.noalias() += table * w;
+    };
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      const auto column = 2 * static_cast<Eigen::Index>(k);
+      add(node.even, even_monomials(), weights[k].even[end], sum.col(column));
+      add(node.odd, odd_monomials(), weights[k].odd[end], sum.col(column + 1));
+    }
+  }
+  return sum;
+}
+
+MatrixXd TubeStress::read(const Local& at, std::span<const Weights> weights, Eigen::Index first,
+                          Eigen::Index rows) const {
+  const auto columns = 2 * static_cast<Eigen::Index>(weights.size());
+  MatrixXd parts(rows, columns);
+  if (!patterns_) {
+    const StateTable &a = nodes_[at.interval], &b = nodes_[at.interval + 1];
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      const Weights& w = weights[k];
+      auto even = parts.col(2 * static_cast<Eigen::Index>(k)),
+           odd = parts.col(2 * static_cast<Eigen::Index>(k) + 1);
+      even.noalias() = a.even.middleRows(first, rows) * w.even[0];
+      even.noalias() += b.even.middleRows(first, rows) * w.even[1];
+      odd.noalias() = a.odd.middleRows(first, rows) * w.odd[0];
+      odd.noalias() += b.odd.middleRows(first, rows) * w.odd[1];
+    }
+    return parts;
+  }
+  const Eigen::Index half = places_.strain_rows() / 2;
+  const auto fill = [&](Eigen::Index begin, Eigen::Index end, Kind kind, double scale) {
+    begin = std::max(begin, first);
+    end = std::min(end, first + rows);
+    if (begin >= end) return;
+    parts.middleRows(begin - first, end - begin) =
+        patterns_->times(begin, end - begin, scale * coefficients(at, weights, kind));
+  };
+  fill(0, half, Kind::stretching, shape_.thickness);
+  fill(half, 2 * half, Kind::bending, 2);
+  fill(2 * half, places_.rows(), Kind::place, 1);
+  if (first + rows <= 2 * half) return parts;
+  const Eigen::Index places = std::max(first, 2 * half), end = first + rows;
+  const MatrixXd turned =
+      patterns_->times(places, end - places, coefficients(at, weights, Kind::bending));
+  for (Eigen::Index row = places; row < end; ++row)
+    if ((row - 2 * half) % 3 == 2)
+      parts.row(row - first) = turned.row(row - places);  // off the plane
   return parts;
 }
 
 // Of the whole leaf, as of StrainField.
-MatrixXd TubeStress::strains(const Local& at, const Weights& w) const {
-  const Parts parts = read(at, w, 0, places_.strain_rows());
+MatrixXd TubeStress::strains(const Local& at, const Parts& parts) const {
   const Eigen::Index n = places_.stations_along(), half = places_.half_across(), across = 2 * half;
   MatrixXd values(n * across, 6);
   for (Eigen::Index k = 0; k < 6; ++k) {
     const bool seen_mirrored = at.mirrored != view_.mirrored;
     const double sign = seen_mirrored ? strain_in_thickness[k] : 1,
                  image = sign * strain_in_width[k];
-    const auto even = parts.even.segment(k * n * half, n * half),
-               odd = parts.odd.segment(k * n * half, n * half);
+    const auto even = parts.col(0).segment(k * n * half, n * half),
+               odd = parts.col(1).segment(k * n * half, n * half);
     values.col(k).head(n * half) = sign * (even + odd);
     for (Eigen::Index j = 0; j < half; ++j)
       values.col(k).segment(n * (across - 1 - j), n) =
@@ -121,21 +180,76 @@ MatrixXd TubeStress::strains(const Local& at, const Weights& w) const {
 
 TubeStress::Answer TubeStress::evaluate(const Place& place) const {
   const Local at = locate(place);
-  Weights w = weights(at, 2);
-  MatrixXd here = strains(at, w);
-  const Weights lower = weights(at, 1);
+  std::array<Weights, 2> w{weights(at, 2), weights(at, 1)};  // what the last degree is of them
   for (const int end : {0, 1}) {
-    w.even[end] -= lower.even[end];
-    w.odd[end] -= lower.odd[end];
+    w[1].even[end] = w[0].even[end] - w[1].even[end];
+    w[1].odd[end] = w[0].odd[end] - w[1].odd[end];
   }
+  const MatrixXd parts = read(at, w, 0, places_.strain_rows());
+  MatrixXd here = strains(at, parts.leftCols<2>());
   const Eigen::ArrayXd thickness = Eigen::ArrayXd::Constant(here.rows(), shape_.thickness);
   const auto largest = [&](const MatrixXd& e) {
     const SurfaceStresses s = surface_stresses(e, thickness, shape_.poissons_ratio, 1);
     return std::max(s.positive.maxCoeff(), s.negative.maxCoeff());
   };
   constexpr double rounding = 1e-9;  // stress over Young's modulus that is none
-  const double change = largest(strains(at, w)) / (largest(here) + rounding);
+  const double change = largest(strains(at, parts.rightCols<2>())) / (largest(here) + rounding);
   return {{places_.x, places_.y, std::move(here)}, change};
+}
+
+TubeStress::Slopes::Slopes(const TubeStress& tables, const Place& place,
+                           const StressRateSource& rates)
+    : tables_(&tables) {
+  assert(tables.patterns_);
+  const Local at = tables.locate(place);
+  mirrored_ = at.mirrored;
+  const StateWeightSlopes weights = state_weight_slopes(
+      tables.nodes_[at.interval].sigma, tables.nodes_[at.interval + 1].sigma, at.sigma, at.z);
+  rates_ = rates(at.interval, tables.weights(at, 2));
+  for (const bool bending : {false, true}) {
+    std::array<MatrixXd, 2>& sum = bending ? bending_ : membrane_;
+    const double scale = bending ? 2 : tables.shape_.thickness;
+    sum.fill(MatrixXd::Zero(tables.patterns_->patterns(), 7));
+    for (const std::size_t end : {0, 1}) {
+      const StateTable& node = tables.nodes_[at.interval + end];
+      auto even = weights.even[end];
+      auto odd = weights.odd[end];
+      if (node.sigma == 0) {
+        keep_flat(even_monomials(), bending ? Kind::bending : Kind::stretching, even);
+        keep_flat(odd_monomials(), bending ? Kind::bending : Kind::stretching, odd);
+      }
+      sum[0].noalias() += scale * (node.even * even);
+      sum[1].noalias() += scale * (node.odd * odd);
+    }
+  }
+}
+
+auto TubeStress::Slopes::at(int along, int across) const -> Station {
+  const StressPlaces& places = tables_->places_;
+  const TubeView view = tables_->view_;
+  const int n = places.stations_along(), half = places.half_across();
+  if (view.from_tip) {
+    along = n - 1 - along;
+    across = 2 * half - 1 - across;
+  }
+  const bool image = across >= half;
+  const double odd = image ? -1 : 1;
+  Eigen::Matrix<double, 6, 10> all;  // value, by the state of the tables, by the shape
+  for (int k = 0; k < 6; ++k) {
+    const Eigen::Index row = along + n * ((image ? 2 * half - 1 - across : across) + half * k);
+    const auto& here = k < 3 ? membrane_ : bending_;
+    const auto& by = k < 3 ? rates_.membrane : rates_.bending;
+    const auto pattern = rates_.patterns->row(row);
+    all.row(k).leftCols<7>() = pattern * (here[0] + odd * here[1]);
+    all.row(k).rightCols<3>() = pattern * (by[0] + odd * by[1]);
+    if (mirrored_ != view.mirrored) all.row(k) *= strain_in_thickness[static_cast<std::size_t>(k)];
+    if (image) all.row(k) *= strain_in_width[static_cast<std::size_t>(k)];
+  }
+  // from the state of the tables to the place
+  if (mirrored_) all.middleCols<3>(1) *= -1;
+  if (view.mirrored) all.col(3) *= -1;
+  if (view.from_tip) all.col(5).swap(all.col(6));
+  return {all.col(0), all.rightCols<9>()};
 }
 
 // `parts`: of all rows of places.
@@ -146,7 +260,7 @@ Vector3d TubeStress::node_place(const Local& at, const Parts& parts, int line, i
   Vector3d r;
   for (int c = 0; c < 3; ++c)
     r[c] = (at.mirrored ? place_in_thickness[c] : 1) * (image ? place_in_width[c] : 1) *
-           (parts.even[row + c] + (image ? -1 : 1) * parts.odd[row + c]);
+           (parts(row + c, 0) + (image ? -1 : 1) * parts(row + c, 1));
   return r;
 }
 
@@ -158,7 +272,8 @@ Vector3d TubeStress::seen(const Vector3d& r) const {
 std::vector<Vector3d> TubeStress::nodes(const Place& place) const {
   const Local at = locate(place);
   const int first = places_.strain_rows();
-  const Parts parts = read(at, weights(at, 2), first, places_.rows() - first);
+  const Weights w = weights(at, 2);
+  const MatrixXd parts = read(at, {&w, 1}, first, places_.rows() - first);
   std::vector<Vector3d> all;
   for (int j = 0; j < static_cast<int>(places_.nodes.size()); ++j)
     for (int i = 0; i < static_cast<int>(places_.lines.size()); ++i)
@@ -173,8 +288,9 @@ Vector3d TubeStress::material_point(const Place& place, double along, double acr
   const Lagrange x = lagrange(places_.lines, view_.from_tip ? 1 - along : along),
                  y = lagrange(places_.nodes, turned * (across - 0.5) * shape_.width);
   const int per_line = 3 * places_.half_nodes();
-  const Parts parts =
-      read(at, weights(at, 2), places_.strain_rows() + per_line * x.first, per_line * x.count);
+  const Weights w = weights(at, 2);
+  const MatrixXd parts =
+      read(at, {&w, 1}, places_.strain_rows() + per_line * x.first, per_line * x.count);
   Vector3d r = Vector3d::Zero();
   for (int i = 0; i < x.count; ++i)
     for (int j = 0; j < y.count; ++j)

@@ -1,11 +1,15 @@
 #pragma once
 // Strains and places of a tube leaf from tables: polynomials of its state about its bent states,
 // joined along the ray as the fields are. Equations (T1) to (T4) of core/reduction/README.md.
-#include <optional>
+#include <array>
+#include <functional>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/reduction/expansion/stress_expansion.hpp"
+#include "core/reduction/tube/pattern_rows.hpp"
 #include "core/reduction/tube/state_table.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_view.hpp"
@@ -21,13 +25,25 @@ inline constexpr double largest_stress_change = 0.05;
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                        const MatrixXd& fields);
 
+/// What the rows of strains of two neighbouring tables, put together with the weights of a state,
+/// change by with (w/L, t/L, ν): a row of `patterns` times these coefficients.
+struct StressRates {
+  const MatrixXd* patterns = nullptr;         ///< a row for each of StressPlaces
+  std::array<MatrixXd, 2> membrane, bending;  ///< of the even part and of the odd one: × 3
+};
+/// Of the tables about the bent states `interval` and `interval` + 1.
+using StressRateSource =
+    std::function<StressRates(std::size_t interval, const StateWeights<double>& weights)>;
+
 class TubeStress {
  public:
   using Place = TubeDynamics::Place;
 
   /// Of a flat leaf of uniform width and thickness. `view`: how the tables see it; places and
-  /// answers are those of the leaf.
-  TubeStress(const PlateShape& shape, double force_centre, TubeView view = {});
+  /// answers are those of the leaf. `patterns`: P of (A6), of which the tables have coefficients;
+  /// null where they have the rows themselves.
+  TubeStress(const PlateShape& shape, double force_centre, TubeView view = {},
+             std::shared_ptr<const PatternRows> patterns = nullptr);
 
   /// A bent state beyond the others.
   void add(StateTable node);
@@ -42,6 +58,28 @@ class TubeStress {
   /// Needs two bent states; sigma inside of them or their mirror images.
   Answer evaluate(const Place& place) const;
 
+  /// What the strains at a place change by along (σ, τ, twist, N, M1, M2) of it, then with (w/L,
+  /// t/L, ν).
+  class Slopes {
+   public:
+    /// `rates`: of these tables, which must outlive it and have patterns.
+    Slopes(const TubeStress& tables, const Place& place, const StressRateSource& rates);
+    struct Station {
+      Strains value;
+      Eigen::Matrix<double, 6, 9> slopes;
+    };
+    /// At a station of StrainField.
+    Station at(int along, int across) const;
+
+   private:
+    const TubeStress* tables_;
+    bool mirrored_;
+    /// Of the even part and of the odd one: what the patterns are summed with for the value, and
+    /// for its slopes by the state of the tables.
+    std::array<MatrixXd, 2> membrane_, bending_;
+    StressRates rates_;
+  };
+
   /// Place of the point (along, across) of the mid-surface seen from the middle of the edge that
   /// the tables call the base, in the chord frame, over L.
   Vector3d material_point(const Place& place, double along, double across) const;
@@ -53,12 +91,21 @@ class TubeStress {
  private:
   using Weights = StateWeights<double>;
   struct Local;
-  struct Parts;
+  /// Of rows on the half that is tabulated: even + odd; on the other one they follow from
+  /// even − odd.
+  using Parts = Eigen::Ref<const MatrixXd>;  ///< even, odd
+  /// Rows that the mirror in the thickness treats alike.
+  enum class Kind { stretching, bending, place };
 
+  template <class Monomials, class W>
+  static void keep_flat(const Monomials& monomials, Kind kind, W& weights);
   Local locate(const Place& place) const;
   Weights weights(const Local& at, int total) const;
-  Parts read(const Local& at, const Weights& w, Eigen::Index first, Eigen::Index rows) const;
-  MatrixXd strains(const Local& at, const Weights& w) const;
+  /// Both parts for each of some weights, columns in their order.
+  MatrixXd read(const Local& at, std::span<const Weights> weights, Eigen::Index first,
+                Eigen::Index rows) const;
+  MatrixXd coefficients(const Local& at, std::span<const Weights> weights, Kind kind) const;
+  MatrixXd strains(const Local& at, const Parts& parts) const;
   /// From the axes of the tables to those of the leaf.
   Vector3d seen(const Vector3d& r) const;
   Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
@@ -67,6 +114,7 @@ class TubeStress {
   StressPlaces places_;
   TubeView view_;
   double force_centre_;
+  std::shared_ptr<const PatternRows> patterns_;
   std::vector<StateTable> nodes_;
 };
 

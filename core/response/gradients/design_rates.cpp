@@ -135,6 +135,7 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
       down = axes.unaryExpr([](const Dual1& x) { return x.derivatives[0]; });
       dplace[0] = at.x.derivatives[0] / leaf.growth;
     }
+    const Vector3d dend = leaf.growth * dplace;
     // the same of the edge as it sits in its body
     if (!fit.turn.isIdentity(0)) {
       const Matrix3d turned = to_leaf * fit.turn * leaf.axes;
@@ -144,6 +145,12 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
     }
     const Matrix3d along = (turning - v.length * to_leaf) / held_length;
     dplace += along * fit.move;
+    if (leaf.clamp_growth[e] != 1) {  // growth_move
+      Vector3d moves = d.origin + d.axes * (L * end) + leaf.axes * (d.length * end + L * dend);
+      if (b >= 0) moves -= direction.bodies[b].reference;
+      const double share = factor_->system().load_factors().constant;
+      dplace += to_leaf * (share * (leaf.clamp_growth[e] - 1) / held_length * moves);
+    }
     if (b < 0) {
       v.edge[e].rotation = down.template cast<S>();
       v.edge[e].position = dplace.template cast<S>();

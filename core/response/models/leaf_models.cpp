@@ -69,19 +69,29 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
   if (const double last = model.atlas->settings().sigmas.back(); range.sigma_max <= margin * last)
     range.sigma_max = std::min(range.sigma_max, last);
   if (!model.atlas->gap(shape, range).empty()) return nullptr;
-  const TubeAtlas::Tube tube = model.atlas->look_up(
-      shape, range.ray, nodes > 0 ? nodes : model.atlas->nodes_to(range.sigma_max));
+  if (nodes == 0) nodes = model.atlas->nodes_to(range.sigma_max);
+  const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
   KnownTube known{tube.directions, tube.nodes, {}, TubeAtlas::view(range.ray), {}};
-  if (model.atlas->settings().dynamics)
-    known.dynamics = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
-      return atlas->dynamics(shape, ray, sigma);
+  if (model.atlas->settings().dynamics) {
+    known.dynamics = [atlas = model.atlas, shape, ray = range.ray](double sigma,
+                                                                   StationsWanted stations) {
+      return atlas->dynamics(shape, ray, sigma, stations);
     };
-  if (model.atlas->stress())
+    known.dynamics_rates = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
+      return atlas->dynamics_rates(shape, ray, sigma);
+    };
+  }
+  if (const auto stress = model.atlas->stress()) {
+    known.stress_patterns = stress->patterns().rows();
     known.stress = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
       return atlas->look_up_stress(shape, ray, atlas->nodes_to(sigma));
     };
-  known.rates = [atlas = model.atlas, shape, ray = range.ray] {
-    return atlas->look_up_rates(shape, ray);
+    known.stress_rates = [atlas = model.atlas, shape, ray = range.ray] {
+      return atlas->stress_rates(shape, ray);
+    };
+  }
+  known.rates = [atlas = model.atlas, shape, ray = range.ray, nodes] {
+    return atlas->look_up_rates(shape, ray, nodes);
   };
   return std::make_shared<TubeModel>(shape, range, std::move(known));
 }
@@ -98,7 +108,8 @@ std::vector<std::unique_ptr<LeafElement>> leaves_at_rest(const std::vector<LeafS
     const PlateShape shape = leaf_shape(leaf, model);
     auto [tube, unknown] = tubes.try_emplace(shape);
     if (unknown) tube->second = known_tube(shape, {.sigma_max = 0}, model, 2);
-    if (tube->second && !leaf.point && leaf.tip != free_edge && leaf.growth == 1)
+    if (tube->second && !leaf.point && leaf.tip != free_edge && leaf.growth == 1 &&
+        leaf.clamp_growth == std::array<double, 2>{1, 1})
       leaves.push_back(std::make_unique<TubeLeaf>(leaf, tube->second, i));
     else
       leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i));
@@ -122,6 +133,8 @@ std::vector<Vector12d> forced_increments(const Mechanism& mechanism, const LoadC
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
     increments[i].segment<3>(6) = share * (1 - leaf.growth) * leaf.span();
+    for (int e = 0; e < 2; ++e)
+      increments[i].segment<3>(6 * e) += share * growth_move(mechanism, static_cast<int>(i), e);
   }
   for (const AssemblyError& error : loads.assembly)
     increments[static_cast<std::size_t>(error.leaf)].segment<6>(6 * error.end) +=

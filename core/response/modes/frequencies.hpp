@@ -15,6 +15,7 @@ struct FrequencyOptions {
                               ///< wanted are below a fifth of the leaf's own: then one; 0: none
   double cutoff_ratio = 1.2;  ///< leaf modes up to this multiple of the highest frequency wanted
   ConstantMass* constant_mass = nullptr;  ///< instead of the leaves' own mass
+  bool motions = true;                    ///< with Mode::motion
   bool shapes = false;                    ///< with Mode::body_motion and leaf_motion
 };
 

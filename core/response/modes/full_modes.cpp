@@ -116,6 +116,57 @@ FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int co
   return found;
 }
 
+// From so many motions with mass on the lowest modes alone are sought.
+constexpr int few_motions = 48;
+
+// R of M = R Rᵀ, a column for each motion that has mass. Nothing where there are many of these, or
+// where they are not independent.
+std::optional<MatrixXd> root_of_mass(const MechanismFactor& factor) {
+  if (factor.size() > 2 * few_motions) return std::nullopt;
+  const MatrixXd M = factor.mass(MatrixXd::Identity(factor.size(), factor.size()));
+  std::vector<int> moving;
+  for (int i = 0; i < factor.size(); ++i)
+    if (M(i, i) > 0) moving.push_back(i);
+  if (moving.size() >= few_motions) return std::nullopt;
+  const MatrixXd of_moving = M(moving, moving);
+  const VectorXd unit = of_moving.diagonal().cwiseSqrt();
+  const Cholesky root(unit.cwiseInverse().asDiagonal() * of_moving *
+                      unit.cwiseInverse().asDiagonal());
+  if (!root.positive_definite()) return std::nullopt;
+  MatrixXd R = MatrixXd::Zero(factor.size(), static_cast<Eigen::Index>(moving.size()));
+  R(moving, Eigen::all) = unit.asDiagonal() * root.lower();
+  return R;
+}
+
+// Of mechanisms of few unknowns: Rᵀ K⁻¹ R z = z/λ, and one step of inverse iteration.
+FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, int free,
+                            int locked) {
+  constexpr double nothing = 1e-13;  // of the largest: motions that are held
+  const MatrixXd X = factor.solve_locked(R), shapes = factor.drive_shapes(),
+                 along = R.transpose() * shapes, held = R.transpose() * X;
+  const auto list = [&](bool drive_locked, int count) {
+    MatrixXd C = held;
+    if (!drive_locked) C += along * factor.drive_compliance() * along.transpose();
+    const LargestPairs pairs = largest_pairs(0.5 * (C + C.transpose()), count + guards);
+    Eigen::Index found = 0;
+    while (found < pairs.values.size() &&
+           std::abs(pairs.values[found]) > nothing * std::abs(pairs.values[0]))
+      ++found;
+    const MatrixXd Z =
+        pairs.vectors.leftCols(found) * pairs.values.head(found).cwiseInverse().asDiagonal();
+    MatrixXd Y = X * Z;
+    if (!drive_locked) {
+      Y += shapes * (factor.drive_compliance() * (along.transpose() * Z));
+      for (const int row : factor.drive_rows()) Y.row(row).setZero();
+    }
+    return rayleigh_ritz(factor, drive_locked, count, Y, factor.mass(Y), R * Z);
+  };
+  FullModeLists found;
+  if (free > 0) found.free = list(false, free);
+  if (locked > 0) found.locked = list(true, locked);
+  return found;
+}
+
 }  // namespace
 
 std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
@@ -160,9 +211,11 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
   return modes;
 }
 
-std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked) {
+namespace {
+
+// The lowest modes of both lists, from one Krylov space.
+std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int free, int locked) {
   FullModeLists found;
-  if (free == 0 && locked == 0) return found;
   const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   DriveShapes drive{factor.drive_shapes(), {}, factor.drive_compliance()};
@@ -225,6 +278,15 @@ std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free,
     found.locked =
         rayleigh_ritz(factor, true, locked, Y.rightCols(l), MY.rightCols(l), KY.rightCols(l));
   return found;
+}
+
+}  // namespace
+
+std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked) {
+  if (free == 0 && locked == 0) return FullModeLists();
+  if (const std::optional<MatrixXd> R = root_of_mass(factor))
+    return modes_of_root(factor, *R, free, locked);
+  return modes_of_krylov(factor, free, locked);
 }
 
 // With M̂ = R Rᵀ the mass carried by the bodies, Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.

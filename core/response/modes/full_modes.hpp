@@ -22,7 +22,7 @@ struct FullModeLists {
 };
 
 /// The lowest `free` modes with the drive free and `locked` ones with the drive held, from one
-/// Krylov space. Nothing where the iteration fails.
+/// Krylov space, or from all motions where these are few. Nothing where the iteration fails.
 std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked);
 
 /// The same without internal motions of the leaves (`leaf_modes: 0`): as many as the bodies have.

@@ -23,18 +23,19 @@ double seconds_since(Clock::time_point start) {
 // At how many of the points reduced leaves are asked for their dynamics. Modes that are drawn need
 // the leaves' own motions, which condensing gives.
 int points_with_dynamics(const ModelOptions& model, const StrokeRequest& request,
-                         std::size_t points, const DifferentiablePath* differentiable) {
+                         std::size_t points, bool differentiable) {
   const bool asked = request.frequencies_of(DriveState::free) > 0 ||
                      request.frequencies_of(DriveState::locked) > 0;
-  const bool of_reduced_leaves = !differentiable && !request.outputs.has(Output::shapes) &&
-                                 model.mass == LeafMass::consistent && model.leaf_modes > 0;
-  return asked && of_reduced_leaves ? static_cast<int>(points) : 0;
+  const bool of_tables =
+      model.mass == LeafMass::consistent &&
+      (differentiable || (!request.outputs.has(Output::shapes) && model.leaf_modes > 0));
+  return asked && of_tables ? static_cast<int>(points) : 0;
 }
 
 std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism,
                                                       const ModelOptions& model,
                                                       const StrokeRequest& request,
-                                                      int points_with_dynamics) {
+                                                      std::size_t points, bool differentiable) {
   if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
   double largest = 0;
   for (const double s : request.points) largest = std::max(largest, std::abs(s));
@@ -43,8 +44,13 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
     for (std::size_t k = 0; k < request.points.size(); ++k)
       several.push_back(request.strokes_at(k, mechanism.drives.size()));
   auto leaves = make_reduced_leaves(mechanism, model, largest, request.loads, several);
-  if (points_with_dynamics > 0)
-    for (const auto& leaf : leaves) leaf->expect_dynamics(points_with_dynamics);
+  const int dynamics = points_with_dynamics(model, request, points, differentiable);
+  // derivatives of leaves that have none of their own are those of full ones
+  const auto wants_tables = [&](LeafElement& leaf) {
+    return !differentiable || leaf.interior_gap({}).empty();
+  };
+  if (dynamics > 0 && std::ranges::all_of(leaves, [&](const auto& l) { return wants_tables(*l); }))
+    for (const auto& leaf : leaves) leaf->expect_dynamics(dynamics);
   return leaves;
 }
 
@@ -103,16 +109,18 @@ Equilibrium advance(System& system, const StrokeRequest& request, std::size_t k)
   });
 }
 
-// Whether every leaf can give the exact modes and derivatives that a point is asked for.
-bool has_linearised_interiors(const System& system, const StrokeRequest& request) {
+// Why a leaf cannot give the exact modes and derivatives that a point is asked for; empty where all
+// can.
+std::string interior_gap(System& system, const StrokeRequest& request) {
   InteriorUse use;
   use.mass = request.frequencies_of(DriveState::free) > 0 ||
              request.frequencies_of(DriveState::locked) > 0;
-  use.fields =
-      request.outputs.has_any({Output::stress, Output::moving_envelope, Output::clearance});
+  use.stress = request.outputs.has(Output::stress);
+  use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance});
   for (int i = 0; i < system.leaves(); ++i)
-    if (!system.leaf(i).has_linearised_interior(use)) return false;
-  return true;
+    if (const std::string gap = system.leaf(i).interior_gap(use); !gap.empty())
+      return fmt::format("leaf {}: {}", i, gap);
+  return {};
 }
 
 bool has_full_leaves(const System& system) {
@@ -121,15 +129,35 @@ bool has_full_leaves(const System& system) {
   return true;
 }
 
+// Evaluates point k. Where exact modes and derivatives are wanted that the leaves do not have, full
+// ones take over, which are returned; the equilibrium is then theirs.
+std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model,
+                                       const StrokeRequest& request, std::size_t k,
+                                       bool differentiable, PointOutputs& outputs,
+                                       Equilibrium& equilibrium, PathPoint& point,
+                                       PointGradients* gradients) {
+  const PathPoint before = point;
+  std::string gap = differentiable ? interior_gap(system, request) : std::string();
+  if (gap.empty()) gap = outputs.evaluate(system, equilibrium, point, gradients);
+  if (gap.empty()) return nullptr;
+  point = before;
+  auto full = finish_on_full_leaves(system, model, request, k, gap, equilibrium);
+  if (equilibrium.converged) outputs.evaluate(*full, equilibrium, point, gradients);
+  return full;
+}
+
 }  // namespace
 
 void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
                    DifferentiablePath* differentiable, StrokeResponse& response) {
   auto start = Clock::now();
-  const int dynamics = points_with_dynamics(model, request, order.size(), differentiable);
-  auto system = std::make_unique<System>(
-      mechanism, make_leaves(mechanism, model, request, dynamics), request.loads);
+  const auto make_system = [&] {
+    return std::make_unique<System>(
+        mechanism, make_leaves(mechanism, model, request, order.size(), differentiable != nullptr),
+        request.loads);
+  };
+  auto system = make_system();
   response.seconds_coefficients += seconds_since(start);
   start = Clock::now();
 
@@ -158,22 +186,17 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     }
     Equilibrium equilibrium = advance(*system, request, static_cast<std::size_t>(k));
     if (several && !equilibrium.converged && !from_rest) {
-      system = std::make_unique<System>(mechanism, make_leaves(mechanism, model, request, dynamics),
-                                        request.loads);
+      system = make_system();
       load();
       equilibrium = advance(*system, request, static_cast<std::size_t>(k));
     }
     from_rest = false;
+    const bool gradients = differentiable && !differentiable->directions.empty();
+    PointGradients* own = gradients ? &differentiable->gradients.path[k] : nullptr;
     std::unique_ptr<System> full;
-    if (differentiable && equilibrium.converged && !has_linearised_interiors(*system, request))
-      full =
-          finish_on_full_leaves(*system, model, request, static_cast<std::size_t>(k), equilibrium);
-    // buckling is that of full leaves: reduced ones do not reach so far
-    std::unique_ptr<System> buckling;
-    Equilibrium of_buckling = equilibrium;
-    if (request.growing_load() && equilibrium.converged && !full && !has_full_leaves(*system))
-      buckling =
-          finish_on_full_leaves(*system, model, request, static_cast<std::size_t>(k), of_buckling);
+    if (equilibrium.converged)
+      full = evaluate_point(*system, model, request, static_cast<std::size_t>(k),
+                            differentiable != nullptr, outputs, equilibrium, point, own);
     if (!equilibrium.converged) {
       point.status = PointStatus::no_equilibrium;
       point.message = equilibrium.message;
@@ -181,13 +204,15 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       if (!several) lost = fmt::format("the path ended before: {}", equilibrium.message);
       continue;
     }
-    const bool gradients = differentiable && !differentiable->directions.empty();
-    System& whole = full ? *full : *system;
-    PointGradients* own = gradients ? &differentiable->gradients.path[k] : nullptr;
-    outputs.evaluate(whole, equilibrium, point, own);
-    if (request.growing_load() && point.status == PointStatus::converged)
-      outputs.add_buckling(buckling ? *buckling : whole, of_buckling, static_cast<std::size_t>(k),
+    if (request.growing_load() && point.status == PointStatus::converged) {
+      System& whole = full ? *full : *system;
+      std::unique_ptr<System> buckling;  // is that of full leaves: reduced ones do not reach so far
+      if (!has_full_leaves(whole))
+        buckling = finish_on_full_leaves(whole, model, request, static_cast<std::size_t>(k), {},
+                                         equilibrium);
+      outputs.add_buckling(buckling ? *buckling : whole, equilibrium, static_cast<std::size_t>(k),
                            point, own);
+    }
   }
   response.seconds_path += seconds_since(start);
 }

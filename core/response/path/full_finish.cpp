@@ -9,12 +9,12 @@ namespace flexopt {
 namespace {
 
 // The system at its present state with full leaves in the reduced ones' place.
-std::unique_ptr<System> with_full_leaves(System& system) {
+std::unique_ptr<System> with_full_leaves(System& system, const std::string& reason) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
   System::Snapshot state = system.save();
   state.leaves.clear();
   for (int i = 0; i < system.leaves(); ++i) {
-    leaves.push_back(system.leaf(i).full_model("exact"));
+    leaves.push_back(system.leaf(i).full_model(reason));
     state.leaves.push_back(leaves.back()->save());
   }
   auto full = std::make_unique<System>(system.mechanism(), std::move(leaves), system.loads());
@@ -36,8 +36,9 @@ Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::si
 
 std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
                                               const StrokeRequest& request, std::size_t point,
-                                              Equilibrium& equilibrium) {
-  auto full = with_full_leaves(system);
+                                              const std::string& reason, Equilibrium& equilibrium) {
+  const std::string why = reason.empty() ? "exact" : "exact: " + reason;
+  auto full = with_full_leaves(system, why);
   const bool driven = request.loads.driven();
   const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
   std::optional<VectorXd> strokes;
@@ -45,8 +46,8 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
   equilibrium = solve_equilibrium(*full, strokes, request.newton);
   if (!equilibrium.converged || full->strain() > largest_strain ||
       negative_pivots(*full, driven) > negative_pivots(system, driven)) {
-    full = std::make_unique<System>(system.mechanism(), make_full_leaves(system.mechanism(), model),
-                                    system.loads());
+    full = std::make_unique<System>(
+        system.mechanism(), make_full_leaves(system.mechanism(), model, why), system.loads());
     equilibrium = step_from_rest(*full, request, point);
   }
   equilibrium.iterations += before;

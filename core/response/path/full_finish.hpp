@@ -1,6 +1,7 @@
 #pragma once
 // Points of the path on full leaves, to which reduced ones only lead.
 #include <memory>
+#include <string>
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/mechanism/model_options.hpp"
@@ -10,10 +11,11 @@ namespace flexopt {
 
 /// The system on full leaves at this point of the request, by Newton's method from the state of
 /// the reduced ones; where that leads astray (to no equilibrium, to one that is less stable, or to
-/// one that is stretched too far), along the path from rest. `equilibrium`: that of the reduced
-/// leaves, replaced by the one of the full leaves.
+/// one that is stretched too far), along the path from rest. `reason`: why, if there is more to say
+/// than that they are exact. `equilibrium`: that of the reduced leaves, replaced by the one of the
+/// full leaves.
 std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
                                               const StrokeRequest& request, std::size_t point,
-                                              Equilibrium& equilibrium);
+                                              const std::string& reason, Equilibrium& equilibrium);
 
 }  // namespace flexopt

@@ -156,13 +156,14 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
 
 // Of the condensed mechanism.
 void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
-  const Frequencies f =
-      natural_frequencies(system,
-                          {.count = request_->frequencies,
-                           .leaf_modes = model_->leaf_modes,
-                           .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
-                           .shapes = request_->outputs.has(Output::shapes)},
-                          leaf_modes_);
+  const Frequencies f = natural_frequencies(
+      system,
+      {.count = request_->frequencies,
+       .leaf_modes = model_->leaf_modes,
+       .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
+       .motions = request_->outputs.has(Output::shapes) || request_->wants_frequency_derivatives(),
+       .shapes = request_->outputs.has(Output::shapes)},
+      leaf_modes_);
   add_modes(*request_, f.free, f.locked, point);
   add_reports(system, point);
 }
@@ -202,26 +203,57 @@ bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, FullModeL
   return true;
 }
 
+// Why modes of reduced leaves, which were found or not, are not believed; empty where they are.
+// Those up to the highest frequency are made of all modes of the leaves up to somewhat more.
+std::string PointOutputs::modes_gap(const MechanismFactor& factor, const FullModeLists& lists,
+                                    bool found) const {
+  if (model_->leaf_modes == 0) return {};
+  double highest = 0;
+  for (const FullModes* list : {&lists.free, &lists.locked})
+    for (const Mode& mode : list->modes) highest = std::max(highest, mode.frequency);
+  const auto wanted = [&](DriveState drive) {
+    return static_cast<std::size_t>(request_->frequencies_of(drive));
+  };
+  const bool all = found && lists.free.modes.size() >= wanted(DriveState::free) &&
+                   lists.locked.modes.size() >= wanted(DriveState::locked);
+  const double cutoff = FrequencyOptions{}.cutoff_ratio * highest;
+  for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
+    const std::optional<double> top = factor.leaves()[i].linear->highest_mode();
+    if (top && !all)
+      return fmt::format("leaf {}: its tables have fewer modes than are asked for", i);
+    if (top && *top < cutoff)
+      return fmt::format("leaf {}: its tables have modes up to {:.4g} Hz, not to {:.4g} Hz", i,
+                         *top, cutoff);
+  }
+  return {};
+}
+
 // What differentiable points have beside others; derivatives of everything, if asked for.
 // Frequencies by a constant mass have none.
-void PointOutputs::evaluate_differentiable(System& system, const Solids* solids, PathPoint& point,
-                                           PointGradients* gradients) {
+std::string PointOutputs::evaluate_differentiable(System& system, const Solids* solids,
+                                                  PathPoint& point, PointGradients* gradients) {
   const auto refuse = [&](const std::string& reason) {
     point.status = PointStatus::no_equilibrium;
     point.message = reason;
+    return std::string();
   };
   const Answer<MechanismFactor> linear = MechanismFactor::of(system);
   if (!linear.value) return refuse(linear.reason);
   const MechanismFactor& factor = *linear.value;
   FullModeLists modes;
-  if (model_->mass == LeafMass::consistent && !add_full_frequencies(factor, modes, point)) return;
+  if (model_->mass == LeafMass::consistent) {
+    const bool found = add_full_frequencies(factor, modes, point);
+    if (std::string gap = modes_gap(factor, modes, found); !gap.empty()) return gap;
+    if (!found) return {};
+  }
   if (point.max_stress && request_->stress_peaks > 0)
     add_stress_peaks(system, request_->stress_peaks, point);
-  if (!gradients) return;
+  if (!gradients) return {};
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
   if (!leaves.value) return refuse(leaves.reason);
   *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
                                *model_, *request_, point, modes, solids);
+  return {};
 }
 
 void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, std::size_t index,
@@ -247,8 +279,8 @@ void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, 
   }
 }
 
-void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
-                            PointGradients* gradients) {
+std::string PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
+                                   PointGradients* gradients) {
   point.status = PointStatus::converged;
   point.newton_iterations = equilibrium.iterations;
   point.sub_steps = equilibrium.sub_steps;
@@ -273,8 +305,8 @@ void PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, Path
     solids = solids_of(system);
   if (request_->outputs.has(Output::moving_envelope)) point.extents = extents_of(*solids);
   if (!clearance_pairs_.empty()) point.clearance = clearance_of(*solids, clearance_pairs_);
-  if (differentiable_)
-    evaluate_differentiable(system, solids ? &*solids : nullptr, point, gradients);
+  if (!differentiable_) return {};
+  return evaluate_differentiable(system, solids ? &*solids : nullptr, point, gradients);
 }
 
 }  // namespace flexopt

@@ -3,6 +3,7 @@
 // the derivatives of all of them.
 #include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/equilibrium/stroke_path.hpp"
@@ -37,8 +38,9 @@ class PointOutputs {
                DifferentiablePath* differentiable);
 
   /// The system must stand assembled at the equilibrium. `gradients`: null where none are wanted.
-  void evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
-                PointGradients* gradients);
+  /// Why the point is to be evaluated on full leaves instead; empty where it is not.
+  std::string evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
+                       PointGradients* gradients);
   /// Critical factors of the load that the request names, from an equilibrium on full leaves, and
   /// their derivatives.
   void add_buckling(System& system, const Equilibrium& equilibrium, std::size_t index,
@@ -47,8 +49,10 @@ class PointOutputs {
  private:
   void add_ritz_frequencies(System& system, PathPoint& point);
   bool add_full_frequencies(const MechanismFactor& factor, FullModeLists& lists, PathPoint& point);
-  void evaluate_differentiable(System& system, const Solids* solids, PathPoint& point,
-                               PointGradients* gradients);
+  std::string modes_gap(const MechanismFactor& factor, const FullModeLists& lists,
+                        bool found) const;
+  std::string evaluate_differentiable(System& system, const Solids* solids, PathPoint& point,
+                                      PointGradients* gradients);
 
   const ModelOptions* model_;
   const StrokeRequest* request_;

@@ -59,7 +59,7 @@ function chart_of(map, quantity, x, y) {
       ...marks_of(map, x, y),
     ]});
   const unit = goal_unit(quantity) || "1";
-  const legend = color ? chart.legend("color", {label: `[${unit}]`, width: narrow ? 300 : 360, ticks: 5, tickFormat: (v) => number_text(v)})
+  const legend = color ? chart.legend("color", {label: `[${unit}]`, width: narrow ? 300 : 360, ticks: color.log ? range(0, 17, 4).map((k) => color.levels[k]) : 5, tickFormat: (v) => number_text(v, color.log ? 2 : 3)})
     : element("p", {class: "soft"}, values.some(Number.isFinite) ? `the same everywhere: ${number_text(values.find(Number.isFinite), 4)} ${unit}` : "no design has a value");
   return {chart, legend};
 }

@@ -6,7 +6,7 @@ import {element, number_text, quantity_text, readable, table_of} from "./text.js
 function counts_text({designs, evaluated, ruled_out, failed, feasible, nearly_feasible, atlas, clusters}) {
   const rest = [ruled_out ? `${ruled_out} ruled out by formulas` : "", failed ? `${failed} without values` : ""].filter(Boolean);
   return `${designs} designs of the whole box on reduced leaves${atlas ? ", looked up in an atlas" : ""}: ${evaluated} evaluated${rest.length ? ", " + rest.join(", ") : ""}; ` +
-    `${feasible} feasible, ${nearly_feasible} more miss no bound by more than 10 %. Their best fifth makes ${clusters} cluster${clusters === 1 ? "" : "s"}.`;
+    `${feasible} feasible, ${nearly_feasible} more miss no bound by more than 10 %. The good ones make ${clusters} cluster${clusters === 1 ? "" : "s"}.`;
 }
 
 function optima_table(searches) {

@@ -24,6 +24,7 @@ Mechanism everything() {
   leaf.material.allowable_stress = 5e8;
   leaf.material.thermal_expansion = 1e-5;
   leaf.growth = 1.001;
+  leaf.clamp_growth = {1.002, 0.999};
   leaf.point = LeafPoint{.body = 1, .along = 0, .across = 0, .spread_over_tip = true};
   m.leaves = {leaf, leaf};
   m.leaves[1].point.reset();
@@ -84,6 +85,7 @@ TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mec
   CHECK(leaf.material.allowable_stress == 5e8);
   CHECK(leaf.material.thermal_expansion == 1e-5);
   CHECK(leaf.growth == 1.001);
+  CHECK(leaf.clamp_growth == std::array<double, 2>{1.002, 0.999});
   REQUIRE(leaf.point);
   CHECK(leaf.point->body == 1);
   CHECK(leaf.point->spread_over_tip);

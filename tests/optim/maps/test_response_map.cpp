@@ -107,6 +107,29 @@ TEST_CASE("a design without equilibrium is a hole in the map, and said", "[optim
              Contains("length = 0.05, thickness = ") && Contains("no equilibrium"));
 }
 
+TEST_CASE("of several load cases a map has the worst, or the one that is named", "[optim]") {
+  Calls calls;
+  json document = map_job();
+  document["cases"] = {{"far", {{"stroke", {{"to", "5 mm"}, {"points", 2}}}}},
+                       {"near", {{"stroke", {{"to", "2 mm"}, {"points", 2}}}}}};
+  document.erase("stroke");
+  document["maps"][0]["quantities"] = {
+      {{"quantity", "drive_load"}, {"over_stroke", "max"}},
+      {{"quantity", "support_stiffness.ux"}, {"over_stroke", "min"}},
+      {{"quantity", "support_stiffness.ux"}, {"over_stroke", "min"}, {"case", "near"}}};
+  const ResponseMap map = evaluated(document, calls);
+  REQUIRE(map.quantities.size() == 3);
+  for (std::size_t i = 0; i < 5; ++i)
+    for (std::size_t j = 0; j < 4; ++j) {
+      const double L = map.parameters[0][i], t = map.parameters[1][j];
+      CHECK(map.quantities[0][4 * i + j].value() ==
+            Approx(2 * E * w * t * t * t * 5e-3 / (L * L * L)));
+      CHECK(map.quantities[1][4 * i + j].value() == Approx(support(E, w, t, L, 5e-3)));
+      CHECK(map.quantities[2][4 * i + j].value() == Approx(support(E, w, t, L, 2e-3)));
+      CHECK(map.margin[4 * i + j].value() <= 1);
+    }
+}
+
 TEST_CASE("a map does not depend on the number of threads", "[optim]") {
   Calls calls;
   const ResponseMap one = evaluated(map_job(), calls), three = evaluated(map_job(), calls, 3);

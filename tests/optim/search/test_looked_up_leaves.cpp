@@ -10,20 +10,27 @@ using nlohmann::json;
 
 namespace {
 
-std::shared_ptr<const TubeAtlas> small_atlas() {
-  AtlasSettings s;
-  s.mesh = {4, 2};
-  s.width = {0.25, 0.4};
-  s.thickness = {1.0 / 240, 1.0 / 160};
-  s.points = {4, 3};
-  s.poissons_ratios = {0.28, 0.3, 0.32};
-  s.rays = {-1, 1};
-  s.sigmas = {0, 0.05, 0.2};
-  static const MadeAtlas made = make_atlas(s, {.check_cells = {0, 0}, .check_rays = {}});
-  return made.atlas;
+std::shared_ptr<const TubeAtlas> small_atlas(bool tables) {
+  const auto make = [](bool with_tables) {
+    AtlasSettings s;
+    s.mesh = {4, 2};
+    s.width = {0.25, 0.4};
+    s.thickness = {1.0 / 240, 1.0 / 160};
+    s.points = {4, 3};
+    s.poissons_ratios = {0.28, 0.3, 0.32};
+    s.rays = {-1, 1};
+    s.sigmas = {0, 0.05, 0.2};
+    s.dynamics = with_tables;
+    s.stress_patterns = with_tables ? 60 : 0;
+    s.stress_samples = 20;
+    return make_atlas(s, {.check_cells = {0, 0}, .check_rays = {}}).atlas;
+  };
+  static const auto with = make(true), without = make(false);
+  return tables ? with : without;
 }
 
-Job guide(const std::string& algorithm, bool stress) {
+/// Of load and stiffness, or of frequency and stress.
+Job guide(const std::string& algorithm, bool dynamic, bool tables = true) {
   json document = json::parse(R"({
     "flexopt": 1, "name": "guide", "job": "optimise",
     "design": {"family": "parallel_guide",
@@ -31,6 +38,7 @@ Job guide(const std::string& algorithm, bool stress) {
       "material": {"youngs_modulus": "210 GPa", "poissons_ratio": 0.3, "density": "7800 kg/m^3"}},
     "end_effector": {"mass": "1 kg", "inertia": ["8.33e-5 kg m^2", "9.08e-4 kg m^2", "8.42e-4 kg m^2"]},
     "stroke": {"from": 0, "to": "12 mm", "points": 3},
+    "frequencies": 3,
     "model": {"mesh": [4, 2]},
     "optimise": {
       "variables": [{"parameter": "width", "min": "26 mm", "max": "38 mm"},
@@ -41,25 +49,29 @@ Job guide(const std::string& algorithm, bool stress) {
       "starts": 1, "max_evaluations": 60}
   })");
   document["optimise"]["algorithm"] = {{"library", "nlopt"}, {"name", algorithm}};
-  if (stress)
-    document["optimise"]["constraints"].push_back(
-        {{"quantity", "max_stress"}, {"over_stroke", "max"}, {"max", "5 GPa"}});
+  if (dynamic) {
+    document["optimise"]["objective"] = {{"maximise", "parasitic_frequency"},
+                                         {"over_stroke", "min"}};
+    document["optimise"]["constraints"][0] = {
+        {"quantity", "max_stress"}, {"over_stroke", "max"}, {"max", "380 MPa"}};
+  }
   Job job = parse_job(document);
-  job.model.atlas = small_atlas();
+  job.model.atlas = small_atlas(tables);
   return job;
 }
 
 }  // namespace
 
-TEST_CASE("a search on looked-up leaves ends at the optimum of full ones", "[optim]") {
-  Job full = guide("LD_SLSQP", false);
+TEST_CASE("a search on looked-up leaves ends at the optimum of full ones", "[optim][slow]") {
+  const bool dynamic = GENERATE(false, true);
+  Job full = guide("LD_SLSQP", dynamic);
   full.model.accuracy = Accuracy::full;
   const Optimum truth = optimise(full, {});
   REQUIRE(truth.status == OptimumStatus::optimal);
   CHECK_FALSE(truth.of_reduced_leaves);
   CHECK_FALSE(truth.verified->loop);
 
-  const Optimum o = optimise(guide("LD_SLSQP", false), {});
+  const Optimum o = optimise(guide("LD_SLSQP", dynamic), {});
   INFO(o.stop_reason);
   CHECK(o.status == OptimumStatus::optimal);
   CHECK(o.gradients == "exact");
@@ -81,7 +93,7 @@ TEST_CASE("a search on looked-up leaves ends at the optimum of full ones", "[opt
 }
 
 TEST_CASE("goals that looked-up leaves do not cover are searched on full ones", "[optim]") {
-  const Optimum o = optimise(guide("LD_SLSQP", true), {});
+  const Optimum o = optimise(guide("LD_SLSQP", true, false), {});
   CHECK(o.status == OptimumStatus::optimal);
   CHECK(o.gradients == "exact");
   CHECK_FALSE(o.of_reduced_leaves);

@@ -166,6 +166,18 @@ TEST_CASE("screening is on reduced leaves, and asks for no derivatives", "[optim
   CHECK(counted.differentiable == 0);
 }
 
+TEST_CASE("goals that bear tolerances are screened without them", "[optim]") {
+  Counted counted;
+  json document = global_job();
+  document["tolerances"] = {{"length", "1 mm"}};
+  document["optimise"]["objective"].update({{"under", "tolerances"}, {"as", "worst"}});
+  const Screening with = screen(parse_job(document), {two_hills(counted), by_differences}, {}),
+                  without =
+                      screen(parse_job(global_job()), {two_hills(counted), by_differences}, {});
+  CHECK(with.report.evaluated > 900);
+  CHECK(with.starts == without.starts);
+}
+
 TEST_CASE("a screening has the same bytes for any number of threads, cut off or not", "[optim]") {
   Counted counted;
   const json document = global_job();

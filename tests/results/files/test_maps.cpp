@@ -18,8 +18,9 @@ RunRecord mapped() {
   MapSpec map;
   map.parameters = {variables[0], variables[1]};
   map.points = {3, 2};
-  map.quantities = {{"max_stress", "", OverStroke::max, {}, {}, "max_stress max over stroke", ""},
-                    {"", "2*length", OverStroke::first, {}, {}, "2*length", ""}};
+  map.quantities = {
+      {"max_stress", "", OverStroke::max, {}, {}, "max_stress max over stroke", "", {}},
+      {"", "2*length", OverStroke::first, {}, {}, "2*length", "", {}}};
   record.job.maps = {map};
   ResponseMap found;
   found.parameters = {std::vector<double>{1, 2, 3}, std::vector<double>{10, 20}};

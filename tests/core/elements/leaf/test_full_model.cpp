@@ -274,12 +274,12 @@ TEST_CASE("a leaf without a linearised interior says so by its model's name",
   const Answer<MechanismFactor> none = MechanismFactor::of(system);
   CHECK(!none.value);
   CHECK(none.reason == "leaf 0: the model \"bare\" has no linearised interior");
-  CHECK(!system.leaf(0).has_linearised_interior({}));
+  CHECK_FALSE(system.leaf(0).interior_gap({}).empty());
 
   System tube(m, make_reduced_leaves(m, {}, 0.01));
   tube.assemble();
   CHECK(MechanismFactor::of(tube).reason == "leaf 0: its tube was built, not looked up");
-  CHECK(!tube.leaf(0).has_linearised_interior({}));
+  CHECK_FALSE(tube.leaf(0).interior_gap({}).empty());
 }
 
 TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
@@ -292,7 +292,7 @@ TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
     system.assemble();
     const Answer<MechanismFactor> factor = MechanismFactor::of(system);
     REQUIRE(factor.value);
-    CHECK(system.leaf(0).has_linearised_interior({}));
+    CHECK(system.leaf(0).interior_gap({}).empty());
     const MechanismFactor::Leaf& leaf = factor.value->leaves()[0];
     CHECK(!leaf.full);
     LeafRates rates;
@@ -306,7 +306,7 @@ TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
   system.assemble();
   const Answer<MechanismFactor> factor = MechanismFactor::of(system);
   REQUIRE(factor.value);
-  CHECK(system.leaf(0).has_linearised_interior({}));
+  CHECK(system.leaf(0).interior_gap({}).empty());
   CHECK(factor.value->leaves()[0].full);
   CHECK(factor.value->leaves()[0].linear->series().value);
 }

@@ -47,7 +47,7 @@ struct KnownTubes {
   std::shared_ptr<TubeModel> model(const PlateShape& shape) const {
     const Vector3d at(shape.width, shape.thickness, shape.poissons_ratio);
     return std::make_shared<TubeModel>(
-        shape, TubeRange{}, KnownTube{D, nodes(at), {}, {}, {}, [this] { return rates(); }});
+        shape, TubeRange{}, KnownTube{D, nodes(at), {}, {}, {}, {}, [this] { return rates(); }});
   }
 };
 
@@ -146,7 +146,7 @@ TEST_CASE("derivatives of a looked-up tube leaf agree with differences", "[reduc
     const double L = design.leaf.length;
     const auto at = bent(design, known);
     CHECK(at->evaluation().correction < 1e-12);
-    CHECK(at->has_linearised_interior({}));
+    CHECK(at->interior_gap({}).empty());
     const Answer<LeafLinear> linear = at->linearise();
     REQUIRE(linear.value);
     LeafRows rows;
@@ -183,7 +183,7 @@ TEST_CASE("a tube that was built has no exact derivatives of its own", "[reducti
                                             KnownTube{known.D, known.nodes(known.about), {}, {}}),
                 0);
   leaf.evaluate();
-  CHECK_FALSE(leaf.has_linearised_interior({}));
+  CHECK_FALSE(leaf.interior_gap({}).empty());
   CHECK_FALSE(leaf.linearise().value);
   CHECK_FALSE(leaf.linearise().reason.empty());
 }

@@ -121,11 +121,24 @@ TEST_CASE("derivatives of warm mechanisms agree with differences",
   CHECK(check_gradients(family, model_of(flexure), request_with(warm(), {0, 0.004})) > 100);
 }
 
+TEST_CASE("derivatives of mechanisms with warm bodies agree with differences",
+          "[surroundings][gradients][slow]") {
+  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
+  const bool curved = GENERATE(false, true);
+  const Family family{
+      [=](const Values& p) { return skew_guide(p, curved); }, numbers,
+      curved ? std::vector<std::size_t>{0, 1, 9} : std::vector<std::size_t>{0, 1, 2, 4, 7}, 10.0};
+  LoadCase bodies = warm();
+  bodies.body_expansion = {3e-4, -1e-4};
+  CHECK(check_gradients(family, model_of(flexure), request_with(bodies, {0, 0.004})) > 100);
+}
+
 TEST_CASE("derivatives know all of them at once on bodies in a row",
           "[surroundings][gradients][slow]") {
   LoadCase all = crooked();
   all.gravity = {3, -2, 4};
   all.temperature = {12, -7};
+  all.body_expansion = {2e-4, -3e-4, 1e-4};
   const Family family{row_of_two, numbers, {0, 1, 2, 5, 6, 7}, 1.0};
   CHECK(check_gradients(family, model_of(Flexure::plate), request_with(all, {0, 0.01})) > 100);
 }

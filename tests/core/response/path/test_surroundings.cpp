@@ -229,6 +229,7 @@ TEST_CASE("with errors, warmth and weight force and tangent are the derivatives 
   LoadCase loads{.assembly = {{0, 0, {2e-5, 5e-5, 1e-4}, {1e-3, 1e-3, -2e-3}},
                               {1, 1, {0, 0, -5e-5}, {-5e-4, 5e-4, 1e-3}}},
                  .temperature = {10, -5},
+                 .body_expansion = {2e-4, -1e-4},
                  .gravity = {20, 30, -40}};
   Mechanism m = warm_steel(models::guide(0.06, 0.02, 4e-4));
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.02, -0.015);
@@ -307,6 +308,54 @@ TEST_CASE("warm leaves carry the end-effector along, and one alone is pressed",
   CHECK(reduced.leaves[1].reason == "");
   CHECK(reduced.leaves[1].model == "tube");
   CHECK(reduced.displacement[0] == Approx(one.displacement[0]).epsilon(1e-4));
+}
+
+TEST_CASE("a mechanism that is warm all over scales", "[surroundings][temperature]") {
+  // lengths over 1 + alpha dT, moduli equal: forces with the square, masses as they were
+  const double alpha = 1e-5, change = 300, g = 1 + alpha * change;
+  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
+  const Mechanism cold = warm_steel(models::guide(0.1, 0.02, 5e-4), alpha);
+  Mechanism grown = cold;
+  for (LeafSpring& leaf : grown.leaves) {
+    leaf.origin *= g;
+    leaf.length *= g;
+    leaf.width *= g;
+    leaf.thickness *= g;
+    leaf.material.density /= g * g * g;
+  }
+  grown.bodies[0].reference *= g;
+  grown.bodies[0].center_of_mass *= g;
+  const LoadCase hot{.temperature = {change, change}, .body_expansion = {g - 1, g - 1}};
+  const StrokeResponse a = evaluated(cold, full(flexure), request_with(hot, {0, 0.01})),
+                       b = evaluated(grown, full(flexure), request_with({}, {0, 0.01}));
+  CHECK(a.path[0].max_stress->value < 1);
+  CHECK((a.path[0].displacement - (g - 1) * cold.bodies[0].reference).norm() < 1e-12);
+  CHECK(a.path[1].drive_load == Approx(b.path[1].drive_load).epsilon(1e-8));
+  CHECK(a.path[1].max_stress->value == Approx(b.path[1].max_stress->value).epsilon(1e-8));
+  for (const int d : {0, 2, 3, 4, 5})
+    CHECK(*a.path[1].support_stiffness[d] == Approx(*b.path[1].support_stiffness[d]).epsilon(1e-7));
+}
+
+TEST_CASE("a warm body spreads the edges that it holds", "[surroundings][temperature]") {
+  // in the middle between two leaves: as if their tips had been put on so much apart
+  const Mechanism m = warm_steel(models::guide(0.1, 0.005, 5e-4), 1e-5);
+  const double strain = 2e-3;
+  LoadCase apart;
+  for (int i = 0; i < 2; ++i)
+    apart.assembly.push_back(
+        {i, 1,
+         strain * (m.leaves[static_cast<std::size_t>(i)].tip_middle() - m.bodies[0].reference),
+         Vector3d::Zero()});
+  const LoadCase warm{.body_expansion = {strain, 0}};
+  const PathPoint a = evaluated(m, full(), request_with(warm, {0, 0.005})).path[1],
+                  b = evaluated(m, full(), request_with(apart, {0, 0.005})).path[1];
+  // what is different is the strain across at the clamps alone
+  CHECK(a.drive_load == Approx(b.drive_load).epsilon(1e-3));
+  CHECK((a.displacement - b.displacement).norm() < 1e-6);
+  CHECK(a.max_stress->value > 1e6);
+  const PathPoint reduced = evaluated(m, {}, request_with(warm, {0, 0.005})).path[1];
+  CHECK(reduced.leaves[0].reason == "its clamps are warm");
+  CHECK(reduced.drive_load == Approx(a.drive_load).epsilon(1e-9));
 }
 
 TEST_CASE("a leaf without clamps across expands freely", "[surroundings][temperature]") {

@@ -1,0 +1,286 @@
+#include "core/math/bordered_pencil.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include "core/math/symmetric_factor.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+// Relative to a value: next to another one; of the residual of a pair; beyond the last one, where
+// the others are counted.
+constexpr double next_to = 1e-3, largest_residual = 1e-12, beyond = 1e-7;
+
+struct Pair {
+  double value = 0;
+  VectorXd border, inside;            ///< x, of unit mass
+  VectorXd mass_border, mass_inside;  ///< M x
+
+  void scale(double by) {
+    for (VectorXd* part : {&border, &inside, &mass_border, &mass_inside}) *part *= by;
+  }
+};
+
+double product(const Pair& a, const Pair& b) {
+  return a.border.dot(b.mass_border) + a.inside.dot(b.mass_inside);
+}
+
+// The pencil with a border of unit stiffnesses.
+class Iteration {
+ public:
+  explicit Iteration(const BorderedPencil& pencil)
+      : unit_(pencil.K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse()),
+        K_(unit_.asDiagonal() * pencil.K * unit_.asDiagonal()),
+        M_(unit_.asDiagonal() * pencil.M * unit_.asDiagonal()),
+        C_(pencil.C.transpose() * unit_.asDiagonal()),
+        modes_(pencil.modes) {}
+
+  int below(double sigma) {
+    shift(sigma);
+    return factor_.negative() + static_cast<int>((modes_.array() < sigma).count());
+  }
+
+  // Where an iteration begins: whole clusters of pairs of the border and these modes.
+  std::vector<Pair> begin(const EigenPairs& pairs, const std::vector<Eigen::Index>& modes,
+                          int wanted) const;
+  // Makes a pair exact to rounding.
+  bool refine(Pair& pair);
+  // What of λ is rounding.
+  double rounding(const Pair& pair) const {
+    return epsilon * (pair.border.squaredNorm() +
+                      pair.inside.cwiseAbs2().dot(modes_.cwiseAbs().cwiseMax(0.0)));
+  }
+  const VectorXd& unit() const { return unit_; }
+
+ private:
+  void shift(double sigma);
+  void set_mass(Pair& pair) const {
+    pair.mass_border.noalias() = M_ * pair.border;
+    pair.mass_border.noalias() += C_.transpose() * pair.inside;
+    pair.mass_inside = pair.inside;
+    pair.mass_inside.noalias() += C_ * pair.border;
+  }
+
+  VectorXd unit_;
+  MatrixXd K_, M_, C_;  ///< C: inside × border
+  VectorXd modes_;
+  double sigma_ = 0;
+  VectorXd from_modes_;  ///< 1/(d − σ)
+  MatrixXd weighted_, S_;
+  SymmetricFactor factor_;
+  VectorXd x_;
+};
+
+void Iteration::shift(double sigma) {
+  sigma_ = sigma;
+  from_modes_ = modes_.array() - sigma;
+  for (double& x : from_modes_) {
+    const double least = epsilon * std::abs(sigma) + std::numeric_limits<double>::min();
+    x = 1 / (std::abs(x) < least ? std::copysign(least, x) : x);
+  }
+  weighted_ = (sigma * sigma * from_modes_).asDiagonal() * C_;
+  S_ = K_ - sigma * M_;
+  for (Eigen::Index j = 0; j < S_.cols(); ++j)
+    for (Eigen::Index i = j; i < S_.rows(); ++i) S_(i, j) -= C_.col(i).dot(weighted_.col(j));
+  factor_.compute(S_);
+}
+
+std::vector<Pair> Iteration::begin(const EigenPairs& found, const std::vector<Eigen::Index>& modes,
+                                   int wanted) const {
+  const auto border = K_.rows();
+  Eigen::Index count = std::min<Eigen::Index>(wanted, found.values.size());
+  while (count < found.values.size() &&
+         found.values[count] - found.values[count - 1] <= next_to * std::abs(found.values[count]))
+    ++count;
+  std::vector<Pair> pairs(static_cast<std::size_t>(count));
+  for (Eigen::Index k = 0; k < count; ++k) {
+    Pair& pair = pairs[static_cast<std::size_t>(k)];
+    pair.value = found.values[k];
+    pair.border = found.vectors.col(k).head(border).cwiseQuotient(unit_);
+    pair.inside = VectorXd::Zero(modes_.size());
+    pair.inside(modes) = found.vectors.col(k).tail(static_cast<Eigen::Index>(modes.size()));
+    set_mass(pair);
+    pair.scale(1 / std::sqrt(product(pair, pair)));
+  }
+  return pairs;
+}
+
+// (K − θ M) y = M x,  λ = θ + yᵀM x / yᵀM y: the residual of y then is sin(x, y) / |y|.
+bool Iteration::refine(Pair& pair) {
+  constexpr int most = 12;
+  for (int k = 0; k < most; ++k) {
+    shift(pair.value);
+    const VectorXd carried = pair.mass_inside.cwiseProduct(from_modes_);
+    x_ = pair.mass_border;
+    x_.noalias() += sigma_ * (C_.transpose() * carried);
+    factor_.solve(x_);
+    Pair next;
+    next.border = x_;
+    next.inside.noalias() = C_ * x_;
+    next.inside = sigma_ * next.inside.cwiseProduct(from_modes_) + carried;
+    set_mass(next);
+    const double square = product(next, next), along = product(next, pair);
+    if (!(square > 0) || !std::isfinite(square)) return false;
+    const double by = 1 / std::sqrt(square), cosine = along * by,
+                 residual = by * std::sqrt(std::max(4 * epsilon, 1 - cosine * cosine));
+    next.value = pair.value + along / square;
+    next.scale(by);
+    pair = std::move(next);
+    if (residual <= largest_residual * std::abs(pair.value) + 4 * rounding(pair)) return true;
+  }
+  return false;
+}
+
+// M-orthonormal where values are next to each other; false where one pair was found twice.
+bool separate(std::vector<Pair>& pairs) {
+  for (std::size_t k = 1; k < pairs.size(); ++k) {
+    bool changed = false;
+    for (std::size_t j = k; j-- > 0;) {
+      if (pairs[k].value - pairs[j].value > next_to * std::abs(pairs[k].value)) continue;
+      const double along = product(pairs[k], pairs[j]);
+      pairs[k].border -= along * pairs[j].border;
+      pairs[k].inside -= along * pairs[j].inside;
+      pairs[k].mass_border -= along * pairs[j].mass_border;
+      pairs[k].mass_inside -= along * pairs[j].mass_inside;
+      changed = true;
+    }
+    if (!changed) continue;
+    const double square = product(pairs[k], pairs[k]);
+    if (!(square > 0.25)) return false;
+    pairs[k].scale(1 / std::sqrt(square));
+  }
+  return true;
+}
+
+}  // namespace
+
+MatrixXd BorderedPencil::dense_stiffness() const {
+  MatrixXd all = MatrixXd::Zero(size(), size());
+  all.topLeftCorner(border(), border()) = K;
+  all.diagonal().tail(modes.size()) = modes;
+  return all;
+}
+
+MatrixXd BorderedPencil::dense_mass() const {
+  MatrixXd all = MatrixXd::Identity(size(), size());
+  all.topLeftCorner(border(), border()) = M;
+  all.topRightCorner(border(), modes.size()) = C;
+  all.bottomLeftCorner(modes.size(), border()) = C.transpose();
+  return all;
+}
+
+BorderedPencil BorderedPencil::along(const MatrixXd& Z) const {
+  return {Z.transpose() * K * Z, Z.transpose() * M * Z, modes, Z.transpose() * C};
+}
+
+BorderedPencil BorderedPencil::kept(const std::vector<int>& border_coordinates) const {
+  return {K(border_coordinates, border_coordinates), M(border_coordinates, border_coordinates),
+          modes, C(border_coordinates, Eigen::all)};
+}
+
+int eigenvalues_below(const BorderedPencil& pencil, double sigma) {
+  return Iteration(pencil).below(sigma);
+}
+
+namespace {
+
+// The lowest modes: no more of them can lie below so many values; with those next to the last.
+std::vector<Eigen::Index> low_modes(const VectorXd& modes, int wanted) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(modes.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return modes[a] < modes[b]; });
+  std::size_t kept = std::min(static_cast<std::size_t>(wanted) + 2, order.size());
+  while (kept > 0 && kept < order.size() &&
+         modes[order[kept]] - modes[order[kept - 1]] <= next_to * std::abs(modes[order[kept]]))
+    ++kept;
+  order.resize(kept);
+  return order;
+}
+
+// All pairs of the border and these modes.
+EigenPairs pairs_with(const BorderedPencil& pencil, const std::vector<Eigen::Index>& modes) {
+  const BorderedPencil low{pencil.K, pencil.M, pencil.modes(modes), pencil.C(Eigen::all, modes)};
+  return lowest_dense_pairs(low.dense_stiffness(), low.dense_mass(), low.size());
+}
+
+EigenPairs whole(const BorderedPencil& pencil, int count) {
+  return lowest_dense_pairs(pencil.dense_stiffness(), pencil.dense_mass(), count);
+}
+
+// Nothing where a pair is missing.
+std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPairs& start,
+                                   const std::vector<Eigen::Index>& modes, int count) {
+  Iteration iteration(pencil);
+  std::vector<Pair> pairs = iteration.begin(start, modes, count);
+  if (pairs.empty()) return std::nullopt;
+  for (Pair& pair : pairs)
+    if (!iteration.refine(pair)) return std::nullopt;
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.value < b.value; });
+  if (!separate(pairs)) return std::nullopt;
+  const Pair& last = pairs.back();
+  const double sigma =
+      last.value + beyond * std::abs(last.value) + iteration.rounding(last) / beyond;
+  if (iteration.below(sigma) != static_cast<int>(pairs.size())) return std::nullopt;
+  count = std::min(count, static_cast<int>(pairs.size()));
+  EigenPairs found{VectorXd(count), MatrixXd(pencil.size(), count)};
+  for (int k = 0; k < count; ++k) {
+    const Pair& pair = pairs[static_cast<std::size_t>(k)];
+    found.values[k] = pair.value;
+    found.vectors.col(k) << pair.border.cwiseProduct(iteration.unit()), pair.inside;
+  }
+  return found;
+}
+
+// So few more coordinates are not worth an iteration.
+bool is_small(const BorderedPencil& pencil, const std::vector<Eigen::Index>& modes) {
+  return pencil.size() <= pencil.border() + static_cast<int>(modes.size()) + 2;
+}
+
+}  // namespace
+
+EigenPairs lowest_pairs(const BorderedPencil& pencil, int count) {
+  return lowest_pairs(pencil, {}, count).free;
+}
+
+FreeAndHeldPairs lowest_pairs(const BorderedPencil& pencil, const std::vector<int>& held,
+                              int count) {
+  std::vector<int> kept;  // rows of the pairs with the others held
+  for (int k = 0; k < pencil.size(); ++k)
+    if (std::find(held.begin(), held.end(), k) == held.end()) kept.push_back(k);
+  std::vector<int> border(kept.begin(), kept.end() - pencil.modes.size());
+  const BorderedPencil rest = held.empty() ? BorderedPencil{} : pencil.kept(border);
+  const std::vector<Eigen::Index> modes = low_modes(pencil.modes, count);
+  std::optional<EigenPairs> free, at_rest;
+  if (!is_small(pencil, modes)) {
+    EigenPairs start = pairs_with(pencil, modes);
+    free = iterated(pencil, start, modes, count);
+    for (std::size_t k = 0; k < held.size(); ++k)
+      start = held_pairs(start, held[k], k + 1 == held.size() ? count + 2 : pencil.size());
+    if (!held.empty()) {
+      std::vector<int> rows = border;  // of the vectors that lead to those of the rest
+      for (std::size_t k = 0; k < modes.size(); ++k)
+        rows.push_back(pencil.border() + static_cast<int>(k));
+      const EigenPairs left{start.values, start.vectors(rows, Eigen::all)};
+      at_rest = iterated(rest, left, modes, count);
+    }
+  }
+  FreeAndHeldPairs found;
+  found.free = free ? std::move(*free) : whole(pencil, count);
+  if (held.empty()) {
+    found.held = found.free;
+    return found;
+  }
+  const EigenPairs inner = at_rest ? std::move(*at_rest) : whole(rest, count);
+  found.held = {inner.values, MatrixXd::Zero(pencil.size(), inner.vectors.cols())};
+  found.held.vectors(kept, Eigen::all) = inner.vectors;
+  return found;
+}
+
+}  // namespace flexopt

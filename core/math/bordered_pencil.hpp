@@ -1,0 +1,46 @@
+#pragma once
+// Lowest eigenpairs of K x = λ M x where most coordinates are modes of their own that only the mass
+// ties to a few others, the border: substructures between the bodies of a mechanism.
+#include <vector>
+
+#include "core/math/dense_pencil.hpp"
+
+namespace flexopt {
+
+///     K = [K_b 0; 0 diag(d)],   M = [M_b C; Cᵀ 1]
+struct BorderedPencil {
+  MatrixXd K, M;   ///< K_b and M_b of the border
+  VectorXd modes;  ///< d, of the coordinates inside
+  MatrixXd C;      ///< border × inside
+
+  int border() const { return static_cast<int>(K.rows()); }
+  int size() const { return border() + static_cast<int>(modes.size()); }
+  MatrixXd dense_stiffness() const;
+  MatrixXd dense_mass() const;
+  /// In the border's coordinates x = Z x'.
+  BorderedPencil along(const MatrixXd& Z) const;
+  /// With these coordinates of the border alone, the others held.
+  BorderedPencil kept(const std::vector<int>& border_coordinates) const;
+};
+
+/// Eigenvalues below σ: by Sylvester's law of inertia those of
+///
+///     S(σ) = K_b − σ M_b − σ² C (d − σ)⁻¹ Cᵀ
+///
+/// below zero and the d below σ: (S29) of core/response/README.md.
+int eigenvalues_below(const BorderedPencil& pencil, double sigma);
+
+/// The lowest `count` pairs to rounding. Pairs of the pencil with its lowest modes alone lead to
+/// Rayleigh quotient iterations, each a solve with S; that eigenvalues_below() the last one found
+/// there are no others shows that none is missing. Where that does not come out, a whole
+/// decomposition takes their place.
+EigenPairs lowest_pairs(const BorderedPencil& pencil, int count);
+
+/// The same, and with these coordinates of the border held besides.
+struct FreeAndHeldPairs {
+  EigenPairs free, held;  ///< zero at the coordinates that are held
+};
+FreeAndHeldPairs lowest_pairs(const BorderedPencil& pencil, const std::vector<int>& held,
+                              int count);
+
+}  // namespace flexopt

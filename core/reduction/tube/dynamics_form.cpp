@@ -1,0 +1,92 @@
+#include "core/reduction/tube/dynamics_form.hpp"
+
+#include <Eigen/LU>
+
+#include <cassert>
+
+namespace flexopt {
+DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place& place,
+                           const DynamicsRates& rates) {
+  const TubeDynamics::Local at = tables.locate(place);
+  const auto a = at.interval, b = a + 1;
+  assert(rates[0].size() > b);
+  const StateTable &left = tables.node(a).table, &right = tables.node(b).table;
+  const StateWeightSlopes w = state_weight_slopes(left.sigma, right.sigma, at.sigma, at.z);
+
+  const DynamicsLayout& layout = DynamicsLayout::get();
+  slopes_.resize(9, static_cast<Eigen::Index>(layout.even.size() + layout.odd.size()));
+  const auto read = [&](MatrixXd StateTable::*part, const auto& weights,
+                        const std::vector<DynamicsEntries::Slot>& slots, Eigen::Index first) {
+    const MatrixXd x = left.*part * weights[0] + right.*part * weights[1];
+    const auto count = static_cast<Eigen::Index>(slots.size());
+    auto slopes = slopes_.middleCols(first, count);
+    slopes.topRows<6>() = x.rightCols<6>().transpose();
+    for (std::size_t p = 0; p < 3; ++p)
+      slopes.row(static_cast<Eigen::Index>(6 + p)) =
+          (rates[p][a].*part * weights[0].col(0) + rates[p][b].*part * weights[1].col(0))
+              .transpose();
+    for (Eigen::Index s = 0; s < count; ++s)
+      entries_.put(slots[static_cast<std::size_t>(s)], x(s, 0));
+  };
+  read(&StateTable::even, w.even, layout.even, 0);
+  read(&StateTable::odd, w.odd, layout.odd, static_cast<Eigen::Index>(layout.even.size()));
+  mirror_.setOnes();
+  if (at.mirrored) {
+    mirror_ = layout.mirror;
+    slopes_.topRows<3>() *= -1;
+  }
+
+  F_inverse_ = entries_.F.inverse();
+  X_.noalias() = F_inverse_ * entries_.G;
+  factor_ = entries_.k;
+  [[maybe_unused]] const bool positive = factorise(factor_);
+  assert(positive);
+  static_ << entries_.g, entries_.G.transpose();
+  solve_lower(factor_, static_);
+  solve_upper(factor_, static_);
+}
+
+auto DynamicsForm::at(Rates r, double mu) const -> Value {
+  r = mirror_.cwiseProduct(r);
+  const auto eta = r.tail<P>();
+  const Vector6d along = r.segment<6>(6);  // s′, f′
+  const Vector3d x = X_ * eta;
+  // the rates of the fields (D4)
+  Rates fields = r;
+  fields.segment<3>(9) -= x;
+  fields.tail<P>() += static_ * along;
+  const Rates moved = entries_.mass * fields;
+  Value value;
+  value.stiffness = eta.dot(entries_.k * eta) + x.dot(entries_.G * eta);
+  value.mass = fields.dot(moved);
+  value.along_mass = moved;
+  value.along_mass.segment<6>(6) += static_.transpose() * moved.tail<P>();
+  value.along_mass.tail<P>() -= X_.transpose() * moved.segment<3>(9);
+  value.along_mass = mirror_.cwiseProduct(value.along_mass).eval();
+
+  // covectors of the entries: of K, then of −μM through what the fields take from them
+  DynamicsEntries of;
+  of.k = eta * eta.transpose();
+  of.G = 2 * x * eta.transpose();
+  of.F = -x * x.transpose();
+  of.mass = -mu * fields * fields.transpose();
+  Eigen::Matrix<double, P, 1> pulled = -2 * mu * moved.tail<P>();
+  solve_lower(factor_, pulled);
+  solve_upper(factor_, pulled);
+  const Vector3d held = 2 * mu * F_inverse_ * moved.segment<3>(9);
+  of.g = pulled * along.head<3>().transpose();
+  of.G += along.tail<3>() * pulled.transpose() + held * eta.transpose();
+  of.k -= pulled * (static_ * along).transpose();
+  of.F -= held * x.transpose();
+  const DynamicsLayout& layout = DynamicsLayout::get();
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, R*(R + 1), 1> covector(slopes_.cols());
+  Eigen::Index n = 0;
+  for (const auto* slots : {&layout.even, &layout.odd})
+    for (const DynamicsEntries::Slot& slot : *slots) covector[n++] = of.taken(slot);
+  const Eigen::Matrix<double, 9, 1> by = slopes_ * covector;
+  value.state = by.head<6>();
+  value.shape = by.tail<3>();
+  return value;
+}
+
+}  // namespace flexopt

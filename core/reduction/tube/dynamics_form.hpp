@@ -1,0 +1,37 @@
+#pragma once
+// The form rᵀ(K − μM)r of a leaf's rates by its tables of dynamics, and what it changes by with the
+// state and the shape. Equations (D8) and (D9) of core/reduction/README.md.
+#include "core/reduction/tube/dynamics_entries.hpp"
+
+namespace flexopt {
+
+/// At one state; a plain value.
+class DynamicsForm {
+ public:
+  static constexpr int R = TubeDynamics::rates, P = TubeDynamics::amplitudes;
+  using Rates = Eigen::Matrix<double, R, 1>;  ///< those of TubeDynamics::Answer::mass
+
+  /// Where `tables` hold: TubeDynamics::Answer::reason is empty. `rates`: of these tables.
+  DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place& place,
+               const DynamicsRates& rates);
+
+  struct Value {
+    double stiffness = 0, mass = 0;  ///< rᵀK r, rᵀM r
+    Rates along_mass;                ///< M r
+    Vector6d state;  ///< ∂(rᵀ(K − μM)r)/∂(σ, τ, twist, N, M1, M2) of TubeDynamics::Place
+    Vector3d shape;  ///< by w/L, t/L and ν
+  };
+  Value at(Rates r, double mu) const;
+
+ private:
+  DynamicsEntries entries_;
+  DynamicsEntries::Square factor_;  ///< of k
+  DynamicsEntries::Flat X_;         ///< F′⁻¹ G
+  Matrix3d F_inverse_;
+  Eigen::Matrix<double, P, 6> static_;  ///< k⁻¹ (g, Gᵀ)
+  Rates mirror_;                        ///< from the leaf to the tables
+  /// Of every number of the layout, the even ones first: by the state, then by the shape.
+  Eigen::Matrix<double, 9, Eigen::Dynamic> slopes_;
+};
+
+}  // namespace flexopt

@@ -1,0 +1,27 @@
+#pragma once
+// Rows of a matrix P of single numbers, of which products with a few columns are wanted again and
+// again.
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+class PatternRows {
+ public:
+  /// Numbers of P become single ones.
+  explicit PatternRows(const MatrixXd& P);
+
+  Eigen::Index rows() const { return rows_; }
+  Eigen::Index patterns() const { return patterns_; }
+  /// `count` rows of P from `first` on, times A; sums are double.
+  MatrixXd times(Eigen::Index first, Eigen::Index count, const MatrixXd& A) const;
+
+ private:
+  static constexpr Eigen::Index block = 16;  ///< rows that stand together, pattern by pattern
+
+  Eigen::Index rows_, patterns_;
+  std::vector<float> numbers_;
+};
+
+}  // namespace flexopt

@@ -1,0 +1,54 @@
+#pragma once
+// K and M of a mechanism over its bodies and the internal motions of its leaves.
+#include <vector>
+
+#include "core/equilibrium/system.hpp"
+#include "core/math/bordered_pencil.hpp"
+#include "core/response/modes/frequencies.hpp"
+
+namespace flexopt {
+
+/// Coordinates: those of the bodies, internal ones of leaf 0, of leaf 1, …
+struct MechanismPencil {
+  int size = 0;
+  int bodies = 0;          ///< coordinates of the bodies
+  BlockMatrix K_bodies;    ///< the leaves add a block each beside it: no coupling
+  BlockMatrix M_bodies;    ///< of the rigid bodies alone
+  std::vector<int> group;  ///< of every body: what rigid joints make it part of
+  VectorXd highest;        ///< highest kept mode of each leaf [Hz]
+  double check = 0;
+  struct Leaf {
+    std::vector<int> coordinates;  ///< of its bodies, its point and its modes in the pencil
+    int modes;                     ///< the last of them
+    MatrixXd mass, stiffness;      ///< over them; of the modes alone
+    MatrixXd stations, shape;
+
+    Eigen::Index boundary() const { return mass.rows() - modes; }
+    /// The first of the modes in the pencil.
+    int first() const { return coordinates[static_cast<std::size_t>(boundary())]; }
+  };
+  std::vector<Leaf> leaves;
+
+  MatrixXd mass_times(const MatrixXd& X) const;
+  /// Mode::motion of every column.
+  MatrixXd motions(const System& system, const MatrixXd& phi) const;
+  void add_shape(const VectorXd& phi, Mode& mode) const;
+};
+
+/// The system must be assembled at an equilibrium. `leaf_modes`: of each leaf.
+MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_modes,
+                                 const FrequencyOptions& options);
+
+/// The same with every leaf's motions between held edges for its internal ones.
+struct LeafModes {
+  BorderedPencil pencil;         ///< its border: the bodies
+  std::vector<MatrixXd> shapes;  ///< of each leaf, over its internal coordinates
+
+  explicit LeafModes(const MechanismPencil& of);
+  /// Vectors with these bodies' rows, the others those of pairs of the bordered pencil, in the
+  /// coordinates of the mechanism's.
+  MatrixXd expanded(const MechanismPencil& to, const MatrixXd& of_bodies,
+                    const MatrixXd& vectors) const;
+};
+
+}  // namespace flexopt

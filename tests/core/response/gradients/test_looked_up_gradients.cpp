@@ -1,0 +1,191 @@
+// Exact derivatives of mechanisms on looked-up leaves: against differences of these leaves, and
+// against the derivatives of full ones.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/reduction/atlas/make_atlas.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+AtlasSettings box() {
+  AtlasSettings s;
+  s.mesh = {6, 2};
+  s.width = {0.2, 0.5};
+  s.thickness = {1.0 / 240, 1.0 / 150};
+  s.points = {5, 4};
+  s.poissons_ratios = {0.28, 0.3, 0.32};
+  s.rays = {-1, 1};  // those of symmetric hinges and guides
+  s.sigmas = {0, 0.05, 0.25};
+  s.stress_patterns = 60;
+  s.stress_samples = 20;
+  return s;
+}
+
+ModelOptions with_atlas(const AtlasSettings& s) {
+  ModelOptions model;
+  model.mesh = s.mesh;
+  model.atlas = make_atlas(s, {.check_cells = {0, 0}, .check_rays = {}}).atlas;
+  return model;
+}
+
+const ModelOptions& looked_up() {
+  static const ModelOptions model = with_atlas(box());
+  return model;
+}
+
+// Three leaves that cross in their middles, or beside them by a share of the length; the outer ones
+// are equal. `turned`: the other edges are called the bases.
+test::Family hinge(double beside_middle = 0, bool turned = false) {
+  const auto make = [=](const test::Values& p) {
+    Mechanism m;
+    m.drives = {make_drive<double>(Direction::rz)};
+    m.bodies = {models::body({p[8], 0, 0}, p[7], p[7] * 1e-3)};
+    const double length = p[0], outer = p[2], inner = p[3], gap = p[5];
+    const double beside = 0.5 * (outer + inner) + gap;
+    const auto add = [&](double side, double z, double width) {
+      const Vector3d along(std::cos(p[4]), side * std::sin(p[4]), 0);
+      m.leaves.push_back(models::leaf(Vector3d(0, 0, z) - (0.5 - beside_middle) * length * along,
+                                      along, length, width, p[1]));
+      Material& material = m.leaves.back().material;
+      material.youngs_modulus = p[6];
+      material.poissons_ratio = p[9];
+      material.density = p[10];
+      if (turned) m.leaves.back() = models::turned(m.leaves.back());
+    };
+    add(1, beside, outer);
+    add(-1, 0, inner);
+    add(1, -beside, outer);
+    return m;
+  };
+  return {make,
+          {{"length", 0.08},
+           {"thickness", 4e-4},
+           {"outer width", 0.02},
+           {"inner width", 0.032},
+           {"half angle", 0.75},
+           {"gap", 2e-3},
+           {"E", 210e9},
+           {"mass", 0.3},
+           {"x of the body", 5e-3},
+           {"nu", 0.3},
+           {"rho", 7800}},
+          {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10},
+          0.3};
+}
+
+StrokeRequest sweep() {
+  StrokeRequest request;
+  request.points = {0, 0.12, -0.17};
+  request.frequencies = 5;
+  request.outputs = {Output::equilibrium, Output::stiffness, Output::frequencies_free,
+                     Output::frequencies_locked, Output::stress};
+  request.stress_peaks = 4;
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("derivatives of all numbers of a hinge on looked-up leaves agree with differences",
+          "[response][gradients][slow]") {
+  StrokeRequest request = sweep();
+  request.values = PathValues::differentiable;
+  const test::Family family = hinge();
+  const StrokeResponse here =
+      evaluate_stroke(family.make(test::values_of(family.numbers)), looked_up(), request);
+  for (const PathPoint& point : here.path)
+    for (const LeafReport& leaf : point.leaves) {
+      INFO(leaf.reason);
+      CHECK(leaf.model == "tube");
+    }
+  const int compared = test::check_gradients(family, looked_up(), request);
+  CHECK(compared >= 3 * 19 * static_cast<int>(family.along.size()));
+}
+
+TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
+          "[response][gradients][slow]") {
+  const test::Family family = hinge();
+  const test::Values p = test::values_of(family.numbers);
+  std::vector<MechanismDirection> directions;
+  for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+  ModelOptions full = looked_up();
+  full.accuracy = Accuracy::full;
+  const StrokeSensitivity a = evaluate_stroke_gradients(family.make(p), directions, looked_up(),
+                                                        sweep()),
+                          b = evaluate_stroke_gradients(family.make(p), directions, full, sweep());
+  REQUIRE(a.gradients);
+  REQUIRE(b.gradients);
+  int compared = 0;
+  for (std::size_t k = 0; k < sweep().points.size(); ++k)
+    for (const std::string name : {"parasitic_frequency", "frequencies.drive_locked.2",
+                                   "frequencies.drive_free.0", "max_stress", "drive_load"}) {
+      const auto of_a = gradient_of(a.response.path[k], a.gradients->path[k], name),
+                 of_b = gradient_of(b.response.path[k], b.gradients->path[k], name);
+      const double value = value_of(b.response.path[k], name).value_or(0);
+      if (!of_a || !of_b || (k == 0 && (name == "max_stress" || name == "drive_load"))) continue;
+      const double error = name == "max_stress" ? 1e-2 : 2e-3;  // of this coarse atlas
+      for (std::size_t j = 0; j < family.along.size(); ++j) {
+        const double by = p[family.along[j]] / value;
+        INFO(name << " along " << family.numbers[family.along[j]].name << " at point " << k);
+        CHECK(by * (*of_a)[static_cast<Eigen::Index>(j)] ==
+              Approx(by * (*of_b)[static_cast<Eigen::Index>(j)]).margin(error));
+        ++compared;
+      }
+    }
+  CHECK(compared >= 12 * static_cast<int>(family.along.size()));
+}
+
+TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say why",
+          "[response][gradients][slow]") {
+  StrokeRequest request = sweep();
+  request.values = PathValues::differentiable;
+  const Mechanism m = hinge().make(test::values_of(hinge().numbers));
+  request.frequencies = 40;  // beyond the modes that the tables have
+  const StrokeResponse many = evaluate_stroke(m, looked_up(), request);
+  for (const LeafReport& leaf : many.path[0].leaves) {
+    CHECK(leaf.model == "full");
+    CHECK_THAT(leaf.reason, Catch::StartsWith("exact: leaf 0: its tables have "));
+  }
+  ModelOptions full = looked_up();
+  full.accuracy = Accuracy::full;
+  const StrokeResponse truth = evaluate_stroke(m, full, request);
+  for (std::size_t i = 0; i < truth.path[1].frequencies_locked.size(); ++i)
+    CHECK(many.path[1].frequencies_locked[i] ==
+          Approx(truth.path[1].frequencies_locked[i]).epsilon(1e-7));
+}
+
+TEST_CASE("derivatives of looked-up leaves are the same whichever edge is called the base",
+          "[response][gradients][slow]") {
+  AtlasSettings s = box();
+  s.rays = {-1, 0, 1};
+  s.points = {4, 3};
+  const ModelOptions model = with_atlas(s);
+  std::vector<std::vector<test::Compared>> both;
+  for (const bool turned : {false, true}) {
+    const test::Family family = hinge(0.15, turned);
+    std::vector<MechanismDirection> directions;
+    for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+    const Mechanism m = family.make(test::values_of(family.numbers));
+    const StrokeSensitivity found = evaluate_stroke_gradients(m, directions, model, sweep());
+    REQUIRE(found.gradients);
+    for (const PathPoint& point : found.response.path)
+      for (const LeafReport& leaf : point.leaves) {
+        INFO(leaf.reason);
+        CHECK(leaf.model == "tube");
+      }
+    both.push_back(test::compared_numbers(m, found, family.load));
+  }
+  REQUIRE(both[0].size() == both[1].size());
+  for (std::size_t i = 0; i < both[0].size(); ++i) {
+    const test::Compared &a = both[0][i], &b = both[1][i];
+    if (!a.gradient || a.name == "max_stress at point 0") continue;
+    INFO(a.name);
+    REQUIRE(b.gradient);
+    const VectorXd scale = VectorXd::Map(test::values_of(hinge().numbers).data(), 11);
+    const double size = std::max(std::abs(a.value), a.floor) + 1e-6;
+    CHECK((*a.gradient - *b.gradient).cwiseProduct(scale).cwiseAbs().maxCoeff() < 1e-6 * size);
+  }
+}
