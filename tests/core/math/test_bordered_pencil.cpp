@@ -142,5 +142,6 @@ TEST_CASE("a pencil in other coordinates of its border has the same eigenvalues"
   const BorderedPencil p = pencil(6, 3, 10, 0.1);
   const MatrixXd Z = MatrixXd::Random(6, 6) + 3 * MatrixXd::Identity(6, 6);
   const VectorXd a = lowest_pairs(p, 8).values, b = lowest_pairs(p.along(Z), 8).values;
-  for (int k = 0; k < 8; ++k) CHECK(a[k] == Approx(b[k]).epsilon(1e-11));
+  // forming Zᵀ K Z rounds to the largest eigenvalues, not to the lowest
+  for (int k = 0; k < 8; ++k) CHECK(a[k] == Approx(b[k]).epsilon(1e-10));
 }
