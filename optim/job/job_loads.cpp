@@ -82,7 +82,8 @@ void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& f
   if (read.contains("thermal_expansion") && bodies.empty())
     faults.add((at / "thermal_expansion").to_string(), shown(read["thermal_expansion"]),
                "it is that of the bodies: name those that are warm");
-  std::optional<double> coefficient = mechanism.leaves.front().material.thermal_expansion;
+  std::optional<double> coefficient;
+  if (!mechanism.leaves.empty()) coefficient = mechanism.leaves[0].material.thermal_expansion;
   if (read.contains("thermal_expansion")) coefficient = read["thermal_expansion"].get<double>();
   std::vector<std::string> known;
   for (const RigidBody& body : mechanism.bodies) known.push_back(body.name);
@@ -97,12 +98,10 @@ void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& f
       faults.add(here, shown(change),
                  "the leaves' material has no thermal_expansion: give that of the bodies");
     } else {
-      strains[static_cast<std::size_t>(found - known.begin())] =
-          *coefficient * change.get<double>();
+      const auto body = static_cast<std::size_t>(found - known.begin());
       LoadCase alone;
       alone.body_expansion.assign(known.size(), 0.0);
-      alone.body_expansion[static_cast<std::size_t>(found - known.begin())] =
-          *coefficient * change.get<double>();
+      alone.body_expansion[body] = strains[body] = *coefficient * change.get<double>();
       if (const auto rule = broken_rule(alone, mechanism)) faults.add(here, shown(change), *rule);
     }
   }
