@@ -1,12 +1,15 @@
-// Draws the pictures of docs/report.md from jobs of the gallery, at 1440 and at 420 pixels:
-//   node docs/report_pictures.mjs build/release/flexopt
+// Draws the pictures of docs/report.md and docs/explore.md from jobs of the repository, at 1440 and at
+// 420 pixels; all, or those that are named:
+//   node docs/report_pictures.mjs build/release/flexopt [NAME...]
 import {execFileSync} from "node:child_process";
-import {mkdtempSync, rmSync} from "node:fs";
+import {copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {join, resolve} from "node:path";
 import {launch, open, pause, source} from "../tests/results/report/browser/browser.mjs";
+import {open_page, served} from "../tests/results/server/browser/served.mjs";
 
 const flexopt = resolve(process.argv[2] ?? join(source, "build/release/flexopt"));
+const wanted = process.argv.slice(3), is_wanted = ({name}) => wanted.length === 0 || wanted.includes(name);
 const folder = mkdtempSync(join(tmpdir(), "flexopt-pictures-"));
 const pages = new Map();
 function report(job) {
@@ -37,13 +40,47 @@ const views = [
   {name: "comparison", job: compare},
 ];
 const browser = await launch();
-for (const {name, job, act, dark} of views) for (const width of [1440, 420]) {
+const shoot = (page, name, width) => page.screenshot({path: join(source, `docs/report/${name}_${width}.png`), optimizeForSpeed: false});
+for (const {name, job, act, dark} of views.filter(is_wanted)) for (const width of [1440, 420]) {
   const {page, faults} = await open(browser, report(job), {width, height: width === 1440 ? 900 : 800, dark});
   if (faults.length > 0) throw new Error(`${name}: ${faults}`);
   if (act) await act(page);
   await pause(400);
-  await page.screenshot({path: join(source, `docs/report/${name}_${width}.png`), optimizeForSpeed: false});
+  await shoot(page, name, width);
   await page.close();
+}
+
+/// A run of the job, as it was after so many evaluations.
+function begun(job, evaluations) {
+  const whole = resolve(report(job), ".."), out = join(folder, "hinge.out");
+  mkdirSync(out);
+  copyFileSync(join(whole, "job.json"), join(out, "job.json"));
+  writeFileSync(join(out, "evaluations.jsonl"), `${readFileSync(join(whole, "evaluations.jsonl"), "utf8").split("\n").slice(0, evaluations + 1).join("\n")}\n`);
+  return out;
+}
+const searched = "tests/results/server/jobs/optimise.json";
+const served_views = [
+  {name: "explore", args: () => ["explore", join(source, searched)], act: async (page) => {
+    for (const [parameter, text] of [["length", "44"], ["thickness", "0.43"], ["inner_width", "62"]]) {
+      const answered = await page.evaluate(() => window.flexopt_explore.answered);
+      await page.$eval(`#move-${parameter}`, (e, t) => { const box = e.closest(".move").querySelector("input[type=number]"); box.value = t; box.dispatchEvent(new Event("change")); }, text);
+      await page.waitForFunction((n) => window.flexopt_explore.answered > n, {}, answered);
+    }
+  }, ready: () => window.flexopt_explore?.answered > 0},
+  {name: "watch", args: () => ["watch", begun(searched, 24)], ready: () => window.flexopt_watch?.shown > 0},
+];
+for (const {name, args, act, ready} of served_views.filter(is_wanted)) {
+  const server = await served(flexopt, args());
+  for (const width of [1440, 420]) {
+    const {page, faults} = await open_page(browser, server, {width, height: width === 1440 ? 900 : 800});
+    await page.waitForFunction(ready, {timeout: 60000});
+    if (act) await act(page);
+    if (faults.length > 0) throw new Error(`${name}: ${faults}`);
+    await pause(400);
+    await shoot(page, name, width);
+    await page.close();
+  }
+  await server.closed();
 }
 await browser.close();
 rmSync(folder, {recursive: true});

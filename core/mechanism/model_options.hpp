@@ -52,6 +52,7 @@ struct ModelOptions {
   Warping warping = Warping::clamped;  ///< of beams
   std::array<int, 2> mesh{10, 4};      ///< elements [along, across] per leaf; a beam has 1 across
   bool free_edge_torsion = true;  ///< 3-D torsion layer of the free edges; off: thin-shell limit
+  bool transverse_shear = true;   ///< of the leaves; off: Kirchhoff's plate, Euler's beam
   Reduction method = Reduction::mixed_potential;
   /// Superelements along a leaf and across (linear ones only); across 0: of two nodes, between
   /// rigid lines.

@@ -331,6 +331,68 @@ std::vector<QuantityRow> buckling() {
        }}};
 }
 
+std::vector<QuantityRow> dynamics() {
+  return {
+      {.name = "bandwidth",
+       .label = "bandwidth of the drive",
+       .meaning = "frequency up to which the drive moves one mass on its spring: where the mass "
+                  "that it feels first is the square root of 2 (3 dB) times that at rest",
+       .needs = {Output::equilibrium, Output::dynamics},
+       .unit = hertz,
+       .value = [](const PathPoint& p, int k) -> std::optional<double> {
+         const auto i = static_cast<std::size_t>(k);
+         return i < p.bandwidths.size() ? p.bandwidths[i] : std::nullopt;
+       },
+       .gradient = [](const PathPoint&, const PointGradients& g, int k) -> std::optional<VectorXd> {
+         const auto i = static_cast<std::size_t>(k);
+         return i < g.bandwidths.size() ? g.bandwidths[i] : std::nullopt;
+       },
+       .of_drives = true,
+       .in_report = true},
+      {.name = "transmissibility",
+       .label = "transmissibility",
+       .meaning = "largest gain over the band from a harmonic translation of the ground to the "
+                  "absolute one of O in the same direction",
+       .needs = {Output::equilibrium, Output::dynamics},
+       .unit = plain_number,
+       .value =
+           [](const PathPoint& p, int) {
+             return p.transmissibility ? std::optional(p.transmissibility->value) : std::nullopt;
+           },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int) { return g.transmissibility; },
+       .in_report = true}};
+}
+
+std::string load_of_component(Direction, int d) { return load_unit(static_cast<Direction>(d % 6)); }
+
+std::vector<std::string> signed_directions() {
+  std::vector<std::string> names = directions();
+  for (const std::string& name : directions()) names.push_back("-" + name);
+  return names;
+}
+
+QuantityRow load_capacity() {
+  return {.name = "load_capacity",
+          .components = signed_directions(),
+          .layout = Layout::object,
+          .label = "load capacity",
+          .meaning =
+              "largest dead load at O along (or, with -, against) a direction, beside the "
+              "loads that act, drives held, before the stress limit, a singular tangent or "
+              "the stated loss of support stiffness; load_capacity_limit says which",
+          .needs = {Output::equilibrium, Output::load_capacity},
+          .unit = load_of_component,
+          .value = [](const PathPoint& p, int d) -> std::optional<double> {
+            const auto& capacity = p.load_capacity[static_cast<std::size_t>(d)];
+            if (!capacity || capacity->limit == CapacityLimit::none) return std::nullopt;
+            return capacity->value;
+          },
+          .gradient = [](const PathPoint&, const PointGradients& g,
+                         int d) { return g.load_capacity[static_cast<std::size_t>(d)]; },
+          .in_report = true};
+}
+
 std::vector<QuantityRow> make_rows() {
   std::vector<QuantityRow> rows = load_and_motion();
   for (auto& row : frequencies_and_stress()) rows.push_back(std::move(row));
@@ -338,6 +400,8 @@ std::vector<QuantityRow> make_rows() {
   rows.push_back(softest_translation());
   for (auto& row : room_taken()) rows.push_back(std::move(row));
   for (auto& row : buckling()) rows.push_back(std::move(row));
+  for (auto& row : dynamics()) rows.push_back(std::move(row));
+  rows.push_back(load_capacity());
   return rows;
 }
 
@@ -396,10 +460,19 @@ std::optional<VectorXd> Quantity::gradient(const PathPoint& point,
 
 bool is_answered(const QuantityRow& row, const StrokeRequest& request) {
   if (row.needs.has(Output::buckling)) return !request.buckling_load.empty();
+  if (row.name == "bandwidth") return request.dynamics && request.loads.driven();
+  if (row.name == "transmissibility") return request.dynamics && request.dynamics->transmissibility;
+  if (row.needs.has(Output::load_capacity)) return request.capacity.any();
   if (row.name == "notch_stress") return request.stress.fillet.has_value();
   if (row.name == "yield_safety") return request.stress.yield;
   if (row.name == "fatigue_safety") return request.stress.fatigue;
   return true;
+}
+
+bool is_answered(const Quantity& quantity, const StrokeRequest& request) {
+  if (quantity.row->needs.has(Output::load_capacity))
+    return request.capacity.directions[static_cast<std::size_t>(quantity.component)];
+  return is_answered(*quantity.row, request);
 }
 
 DriveList::DriveList(Direction drive) : items{{{}, drive}} {
@@ -460,6 +533,8 @@ std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients
   const auto of_drive = of_named_drive(point, name);
   return of_drive ? of_drive->gradient(point, gradients) : find(name).gradient(point, gradients);
 }
+
+int component_of(std::string_view name) { return find(name).component; }
 
 bool is_of_design(std::string_view name) {
   for (const QuantityRow& row : quantity_rows())

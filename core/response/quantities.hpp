@@ -98,6 +98,9 @@ struct Quantity {
   std::optional<VectorXd> gradient(const PathPoint& point, const PointGradients& gradients) const;
 };
 
+/// The same of one of its numbers.
+bool is_answered(const Quantity& quantity, const StrokeRequest& request);
+
 /// Every quantity of the table for these drives, in its order.
 std::vector<Quantity> quantities(const DriveList& drives);
 
@@ -106,6 +109,8 @@ std::vector<Quantity> quantities(const DriveList& drives);
 std::optional<double> value_of(const PathPoint& point, std::string_view name);
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name);
+/// Which component of its row a number is.
+int component_of(std::string_view name);
 /// Whether it is the same at every point of a path.
 bool is_of_design(std::string_view name);
 /// What an evaluation must answer for it.

@@ -27,6 +27,13 @@ bool StrokeRequest::wants_frequency_derivatives() const {
   return frequencies > 0 && outputs.has(Output::frequency_derivatives) && loads.driven();
 }
 
+bool StrokeRequest::wants_state_space(std::size_t point) const {
+  return state_space && outputs.has(Output::state_space) &&
+         (state_space->points.empty() ||
+          std::ranges::find(state_space->points, static_cast<int>(point)) !=
+              state_space->points.end());
+}
+
 std::optional<std::size_t> StrokeRequest::growing_load() const {
   if (!outputs.has(Output::buckling) || buckling_load.empty()) return std::nullopt;
   const auto named = std::ranges::find(loads.constant, buckling_load, &DeadLoad::name);

@@ -1,5 +1,7 @@
 #pragma once
 // What a designer asks of a mechanism over its stroke. Plain data.
+#include <algorithm>
+#include <array>
 #include <bitset>
 #include <initializer_list>
 #include <optional>
@@ -36,6 +38,9 @@ enum class Output {
   moving_envelope,        ///< the same box and cylinder over the stroke
   clearance,              ///< smallest distance between parts
   buckling,               ///< critical factors of the load that the request names
+  dynamics,               ///< bandwidth and transmissibility, by the rule of the request
+  state_space,            ///< the linear model about the equilibrium, as the request wants it
+  load_capacity,          ///< largest loads at O, by the rule of the request
   shapes                  ///< deformed mid-surfaces for drawing
 };
 
@@ -79,7 +84,7 @@ class Outputs {
   bool operator==(const Outputs&) const = default;
 
  private:
-  std::bitset<12> set_;
+  std::bitset<15> set_;
 };
 
 /// How exact the values of a path point are.
@@ -128,6 +133,47 @@ struct StressRules {
   FatigueRule fatigue_rule;
 };
 
+/// How the ground shakes a mechanism.
+struct TransmissibilityRule {
+  Direction direction = Direction::uy;  ///< translation of the ground, and of O
+  double from = 0, to = 0;              ///< band in which the largest gain counts [Hz]
+  DriveState drive = DriveState::free;
+};
+
+/// What is read off the harmonic motion about an equilibrium.
+struct DynamicsRule {
+  double damping = 0.01;  ///< ratio ζ, above zero: stiffness K (1 + 2iζ)
+  std::optional<TransmissibilityRule> transmissibility;
+};
+
+/// Which linear model is wanted.
+struct StateSpaceRequest {
+  int modes = 8;                      ///< that are kept, drive free; fewer where there are fewer
+  std::vector<double> damping{0.01};  ///< ratio of all modes, or one of each mode that is kept
+  bool probes = true;                 ///< whether the request's probes are outputs
+  std::vector<int> points;            ///< of the stroke; empty: all
+};
+
+/// What a load at O is increased to. Loads are counted by direction: 0 … 5 along (about) ux … rz, 6
+/// … 11 against them.
+struct CapacityRule {
+  std::array<bool, 12> directions{};
+  std::optional<double> stress;  ///< limit of all leaves [Pa]; nothing: their yield strengths
+  /// Of the support stiffness without the load; 0: it is not looked at.
+  double stiffness_share = 0;
+  std::array<bool, 6> supports{true, true, true, true, true, true};  ///< whose stiffness counts
+  /// Beyond these the search ends [N, N m].
+  std::optional<double> largest_force, largest_moment;
+
+  bool any() const { return std::ranges::find(directions, true) != directions.end(); }
+};
+
+/// Where branches of equilibria meet.
+enum class BranchChoice {
+  primary,  ///< the one that the path comes along, stable or not
+  stable    ///< the one that is stable, where the bodies can be led to it
+};
+
 struct StrokeRequest {
   /// Stroke of the drive, in the order wanted [m or rad]; factors of the growing loads where the
   /// load case has some.
@@ -143,6 +189,10 @@ struct StrokeRequest {
   int frequencies = 0;  ///< how many modes of each list wanted, and in the frequency derivatives
   ParasiticRule parasitic;
   StressRules stress;
+  std::optional<DynamicsRule> dynamics;
+  std::optional<StateSpaceRequest> state_space;
+  CapacityRule capacity;
+  BranchChoice branch = BranchChoice::primary;
   /// Of differentiable points, how many places of large stress: PathPoint::stress_peaks.
   int stress_peaks = 0;
   std::vector<Probe> probes;
@@ -153,8 +203,11 @@ struct StrokeRequest {
   /// How many natural frequencies of a list have to be found.
   int frequencies_of(DriveState drive) const;
   bool wants_frequency_derivatives() const;
+  bool wants_dynamics() const { return dynamics && outputs.has(Output::dynamics); }
+  bool wants_state_space(std::size_t point) const;
   /// The load that grows, among the constant ones, where critical factors are wanted.
   std::optional<std::size_t> growing_load() const;
+  bool wants_capacity() const { return outputs.has(Output::load_capacity) && capacity.any(); }
 };
 
 }  // namespace flexopt

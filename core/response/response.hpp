@@ -105,6 +105,24 @@ struct Buckling {
   CriticalLoad drive_locked, drive_free;  ///< strokes kept; loads of the drives kept
 };
 
+/// What ends the growth of a load.
+enum class CapacityLimit {
+  stress,       ///< of a leaf, the limit that is stated or its yield strength
+  instability,  ///< singular tangent
+  stiffness,    ///< a support stiffness fell to the stated share
+  none          ///< none of these as far as it was looked
+};
+/// The largest load at O along one direction, beside the loads that act, drives held.
+struct LoadCapacity {
+  double value = 0;  ///< [N or N m]; of `none` what is carried at least
+  CapacityLimit limit = CapacityLimit::none;
+  std::string reason;                ///< what happens there, or why the search ended
+  bool fold = false;                 ///< of an instability: the load is the largest of its branch
+  std::optional<StressPeak> stress;  ///< of a stress
+  std::optional<Direction> support;  ///< of a stiffness: which one
+  double stiffness = 0;              ///< and its value there [N/m or N m/rad]
+};
+
 /// What a factor or a safety counts as in goals where there is none.
 inline constexpr double no_critical_factor = 1e6;
 
@@ -112,6 +130,28 @@ inline constexpr double no_critical_factor = 1e6;
 struct StressSafety {
   double value = 0;
   StressPeak stress;
+};
+
+/// The largest gain from the ground to O.
+struct Transmissibility {
+  double value = 0;      ///< absolute motion of O over that of the ground
+  double frequency = 0;  ///< where [Hz]
+};
+
+/// What goes into a linear model, or comes out of it.
+struct Signal {
+  std::string name, unit;
+};
+
+/// Linear model of small motions about an equilibrium, drive free: equations (H1) to (H3) of
+/// dynamics/README.md. Modes by rows of `forces` and columns of `motions`.
+struct StateSpace {
+  std::vector<Signal> inputs, outputs;
+  VectorXd omega2;    ///< squares of the circular frequencies, ascending [rad²/s²]
+  VectorXd damping;   ///< ratio of each mode
+  MatrixXd forces;    ///< of the inputs on the modes
+  MatrixXd motions;   ///< of the modes at the outputs
+  MatrixXd residual;  ///< static answers of all that is not kept: outputs × inputs
 };
 
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
@@ -153,8 +193,15 @@ struct PathPoint {
   std::optional<Extents> extents;   ///< of this point
   std::optional<Clearance> clearance;
   std::optional<Buckling> buckling;  ///< by the load that the request names
-  bool stable = true;                ///< the tangent with the drive held has no negative eigenvalue
-  int negative_pivots = 0;           ///< inertia of that tangent
+  /// Of each drive, the others held [Hz]; nothing where its mass line does not end.
+  std::vector<std::optional<double>> bandwidths;
+  std::optional<Transmissibility> transmissibility;
+  std::optional<StateSpace> state_space;
+  /// By direction: CapacityRule.
+  std::array<std::optional<LoadCapacity>, 12> load_capacity;
+  bool other_branch = false;  ///< the path has left the branch that it came along
+  bool stable = true;         ///< the tangent with the drive held has no negative eigenvalue
+  int negative_pivots = 0;    ///< inertia of that tangent
   std::vector<LeafReport> leaves;
   std::vector<LeafShape> shapes;
   std::vector<Vector3d> probes;    ///< displacements, in the order of the request [m]

@@ -43,7 +43,10 @@ struct PointGradients {
   MatrixXd envelope, moving_envelope;  ///< x, y, z, cylinder × parameters
   MatrixXd extents;                    ///< in the order of `Extents::at` × parameters
   std::optional<VectorXd> clearance, leaf_mass;
+  std::vector<std::optional<VectorXd>> bandwidths;  ///< of each drive
+  std::optional<VectorXd> transmissibility;
   std::optional<VectorXd> buckling_locked, buckling_free;  ///< of the factors
+  std::array<std::optional<VectorXd>, 12> load_capacity;   ///< of those that have a value
 };
 
 /// Derivatives of FrequencyDerivatives, along the parameters. Members of a cluster of equal

@@ -157,7 +157,8 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
       first = last;
       request.newton = choice.newton;
       request.outputs.remove({Output::shapes, Output::frequency_derivatives, Output::envelope,
-                              Output::moving_envelope, Output::clearance, Output::buckling});
+                              Output::moving_envelope, Output::clearance, Output::buckling,
+                              Output::load_capacity, Output::dynamics, Output::state_space});
       append(evaluator(mechanism, choice.model, request), one.name, whole);
     }
     seconds = {whole.seconds_path, seconds_since(begin)};

@@ -14,10 +14,13 @@
 #include "core/response/accuracy/error_estimate.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_assembly.hpp"
 #include "optim/job/job_atlas.hpp"
+#include "optim/job/job_capacity.hpp"
 #include "optim/job/job_cases.hpp"
 #include "optim/job/job_design.hpp"
 #include "optim/job/job_designs.hpp"
+#include "optim/job/job_dynamics.hpp"
 #include "optim/job/job_loads.hpp"
 #include "optim/job/job_maps.hpp"
 #include "optim/job/job_shape.hpp"
@@ -204,6 +207,12 @@ void JobReader::read_mechanism() {
       find_loaded_bodies(read_["loads"], *mechanism, faults_, job_.request.loads.constant);
       read_surroundings(read_, *mechanism, job_.model, faults_, job_.request.loads, job_.notes);
       read_stress_rules(read_, *mechanism, faults_, job_.request.stress);
+      read_dynamics(read_, *mechanism, job_.model, faults_, job_.request);
+      read_load_capacity(read_, *mechanism, faults_, job_.request);
+      if (read_.contains("assembly_tolerances") && faults_.sound("/assembly_tolerances"))
+        job_.assembly_tolerances =
+            read_assembly_tolerances(read_["assembly_tolerances"], *mechanism,
+                                     GoalContext(*family_, job_, cases_, false, faults_));
     }
     if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }
@@ -231,6 +240,12 @@ void JobReader::read_sections() {
     if (read_.contains(section) && job_.kind != owner && !looked_at(section))
       job_.notes.push_back(
           fmt::format("The section {} is not used by \"job\": \"{}\".", section, kind));
+  if (job_.kind == JobKind::compare)
+    for (const char* section : {"dynamics", "export"})
+      if (read_.contains(section))
+        faults_.add("/" + std::string(section), shown(document_[section]),
+                    "a job \"compare\" looks at models, and these are of full leaves whatever the "
+                    "model");
   if (read_.contains("maps") && job_.kind == JobKind::compare)
     faults_.add("/maps", shown(document_["maps"]),
                 "a job \"compare\" looks at models and draws no maps");

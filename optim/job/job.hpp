@@ -215,6 +215,27 @@ struct TolerancesSpec {
   std::optional<OptimiseSpec> goals;
 };
 
+/// How far a clamped edge may sit other than designed, to either side [m, rad], global axes.
+struct EdgeTolerance {
+  int leaf = 0, end = 0;  ///< as of an AssemblyError
+  Vector3d move = Vector3d::Zero(), turn = Vector3d::Zero();
+};
+
+/// A box of errors of assembly about those of the load case.
+struct AssemblyTolerances {
+  std::vector<EdgeTolerance> edges;
+  /// Whose worst value is looked for: the least, the largest, the largest in size over the stroke.
+  std::vector<Constraint> quantities;
+  /// A size of the box is critical where a support keeps such a share of its stiffness, the drive
+  /// load changes by so much of its largest value, or the mechanism becomes unstable.
+  std::optional<double> stiffness_share, drive_load_change;
+  double largest_scale = 100;  ///< of the box
+  int starts = 4;              ///< of each search
+  unsigned seed = 1;
+
+  bool wants_critical() const { return stiffness_share || drive_load_change; }
+};
+
 /// One of several load cases: what acts on the mechanism, and where it goes.
 struct JobCase {
   std::string name;
@@ -243,6 +264,7 @@ struct Job {
   std::optional<OptimiseSpec> optimise;
   std::optional<CompareSpec> compare;
   std::optional<TolerancesSpec> tolerances;
+  std::optional<AssemblyTolerances> assembly_tolerances;
   std::vector<MapSpec> maps;
   /// Objective and constraints that maps are drawn with: those of "optimise", whatever the job.
   std::optional<OptimiseSpec> map_goals;

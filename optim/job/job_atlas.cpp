@@ -51,6 +51,8 @@ std::string find_atlas(ModelOptions& model) {
   if (s.free_edge_torsion != model.free_edge_torsion)
     return fmt::format("{}: its leaves {} free_edge_torsion", file.string(),
                        s.free_edge_torsion ? "have" : "have no");
+  if (!model.transverse_shear)
+    return fmt::format("{}: its leaves have transverse_shear", file.string());
   model.atlas = atlas.atlas;
   return {};
 }

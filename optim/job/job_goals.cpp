@@ -9,6 +9,7 @@
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
+#include "optim/job/job_dynamics.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
 #include "optim/job/job_stress.hpp"
@@ -76,8 +77,16 @@ const Quantity& GoalContext::quantity(const std::string& name, const std::string
   if (found->row->needs.has(Output::buckling) && request.buckling_load.empty() && counts(load_case))
     throw SpecError(at.to_string(), '"' + name + '"',
                     "it needs \"buckling\": {\"load\": …}, which says which load grows");
+  if (found->row->needs.has(Output::load_capacity) && !is_answered(*found, request))
+    throw SpecError(
+        at.to_string(), '"' + name + '"',
+        fmt::format("it needs \"load_capacity\": {{\"directions\": [\"{}\"]}}",
+                    found->row->components[static_cast<std::size_t>(found->component)]));
   if (const char* missing = missing_for_stress(name, request);
       *missing && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
+    throw SpecError(at.to_string(), '"' + name + '"', missing);
+  if (const char* missing = missing_for_dynamics(name, request);
+      *missing && counts(load_case) && faults.sound("/design") && faults.sound("/dynamics"))
     throw SpecError(at.to_string(), '"' + name + '"', missing);
   return *found;
 }

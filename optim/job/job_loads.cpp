@@ -192,6 +192,7 @@ void read_request(json& read, const json& as_written, const Family* family, Faul
     }
   if (read.contains("buckling") && faults.sound("/buckling") && faults.sound("/loads"))
     faults.attempt([&] { read_buckling(read["buckling"], request); });
+  request.branch = read["branch"] == "stable" ? BranchChoice::stable : BranchChoice::primary;
   request.parasitic.drive =
       read["parasitic"]["drive"] == "locked" ? DriveState::locked : DriveState::free;
   for (const json& kind : read["parasitic"]["skip"])

@@ -6,7 +6,10 @@
 #include "core/response/quantities.hpp"
 #include "designs/design_shape.hpp"
 #include "designs/library.hpp"
+#include "optim/job/job_assembly.hpp"
+#include "optim/job/job_capacity.hpp"
 #include "optim/job/job_cases.hpp"
+#include "optim/job/job_dynamics.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_stress.hpp"
 #include "optim/job/job_stroke.hpp"
@@ -259,6 +262,10 @@ Shape job_shape(const Family* family) {
                    "edges that sit in their bodies other than designed, before the stroke"),
       optional("buckling", buckling_table().shape(),
                "at every point the factor of a load at which the mechanism becomes unstable"),
+      load_capacity_field(),
+      with_default("branch", choice({"primary", "stable"}), "primary",
+                   "where branches of equilibria meet: the one that the path comes along, or the "
+                   "one that is stable"),
       with_default("model", model_shape(), json::object(), "how the mechanism is modelled"),
       with_default("parasitic", parasitic, json::object(), "what the parasitic frequency is"),
       optional("optimise", optimise_shape(family), "the search, for job optimise"),
@@ -271,12 +278,14 @@ Shape job_shape(const Family* family) {
   };
   fields.insert(fields.end(), sections.begin(), sections.end());
   for (Field& field : stress_fields()) fields.push_back(std::move(field));
+  for (Field& field : dynamics_fields()) fields.push_back(std::move(field));
   fields.push_back(cases_field(sections));
   fields.push_back(optional(
       "maps", list(map_shape(family), 1, 20),
       "quantities over two parameters, on reduced leaves, all else as in the design or, of "
       "an optimisation, at the optimum"));
   fields.push_back(tolerances_field());
+  fields.push_back(assembly_tolerances_field());
   fields.push_back(tolerance_samples_field());
   return record(std::move(fields));
 }

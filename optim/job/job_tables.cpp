@@ -328,6 +328,8 @@ const RecordTable<ModelChoice>& model_table() {
               "free_edge_torsion", boolean(), in_model(&ModelOptions::free_edge_torsion),
               "the three-dimensional torsion layer of the free edges; off: the thin-shell "
               "limit")
+          .with_default("transverse_shear", boolean(), in_model(&ModelOptions::transverse_shear),
+                        "of leaves and wires; off: thin plates and slender beams")
           .with_default("degree", integer(5, 7), in_model(&ModelOptions::degree),
                         "of the reduced potential: 5 or 7")
           .choice<LeafMass>(

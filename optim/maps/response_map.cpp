@@ -8,7 +8,6 @@
 #include "optim/job/job_atlas.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_tolerances.hpp"
-#include "optim/numerics/parallel.hpp"
 #include "optim/numerics/unit_points.hpp"
 
 namespace flexopt {
@@ -72,15 +71,17 @@ Mapped evaluate(const DesignProblem& problem, const Variables& variables, std::s
 }  // namespace
 
 ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValues& parameters,
-                         int threads, const StrokeEvaluator& evaluator) {
+                         int threads, const StrokeEvaluator& evaluator,
+                         const LoopProgress& progress) {
   const DesignProblem problem(posed(job, map, parameters), {evaluator, by_differences});
   const std::vector<VectorXd> grid = grid_points({map.points[0], map.points[1]});
   const Scales scales = problem.scales(nullptr);
   std::vector<Mapped> designs(grid.size());
-  parallel_for(static_cast<int>(grid.size()), threads, [&](int i) {
+  const auto work = [&](int i) {
     const auto k = static_cast<std::size_t>(i);
     designs[k] = evaluate(problem, problem.variables(grid[k]), map.quantities.size(), scales);
-  });
+  };
+  parallel_for(static_cast<int>(grid.size()), threads, work, progress);
 
   ResponseMap found;
   const auto [rows, columns] = map.points;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "optim/numerics/parallel.hpp"
 #include "optim/problem/design_problem.hpp"
 
 namespace flexopt {
@@ -27,8 +28,9 @@ struct ResponseMap {
 };
 
 /// Of the job's design with these parameters (formulas computed), on reduced leaves. Does not
-/// depend on the number of threads.
+/// depend on the number of threads. `progress` is told of every design.
 ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValues& parameters,
-                         int threads, const StrokeEvaluator& evaluator = evaluate_stroke);
+                         int threads, const StrokeEvaluator& evaluator = evaluate_stroke,
+                         const LoopProgress& progress = {});
 
 }  // namespace flexopt

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <mutex>
 #include <vector>
 
 namespace flexopt {
@@ -37,6 +38,18 @@ void parallel_for(int count, int threads, const std::function<void(int)>& work) 
   if (interrupted) throw Interrupted{};
   for (const std::exception_ptr& error : errors)
     if (error) std::rethrow_exception(error);
+}
+
+void parallel_for(int count, int threads, const std::function<void(int)>& work,
+                  const LoopProgress& progress) {
+  if (!progress) return parallel_for(count, threads, work);
+  std::mutex mutex;
+  int done = 0;
+  parallel_for(count, threads, [&](int i) {
+    work(i);
+    const std::lock_guard lock(mutex);
+    progress(++done, count);
+  });
 }
 
 }  // namespace flexopt

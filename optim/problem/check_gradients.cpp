@@ -217,7 +217,8 @@ class Checker {
     request_ = job.optimise ? request_of_goals(job, make_goals(job), load_case)
                             : cases_of(job)[load_case].request;
     request_.values = PathValues::differentiable;
-    request_.outputs.add({Output::equilibrium, Output::stiffness}).remove(Output::shapes);
+    request_.outputs.add({Output::equilibrium, Output::stiffness})
+        .remove({Output::shapes, Output::state_space});
     request_.newton.tolerance = std::min(request_.newton.tolerance, 1e-12);
     // the last of a list may change places with one that is not listed
     listed_ = request_.frequencies;

@@ -476,11 +476,20 @@ double DesignProblem::violation(const DesignValues& values, const Scales& scales
 
 double DesignProblem::violation(const std::vector<double>& constraints,
                                 const Scales& scales) const {
-  double most = 0;
-  for (std::size_t i = 0; i < constraints.size(); ++i)
-    most = std::max(most, excess(constraints[i], spec().constraints[i].min,
-                                 spec().constraints[i].max, scales.constraints[i]));
-  return most;
+  const auto worst = worst_constraint(constraints, scales);
+  return worst ? std::max(0.0, worst->excess) : 0;
+}
+
+std::optional<WorstConstraint> DesignProblem::worst_constraint(
+    const std::vector<double>& constraints, const Scales& scales) const {
+  std::optional<WorstConstraint> worst;
+  for (std::size_t i = 0; i < constraints.size(); ++i) {
+    const Constraint& c = spec().constraints[i];
+    if (!c.min && !c.max) continue;  // the second objective of a front
+    const double by = excess(constraints[i], c.min, c.max, scales.constraints[i]);
+    if (!worst || by > worst->excess) worst = {i, by};
+  }
+  return worst;
 }
 
 }  // namespace flexopt

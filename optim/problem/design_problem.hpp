@@ -8,6 +8,7 @@
 #include "core/math/types.hpp"
 #include "core/response/response.hpp"
 #include "optim/job/job.hpp"
+#include "optim/problem/evaluation_record.hpp"
 #include "optim/problem/robust_goals.hpp"
 
 namespace flexopt {
@@ -130,6 +131,9 @@ class DesignProblem {
   double violation(const DesignValues& values, const Scales& scales) const;
   /// The same from the values of the constraints.
   double violation(const std::vector<double>& constraints, const Scales& scales) const;
+  /// Whose violation that is; nothing where no constraint has bounds.
+  std::optional<WorstConstraint> worst_constraint(const std::vector<double>& constraints,
+                                                  const Scales& scales) const;
 
  private:
   Job job_;

@@ -55,7 +55,10 @@ void EvaluationBook::adopt(const EvaluationBook& other) {
 void EvaluationBook::set_scales(Scales scales) {
   scales_ = std::move(scales);
   for (LoggedEvaluation& e : evaluations_)
-    if (e.record.ok) e.record.violation = problem_.violation(e.values, scales_);
+    if (e.record.ok) {
+      e.record.violation = problem_.violation(e.values, scales_);
+      e.record.worst = problem_.worst_constraint(e.record.constraints, scales_);
+    }
 }
 
 LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues values, Ask how,
@@ -73,6 +76,7 @@ LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues
     e.record.objective = problem_.objective(values);
     e.record.constraints = problem_.constraints(values);
     e.record.violation = problem_.violation(values, scales_);
+    e.record.worst = problem_.worst_constraint(e.record.constraints, scales_);
   }
   e.gradient_asked = how.gradient;
   e.values = std::move(values);

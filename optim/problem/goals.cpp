@@ -18,13 +18,23 @@ constexpr int most_branches = 3;  // two modes cross at a point of the path; the
 
 constexpr double clearance_without_pairs = 1;  // [m]: more than any bound asks for
 
-// What a quantity counts as where there is nothing that it could be: no pair that can touch, no
-// load, but for a reversed one, at which the tangent is singular; no stress to speak of.
+constexpr double endless_bandwidth = 1e6;  // [Hz]: likewise
+
+// What a quantity counts as where there is nothing that it could be: no mode that the drive feels
+// beside its own, no pair that can touch, no load, but for a reversed one, at which the tangent is
+// singular; no stress to speak of; no limit of a load as far as it was followed, which counts as
+// that.
 std::optional<double> value_of_nothing(const PathPoint& point, const std::string& quantity) {
   if (quantity == "clearance")
     return point.clearance ? std::nullopt : std::optional(clearance_without_pairs);
   if (quantity == "yield_safety" || quantity == "fatigue_safety")
     return point.fillet_fault.empty() ? std::optional(no_critical_factor) : std::nullopt;
+  if (quantity == "bandwidth" || quantity.starts_with("bandwidth."))
+    return point.bandwidths.empty() ? std::nullopt : std::optional(endless_bandwidth);
+  if (needs_of(quantity).has(Output::load_capacity)) {
+    const auto& capacity = point.load_capacity[static_cast<std::size_t>(component_of(quantity))];
+    return capacity ? std::optional(capacity->value) : std::nullopt;
+  }
   if (!point.buckling) return std::nullopt;
   const CriticalLoad& load =
       quantity == "buckling.drive_free" ? point.buckling->drive_free : point.buckling->drive_locked;

@@ -13,7 +13,6 @@
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
 #include "optim/numerics/normal_quantile.hpp"
-#include "optim/numerics/parallel.hpp"
 #include "optim/numerics/unit_points.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 
@@ -44,13 +43,13 @@ class Study {
  public:
   Study(const Job& job, const ParameterValues& parameters, const ModelOptions& model);
 
-  ToleranceReport run(int threads);
+  ToleranceReport run(int threads, const LoopProgress& progress);
 
  private:
   /// First order of all numbers, and their values.
   void linearise(ToleranceReport& report) const;
   void linearise_goals(const std::vector<StrokeSensitivity>& found, ToleranceReport& report) const;
-  void sample(int threads, ToleranceReport& report) const;
+  void sample(int threads, const LoopProgress& progress, ToleranceReport& report) const;
   SampledDesign evaluate(const VectorXd& unit_point, const ToleranceReport& report) const;
   /// Values and their slopes, part by part; no rows where one is missing.
   GoalReading read(const Goal& goal, const ParameterValues& parameters,
@@ -254,15 +253,16 @@ SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport&
   return sample;
 }
 
-void Study::sample(int threads, ToleranceReport& report) const {
+void Study::sample(int threads, const LoopProgress& progress, ToleranceReport& report) const {
   if (spec_.samples == 0) return;
   const std::vector<VectorXd> points =
       latin_hypercube_points(static_cast<int>(spec_.entries.size()), spec_.samples, spec_.seed);
   std::vector<SampledDesign> designs(points.size());
-  parallel_for(spec_.samples, threads, [&](int i) {
+  const auto work = [&](int i) {
     const auto k = static_cast<std::size_t>(i);
     designs[k] = evaluate(points[k], report);
-  });
+  };
+  parallel_for(spec_.samples, threads, work, progress);
   report.samples = spec_.samples;
   int keep = 0;
   for (const SampledDesign& design : designs) {
@@ -298,23 +298,24 @@ void Study::sample(int threads, ToleranceReport& report) const {
   }
 }
 
-ToleranceReport Study::run(int threads) {
+ToleranceReport Study::run(int threads, const LoopProgress& progress) {
   ToleranceReport report;
   report.entries = spec_.entries;
   for (Tolerance& entry : report.entries)
     for (ToleranceTerm& term : entry.terms)
       term = {term.parameter, term.change_of(parameters_.at(term.parameter)), false};
   linearise(report);
-  sample(threads, report);
+  sample(threads, progress, report);
   return report;
 }
 
 }  // namespace
 
 ToleranceReport study_tolerances(const Job& job, const ParameterValues& parameters,
-                                 const ModelOptions& model, int threads) {
+                                 const ModelOptions& model, int threads,
+                                 const LoopProgress& progress) {
   assert(job.tolerances);
-  return Study(job, parameters, model).run(threads);
+  return Study(job, parameters, model).run(threads, progress);
 }
 
 }  // namespace flexopt

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "optim/numerics/parallel.hpp"
 #include "optim/tolerances/linear_goal.hpp"
 
 namespace flexopt {
@@ -55,8 +56,9 @@ struct ToleranceReport {
 
 /// Of the job's design with these parameters (formulas computed), and by this model. A deviation
 /// moves its own parameters alone: others that are formulas of them stay. Results do not depend on
-/// the number of threads.
+/// the number of threads. `progress` is told of every sampled design.
 ToleranceReport study_tolerances(const Job& job, const ParameterValues& parameters,
-                                 const ModelOptions& model, int threads);
+                                 const ModelOptions& model, int threads,
+                                 const LoopProgress& progress = {});
 
 }  // namespace flexopt

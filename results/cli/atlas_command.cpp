@@ -102,7 +102,13 @@ int make_atlas_file(const CommandLine& line) {
     const std::lock_guard lock(mutex);
     if (done <= shown) return;
     shown = done;
-    progress.step(done, total, fmt::format("{} of {} leaves", done, total));
+    progress.step({.done = done,
+                   .total = total,
+                   .what = "leaves",
+                   .text = fmt::format("{} of {} leaves", done, total),
+                   .goals = {},
+                   .replayed = 0,
+                   .at_most = false});
   };
   const MadeAtlas made = make_atlas(settings, options);
   if (!made.atlas) {

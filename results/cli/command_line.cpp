@@ -5,8 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 #include <thread>
+#include <utility>
 
+#include "results/cli/run_json.hpp"
+#include "results/export/formats.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {
@@ -16,22 +20,17 @@ namespace {
 constexpr int wrong_input = 2;  // as exit_wrong_input of the commands
 
 /// guide.json → guide.out, in the current folder.
-std::string default_folder(const std::string& job) {
-  return std::filesystem::path(job).stem().string() + ".out";
+std::string default_folder(const std::string& job, const char* ending) {
+  return std::filesystem::path(job).stem().string() + ending;
 }
 
-}  // namespace
-
-ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
-  ParsedCommandLine parsed;
-  CommandLine& line = parsed.line;
-  line.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-
-  CLI::App app(
+/// All commands and their options, which write what they are given into `line`.
+void declare(CLI::App& app, CommandLine& line) {
+  app.description(
       "Large-stroke flexure hinges and stages: evaluate a design over its stroke, or "
       "optimise it.\nExit codes: 0 done and usable, 1 ran but not usable, 2 wrong input, "
-      "3 a bug of flexopt.",
-      "flexopt");
+      "3 a bug of flexopt.");
+  app.name("flexopt");
   app.set_version_flag("--version", fmt::format("flexopt {} ({})", version(), commit()));
   app.require_subcommand(1);
   const auto command = [&](const char* name, const char* help, Command which) {
@@ -57,6 +56,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   takes_job(run, "the job file");
   run->add_option("--out", line.folder, "folder for the results [job's file stem + .out]")
       ->type_name("DIR");
+  run->add_flag("--json", line.json, "print one JSON object, also where something is wrong");
   works_long(run);
 
   takes_job(
@@ -64,17 +64,20 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       "the job file, or a design file");
 
   CLI::App* designs = command("designs", "List the families, or describe one", Command::designs);
-  designs->add_option("FAMILY", line.family, "the family to describe");
-  designs->add_option_function<std::string>(
-      "--export",
-      [&line](const std::string& family) {
-        line.family = family;
-        line.export_file = true;
-      },
-      "print the design file of a family, to start from");
+  designs->add_option("FAMILY", line.family, "the family to describe")->type_name("FAMILY");
+  designs
+      ->add_option_function<std::string>(
+          "--export",
+          [&line](const std::string& family) {
+            line.family = family;
+            line.export_file = true;
+          },
+          "print the design file of a family, to start from")
+      ->type_name("FAMILY");
 
   command("quantities", "List the numbers that goals may name", Command::quantities)
-      ->add_option("FAMILY", line.family, "with the units and directions of its drives");
+      ->add_option("FAMILY", line.family, "with the units and directions of its drives")
+      ->type_name("FAMILY");
 
   takes_job(
       command("expand",
@@ -92,7 +95,30 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
 
   command("report", "Write the report of a run again", Command::report)
       ->add_option("DIR", line.folder, "the output folder of the run")
-      ->required();
+      ->required()
+      ->type_name("DIR");
+
+  CLI::App* exports =
+      command("export", "Write a mechanism for CAD and other programs", Command::export_files);
+  takes_job(exports, "the job file");
+  std::string formats = "one or more, with commas:";
+  for (const ExportFormat& format : export_formats())
+    formats += fmt::format("\n{}: {}", format.name, format.meaning);
+  exports->add_option("--format", line.formats, formats)->required()->type_name("FORMATS");
+  exports
+      ->add_option("--at", line.at,
+                   "stroke (\"20 deg\"), or NAME=STROKE of several drives [undeflected; decks: "
+                   "the largest stroke]")
+      ->type_name("STROKE")
+      ->allow_extra_args(false);
+  exports
+      ->add_option("--result", line.result, "output folder of a finished optimisation: its optimum")
+      ->type_name("DIR");
+  exports->add_option("--case", line.load_case, "load case, of a job with several [the first]");
+  exports->add_option("--solids", line.solids, "solid elements along, across and through a leaf")
+      ->check(CLI::Range(1, 200));
+  exports->add_option("--out", line.folder, "folder for the files [job's file stem + .export]")
+      ->type_name("DIR");
 
   CLI::App* atlas =
       command("atlas", "Make the atlas that jobs with \"atlas\" look leaves up in", Command::atlas);
@@ -104,14 +130,94 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
                   "make nothing; print what the file has and its errors when it was made");
   works_long(atlas);
 
+  const auto serves = [&](CLI::App* sub) {
+    sub->add_option("--port", line.port, "the port on this machine [one that is free]")
+        ->check(CLI::Range(1, 65535))
+        ->type_name("N");
+  };
+  CLI::App* explore = command("explore", "Serve a page on which the numbers of a job can be moved",
+                              Command::explore);
+  takes_job(explore, "the job file");
+  serves(explore);
+
+  CLI::App* watch = command("watch", "Serve the report of a run that goes on", Command::watch);
+  watch->add_option("DIR", line.folder, "the output folder of the run")
+      ->required()
+      ->type_name("DIR");
+  serves(watch);
+
+  CLI::App* show =
+      command("show", "Draw the mechanism of a job, undeflected, with all names", Command::show);
+  takes_job(show, "the job file");
+  show->add_option("--out", line.folder, "folder for report.html [job's file stem + .show]")
+      ->type_name("DIR");
+  show->add_flag("--open", line.open, "open the page (xdg-open)");
+
+  command("completion", "Print a script that completes commands in a shell", Command::completion)
+      ->add_option("SHELL", line.shell, "the shell")
+      ->required()
+      ->check(CLI::IsMember(std::vector<std::string>{"bash", "zsh"}));
+}
+
+CommandArgument argument_of(const CLI::Option& option) {
+  CommandArgument argument;
+  for (const std::string& name : option.get_snames()) argument.names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) argument.names.push_back("--" + name);
+  argument.help = option.get_description();
+  argument.flag = option.get_items_expected_max() == 0;
+  argument.type = option.get_type_name();
+  // a check of members: "TEXT:{bash,zsh}"
+  if (const auto open = argument.type.find('{'); open != std::string::npos) {
+    std::istringstream members(argument.type.substr(open + 1, argument.type.find('}') - open - 1));
+    for (std::string member; std::getline(members, member, ',');) argument.values.push_back(member);
+  }
+  return argument;
+}
+
+}  // namespace
+
+ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
+  ParsedCommandLine parsed;
+  CommandLine& line = parsed.line;
+  line.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+
+  CLI::App app;
+  declare(app, line);
   try {
     app.parse(argc, argv);
-    if (run->parsed() && run->count("--out") == 0) line.folder = default_folder(line.job);
+    for (const auto& [name, ending] :
+         {std::pair{"run", ".out"}, {"export", ".export"}, {"show", ".show"}})
+      if (const CLI::App* sub = app.get_subcommand(name); *sub && sub->count("--out") == 0)
+        line.folder = default_folder(line.job, ending);
   } catch (const CLI::ParseError& error) {
+    // A flag behind what is wrong has not been read.
+    const bool json =
+        app.got_subcommand("run") &&
+        std::any_of(argv, argv + argc, [](std::string_view word) { return word == "--json"; });
+    if (json && error.get_exit_code() != 0) {
+      print_failure("wrong_input", error.what());
+      parsed.exit_code = wrong_input;
+      return parsed;
+    }
     const int code = app.exit(error);  // prints help and version to stdout, errors to stderr
     parsed.exit_code = code == 0 ? 0 : wrong_input;
   }
   return parsed;
+}
+
+std::vector<CommandShape> command_shapes() {
+  CLI::App app;
+  CommandLine unused;
+  declare(app, unused);
+  const auto shape_of = [](const CLI::App& of) {
+    CommandShape shape{of.get_name(), of.get_description(), {}};
+    for (const CLI::Option* option : of.get_options())
+      shape.arguments.push_back(argument_of(*option));
+    return shape;
+  };
+  std::vector<CommandShape> shapes{shape_of(app)};
+  for (const CLI::App* sub : app.get_subcommands({})) shapes.push_back(shape_of(*sub));
+  return shapes;
 }
 
 }  // namespace flexopt

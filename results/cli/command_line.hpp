@@ -16,23 +16,37 @@ enum class Command {
   schema,
   check_gradients,
   report,
-  atlas
+  export_files,
+  atlas,
+  explore,
+  watch,
+  show,
+  completion
 };
 
 struct CommandLine {
   Command command = Command::run;
-  std::string job;                     ///< file of run, validate, expand, check-gradients
-  std::string folder;                  ///< of report; --out of run, already with its default
+  std::string job;     ///< file of run, validate, expand, export, explore, …
+  std::string folder;  ///< of report, watch; --out of run and export, with its default
   std::vector<std::string> overrides;  ///< --set /pointer=value
   int threads = 1;
   bool quiet = false;
-  std::optional<std::string> family;  ///< of designs, quantities
-  bool export_file = false;           ///< of designs: print the family's file
-  bool of_design = false;             ///< of schema: that of a design file
-  double tolerance = 1e-6;            ///< of check-gradients
-  std::string file;                   ///< --out of atlas; empty: where jobs look for it
-  std::array<int, 2> mesh{10, 4};     ///< of atlas
-  bool show = false;                  ///< of atlas: what a file holds, nothing is made
+  bool json = false;                   ///< of run: one JSON object on stdout
+  std::optional<std::string> family;   ///< of designs, quantities
+  bool export_file = false;            ///< of designs: print the family's file
+  bool of_design = false;              ///< of schema: that of a design file
+  double tolerance = 1e-6;             ///< of check-gradients
+  std::string file;                    ///< --out of atlas; empty: where jobs look for it
+  std::array<int, 2> mesh{10, 4};      ///< of atlas
+  bool show = false;                   ///< of atlas: what a file holds, nothing is made
+  std::string formats;                 ///< of export: names with commas
+  std::vector<std::string> at;         ///< of export: strokes
+  std::string result;                  ///< of export: a folder with an optimum
+  std::string load_case;               ///< of export
+  bool open = false;                   ///< of show: the page, by xdg-open
+  std::string shell;                   ///< of completion
+  std::array<int, 3> solids{0, 0, 0};  ///< of export: solid elements of a leaf; zeros: as usual
+  int port = 0;                        ///< of explore, watch; 0: one that is free
 };
 
 /// Parses, or prints help or what is wrong; then `exit_code` is set instead.
@@ -41,5 +55,22 @@ struct ParsedCommandLine {
   std::optional<int> exit_code;
 };
 ParsedCommandLine parse_command_line(int argc, const char* const* argv);
+
+/// An option of a command, or what stands without one.
+struct CommandArgument {
+  std::vector<std::string> names;  ///< "-h", "--help"; none: it stands without one
+  std::string help;
+  std::string type;                 ///< as the help shows it: "FILE", "DIR", "FAMILY", …
+  std::vector<std::string> values;  ///< that are allowed; none: the type says what is
+  bool flag = false;                ///< it takes no value
+};
+
+struct CommandShape {
+  std::string name, help;
+  std::vector<CommandArgument> arguments;
+};
+
+/// The program itself, then its commands, as they are parsed.
+std::vector<CommandShape> command_shapes();
 
 }  // namespace flexopt

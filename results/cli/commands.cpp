@@ -18,6 +18,7 @@
 #include "optim/compare/samples.hpp"
 #include "optim/problem/check_gradients.hpp"
 #include "results/cli/quantity_list.hpp"
+#include "results/cli/run_json.hpp"
 #include "results/cli/summary.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/ranking.hpp"
@@ -28,6 +29,7 @@
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "results/run/run_files.hpp"
+#include "results/server/serve.hpp"
 
 namespace flexopt {
 
@@ -70,9 +72,14 @@ int run_job(const CommandLine& line) {
   ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
   for (const std::string& note : job.notes) progress.say("note: " + note);
   if (changed) progress.say("note: --set changed the job; its expected numbers are not checked");
-  const auto end = [&](const WrittenRun& written, const std::string& summary) {
+  const auto end = [&](const WrittenRun& written, const RunRecord* record) {
     folder.keep();
-    fmt::print("{}results: {}\n", summary, line.folder);
+    progress.clear();
+    if (line.json)
+      print_run(written, line.folder, record);
+    else
+      fmt::print("{}results: {}\n", record ? summary_of(*record) : listed_summary(*written.result),
+                 line.folder);
     for (const std::string& failure : written.failed_expectations)
       fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
     return usable(*written.result) ? exit_usable : exit_not_usable;
@@ -86,7 +93,7 @@ int run_job(const CommandLine& line) {
     OrderedJson result = run_listed_designs(job, folder.path(), line.threads, progress, timings);
     timings["total"] = seconds();
     const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
-    return end(written, listed_summary(*written.result));
+    return end(written, nullptr);
   }
   RunRecord record = [&] {
     switch (job.kind) {
@@ -100,7 +107,7 @@ int run_job(const CommandLine& line) {
     return run_evaluation(job, folder.path(), line.threads, progress);
   }();
   record.timings["total"] = seconds();
-  return end(write_run(folder.path(), record), summary_of(record));
+  return end(write_run(folder.path(), record), &record);
 }
 
 namespace {
@@ -242,11 +249,30 @@ int check_gradients(const CommandLine& line) {
 }
 
 int rewrite_report(const CommandLine& line) {
-  const OrderedJson result = read_result(line.folder);
-  // A scene beside an unfinished run is of an earlier one.
-  write_report(line.folder, result,
-               holds_finished_run(line.folder) ? read_scene(line.folder) : OrderedJson());
+  const ShownRun run = read_run(line.folder);
+  write_report(line.folder, *run.result, *run.scene);
   fmt::print("{}\n", (std::filesystem::path(line.folder) / "report.html").string());
+  return exit_usable;
+}
+
+namespace {
+
+void say_address(const std::string& address) {
+  fmt::print("{}\n", address);
+  std::fflush(stdout);  // whoever reads a pipe waits for it
+}
+
+}  // namespace
+
+int explore_job(const CommandLine& line) {
+  const Job job = checked_job(line);
+  for (const std::string& note : job.notes) fmt::print(stderr, "note: {}\n", note);
+  serve_explorer(job, line.port, say_address);
+  return exit_usable;
+}
+
+int watch_run(const CommandLine& line) {
+  serve_watch(line.folder, line.port, say_address);
   return exit_usable;
 }
 

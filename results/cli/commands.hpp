@@ -17,6 +17,11 @@ int expand_job(const CommandLine& line);
 int print_schema(const CommandLine& line);
 int check_gradients(const CommandLine& line);
 int rewrite_report(const CommandLine& line);
+int export_job(const CommandLine& line);
 int make_atlas_file(const CommandLine& line);
+int explore_job(const CommandLine& line);
+int watch_run(const CommandLine& line);
+int show_mechanism(const CommandLine& line);
+int print_completion(const CommandLine& line);
 
 }  // namespace flexopt

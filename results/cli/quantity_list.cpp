@@ -21,7 +21,9 @@ std::string cost_of(const QuantityRow& row) {
       {Output::envelope, "surfaces at rest"},
       {Output::moving_envelope, "surfaces"},
       {Output::clearance, "surfaces"},
-      {Output::buckling, "buckling, full leaves"}};
+      {Output::buckling, "buckling, full leaves"},
+      {Output::load_capacity, "growing loads, full leaves"},
+      {Output::dynamics, "harmonic motion, full leaves"}};
   for (const auto& [output, word] : words)
     if (row.needs.has(output)) return word;
   return row.needs.has(Output::equilibrium) ? "equilibrium" : "the design";

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "results/cli/stroke_table.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {
@@ -45,90 +46,19 @@ std::string line(const std::string& name, const std::vector<std::string>& cells)
   return text + "\n";
 }
 
-/// The softest of three directions from `first` on, "uz 1.2e+05 N/m".
-std::string weakest_of(const QuantityRow& row, const PathPoint& point, int first) {
-  std::optional<int> weakest;
-  const auto value = [&](int d) { return row.value(point, d); };
-  for (int d = first; d < first + 3; ++d)
-    if (value(d) && (!weakest || *value(d) < *value(*weakest))) weakest = d;
-  if (!weakest) return "-";
-  const auto direction = static_cast<Direction>(*weakest);
-  return fmt::format("{} {}", direction_names[static_cast<std::size_t>(*weakest)],
-                     shown(value(*weakest), row.unit(direction, *weakest)));
-}
-
-/// First, unmoved and last converged point, each once.
-std::vector<const PathPoint*> shown_points(const StrokeResponse& response) {
-  std::vector<const PathPoint*> points;
-  for (const PathPoint& point : response.path)
-    if (point.status == PointStatus::converged) points.push_back(&point);
-  if (points.size() <= 2) return points;
-  const auto rest = std::ranges::min_element(
-      points, {}, [](const PathPoint* point) { return std::abs(point->stroke); });
-  std::vector<const PathPoint*> chosen{points.front()};
-  if (*rest != points.front() && *rest != points.back()) chosen.push_back(*rest);
-  chosen.push_back(points.back());
-  return chosen;
-}
-
-/// The line of a row, or the two of its weakest translation and rotation.
-std::string quantity_lines(const QuantityRow& row, const StrokeResponse& response,
-                           const std::vector<const PathPoint*>& points, Direction drive,
-                           int component = 0, const std::string& suffix = {}) {
-  std::vector<std::string> cells;
-  if (row.in_summary != SummaryLine::weakest) {
-    double largest = 0;
-    for (const PathPoint& p : response.path)
-      if (p.status == PointStatus::converged)
-        largest = std::max(largest, std::abs(row.value(p, component).value_or(0)));
-    for (const PathPoint* p : points) {
-      std::optional<double> value = row.value(*p, component);
-      if (value) value = without_noise(*value, largest);
-      cells.push_back(shown(value, row.unit(drive, 0)));
-    }
-    return line(row.label + suffix, cells);
-  }
-  std::string text;
-  for (const auto& [first, kind] : {std::pair{0, "translation"}, {3, "rotation"}}) {
-    cells.clear();
-    for (const PathPoint* p : points) cells.push_back(weakest_of(row, *p, first));
-    text += line(fmt::format("weakest support, {}", kind), cells);
-  }
-  return text;
-}
-
+/// The rows of the table with a designer's units.
 std::string stroke_lines(const StrokeResponse& response, const DriveList& drives,
                          const StrokeRequest& request) {
-  const auto points = shown_points(response);
-  if (points.empty()) return "";
   std::string text;
-  if (drives.named() && request.loads.driven()) {
-    for (std::size_t k = 0; k < drives.items.size(); ++k) {
-      std::vector<std::string> strokes;
-      for (const PathPoint* p : points)
-        strokes.push_back(
-            shown(p->strokes[k], is_rotation(drives.items[k].direction) ? "rad" : "m"));
-      text += line("stroke " + drives.items[k].name, strokes);
+  for (const StrokeRow& row : stroke_table(response, drives, request)) {
+    std::vector<std::string> cells;
+    for (const StrokeCell& cell : row.cells) {
+      std::optional<double> value = cell.value;
+      if (value) value = without_noise(*value, row.largest);
+      cells.push_back((cell.direction.empty() ? "" : cell.direction + " ") +
+                      (cell.at_least ? "> " : "") + (value ? shown(value, row.unit) : row.absent));
     }
-  } else {
-    std::vector<std::string> strokes;
-    for (const PathPoint* p : points)
-      strokes.push_back(shown(p->stroke, stroke_unit(drives, request)));
-    const std::string direction(direction_names[static_cast<std::size_t>(index(drives.first()))]);
-    text += line(request.loads.driven() ? "stroke " + direction : "load factor", strokes);
-  }
-  for (const QuantityRow& row : quantity_rows()) {
-    const bool where_asked = row.name == "buckling_load_factor" || row.name == "notch_stress" ||
-                             row.name == "yield_safety" || row.name == "fatigue_safety";
-    const bool asked = where_asked && is_answered(row, request);
-    if (row.in_summary == SummaryLine::none && !asked) continue;
-    if (!row.of_drives) {
-      text += quantity_lines(row, response, points, drives.first());
-      continue;
-    }
-    for (std::size_t k = 0; k < drives.items.size(); ++k)
-      text += quantity_lines(row, response, points, drives.items[k].direction, static_cast<int>(k),
-                             drives.named() ? " " + drives.items[k].name : "");
+    text += line(row.label, cells);
   }
   return text;
 }
@@ -232,6 +162,24 @@ std::string tolerance_lines(const RunRecord& record, const DriveList& drives) {
   return text;
 }
 
+std::string assembly_lines(const RunRecord& record, const DriveList& drives) {
+  if (!record.assembly) return "";
+  const AssemblyReport& report = *record.assembly;
+  std::string text;
+  if (!report.quantities.empty())
+    text += line("errors of assembly:", {"as designed", "worst in the box"});
+  for (const WorstAssembly& one : report.quantities) {
+    const std::string unit = quantity_unit(one.of.quantity, drives);
+    text += line(one.of.label,
+                 {shown(one.nominal, unit), one.worst ? shown(*one.worst, unit) : one.reason});
+  }
+  if (report.critical)
+    text += fmt::format("  critical errors of assembly: the box times {:.4g}; {}\n",
+                        report.critical->scale, report.critical->text);
+  if (!report.message.empty()) text += "  errors of assembly: " + report.message + "\n";
+  return text;
+}
+
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
 std::string comparison_lines(const Comparison& comparison) {
@@ -266,6 +214,7 @@ std::string summary_of(const RunRecord& record) {
   if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drives);
   text += tolerance_lines(record, drives);
+  text += assembly_lines(record, drives);
   if (record.job.cases.empty())
     return text + stroke_lines(response_of(record), drives, record.job.request);
   const auto responses = responses_of(record);

@@ -107,7 +107,7 @@ std::vector<Column> path_columns(const StrokeResponse& response, const DriveList
   columns.insert(columns.end(), solution.begin(), solution.end());
   for (const Quantity& quantity : quantities(drives)) {
     if (!quantity.row->in_csv) continue;  // the frequencies follow below, each with its kind
-    if (!is_answered(*quantity.row, request)) continue;
+    if (!is_answered(quantity, request)) continue;
     columns.push_back({headed(quantity.name, quantity.unit), [=](const PathPoint& point) {
                          return converged(point) ? number_cell(quantity.value(point)) : "";
                        }});

@@ -8,6 +8,10 @@
 
 namespace flexopt {
 
+std::string compact_text(const OrderedJson& value) {
+  return value.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
+}
+
 namespace {
 
 constexpr std::size_t line_width = 100;
@@ -16,17 +20,12 @@ bool all_primitive(const OrderedJson& value) {
   return std::all_of(value.begin(), value.end(), [](const auto& v) { return v.is_primitive(); });
 }
 
-/// Strings that are not UTF-8 (a file name, say) are repaired instead of thrown over.
-std::string dumped(const OrderedJson& value) {
-  return value.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
-}
-
 // Of values without members of their own, written at once: one by one they cost several times as
 // much. Blanks follow the separators outside of strings.
 std::string one_line(const OrderedJson& value) {
   std::string text;
   bool in_string = false, escaped = false;
-  for (const char c : dumped(value)) {
+  for (const char c : compact_text(value)) {
     text += c;
     if (in_string) {
       in_string = escaped || c != '"';
@@ -41,7 +40,7 @@ std::string one_line(const OrderedJson& value) {
 
 void print(std::string& out, const OrderedJson& value, std::size_t indent) {
   if (value.is_primitive()) {
-    out += dumped(value);
+    out += compact_text(value);
     return;
   }
   if (all_primitive(value)) {
@@ -58,7 +57,7 @@ void print(std::string& out, const OrderedJson& value, std::size_t indent) {
     out += first ? "\n" : ",\n";
     first = false;
     out += margin;
-    if (value.is_object()) out += dumped(item.key()) + ": ";
+    if (value.is_object()) out += compact_text(item.key()) + ": ";
     print(out, item.value(), indent + 2);
   }
   out += "\n" + std::string(indent, ' ') + (value.is_object() ? "}" : "]");

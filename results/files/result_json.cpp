@@ -16,8 +16,10 @@
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/accuracy_json.hpp"
+#include "results/files/assembly.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/maps.hpp"
+#include "results/files/state_space.hpp"
 #include "results/files/tolerances.hpp"
 #include "results/files/units.hpp"
 #include "results/files/version.hpp"
@@ -106,6 +108,39 @@ Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mec
   factors["mode"] = std::move(mode);
   factors["reason"] = std::move(reason);
   return factors;
+}
+
+const char* name_of(CapacityLimit limit) {
+  switch (limit) {
+    case CapacityLimit::stress:
+      return "stress";
+    case CapacityLimit::instability:
+      return "instability";
+    case CapacityLimit::stiffness:
+      return "stiffness";
+    default:
+      return "none";
+  }
+}
+
+/// What ends the growth of each load; null where no capacity was asked for.
+Json capacity_limits_json(const PathPoint& point, const Mechanism& mechanism) {
+  Json limits;
+  for (std::size_t k = 0; k < point.load_capacity.size(); ++k) {
+    const auto& capacity = point.load_capacity[k];
+    if (!capacity) continue;
+    Json one = {{"limit", name_of(capacity->limit)}, {"reason", capacity->reason}};
+    if (capacity->limit == CapacityLimit::none) one["at_least"] = capacity->value;
+    if (capacity->limit == CapacityLimit::instability)
+      one["kind"] = capacity->fold ? "fold" : "bifurcation";
+    if (capacity->stress) one["stress"] = notch_place_json(*capacity->stress, mechanism);
+    if (capacity->support)
+      one["support_stiffness"] = {
+          {"direction", direction_names[static_cast<std::size_t>(index(*capacity->support))]},
+          {"value", capacity->stiffness}};
+    limits[(k < 6 ? "" : "-") + std::string(direction_names[k % 6])] = std::move(one);
+  }
+  return limits;
 }
 
 /// Motion of every body by its name, as that of O is given.
@@ -242,7 +277,7 @@ Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
   Json list = Json::array();
   for (const Quantity& q : quantities(drives)) {
     if (!q.row->in_report) continue;
-    if (!is_answered(*q.row, request)) continue;
+    if (!is_answered(q, request)) continue;
     Json at = {key_of(q.name)};
     if (const std::size_t dot = q.name.find('.'); dot != std::string::npos)
       at.push_back(q.name.substr(dot + 1));
@@ -462,8 +497,15 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
       probes[request.probes[k].name] = {{"displacement", vector_json(point.probes[k])}};
     json["probes"] = std::move(probes);
   }
+  if (point.transmissibility)
+    json["transmissibility_frequency"] = point.transmissibility->frequency;
+  if (point.state_space) json["state_space"] = state_space_json(*point.state_space);
   json["buckling"] = buckling_json(point.buckling, mechanism);
+  if (Json limits = capacity_limits_json(point, mechanism); !limits.is_null())
+    json["load_capacity_limit"] = std::move(limits);
   json["stable"] = point.stable;
+  if (request.branch == BranchChoice::stable)
+    json["branch"] = point.other_branch ? "other" : "primary";
   json["negative_pivots"] = point.negative_pivots;
   json["leaves"] = leaves_json(point, mechanism);
   return json;
@@ -615,6 +657,7 @@ OrderedJson make_result(const RunRecord& record) {
                  {"leaves", leaf_geometry_json(record.mechanism)},
                  {"constraints", constraints_json(record.mechanism)},
                  {"path", std::move(path)}};
+  if (record.job.request.state_space) result["state_space"] = signals_json(response);
   if (record.job.request.wants_frequency_derivatives())
     add_frequency_derivatives(response, record.mechanism, result);
   if (record.optimum)
@@ -631,6 +674,7 @@ OrderedJson make_result(const RunRecord& record) {
     result["cases"] = cases_json(record);
   }
   if (record.tolerances) result["tolerances"] = make_tolerances(record);
+  if (record.assembly) result["assembly_tolerances"] = make_assembly(record);
   if (!record.maps.empty()) result["maps"] = make_maps(record);
   flag_non_finite(result);
   return result;

@@ -12,6 +12,7 @@
 #include "optim/job/job.hpp"
 #include "optim/maps/response_map.hpp"
 #include "optim/search/optimum.hpp"
+#include "optim/tolerances/assembly_study.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
 
 namespace flexopt {
@@ -38,6 +39,7 @@ struct RunRecord {
   std::optional<Optimum> optimum;        ///< job optimise; its response stands for `response`
   std::optional<Comparison> comparison;  ///< job compare; there is no path then
   std::optional<ToleranceReport> tolerances;  ///< where the job has some, and a design to look at
+  std::optional<AssemblyReport> assembly;     ///< where the job has a box of errors of assembly
   std::vector<ResponseMap> maps;          ///< of the job's maps, where there is a design to look at
   std::string status = "ok";              ///< "ok", or why the result is not usable, in one word
   std::string message;                    ///< one sentence with the figures

@@ -29,7 +29,7 @@ std::string data_array(const std::string& type, const std::string& name, int com
 
 }  // namespace
 
-std::string shape_vtu(const std::vector<LeafShape>& leaves) {
+std::string shape_vtu(const std::vector<LeafShape>& leaves, const std::vector<VtkField>& fields) {
   std::string points, displacement, von_mises, connectivity, offsets, types, leaf_index;
   int count = 0, cells = 0;
   for (std::size_t k = 0; k < leaves.size(); ++k) {
@@ -53,6 +53,13 @@ std::string shape_vtu(const std::vector<LeafShape>& leaves) {
       }
     count += along * across;
   }
+  std::string further;
+  for (const VtkField& field : fields) {
+    assert(field.values.size() == static_cast<std::size_t>(count));
+    std::string values;
+    for (const Vector3d& v : field.values) add_vector(values, v);
+    further += data_array("Float64", field.name, 3, values);
+  }
   return fmt::format(
              "<?xml version=\"1.0\"?>\n"
              "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
@@ -60,7 +67,7 @@ std::string shape_vtu(const std::vector<LeafShape>& leaves) {
              count, cells) +
          "<PointData Vectors=\"displacement\" Scalars=\"von_mises\">\n" +
          data_array("Float64", "displacement", 3, displacement) +
-         data_array("Float64", "von_mises", 1, von_mises) + "</PointData>\n" +
+         data_array("Float64", "von_mises", 1, von_mises) + further + "</PointData>\n" +
          "<CellData Scalars=\"leaf\">\n" + data_array("Int32", "leaf", 1, leaf_index) +
          "</CellData>\n<Points>\n" + data_array("Float64", "Points", 3, points) +
          "</Points>\n<Cells>\n" + data_array("Int32", "connectivity", 1, connectivity) +

@@ -8,9 +8,16 @@
 
 namespace flexopt {
 
+/// A vector at every point of all leaves, such as the motion of a mode.
+struct VtkField {
+  std::string name;
+  std::vector<Vector3d> values;
+};
+
 /// VTK XML unstructured grid of quadrilaterals on the undeflected leaves, with the point data
-/// displacement [m] and von_mises [Pa] and the cell data leaf (index).
-std::string shape_vtu(const std::vector<LeafShape>& leaves);
+/// displacement [m] and von_mises [Pa], further ones, and the cell data leaf (index).
+std::string shape_vtu(const std::vector<LeafShape>& leaves,
+                      const std::vector<VtkField>& fields = {});
 
 /// The collection; "time" is the stroke. Only points with shapes are in it.
 std::string shapes_pvd(const std::vector<PathPoint>& path);

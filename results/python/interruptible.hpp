@@ -17,7 +17,9 @@ class PythonListener : public RunListener {
   /// None: nobody is told.
   explicit PythonListener(pybind11::object callback) : callback_(std::move(callback)) {}
   void say(const std::string& text) override { tell(0, 0, text); }
-  void step(int done, int total, const std::string& text) override { tell(done, total, text); }
+  void step(const RunStep& step) override {
+    tell(step.done, step.total, step.text.empty() ? step.what : step.text);
+  }
 
   /// From now on whatever is told throws Interrupted. With the error that Python sees; with the
   /// GIL.

@@ -46,6 +46,16 @@ add_custom_command(OUTPUT ${bundle}
   DEPENDS ${page_modules} ${report_folder}/package-lock.json
   COMMENT "Bundling the report's page" VERBATIM)
 
+# What pages that a server gives out have besides: `explore` and `watch`.
+set(served ${CMAKE_CURRENT_LIST_DIR}/../server/page)
+file(GLOB served_modules CONFIGURE_DEPENDS ${served}/*.js)
+set(served_bundle ${generated}/served_bundle.js)
+add_custom_command(OUTPUT ${served_bundle}
+  COMMAND ${esbuild} ${served}/served.js --bundle --minify --format=iife --target=es2021
+    --charset=utf8 --legal-comments=none --log-level=warning --outfile=${served_bundle}
+  DEPENDS ${served_modules} ${report_folder}/page/text.js ${report_folder}/package-lock.json
+  COMMENT "Bundling the served page" VERBATIM)
+
 # The licences of what is inside travel with it.
 file(GLOB licences ${modules}/@observablehq/plot/LICENSE ${modules}/d3/LICENSE ${modules}/d3-*/LICENSE
   ${modules}/fflate/LICENSE ${modules}/three/LICENSE ${modules}/internmap/LICENSE
@@ -66,4 +76,8 @@ flexopt_embed(flexopt_results ${generated}/embedded_files.cpp
   page.html=${report_folder}/page.html
   report.css=${report_folder}/report.css
   bundle.js=${bundle}
-  licences.txt=${licence_file})
+  licences.txt=${licence_file}
+  compare_ccx.py=${CMAKE_CURRENT_SOURCE_DIR}/export/compare_ccx.py
+  served.html=${served}/served.html
+  served.css=${served}/served.css
+  served.js=${served_bundle})

@@ -1,18 +1,23 @@
 #include "results/run/interrupted.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
+#include <optional>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
+#include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_book.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/search/screening.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/scene.hpp"
 #include "results/run/listed_designs.hpp"
 
 namespace flexopt {
@@ -21,36 +26,32 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The whole lines of evaluations.jsonl after its heading; the last one may be torn. Unlike the
-/// optimiser's own reader this takes a log of any version and leaves the file alone.
-std::vector<EvaluationRecord> read_evaluations(const fs::path& file) try {
-  std::vector<EvaluationRecord> records;
-  std::istringstream lines(read_file(file));
-  for (std::string line; std::getline(lines, line);) {
-    const auto json = OrderedJson::parse(line, nullptr, false);
-    if (!json.is_object() || !json.contains("variables")) continue;
-    EvaluationRecord record;
-    record.start = json.at("start");
-    record.number = json.at("number");
-    record.variables = json.at("variables").get<ParameterValues>();
-    record.ok = json.at("ok");
-    record.difference = json.value("difference", false);
-    record.full = json.value("full", false);
-    record.stage = stage_named(json.value("stage", "search"));
-    record.message = json.value("message", "");
-    if (record.ok) {
-      record.objective = json.at("objective");
-      record.constraints = json.at("constraints").get<std::vector<double>>();
-      record.violation = json.at("violation");
-    }
-    records.push_back(std::move(record));
-  }
-  return records;
-} catch (const OrderedJson::exception& error) {
-  throw SpecError("", file.string(), std::string("expected evaluations: ") + error.what());
+/// Nothing of the heading.
+std::optional<EvaluationRecord> record_of(const std::string& line) {
+  const auto json = OrderedJson::parse(line, nullptr, false);
+  if (!json.is_object() || !json.contains("variables")) return std::nullopt;
+  EvaluationRecord record;
+  record.start = json.at("start");
+  record.number = json.at("number");
+  record.variables = json.at("variables").get<ParameterValues>();
+  record.ok = json.at("ok");
+  record.difference = json.value("difference", false);
+  record.full = json.value("full", false);
+  record.stage = stage_named(json.value("stage", "search"));
+  record.message = json.value("message", "");
+  if (!record.ok) return record;
+  record.objective = json.at("objective");
+  record.constraints = json.at("constraints").get<std::vector<double>>();
+  record.violation = json.at("violation");
+  return record;
 }
 
-OrderedJson interrupted_comparison(const Job& job, const fs::path& log) {
+ShownRun unfinished(OrderedJson result, OrderedJson scene = {}) {
+  return {std::make_shared<OrderedJson>(std::move(result)),
+          std::make_shared<OrderedJson>(std::move(scene)), false};
+}
+
+ShownRun interrupted_comparison(const Job& job, const fs::path& log) {
   RunRecord record;
   record.job = job;
   record.mechanism = make_mechanism(job, job.design.parameters);
@@ -59,14 +60,49 @@ OrderedJson interrupted_comparison(const Job& job, const fs::path& log) {
   record.message = fmt::format(
       "The comparison was interrupted after {} of {} evaluations; run the same command to go on.",
       record.comparison->evaluated, record.comparison->evaluations);
-  return make_result(record);
+  return unfinished(make_result(record));
+}
+
+/// The constraints of the best design so far. A second objective is none of them.
+std::vector<ConstraintState> states_of(const OptimiseSpec& spec, const EvaluationRecord& best) {
+  std::vector<ConstraintState> states;
+  for (std::size_t i = 0; i < std::min(spec.constraints.size(), best.constraints.size()); ++i) {
+    const Constraint& c = spec.constraints[i];
+    ConstraintState state{c.label, best.constraints[i], c.min, c.max};
+    state.margin = -excess(state.value, c.min, c.max, 1.0);
+    const double scale = std::max(std::abs(c.min.value_or(0)), std::abs(c.max.value_or(0)));
+    state.active = std::abs(state.margin) <= spec.constraint_tolerance * (scale > 0 ? scale : 1);
+    states.push_back(std::move(state));
+  }
+  return states;
 }
 
 }  // namespace
 
-OrderedJson interrupted_result(const fs::path& folder) {
+const std::vector<EvaluationRecord>& GrowingLog::read(const fs::path& file) try {
+  struct stat now {};
+  if (::stat(file.c_str(), &now) != 0 || file != file_ || now.st_ino != inode_ ||
+      static_cast<std::size_t>(now.st_size) < read_)
+    *this = {};
+  file_ = file;
+  inode_ = now.st_ino;
+  std::ifstream stream(file, std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(read_));
+  const std::string more{std::istreambuf_iterator<char>(stream), {}};
+  for (std::size_t begin = 0, end; (end = more.find('\n', begin)) != std::string::npos;
+       begin = end + 1) {
+    read_ += end + 1 - begin;
+    if (auto record = record_of(more.substr(begin, end - begin)))
+      records_.push_back(std::move(*record));
+  }
+  return records_;
+} catch (const OrderedJson::exception& error) {
+  throw SpecError("", file.string(), std::string("expected evaluations: ") + error.what());
+}
+
+ShownRun interrupted_run(const fs::path& folder, GrowingLog& evaluations) {
   const Job job = read_job((folder / "job.json").string());
-  if (!job.designs.empty()) return interrupted_designs(job, folder);
+  if (!job.designs.empty()) return unfinished(interrupted_designs(job, folder));
   const fs::path log = folder / "evaluations.jsonl";
   if (job.kind == JobKind::evaluate || !fs::exists(log))
     throw SpecError("", folder.string(),
@@ -77,7 +113,7 @@ OrderedJson interrupted_result(const fs::path& folder) {
   record.job = job;
   const OptimiseSpec& spec = *job.optimise;
   Optimum optimum;
-  optimum.history = read_evaluations(log);
+  optimum.history = evaluations.read(log);
   optimum.parameters = job.design.parameters;
   optimum.stop_reason = "interrupted";
   const EvaluationRecord* best = nullptr;
@@ -96,6 +132,7 @@ OrderedJson interrupted_result(const fs::path& folder) {
     optimum.parameters = complete_parameters(job.design, optimum.parameters);
     optimum.objective = best->objective;
     optimum.best_start = best->start;
+    optimum.constraints = states_of(spec, *best);
     optimum.status = best->violation <= spec.constraint_tolerance ? OptimumStatus::feasible
                                                                   : OptimumStatus::infeasible;
   }
@@ -112,7 +149,7 @@ OrderedJson interrupted_result(const fs::path& folder) {
         "go on. Shown is the job's own design.",
         std::min(screened_so_far(screened), spec.screened_designs), spec.screened_designs);
   record.optimum = std::move(optimum);
-  return make_result(record);
+  return unfinished(make_result(record), make_scene(record));
 }
 
 }  // namespace flexopt

@@ -1,12 +1,32 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
+#include <vector>
 
-#include "results/files/json_text.hpp"
+#include "optim/problem/evaluation_record.hpp"
+#include "results/run/run_files.hpp"
 
 namespace flexopt {
 
-/// What job.json and evaluations.jsonl of an interrupted optimisation tell: status "interrupted",
-/// the history and the best design so far, and no path. Throws SpecError where they tell nothing.
-OrderedJson interrupted_result(const std::filesystem::path& folder);
+/// The evaluations of a log that may still grow: each line is read once.
+class GrowingLog {
+ public:
+  /// All whole records of evaluations.jsonl so far; the last line may be torn. Unlike the
+  /// optimiser's own reader this takes a log of any version and leaves the file alone. Begins anew
+  /// where another file has taken its place. Throws SpecError where a line is no evaluation.
+  const std::vector<EvaluationRecord>& read(const std::filesystem::path& file);
+
+ private:
+  std::filesystem::path file_;
+  std::uint64_t inode_ = 0;
+  std::size_t read_ = 0;  ///< bytes of whole lines
+  std::vector<EvaluationRecord> records_;
+};
+
+/// What job.json and evaluations.jsonl of an unfinished run tell: status "interrupted", the history
+/// and the best design so far, and no path; the scene has the evaluations. Throws SpecError where
+/// they tell nothing.
+/// `log`: what was read of it before, if anything.
+ShownRun interrupted_run(const std::filesystem::path& folder, GrowingLog& log);
 
 }  // namespace flexopt

@@ -1,54 +1,117 @@
 #include "results/run/progress.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <string_view>
 
 namespace flexopt {
 
+namespace {
+
+/// Columns of a terminal; those of the smallest usual one where it does not say.
+std::size_t columns(std::FILE* stream) {
+  winsize size{};
+  if (::ioctl(::fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  return 80;
+}
+
+/// No more than this many letters of UTF-8: a longer line would wrap and stay.
+std::string_view clipped(std::string_view text, std::size_t letters) {
+  std::size_t end = 0;
+  for (; end < text.size(); ++end) {
+    const bool begins = (static_cast<unsigned char>(text[end]) & 0xC0) != 0x80;
+    if (begins && letters-- == 0) break;
+  }
+  return text.substr(0, end);
+}
+
+/// 3725 s: "1:02:05".
+std::string clock_text(double seconds) {
+  const auto s = static_cast<long>(seconds + 0.5);
+  if (s < 3600) return fmt::format("{}:{:02}", s / 60, s % 60);
+  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+}  // namespace
+
 ProgressStyle progress_style(std::FILE* stream, bool quiet) {
   if (quiet) return ProgressStyle::silent;
-  return ::isatty(::fileno(stream)) ? ProgressStyle::bar : ProgressStyle::lines;
+  const char* terminal = std::getenv("TERM");
+  const bool dumb = terminal && std::string_view(terminal) == "dumb";
+  return ::isatty(::fileno(stream)) && !dumb ? ProgressStyle::live : ProgressStyle::lines;
+}
+
+std::string live_text(const RunStep& step, int fresh, double seconds) {
+  const bool bounded = step.done <= step.total;  // what follows the starts is not counted before
+  std::string text = bounded ? fmt::format("{}/{} {}", step.done, step.total, step.what)
+                             : fmt::format("{} {}", step.done, step.what);
+  if (fresh > 0 && seconds >= 1) {
+    const double rate = fresh / seconds;
+    text += fmt::format(", {:.3g}/s", rate);
+    if (bounded)
+      text += fmt::format(", {}{} left", step.at_most ? "<= " : "",
+                          clock_text((step.total - step.done) / rate));
+  }
+  return step.goals.empty() ? text : text + ", " + step.goals;
 }
 
 ProgressDisplay::ProgressDisplay(std::FILE* stream, ProgressStyle style)
-    : stream_(stream), style_(style) {}
+    : stream_(stream), style_(style), begin_(Clock::now()) {}
 
-ProgressDisplay::~ProgressDisplay() { clear_bar(); }
+ProgressDisplay::~ProgressDisplay() { clear(); }
 
-void ProgressDisplay::clear_bar() {
-  if (!bar_shown_) return;
+void ProgressDisplay::clear() {
+  if (!live_shown_) return;
   fmt::print(stream_, "\r\x1b[K");
   std::fflush(stream_);
-  bar_shown_ = false;
+  live_shown_ = false;
 }
 
 void ProgressDisplay::say(const std::string& text) {
   if (style_ == ProgressStyle::silent) return;
-  clear_bar();
+  clear();
   fmt::print(stream_, "{}\n", text);
+  std::fflush(stream_);
+  what_.clear();
+  begin_ = Clock::now();
+}
+
+void ProgressDisplay::step(const RunStep& step) {
+  if (style_ == ProgressStyle::silent || step.total <= 0) return;
+  if (style_ == ProgressStyle::live) return show_live(step);
+  if (step.text.empty()) return;
+  using namespace std::chrono_literals;
+  const auto now = Clock::now();
+  if (last_ && now - *last_ < 2000ms && step.done < step.total) return;
+  last_ = now;
+  fmt::print(stream_, "{}/{} {}\n", step.done, step.total, step.text);
   std::fflush(stream_);
 }
 
-void ProgressDisplay::step(int done, int total, const std::string& text) {
-  if (style_ == ProgressStyle::silent || total <= 0) return;
+void ProgressDisplay::show_live(const RunStep& step) {
   using namespace std::chrono_literals;
-  const auto now = std::chrono::steady_clock::now();
-  const auto pause = style_ == ProgressStyle::bar ? 100ms : 2000ms;
-  if (last_ && now - *last_ < pause && done < total) return;
-  last_ = now;
-  const double fraction = std::clamp(static_cast<double>(done) / total, 0.0, 1.0);
-  if (style_ == ProgressStyle::lines) {
-    fmt::print(stream_, "{}/{} {}\n", done, total, text);
-  } else {
-    constexpr int width = 30;
-    const auto filled = static_cast<std::size_t>(width * fraction);
-    fmt::print(stream_, "\r\x1b[K[{:<{}}] {}/{} {}", std::string(filled, '='), width, done, total,
-               text);
-    bar_shown_ = true;
+  const auto now = Clock::now();
+  if (step.what != what_) {
+    if (!what_.empty()) begin_ = last_.value_or(now);  // after something else was counted
+    what_ = step.what;
   }
+  if (last_ && now - *last_ < 100ms) return;
+  last_ = now;
+  constexpr int width = 12;
+  const double fraction = std::clamp(static_cast<double>(step.done) / step.total, 0.0, 1.0);
+  const std::string text = live_text(step, step.done - step.replayed,
+                                     std::chrono::duration<double>(now - begin_).count());
+  const std::string bar =
+      fmt::format("[{:<{}}] ", std::string(static_cast<std::size_t>(width * fraction), '='), width);
+  const std::size_t room = columns(stream_) - 1;
+  const std::string shown = bar.size() + text.size() <= room ? bar + text : text;
+  fmt::print(stream_, "\r\x1b[K{}", clipped(shown, room));
   std::fflush(stream_);
+  live_shown_ = true;
 }
 
 }  // namespace flexopt

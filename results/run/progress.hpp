@@ -1,5 +1,5 @@
 #pragma once
-// How far a run is: who is told, and a display on stderr, a bar on a terminal, plain lines
+// How far a run is: who is told, and a display on stderr, one live line on a terminal, plain lines
 // otherwise.
 #include <chrono>
 #include <cstdio>
@@ -8,6 +8,16 @@
 
 namespace flexopt {
 
+/// One more step of a run.
+struct RunStep {
+  int done = 0, total = 0;
+  std::string what;      ///< that is counted: "evaluations"
+  std::string text;      ///< what a plain line says after "done/total"; empty: no such line
+  std::string goals;     ///< of the best design so far, for the live line; empty: nothing
+  int replayed = 0;      ///< of `done`: read from a log, which tells nothing of the speed
+  bool at_most = false;  ///< the run may end before `total`
+};
+
 /// Who is told how far a run is. `step` comes one at a time, from any thread; what either throws
 /// ends the run, at once where it is Interrupted.
 class RunListener {
@@ -15,33 +25,43 @@ class RunListener {
   virtual ~RunListener() = default;
   /// A line of its own.
   virtual void say(const std::string& text) = 0;
-  /// `done` of `total`, after each evaluation.
-  virtual void step(int done, int total, const std::string& text) = 0;
+  virtual void step(const RunStep& step) = 0;
 };
 
-enum class ProgressStyle { silent, lines, bar };
+enum class ProgressStyle { silent, lines, live };
 
-/// A bar if `stream` is a terminal.
+/// Live if `stream` is a terminal that can wipe a line.
 ProgressStyle progress_style(std::FILE* stream, bool quiet);
 
+/// "12/400 evaluations, 41/s, <= 0:09 left, best …": `fresh` steps took `seconds`. Rate and
+/// time left are there once a second has passed.
+std::string live_text(const RunStep& step, int fresh, double seconds);
+
+/// Prints no colours, whatever NO_COLOR says.
 class ProgressDisplay : public RunListener {
  public:
   ProgressDisplay(std::FILE* stream, ProgressStyle style);
-  ~ProgressDisplay() override;  ///< ends the bar's line
+  ~ProgressDisplay() override;  ///< wipes the live line
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
 
   void say(const std::string& text) override;
-  /// A line comes at most every two seconds, and at both ends.
-  void step(int done, int total, const std::string& text) override;
+  /// A plain line comes at most every two seconds, and at both ends; the live line is rewritten at
+  /// most ten times a second.
+  void step(const RunStep& step) override;
+  /// Wipes the live line: something else is going to be printed.
+  void clear();
 
  private:
-  void clear_bar();
+  using Clock = std::chrono::steady_clock;
+  void show_live(const RunStep& step);
 
   std::FILE* stream_;
   ProgressStyle style_;
-  bool bar_shown_ = false;
-  std::optional<std::chrono::steady_clock::time_point> last_;
+  bool live_shown_ = false;
+  std::optional<Clock::time_point> last_;
+  std::string what_;         ///< is being counted
+  Clock::time_point begin_;  ///< of the counting
 };
 
 }  // namespace flexopt

@@ -10,9 +10,9 @@
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/optimise.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
-#include "results/files/units.hpp"
 #include "results/files/version.hpp"
 #include "results/run/run_files.hpp"
+#include "results/run/steps.hpp"
 
 namespace flexopt {
 
@@ -21,6 +21,8 @@ namespace {
 /// Evaluates a design with shapes, for drawing.
 StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism, StrokeRequest request) {
   request.outputs.add(Output::shapes);
+  // the poles of a linear model are the frequencies beside it
+  if (request.state_space) request.values = PathValues::differentiable;
   return evaluate_stroke(mechanism, job.model, request);
 }
 
@@ -115,7 +117,16 @@ void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& m
                         RunListener& listener, RunRecord& record) {
   if (!record.job.tolerances) return;
   listener.say(fmt::format("tolerances: {} sampled designs", record.job.tolerances->samples));
-  record.tolerances = study_tolerances(record.job, parameters, model, threads);
+  record.tolerances = study_tolerances(record.job, parameters, model, threads,
+                                       counted(listener, "sampled designs"));
+}
+
+/// Of the design with these parameters, where the job has a box of errors of assembly.
+void look_at_assembly(const ParameterValues& parameters, const ModelOptions& model,
+                      RunListener& listener, RunRecord& record) {
+  if (!record.job.assembly_tolerances) return;
+  listener.say("errors of assembly: the worst of the box");
+  record.assembly = study_assembly(record.job, parameters, model);
 }
 
 /// Of the design with these parameters.
@@ -126,7 +137,10 @@ void draw_maps(const ParameterValues& parameters, int threads, RunListener& list
     const MapSpec& map = record.job.maps[k];
     listener.say(
         fmt::format("map {} of {}: {} designs", k + 1, count, map.points[0] * map.points[1]));
-    record.maps.push_back(evaluate_map(record.job, map, parameters, threads));
+    const LoopProgress progress =
+        counted(listener, fmt::format("designs of map {} of {}", k + 1, count));
+    record.maps.push_back(
+        evaluate_map(record.job, map, parameters, threads, evaluate_stroke, progress));
   }
 }
 
@@ -156,25 +170,6 @@ void keep_log(const Job& job, const std::filesystem::path& folder, auto& options
   write_job(folder, job);
 }
 
-std::string progress_text(const Progress& progress, const std::string& unit) {
-  std::string text = fmt::format("evaluations at most, {} start{}", progress.starts,
-                                 progress.starts == 1 ? "" : "s");
-  if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
-  if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
-  if (progress.best)
-    text += fmt::format(", best {:.6g}{}{}", *progress.best, unit.empty() ? "" : " ", unit);
-  return text;
-}
-
-std::string progress_text(const ScreeningProgress& progress, double seconds) {
-  std::string text = "designs screened";
-  if (progress.failed > 0) text += fmt::format(", {} without values", progress.failed);
-  if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
-  const int fresh = progress.screened - progress.replayed;
-  if (fresh > 0 && seconds > 1) text += fmt::format(", {:.0f} a second", fresh / seconds);
-  return text;
-}
-
 }  // namespace
 
 RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
@@ -202,6 +197,8 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, in
   conclude(record);
   if (record.status == "ok")
     look_at_tolerances(job.design.parameters, record.job.model, threads, listener, record);
+  if (record.status == "ok")
+    look_at_assembly(job.design.parameters, record.job.model, listener, record);
   if (record.status == "ok") draw_maps(job.design.parameters, threads, listener, record);
   return record;
 }
@@ -221,10 +218,10 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
     std::filesystem::remove(screening_log(options.log));
   const int total = spec.starts * spec.max_evaluations;
   const DriveList drives(make_mechanism(job, job.design.parameters));
-  const std::string unit =
-      spec.objective.quantity.empty() ? "" : quantity_unit(spec.objective.quantity, drives);
-  options.progress = [&](const EvaluationRecord&, const Progress& progress) {
-    listener.step(progress.evaluations, total, progress_text(progress, unit));
+  BestSoFar best(spec, drives);
+  options.progress = [&](const EvaluationRecord& evaluation, const Progress& progress) {
+    best.add(evaluation);
+    listener.step(step_of(progress, total, best));
   };
   listener.say(fmt::format("optimising {}: {} variables, {} constraints, {} starts", job.name,
                            spec.variables.size(), spec.constraints.size(), spec.starts));
@@ -233,7 +230,7 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (progress.screened == progress.designs) record.timings["screening"] = seconds;
-    listener.step(progress.screened, progress.designs, progress_text(progress, seconds));
+    listener.step(step_of(progress, seconds));
   };
   record.optimum = optimise(job, options);
 
@@ -249,6 +246,7 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
     if (optimum.at_full_accuracy) model.accuracy = Accuracy::full;
     add_errors(job.model, listener, record);
     look_at_tolerances(optimum.parameters, model, threads, listener, record);
+    look_at_assembly(optimum.parameters, model, listener, record);
     draw_maps(optimum.parameters, threads, listener, record);
   }
   add_timings(record);
@@ -264,12 +262,7 @@ RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, in
   CompareOptions options;
   keep_log(job, folder, options);
   options.threads = threads;
-  options.progress = [&](const CompareProgress& progress) {
-    std::string text = "evaluations";
-    if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
-    if (progress.replayed > 0) text += fmt::format(", {} from the log", progress.replayed);
-    listener.step(progress.evaluations, progress.total, text);
-  };
+  options.progress = [&](const CompareProgress& progress) { listener.step(step_of(progress)); };
   listener.say(fmt::format("comparing {}: {} model{} with full accuracy", job.name,
                            job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s"));
   CompareRun run = compare(job, options);

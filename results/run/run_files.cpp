@@ -10,6 +10,7 @@
 #include "results/files/maps.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
+#include "results/files/state_space.hpp"
 #include "results/files/timings.hpp"
 #include "results/files/tolerances.hpp"
 #include "results/files/vtk.hpp"
@@ -54,11 +55,14 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   write_tolerances_csv(folder, record);
   write_maps_csv(folder, record);
   write_shapes(folder, response_of(record).path);
+  write_state_space(folder, response_of(record), record.job.name);
   fs::remove_all(folder / "cases");  // of an earlier run
   const auto responses = responses_of(record);
   for (std::size_t k = 0; k < responses.size() && !record.job.cases.empty(); ++k) {
     fs::create_directories(folder / "cases" / record.job.cases[k].name);
     write_shapes(folder / "cases" / record.job.cases[k].name, responses[k]->path);
+    write_state_space(folder / "cases" / record.job.cases[k].name, *responses[k],
+                      record.job.name + ", " + record.job.cases[k].name);
   }
   write_timings(folder, record.timings);
   const OrderedJson scene = make_scene(record);
@@ -79,14 +83,37 @@ bool holds_finished_run(const fs::path& folder) {
   return !fs::exists(job_file) || result.value("job", OrderedJson()) == read_json(job_file);
 }
 
-OrderedJson read_result(const fs::path& folder) {
+namespace {
+
+/// True where the folder holds a finished run, false where an unfinished one. Throws SpecError.
+bool is_finished(const fs::path& folder) {
   if (!fs::is_directory(folder))
     throw SpecError("", folder.string(), "expected the output folder of a run");
-  if (holds_finished_run(folder)) return read_json(folder / "result.json");
+  if (holds_finished_run(folder)) return true;
   if (!fs::exists(folder / "job.json"))
     throw SpecError("", folder.string(),
                     "expected the output folder of a run: no result.json in it");
-  return interrupted_result(folder);
+  return false;
+}
+
+}  // namespace
+
+ShownRun read_run(const fs::path& folder) {
+  GrowingLog log;
+  return read_run(folder, log);
+}
+
+ShownRun read_run(const fs::path& folder, GrowingLog& log) {
+  if (is_finished(folder))
+    return {std::make_shared<OrderedJson>(read_json(folder / "result.json")),
+            std::make_shared<OrderedJson>(read_scene(folder))};
+  return interrupted_run(folder, log);  // a scene there is of an earlier run
+}
+
+OrderedJson read_result(const fs::path& folder) {
+  if (is_finished(folder)) return read_json(folder / "result.json");
+  GrowingLog log;
+  return std::move(*interrupted_run(folder, log).result);
 }
 
 }  // namespace flexopt

@@ -19,15 +19,27 @@ struct WrittenRun {
 /// job.json: says whose evaluations a folder holds, also when the run is interrupted.
 void write_job(const std::filesystem::path& folder, const Job& job);
 
-/// path.csv or comparison.csv, history.csv, shapes, timings.json, report.html and, last of all,
-/// result.json.
+/// path.csv or comparison.csv, history.csv, shapes, state_space.m, timings.json, report.html and,
+/// last of all, result.json.
 WrittenRun write_run(const std::filesystem::path& folder, const RunRecord& record);
 
 /// True if the folder's result.json is that of its job.json (or there is no job.json).
 bool holds_finished_run(const std::filesystem::path& folder);
 
-/// The result in a folder; of an interrupted optimisation or comparison what its evaluations tell
-/// so far. Throws SpecError where the folder holds no run.
+/// What the report of a run shows.
+struct ShownRun {
+  std::shared_ptr<OrderedJson> result, scene;
+  bool finished = true;
+};
+
+/// Result and scene in a folder; of an interrupted optimisation or comparison what its evaluations
+/// tell so far. Throws SpecError where the folder holds no run.
+ShownRun read_run(const std::filesystem::path& folder);
+class GrowingLog;
+/// The same of a run that is looked at again and again: what was read of its log is kept.
+ShownRun read_run(const std::filesystem::path& folder, GrowingLog& log);
+
+/// The result alone.
 OrderedJson read_result(const std::filesystem::path& folder);
 
 }  // namespace flexopt

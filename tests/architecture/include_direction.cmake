@@ -8,6 +8,9 @@ set(wrapped
   "udunits2?\\.h" "core/spec/quantity\\.cpp"
   "(SuiteSparse[A-Za-z_]*\\.hpp|cholmod\\.h|umfpack\\.h)" "core/math/sparse_[a-z_]*\\.cpp"
   "CLI/.*" "results/cli/.*"
+  "libqhull_r/.*" "results/export/convex_hull\\.cpp"
+  "(BRep|Geom|STEPC|gp_|TopoDS|TopExp|TColgp|Interface_)[A-Za-z_]*\\.hxx" "results/export/step\\.cpp"
+  "httplib\\.h" "results/server/local_server\\.cpp"
 )
 
 # The table: one line a room, from the bottom up.

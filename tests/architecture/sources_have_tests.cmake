@@ -13,6 +13,7 @@ set(tested_by
   core/elements/plate/full_model core/elements/leaf/test_full_model
   core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
   core/elements/leaf/leaf_rates core/response/gradients/test_profile_gradients
+  core/elements/plate/element_numbers core/elements/plate/test_transverse_shear
   core/elements/plate/mesh_numbers core/elements/plate/test_leaf_profiles
   core/elements/plate/plate_gradient core/response/gradients/test_point_gradients
   core/elements/plate/plate_mesh core/elements/plate/test_plate_leaf
@@ -57,6 +58,9 @@ set(tested_by
   core/reduction/superelement/superelement_grid core/reduction/superelement/test_superelement_points
   core/reduction/superelement/superelement_leaf_results
     core/reduction/superelement/test_superelement_leaf_stress
+  core/response/dynamics/harmonic_answer core/response/dynamics/test_dynamics_measures
+  core/response/dynamics/rigid_motion core/response/dynamics/test_dynamics_measures
+  core/response/buckling/branch_tracer core/response/buckling/test_critical_load
   core/response/buckling/load_branch core/response/buckling/test_critical_load
   core/response/buckling/softening core/response/buckling/test_critical_load
   core/response/gradients/design_rates core/response/gradients/test_point_gradients
@@ -66,6 +70,7 @@ set(tested_by
   core/response/modes/mechanism_factor core/response/modes/test_full_modes
   core/response/modes/mechanism_pencil core/response/path/test_response
   core/response/path/evaluate_stroke core/response/path/test_response
+  core/response/capacity/capacity_limits core/response/capacity/test_load_capacity
   core/response/path/stiffness core/response/path/test_response
   core/response/stroke_series/stroke_ways core/response/stroke_series/test_mode_tracking
   core/response/probe core/response/path/test_material_points
@@ -85,6 +90,8 @@ set(tested_by
   core/spec/spec_error core/spec/test_json_file
   optim/compare/comparison optim/compare/test_compare
   optim/job/expression optim/job/test_job
+  optim/job/job_assembly optim/tolerances/test_assembly_study
+  optim/job/job_capacity optim/job/test_job_wrong
   optim/job/job_compare optim/compare/test_samples
   optim/job/job_design optim/job/test_job
   optim/job/job_goals optim/job/test_job
@@ -110,27 +117,42 @@ set(tested_by
   optim/solvers/trials optim/solvers/test_optimiser
   results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
+  results/cli/run_json results/cli/test_terminal
+  results/cli/stroke_table results/cli/test_summary
   results/cli/quantity_list results/cli/test_command_line
+  results/export/ccx_limits results/export/test_ccx_deck
+  results/export/ccx_model results/export/test_ccx_deck
+  results/export/convex_hull results/export/test_triangles
+  results/export/formats results/cli/test_export_command
+  results/export/leaf_surface results/export/test_stl
+  results/export/parts results/export/test_stl
+  results/export/spacar_model results/export/test_spacar
+  results/export/step_absent results/export/test_step
   results/files/accuracy_json results/cli/test_estimates
   results/files/comparison_json results/files/test_comparison
   results/files/csv_text results/files/test_csv
   results/files/optimum_json results/run/test_run_files
   results/files/tolerances jobs/test_load_cases
   results/run/interrupted jobs/test_optimise_resumes
+  results/report/page_text results/report/test_report
+  results/server/local_server results/server/test_serve
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files
+  results/run/steps results/cli/test_terminal
+  results/run/undeflected results/cli/test_show_command
   results/files/run_record results/run/test_run_files
   results/files/scene_modes results/files/test_scene
 )
 # Source, and why it has no test.
 set(untested
+  results/export/gltf "tests/results/export/test_gltf.mjs, by the validator of glTF"
   core/elements/plate/plate_fields "tables of strain operators, used by every test of a plate"
   core/elements/leaf/leaf_gradient "sums of what leaves answer, used by every test of a gradient"
   core/elements/leaf/leaf_scale "units of a leaf, used by every test of a leaf"
   core/math/eigen_layout "one symbol, tested by the programs that must not link (architecture)"
   core/elements/leaf/leaf_element "the answer of a leaf that cannot do something"
   results/python/module "names for Python, used by every test of the module"
-  results/cli/main "one line that calls run_command_line"
+  results/cli/main "calls the commands, each tested as a program"
   results/files/version "the version and commit of the build"
 )
 

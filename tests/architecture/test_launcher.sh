@@ -116,6 +116,11 @@ called "apt-get install" && problem "the program needs no browser"
 FAKE_MISSING=python3-pytest start test
 called "apt-get install .*python3-pytest" || problem "test installs what the Python module's tests need"
 
+FAKE_MISSING=calculix-ccx start test
+called "apt-get install .*calculix-ccx" || problem "test installs what reads exported files"
+FAKE_MISSING=calculix-ccx start run job.json
+called "apt-get" && problem "a run needs no CalculiX"
+
 FAKE_MISSING=pybind11-dev start python -c 'import os; print(os.environ["PYTHONPATH"])'
 called "apt-get install .*pybind11-dev" || problem "python installs what the module needs"
 called "FLEXOPT_PYTHON=ON" || problem "python configures with the module"

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "core/elements/plate/beam_section.hpp"
+#include "core/elements/plate/element_numbers.hpp"
 #include "core/elements/plate/full_leaf.hpp"
-#include "core/elements/plate/mesh_numbers.hpp"
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/math/dual.hpp"
 
@@ -20,9 +20,11 @@ template <class S>
 using MeasuresT = Eigen::Matrix<S, measures, 1>;
 using Measures = MeasuresT<double>;
 
+// `turn`: by what the curvature of the line is larger than that of the sections.
 template <class S>
 MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValuesT<S>& X,
-                         const MeshNumbers<S>& numbers, int element, double s, BeamStrain strain) {
+                         const MeshNumbers<S>& numbers, int element, double s, BeamStrain strain,
+                         const Vector3<S>& turn) {
   const bool circular = numbers.shape().section == Section::circular;
   auto sum = [&](const std::array<S, 4>& h, int k) -> Vector3<S> {
     Vector3<S> r;
@@ -31,7 +33,7 @@ MeasuresT<S> measures_at(const Eigen::Matrix<S, 8, 3>& U, const HermiteValuesT<S
     return r;
   };
   using std::sqrt;
-  const Vector3<S> a = sum(X.slope, 0), r_xx = sum(X.curvature, 0), d = sum(X.value, 2),
+  const Vector3<S> a = sum(X.slope, 0), r_xx = sum(X.curvature, 0) - turn, d = sum(X.value, 2),
                    d_x = sum(X.slope, 2), d_xx = sum(X.curvature, 2);
   if (strain == BeamStrain::linear) {  // a = e1, d = e2, n = e3 and small changes
     MeasuresT<S> m;
@@ -64,7 +66,10 @@ class RecoveredMeasures {
       const double h = mesh.x()[i + 1] - mesh.x()[i];
       for (const double s : station) {
         x_.push_back(mesh.x()[i] + s * h);
-        values_.push_back(measures_at<double>(U, hermite(s, h), numbers, i, s, strain));
+        const PlateMesh::Element::Shear& shear = mesh.element(i, 0).shear;
+        const Vector3d turn =
+            shear.per_x * (s - 0.5) * h * (U.transpose() * shear.force.col(0).head<8>());
+        values_.push_back(measures_at<double>(U, hermite(s, h), numbers, i, s, strain, turn));
       }
     }
   }
@@ -284,6 +289,7 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
       x.push_back(numbers.x[i] + s * (numbers.x[i + 1] - numbers.x[i]));
   std::size_t k = 0;
   while (k + 2 < x.size() && peak.along > x[k + 1].value) ++k;
+  const ElementNumbers<Dual1> elements(numbers);
   const auto at = [&](std::size_t station_index) {
     const int i = static_cast<int>(station_index) / 2;
     Eigen::Matrix<Dual1, 8, 3> U;
@@ -291,8 +297,15 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
       for (int c = 0; c < 3; ++c)
         U(f, c) = {nodal[i + f / 4](f % 4, c), {rate.nodal[i + f / 4](f % 4, c)}};
     const double s = station[station_index % 2];
-    return measures_at<Dual1>(U, hermite<Dual1>(s, numbers.x[i + 1] - numbers.x[i]), numbers, i, s,
-                              strain);
+    const Dual1 h = numbers.x[i + 1] - numbers.x[i];
+    Vector3<Dual1> turn = Vector3<Dual1>::Zero();
+    if (elements.has_shear()) {
+      const PlateShear<Dual1> shear = elements.beam_shear(i);
+      const Dual1 per = shear.compliance * shear.per_x * (s - 0.5) * h;
+      for (int f = 0; f < 8; ++f)
+        for (int c = 0; c < 3; ++c) turn[c] += per * (shear.along[f] - shear.rest[f]) * U(f, c);
+    }
+    return measures_at<Dual1>(U, hermite<Dual1>(s, h), numbers, i, s, strain, turn);
   };
   const Dual1 s = (peak.along - x[k]) / (x[k + 1] - x[k]);
   MeasuresT<Dual1> m = at(k);

@@ -37,6 +37,7 @@ PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh) {
 
 PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model) {
   PlateShape shape = plate_shape(leaf, model.mesh, model.free_edge_torsion);
+  shape.transverse_shear = model.transverse_shear;
   // a notch bends where it is thin: twice the elements, and closer together there
   const ProfileRange thickness = profile_range(leaf.thickness_profile);
   if (thickness.largest > 1.5 * thickness.smallest) shape.mesh[0] *= 2;

@@ -1,4 +1,4 @@
-// Elements of a plate, core/elements/README.md (E1), (E2), (P1)–(P4), and of a beam, beams.md (B1).
+// The mesh of a plate, core/elements/README.md (P1)–(P4), and what changes along it.
 #include "core/elements/plate/mesh_numbers.hpp"
 
 #include <cassert>
@@ -12,77 +12,6 @@
 
 namespace flexopt {
 namespace {
-
-using Matrix16 = PlateMesh::Matrix16;
-template <class S>
-using Row = Eigen::Matrix<S, 16, 1>;
-
-// A sum of squares, or its derivative: A += w a aᵀ.
-void add_square(Matrix16& A, double w, const Row<double>& a) {
-  A.noalias() += (w * a) * a.transpose();
-}
-void add_square(Matrix16& A, const Dual1& w, const Row<Dual1>& a) {
-  Row<double> value, half;
-  for (int k = 0; k < 16; ++k) {
-    value[k] = a[k].value;
-    half[k] = w.value * a[k].derivatives[0] + 0.5 * w.derivatives[0] * a[k].value;
-  }
-  A.noalias() += half * value.transpose();
-  A.noalias() += value * half.transpose();
-}
-
-// Of a plate at a point. The sum comes first, so that rigid motions cancel to the last digits.
-void add_bending(Matrix16& A, double w, double nu, const MappedDerivatives<Row<double>>& N) {
-  const Row<double> laplace = N.xx + N.yy;
-  A += w * ((1 - nu) *
-                (N.xx * N.xx.transpose() + N.yy * N.yy.transpose() + 2 * N.xy * N.xy.transpose()) +
-            nu * laplace * laplace.transpose());
-}
-void add_bending(Matrix16& A, const Dual1& w, const Dual1& nu,
-                 const MappedDerivatives<Row<Dual1>>& N) {
-  add_square(A, w * (1.0 - nu), N.xx);
-  add_square(A, w * (1.0 - nu), N.yy);
-  add_square(A, 2.0 * w * (1.0 - nu), N.xy);
-  add_square(A, w * nu, Row<Dual1>(N.xx + N.yy));
-}
-
-double part(double x) { return x; }
-double part(const Dual1& x) { return x.derivatives[0]; }
-
-template <class S>
-void set_row(Matrix16& A, int row, const Row<S>& a) {
-  for (int k = 0; k < 16; ++k) A(row, k) = part(a[k]);
-}
-
-// The operators of plate_curvature.hpp, point by point.
-template <class S>
-class CurvatureRows {
- public:
-  void add(const S& weight, const Row<S>& x, const Row<S>& y, const Row<S>& second) {
-    points_.push_back({weight, x, y, second});
-  }
-  void give(PlateMesh::Element& element) const {
-    const auto n = static_cast<Eigen::Index>(points_.size());
-    element.curvature.resize(3 * n, 16);
-    element.curvature_weight.resize(n);
-    for (Eigen::Index g = 0; g < n; ++g) {
-      const Point& point = points_[static_cast<std::size_t>(g)];
-      element.curvature_weight[g] = part(point.weight);
-      for (int k = 0; k < 16; ++k) {
-        element.curvature(g, k) = part(point.x[k]);
-        element.curvature(n + g, k) = part(point.y[k]);
-        element.curvature(2 * n + g, k) = part(point.second[k]);
-      }
-    }
-  }
-
- private:
-  struct Point {
-    S weight;
-    Row<S> x, y, second;
-  };
-  std::vector<Point> points_;
-};
 
 template <class S>
 S number(double value, double rate) {
@@ -202,7 +131,7 @@ std::vector<S> MeshNumbers<S>::lines_along() const {
     const double damping =
         ((N - k + 1) * std::cos(angle) + std::sin(angle) / std::tan(pi / (N + 1))) / (N + 1);
     a[k] = 2 * damping * a[k] / a[0];
-    if (std::abs(value_of(a[k])) > 1e-12 || std::abs(part(a[k])) > 1e-12) uniform = false;
+    if (std::abs(value_of(a[k])) > 1e-12 || std::abs(part_of(a[k])) > 1e-12) uniform = false;
   }
   if (uniform) return lines;
   const auto share = [&](double xi) {
@@ -256,18 +185,24 @@ WidthMap<S> MeshNumbers<S>::map(int i, double s) const {
 }
 
 template <class S>
+std::array<S, 2> MeshNumbers<S>::rest_along(int i, const std::array<S, 4>& functions) const {
+  const ArcPoint<S>&a = middle[i], &b = middle[i + 1];
+  // the functions of both values sum up to nothing
+  return {functions[2] * (b.x - a.x) + functions[1] * a.cosine + functions[3] * b.cosine,
+          functions[2] * (b.z - a.z) + functions[1] * a.sine + functions[3] * b.sine};
+}
+
+template <class S>
+std::array<S, 2> MeshNumbers<S>::rest_tangent(int i, double s) const {
+  return rest_along(i, hermite<S>(s, x[i + 1] - x[i]).slope);
+}
+
+template <class S>
 auto MeshNumbers<S>::rest(int i, double s) const -> Rest {
   if (!curved()) return {};
   const HermiteValuesT<S> X = hermite<S>(s, x[i + 1] - x[i]);
-  const ArcPoint<S>&a = middle[i], &b = middle[i + 1];
-  const auto derivative = [&](const std::array<S, 4>& h, const S& from, const S& slope, const S& to,
-                              const S& next) -> S {
-    return h[2] * (to - from) + h[1] * slope + h[3] * next;  // h[0] = −h[2]
-  };
-  const S tx = derivative(X.slope, a.x, a.cosine, b.x, b.cosine),
-          tz = derivative(X.slope, a.z, a.sine, b.z, b.sine),
-          kx = derivative(X.curvature, a.x, a.cosine, b.x, b.cosine),
-          kz = derivative(X.curvature, a.z, a.sine, b.z, b.sine);
+  const auto [tx, tz] = rest_along(i, X.slope);
+  const auto [kx, kz] = rest_along(i, X.curvature);
   Rest rest;
   rest.metric = tx * tx + tz * tz;
   rest.along = (tx * kx + tz * kz) / rest.metric;
@@ -299,40 +234,6 @@ std::array<Vector3<S>, 4> MeshNumbers<S>::undeflected_node(int line, int node) c
   return nodal;
 }
 
-// |n|² = |r,x|² + g |r,y|² − g to first order of the metric about that at rest, diag(g, 1).
-template <class S>
-void MeshNumbers<S>::add_natural(PlateMesh::Element& element, const S& w, const Rest& rest,
-                                 const Row<S>& Nx, const Row<S>& Ny) const {
-  const S weight = w * rest.normal * rest.normal;
-  add_square(element.bending, weight, Nx);
-  add_square(element.bending, S(weight * rest.metric), Ny);
-  element.rest_energy -= part(S(0.5 * weight * rest.metric));
-}
-
-template <class S>
-S MeshNumbers<S>::free_edge(const S& at_thickness, const S& width_factor,
-                            const S& size_along) const {
-  if (!shape_->free_edge_torsion) return S(0);
-  S c(free_edge_coefficient);
-  const S across = (y[1] - y[0]) * width_factor / (least_edge_element * at_thickness),
-          along = size_along / at_thickness;
-  if (across < 1.0) c *= across;
-  if (along < 1.0) c *= along;
-  return c;
-}
-
-template <class S>
-S MeshNumbers<S>::excess_of_bending_in_plane(const S& at_thickness, const S& width_factor,
-                                             const S& size_along) const {
-  if (shape_->linear) return S(0);
-  S ratio = at_thickness / (width * width_factor);
-  if (ratio > 0.5) ratio = S(0.5);
-  const S &nu = poissons_ratio, square = ratio * ratio;
-  const S bending = (3.0 - 2.0 * nu + 3.0 * nu * nu) / (12.0 * (1.0 - nu * nu));
-  return square *
-         (bending - free_edge(at_thickness, width_factor, size_along) / (1.0 + nu) * ratio);
-}
-
 template <class S>
 auto MeshNumbers<S>::membrane() const -> Membrane {
   const S stretch = 12.0 / (thickness * thickness);
@@ -358,177 +259,6 @@ S MeshNumbers<S>::bending_stiffness() const {
 }
 
 template <class S>
-PlateMesh::Element MeshNumbers<S>::element(int i, int j) const {
-  if (folded() && i == shape_->mesh[0]) {
-    PlateMesh::Element none;
-    none.gradient.setZero();
-    none.weight.setZero();
-    none.bending.setZero();
-    none.mass.setZero();
-    none.metric.setOnes();
-    if constexpr (!std::is_same_v<S, double>) none.metric.setZero();
-    return none;
-  }
-  return shape_->is_beam() ? beam_element(i) : plate_element(i, j);
-}
-
-template <class S>
-PlateMesh::Element MeshNumbers<S>::plate_element(int i, int j) const {
-  const int ny = shape_->mesh[1];
-  const S& nu = poissons_ratio;
-  const S hx = x[i + 1] - x[i];
-  const S hy = y[j + 1] - y[j];
-  const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
-  // Equation (E2) over D.
-  const S edge = 6.0 * (1.0 - nu) * thickness;
-
-  PlateMesh::Element element;
-  element.bending.setZero();
-  element.mass.setZero();
-  CurvatureRows<S> natural;
-  for (int a = 0; a < 4; ++a) {
-    const HermiteValuesT<S> X = hermite<S>(full.point[a], hx);
-    const WidthMap<S> map = this->map(i, full.point[a]);
-    const Rest rest = this->rest(i, full.point[a]);
-    const S t = thickness_factor(S(x[i] + full.point[a] * hx)), cube = t * t * t;
-    const auto second = [&](const S& place, const HermiteValuesT<S>& Y) {
-      MappedDerivatives<Row<S>> N;
-      N.xx = hermite_products(X.curvature, Y.value);
-      N.yy = hermite_products(X.value, Y.curvature);
-      N.xy = hermite_products(X.slope, Y.slope);
-      if (!width_varies() && !curved()) return N;
-      N.x = hermite_products(X.slope, Y.value);
-      N.y = hermite_products(X.value, Y.slope);
-      if (width_varies()) N = mapped<S, Row<S>>(map, place, N.x, N.y, N.xx, N.xy, N.yy);
-      if (curved()) N.xx -= rest.along * N.x;
-      return N;
-    };
-    for (int b = 0; b < 4; ++b) {
-      const HermiteValuesT<S> Y = hermite<S>(full.point[b], hy);
-      const auto N = second(y[j] + full.point[b] * hy, Y);
-      const S area = full.weight[a] * full.weight[b] * hx * hy * map.factor, w = area * cube;
-      add_bending(element.bending, w, nu, N);
-      if (curved()) {
-        add_natural(element, w, rest, N.x, N.y);
-        natural.add(S(-w * rest.normal), N.x, N.y, Row<S>(N.xx + nu * N.yy));
-      }
-      add_square(element.mass, area * t, hermite_products(X.value, Y.value));
-    }
-    for (int side = 0; side < 2; ++side) {
-      if (side == 0 ? j != 0 : j != ny - 1) continue;
-      const S& place = y[j + side];
-      const auto N = second(place, hermite<S>(side, hy));
-      S w =
-          -edge * free_edge(S(thickness * t), map.factor, hx) * (full.weight[a] * hx) * (cube * t);
-      Row<S> twist = N.xy;
-      S bent(0);             // part of the bending along in it
-      if (width_varies()) {  // along the edge and normal to it: it slopes by m
-        using std::sqrt;
-        const S m = place * map.slope * map.factor, per = 1.0 / (1.0 + m * m);
-        const S both = (1.0 - m * m) * per, one = m * per;
-        twist = both * N.xy + one * (N.yy - N.xx);
-        w *= sqrt(S(1.0 + m * m));
-        bent = -one;
-      }
-      add_square(element.bending, w, twist);
-      if (curved() && width_varies()) {
-        add_natural(element, S(w * bent * bent), rest, N.x, N.y);
-        natural.add(S(-w * bent * rest.normal), N.x, N.y, twist);
-      }
-    }
-  }
-  for (int a = 0; a < 2; ++a) {
-    const HermiteValuesT<S> X = hermite<S>(membrane_x.point[a], hx);
-    const WidthMap<S> map = this->map(i, membrane_x.point[a]);
-    const S t = thickness_factor(S(x[i] + membrane_x.point[a] * hx)),
-            metric = rest(i, membrane_x.point[a]).metric,
-            excess = excess_of_bending_in_plane(S(thickness * t), map.factor, hx);
-    for (int b = 0; b < 4; ++b) {
-      const HermiteValuesT<S> Y = hermite<S>(full.point[b], hy);
-      const int g = 4 * a + b;
-      Row<S> Nx = hermite_products(X.slope, Y.value), Ny = hermite_products(X.value, Y.slope);
-      if (width_varies()) {
-        const S slide = -(y[j] + full.point[b] * hy) * map.slope, per = 1.0 / map.factor;
-        Nx += slide * Ny;
-        Ny = (per * Ny).eval();
-      }
-      set_row<S>(element.gradient, g, Nx);
-      set_row<S>(element.gradient, PlateMesh::points + g, Ny);
-      const S across = (y[j] + full.point[b] * hy) / width;
-      const S share = 1.0 - 180.0 * excess * (across * across - 1.0 / 12);
-      const S area = membrane_x.weight[a] * full.weight[b] * hx * hy * map.factor;
-      element.weight[g] = part(S(area * t * share));
-      element.metric[g] = part(metric);
-    }
-  }
-  natural.give(element);
-  return element;
-}
-
-template <class S>
-PlateMesh::Element MeshNumbers<S>::beam_element(int i) const {
-  const S h = x[i + 1] - x[i];
-  const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
-  std::array<double, 4> place;
-  for (int b = 0; b < 4; ++b) place[b] = full.point[b] - 0.5;
-  const auto section_at = [&](const S& at) {
-    return beam_energy<S>(shape_->section, width * width_factor(at),
-                          thickness * thickness_factor(at), poissons_ratio, thickness, place,
-                          shape_->has_profile());
-  };
-  const BeamEnergyT<S> uniform = section_at(S(0));
-  const auto section = [&](const S& at) {
-    return shape_->has_profile() ? section_at(at) : uniform;
-  };
-  PlateMesh::Element element;
-  element.bending.setZero();
-  element.mass.setZero();
-  element.gradient.setZero();
-  CurvatureRows<S> natural;
-  for (int a = 0; a < 4; ++a) {
-    const HermiteValuesT<S> X = hermite<S>(full.point[a], h);
-    const auto e = section(S(x[i] + full.point[a] * h));
-    const S weight(full.weight[a] * h);
-    const auto add = [&](Matrix16& A, const S& w, const std::array<S, 4>& of, double middle,
-                         double across) {
-      add_square(A, weight * w, beam_functions(of, middle, across));
-    };
-    Row<S> bend = beam_functions(X.curvature, 1, 0);
-    if (curved()) {
-      const Rest rest = this->rest(i, full.point[a]);
-      const S w = weight * e.bend;
-      const Row<S> r0_x = beam_functions(X.slope, 1, 0), d = beam_functions(X.value, 0, 1);
-      bend -= rest.along * r0_x;
-      add_natural(element, w, rest, r0_x, d);
-      natural.add(S(-w * rest.normal), r0_x, d, bend);
-    }
-    add_square(element.bending, weight * e.bend, bend);
-    add(element.bending, e.twist, X.slope, 0, 1);
-    add(element.bending, e.warp, X.curvature, 0, 1);
-    add(element.mass, e.area, X.value, 1, 0);
-    add(element.mass, e.rotary, X.value, 0, 1);
-  }
-  for (int a = 0; a < 2; ++a) {
-    const HermiteValuesT<S> X = hermite<S>(membrane_x.point[a], h);
-    const S at = x[i] + membrane_x.point[a] * h;
-    const auto e = section(at);
-    const S metric = rest(i, membrane_x.point[a]).metric;
-    const Row<S> r0_x = beam_functions(X.slope, 1, 0), d_x = beam_functions(X.slope, 0, 1),
-                 d = beam_functions(X.value, 0, 1);
-    for (int b = 0; b < 4; ++b) {
-      const S y = width * width_factor(at) * place[b];
-      const int g = 4 * a + b;
-      set_row<S>(element.gradient, g, r0_x + y * d_x);
-      set_row<S>(element.gradient, PlateMesh::points + g, d);
-      element.weight[g] = part(S(membrane_x.weight[a] * h * e.across[b]));
-      element.metric[g] = part(metric);
-    }
-  }
-  natural.give(element);
-  return element;
-}
-
-template <class S>
 auto MeshNumbers<S>::point_weights(double along, double across, std::array<int, 2> derivative) const
     -> std::vector<Weight> {
   assert(derivative[0] <= 1 && derivative[1] <= 1);
@@ -548,7 +278,7 @@ auto MeshNumbers<S>::point_weights(double along, double across, std::array<int, 
   };
   std::vector<Weight> weights;
   const auto add = [&](int line, int function, const S& weight) {
-    const bool moves = !std::is_same_v<S, double> && part(weight) != 0;
+    const bool moves = !std::is_same_v<S, double> && part_of(weight) != 0;
     if (std::abs(value_of(weight)) > 1e-14 || moves) weights.push_back({line, function, weight});
   };
   const int i = locate(x, along);

@@ -1,6 +1,6 @@
 #pragma once
 // The numbers that the elements of a mesh are made of, as S = double or, along a direction of the
-// shape, as S = Dual1; and the operators of an element made of them.
+// shape, as S = Dual1.
 #include <vector>
 
 #include "core/elements/plate/plate_mesh.hpp"
@@ -30,8 +30,9 @@ MappedDerivatives<V> mapped(const WidthMap<S>& map, const S& y0, const V& x, con
           V(per * (xy - map.slope * y + g * yy)), V(squared * yy)};
 }
 
-/// Size over t, across, of elements at a free edge below which c of (E2) is smaller in proportion.
-inline constexpr double least_edge_element = 0.6;
+/// What of a number is stored: itself, or its derivative.
+inline double part_of(double x) { return x; }
+inline double part_of(const Dual1& x) { return x.derivatives[0]; }
 
 template <class S>
 class MeshNumbers {
@@ -70,6 +71,8 @@ class MeshNumbers {
   Rest rest(int i, double s) const;
   /// Its curvature there, of fibres on the side of the normal: −r,xx · n / |n|.
   S rest_curvature(int i, double s) const;
+  /// r,x there, along the chord and normal to it.
+  std::array<S, 2> rest_tangent(int i, double s) const;
   /// Nodal values (r, r,x, r,y, r,xy) of a node of the undeflected leaf, from the middle of the
   /// line and in its axes; and from the base, in the axes of the chord.
   std::array<Vector3<S>, 4> reference_node(int line, int node) const;
@@ -87,25 +90,14 @@ class MeshNumbers {
   /// flexopt::point_weights.
   std::vector<Weight> point_weights(double along, double across,
                                     std::array<int, 2> derivative = {0, 0}) const;
-  /// The operators of an element, or their derivatives.
-  PlateMesh::Element element(int i, int j) const;
 
  private:
   static const ShapeRate& constant();
   void set_lines();
   std::vector<S> lines_along() const;
-  /// U = ½ w |v|² of v = normal n, by the metric to first order, and what stays of it at rest.
-  void add_natural(PlateMesh::Element& element, const S& w, const Rest& rest,
-                   const Eigen::Matrix<S, 16, 1>& Nx, const Eigen::Matrix<S, 16, 1>& Ny) const;
-  /// c of (E2) in an element of the size `size_along`, where the leaf is `at_thickness` thick, both
-  /// over L, and `width_factor` times as wide.
-  S free_edge(const S& at_thickness, const S& width_factor, const S& size_along) const;
-  /// By how much the bending energy makes the second moment of the section in the plane of the leaf
-  /// too large there, over t w³: equation (E9). t/w counts up to 1/2.
-  S excess_of_bending_in_plane(const S& at_thickness, const S& width_factor,
-                               const S& size_along) const;
-  PlateMesh::Element plate_element(int i, int j) const;
-  PlateMesh::Element beam_element(int i) const;
+  /// A derivative along the undeflected leaf, of which these are the nodal functions: along the
+  /// chord, and normal to it.
+  std::array<S, 2> rest_along(int i, const std::array<S, 4>& functions) const;
 
   const PlateShape* shape_;
   const ShapeRate* rate_;

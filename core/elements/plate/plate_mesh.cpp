@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/elements/plate/mesh_numbers.hpp"
+#include "core/elements/plate/element_numbers.hpp"
 #include "core/mechanism/profile.hpp"
 
 namespace flexopt {
@@ -47,6 +47,7 @@ PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
   assert(shape.poissons_ratio > -1);
   assert(!shape.fold || !(shape.is_beam() || shape.curve || shape.has_profile()));
   const MeshNumbers<double> numbers(shape_);
+  const ElementNumbers<double> operators(numbers);
   x_ = numbers.x;
   y_ = numbers.y;
   for (const auto& w : numbers.line_width) line_width_.push_back({w.factor, w.slope});
@@ -68,7 +69,7 @@ PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
     assert(shape.poissons_ratio <= 0.5 && shape.section == Section::rectangular);
   }
   for (int i = 0; i < elements_along(); ++i)
-    for (int j = 0; j < elements_across(); ++j) elements_.push_back(numbers.element(i, j));
+    for (int j = 0; j < elements_across(); ++j) elements_.push_back(operators.element(i, j));
   assemble_mass();
 }
 

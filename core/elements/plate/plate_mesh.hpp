@@ -35,6 +35,7 @@ struct PlateShape {
   std::optional<LeafFoldT<double>> fold{};
   /// Of superelements, through which constant strains must pass exactly: (E9) takes nothing back.
   bool linear = false;
+  bool transverse_shear = true;  ///< (E10)
 
   bool is_beam() const { return flexure == Flexure::beam; }
   bool has_profile() const { return !width_profile.empty() || !thickness_profile.empty(); }
@@ -73,8 +74,8 @@ struct HermiteValuesT {
 };
 using HermiteValues = HermiteValuesT<double>;
 /// Cubic Hermite functions on [0, h] at sh, in the order (value, slope) at 0, (value, slope) at h.
-template <class S>
-HermiteValuesT<S> hermite(double s, const S& h) {
+template <class S, class Place = double>
+HermiteValuesT<S> hermite(const Place& s, const S& h) {
   return {{S(1 - 3 * s * s + 2 * s * s * s), h * (s - 2 * s * s + s * s * s),
            S(3 * s * s - 2 * s * s * s), h * (s * s * s - s * s)},
           {(-6 * s + 6 * s * s) / h, S(1 - 4 * s + 3 * s * s), (6 * s - 6 * s * s) / h,
@@ -123,6 +124,12 @@ class PlateMesh {
     Eigen::ArrayXd curvature_weight;
     /// Of a curved leaf: what makes its undeflected energy zero.
     double rest_energy = 0;
+    /// How the transverse force turns the sections: (E11). Of nodal values the forces along and
+    /// across, and the compliance over the second moments of the element. A beam: along alone.
+    struct Shear {
+      Eigen::Matrix<double, 16, 2> force = Eigen::Matrix<double, 16, 2>::Zero();
+      double per_x = 0, per_y = 0;
+    } shear;
   };
 
   /// n11 = A11 e11 + A12 e22, n22 = A12 e11 + A11 e22, n12 = A33 2 e12; over D/L².

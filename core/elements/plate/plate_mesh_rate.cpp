@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "core/elements/plate/mesh_numbers.hpp"
+#include "core/elements/plate/element_numbers.hpp"
 
 namespace flexopt {
 namespace {
@@ -21,10 +21,11 @@ void drop_zero_matrices(std::vector<Matrix>& parts) {
 
 PlateMeshRate::Shape rate_along(const PlateMesh& mesh, const ShapeRate& direction) {
   const MeshNumbers<Dual1> numbers(mesh.shape(), direction);
+  const ElementNumbers<Dual1> operators(numbers);
   PlateMeshRate::Shape by;
   for (int i = 0; i < mesh.elements_along(); ++i)
     for (int j = 0; j < mesh.elements_across(); ++j) {
-      const PlateMesh::Element rate = numbers.element(i, j);
+      const PlateMesh::Element rate = operators.element(i, j);
       by.gradient.push_back(rate.gradient);
       by.bending.push_back(rate.bending);
       by.mass.push_back(rate.mass);

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "core/elements/plate/beam_stress.hpp"
+#include "core/elements/plate/element_numbers.hpp"
 #include "core/elements/plate/full_leaf.hpp"
-#include "core/elements/plate/mesh_numbers.hpp"
 #include "core/math/dual.hpp"
 #include "core/mechanism/profile.hpp"
 
@@ -38,7 +38,7 @@ RestT<S> rest_of(const MeshNumbers<S>& numbers, int i, double s) {
 template <class S>
 StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X,
                     const HermiteValuesT<S>& Y, const RestT<S>& rest, const WidthMap<S>* map,
-                    const S& y0) {
+                    const S& y0, const SectionTurn<S>& turn) {
   const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
     Vector3<S> r = Vector3<S>::Zero();
     for (int f = 0; f < 16; ++f) {
@@ -51,7 +51,8 @@ StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X
                                   at(X.curvature, Y.value), at(X.slope, Y.slope),
                                   at(X.value, Y.curvature)};
   if (map) r = mapped<S, Vector3<S>>(*map, y0, r.x, r.y, r.xx, r.xy, r.yy);
-  const Vector3<S>&a1 = r.x, &a2 = r.y, &r11 = r.xx, &r12 = r.xy, &r22 = r.yy;
+  const Vector3<S>&a1 = r.x, &a2 = r.y;
+  const Vector3<S> r11 = r.xx - turn.xx, r12 = r.xy - turn.xy, r22 = r.yy - turn.yy;
   const Vector3<S> m = a1.cross(a2);
   using std::sqrt;
   const Vector3<S> n = m / sqrt(m.squaredNorm());
@@ -104,9 +105,9 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
         const Gradient U = dofs(nodal, i, j);
         const double hy = mesh.y()[j + 1] - mesh.y()[j];
         for (const double b : station)
-          values.push_back(strains<double>(U, X, hermite(b, hy), rest_of(numbers, i, a),
-                                           numbers.width_varies() ? &map : nullptr,
-                                           mesh.y()[j] + b * hy));
+          values.push_back(strains<double>(
+              U, X, hermite(b, hy), rest_of(numbers, i, a), numbers.width_varies() ? &map : nullptr,
+              mesh.y()[j] + b * hy, section_turn(mesh, i, j, U, a, b)));
       }
     }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
@@ -457,12 +458,13 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
       for (int c = 0; c < 3; ++c)
         U(f, c) = {nodal[ei + f / 8](4 * ej + f % 8, c),
                    {rate.nodal[ei + f / 8](4 * ej + f % 8, c)}};
-    const Dual1 hy = numbers.y[ej + 1] - numbers.y[ej];
-    const WidthMap<Dual1> map = numbers.map(ei, station[a % 2]);
-    const StrainsT<Dual1> e = strains<Dual1>(
-        U, hermite<Dual1>(station[a % 2], numbers.x[ei + 1] - numbers.x[ei]),
-        hermite<Dual1>(station[b % 2], hy), rest_of(numbers, ei, station[a % 2]),
-        numbers.width_varies() ? &map : nullptr, numbers.y[ej] + station[b % 2] * hy);
+    const Dual1 hx = numbers.x[ei + 1] - numbers.x[ei], hy = numbers.y[ej + 1] - numbers.y[ej];
+    const double sx = station[a % 2], sy = station[b % 2];
+    const WidthMap<Dual1> map = numbers.map(ei, sx);
+    const StrainsT<Dual1> e =
+        strains<Dual1>(U, hermite<Dual1>(sx, hx), hermite<Dual1>(sy, hy), rest_of(numbers, ei, sx),
+                       numbers.width_varies() ? &map : nullptr, numbers.y[ej] + sy * hy,
+                       section_turn(numbers, ei, ej, U, sx, sy));
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = e[k].value;

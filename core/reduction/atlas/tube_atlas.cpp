@@ -118,6 +118,7 @@ std::string TubeAtlas::gap(const PlateShape& shape, const TubeRange& range) cons
   if (shape.has_profile()) return "its width or thickness varies";
   if (shape.mesh != s.mesh || shape.free_edge_torsion != s.free_edge_torsion)
     return "it has another mesh";
+  if (!shape.transverse_shear) return "it has no transverse shear";
   if (range.order != 2) return "it has another degree";
   if (range.force_centre != 0) return "it is centred on a load";
   if (outside(shape.width, s.width[0], s.width[1]))

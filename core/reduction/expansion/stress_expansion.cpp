@@ -96,15 +96,23 @@ MatrixXd expand_stress(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const 
   };
   for (int s = 0; s < places.stations_along(); ++s) {
     const int i = s / 2;
-    const HermiteValues X = hermite(station[s % 2], mesh.x()[i + 1] - mesh.x()[i]);
+    const double hx = mesh.x()[i + 1] - mesh.x()[i];
+    const HermiteValues X = hermite(station[s % 2], hx);
     for (int t = 0; t < places.half_across(); ++t) {
       const int j = t / 2;
-      const HermiteValues Y = hermite(station[t % 2], mesh.y()[j + 1] - mesh.y()[j]);
+      const double hy = mesh.y()[j + 1] - mesh.y()[j];
+      const HermiteValues Y = hermite(station[t % 2], hy);
       operators.row(0) = hermite_products(X.slope, Y.value).transpose();
       operators.row(1) = hermite_products(X.value, Y.slope).transpose();
       operators.row(2) = hermite_products(X.curvature, Y.value).transpose();
       operators.row(3) = hermite_products(X.value, Y.curvature).transpose();
       operators.row(4) = hermite_products(X.slope, Y.slope).transpose();
+      const PlateMesh::Element::Shear& shear = mesh.element(i, j).shear;  // (E11)
+      const double dx = shear.per_x * (station[s % 2] - 0.5) * hx,
+                   dy = shear.per_y * (station[t % 2] - 0.5) * hy;
+      operators.row(2) -= dx * shear.force.col(0).transpose();
+      operators.row(3) -= dy * shear.force.col(1).transpose();
+      operators.row(4) -= 0.5 * (dy * shear.force.col(0) + dx * shear.force.col(1)).transpose();
       U << lines[i].middleRows<8>(4 * j), lines[i + 1].middleRows<8>(4 * j);
       D.noalias() = operators * U;
       put_strains(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),

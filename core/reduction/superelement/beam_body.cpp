@@ -5,9 +5,12 @@
 namespace flexopt {
 
 CondensedPlate condense_beam(const LeafSpring& beam, int elements, Warping warping,
-                             int vibration_modes) {
+                             int vibration_modes, bool transverse_shear) {
   assert(elements >= 2 && elements % 2 == 0);
-  const ModelOptions options{.flexure = Flexure::beam, .warping = warping, .mesh = {elements, 1}};
+  const ModelOptions options{.flexure = Flexure::beam,
+                             .warping = warping,
+                             .mesh = {elements, 1},
+                             .transverse_shear = transverse_shear};
   const PlateBody body{beam, {elements, 1}};
   return condense(
       body,

@@ -9,6 +9,6 @@ namespace flexopt {
 /// hold a leaf: beams.md, "Ends". `elements`: along, even; the frame sits in the middle. The
 /// `recovery` has the order (line, component, function) of PlateLeaf::nodal.
 CondensedPlate condense_beam(const LeafSpring& beam, int elements, Warping warping,
-                             int vibration_modes);
+                             int vibration_modes, bool transverse_shear = true);
 
 }  // namespace flexopt

@@ -39,6 +39,10 @@ void add_membrane(ElementMatrices& to, const PlateMesh::Membrane& A, const Membr
   to.uv += A.A12 * p.xy + A.A33 * p.xy.transpose();
 }
 
+// Elements at a free edge that are narrower than this times t have a smaller c of (E2), in
+// proportion.
+constexpr double least_edge_element = 0.6;
+
 // ½ G c t⁴ ∫ |r,xy|² ds along a free edge, over D; r,xy at an edge is quadratic along
 // it. With derivatives in w/L, t/L, ν.
 struct EdgeTorsion {

@@ -9,6 +9,7 @@ std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body, Interfac
   const bool leaf = interface == Interface::rigid_edges;
   PlateShape shape = plate_shape(body.plate, body.mesh, leaf && body.free_edges[0]);
   shape.linear = !leaf;
+  shape.transverse_shear = leaf && body.transverse_shear;
   return std::make_shared<PlateMesh>(shape);
 }
 

@@ -20,6 +20,7 @@ struct PlateBody {
   MatrixXd cells;
   /// Sides y = ∓w/2 with the torsion layer of a free edge, (E2) of core/elements.
   std::array<bool, 2> free_edges{false, false};
+  bool transverse_shear = true;  ///< of a leaf between rigid edges, (E10) of core/elements
 };
 
 /// How interface nodes hold a body.

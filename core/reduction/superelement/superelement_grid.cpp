@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/elements/plate/element_numbers.hpp"
 #include "core/math/dual.hpp"
 #include "core/reduction/superelement/beam_body.hpp"
 #include "core/reduction/superelement/superelement_model_rate.hpp"
@@ -61,11 +62,13 @@ SuperelementGrid::SuperelementGrid(const LeafSpring& leaf, const ModelOptions& m
   if (shape_.is_beam()) {
     const int elements = own_elements(model.mesh[0], along_);
     kinds_ = {std::make_shared<CondensedPlate>(condense_beam(
-        body.plate, elements + elements % 2, along_ == 1 ? model.warping : Warping::free, modes_))};
+        body.plate, elements + elements % 2, along_ == 1 ? model.warping : Warping::free, modes_,
+        model.transverse_shear))};
     return;
   }
   body.plate.width = width_ / rows();
   body.mesh = {own_elements(model.mesh[0], along_), own_elements(model.mesh[1], rows())};
+  body.transverse_shear = model.transverse_shear;
   const bool edge = model.free_edge_torsion;
   const PlateCondensation condensation{
       .interface = across_ == 0 ? Interface::rigid_edges : Interface::corners,
@@ -123,7 +126,7 @@ constexpr double strain_station[2] = {0.21132486540518713, 0.7886751345948129};
 // Linear strains of a superelement of length `a` over L, its dofs over that length.
 template <class S>
 StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
-                           const HermiteValuesT<S>& Y, double a) {
+                           const HermiteValuesT<S>& Y, double a, const SectionTurn<S>& turn) {
   const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
     const Eigen::Matrix<S, 16, 1> N = hermite_products(x, y);
     Vector3<S> r = Vector3<S>::Zero();
@@ -132,8 +135,8 @@ StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues
     return r;
   };
   const Vector3<S> d1 = at(X.slope, Y.value), d2 = at(X.value, Y.slope),
-                   d11 = at(X.curvature, Y.value), d22 = at(X.value, Y.curvature),
-                   d12 = at(X.slope, Y.slope);
+                   d11 = at(X.curvature, Y.value) - turn.xx,
+                   d22 = at(X.value, Y.curvature) - turn.yy, d12 = at(X.slope, Y.slope) - turn.xy;
   StrainsT<S> e;
   e << d1[0], d2[1], d1[1] + d2[0], -d11[2] / a, -d22[2] / a, -2.0 * d12[2] / a;
   return e;
@@ -179,8 +182,9 @@ StrainField SuperelementGrid::strains(const State& state) const {
         for (int r = 0; r < 2; ++r)
           for (int s = 0; s < 2; ++s)
             values[(2 * (i * nx + p) + r) * y.size() + 2 * (j * ny + q) + s] =
-                linear_strains<double>(U, hermite(strain_station[r], hx),
-                                       hermite(strain_station[s], hy), 1.0 / along_);
+                linear_strains<double>(
+                    U, hermite(strain_station[r], hx), hermite(strain_station[s], hy), 1.0 / along_,
+                    section_turn(mesh, p, q, U, strain_station[r], strain_station[s]));
       }
   }
   return {std::move(x), std::move(y), std::move(values)};
@@ -191,6 +195,10 @@ double SuperelementGrid::stress_rate(const State& state, const std::vector<Vecto
   const PlateMesh& mesh = *kinds_[0]->mesh;
   const int nx = mesh.elements_along(), ny = mesh.elements_across();
   const Dual1 per_width(1, {rate.shape.size[0] / shape_.width});
+  // of a superelement
+  const ShapeRate own(Vector3d(rate.shape.size[0] * along_ / rows(), rate.shape.size[1] * along_,
+                               rate.shape.size[2]));
+  const MeshNumbers<Dual1> numbers(mesh.shape(), own);
   const auto strains_at = [&](int x, int y) {
     const int p = x / 2 % nx, q = y / 2 % ny, e = x / (2 * nx) * rows() + y / (2 * ny);
     const Gradient value = element_dofs(mesh, model(e).recovery * *state.q[e], p, q),
@@ -200,7 +208,7 @@ double SuperelementGrid::stress_rate(const State& state, const std::vector<Vecto
     const StrainsT<Dual1> strains = linear_strains<Dual1>(
         U, hermite(strain_station[x % 2], mesh.x()[p + 1] - mesh.x()[p]),
         hermite<Dual1>(strain_station[y % 2], (mesh.y()[q + 1] - mesh.y()[q]) * per_width),
-        1.0 / along_);
+        1.0 / along_, section_turn(numbers, p, q, U, strain_station[x % 2], strain_station[y % 2]));
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = strains[k].value;

@@ -2,21 +2,11 @@
 // The factor of one dead load at which the tangent of a mechanism becomes singular, all else kept:
 // about a state as a linear estimate, and along the branch of equilibria that leads there.
 // README.md of core/response, (S22)–(S25).
-#include <memory>
-#include <vector>
+#include <optional>
 
-#include "core/response/buckling/load_branch.hpp"
-#include "core/response/buckling/softening.hpp"
-#include "core/response/response.hpp"
+#include "core/response/buckling/branch_tracer.hpp"
 
 namespace flexopt {
-
-/// Derivatives of a factor are along these.
-struct DesignDirections {
-  const std::vector<Mechanism>* directions = nullptr;
-  LeafRates* rates = nullptr;
-  bool driven = true;  ///< the drives' loads are those of their strokes; else there are none
-};
 
 struct CriticalLoadResult {
   CriticalLoad load;

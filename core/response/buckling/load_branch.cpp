@@ -12,41 +12,62 @@
 namespace flexopt {
 namespace {
 
-// The load alone grows; loads that were growing stand still.
-LoadCase with_growing(const LoadCase& loads, std::size_t load, double growing) {
-  LoadCase own = loads;
-  own.constant.erase(own.constant.begin() + static_cast<std::ptrdiff_t>(load));
+// Loads that were growing stand still.
+LoadCase at_rest(LoadCase loads, double growing) {
   for (DeadLoad still : loads.growing) {
     still.force *= growing;
     still.moment *= growing;
-    own.constant.push_back(std::move(still));
+    loads.constant.push_back(std::move(still));
   }
+  loads.growing.clear();
+  return loads;
+}
+
+// One of the constant loads alone grows.
+LoadCase with_growing(const LoadCase& loads, std::size_t load, double growing) {
+  LoadCase own = at_rest(loads, growing);
   own.growing = {loads.constant[load]};
+  own.constant.erase(own.constant.begin() + static_cast<std::ptrdiff_t>(load));
+  return own;
+}
+
+LoadCase with_more(const LoadCase& loads, const DeadLoad& more, double growing) {
+  LoadCase own = at_rest(loads, growing);
+  own.growing = {more};
   return own;
 }
 
 }  // namespace
 
-LoadBranch::LoadBranch(System& system, std::size_t load, double growing, DriveState drive,
-                       const VectorXd& drive_loads, const NewtonOptions& options)
+LoadBranch::LoadBranch(System& system, LoadCase loads, double factor, DriveState drive,
+                       const NewtonOptions& options)
     : drive_(drive), strokes_(present_strokes(system)), options_(options) {
   std::vector<std::unique_ptr<LeafElement>> leaves;
   State state = system.save();
   state.leaves.clear();
-  state.factors.growing = 1;
+  state.factors.growing = factor;
   for (int i = 0; i < system.leaves(); ++i) {
     leaves.push_back(system.leaf(i).full_model({}));
     state.leaves.push_back(leaves.back()->save());
   }
-  system_ = std::make_unique<System>(system.mechanism(), std::move(leaves),
-                                     with_growing(system.loads(), load, growing));
+  system_ = std::make_unique<System>(system.mechanism(), std::move(leaves), std::move(loads));
   system_->restore(state);
   drive_forces_ = VectorXd::Zero(system.size());
+  system_->assemble();
+}
+
+LoadBranch::LoadBranch(System& system, std::size_t load, double growing, DriveState drive,
+                       const VectorXd& drive_loads, const NewtonOptions& options)
+    : LoadBranch(system, with_growing(system.loads(), load, growing), 1, drive, options) {
   if (drive == DriveState::free)
     for (std::size_t k = 0; k < system.drives().size(); ++k)
       if (const auto& coordinate = system.drives()[k].coordinate)
         drive_forces_[*coordinate] = drive_loads[static_cast<Eigen::Index>(k)];
-  system_->assemble();
+}
+
+LoadBranch::LoadBranch(System& system, const DeadLoad& more, double growing,
+                       const NewtonOptions& options)
+    : LoadBranch(system, with_more(system.loads(), more, growing), 0, DriveState::locked, options) {
 }
 
 BodyLoad LoadBranch::named() const {

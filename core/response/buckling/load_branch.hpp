@@ -23,12 +23,15 @@ class LoadBranch {
   /// growing ones. `drive_loads`: at that equilibrium, one for each drive.
   LoadBranch(System& system, std::size_t load, double growing, DriveState drive,
              const VectorXd& drive_loads, const NewtonOptions& options);
+  /// Of a load that comes to all others, which stay; its factor is 0 where the branch begins. The
+  /// strokes are held.
+  LoadBranch(System& system, const DeadLoad& more, double growing, const NewtonOptions& options);
 
   System& system() { return *system_; }
   const System& system() const { return *system_; }
   DriveState drive() const { return drive_; }
   bool locked() const { return drive_ == DriveState::locked; }
-  /// Of the load; 1 where the branch begins.
+  /// Of the load; where the branch begins 1, or of one that comes to the others 0.
   double factor() const { return system_->load_factors().growing; }
   /// Force and moment per body for a factor of 1, at the present state [N, N m].
   VectorXd load() const;
@@ -53,6 +56,8 @@ class LoadBranch {
   void restore(const State& state);
 
  private:
+  LoadBranch(System& system, LoadCase loads, double factor, DriveState drive,
+             const NewtonOptions& options);
   void apply(double factor);
   Step correct(const BranchDirection& across);
 

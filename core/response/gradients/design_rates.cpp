@@ -6,6 +6,7 @@
 #include <concepts>
 #include <utility>
 
+#include "core/response/dynamics/rigid_motion.hpp"
 #include "core/response/gradients/joint_gradients.hpp"
 #include "core/response/gradients/load_gradients.hpp"
 #include "core/response/gradients/spring_gradients.hpp"
@@ -235,17 +236,21 @@ S DesignRates<S>::body_mass_rate(const Mechanism& direction, const Vector& y,
 }
 
 template <class S>
-auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda,
-                               const Matrix& state_rates) const -> Matrix {
+auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda, const Matrix& state_rates,
+                               const GroundShare* ground) const -> Matrix {
   const MechanismFactor& factor = *factor_;
   const auto count = static_cast<Eigen::Index>(directions_->size()), n = Y.cols();
   Matrix rates = Matrix::Zero(n, count);
   if (n == 0) return rates;
   ForceSum<S> forces(factor, n);
+  Matrix absolute = Y;
+  if (ground) absolute += ground->carried.template cast<S>();
   for (std::size_t i = 0; i < leaves_.size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor.leaves()[i];
     const LeafScale& scale = leaf.linear->scale();
-    const Matrix rows = rows_of<S>(factor, leaf, Y);
+    Matrix rows = rows_of<S>(factor, leaf, absolute);
+    if (ground)
+      rows += grounded_rows(factor, static_cast<int>(i), ground->translations).template cast<S>();
     const LeafQuadratic<S> q = leaves_[i]->quadratic(rows, lambda * (scale.mass / scale.energy));
     forces.add(leaf, scale.energy, q.state);
     for (int k = 0; k < n; ++k)
@@ -264,7 +269,7 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda,
     if (lambda[k] != S(0))
       for (Eigen::Index p = 0; p < count; ++p)
         rates(k, p) -= lambda[k] * body_mass_rate((*directions_)[static_cast<std::size_t>(p)],
-                                                  Y.col(k).head(factor.bodies()),
+                                                  absolute.col(k).head(factor.bodies()),
                                                   state_rates.col(p).head(factor.bodies()));
   return rates;
 }

@@ -19,6 +19,12 @@ using LeafGradients = std::vector<std::unique_ptr<LeafGradient<S>>>;
 /// At the state of the factor, which must outlive them. None where a leaf has no exact derivatives.
 Answer<LeafGradients<double>> leaf_gradients(const MechanismFactor& factor, LeafRates& rates);
 
+/// Columns of translations of the ground beside columns of motions that are relative to it.
+struct GroundShare {
+  MatrixXd translations;  ///< 3 × columns
+  MatrixXd carried;       ///< motion of all unknowns with them: rows × columns
+};
+
 template <class S>
 class DesignRates {
  public:
@@ -34,8 +40,10 @@ class DesignRates {
   /// (S6): of the residual of every row at a constant state, rows × parameters.
   Matrix residual() const;
   /// (S8)–(S10): of q = yᵀ(K − λM)y of every column y of Y, columns × parameters, while the state
-  /// moves by `state_rates` (rows × parameters).
-  Matrix quadratic(const Matrix& Y, const Vector& lambda, const Matrix& state_rates) const;
+  /// moves by `state_rates` (rows × parameters). `ground`: of absolute motions; nothing gives way
+  /// to what is carried, but it has mass.
+  Matrix quadratic(const Matrix& Y, const Vector& lambda, const Matrix& state_rates,
+                   const GroundShare* ground = nullptr) const;
 
   const LeafGradient<S>& leaf(int i) const { return *leaves_[static_cast<std::size_t>(i)]; }
   /// Of a leaf along every parameter.

@@ -311,6 +311,32 @@ void set_parasitic_frequency(const PathPoint& point, DriveState drive, PointGrad
   if (k < rows.rows()) gradients.parasitic_frequency = VectorXd(rows.row(k));
 }
 
+// Sums of the rates of their terms.
+void set_dynamics(const DynamicsMeasures& dynamics, const DesignRates<double>& design,
+                  const MatrixXd& state_rates, PointGradients& gradients) {
+  const auto gradient = [&](const DynamicsMeasure& measure) {
+    const auto n = static_cast<Eigen::Index>(measure.terms.size());
+    MatrixXd Y(state_rates.rows(), n), translations(3, n);
+    VectorXd lambda(n), weight(n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const QuadraticTerm& term = measure.terms[static_cast<std::size_t>(k)];
+      Y.col(k) = term.y;
+      translations.col(k) = term.ground;
+      lambda[k] = term.lambda;
+      weight[k] = term.weight;
+    }
+    if (translations.isZero(0))
+      return VectorXd(design.quadratic(Y, lambda, state_rates).transpose() * weight);
+    const GroundShare ground{translations, dynamics.carried * translations};
+    return VectorXd(design.quadratic(Y, lambda, state_rates, &ground).transpose() * weight);
+  };
+  for (const std::optional<DynamicsMeasure>& measure : dynamics.bandwidths) {
+    gradients.bandwidths.emplace_back();
+    if (measure) gradients.bandwidths.back() = gradient(*measure);
+  }
+  if (dynamics.transmissibility) gradients.transmissibility = gradient(*dynamics.transmissibility);
+}
+
 // What the places of leaves and bodies change by as the state moves with the parameters.
 PlaceRates moving_places(const MechanismFactor& factor, const Solids& solids,
                          const std::vector<Mechanism>& directions, const MatrixXd& state_rates,
@@ -350,7 +376,8 @@ void set_room_taken(const Solids& solids, const PathPoint& point, const PlaceRat
 PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
-                               const FullModeLists& lists, const Solids* solids) {
+                               const FullModeLists& lists, const Solids* solids,
+                               const DynamicsMeasures* dynamics) {
   const Mechanism& mechanism = factor.system().mechanism();
   const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
                                    model);
@@ -368,6 +395,8 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
   if (solids)
     set_room_taken(*solids, point, moving_places(factor, *solids, directions, state_rates, fields),
                    gradients);
+
+  if (dynamics) set_dynamics(*dynamics, design, state_rates, gradients);
 
   std::vector<Column> columns;
   std::optional<StiffnessColumns> stiffness;

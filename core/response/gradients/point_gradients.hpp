@@ -3,6 +3,7 @@
 // Equations (S6)–(S10) of core/response/README.md.
 #include <vector>
 
+#include "core/response/dynamics/dynamics_measures.hpp"
 #include "core/response/gradients/design_rates.hpp"
 #include "core/response/modes/full_modes.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
@@ -13,10 +14,11 @@ namespace flexopt {
 
 /// `leaves`: leaf_gradients(…). `directions`: derivative of every number of the mechanism along
 /// each parameter. Modes: those that the point lists. `solids`: at the point; null where neither
-/// extents nor clearance are wanted.
+/// extents nor clearance are wanted. `dynamics`: with their terms; null where not wanted.
 PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
-                               const FullModeLists& lists, const Solids* solids);
+                               const FullModeLists& lists, const Solids* solids,
+                               const DynamicsMeasures* dynamics);
 
 }  // namespace flexopt

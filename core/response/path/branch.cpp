@@ -11,6 +11,7 @@
 #include "core/equilibrium/edge_compliance.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/full_finish.hpp"
+#include "core/response/path/stable_branch.hpp"
 
 namespace flexopt {
 namespace {
@@ -25,7 +26,8 @@ double seconds_since(Clock::time_point start) {
 int points_with_dynamics(const ModelOptions& model, const StrokeRequest& request,
                          std::size_t points, bool differentiable) {
   const bool asked = request.frequencies_of(DriveState::free) > 0 ||
-                     request.frequencies_of(DriveState::locked) > 0;
+                     request.frequencies_of(DriveState::locked) > 0 || request.wants_dynamics() ||
+                     (request.state_space && request.outputs.has(Output::state_space));
   const bool of_tables =
       model.mass == LeafMass::consistent &&
       (differentiable || (!request.outputs.has(Output::shapes) && model.leaf_modes > 0));
@@ -111,12 +113,14 @@ Equilibrium advance(System& system, const StrokeRequest& request, std::size_t k)
 
 // Why a leaf cannot give the exact modes and derivatives that a point is asked for; empty where all
 // can.
-std::string interior_gap(System& system, const StrokeRequest& request) {
+std::string interior_gap(System& system, const StrokeRequest& request, std::size_t k) {
   InteriorUse use;
   use.mass = request.frequencies_of(DriveState::free) > 0 ||
-             request.frequencies_of(DriveState::locked) > 0;
+             request.frequencies_of(DriveState::locked) > 0 || request.wants_dynamics() ||
+             request.wants_state_space(k);
   use.stress = request.outputs.has(Output::stress);
-  use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance});
+  use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance}) ||
+               (request.wants_state_space(k) && !request.probes.empty());
   for (int i = 0; i < system.leaves(); ++i)
     if (const std::string gap = system.leaf(i).interior_gap(use); !gap.empty())
       return fmt::format("leaf {}: {}", i, gap);
@@ -137,13 +141,37 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
                                        Equilibrium& equilibrium, PathPoint& point,
                                        PointGradients* gradients) {
   const PathPoint before = point;
-  std::string gap = differentiable ? interior_gap(system, request) : std::string();
-  if (gap.empty()) gap = outputs.evaluate(system, equilibrium, point, gradients);
+  std::string gap = differentiable ? interior_gap(system, request, k) : std::string();
+  if (gap.empty()) gap = outputs.evaluate(system, equilibrium, k, point, gradients);
   if (gap.empty()) return nullptr;
   point = before;
   auto full = finish_on_full_leaves(system, model, request, k, gap, equilibrium);
-  if (equilibrium.converged) outputs.evaluate(*full, equilibrium, point, gradients);
+  if (equilibrium.converged) outputs.evaluate(*full, equilibrium, k, point, gradients);
   return full;
+}
+
+// Onto the stable branch at a point that is unstable. Why not; empty where it is.
+std::string leave_branch(std::unique_ptr<System>& system, const ModelOptions& model,
+                         const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
+                         VectorXd& motion) {
+  std::unique_ptr<System> whole;
+  Equilibrium here = equilibrium;
+  if (!has_full_leaves(*system)) {
+    whole = finish_on_full_leaves(*system, model, request, point, {}, here);
+    if (!here.converged) return here.message;
+    if (negative_pivots(*whole, request.loads.driven()) ==
+        0) {  // reduced leaves alone were unstable
+      system = std::move(whole);
+      equilibrium = here;
+      return {};
+    }
+  }
+  StableBranch found = find_stable_branch(whole ? *whole : *system, model, request, point);
+  if (!found.system) return found.reason;
+  system = std::move(found.system);
+  equilibrium = found.equilibrium;
+  motion = found.motion;
+  return {};
 }
 
 }  // namespace
@@ -178,6 +206,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   };
   load();
   bool from_rest = true;
+  VectorXd other_branch;  // the motion that led there; empty on the primary one
   for (const int k : order) {
     PathPoint& point = response.path[k];
     if (lost) {
@@ -187,10 +216,25 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
     Equilibrium equilibrium = advance(*system, request, static_cast<std::size_t>(k));
     if (several && !equilibrium.converged && !from_rest) {
       system = make_system();
+      other_branch.resize(0);
       load();
       equilibrium = advance(*system, request, static_cast<std::size_t>(k));
     }
     from_rest = false;
+    if (!equilibrium.converged && other_branch.size() > 0) {
+      StableBranch again =
+          lead_to_stable_branch(*system, other_branch, model, request, static_cast<std::size_t>(k));
+      if (again.system) {
+        system = std::move(again.system);
+        equilibrium = again.equilibrium;
+      }
+    }
+    std::string lost_stability;  // why the path stays on an unstable branch
+    if (equilibrium.converged && request.branch == BranchChoice::stable &&
+        negative_pivots(*system, request.loads.driven()) > 0) {
+      lost_stability = leave_branch(system, model, request, static_cast<std::size_t>(k),
+                                    equilibrium, other_branch);
+    }
     const bool gradients = differentiable && !differentiable->directions.empty();
     PointGradients* own = gradients ? &differentiable->gradients.path[k] : nullptr;
     std::unique_ptr<System> full;
@@ -204,14 +248,28 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
       if (!several) lost = fmt::format("the path ended before: {}", equilibrium.message);
       continue;
     }
-    if (request.growing_load() && point.status == PointStatus::converged) {
-      System& whole = full ? *full : *system;
-      std::unique_ptr<System> buckling;  // is that of full leaves: reduced ones do not reach so far
-      if (!has_full_leaves(whole))
-        buckling = finish_on_full_leaves(whole, model, request, static_cast<std::size_t>(k), {},
-                                         equilibrium);
-      outputs.add_buckling(buckling ? *buckling : whole, equilibrium, static_cast<std::size_t>(k),
-                           point, own);
+    const auto index = static_cast<std::size_t>(k);
+    if (!differentiable && (request.wants_dynamics() || request.wants_state_space(index))) {
+      // reduced leaves that know no interior leave the dynamics to full ones
+      std::unique_ptr<System> whole;
+      Equilibrium there = equilibrium;
+      if (const std::string gap = interior_gap(*system, request, index); !gap.empty())
+        whole = finish_on_full_leaves(*system, model, request, index, gap, there);
+      if (there.converged) outputs.add_dynamics(whole ? *whole : *system, index, point);
+    }
+    point.other_branch = other_branch.size() > 0;
+    if (!lost_stability.empty() && point.status == PointStatus::converged)
+      point.message = "the stable branch was not found: " + lost_stability;
+    if ((request.growing_load() || request.wants_capacity()) &&
+        point.status == PointStatus::converged) {
+      System* loaded = full ? full.get() : system.get();
+      std::unique_ptr<System> whole;  // reduced leaves do not reach so far
+      if (!has_full_leaves(*loaded)) {
+        whole = finish_on_full_leaves(*loaded, model, request, index, {}, equilibrium);
+        loaded = whole.get();
+      }
+      if (request.growing_load()) outputs.add_buckling(*loaded, equilibrium, index, point, own);
+      if (request.wants_capacity()) outputs.add_load_capacity(*loaded, index, point, own);
     }
   }
   response.seconds_path += seconds_since(start);

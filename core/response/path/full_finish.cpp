@@ -22,7 +22,8 @@ std::unique_ptr<System> with_full_leaves(System& system, const std::string& reas
   return full;
 }
 
-// The path of full leaves from rest to one point.
+}  // namespace
+
 Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::size_t point) {
   if (!request.loads.driven()) return step_load(system, {1, request.points[point]}, request.newton);
   if (system.loaded_at_rest())
@@ -31,8 +32,6 @@ Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::si
   return step_to(system, request.strokes_at(point, system.mechanism().drives.size()),
                  request.newton);
 }
-
-}  // namespace
 
 std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
                                               const StrokeRequest& request, std::size_t point,

@@ -9,6 +9,9 @@
 
 namespace flexopt {
 
+/// From rest to one point of the path.
+Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::size_t point);
+
 /// The system on full leaves at this point of the request, by Newton's method from the state of
 /// the reduced ones; where that leads astray (to no equilibrium, to one that is less stable, or to
 /// one that is stretched too far), along the path from rest. `reason`: why, if there is more to say

@@ -8,6 +8,7 @@
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/response/buckling/critical_load.hpp"
+#include "core/response/dynamics/state_space.hpp"
 #include "core/response/gradients/point_gradients.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/path/stiffness.hpp"
@@ -169,8 +170,8 @@ void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
 }
 
 // Of the whole mechanism, to rounding. False where they are not found.
-bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, FullModeLists& lists,
-                                        PathPoint& point) {
+bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, std::size_t index,
+                                        FullModeLists& lists, PathPoint& point) {
   const int free = request_->frequencies_of(DriveState::free),
             locked = request_->frequencies_of(DriveState::locked);
   if (model_->leaf_modes == 0) {
@@ -179,7 +180,9 @@ bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, FullModeL
     const bool at_rest = request_->wants_frequency_derivatives() && is_at_rest(point) &&
                          std::all_of(factor.leaves().begin(), factor.leaves().end(),
                                      [](const MechanismFactor::Leaf& leaf) { return leaf.full; });
-    const int needed = at_rest ? std::min(modes_needed(request_->frequencies), factor.size()) : 0;
+    int needed = at_rest ? std::min(modes_needed(request_->frequencies), factor.size()) : 0;
+    if (request_->wants_state_space(index))
+      needed = std::max(needed, std::min(request_->state_space->modes, factor.size()));
     auto modes = full_modes(factor, std::max(free, needed), locked);
     if (!modes) {
       point.status = PointStatus::no_equilibrium;
@@ -195,20 +198,41 @@ bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, FullModeL
           factor, request_->frequencies, stroke_ways(*request_), &derivatives, &lists.free);
       differentiable_->seconds_along_stroke =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      lists.free.modes.resize(
-          std::min(lists.free.modes.size(), static_cast<std::size_t>(free)));  // those listed
     }
+    lists.free.modes.resize(
+        std::min(lists.free.modes.size(), static_cast<std::size_t>(free)));  // those listed
   }
   add_modes(*request_, lists.free.modes, lists.locked.modes, point);
   return true;
 }
 
+// The modes of the whole mechanism are those of the condensed one, in the same order, but for a
+// few 1e-5 of their frequencies: that knows how they look.
+void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
+  if (!request_->outputs.has(Output::shapes) ||
+      (point.modes_free.empty() && point.modes_locked.empty()))
+    return;
+  const Frequencies drawn = natural_frequencies(
+      system, {.count = request_->frequencies, .leaf_modes = model_->leaf_modes, .shapes = true},
+      leaf_modes_);
+  const auto take = [](const std::vector<Mode>& from, std::vector<Mode>& to) {
+    for (std::size_t k = 0; k < std::min(from.size(), to.size()); ++k) {
+      to[k].body_motion = from[k].body_motion;
+      to[k].leaf_motion = from[k].leaf_motion;
+    }
+  };
+  take(drawn.free, point.modes_free);
+  take(drawn.locked, point.modes_locked);
+}
+
 // Why modes of reduced leaves, which were found or not, are not believed; empty where they are.
 // Those up to the highest frequency are made of all modes of the leaves up to somewhat more.
 std::string PointOutputs::modes_gap(const MechanismFactor& factor, const FullModeLists& lists,
-                                    bool found) const {
+                                    bool found, const DynamicsMeasures& dynamics) const {
   if (model_->leaf_modes == 0) return {};
-  double highest = 0;
+  double highest = dynamics.transmissibility ? request_->dynamics->transmissibility->to : 0;
+  for (const std::optional<DynamicsMeasure>& bandwidth : dynamics.bandwidths)
+    if (bandwidth) highest = std::max(highest, bandwidth->frequency);
   for (const FullModes* list : {&lists.free, &lists.locked})
     for (const Mode& mode : list->modes) highest = std::max(highest, mode.frequency);
   const auto wanted = [&](DriveState drive) {
@@ -228,10 +252,61 @@ std::string PointOutputs::modes_gap(const MechanismFactor& factor, const FullMod
   return {};
 }
 
+namespace {
+
+void set_measures(const DynamicsMeasures& measures, PathPoint& point) {
+  point.bandwidths.clear();
+  for (const std::optional<DynamicsMeasure>& bandwidth : measures.bandwidths) {
+    point.bandwidths.emplace_back();
+    if (bandwidth) point.bandwidths.back() = bandwidth->value;
+  }
+  if (const auto& gain = measures.transmissibility)
+    point.transmissibility = {gain->value, gain->frequency};
+}
+
+}  // namespace
+
+// False where a probe has no motion; the point then says why.
+bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullModes& free,
+                                   std::size_t index, PathPoint& point) {
+  if (!request_->wants_state_space(index)) return true;
+  LeafRates own;
+  LeafRates& rates = differentiable_ ? differentiable_->rates : own;
+  Answer<StateSpace> model =
+      state_space(factor, *request_->state_space, request_->probes, free, rates);
+  if (model.value) {
+    point.state_space = std::move(*model.value);
+    return true;
+  }
+  point.status = PointStatus::no_equilibrium;
+  point.message = model.reason;
+  return false;
+}
+
+void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& point) {
+  const auto refuse = [&](const std::string& reason) {
+    point.status = PointStatus::no_equilibrium;
+    point.message = reason;
+  };
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system);
+  if (!linear.value) return refuse(linear.reason);
+  const MechanismFactor& factor = *linear.value;
+  if (request_->wants_dynamics())
+    set_measures(dynamics_measures(factor, *request_->dynamics, request_->loads.driven(), false),
+                 point);
+  if (!request_->wants_state_space(index)) return;
+  const auto modes = full_modes(factor, std::min(request_->state_space->modes, factor.size()), 0);
+  if (!modes)
+    return refuse(
+        fmt::format("the lowest frequencies of {} unknowns were not found", factor.size()));
+  add_state_space(factor, modes->free, index, point);
+}
+
 // What differentiable points have beside others; derivatives of everything, if asked for.
 // Frequencies by a constant mass have none.
 std::string PointOutputs::evaluate_differentiable(System& system, const Solids* solids,
-                                                  PathPoint& point, PointGradients* gradients) {
+                                                  std::size_t index, PathPoint& point,
+                                                  PointGradients* gradients) {
   const auto refuse = [&](const std::string& reason) {
     point.status = PointStatus::no_equilibrium;
     point.message = reason;
@@ -240,11 +315,18 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
   const Answer<MechanismFactor> linear = MechanismFactor::of(system);
   if (!linear.value) return refuse(linear.reason);
   const MechanismFactor& factor = *linear.value;
+  DynamicsMeasures dynamics;
+  if (request_->wants_dynamics()) {
+    dynamics = dynamics_measures(factor, *request_->dynamics, request_->loads.driven(),
+                                 gradients != nullptr);
+    set_measures(dynamics, point);
+  }
   FullModeLists modes;
   if (model_->mass == LeafMass::consistent) {
-    const bool found = add_full_frequencies(factor, modes, point);
-    if (std::string gap = modes_gap(factor, modes, found); !gap.empty()) return gap;
-    if (!found) return {};
+    const bool found = add_full_frequencies(factor, index, modes, point);
+    if (std::string gap = modes_gap(factor, modes, found, dynamics); !gap.empty()) return gap;
+    if (!found || !add_state_space(factor, modes.free, index, point)) return {};
+    add_mode_shapes(system, point);
   }
   if (point.max_stress && request_->stress_peaks > 0)
     add_stress_peaks(system, request_->stress_peaks, point);
@@ -252,7 +334,8 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
   if (!leaves.value) return refuse(leaves.reason);
   *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
-                               *model_, *request_, point, modes, solids);
+                               *model_, *request_, point, modes, solids,
+                               request_->wants_dynamics() ? &dynamics : nullptr);
   return {};
 }
 
@@ -279,8 +362,22 @@ void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, 
   }
 }
 
-std::string PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
-                                   PointGradients* gradients) {
+void PointOutputs::add_load_capacity(System& system, std::size_t index, PathPoint& point,
+                                     PointGradients* gradients) {
+  const double growing = request_->loads.driven() ? 0 : request_->points[index];
+  if (gradients && !capacity_)
+    capacity_.emplace(system.mechanism(), differentiable_->directions, differentiable_->rates);
+  for (std::size_t k = 0; k < request_->capacity.directions.size(); ++k) {
+    if (!request_->capacity.directions[k]) continue;
+    LoadCapacityResult found = find_load_capacity(system, static_cast<int>(k), growing, *request_,
+                                                  *model_, gradients ? &*capacity_ : nullptr);
+    point.load_capacity[k] = std::move(found.capacity);
+    if (gradients) gradients->load_capacity[k] = std::move(found.gradient);
+  }
+}
+
+std::string PointOutputs::evaluate(System& system, const Equilibrium& equilibrium,
+                                   std::size_t index, PathPoint& point, PointGradients* gradients) {
   point.status = PointStatus::converged;
   point.newton_iterations = equilibrium.iterations;
   point.sub_steps = equilibrium.sub_steps;
@@ -306,7 +403,7 @@ std::string PointOutputs::evaluate(System& system, const Equilibrium& equilibriu
   if (request_->outputs.has(Output::moving_envelope)) point.extents = extents_of(*solids);
   if (!clearance_pairs_.empty()) point.clearance = clearance_of(*solids, clearance_pairs_);
   if (!differentiable_) return {};
-  return evaluate_differentiable(system, solids ? &*solids : nullptr, point, gradients);
+  return evaluate_differentiable(system, solids ? &*solids : nullptr, index, point, gradients);
 }
 
 }  // namespace flexopt

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "core/equilibrium/stroke_path.hpp"
+#include "core/response/capacity/load_capacity.hpp"
+#include "core/response/dynamics/dynamics_measures.hpp"
 #include "core/response/gradients/design_rates.hpp"
 #include "core/response/modes/constant_mass.hpp"
 #include "core/response/response.hpp"
@@ -37,28 +39,40 @@ class PointOutputs {
   PointOutputs(const Mechanism& mechanism, const ModelOptions& model, const StrokeRequest& request,
                DifferentiablePath* differentiable);
 
-  /// The system must stand assembled at the equilibrium. `gradients`: null where none are wanted.
-  /// Why the point is to be evaluated on full leaves instead; empty where it is not.
-  std::string evaluate(System& system, const Equilibrium& equilibrium, PathPoint& point,
-                       PointGradients* gradients);
+  /// The system must stand assembled at the equilibrium of the point `index`. `gradients`: null
+  /// where none are wanted. Why the point is to be evaluated on full leaves instead; empty where it
+  /// is not.
+  std::string evaluate(System& system, const Equilibrium& equilibrium, std::size_t index,
+                       PathPoint& point, PointGradients* gradients);
+  /// Bandwidth, transmissibility and the linear model of a point as it is modelled, from leaves
+  /// that know their interiors.
+  void add_dynamics(System& system, std::size_t index, PathPoint& point);
   /// Critical factors of the load that the request names, from an equilibrium on full leaves, and
   /// their derivatives.
   void add_buckling(System& system, const Equilibrium& equilibrium, std::size_t index,
                     PathPoint& point, PointGradients* gradients);
+  /// Likewise the largest loads that the request asks for.
+  void add_load_capacity(System& system, std::size_t index, PathPoint& point,
+                         PointGradients* gradients);
 
  private:
   void add_ritz_frequencies(System& system, PathPoint& point);
-  bool add_full_frequencies(const MechanismFactor& factor, FullModeLists& lists, PathPoint& point);
-  std::string modes_gap(const MechanismFactor& factor, const FullModeLists& lists,
-                        bool found) const;
-  std::string evaluate_differentiable(System& system, const Solids* solids, PathPoint& point,
-                                      PointGradients* gradients);
+  bool add_full_frequencies(const MechanismFactor& factor, std::size_t index, FullModeLists& lists,
+                            PathPoint& point);
+  void add_mode_shapes(System& system, PathPoint& point);
+  std::string modes_gap(const MechanismFactor& factor, const FullModeLists& lists, bool found,
+                        const DynamicsMeasures& dynamics) const;
+  bool add_state_space(const MechanismFactor& factor, const FullModes& free, std::size_t index,
+                       PathPoint& point);
+  std::string evaluate_differentiable(System& system, const Solids* solids, std::size_t index,
+                                      PathPoint& point, PointGradients* gradients);
 
   const ModelOptions* model_;
   const StrokeRequest* request_;
   DifferentiablePath* differentiable_;
   std::optional<ConstantMass> constant_mass_;
   std::vector<int> leaf_modes_;  ///< kept from point to point
+  std::optional<CapacityDirections> capacity_;
   std::vector<std::array<int, 2>> clearance_pairs_;
 };
 

@@ -17,7 +17,7 @@ from . import _core
 from ._errors import Fault, JobError, NoGradient, NotConverged
 from ._jobs import Design, Job, Source, as_job, design
 from ._problem import Problem
-from ._results import Comparison, Evaluation, Gradients, Optimum, Path, Result
+from ._results import Comparison, Evaluation, Gradients, Optimum, Path, Result, StateSpace
 
 __version__ = _core.version
 
@@ -40,6 +40,7 @@ __all__ = [
     "Problem",
     "Progress",
     "Result",
+    "StateSpace",
     "compare",
     "design",
     "evaluate",

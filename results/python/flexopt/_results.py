@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import importlib
-from typing import Any, Iterator, Mapping
+from typing import Any, Iterator, Mapping, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,17 @@ def _masked(numbers: Array, missing: NDArray[np.bool_] | None) -> Array:
         return numbers
     masked: Array = _ma.MaskedArray(numbers, mask=missing)
     return masked
+
+
+class StateSpace(NamedTuple):
+    """dx/dt = A x + B u, y = C x + D u; x: modal amplitudes, then their velocities."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    inputs: list[str]
+    outputs: list[str]
 
 
 class Gradients(Mapping[str, Mapping[str, Array]]):
@@ -231,6 +242,31 @@ class Evaluation(Result, Path):
         if paths[0].name:
             self.cases = {path.name: Path(path, parameters) for path in paths}
         Path.__init__(self, paths[0], parameters)
+
+    def state_space(self, point: int, case: str | None = None) -> StateSpace:
+        """The linear model about a point of the path; the job must export it.
+
+        ``case``: of several load cases another one than the first. ``KeyError`` where the point has
+        no model.
+        """
+        result = self.to_dict()
+        path = result["path"] if case is None else result["cases"][case]["path"]
+        model = path[point].get("state_space")
+        if model is None:
+            raise KeyError(f"point {point} has no linear model")
+        omega2, damping = np.array(model["omega2"]), np.array(model["damping"])
+        forces, motions = np.array(model["forces"]), np.array(model["motions"])
+        n = len(omega2)
+        damped = np.diag(2 * damping * np.sqrt(np.abs(omega2)))
+        signals = result["state_space"]
+        return StateSpace(
+            np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(omega2), -damped]]),
+            np.vstack([np.zeros_like(forces), forces]),
+            np.hstack([motions, np.zeros_like(motions)]),
+            np.array(model["residual"]),
+            [signal["name"] for signal in signals["inputs"]],
+            [signal["name"] for signal in signals["outputs"]],
+        )
 
 
 class Optimum(Evaluation):

@@ -1,14 +1,15 @@
 // A job with several load cases: which of them the page shows, and which are decisive.
 import {cases, quantities, result, shown_case} from "./result.js";
+import {set} from "./state.js";
 import {chooser, element, heading, quantity_text, table_of} from "./text.js";
 
-/// The page is made anew for the load case of its address.
+/// The page is drawn anew for the load case of its address.
 export function case_chooser() {
   const names = Object.keys(cases);
   if (names.length < 2) return null;
   return element("p", {}, chooser("Load case", names.map((n) => [n, n]), shown_case, (name) => {
     location.hash = `case=${name}`;
-    location.reload();
+    set({load_case: name});
   }));
 }
 

@@ -7,9 +7,10 @@ import {listen, set, state} from "./state.js";
 import {element, number_text, shown_factor, superscript} from "./text.js";
 
 export const narrow = matchMedia("(max-width: 600px)").matches;
-const svg_element = (tag, attributes) => {
+export const svg_element = (tag, attributes, ...children) => {
   const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children);
   return made;
 };
 

@@ -2,7 +2,7 @@
 import {least, max, min} from "d3";
 import {case_chooser} from "./cases.js";
 import {stroke_text} from "./comparison.js";
-import {allowable, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, load_unit_of, optimum, parameter_text, path, place_text, quantities, rest_point, result, stroke_unit, supports} from "./result.js";
+import {allowable, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, load_unit_of, optimum, parameter_text, path, place_text, quantities, rest_point, result, stroke_unit, supports, undeflected} from "./result.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit} from "./text.js";
 
 const stress_share = () => {
@@ -17,7 +17,8 @@ const lowest_buckling = () => {
 
 /// {tone, word, text}: the verdict in one word and one sentence.
 export function verdict() {
-  if (result.status !== "ok") return {tone: "bad", word: readable(result.status ?? "unknown"), text: result.message ?? ""};
+  if (undeflected) return {tone: "good", word: "undeflected", text: result.message};
+  if (result.status !== "ok") return {tone: result.status === "running" ? "warn" : "bad", word: readable(result.status ?? "unknown"), text: result.message ?? ""};
   if (comparison || listed.length) return {tone: "good", word: "done", text: result.message ?? ""};
   if (optimum) {
     const share = stress_share();
@@ -141,17 +142,17 @@ export function facts() {
     load_path ? ["Load path", `force (${job.load_path.force.map((x) => number_text(x)).join(", ")}) N, moment (${job.load_path.moment.map((x) => number_text(x)).join(", ")}) N m at O; nothing is driven`]
       : drive_units ? ["Drives", Object.entries(result.conventions.drive).map(([name, text]) => `${name}: ${text}`).join("; ")]
       : ["Drive", drive && !/^[ur][xyz]$/.test(drive) ? drive : drive && `${drive}, ${stroke_unit === "rad" ? "rotation" : "translation"} of the end-effector`],
-    drive_units ? ["Strokes", `${points}, ` + Object.keys(drive_units).map((name) => `${name} ${quantity_text(min(path, (p) => p.strokes[name]), drive_units[name])} to ${quantity_text(max(path, (p) => p.strokes[name]), drive_units[name])}`).join(", ")]
+    undeflected ? ["Stroke", "none: undeflected"] : drive_units ? ["Strokes", `${points}, ` + Object.keys(drive_units).map((name) => `${name} ${quantity_text(min(path, (p) => p.strokes[name]), drive_units[name])} to ${quantity_text(max(path, (p) => p.strokes[name]), drive_units[name])}`).join(", ")]
       : [load_path ? "Load factor" : "Stroke", strokes.length > 0 && `${quantity_text(min(strokes), stroke_unit)} to ${quantity_text(max(strokes), stroke_unit)}, ${points}`],
     ["Model", [model.accuracy && `${model.accuracy} accuracy`, model.flexure, model.mesh && `mesh ${model.mesh.join(" × ")} a leaf`].filter(Boolean).join(", ")],
     ["Material", [material.name, material.youngs_modulus && `E ${number_text(material.youngs_modulus * 1e-9)} GPa`, material.poissons_ratio !== undefined && `ν ${number_text(material.poissons_ratio)}`, material.density && `ρ ${number_text(material.density, 4)} kg/m³`].filter(Boolean).join(", ")],
     ["Payload", end.mass !== undefined && `${number_text(end.mass)} kg, J ${inertia.map((v) => number_text(v)).join(", ")} kg m² about its centre of mass`],
     ["Geometry", parameters.map(([name, value]) => `${readable(name)} ${parameter_text(name, value)}`).join(", ")],
-    ["Support stiffness", result.conventions?.support_stiffness],
-    ["Parasitic frequency", result.conventions?.parasitic_frequency],
-    ...Object.entries(result.stress_checks ?? {}).filter(([key]) => ["yield", "fatigue", "fillets"].includes(key))
+    ["Support stiffness", !undeflected && result.conventions?.support_stiffness],
+    ["Parasitic frequency", !undeflected && result.conventions?.parasitic_frequency],
+    ...Object.entries((!undeflected && result.stress_checks) || {}).filter(([key]) => ["yield", "fatigue", "fillets"].includes(key))
       .map(([key, check]) => [heading(key), check.checked ? check.how : `not checked: ${check.how}`]),
-    ["Reference", "stiffness and motion at the end-effector's point O, moved along, global axes"],
+    ["Reference", !undeflected && "stiffness and motion at the end-effector's point O, moved along, global axes"],
     ["Made by", result.flexopt && `flexopt ${result.flexopt.version}, commit ${result.flexopt.commit}`],
   ];
   return element("dl", {class: "facts"}, ...rows.filter(([, text]) => text).map(([name, text]) => element("div", {}, element("dt", {}, name), element("dd", {}, text))));

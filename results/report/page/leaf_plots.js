@@ -28,7 +28,7 @@ export function leaf_panel() {
   const along = element("div", {}), stroke = element("div", {}), facts = element("p", {class: "soft"});
   const current = () => design.leaves.find((l) => l.name === state.leaf);
   const redraw = () => { const leaf = current(); if (leaf) along.replaceChildren(along_chart(design, leaf)); };
-  listen(["leaf"], () => {
+  const show = () => {
     const leaf = current();
     if (!leaf) { place.replaceChildren(); return; }
     const own = (result.leaves ?? []).find((l) => l.name === leaf.name);
@@ -37,12 +37,14 @@ export function leaf_panel() {
     stroke.replaceChildren(stroke_chart(design, leaf));
     redraw();
     place.replaceChildren(element("h3", {}, `Chosen: ${leaf.name}`), facts, along, stroke);
-  });
+  };
+  listen(["leaf"], show);
   let waiting = false;
   listen(["stroke"], () => {
     if (!current() || waiting) return;
     waiting = true;
     requestAnimationFrame(() => { waiting = false; redraw(); });
   });
+  show();
   return place;
 }

@@ -3,21 +3,22 @@ import {case_section} from "./cases.js";
 import {comparison_sections} from "./comparison.js";
 import {design_sections} from "./designs.js";
 import {facts, first_screen} from "./first_screen.js";
+import {frequency_response_section} from "./frequency_response.js";
 import {leaf_panel} from "./leaf_plots.js";
 import {map_section} from "./maps.js";
 import {matrix_panel, principal_panel} from "./matrices.js";
 import {accuracy_table, optimum_tables, sensitivity_charts} from "./optimum.js";
-import {converged, job, optimum, result} from "./result.js";
-import {designs} from "./scene_data.js";
+import {converged, job, optimum, read_result, result, shown_case, undeflected} from "./result.js";
+import {designs, read_scene} from "./scene_data.js";
 import {history_charts, parallel_coordinates, starts_table} from "./search.js";
 import {screening_section} from "./screening.js";
 import {front_section, stock_section, verification_section} from "./stages.js";
-import {state} from "./state.js";
+import {forget_listeners, listen, set, state} from "./state.js";
 import {stroke_charts} from "./stroke_plots.js";
 import {checks, stroke_table} from "./tables.js";
 import {element} from "./text.js";
 import {tolerance_section} from "./tolerances.js";
-import {view_panel} from "./view_panel.js";
+import {redraw_view, view_panel} from "./view_panel.js";
 
 const page = document.getElementById("report");
 const section = (title, children, id) => {
@@ -26,13 +27,21 @@ const section = (title, children, id) => {
 };
 const figures = (charts) => charts.length > 0 ? [element("div", {class: "figures"}, ...charts)] : [];
 
-function draw() {
-  if (converged.length > 0) {  // where the most is to be seen
-    const far = converged.reduce((a, b) => Math.abs(b.stroke) >= Math.abs(a.stroke) ? b : a);
-    state.stroke = far.stroke;
-  }
+/// What the reader has chosen stays, as far as there is such a thing in the result shown.
+function choose() {
+  const strokes = converged.map((p) => p.stroke), again = drawn && case_drawn === shown_case;
+  case_drawn = shown_case;
+  if (strokes.length > 0 && !(again && Math.min(...strokes) <= state.stroke && state.stroke <= Math.max(...strokes)))
+    state.stroke = strokes.reduce((a, b) => Math.abs(b) >= Math.abs(a) ? b : a);  // where the most is to be seen
   const start = designs.findIndex((d) => d.kind === "start");
-  if (start > 0) state.beside = start;
+  if (!drawn || !designs[state.beside]) state.beside = start > 0 ? start : null;
+  const {modes, leaves = []} = designs[0] ?? {};
+  if (state.mode && !(state.mode.index < (modes?.[state.mode.drive] ?? 0))) state.mode = null;
+  if (!leaves.some((leaf) => leaf.name === state.leaf)) state.leaf = null;
+}
+
+function draw() {
+  page.replaceChildren();
   const {panel, view} = view_panel();
   page.append(...first_screen(panel));
   const beside = document.getElementById("first");
@@ -42,11 +51,14 @@ function draw() {
     beside.append(element("h2", {id: "over-the-stroke"}, "Over the stroke"), element("p", {class: "soft"}, "Point at a stroke, or step with the arrow keys: the mechanism moves there."), ...charts);
   for (const [title, children] of design_sections()) section(title, children);
   if (optimum && optimum.goal) {
-    section("Optimum", optimum_tables());
+    const running = result.status === "running";  // then its progress is what the reader looks for
+    if (running) section("Convergence", figures(history_charts()));
+    if (running) section("All evaluated designs", parallel_coordinates());
+    section(running ? "Best so far" : "Optimum", optimum_tables());
     section("What each dimension does", figures(sensitivity_charts()));
     section("Front of two objectives", front_section());
-    section("All evaluated designs", parallel_coordinates());
-    section("Convergence", figures(history_charts()));
+    if (!running) section("All evaluated designs", parallel_coordinates());
+    if (!running) section("Convergence", figures(history_charts()));
     section("Global search", screening_section());
     section("Starts", starts_table());
     section("Stock sizes", stock_section());
@@ -54,18 +66,46 @@ function draw() {
     section("Towards the optimum of full accuracy", verification_section());
   }
   for (const [title, children] of comparison_sections()) section(title, children);
+  section("Frequency responses", frequency_response_section());
   section("Maps", map_section());
   section("Tolerances", tolerance_section());
   section("Load cases", case_section());
   section("Stroke table", stroke_table());
   section("Compliance", [matrix_panel(), principal_panel()]);
-  section("Checks", checks());
-  section("What was computed", [facts()]);
+  section("Checks", undeflected ? [] : checks());
+  section(undeflected ? "What is shown" : "What was computed", [facts()]);
   section("Job", [element("details", {}, element("summary", {}, "as read, defaults filled in, SI"), element("pre", {tabindex: "0"}, JSON.stringify(job, null, 2)))]);
   document.getElementById("made-by").textContent = `flexopt ${result.flexopt?.version ?? ""} (${result.flexopt?.commit ?? ""}). Made with Observable Plot, D3, three.js and fflate, inside this file; nothing is loaded from elsewhere.`;
   document.documentElement.dataset.ready = "yes";
   return view;
 }
 
-/// For tests: the view and what the page shows.
-window.flexopt_report = {view: draw(), state};
+let drawn = false, shown = null, case_drawn = null;
+const embedded = (json) => JSON.parse(document.getElementById(json).textContent);
+
+/// Shows this result and its scene in the place of what was shown: the picture first, then, as soon
+/// as that is on the screen, all else. The promise is kept when everything is there.
+async function show(result_json, scene_json) {
+  const mine = shown = [result_json, scene_json];
+  read_result(result_json);
+  read_scene(scene_json);
+  choose();
+  if (drawn) {
+    redraw_view();
+    await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+    if (shown !== mine) return;  // something newer came
+  }
+  const [x, y] = [scrollX, scrollY], focused = document.activeElement?.id;
+  const open = new Set([...page.querySelectorAll("details[open] > summary")].map((s) => s.textContent));
+  forget_listeners();
+  listen(["load_case"], () => show(...shown));
+  window.flexopt_report.view = draw();
+  for (const summary of page.querySelectorAll("details > summary")) if (open.has(summary.textContent)) summary.parentElement.open = true;
+  if (focused && page.contains(document.getElementById(focused))) document.getElementById(focused).focus({preventScroll: true});
+  if (drawn) scrollTo(x, y);
+  drawn = true;
+}
+
+/// For tests, and for pages that show one result after the other: the view, and what the page shows.
+window.flexopt_report = {view: null, state, set, show};
+if (embedded("result")) show(embedded("result"), embedded("scene"));

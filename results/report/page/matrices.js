@@ -1,10 +1,10 @@
 // The 6 × 6 compliance at the stroke shown, and its copies for other programs.
-import {converged, drive_units, place_text, result, stroke_unit} from "./result.js";
+import {converged, drive_units, place_text, stroke_unit} from "./result.js";
 import {listen, state} from "./state.js";
 import {action_button, chooser, copy_text, element, number_text, quantity_text, table_of} from "./text.js";
 import {point_now} from "./view_panel.js";
 
-const directions = result.conventions?.matrix_order ?? ["ux", "uy", "uz", "rx", "ry", "rz"];
+const directions = ["ux", "uy", "uz", "rx", "ry", "rz"];
 const kinds = [["drive_locked", "drive locked"], ["drive_free", "drive free"]];
 const stroke_name = (p) => drive_units ? JSON.stringify(p.strokes) : `${p.stroke} ${stroke_unit}`;
 

@@ -1,45 +1,65 @@
-// The result of the run, and what the whole page wants to know of it.
+// The result of the run, and what the whole page wants to know of it. Quantities are those of the
+// result's own table that some point has a value of.
 import {least, max} from "d3";
 import {heading, number_text, quantity_text, shown_unit, shown_factor} from "./text.js";
 
-const whole = JSON.parse(document.getElementById("result").textContent);
+/// As it came; a job with several load cases has the numbers of all of them.
+export let whole = {};
 /// Load cases of a job with several, and the one that the page shows: that of its address.
-export const cases = whole.cases ?? {};
-const asked = /case=([\w-]+)/.exec(location.hash)?.[1];
-export const shown_case = asked in cases ? asked : whole.case ?? null;
-export const result = shown_case ? {...whole, ...cases[shown_case], status: whole.status, message: whole.message} : whole;
+export let cases = {}, shown_case = null;
+export let result = {}, job = {}, optimum = null, comparison = null;
+/// Of a job that lists designs; all else in the result is then of the best, or of the first.
+export let listed = [];
+/// Drives with names: the plots then show their points one after the other.
+export let drive_units = null;
+export let path = [], converged = [], quantities = [], supports = [];
+export let drive = "", stroke_unit = "", stroke_label = "", allowable = null;
+/// Nothing was computed: the page shows the mechanism as designed.
+export let undeflected = false;
+export let load_path = false;  // nothing is driven: stroke is the load factor
+
 function job_of_case() {
   const own = whole.job?.cases?.[shown_case] ?? {}, all = {...whole.job};
   if (own.stroke) delete all.load_path;
   if (own.load_path) delete all.stroke;
   return {...all, ...own};
 }
-export const job = shown_case ? job_of_case() : result.job ?? {};
-export const optimum = result.optimum ?? null;
-if (optimum?.verified?.cases) optimum.verified.path = optimum.verified.cases[shown_case]?.path ?? [];
-export const comparison = result.comparison ?? null;
-/// Of a job that lists designs; all else in the result is then of the best, or of the first.
-export const listed = result.ranking ?? result.designs ?? [];
 
-/// Drives with names: the plots then show their points one after the other.
-export const drive_units = typeof result.units?.stroke === "object" ? result.units.stroke : null;
+/// Makes this result the one that the page is about.
+export function read_result(json) {
+  whole = json;
+  cases = whole.cases ?? {};
+  const asked = /case=([\w-]+)/.exec(location.hash)?.[1];
+  shown_case = asked in cases ? asked : whole.case ?? null;
+  result = shown_case ? {...whole, ...cases[shown_case], status: whole.status, message: whole.message} : whole;
+  job = shown_case ? job_of_case() : result.job ?? {};
+  undeflected = result.status === "undeflected";
+  optimum = result.optimum ?? null;
+  if (optimum?.verified?.cases) optimum.verified.path = optimum.verified.cases[shown_case]?.path ?? [];
+  comparison = result.comparison ?? null;
+  listed = result.ranking ?? result.designs ?? [];
+  drive_units = typeof result.units?.stroke === "object" ? result.units.stroke : null;
+  path = with_one_stroke(result.path ?? []);
+  converged = path.filter((point) => point.status === "converged");
+  drive = drive_units ? "" : result.conventions?.drive ?? "";
+  stroke_unit = drive_units ? "1" : result.units?.stroke ?? "";
+  load_path = job.load_path !== undefined;
+  stroke_label = load_path ? "load factor [1]" : drive_units ? "point [1]"
+    : `stroke ${/^[ur][xyz]$/.test(drive) ? drive : ""} [${shown_unit(stroke_unit)}]`.replace("  ", " ");
+  allowable = result.material?.allowable_stress ?? null;
+  quantities = (result.quantities ?? []).map((q) => ({...q, value: (point) => value_at(q, point)}))
+    .filter((q) => converged.some((p) => q.value(p) !== null));
+  supports = quantities_of("support_stiffness").map((q) => q.at[1]);
+}
+
 /// Gives the points of a path one number as stroke: with named drives their place in the path.
 export function with_one_stroke(points) {
-  if (drive_units) points.forEach((point, k) => { point.strokes = point.stroke; point.stroke = k; });
+  if (drive_units) points.forEach((point, k) => { point.strokes ??= point.stroke; point.stroke = k; });
   return points;
 }
-export const path = with_one_stroke(result.path ?? []);
-export const converged = path.filter((point) => point.status === "converged");
 export const by_stroke = (points) => [...points].sort((a, b) => a.stroke - b.stroke);
-
-export const drive = drive_units ? "" : result.conventions?.drive ?? "";
-export const stroke_unit = drive_units ? "1" : result.units?.stroke ?? "";
-export const load_path = job.load_path !== undefined;  // nothing is driven: stroke is the load factor
-export const stroke_label = load_path ? "load factor [1]" : drive_units ? "point [1]"
-  : `stroke ${/^[ur][xyz]$/.test(drive) ? drive : ""} [${shown_unit(stroke_unit)}]`.replace("  ", " ");
 export const shown_stroke = (x) => x * shown_factor(stroke_unit);
 export const load_unit_of = (name) => (result.units?.drive_load ?? {})[name] ?? result.units?.drive_load ?? "";
-export const allowable = result.material?.allowable_stress ?? null;
 
 /// Value of a quantity at a point of a path, or null.
 export const value_at = (quantity, point) => {
@@ -51,13 +71,9 @@ export const error_at = (quantity, point, of = "absolute") => {
   const value = quantity.at.reduce((v, key) => v?.[key], point.estimated_error?.[of]);
   return typeof value === "number" ? value : null;
 };
-/// The result's own table of quantities, those that some point has a value of.
-export const quantities = (result.quantities ?? []).map((q) => ({...q, value: (point) => value_at(q, point)}))
-  .filter((q) => converged.some((p) => q.value(p) !== null));
 export const largest_of = (q, points = converged) => max(points, (p) => Math.abs(q.value(p) ?? 0)) ?? 0;
 /// Quantities of one key, as all directions of the support stiffness.
 export const quantities_of = (key) => quantities.filter((q) => q.at[0] === key);
-export const supports = quantities_of("support_stiffness").map((q) => q.at[1]);
 
 export const strokes_text = (strokes) => Object.entries(strokes).map(([name, s]) => `${name} ${quantity_text(s, drive_units[name])}`).join(", ");
 /// "at 20°": where a point is.

@@ -1,9 +1,7 @@
 // The scene: equilibria and modes on the meshes of the leaves, decoded from the file, and the pose
 // of a mechanism at any stroke between them.
 import {unzlibSync} from "fflate";
-import {cases, drive_units, load_path, path, shown_case, with_one_stroke} from "./result.js";
-
-const scene = JSON.parse(document.getElementById("scene").textContent) ?? {};
+import {cases, drive_units, load_path, path, shown_case, whole, with_one_stroke} from "./result.js";
 
 function bytes_of(text) {
   const binary = atob(text);
@@ -165,8 +163,7 @@ export class Design {
 }
 
 function listed_path(k) {
-  const all = JSON.parse(document.getElementById("result").textContent);
-  const entry = (all.ranking ?? all.designs ?? []).find((e) => e.design === k);
+  const entry = (whole.ranking ?? whole.designs ?? []).find((e) => e.design === k);
   return entry?.result?.path ? with_one_stroke(entry.result.path) : null;
 }
 
@@ -179,6 +176,13 @@ function ordered(list) {
 }
 
 /// The designs of the scene that can be drawn; the first is the one of the result.
-export const designs = ordered(scene.designs ?? []).map((json, k) => new Design(json, k));
-export const evaluations = scene.evaluations ?? null;
-export const left_out = scene.left_out ?? [];
+export let designs = [];
+export let evaluations = null, left_out = [];
+
+/// Makes this scene the one that the page draws; that of the result which was read before.
+export function read_scene(json) {
+  const scene = json ?? {};
+  designs = ordered(scene.designs ?? []).map((one, k) => new Design(one, k));
+  evaluations = scene.evaluations ?? null;
+  left_out = scene.left_out ?? [];
+}

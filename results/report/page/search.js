@@ -8,7 +8,7 @@ import {evaluations, unpacked} from "./scene_data.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of} from "./text.js";
 import {stop_text} from "./stages.js";
 
-const tolerance = job.optimise?.constraint_tolerance ?? 1e-4;
+const tolerance = () => job.optimise?.constraint_tolerance ?? 1e-4;
 
 export function history_charts() {
   const {start = [], objective = [], violation = []} = optimum.history ?? {};
@@ -18,7 +18,7 @@ export function history_charts() {
     const color = palette[k % palette.length];
     let best = NaN;
     const progress = rows.map((i, n) => {
-      const good = objective[i] !== null && violation[i] <= tolerance;
+      const good = objective[i] !== null && violation[i] <= tolerance();
       if (good && (!Number.isFinite(best) || (goal.sense === "maximise" ? objective[i] > best : objective[i] < best))) best = objective[i];
       return {x: n + 1, y: best * factor};
     });
@@ -57,7 +57,7 @@ function evaluated() {
   ];
   for (const axis of axes) axis.factor = axis.unit === "SI" ? 1 : shown_factor(axis.unit);
   const rows = range(evaluations.values.shape[0]).map((row) => ({row, at: (axis) => numbers[row * width + axis.column] * axis.factor,
-    ok: Number.isFinite(numbers[row * width]), feasible: numbers[row * width + 1] <= tolerance}));
+    ok: Number.isFinite(numbers[row * width]), feasible: numbers[row * width + 1] <= tolerance()}));
   return {rows, axes};
 }
 

@@ -1,6 +1,6 @@
 // What the parts of the page share: the stroke that is shown, the mode, the chosen leaf. Whoever
 // changes a value calls set(); whoever shows one listens.
-const listeners = [];
+let listeners = [];
 
 export const state = {
   stroke: 0,      // SI; with named drives the place in the path
@@ -9,6 +9,7 @@ export const state = {
   beside: null,   // place in the scene's list of the design at the side
   playing: false,
   phase: 0,       // of the mode's animation [rad]
+  load_case: null,  // name of one that the reader chose, where the job has several
 };
 
 /// set({stroke: 0.1}): changes the state and tells the listeners what is new.
@@ -22,3 +23,6 @@ export function set(changes) {
 
 /// Calls act(state) whenever one of these keys changes.
 export const listen = (keys, act) => listeners.push({keys, act});
+
+/// Forgets who listens: before the page is drawn anew.
+export const forget_listeners = () => { listeners = []; };

@@ -8,8 +8,8 @@ import {number_text} from "./text.js";
 const vector = (list) => new THREE.Vector3(...list);
 const up = new THREE.Vector3(0, 1, 0);
 
-/// A word that always faces the reader, `height` high; drawn over everything.
-export function word(text, color, height) {
+/// A word that always faces the reader, `height` high; drawn over everything. `halo`: colour of its rim.
+export function word(text, color, height, halo = null) {
   const canvas = document.createElement("canvas"), draw = canvas.getContext("2d");
   const font = "600 44px system-ui, 'DejaVu Sans', sans-serif";
   draw.font = font;
@@ -18,6 +18,7 @@ export function word(text, color, height) {
   draw.font = font;
   draw.fillStyle = color;
   draw.textBaseline = "middle";
+  if (halo) { draw.strokeStyle = halo; draw.lineWidth = 9; draw.lineJoin = "round"; draw.strokeText(text, 6, 30); }
   draw.fillText(text, 6, 30);
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = THREE.SRGBColorSpace;
@@ -134,6 +135,37 @@ export function reference_point(design, size) {
     letter.position.copy(ball.position).add(new THREE.Vector3(0.03 * size, 0.03 * size, 0));
   }};
   group.add(holder);
+  return group;
+}
+
+/// Names of leaves (nearer to the base, since leaves often cross in the middle), bodies, joints and springs.
+export function name_words(design, solids, bodies, size) {
+  const group = new THREE.Group();
+  const taken = [vector(design.bodies[design.end_effector].reference).add(new THREE.Vector3(0, 0.03 * size, 0))];  // O
+  const collides = (a, b) => Math.hypot(a.x - b.x, a.z - b.z) < 0.12 * size && Math.abs(a.y - b.y) < 0.038 * size;
+  const add = (text, color, where) => {
+    if (!text) return;
+    const at = where(), shift = new THREE.Vector3();
+    while (taken.some((other) => collides(at, other))) { at.y += 0.04 * size; shift.y += 0.04 * size; }  // above the other
+    taken.push(at);
+    const place = () => where().add(shift);
+    const mark = word(text, page_color(color), 0.034 * size, page_color("--panel"));
+    mark.userData = {kind: "name", name: text, update: () => mark.position.copy(place())};
+    group.add(mark);
+  };
+  for (const solid of solids)
+    add(solid.leaf.name, "--ink", () => solid.point(Math.floor(solid.ny / 2) * solid.nx + Math.round(0.3 * (solid.nx - 1)), new THREE.Vector3()));
+  design.bodies.forEach((body, b) => {
+    let place = vector(body.center_of_mass);
+    if (bodies[b]) {  // above what is drawn of it
+      bodies[b].geometry.computeBoundingBox();
+      const {min, max} = bodies[b].geometry.boundingBox;
+      place = min.clone().add(max).multiplyScalar(0.5).setY(max.y + 0.03 * size).add(vector(body.reference));
+    }
+    add(body.name, "--accent", () => moved(design, b, place.toArray()));
+  });
+  for (const tie of [...design.joints, ...design.springs])
+    add(tie.name, "--soft", () => moved(design, tie.body, tie.place).add(new THREE.Vector3(0, 0.03 * size, 0)));
   return group;
 }
 

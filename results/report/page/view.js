@@ -4,7 +4,7 @@ import {OrbitControls} from "three/addons/controls/OrbitControls.js";
 import {dark_mode, page_color} from "./colors.js";
 import {LeafSolid} from "./leaf_solid.js";
 import {body_mesh, body_pose, ground_blocks, joint_marks} from "./parts.js";
-import {axis_cross, drive_arrows, load_arrows, reference_point} from "./symbols.js";
+import {axis_cross, drive_arrows, load_arrows, name_words, reference_point} from "./symbols.js";
 
 /// Directions of the standard views, and what is up in them.
 export const standard_views = {
@@ -34,10 +34,16 @@ class Figure {
     const point = reference_point(design, size);
     scene.add(this.ground, ...this.bodies.filter(Boolean), ...this.marks, point);
     this.marks.push(...point.children);
+    this.names = null;  // made when they are asked for: a moved design is built many times a second
+  }
+
+  /// Gives back what the graphics processor holds of it.
+  dispose() {
+    this.scene.traverse((part) => { part.geometry?.dispose(); for (const one of [part.material].flat()) { one?.map?.dispose(); one?.dispose(); } });
   }
 
   /// amount: largest motion of the mode [m]; top: stress of the brightest colour, null for none.
-  pose({stroke, mode, amount, top, chosen, show_bodies}) {
+  pose({stroke, mode, amount, top, chosen, show_bodies, show_names}) {
     const {design} = this, plain = new THREE.Color(page_color("--metal"));
     design.pose(stroke, mode, amount);
     for (const solid of this.solids) {
@@ -51,6 +57,12 @@ class Figure {
       mesh.quaternion.copy(rotation);
       mesh.visible = show_bodies;
     });
+    if (show_names && !this.names) {
+      this.names = name_words(design, this.solids, this.bodies, design.size);
+      this.scene.add(this.names);
+      this.marks.push(...this.names.children);
+    }
+    if (this.names) this.names.visible = show_names;
     for (const mark of this.marks) mark.userData.update?.();
   }
 }
@@ -84,7 +96,7 @@ export class View {
     canvas.addEventListener("keydown", (event) => this.key(event));
   }
 
-  /// Designs from left to right.
+  /// Designs from left to right. What is known of others is kept: the reader may go back to them.
   show(designs) {
     this.figures = designs.map((design) => {
       if (!this.known.has(design)) this.known.set(design, new Figure(design));
@@ -92,6 +104,16 @@ export class View {
     });
     this.resize();
     this.request();
+  }
+
+  /// Forgets all designs: others take their places with the next show(). What it gives back belongs
+  /// to the old ones, to be called when the new ones have been drawn: they share shaders, which would
+  /// otherwise be made again.
+  forget() {
+    const old = [...this.known.values()];
+    this.known = new Map();
+    this.figures = [];
+    return () => old.forEach((figure) => figure.dispose());
   }
 
   rebuild() {
@@ -110,15 +132,28 @@ export class View {
     this.camera.updateProjectionMatrix();
   }
 
+  /// Whether what is shown has outgrown the picture, or is small in it.
+  misfits() {
+    if (!this.fitted) return true;
+    const {low, high} = this.box(), size = (b) => Math.hypot(...b.low.map((x, c) => b.high[c] - x));
+    const slack = 0.03 * size(this.fitted);
+    return low.some((x, c) => x < this.fitted.low[c] - slack || high[c] > this.fitted.high[c] + slack) || size({low, high}) < 0.65 * size(this.fitted);
+  }
+
+  /// Box around all figures, with a margin for the ground behind the edges.
+  box() {
+    const first = this.figures[0].design, margin = 0.04 * first.size;
+    return {low: first.low.map((x, c) => Math.min(...this.figures.map((f) => f.design.low[c])) - margin),
+      high: first.high.map((x, c) => Math.max(...this.figures.map((f) => f.design.high[c])) + margin)};
+  }
+
   /// Looks at the middle of all figures from a standard direction.
   look(name) {
     const first = this.figures[0]?.design;
     if (!first) return;
     this.looking = name;
     this.turned = false;
-    const margin = 0.04 * first.size;  // for the ground behind the edges
-    const low = first.low.map((x, c) => Math.min(...this.figures.map((f) => f.design.low[c])) - margin);
-    const high = first.high.map((x, c) => Math.max(...this.figures.map((f) => f.design.high[c])) + margin);
+    const {low, high} = this.fitted = this.box();
     const center = new THREE.Vector3(...low.map((x, c) => (x + high[c]) / 2));
     const direction = new THREE.Vector3(...standard_views[name]).normalize();
     this.controls.target.copy(center);
@@ -141,6 +176,7 @@ export class View {
     this.request();
   }
 
+  get turntable() { return this.controls.autoRotate; }
   set turntable(on) {
     this.controls.autoRotate = on;
     this.request();

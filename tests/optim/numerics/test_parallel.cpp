@@ -32,3 +32,24 @@ TEST_CASE("an interrupted loop begins no more work, whatever else went wrong") {
     CHECK(done < 10000);
   }
 }
+
+TEST_CASE("a loop tells how far it is, one at a time, and ends when told to") {
+  for (const int threads : {1, 3}) {
+    std::atomic<int> work = 0;
+    int told = 0;
+    parallel_for(
+        40, threads, [&](int) { ++work; },
+        [&](int done, int total) {
+          CHECK(done == ++told);
+          CHECK(total == 40);
+        });
+    CHECK(work == 40);
+    CHECK(told == 40);
+    const auto stop = [](int, int) { throw Interrupted{}; };
+    work = 0;
+    CHECK_THROWS_AS(parallel_for(
+                        10000, threads, [&](int) { ++work; }, stop),
+                    Interrupted);
+    CHECK(work < 10000);
+  }
+}

@@ -98,6 +98,29 @@ TEST_CASE(
   CHECK_THAT(read_goal(g, response, job.request).message, Contains("unstable"));
 }
 
+TEST_CASE("a capacity without a limit counts as the load that is borne at least") {
+  nlohmann::json document = guide::stiff_guide();
+  document["stroke"] = {{"at", {0}}};
+  const Job job = parse_job(document);
+  const Goal g{"", "load_capacity.-uz", {}, OverStroke::min, 1};
+  StrokeResponse response;
+  PathPoint p;
+  p.status = PointStatus::converged;
+  p.load_capacity[8] = {.value = 12, .limit = CapacityLimit::stress};
+  response.path = {p};
+  StrokeGradients gradients;
+  gradients.parameters = {"length", "width"};
+  gradients.path.resize(1);
+  gradients.path[0].load_capacity[8] = Eigen::Vector2d(3, 4);
+  CHECK(read_goal(g, response, job.request, &gradients).gradient(0, 1) == 4);
+  response.path[0].load_capacity[8] = {.value = 70, .limit = CapacityLimit::none};
+  const GoalReading least = read_goal(g, response, job.request, &gradients);
+  CHECK(least.values == GoalValues{70});
+  CHECK(least.gradient.isZero(0));
+  response.path[0].load_capacity[8].reset();
+  CHECK_FALSE(read_goal(g, response, job.request).ok);
+}
+
 TEST_CASE("the stroke that was reached is the nearest to the first point without equilibrium") {
   const auto point = [](double stroke, PointStatus status) {
     PathPoint p;

@@ -1,6 +1,4 @@
 // The program as a user starts it: exit codes, what it prints where, and what it leaves behind.
-#include <sys/wait.h>
-
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
@@ -9,7 +7,8 @@
 #include <set>
 
 #include "results/files/json_text.hpp"
-#include "support/fixture.hpp"
+#include "support/leaf_job.hpp"
+#include "support/program.hpp"
 #include "support/wrong_designs.hpp"
 
 using namespace flexopt;
@@ -18,46 +17,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-/// Runs the program in a folder. Arguments are the shell's.
-Outcome flexopt_in(const fs::path& folder, const std::string& arguments) {
-  const test::TemporaryFolder streams;
-  const auto file = [&](const char* name) { return (streams.path() / name).string(); };
-  const std::string command = "cd '" + folder.string() + "' && '" FLEXOPT_BINARY "' " + arguments +
-                              " >'" + file("out") + "' 2>'" + file("err") + "' </dev/null";
-  const int status = std::system(command.c_str());
-  REQUIRE(WIFEXITED(status));
-  return {WEXITSTATUS(status), test::content_of(file("out")), test::content_of(file("err"))};
-}
-
-OrderedJson leaf_job() {
-  return OrderedJson::parse(R"({
-    "flexopt": 1, "name": "leaf", "job": "evaluate",
-    "design": {"family": "leaf_spring",
-               "parameters": {"length": "80 mm", "width": "20 mm", "thickness": "0.3 mm"},
-               "material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
-                            "density": "7800 kg/m^3"}},
-    "end_effector": {"mass": "20 g", "inertia": ["2e-6 kg m^2", "2e-6 kg m^2", "2e-6 kg m^2"]},
-    "stroke": {"from": 0, "to": "4 mm", "points": 3},
-    "model": {"accuracy": "full", "mesh": [4, 2]},
-    "frequencies": 3})");
-}
-
 OrderedJson optimise_job() {
-  OrderedJson job = leaf_job();
+  OrderedJson job = test::leaf_job();
   job["name"] = "stiff leaf";
   job["job"] = "optimise";
   job["frequencies"] = 1;
   job["stroke"]["points"] = 2;
-  job["optimise"] = OrderedJson::parse(R"({
-    "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "0.6 mm"}],
-    "objective": {"maximise": "support_stiffness.uz", "over_stroke": "min"},
-    "constraints": [{"quantity": "drive_load", "over_stroke": "max_abs", "max": "1 N"}],
-    "algorithm": {"library": "nlopt", "name": "LN_COBYLA"}, "starts": 2, "max_evaluations": 40})");
+  job["optimise"] = test::thickest_leaf();
   return job;
 }
 
@@ -77,37 +43,37 @@ TEST_CASE("Help, version, schema, designs and quantities go to stdout and exit 0
   for (const char* arguments : {"--help", "--version", "schema", "designs", "designs leaf_spring",
                                 "quantities", "quantities cross_hinge"}) {
     CAPTURE(arguments);
-    const Outcome outcome = flexopt_in(folder.path(), arguments);
+    const test::Outcome outcome = test::run_program(folder.path(), arguments);
     CHECK(outcome.code == 0);
     CHECK(outcome.out.size() > 10);
     CHECK(outcome.err.empty());
   }
-  CHECK(std::regex_search(flexopt_in(folder.path(), "--version").out,
+  CHECK(std::regex_search(test::run_program(folder.path(), "--version").out,
                           std::regex(R"(^flexopt \d+\.\d+\.\d+ \(.+\)\n$)")));
-  CHECK(OrderedJson::parse(flexopt_in(folder.path(), "schema").out).contains("properties"));
-  CHECK_THAT(flexopt_in(folder.path(), "designs leaf_spring").out, Contains("thickness"));
-  const std::string of_guide = flexopt_in(folder.path(), "quantities parallel_guide").out,
-                    of_hinge = flexopt_in(folder.path(), "quantities cross_hinge").out;
+  CHECK(OrderedJson::parse(test::run_program(folder.path(), "schema").out).contains("properties"));
+  CHECK_THAT(test::run_program(folder.path(), "designs leaf_spring").out, Contains("thickness"));
+  const std::string of_guide = test::run_program(folder.path(), "quantities parallel_guide").out,
+                    of_hinge = test::run_program(folder.path(), "quantities cross_hinge").out;
   CHECK_THAT(of_guide, Contains("buckling_load_factor") && Contains("max_stress"));
   CHECK(of_guide != of_hinge);  // a drive that moves, a drive that turns
 }
 
 TEST_CASE("check-gradients compares every derivative of a job", "[results][command][slow]") {
   const test::TemporaryFolder folder;
-  OrderedJson job = leaf_job();
+  OrderedJson job = test::leaf_job();
   job["frequencies"] = 2;
   job["model"]["mesh"] = OrderedJson::array({6, 2});
   save(folder.path() / "leaf.json", job);
-  const Outcome good = flexopt_in(folder.path(), "check-gradients leaf.json");
+  const test::Outcome good = test::run_program(folder.path(), "check-gradients leaf.json");
   CHECK(good.code == 0);
   CHECK_THAT(good.out, Contains("material.youngs_modulus") && Contains("thickness") &&
                            !Contains("WRONG") && Contains("derivatives agree"));
-  const Outcome joints =
-      flexopt_in(folder.path(), "check-gradients leaf.json --set /design/tip=hinged");
+  const test::Outcome joints =
+      test::run_program(folder.path(), "check-gradients leaf.json --set /design/tip=hinged");
   CHECK(joints.code == 0);
   CHECK_THAT(joints.out, !Contains("WRONG") && Contains("derivatives agree"));
-  const Outcome constant =
-      flexopt_in(folder.path(), "check-gradients leaf.json --set /model/mass=constant");
+  const test::Outcome constant =
+      test::run_program(folder.path(), "check-gradients leaf.json --set /model/mass=constant");
   CHECK(constant.code == 0);
   CHECK_THAT(constant.out, Contains("drive_stiffness") && !Contains("WRONG") &&
                                Contains("no exact derivatives: parasitic_frequency, "
@@ -119,7 +85,7 @@ TEST_CASE(
     "[results][command]") {
   // both translations in the plane of a hinge at 45 deg at rest are the softest
   const test::TemporaryFolder folder;
-  OrderedJson job = leaf_job();
+  OrderedJson job = test::leaf_job();
   job["design"]["family"] = "cross_hinge";
   job["design"]["parameters"] = {{"length", "50 mm"},
                                  {"width", "100 mm"},
@@ -130,7 +96,7 @@ TEST_CASE(
   job["frequencies"] = 0;
   job["model"]["mesh"] = OrderedJson::array({4, 2});
   save(folder.path() / "hinge.json", job);
-  const Outcome tied = flexopt_in(folder.path(), "check-gradients hinge.json");
+  const test::Outcome tied = test::run_program(folder.path(), "check-gradients hinge.json");
   CAPTURE(tied.out);
   CHECK(tied.code == 0);
   CHECK_THAT(tied.out, Contains("principal_stiffness") && !Contains("WRONG"));
@@ -141,14 +107,14 @@ TEST_CASE(
 
 TEST_CASE("check-gradients leaves out what says how many there are", "[results][command]") {
   const test::TemporaryFolder folder;
-  OrderedJson job = leaf_job();
+  OrderedJson job = test::leaf_job();
   job["design"]["family"] = "overconstrained_guide";
   job["design"]["parameters"] = {{"count", 2}, {"length", "80 mm"}};
   job["stroke"] = {{"at", {0}}};
   job["frequencies"] = 0;
   job["model"] = {{"flexure", "beam"}, {"mesh", OrderedJson::array({4, 2})}};
   save(folder.path() / "guide.json", job);
-  const Outcome guide = flexopt_in(folder.path(), "check-gradients guide.json");
+  const test::Outcome guide = test::run_program(folder.path(), "check-gradients guide.json");
   CAPTURE(guide.out);
   CHECK(guide.code == 0);
   CHECK_THAT(guide.out, Contains("drive_stiffness              pitch") &&
@@ -158,14 +124,14 @@ TEST_CASE("check-gradients leaves out what says how many there are", "[results][
 TEST_CASE("check-gradients differences a parameter at its least value from there upwards",
           "[results][command][slow]") {
   const test::TemporaryFolder folder;
-  OrderedJson job = leaf_job();
+  OrderedJson job = test::leaf_job();
   job["design"]["family"] = "butterfly_hinge";
   job["design"]["parameters"] = {{"stage_mass", 0}};
   job["stroke"] = {{"at", {0}}};
   job["frequencies"] = 3;
   job["model"] = {{"flexure", "beam"}, {"mesh", OrderedJson::array({4, 2})}};
   save(folder.path() / "hinge.json", job);
-  const Outcome massless = flexopt_in(folder.path(), "check-gradients hinge.json");
+  const test::Outcome massless = test::run_program(folder.path(), "check-gradients hinge.json");
   CAPTURE(massless.out);
   CHECK(massless.code == 0);
   CHECK_THAT(massless.out, Contains("parasitic_frequency          stage_mass") &&
@@ -174,18 +140,19 @@ TEST_CASE("check-gradients differences a parameter at its least value from there
 
 TEST_CASE("An atlas that cannot be written is refused before it is made", "[results][command]") {
   const test::TemporaryFolder folder;
-  const Outcome refused = flexopt_in(folder.path(), "atlas --out /proc/no/such/folder/one.atlas");
+  const test::Outcome refused =
+      test::run_program(folder.path(), "atlas --out /proc/no/such/folder/one.atlas");
   CHECK(refused.code == 2);
   CHECK_THAT(refused.err, Contains("--out") && Contains("/proc/no/such/folder/one.atlas"));
-  CHECK(flexopt_in(folder.path(), "atlas --mesh 1 4").code == 2);
-  const Outcome none = flexopt_in(folder.path(), "atlas --show --out none.atlas");
+  CHECK(test::run_program(folder.path(), "atlas --mesh 1 4").code == 2);
+  const test::Outcome none = test::run_program(folder.path(), "atlas --show --out none.atlas");
   CHECK(none.code == 1);
   CHECK_THAT(none.err, Contains("none.atlas"));
 }
 
 TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
   const test::TemporaryFolder folder;
-  save(folder.path() / "leaf.json", leaf_job());
+  save(folder.path() / "leaf.json", test::leaf_job());
   for (const char* arguments : {"",
                                 "fly",
                                 "run",
@@ -207,19 +174,20 @@ TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
                                 "report .",
                                 "check-gradients missing.json"}) {
     CAPTURE(arguments);
-    const Outcome outcome = flexopt_in(folder.path(), arguments);
+    const test::Outcome outcome = test::run_program(folder.path(), arguments);
     CHECK(outcome.code == 2);
     CHECK(outcome.out.empty());
     CHECK_FALSE(outcome.err.empty());
     CHECK(names_in(folder.path()) == std::set<std::string>{"leaf.json"});
   }
-  CHECK_THAT(flexopt_in(folder.path(), "designs no_such_family").err, Contains("parallel_guide"));
+  CHECK_THAT(test::run_program(folder.path(), "designs no_such_family").err,
+             Contains("parallel_guide"));
 }
 
 TEST_CASE("A run writes its folder, a summary and progress lines", "[results][command]") {
   const test::TemporaryFolder folder;
-  save(folder.path() / "leaf.json", leaf_job());
-  const Outcome outcome = flexopt_in(folder.path(), "run leaf.json");
+  save(folder.path() / "leaf.json", test::leaf_job());
+  const test::Outcome outcome = test::run_program(folder.path(), "run leaf.json");
   CAPTURE(outcome.err, outcome.out);
   REQUIRE(outcome.code == 0);
   CHECK_THAT(outcome.out, Contains("drive load") && Contains("4 mm"));
@@ -233,8 +201,8 @@ TEST_CASE("A run writes its folder, a summary and progress lines", "[results][co
   CHECK(result["path"][2]["drive_load"].get<double>() > 0);
 
   // job.json is itself a job with the same outcome; quietly, elsewhere, with another thread count.
-  const Outcome again =
-      flexopt_in(folder.path(), "run leaf.out/job.json --out a/b --threads 1 --quiet");
+  const test::Outcome again =
+      test::run_program(folder.path(), "run leaf.out/job.json --out a/b --threads 1 --quiet");
   CHECK(again.code == 0);
   CHECK(again.err.empty());
   for (const std::string& name : names_in(out)) {
@@ -244,20 +212,20 @@ TEST_CASE("A run writes its folder, a summary and progress lines", "[results][co
   }
 
   fs::remove(out / "report.html");
-  CHECK(flexopt_in(folder.path(), "report leaf.out").code == 0);
+  CHECK(test::run_program(folder.path(), "report leaf.out").code == 0);
   CHECK((test::content_of(out / "report.html") ==
          test::content_of(folder.path() / "a" / "b" / "report.html")));
 }
 
 TEST_CASE("A wrong expectation exits 1, on stderr and in the result", "[results][command]") {
   const test::TemporaryFolder folder;
-  OrderedJson job = leaf_job();
+  OrderedJson job = test::leaf_job();
   job["expect"] = {{{"pointer", "/path/2/drive_load"},
                     {"value", 1e6},
                     {"tolerance", 1.0},
                     {"source", "wrong on purpose"}}};
   save(folder.path() / "leaf.json", job);
-  const Outcome outcome = flexopt_in(folder.path(), "run leaf.json --quiet");
+  const test::Outcome outcome = test::run_program(folder.path(), "run leaf.json --quiet");
   CHECK(outcome.code == 1);
   CHECK_THAT(outcome.err, Contains("/path/2/drive_load") && Contains("wrong on purpose"));
   const auto result =
@@ -265,18 +233,19 @@ TEST_CASE("A wrong expectation exits 1, on stderr and in the result", "[results]
   CHECK(result["status"] == "expectation_failed");
 
   // Expected are the numbers of the job as written.
-  const Outcome changed = flexopt_in(folder.path(), "run leaf.json --set /stroke/points=4");
+  const test::Outcome changed =
+      test::run_program(folder.path(), "run leaf.json --set /stroke/points=4");
   CHECK(changed.code == 0);
   CHECK_THAT(changed.err, Contains("not checked"));
-  CHECK(flexopt_in(folder.path(), "run leaf.json --set /expect/0/tolerance=1e9").code == 0);
-  CHECK(flexopt_in(folder.path(), "run leaf.json --set /expect/0/tolerance=2").code == 1);
+  CHECK(test::run_program(folder.path(), "run leaf.json --set /expect/0/tolerance=1e9").code == 0);
+  CHECK(test::run_program(folder.path(), "run leaf.json --set /expect/0/tolerance=2").code == 1);
 }
 
 TEST_CASE("A stroke beyond reach exits 1 with the points that converged", "[results][command]") {
   const test::TemporaryFolder folder;
-  save(folder.path() / "leaf.json", leaf_job());
-  const Outcome outcome =
-      flexopt_in(folder.path(), "run leaf.json --quiet --set '/stroke/to=\"160 mm\"'");
+  save(folder.path() / "leaf.json", test::leaf_job());
+  const test::Outcome outcome =
+      test::run_program(folder.path(), "run leaf.json --quiet --set '/stroke/to=\"160 mm\"'");
   CAPTURE(outcome.err, outcome.out);
   CHECK(outcome.code == 1);
   const auto result =
@@ -290,7 +259,8 @@ TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
           "[results][command]") {
   const test::TemporaryFolder folder;
   save(folder.path() / "stiff.json", optimise_job());
-  const Outcome whole = flexopt_in(folder.path(), "run stiff.json --quiet --out whole");
+  const test::Outcome whole =
+      test::run_program(folder.path(), "run stiff.json --quiet --out whole");
   CAPTURE(whole.err, whole.out);
   REQUIRE(whole.code == 0);
   const fs::path out = folder.path() / "whole";
@@ -305,14 +275,14 @@ TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
   fs::copy(out / "job.json", torn);
   const std::string log = test::content_of(out / "evaluations.jsonl");
   std::ofstream(torn / "evaluations.jsonl") << log.substr(0, log.size() / 2);
-  const Outcome report = flexopt_in(folder.path(), "report torn");
+  const test::Outcome report = test::run_program(folder.path(), "report torn");
   CAPTURE(report.err);
   CHECK(report.code == 0);
   const std::string page = test::content_of(torn / "report.html");
   CHECK_THAT(page, Contains("\"status\":\"interrupted\"") && Contains("was interrupted after"));
 
-  const Outcome resumed =
-      flexopt_in(folder.path(), "run stiff.json --quiet --out torn --threads 1");
+  const test::Outcome resumed =
+      test::run_program(folder.path(), "run stiff.json --quiet --out torn --threads 1");
   CHECK(resumed.code == 0);
   CHECK(names_in(torn) == names_in(out));
   for (const std::string& name : names_in(out)) {
@@ -323,9 +293,10 @@ TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
 
   // Another job may take over the folder of a finished run, but not that of an interrupted one.
   const std::string changed = " --set '/stroke/to=\"3 mm\"'";
-  CHECK(flexopt_in(folder.path(), "run stiff.json --quiet --out torn" + changed).code == 0);
+  CHECK(test::run_program(folder.path(), "run stiff.json --quiet --out torn" + changed).code == 0);
   fs::remove(out / "result.json");
-  const Outcome refused = flexopt_in(folder.path(), "run stiff.json --quiet --out whole" + changed);
+  const test::Outcome refused =
+      test::run_program(folder.path(), "run stiff.json --quiet --out whole" + changed);
   CHECK(refused.code == 2);
   CHECK_THAT(refused.err, Contains("evaluations.jsonl"));
   CHECK((test::content_of(out / "evaluations.jsonl") == log));
@@ -334,13 +305,13 @@ TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
 TEST_CASE("Every wrong design file is refused by place and rule before anything is written",
           "[results][command][slow]") {
   const test::TemporaryFolder folder;
-  OrderedJson job = leaf_job();
+  OrderedJson job = test::leaf_job();
   job["design"] = {{"file", "stage.json"}, {"material", job["design"]["material"]}};
   save(folder.path() / "job.json", job);
   for (const test::WrongDesign& wrong : test::wrong_designs()) {
     save(folder.path() / "stage.json",
          OrderedJson::parse(test::changed(wrong.pointer, wrong.value).dump()));
-    const Outcome outcome = flexopt_in(folder.path(), "run job.json");
+    const test::Outcome outcome = test::run_program(folder.path(), "run job.json");
     INFO(wrong.pointer << " = " << wrong.value.dump() << "\n" << outcome.err);
     CHECK(outcome.code == 2);
     CHECK(std::regex_search(outcome.err, std::regex("(stage|job)\\.json:[0-9]+:[0-9]+: /")));

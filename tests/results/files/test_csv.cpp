@@ -98,6 +98,22 @@ TEST_CASE("path.csv has a column for each drive with a name", "[results][csv][dr
   }
 }
 
+TEST_CASE("path.csv has the measures of the dynamics where the job asks for them",
+          "[results][csv]") {
+  RunRecord record = test::evaluated_hinge();
+  const Direction drive = drive_direction(record.mechanism);
+  const auto plain = columns_of(path_csv(record.response, drive, record.job.request));
+  CHECK(plain.count("bandwidth [Hz]") + plain.count("transmissibility [1]") == 0);
+  record.job.request.dynamics = {0.01, TransmissibilityRule{Direction::ux, 1, 2, DriveState::free}};
+  record.response.path[0].bandwidths = {std::nullopt};
+  record.response.path[1].bandwidths = {1.0 / 3};
+  record.response.path[1].transmissibility = {7.5, 1.5};
+  const auto columns = columns_of(path_csv(record.response, drive, record.job.request));
+  CHECK(columns.at("bandwidth [Hz]")[0].empty());
+  CHECK(number(columns.at("bandwidth [Hz]")[1]) == 1.0 / 3);
+  CHECK(number(columns.at("transmissibility [1]")[1]) == 7.5);
+}
+
 TEST_CASE("A point without equilibrium has empty cells, never NaN", "[results][csv]") {
   RunRecord record = test::evaluated_hinge();
   record.response.path[1].status = PointStatus::not_reached;

@@ -3,6 +3,7 @@ import os
 import subprocess
 
 import flexopt
+import numpy as np
 import pytest
 from conftest import BINARY, gallery_job
 
@@ -127,3 +128,18 @@ def test_a_notebook_shows_the_report(guide):
     page = flexopt.evaluate(guide)._repr_html_()
     assert page.count("<iframe srcdoc=") == 1 and "Equilibrium found at 3" in page
     assert "<script" not in page.split("srcdoc=")[1].split(" width=")[0]  # escaped
+
+
+def test_a_linear_model_has_the_frequencies_and_the_compliance_of_its_point(guide):
+    export = {"state_space": {"modes": 3, "damping": 0.02, "points": [1, 2]}}
+    r = flexopt.evaluate(guide, export=export)
+    model = r.state_space(2)
+    poles = np.sort(np.abs(np.linalg.eigvals(model.A)))[::2] / (2 * np.pi)
+    assert poles == pytest.approx(r.frequencies[2], rel=1e-10)
+    still = model.D - model.C @ np.linalg.solve(model.A, model.B)
+    load = model.inputs.index("load.ux")
+    size = np.sqrt(np.outer(np.diag(r.compliance[2]), np.diag(r.compliance[2])))
+    assert np.max(np.abs(still[:6, load : load + 6] - r.compliance[2]) / size) < 1e-10
+    assert model.outputs[6] == "stroke"
+    with pytest.raises(KeyError, match="point 0 has no linear model"):
+        r.state_space(0)

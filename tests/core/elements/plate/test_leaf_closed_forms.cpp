@@ -102,7 +102,8 @@ TEST_CASE("a guide has the closed-form stiffness, shortening and axial complianc
   const StrokeResponse r = evaluate_stroke(mechanism, model, request);
   REQUIRE(r.status == Status::ok);
   const double EI = m.youngs_modulus * w * t * t * t / 12, EA = m.youngs_modulus * w * t;
-  CHECK(r.path[0].drive_stiffness == Approx(24 * EI / (L * L * L)).epsilon(1e-4));
+  const double shear = 12 * EI / (5.0 / 6 * m.shear_modulus() * w * t * L * L);
+  CHECK(r.path[0].drive_stiffness == Approx(24 * EI / (L * L * L) / (1 + shear)).epsilon(1e-4));
   CHECK(*r.path[0].support_stiffness[0] == Approx(2 * EA / L).epsilon(1e-4));
   // Awtar's beam constraint model: shortening 0.6 x²/L, drive-locked collapse x² L/700 …
   CHECK(-r.path[1].displacement[0] == Approx(0.6 * x * x / L).epsilon(2e-3));

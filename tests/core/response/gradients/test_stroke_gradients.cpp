@@ -35,6 +35,9 @@ TEST_CASE("every quantity has a derivative of its own", "[response][gradients]")
   point.clearance = vector();
   point.buckling_locked = vector();
   point.buckling_free = vector();
+  point.bandwidths = {vector()};
+  point.transmissibility = vector();
+  for (auto& d : point.load_capacity) d = vector();
 
   PathPoint at;  // with a derivative of its own behind every number that is made of others
   at.compliance_locked = (Vector6d() << 2, 3, 4, 5, 6, 7).finished().asDiagonal();

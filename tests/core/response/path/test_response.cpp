@@ -104,6 +104,9 @@ TEST_CASE("a reinforced check: every quantity of a converged point has a value a
   request.frequencies = 12;
   request.loads.constant = {{.force = {-1, 0, 0}, .name = "payload"}};
   request.buckling_load = "payload";
+  request.dynamics = {1e-3, TransmissibilityRule{Direction::ux, 10, 100, DriveState::free}};
+  request.capacity.directions.fill(true);
+  request.capacity.directions[1] = request.capacity.directions[7] = false;  // the drive's
   request.stress = {.fillet = 3e-4, .yield = true, .fatigue = true, .fatigue_rule = {}};
   Mechanism guide = models::guide(0.1, 0.03, 5e-4);
   for (LeafSpring& leaf : guide.leaves)
@@ -116,5 +119,5 @@ TEST_CASE("a reinforced check: every quantity of a converged point has a value a
     CHECK(q.name != "support_stiffness.uy");
     if (value_of(r.path[0], q.name)) ++with_value;
   }
-  CHECK(with_value == static_cast<int>(quantities(Direction::uy).size()));
+  CHECK(with_value == static_cast<int>(quantities(Direction::uy).size()) - 2);
 }

@@ -7,7 +7,7 @@ import {checker, launch, need_chromium, open, picture} from "./browser.mjs";
 need_chromium();
 const folder = process.argv[2], {check, finish} = checker(), browser = await launch();
 const names = readdirSync(folder).filter((name) => existsSync(join(folder, name, "report.html")));
-check(names.length >= 9, "all jobs have a report", names);
+check(names.length >= 10, "all jobs have a report", names);
 
 /// Significant digits of "3460 N m/rad" or "1.28·10⁵ N/m".
 const digits = (text) => text.replace(/·10.*| .*|°/g, "").replace(".", "").replace(/^[−0]+|0+$/g, "").length;
@@ -34,6 +34,20 @@ for (const name of names) for (const [width, dark] of [[1440, false], [420, true
   check(seen.cut.length === 0, `${what}: nothing is cut`, seen.cut);
   check(!/\bNaN\b|\bundefined\b|\[object/.test(seen.text), `${what}: no text of a broken number`, seen.text.match(/.{30}(NaN|undefined|\[object).{20}/)?.[0]);
   check(Boolean(seen.verdict), `${what}: a verdict`);
+  if (name.startsWith("show_")) {
+    const words = await page.evaluate(() => window.flexopt_report.view.figures[0].names.children.map((word) => word.userData.name));
+    const drawn = await picture(page);
+    check(drawn.colors > 40, `${what}: the mechanism is drawn`, drawn.colors);
+    for (const word of name === "show_hinged_leaf" ? ["leaf", "end_effector", "hinge"] : ["leaf +y", "leaf -y", "end_effector"])
+      check(words.includes(word), `${what}: ${word} has its name`, words);
+    await page.click("#names");
+    const bare = await picture(page);
+    check(bare.hash !== drawn.hash, `${what}: names can be put away`);
+    check(seen.tiles.length === 0 && seen.svgs === 0 && !(await page.$("#stroke")), `${what}: no numbers, no stroke`, seen.tiles);
+    check(seen.verdict === "undeflected", `${what}: says that it is undeflected`, seen.verdict);
+    await page.close();
+    continue;
+  }
   if (name !== "compare") {
     check(seen.tiles.length >= 1 && seen.tiles.length <= 5, `${what}: up to five numbers`, seen.tiles);
     for (const tile of seen.tiles) check(/^[−\d.·⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+( ?[A-Za-z°%].*)?$/.test(tile) && digits(tile) <= 3, `${what}: three digits and a unit`, tile);

@@ -1,0 +1,82 @@
+#pragma once
+// The operators of an element, or, with S = Dual1, their derivatives along a direction of the
+// shape.
+#include "core/elements/plate/beam_section.hpp"
+#include "core/elements/plate/mesh_numbers.hpp"
+
+namespace flexopt {
+
+/// Width over t of the layer along a free edge in which (E2) takes its energy.
+inline constexpr double free_edge_layer = 0.7;
+
+/// Transverse force in an element and what it gives back: equation (E10) of
+/// core/elements/README.md. The rows stand against the element's nodal values.
+template <class S>
+struct PlateShear {
+  Eigen::Matrix<S, 16, 1> along, across;
+  Eigen::Matrix<S, 16, 1> rest;  ///< of a curved leaf at rest, in the axes of its middle
+  S compliance;                  ///< C: U = −½ C |Q|²
+  S per_x, per_y;                ///< over the second moments of the element's area
+};
+
+template <class S>
+class CurvatureRows;
+
+template <class S>
+class ElementNumbers {
+ public:
+  /// `mesh` must outlive this.
+  explicit ElementNumbers(const MeshNumbers<S>& mesh) : mesh_(mesh) {}
+  PlateMesh::Element element(int i, int j) const;
+  /// Whether transverse shear is part of the energy.
+  bool has_shear() const { return mesh_.shape().transverse_shear; }
+  PlateShear<S> plate_shear(int i, int j) const;
+  PlateShear<S> beam_shear(int i) const;
+
+ private:
+  using Row = Eigen::Matrix<S, 16, 1>;
+  using Rest = typename MeshNumbers<S>::Rest;
+  using Derivatives = MappedDerivatives<Row>;
+  PlateMesh::Element plate_element(int i, int j) const;
+  PlateMesh::Element beam_element(int i) const;
+  /// Of the functions at a place in element (i, j); `place`: y0.
+  Derivatives derivatives(int i, double along, const S& place, const HermiteValuesT<S>& X,
+                          const HermiteValuesT<S>& Y) const;
+  /// U = ½ w |v|² of v = normal n, by the metric to first order, and what stays of it at rest.
+  void add_natural(PlateMesh::Element& element, const S& w, const Rest& rest, const Row& Nx,
+                   const Row& Ny) const;
+  /// The slope of b n in an element of a curved leaf at rest, its moments about the middle being
+  /// Σ weight n, by r,x and r,xx − Γ r,x of the middle.
+  Row slope_of_natural(int i, const std::array<S, 4>& weight, const Row& along,
+                       const Row& bend) const;
+  /// What stands against n in (A2) at a place so far from the element's middle.
+  Row against(const Row& bend, const PlateShear<S>& shear, const S& from_middle) const;
+  BeamEnergyT<S> section(const S& at) const;
+  void add_shear(PlateMesh::Element& element, const PlateShear<S>& shear) const;
+  /// Equation (E2) over D, on the part of the layers of both free edges that lies in the element.
+  void add_free_edges(PlateMesh::Element& element, CurvatureRows<S>& natural, int i, int j) const;
+  /// By how much the bending energy makes the second moment of the section in the plane of the leaf
+  /// too large where the leaf is `at_thickness` thick, over L, and `width_factor` times as wide;
+  /// over t w³: equation (E9). t/w counts up to 1/2.
+  S excess_of_bending_in_plane(const S& at_thickness, const S& width_factor) const;
+
+  const MeshNumbers<S>& mesh_;
+};
+
+/// By what the second derivatives of the deflected surface differ from those of its sections at a
+/// place in an element: equation (E11).
+template <class S>
+struct SectionTurn {
+  Vector3<S> xx = Vector3<S>::Zero(), yy = xx, xy = xx;
+};
+/// At (along, across) in [0, 1]² of element (i, j) with the nodal values U.
+SectionTurn<double> section_turn(const PlateMesh& mesh, int i, int j,
+                                 const Eigen::Matrix<double, 16, 3>& U, double along,
+                                 double across);
+SectionTurn<Dual1> section_turn(const MeshNumbers<Dual1>& mesh, int i, int j,
+                                const Eigen::Matrix<Dual1, 16, 3>& U, double along, double across);
+
+extern template class ElementNumbers<double>;
+extern template class ElementNumbers<Dual1>;
+
+}  // namespace flexopt

@@ -1,0 +1,322 @@
+#include "core/response/buckling/branch_tracer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "core/equilibrium/stroke_path.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int most_states = 60;
+// Change of the factor without a critical state that is believed where the
+// states are spent.
+constexpr double enough = 10;
+// Of the way to a critical state, over the size of the factor: where it counts
+// as reached.
+constexpr double reached = 1e-8;
+// The shortest step, likewise.
+constexpr double least_step = 1e-7;
+// Estimates that move by so small a share of the way between two states are
+// those of a branch that leads straight to a bifurcation. An imperfection that
+// is rounding, or as small, makes it miss that by a little; it has missed it
+// where the factor is so far beyond.
+constexpr double agreement = 0.02, missed = 1.01;
+// Beyond it, where the tangent must have become indefinite.
+constexpr double beyond = 1e-4;
+// Motions of the bodies by the factor that are not rounding, lengths over the
+// longest leaf.
+constexpr double least_rate = 1e-6;
+// Motions of the bodies by the factor, over those where the branch begins:
+// beyond it a fold.
+constexpr double fold_motion = 1e3;
+// Where a limit is watched: the first step along σ, and the step, over the size of the factor, at
+// which a leaf that is stretched too far ends the search.
+constexpr double first_step = 1, last_stretch = 0.01;
+// What a limit is missed by.
+constexpr double at_the_limit = 1e-11;
+
+VectorXd over_length(const VectorXd& bodies, double length) {
+  VectorXd scaled = bodies;
+  for (Eigen::Index b = 0; b < scaled.size(); b += 6) scaled.segment<3>(b) /= length;
+  return scaled;
+}
+
+// Motions of the bodies, over the largest unknown of all.
+std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& mode) {
+  const double L = factor.system().length();
+  double largest = over_length(mode.head(factor.bodies()), L).cwiseAbs().maxCoeff();
+  for (const MechanismFactor::Leaf& leaf : factor.leaves())
+    largest =
+        std::max(largest, mode.segment(leaf.offset, leaf.rows.unknowns).cwiseAbs().maxCoeff());
+  std::vector<BodyMotion> bodies;
+  for (int b = 0; b < factor.bodies(); b += 6)
+    bodies.push_back({mode.segment<3>(b) / (L * largest), mode.segment<3>(b + 3) / largest});
+  return bodies;
+}
+
+}  // namespace
+
+double BranchTracer::measure(const VectorXd& bodies) const {
+  return over_length(bodies, branch_->system().length()).norm();
+}
+
+double BranchTracer::product(const BranchDirection& a, const BranchDirection& b) const {
+  const double L = branch_->system().length();
+  return weight_ * weight_ * over_length(a.bodies, L).dot(over_length(b.bodies, L)) +
+         a.factor * b.factor;
+}
+
+// The motions of bodies count as the factor does, by how they go with it where
+// the branch begins.
+BranchTracer::Look BranchTracer::look(int side, const BranchDirection* before,
+                                      const VectorXd& start) {
+  Look here;
+  Answer<MechanismFactor> linear = MechanismFactor::of(branch_->system());
+  assert(linear.value);  // full leaves have interiors
+  here.factor = std::move(linear.value);
+  const MechanismFactor& factor = *here.factor;
+  MatrixXd forces = MatrixXd::Zero(factor.size(), 1);
+  forces.topRows(factor.bodies()) = branch_->load();
+  std::optional<MatrixXd> still;
+  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), 1);
+  const VectorXd state = factor.balance(forces, still).topRows(factor.size());
+  const VectorXd bodies = state.head(factor.bodies());
+  if (weight_ == 0) {
+    first_rate_ = std::max(measure(bodies), least_rate);
+    weight_ = 1 / first_rate_;
+  }
+  const double size = std::hypot(weight_ * measure(bodies), 1.0);
+  double sign = side;
+  if (before) sign = product(*before, {bodies, 1}) < 0 ? -1 : 1;
+  here.along = {sign / size * bodies, sign / size};
+  here.rate = std::make_unique<StiffnessRate>(factor, shared_, *model_, branch_->named());
+  here.rate->set_direction(sign / size * state, sign / size);
+  Softening soft = soften(factor, *here.rate, branch_->locked(), start);
+  here.ahead = std::move(soft.ahead);
+  here.behind = std::move(soft.behind);
+  return here;
+}
+
+// Far from a fold the motions count by how they go with the factor now.
+void BranchTracer::weigh_anew(Look& here) {
+  const double rate = measure(here.along.bodies) / std::abs(here.along.factor);
+  weight_ = 1 / std::max(rate, least_rate);
+  const double size = std::sqrt(product(here.along, here.along));
+  here.along.bodies /= size;
+  here.along.factor /= size;
+  if (here.ahead) here.ahead->step *= size;
+  if (here.behind) here.behind->step *= size;
+}
+
+// Whether the tangent is indefinite a little farther on; the branch stays where
+// it is.
+bool BranchTracer::crosses(const Look& at) {
+  const LoadBranch::State kept = branch_->save();
+  const double size = std::max(1.0, std::abs(branch_->factor()));
+  bool found = false;
+  for (const double far : {beyond, 10 * beyond}) {
+    if (!branch_->advance(at.along, far * size, weight_).converged) continue;
+    found = branch_->negative_pivots() > 0;
+    branch_->restore(kept);
+    if (found) break;
+  }
+  return found;
+}
+
+// The motion that is known, or next to a singular state the answer to any
+// force.
+VectorXd BranchTracer::nearly_singular_motion(const MechanismFactor& factor,
+                                              const VectorXd& known) const {
+  if (known.size() == factor.size()) return known;
+  const VectorXd force = any_force(factor);
+  return branch_->locked() ? factor.solve_locked(force) : factor.solve(force);
+}
+
+CriticalLoad BranchTracer::critical_at(double factor, Look here, const VectorXd& mode) {
+  if (!here.ahead) here.ahead = SoftMode{0, nearly_singular_motion(*here.factor, mode)};
+  CriticalLoad result;
+  result.factor = factor;
+  result.fold =
+      measure(here.along.bodies) > fold_motion * first_rate_ * std::abs(here.along.factor);
+  result.mode = motions(*here.factor, here.ahead->mode);
+  critical_ = std::move(here);
+  return result;
+}
+
+BranchTracer::Stride BranchTracer::stride(const BranchDirection& along, double step) {
+  const LoadBranch::State kept = branch_->save();
+  const LoadBranch::Step went = branch_->advance(along, step, weight_);
+  if (!went.converged) return {.obstacle = went.message};
+  const double strain = branch_->system().strain();
+  if (strain <= largest_strain && branch_->negative_pivots() == 0) return {.taken = true};
+  const bool stretched = strain > largest_strain;
+  branch_->restore(kept);
+  if (stretched)
+    return {.stretched = true,
+            .obstacle = fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
+                                    strain, largest_strain)};
+  return {.crossed = true, .obstacle = "the tangent becomes indefinite all at once"};
+}
+
+// What is linear after a step from `last`, and what the step tells of its
+// estimate.
+BranchTracer::Look BranchTracer::look_on(int side, Look last, double at, double step,
+                                         Heading& heading) {
+  const std::optional<SoftMode> foretold = std::move(last.ahead);
+  const double last_estimate = foretold ? last.estimate(at, *foretold) : 0;
+  if (foretold) heading.mode = foretold->mode;
+  const BranchDirection before = last.along;
+  last = {};  // before its leaves move on
+  Look here = look(side, &before, heading.mode);
+  if (!foretold || !here.ahead) {
+    heading.trust = 0.5;
+    weigh_anew(here);
+    return here;
+  }
+  const double left = here.ahead->step / foretold->step,
+               error = std::abs(step + here.ahead->step - foretold->step) / foretold->step;
+  const double now = here.estimate(branch_->factor(), *here.ahead),
+               distance = here.ahead->step * std::abs(here.along.factor);
+  const bool straight =
+      std::abs(now - last_estimate) < agreement * std::abs(branch_->factor() - at);
+  if (straight && (!heading.nearest || distance < heading.nearest->distance))
+    heading.nearest = Nearest{branch_->save(), here.along, here.ahead->mode, now, distance};
+  // an estimate that keeps its distance is that of a branch that bends away
+  heading.trust =
+      left > 0.8 ? std::min(2 * heading.trust, 32.0) : std::clamp(1 - 3 * error, 0.5, 0.999);
+  if (left > 0.8) weigh_anew(here);
+  return here;
+}
+
+// The limit lies between a state and the one a step on, where the branch stands: the regula falsi
+// in the Illinois way.
+bool BranchTracer::close_in(const LoadBranch::State& from, const BranchDirection& along,
+                            double step) {
+  constexpr int most_rounds = 60;
+  double high = step, above = limit_->beyond(branch_->system());
+  branch_->restore(from);
+  double low = 0, below = limit_->beyond(branch_->system());
+  int last = 0;  // the side that moved
+  for (int round = 0; round < most_rounds; ++round) {
+    const double middle = (low * above - high * below) / (above - below);
+    branch_->restore(from);
+    if (!branch_->advance(along, middle, weight_).converged) return false;
+    const double here = limit_->beyond(branch_->system());
+    if (std::abs(here) < at_the_limit || high - low < 1e-14 * step) return true;
+    const int side = here > 0 ? 1 : -1;
+    (side > 0 ? high : low) = middle;
+    (side > 0 ? above : below) = here;
+    if (side == last) (side > 0 ? below : above) *= 0.5;
+    last = side;
+  }
+  return true;
+}
+
+// The estimate of every state tells how far the next step goes; what it was
+// wrong by tells how far it is trusted.
+CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
+  CriticalLoad result;
+  const double begin = branch_->factor();
+  Heading heading;
+  at_limit_ = false;
+  if (limit_) heading.longest = first_step;
+  for (int count = 0;; ++count) {
+    const double at = branch_->factor(), size = std::max(1.0, std::abs(at));
+    if (here.ahead && here.ahead->step < reached * size) {
+      if (crosses(here)) {
+        const double factor = here.estimate(at, *here.ahead);
+        return critical_at(factor, std::move(here), heading.mode);
+      }
+      heading.longest = std::numeric_limits<double>::infinity();
+      heading.trust = 2;  // it only touches
+    }
+    if (const auto& nearest = heading.nearest;
+        nearest && std::abs(at - begin) > missed * std::abs(nearest->factor - begin)) {
+      branch_->restore(nearest->state);
+      here = {};
+      return critical_at(nearest->factor, look(side, &nearest->along, nearest->mode),
+                         nearest->mode);
+    }
+    if (std::abs(at - begin) > bound || count == most_states) {
+      result.none = std::abs(at - begin) > std::min(bound, enough);
+      result.reason = fmt::format(
+          "no singular tangent on the branch of equilibria up to a "
+          "factor of {:.4g}{}",
+          at, result.none ? "" : fmt::format(", where {} states were spent", most_states));
+      return result;
+    }
+    const double step =
+        std::min(here.ahead ? heading.trust * here.ahead->step : size / std::abs(here.along.factor),
+                 heading.longest);
+    std::optional<LoadBranch::State> from;
+    if (limit_) from = branch_->save();
+    const Stride went = stride(here.along, step);
+    if (went.taken && limit_ && limit_->beyond(branch_->system()) > 0) {
+      at_limit_ = close_in(*from, here.along, step);
+      if (!at_limit_)
+        result.reason = fmt::format(
+            "no equilibrium was found next to the limit, at a factor of "
+            "{:.4g}",
+            branch_->factor());
+      return result;
+    }
+    if (went.taken) {
+      heading.longest = std::max(heading.longest - step, 2 * step);
+      here = look_on(side, std::move(here), at, step, heading);
+      continue;
+    }
+    heading.longest = 0.5 * step;
+    const bool stretched = limit_ && went.stretched && step < last_stretch * size;
+    if (step >= least_step * size && !stretched) continue;
+    // the estimate is rounded where stiff motions hide the soft one; the
+    // inertia is not
+    if (went.crossed) {
+      const double factor = at + 0.5 * step * here.along.factor;
+      return critical_at(factor, std::move(here), heading.mode);
+    }
+    result.none = went.stretched;
+    result.reason =
+        fmt::format("the branch of equilibria ends at a factor of {:.4g}: {}", at, went.obstacle);
+    return result;
+  }
+}
+
+// (S25): the stiffness of the critical mode stays zero.
+VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& drive_load_rates) {
+  const MechanismFactor& factor = *critical_->factor;
+  // by inverse iteration, which leaves no rounding along stiff motions
+  VectorXd mode = critical_->rate->times(critical_->ahead->mode);
+  mode = branch_->locked() ? factor.solve_locked(mode) : factor.solve(mode);
+  mode /= mode.norm();
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
+  assert(leaves.value);
+  const DesignRates<double> rates(factor, std::move(*leaves.value), present_state(factor),
+                                  *design.directions, *model_);
+  MatrixXd residual = rates.residual();
+  if (!branch_->locked())
+    residual.topRows(factor.bodies()) -= branch_->system().drive_forces() * drive_load_rates;
+  // motions along the parameters and along the load from one solve: near a fold
+  // both are as large, and what rounding does to them is the same
+  const Eigen::Index count = residual.cols();
+  MatrixXd forces = MatrixXd::Zero(factor.size(), count + 1);
+  forces.leftCols(count) = -residual;
+  forces.col(count).head(factor.bodies()) = branch_->load();
+  std::optional<MatrixXd> still;
+  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), count + 1);
+  const MatrixXd moved = factor.balance(forces, still).topRows(factor.size());
+  MatrixXd state = moved.leftCols(count);
+  if (!branch_->locked())
+    for (int k = 0; k < factor.drives(); ++k)
+      if (const auto& row = branch_->system().drives()[static_cast<std::size_t>(k)].condition)
+        state.row(factor.size() - factor.conditions() + *row) = -drive_load_rates.row(k);
+  critical_->rate->set_direction(moved.col(count), 1);
+  const double along = critical_->rate->forms(mode)(0, 0);
+  return -rates.quadratic(mode, VectorXd::Zero(1), state).row(0).transpose() / along;
+}
+
+}  // namespace flexopt

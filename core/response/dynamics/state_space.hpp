@@ -1,0 +1,26 @@
+#pragma once
+// The linear model of a mechanism about an equilibrium, by modes and what they leave of the static
+// answers: equations (H1) to (H3) of README.md.
+#include "core/elements/leaf/answer.hpp"
+#include "core/elements/leaf/leaf_rates.hpp"
+#include "core/response/modes/full_modes.hpp"
+#include "core/response/request.hpp"
+
+namespace flexopt {
+
+/// `free`: modes with the drive free, at least as many as are kept. `probes`: outputs, if the
+/// request wants them so. None where a leaf with a probe does not know how its points move.
+Answer<StateSpace> state_space(const MechanismFactor& factor, const StateSpaceRequest& request,
+                               const std::vector<Probe>& probes, const FullModes& free,
+                               LeafRates& rates);
+
+/// Outputs × inputs at a frequency [Hz]: (H3).
+Eigen::MatrixXcd frequency_response(const StateSpace& model, double frequency);
+
+/// ẋ = A x + B u, y = C x + D u with x the modal amplitudes and their velocities.
+struct StateMatrices {
+  MatrixXd A, B, C, D;
+};
+StateMatrices state_matrices(const StateSpace& model);
+
+}  // namespace flexopt

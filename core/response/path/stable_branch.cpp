@@ -1,0 +1,127 @@
+#include "core/response/path/stable_branch.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/equilibrium/free_motions.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/path/full_finish.hpp"
+
+namespace flexopt {
+namespace {
+
+// Amplitudes of the mode that the extra loads would have at rest, lengths over the longest leaf:
+// those that lead around the bifurcation, the larger the wider, one after the other; what is left
+// of them from solution to solution; and where there are none any more.
+constexpr double first_amplitudes[] = {0.02, 0.04, 0.1, 0.2, 0.4};
+constexpr int more_halvings = 6;  // where the bodies move much by little load
+constexpr double left = 0.3, least_amplitude = 1e-5;
+
+// (displacement, spin) of the bodies along the lowest eigenvalue of the tangent, its largest entry
+// positive, of norm 1 where lengths count over the longest leaf. Nothing where it is not negative.
+std::optional<VectorXd> unstable_motion(const System& system, bool driven) {
+  const FreeMotions motions(system, driven);
+  const MatrixXd& Z = motions.basis();
+  if (Z.cols() == 0) return std::nullopt;
+  const MatrixXd K = Z.transpose() * (system.tangent() * Z);
+  const SymmetricEigen eigen(0.5 * (K + K.transpose()));
+  if (!(eigen.eigenvalues()[0] < 0)) return std::nullopt;
+  VectorXd motion = Z * eigen.eigenvectors().col(0), counted = motion;
+  for (Eigen::Index b = 0; b < counted.size(); b += 6) counted.segment<3>(b) /= system.length();
+  Eigen::Index largest = 0;
+  counted.cwiseAbs().maxCoeff(&largest);
+  return motion / (counted[largest] > 0 ? counted.norm() : -counted.norm());
+}
+
+// Dead loads along a motion, of so much work on it [J].
+void add_loads(const VectorXd& motion, double work, double length, LoadCase& loads) {
+  for (int b = 0; 6 * b < motion.size(); ++b)
+    loads.constant.push_back(
+        {.force = work / (length * length) * motion.segment<3>(static_cast<Eigen::Index>(6 * b)),
+         .moment = work * motion.segment<3>(static_cast<Eigen::Index>(6 * b + 3)),
+         .body = b});
+}
+
+std::unique_ptr<System> with_loads(System& system, LoadCase loads) {
+  std::vector<std::unique_ptr<LeafElement>> leaves;
+  System::Snapshot state = system.save();
+  state.leaves.clear();
+  for (int i = 0; i < system.leaves(); ++i) {
+    leaves.push_back(system.leaf(i).full_model({}));
+    state.leaves.push_back(leaves.back()->save());
+  }
+  auto other = std::make_unique<System>(system.mechanism(), std::move(leaves), std::move(loads));
+  other->restore(state);
+  return other;
+}
+
+// From rest with extra loads, which are then taken away.
+StableBranch around(System& unstable, const VectorXd& motion, double first,
+                    const ModelOptions& model, StrokeRequest request, std::size_t point) {
+  StableBranch found;
+  request.newton.max_halvings += more_halvings;
+  const Mechanism& mechanism = unstable.mechanism();
+  const bool driven = request.loads.driven();
+  std::optional<VectorXd> strokes;
+  if (driven) strokes = request.strokes_at(point, mechanism.drives.size());
+  const char* why = "the stable branch";
+  System at_rest(mechanism, make_full_leaves(mechanism, model, why), {});
+  at_rest.assemble();
+  const double stiffness = (motion.transpose() * (at_rest.tangent() * motion))(0, 0);
+  for (double amplitude = first;; amplitude *= left) {
+    if (amplitude < least_amplitude) amplitude = 0;
+    LoadCase loads = unstable.loads();
+    if (amplitude > 0) add_loads(motion, amplitude * stiffness, unstable.length(), loads);
+    if (!found.system) {
+      found.system = std::make_unique<System>(mechanism, make_full_leaves(mechanism, model, why),
+                                              std::move(loads));
+      found.equilibrium = step_from_rest(*found.system, request, point);
+    } else {
+      found.system = with_loads(*found.system, std::move(loads));
+      found.equilibrium = solve_equilibrium(*found.system, strokes, request.newton);
+    }
+    const bool stable = found.equilibrium.converged && negative_pivots(*found.system, driven) == 0;
+    if (stable && amplitude == 0) return found;
+    if (stable) continue;
+    found.reason = found.equilibrium.converged ? "beside it the mechanism is unstable, too"
+                                               : found.equilibrium.message;
+    found.system.reset();
+    return found;
+  }
+}
+
+}  // namespace
+
+StableBranch find_stable_branch(System& unstable, const ModelOptions& model,
+                                const StrokeRequest& request, std::size_t point) {
+  StableBranch found;
+  if (unstable.analyses()) {
+    found.reason = "a mechanism of so many bodies is not led to its stable branch";
+    return found;
+  }
+  const std::optional<VectorXd> motion = unstable_motion(unstable, request.loads.driven());
+  if (!motion) {
+    found.reason = "what is unstable lies inside leaves and moves no body";
+    return found;
+  }
+  return lead_to_stable_branch(unstable, *motion, model, request, point);
+}
+
+StableBranch lead_to_stable_branch(System& system, const VectorXd& motion,
+                                   const ModelOptions& model, const StrokeRequest& request,
+                                   std::size_t point) {
+  StableBranch found;
+  for (const double first : first_amplitudes) {
+    found = around(system, motion, first, model, request, point);
+    if (found.system) break;
+  }
+  found.motion = motion;
+  return found;
+}
+
+}  // namespace flexopt

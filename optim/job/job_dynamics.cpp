@@ -1,0 +1,183 @@
+#include "optim/job/job_dynamics.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/mechanism/drive.hpp"
+#include "core/spec/json_file.hpp"
+#include "core/spec/record_table.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using Pointer = json::json_pointer;
+
+namespace {
+
+constexpr double highest_frequency = 1e9;  // [Hz]: larger ones are slips of the pen
+constexpr int most_modes = 60;
+
+Shape ratio(bool undamped_too) { return shape::quantity("1", 0, 1, !undamped_too, true); }
+
+const RecordTable<TransmissibilityRule>& transmissibility_table() {
+  const Shape frequency = shape::quantity("Hz", 0, highest_frequency, true);
+  const auto read_direction = [](const json& read, TransmissibilityRule& rule) {
+    for (int d = 0; d < 3; ++d)
+      if (read == direction_names[static_cast<std::size_t>(d)])
+        rule.direction = static_cast<Direction>(d);
+  };
+  const auto written_direction = [](const TransmissibilityRule& rule) -> json {
+    return direction_names[static_cast<std::size_t>(index(rule.direction))];
+  };
+  static const auto table =
+      RecordTable<TransmissibilityRule>()
+          .row(shape::required("direction", shape::choice({"ux", "uy", "uz"}),
+                               "translation of the ground, and of O"),
+               read_direction, written_direction)
+          .required("from", frequency, &TransmissibilityRule::from, "lower end of the band")
+          .required("to", frequency, &TransmissibilityRule::to, "upper end of the band")
+          .choice<DriveState>("drive", {{"free", DriveState::free}, {"locked", DriveState::locked}},
+                              &TransmissibilityRule::drive,
+                              "whether the drives' loads are constant or their strokes");
+  return table;
+}
+
+const RecordTable<DynamicsRule>& dynamics_table() {
+  static const auto table =
+      RecordTable<DynamicsRule>()
+          .with_default("damping", ratio(false), &DynamicsRule::damping,
+                        "damping ratio of every mode")
+          .other(shape::optional("transmissibility", transmissibility_table().shape(),
+                                 "the largest gain from the ground to O over a band"));
+  return table;
+}
+
+const RecordTable<StateSpaceRequest>& state_space_table() {
+  const auto read_damping = [](const json& read, StateSpaceRequest& request) {
+    if (read.is_array())
+      request.damping = read.get<std::vector<double>>();
+    else
+      request.damping = {read.get<double>()};
+  };
+  const auto written_damping = [](const StateSpaceRequest& request) -> json {
+    return request.damping.size() == 1 ? json(request.damping.front()) : json(request.damping);
+  };
+  static const auto table =
+      RecordTable<StateSpaceRequest>()
+          .with_default("modes", shape::integer(1, most_modes), &StateSpaceRequest::modes,
+                        "that are kept, drive free; the others count by their static answers")
+          .row(shape::optional(
+                   "damping", shape::one_of({ratio(true), shape::list(ratio(true), 1, most_modes)}),
+                   "damping ratio of all modes, or of one after the other; default "
+                   "that of dynamics, or 0.01"),
+               read_damping, written_damping)
+          .with_default("sensors", shape::boolean(), &StateSpaceRequest::probes,
+                        "whether the displacements of the job's probes are outputs")
+          .row(
+              shape::optional("points", shape::list(shape::integer(0, 10000), 1, 10001),
+                              "which points of the path, the first is 0; default all"),
+              [](const json& read, StateSpaceRequest& request) {
+                request.points = read.get<std::vector<int>>();
+              },
+              [](const StateSpaceRequest& request) -> json {
+                return request.points.empty() ? json() : json(request.points);
+              });
+  return table;
+}
+
+// Both need the mass of leaves that move by themselves, deflected as they are.
+void check_mass(const ModelOptions& model, const json& read, const char* section,
+                FaultList& faults) {
+  if (model.leaf_modes == 0)
+    faults.add(
+        "/model/leaf_modes", read["model"]["leaf_modes"].dump(),
+        fmt::format("\"{}\" is that of leaves with motions of their own: expected at least 1",
+                    section));
+  if (model.mass == LeafMass::constant)
+    faults.add(
+        "/model/mass", read["model"]["mass"].dump(),
+        fmt::format("\"{}\" is that of the deflected leaves: expected \"consistent\"", section));
+}
+
+void check_transmissibility(const json& read, const TransmissibilityRule& rule,
+                            const Mechanism& mechanism, FaultList& faults) {
+  const Pointer at("/dynamics/transmissibility");
+  if (!(rule.from < rule.to))
+    faults.add((at / "to").to_string(), fmt::format("{:g} Hz", rule.to),
+               fmt::format("the band begins at {:g} Hz: expected more", rule.from));
+  const auto d = static_cast<std::size_t>(index(rule.direction));
+  const char* held = "";
+  if (mechanism.bodies[static_cast<std::size_t>(mechanism.end_effector)].held[d])
+    held = "O cannot move there: the ground takes it along";
+  else if (rule.drive == DriveState::locked && prescribed_directions(mechanism)[d])
+    held = "the locked drive holds O there: expected \"drive\": \"free\"";
+  if (*held) faults.add((at / "direction").to_string(), shown(read["direction"]), held);
+}
+
+void read_measures(const json& read, const Mechanism& mechanism, FaultList& faults,
+                   StrokeRequest& request) {
+  DynamicsRule rule = dynamics_table().read(read["dynamics"]);
+  if (read["dynamics"].contains("transmissibility")) {
+    const json& section = read["dynamics"]["transmissibility"];
+    rule.transmissibility = transmissibility_table().read(section);
+    check_transmissibility(section, *rule.transmissibility, mechanism, faults);
+  }
+  request.dynamics = rule;
+}
+
+void read_state_space(const json& read, FaultList& faults, StrokeRequest& request) {
+  const Pointer at("/export/state_space");
+  const json& section = read["export"]["state_space"];
+  StateSpaceRequest wanted = state_space_table().read(section);
+  if (!section.contains("damping") && request.dynamics)
+    wanted.damping = {request.dynamics->damping};
+  if (wanted.damping.size() != 1 && static_cast<int>(wanted.damping.size()) != wanted.modes)
+    faults.add((at / "damping").to_string(), fmt::format("{} ratios", wanted.damping.size()),
+               fmt::format("expected one, or {} as there are modes", wanted.modes));
+  for (std::size_t k = 0; k < wanted.points.size(); ++k)
+    if (wanted.points[k] >= static_cast<int>(request.points.size()))
+      faults.add((at / "points" / k).to_string(), fmt::format("{}", wanted.points[k]),
+                 fmt::format("the path has {} points: expected 0 to {}", request.points.size(),
+                             request.points.size() - 1));
+  request.state_space = std::move(wanted);
+}
+
+}  // namespace
+
+std::vector<Field> dynamics_fields() {
+  return {shape::optional("dynamics", dynamics_table().shape(),
+                          "harmonic motion about every point: bandwidth of the drives, and "
+                          "transmissibility"),
+          shape::optional("export",
+                          shape::record({shape::required(
+                              "state_space", state_space_table().shape(),
+                              "linear models about points of the path, for control engineering")}),
+                          "what is written beside the results")};
+}
+
+void read_dynamics(const json& read, const Mechanism& mechanism, const ModelOptions& model,
+                   FaultList& faults, StrokeRequest& request) {
+  if (read.contains("dynamics") && faults.sound("/dynamics")) {
+    check_mass(model, read, "dynamics", faults);
+    read_measures(read, mechanism, faults, request);
+  }
+  if (read.contains("export") && faults.sound("/export") && faults.sound("/stroke")) {
+    check_mass(model, read, "export", faults);
+    read_state_space(read, faults, request);
+  }
+}
+
+const char* missing_for_dynamics(const std::string& quantity, const StrokeRequest& request) {
+  const bool bandwidth = quantity == "bandwidth" || quantity.starts_with("bandwidth.");
+  if (bandwidth && !request.dynamics)
+    return "it needs \"dynamics\": {}, which says how it is damped";
+  if (bandwidth && !request.loads.driven())
+    return "nothing is driven along a load_path: expected a stroke";
+  if (quantity == "transmissibility" && !(request.dynamics && request.dynamics->transmissibility))
+    return "it needs \"dynamics\": {\"transmissibility\": {…}}, which says along what and at which "
+           "frequencies";
+  return "";
+}
+
+}  // namespace flexopt

@@ -1,0 +1,343 @@
+#include "optim/tolerances/assembly_study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include "core/response/quantities.hpp"
+#include "optim/numerics/central_differences.hpp"
+#include "optim/numerics/unit_points.hpp"
+#include "optim/solvers/problem.hpp"
+
+namespace flexopt {
+namespace {
+
+// Of the search for a critical scale: where the pattern is looked for anew, and how near it is
+// found.
+constexpr int most_rounds = 4;
+constexpr double same_scale = 1e-3, scale_accuracy = 1e-7;
+
+/// A number that is the worse the larger it is.
+struct Reading {
+  bool ok = false;
+  bool unstable = false;  ///< or without equilibrium: beyond everything
+  double value = 0;
+  std::size_t point = 0;
+  std::string what;  ///< which number it is, of several
+};
+using Read = std::function<Reading(const StrokeResponse&)>;
+
+class Box {
+ public:
+  Box(const Job& job, const ParameterValues& parameters, const ModelOptions& model);
+
+  int size() const { return static_cast<int>(entries_.size()); }
+  int evaluations() const { return evaluations_; }
+  std::vector<AssemblyError> errors(const VectorXd& z) const;
+  StrokeResponse evaluate(const VectorXd& z);
+  /// At errors z, −1 … 1, of the box times a scale.
+  Reading read(const VectorXd& z, double scale, const Read& of);
+  /// Along z, by central differences; nothing where these meet what has no value.
+  std::optional<VectorXd> gradient(const VectorXd& z, const Reading& here, double scale,
+                                   const Read& of);
+  /// The largest value that is found, from the gradients' corner and the starts.
+  std::pair<VectorXd, Reading> worst(double scale, const Read& of, const VectorXd& start,
+                                     std::optional<double>* corner);
+
+ private:
+  struct Entry {
+    int leaf, end, axis;
+    bool turn;
+    double size;
+  };
+  Job job_;
+  AssemblyTolerances spec_;
+  ModelOptions model_;
+  Mechanism mechanism_;
+  StrokeRequest request_;
+  std::vector<Entry> entries_;
+  int evaluations_ = 0;
+};
+
+Box::Box(const Job& job, const ParameterValues& parameters, const ModelOptions& model)
+    : job_(job),
+      spec_(*job.assembly_tolerances),
+      model_(model),
+      mechanism_(make_mechanism(job, parameters)),
+      request_(job.request) {
+  request_.outputs = {Output::equilibrium};
+  for (const Constraint& c : spec_.quantities) request_.outputs.add(needs_of(c.quantity));
+  if (spec_.wants_critical()) request_.outputs.add(Output::stiffness);
+  for (const EdgeTolerance& edge : spec_.edges)
+    for (int k = 0; k < 6; ++k) {
+      const double size = k < 3 ? edge.move[k] : edge.turn[k - 3];
+      if (size == 0) continue;
+      entries_.push_back({edge.leaf, edge.end, k % 3, k >= 3, size});
+    }
+}
+
+std::vector<AssemblyError> Box::errors(const VectorXd& z) const {
+  std::vector<AssemblyError> errors;
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    const Entry& e = entries_[k];
+    auto own = std::ranges::find_if(
+        errors, [&](const AssemblyError& a) { return a.leaf == e.leaf && a.end == e.end; });
+    if (own == errors.end()) own = errors.insert(errors.end(), {e.leaf, e.end});
+    (e.turn ? own->turn : own->move)[e.axis] += e.size * z[static_cast<Eigen::Index>(k)];
+  }
+  return errors;
+}
+
+StrokeResponse Box::evaluate(const VectorXd& z) {
+  ++evaluations_;
+  StrokeRequest request = request_;
+  for (const AssemblyError& error : errors(z)) {
+    auto own = std::ranges::find_if(request.loads.assembly, [&](const AssemblyError& a) {
+      return a.leaf == error.leaf && a.end == error.end;
+    });
+    if (own == request.loads.assembly.end()) {
+      request.loads.assembly.push_back(error);
+    } else {
+      own->move += error.move;
+      own->turn += error.turn;
+    }
+  }
+  return evaluate_stroke(mechanism_, model_, request);
+}
+
+Reading Box::read(const VectorXd& z, double scale, const Read& of) {
+  const StrokeResponse found = evaluate(scale * z);
+  for (const PathPoint& point : found.path)
+    if (point.status != PointStatus::converged || !point.stable) {
+      Reading reading;
+      reading.unstable = true;
+      reading.point = static_cast<std::size_t>(&point - found.path.data());
+      reading.what =
+          point.status == PointStatus::converged ? "the mechanism is unstable" : point.message;
+      return reading;
+    }
+  return of(found);
+}
+
+std::optional<VectorXd> Box::gradient(const VectorXd& z, const Reading& here, double scale,
+                                      const Read& of) {
+  const auto values = [&](const std::vector<VectorXd>& x) {
+    std::vector<std::optional<VectorXd>> answers;
+    for (const VectorXd& one : x) {
+      const Reading r = read((2 * one.array() - 1).matrix(), scale, of);
+      answers.push_back(r.ok ? std::optional(VectorXd(VectorXd::Constant(1, r.value)))
+                             : std::nullopt);
+    }
+    return answers;
+  };
+  const auto rates = central_differences(values, (0.5 * (z.array() + 1)).matrix(),
+                                         VectorXd::Constant(1, here.value));
+  if (!rates) return std::nullopt;
+  return VectorXd(0.5 * rates->row(0).transpose());
+}
+
+std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const VectorXd& start,
+                                        std::optional<double>* corner) {
+  std::pair<VectorXd, Reading> best{start, {}};
+  const auto keep = [&](const VectorXd& z, const Reading& r) {
+    const bool better = r.unstable ? !best.second.unstable
+                                   : r.ok && !best.second.unstable &&
+                                         (!best.second.ok || r.value > best.second.value);
+    if (better) best = {z, r};
+  };
+  Problem problem;
+  problem.lower = VectorXd::Constant(size(), -1);
+  problem.upper = VectorXd::Constant(size(), 1);
+  double unit = 1;
+  problem.evaluate = [&](const VectorXd& z, bool differentiated) {
+    const Reading r = read(z, scale, of);
+    keep(z, r);
+    Problem::Value value;
+    value.ok = r.ok;
+    value.enough = r.unstable;
+    value.f = -r.value / unit;
+    if (!r.ok || !differentiated) return value;
+    const auto rates = gradient(z, r, scale, of);
+    value.ok = rates.has_value();
+    if (rates) value.df = -*rates / unit;
+    return value;
+  };
+  const std::vector<VectorXd> spread = sobol_points(size(), spec_.starts, spec_.seed);
+  for (int k = 0; k < spec_.starts && !best.second.unstable; ++k) {
+    // the first start is the middle, or what is known
+    VectorXd from = start;
+    if (k > 0) from = (2 * spread[static_cast<std::size_t>(k)].array() - 1).matrix();
+    const Reading here = read(from, scale, of);
+    keep(from, here);
+    if (!here.ok) continue;
+    unit = std::max(std::abs(here.value), 1e-300);
+    const auto rates = gradient(from, here, scale, of);
+    if (!rates) continue;
+    VectorXd to = from;
+    for (Eigen::Index i = 0; i < to.size(); ++i)
+      if ((*rates)[i] != 0) to[i] = (*rates)[i] > 0 ? 1 : -1;
+    const Reading there = read(to, scale, of);
+    keep(to, there);
+    if (k == 0 && corner && there.ok) *corner = there.value;
+    OptimiserOptions options;
+    options.name = "LD_SLSQP";
+    options.max_evaluations = 40;
+    options.tolerance = 1e-6;
+    if (!best.second.unstable)
+      minimise(problem, there.ok && there.value > here.value ? to : from, options);
+  }
+  return best;
+}
+
+/// The worst over the stroke of a quantity, its worse side up.
+Reading read_worst(const StrokeResponse& found, const Constraint& of) {
+  Reading reading;
+  for (std::size_t k = 0; k < found.path.size(); ++k) {
+    const auto value = value_of(found.path[k], of.quantity);
+    if (!value) return {.what = fmt::format("{} has no value at point {}", of.quantity, k)};
+    double side = of.over_stroke == OverStroke::min ? -1 : 1;
+    if (of.over_stroke == OverStroke::max_abs && *value < 0) side = -1;
+    if (reading.ok && side * *value <= reading.value) continue;
+    reading = {true, false, side * *value, k, {}};
+  }
+  return reading;
+}
+
+/// How far beyond what is critical: above zero beyond it.
+Reading read_critical(const StrokeResponse& found, const StrokeResponse& nominal,
+                      const AssemblyTolerances& spec) {
+  Reading reading;
+  const auto take = [&](double value, std::size_t point, std::string what) {
+    if (!reading.ok || value > reading.value)
+      reading = {true, false, value, point, std::move(what)};
+  };
+  double largest = 0;
+  for (const PathPoint& p : nominal.path) largest = std::max(largest, std::abs(p.drive_load));
+  for (std::size_t k = 0; k < found.path.size(); ++k) {
+    const PathPoint &now = found.path[k], &then = nominal.path[k];
+    for (std::size_t d = 0; spec.stiffness_share && d < 6; ++d)
+      if (now.support_stiffness[d] && then.support_stiffness[d])
+        take(*spec.stiffness_share * *then.support_stiffness[d] / *now.support_stiffness[d] - 1, k,
+             fmt::format("support_stiffness.{} falls to {:g} of its value", direction_names[d],
+                         *spec.stiffness_share));
+    if (!spec.drive_load_change || largest == 0) continue;
+    take(std::abs(now.drive_load - then.drive_load) / (*spec.drive_load_change * largest) - 1, k,
+         fmt::format("drive_load changes by {:g} of its largest value", *spec.drive_load_change));
+  }
+  return reading;
+}
+
+WorstAssembly worst_of(Box& box, const Constraint& of, const StrokeResponse& nominal) {
+  WorstAssembly result;
+  result.of = of;
+  const int before = box.evaluations();
+  const Reading plain = read_worst(nominal, of);
+  const double side = of.over_stroke == OverStroke::min ? -1 : 1;
+  if (!plain.ok) {
+    result.reason = plain.what;
+    return result;
+  }
+  result.nominal = side * plain.value;
+  const auto read = [&](const StrokeResponse& found) { return read_worst(found, of); };
+  const auto [z, reading] = box.worst(1, read, VectorXd::Zero(box.size()), &result.corner);
+  if (result.corner) *result.corner *= side;
+  result.evaluations = box.evaluations() - before;
+  result.misalignment = box.errors(z);
+  result.point = reading.point;
+  if (reading.ok) result.worst = side * reading.value;
+  if (!reading.ok) result.reason = reading.what;
+  return result;
+}
+
+/// Largest part of a scale, from 0, that is within along a pattern; where it ends, what was read.
+std::pair<double, Reading> end_along(Box& box, const Read& of, const VectorXd& z, double from,
+                                     double largest) {
+  const auto beyond = [](const Reading& r) { return r.unstable || (r.ok && r.value > 0); };
+  double low = 0, high = std::min(from, largest);
+  Reading at_low = box.read(z, 0, of), at_high = box.read(z, high, of);
+  while (!beyond(at_high) && high < largest) {
+    low = high;
+    at_low = at_high;
+    high = std::min(2 * high, largest);
+    at_high = box.read(z, high, of);
+  }
+  if (!beyond(at_high)) return {largest, {}};
+  double below = at_low.ok ? at_low.value : 0;
+  double above = at_high.ok ? at_high.value : 0;
+  int last = 0;
+  while (high - low > scale_accuracy * high) {
+    // regula falsi in the Illinois way; halves where one end is unstable
+    double middle = 0.5 * (low + high);
+    if (at_high.ok && below < 0 && above > 0)
+      middle = (low * above - high * below) / (above - below);
+    const Reading here = box.read(z, middle, of);
+    if (here.ok && std::abs(here.value) < scale_accuracy) return {middle, here};
+    const int side = beyond(here) ? 1 : -1;
+    (side > 0 ? high : low) = middle;
+    if (side > 0) at_high = here;
+    (side > 0 ? above : below) = here.ok ? here.value : 0;
+    if (side == last) (side > 0 ? below : above) *= 0.5;
+    last = side;
+  }
+  return {high, at_high};
+}
+
+CriticalAssembly critical_of(Box& box, const AssemblyTolerances& spec,
+                             const StrokeResponse& nominal) {
+  CriticalAssembly result;
+  const int before = box.evaluations();
+  const auto of = [&](const StrokeResponse& found) { return read_critical(found, nominal, spec); };
+  result.scale = spec.largest_scale;
+  result.limit = "none";
+  result.text = fmt::format("nothing critical up to {:g} times the box", spec.largest_scale);
+  VectorXd pattern = VectorXd::Zero(box.size());
+  double scale = std::min(1.0, spec.largest_scale);
+  for (int round = 0; round < most_rounds; ++round) {
+    const auto [z, reading] = box.worst(scale, of, pattern, nullptr);
+    if (!reading.ok && !reading.unstable) {
+      result.text = reading.what;
+      break;
+    }
+    const auto [end, there] = end_along(box, of, z, scale, spec.largest_scale);
+    const bool smaller = end < result.scale;
+    const bool same = std::abs(end - result.scale) < same_scale * end;
+    if (smaller) {
+      result.scale = end;
+      result.misalignment = box.errors(end * z);
+      result.point = there.point;
+      result.text = there.what;
+      result.limit = there.unstable                         ? "instability"
+                     : there.what.starts_with("drive_load") ? "drive_load"
+                                                            : "stiffness";
+    }
+    if (same || (!smaller && round > 0)) break;
+    pattern = z;
+    scale = end;
+  }
+  result.evaluations = box.evaluations() - before;
+  return result;
+}
+
+}  // namespace
+
+AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,
+                              const ModelOptions& model) {
+  AssemblyReport report;
+  const AssemblyTolerances& spec = *job.assembly_tolerances;
+  Box box(job, parameters, model);
+  const StrokeResponse nominal = box.evaluate(VectorXd::Zero(box.size()));
+  if (nominal.status != Status::ok) {
+    report.message = nominal.message;
+    return report;
+  }
+  for (const Constraint& of : spec.quantities)
+    report.quantities.push_back(worst_of(box, of, nominal));
+  if (spec.wants_critical()) report.critical = critical_of(box, spec, nominal);
+  return report;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,43 @@
+#pragma once
+// The worst errors of assembly in a box, and the size of the box at which they become critical.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+/// A quantity at its worst in the box.
+struct WorstAssembly {
+  Constraint of;                            ///< which one, and which side of it
+  double nominal = 0;                       ///< with the job's own errors of assembly
+  std::optional<double> corner, worst;      ///< at the corner that the gradients point to; found
+  std::size_t point = 0;                    ///< of the path, where it is the worst
+  std::vector<AssemblyError> misalignment;  ///< beside the job's own
+  int evaluations = 0;
+  std::string reason;  ///< where something in the box has no value
+};
+
+/// The largest common scale of the box that keeps clear of what is critical.
+struct CriticalAssembly {
+  double scale = 0;
+  std::string limit;  ///< "stiffness", "drive_load", "instability", or "none" up to the largest
+  std::string text;   ///< what happens there
+  std::size_t point = 0;
+  std::vector<AssemblyError> misalignment;
+  int evaluations = 0;
+};
+
+struct AssemblyReport {
+  std::string message;  ///< why there is nothing; empty otherwise
+  std::vector<WorstAssembly> quantities;
+  std::optional<CriticalAssembly> critical;
+};
+
+/// Of the job's design with these parameters, by this model; derivatives along the errors are
+/// central differences.
+AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,
+                              const ModelOptions& model);
+
+}  // namespace flexopt

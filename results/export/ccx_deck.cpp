@@ -1,0 +1,377 @@
+#include "results/export/ccx_deck.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <tuple>
+
+#include "core/math/rotation.hpp"
+#include "core/mechanism/profile.hpp"
+#include "core/response/quantities.hpp"
+#include "results/export/ccx_model.hpp"
+#include "results/files/version.hpp"
+
+namespace flexopt {
+
+namespace {
+
+/// Lines of a deck. CalculiX reads 20 characters of a number: 12 digits with sign and exponent.
+class Deck {
+ public:
+  template <class... T>
+  void line(fmt::format_string<T...> format, T&&... values) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<T>(values)...);
+    text_ += '\n';
+  }
+  void numbers(const std::vector<int>& list) {
+    for (std::size_t k = 0; k < list.size(); k += 12) {
+      const auto begin = list.begin() + static_cast<std::ptrdiff_t>(k);
+      const auto end = list.begin() + static_cast<std::ptrdiff_t>(std::min(k + 12, list.size()));
+      line("{},", fmt::join(begin, end, ", "));
+    }
+  }
+  std::string text() && { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+/// Of names that stand in comments.
+std::string one_line(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  return text;
+}
+
+void write_nodes(const CcxModel& model, Deck& deck) {
+  deck.line("*NODE, NSET=NALL");
+  int number = 0;
+  for (const Vector3d& p : model.nodes())
+    deck.line("{}, {:.12g}, {:.12g}, {:.12g}", ++number, p[0], p[1], p[2]);
+}
+
+/// Numbers of the elements so far.
+int write_leaves(const CcxModel& model, Deck& deck) {
+  const std::vector<LeafSpring>& leaves = model.mechanism().leaves;
+  int number = 0;
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    deck.line("** leaf {}: {}", i + 1, one_line(leaves[i].name));
+    deck.line("*ELEMENT, TYPE=C3D20R, ELSET=LEAF{}", i + 1);
+    for (const auto& element : model.elements(i)) {
+      deck.line("{}, {},", ++number, fmt::join(element.begin(), element.begin() + 15, ", "));
+      deck.line("{}", fmt::join(element.begin() + 15, element.end(), ", "));
+    }
+  }
+  std::map<std::tuple<double, double, double, double>, int> materials;
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const Material& m = leaves[i].material;
+    const double expansion = m.thermal_expansion.value_or(0);
+    const auto [at, is_new] =
+        materials.insert({{m.youngs_modulus, m.poissons_ratio, m.density, expansion},
+                          static_cast<int>(materials.size()) + 1});
+    if (is_new) {
+      deck.line("*MATERIAL, NAME=MATERIAL{}", at->second);
+      deck.line("*ELASTIC\n{:.12g}, {:.12g}", m.youngs_modulus, m.poissons_ratio);
+      if (m.density > 0) deck.line("*DENSITY\n{:.12g}", m.density);
+      if (expansion != 0) deck.line("*EXPANSION, ZERO=0.\n{:.12g}", expansion);
+    }
+    deck.line("*SOLID SECTION, ELSET=LEAF{}, MATERIAL=MATERIAL{}", i + 1, at->second);
+  }
+  return number;
+}
+
+void write_springs(const CcxModel& model, int number, Deck& deck) {
+  for (std::size_t k = 0; k < model.springs().size(); ++k) {
+    const CcxSpring& tie = model.springs()[k];
+    const Spring& spring = *tie.spring;
+    deck.line("** spring {}", one_line(spring.name));
+    deck.line("*ELEMENT, TYPE=SPRINGA, ELSET=SPRING{}\n{}, {}, {}", k + 1, ++number, tie.node,
+              tie.other);
+    const double built = (spring.place - spring.other_place).norm();
+    if (built == spring.free_length) {
+      deck.line("*SPRING, ELSET=SPRING{}\n\n{:.12g}", k + 1, spring.stiffness);
+      continue;
+    }
+    // force over the change of length since it was built
+    deck.line("*SPRING, NONLINEAR, ELSET=SPRING{}\n", k + 1);
+    for (const double change : {-0.999 * built, 0.0, 100 * built})
+      deck.line("{:.12g}, {:.12g}", spring.stiffness * (built + change - spring.free_length),
+                change);
+  }
+  for (std::size_t k = 0; k < model.masses().size(); ++k) {
+    const CcxMass& mass = model.masses()[k];
+    deck.line("*ELEMENT, TYPE=MASS, ELSET=MASS{}\n{}, {}", k + 1, ++number, mass.node);
+    deck.line("*MASS, ELSET=MASS{}\n{:.12g}", k + 1, mass.mass);
+  }
+}
+
+/// a · u = 0 of one node, the largest component first: it depends on the others.
+void write_equation(int node, Vector3d axis, int own, Deck& deck) {
+  std::array<int, 3> order{0, 1, 2};
+  std::ranges::sort(order, {}, [&](int c) { return -std::abs(axis[c]); });
+  std::vector<std::string> terms;
+  for (const int c : order)
+    if (std::abs(axis[c]) > 1e-12)
+      terms.push_back(fmt::format("{}, {}, {:.12g}", node, c + 1, axis[c]));
+  if (own > 0) terms.push_back(fmt::format("{}, 1, -1.", own));
+  deck.line("*EQUATION\n{}\n{}", terms.size(), fmt::join(terms, ",\n"));
+}
+
+/// The node and the degree of freedom that each stroke prescribes.
+struct Handle {
+  int node = 0, dof = 0;
+};
+
+class Writer {
+ public:
+  Writer(const CcxModel& model, const VectorXd& strokes, const PathPoint& point)
+      : model_(&model), mechanism_(&model.mechanism()), strokes_(strokes), point_(&point) {}
+
+  std::string text() && {
+    write_head();
+    write_nodes(*model_, deck_);
+    write_springs(*model_, write_leaves(*model_, deck_), deck_);
+    write_rigids();
+    write_holds();
+    write_handles();
+    write_watched();
+    if (loads().acts_before_stroke()) write_load_step();
+    write_stroke_step();
+    write_support_steps();
+    write_frequency_step();
+    return std::move(deck_).text();
+  }
+
+ private:
+  const LoadCase& loads() const { return model_->exported().request.loads; }
+
+  void write_head() {
+    const Exported& exported = model_->exported();
+    deck_.line("** {}: flexopt {} wrote this deck. Units: m, kg, s, N, Pa, K.",
+               one_line(exported.name), version());
+    deck_.line("** Leaves of isotropic quadratic solids, bodies are rigid. Run: ccx DECK");
+    deck_.line("** Lines that begin with **FLEXOPT are for compare_ccx.py DECK.inp.");
+    deck_.line("**FLEXOPT stroke {}", exported.stroke_text(strokes_));
+  }
+
+  void write_rigids() {
+    deck_.line("*NSET, NSET=GROUND");
+    deck_.numbers(model_->fixed());
+    int number = 0;
+    for (const CcxRigid& rigid : model_->rigids()) {
+      ++number;
+      deck_.line("** {}: node {} displaces, node {} has the rotation vector", one_line(rigid.name),
+                 rigid.reference, rigid.rotation);
+      if (rigid.nodes.empty()) continue;
+      deck_.line("*NSET, NSET=BODY{}", number);
+      deck_.numbers(rigid.nodes);
+      deck_.line("*RIGID BODY, NSET=BODY{}, REF NODE={}, ROT NODE={}", number, rigid.reference,
+                 rigid.rotation);
+    }
+  }
+
+  void write_holds() {
+    if (!model_->fixed().empty()) deck_.line("*BOUNDARY\nGROUND, 1, 3, 0.");
+    for (std::size_t b = 0; b < mechanism_->bodies.size(); ++b)
+      for (int d = 0; d < 6; ++d)
+        if (mechanism_->bodies[b].held[static_cast<std::size_t>(d)] &&
+            model_->rigid_of(static_cast<int>(b))) {
+          const auto [node, dof] = model_->freedom(static_cast<int>(b), static_cast<Direction>(d));
+          deck_.line("*BOUNDARY\n{}, {}, {}, 0.", node, dof, dof);
+        }
+    for (const Joint& joint : mechanism_->joints) {
+      const CcxRigid* rigid = is_held(joint.type) ? model_->rigid_of(joint.body) : nullptr;
+      if (!rigid) continue;
+      const bool turn = joint.type == JointType::held_rotation;
+      write_equation(turn ? rigid->rotation : rigid->reference, joint.axis, 0, deck_);
+    }
+  }
+
+  /// A stroke along no global axis is the first displacement of a node of its own.
+  void write_handles() {
+    int own = static_cast<int>(model_->nodes().size());
+    if (!loads().driven()) return;
+    for (const Drive& drive : mechanism_->drives) {
+      const auto [node, dof] = model_->freedom(drive.body, drive.direction);
+      const Vector3d axis = drive.axes.col(index(drive.direction) % 3);
+      int along = 0;
+      axis.cwiseAbs().maxCoeff(&along);
+      if (axis[along] > 1 - 1e-12) {
+        handles_.push_back({node, along + 1});
+        continue;
+      }
+      ++own;
+      deck_.line("*NODE, NSET=NALL\n{}, 0., 0., 0.", own);
+      write_equation(node, axis, own, deck_);
+      deck_.line("*BOUNDARY\n{}, 2, 3, 0.", own);
+      handles_.push_back({own, 1});
+    }
+  }
+
+  void write_watched() {
+    std::vector<int> nodes{model_->at_O()};
+    for (const CcxRigid& rigid : model_->rigids()) {
+      nodes.push_back(rigid.reference);
+      nodes.push_back(rigid.rotation);
+    }
+    for (const Handle& handle : handles_) nodes.push_back(handle.node);
+    std::ranges::sort(nodes);
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    deck_.line("*NSET, NSET=WATCHED");
+    deck_.numbers(nodes);
+    const CcxRigid* end_effector = model_->rigid_of(mechanism_->end_effector);
+    if (end_effector)
+      deck_.line("**FLEXOPT end_effector node {} rotation {}", model_->at_O(),
+                 end_effector->rotation);
+    if (!loads().temperature.empty()) deck_.line("*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 0.");
+    for (std::size_t i = 0; i < loads().temperature.size(); ++i) {
+      const auto [first, last] = model_->nodes_of(i);
+      deck_.line("*NSET, NSET=WARM{}, GENERATE\n{}, {}, 1", i + 1, first, last);
+    }
+  }
+
+  /// Parts of a stroke, and how close Newton's method has to come.
+  void begin_step(double first, const char* field) {
+    ++steps_;
+    deck_.line("*STEP, NLGEOM, INC=500\n*CONTROLS, PARAMETERS=FIELD\n{}", field);
+    deck_.line("*STATIC\n{:.12g}, 1., 1e-6, {:.12g}", first, first);
+  }
+  void end_step() { deck_.line("*NODE PRINT, NSET=WATCHED, FREQUENCY=1000\nU, RF\n*END STEP"); }
+
+  void write_prescribed(const VectorXd& strokes) {
+    for (std::size_t k = 0; k < handles_.size(); ++k)
+      deck_.line("*BOUNDARY\n{}, {}, {}, {:.12g}", handles_[k].node, handles_[k].dof,
+                 handles_[k].dof, strokes[static_cast<Eigen::Index>(k)]);
+  }
+
+  void write_force(int node, const Vector3d& force) {
+    for (int c = 0; c < 3; ++c)
+      if (force[c] != 0) deck_.line("*CLOAD\n{}, {}, {:.12g}", node, c + 1, force[c]);
+  }
+
+  void write_load_step() {
+    deck_.line("** what acts before the stroke");
+    begin_step(0.25, "1e-5, 1e-4");
+    write_prescribed(VectorXd::Zero(strokes_.size()));
+    const LoadCase& all = loads();
+    for (std::size_t k = 0; k < all.constant.size(); ++k)
+      write_force(model_->load_nodes()[k], all.constant[k].force);
+    if (const double g = all.gravity.norm(); g > 0) {
+      for (std::size_t i = 0; i < mechanism_->leaves.size(); ++i)
+        if (mechanism_->leaves[i].material.density > 0)
+          deck_.line("*DLOAD\nLEAF{}, GRAV, {:.12g}, {:.12g}, {:.12g}, {:.12g}", i + 1, g,
+                     all.gravity[0] / g, all.gravity[1] / g, all.gravity[2] / g);
+      for (const CcxMass& mass : model_->masses()) write_force(mass.node, mass.mass * all.gravity);
+    }
+    for (std::size_t i = 0; i < all.temperature.size(); ++i)
+      deck_.line("*TEMPERATURE\nWARM{}, {:.12g}", i + 1, all.temperature[i]);
+    for (std::size_t k = 0; k < all.assembly.size(); ++k) {
+      const CcxRigid& edge = model_->rigids()[static_cast<std::size_t>(model_->placed_edges()[k])];
+      for (int c = 0; c < 3; ++c)
+        deck_.line("*BOUNDARY\n{}, {}, {}, {:.12g}\n{}, {}, {}, {:.12g}", edge.reference, c + 1,
+                   c + 1, all.assembly[k].move[c], edge.rotation, c + 1, c + 1,
+                   all.assembly[k].turn[c]);
+    }
+    end_step();
+  }
+
+  void write_stroke_step() {
+    deck_.line("** the stroke");
+    begin_step(0.25, "1e-5, 1e-4");
+    write_prescribed(strokes_);
+    const LoadCase& all = loads();
+    for (std::size_t k = 0; k < all.growing.size(); ++k)
+      write_force(model_->load_nodes()[all.constant.size() + k],
+                  strokes_[0] * all.growing[k].force);
+    end_step();
+    for (int c = 0; c < 3; ++c)
+      deck_.line("**FLEXOPT displacement {} step {} value {:.9g}", direction_names[c], steps_,
+                 point_->displacement[c]);
+    for (int c = 0; c < 3; ++c)
+      deck_.line("**FLEXOPT rotation {} step {} value {:.9g}", direction_names[3 + c], steps_,
+                 point_->rotation[c]);
+    for (std::size_t k = 0; k < handles_.size(); ++k) {
+      const Drive& drive = mechanism_->drives[k];
+      const std::string_view direction = direction_names[index(drive.direction)];
+      deck_.line("**FLEXOPT drive_load {} step {} node {} dof {} value {:.9g} {}",
+                 drive.name.empty() ? std::string(direction) : one_line(drive.name), steps_,
+                 handles_[k].node, handles_[k].dof, point_->drive_loads[k],
+                 load_unit(drive.direction));
+    }
+  }
+
+  /// A load one way and the other in each direction that the mechanism supports, small beside all
+  /// else: what O moves between both over the load is the compliance.
+  void write_support_steps() {
+    double thin = 1e300, length = 0;
+    for (const LeafSpring& leaf : mechanism_->leaves) {
+      thin = std::min(thin, leaf.thickness * profile_range(leaf.thickness_profile).smallest);
+      length = std::max(length, leaf.length);
+    }
+    const double way = 0.005 * thin;  // so little that the stiffness stays
+    const CcxRigid* body = model_->rigid_of(mechanism_->end_effector);
+    if (!body) return;
+    // A moment m about O does the work of Jᵀ m on the rotation vector.
+    const Matrix3d J = rotation_left_tangent(point_->rotation);
+    for (int d = 0; d < 6; ++d) {
+      const auto stiffness = point_->support_stiffness[static_cast<std::size_t>(d)];
+      if (!stiffness) continue;
+      const double size = *stiffness * (d < 3 ? way : way / length);
+      const Vector3d unit = Vector3d::Unit(d % 3);
+      for (const double sign : {1.0, -1.0}) {
+        begin_step(1, "1e-6, 1e-5");
+        const Vector3d force = d < 3 ? Vector3d(sign * size * unit) : Vector3d(Vector3d::Zero()),
+                       moment = d < 3 ? Vector3d(Vector3d::Zero())
+                                      : Vector3d(sign * size * (J.transpose() * unit));
+        deck_.line("*CLOAD");
+        for (int c = 0; c < 3; ++c) deck_.line("{}, {}, {:.12g}", model_->at_O(), c + 1, force[c]);
+        for (int c = 0; c < 3; ++c) deck_.line("{}, {}, {:.12g}", body->rotation, c + 1, moment[c]);
+        end_step();
+      }
+      deck_.line("**FLEXOPT support_stiffness {} steps {} {} load {:.12g} value {:.9g} {}",
+                 direction_names[static_cast<std::size_t>(d)], steps_ - 1, steps_, size, *stiffness,
+                 d < 3 ? "N/m" : "N m/rad");
+    }
+  }
+
+  /// About the state at the stroke, the drive held.
+  void write_frequency_step() {
+    const std::vector<double>& found = point_->frequencies_locked;
+    if (found.empty()) return;
+    if (const CcxRigid* body = model_->rigid_of(mechanism_->end_effector)) {
+      begin_step(1, "1e-6, 1e-5");  // without the small loads
+      for (const int node : {model_->at_O(), body->rotation})
+        for (int c = 1; c <= 3; ++c) deck_.line("*CLOAD\n{}, {}, 0.", node, c);
+      end_step();
+    }
+    deck_.line("*STEP, PERTURBATION\n*FREQUENCY\n{}\n*END STEP", found.size());
+    for (std::size_t k = 0; k < found.size(); ++k)
+      deck_.line("**FLEXOPT frequency {} value {:.9g} Hz", k + 1, found[k]);
+  }
+
+  const CcxModel* model_;
+  const Mechanism* mechanism_;
+  VectorXd strokes_;
+  const PathPoint* point_;
+  std::vector<Handle> handles_;
+  Deck deck_;
+  int steps_ = 0;
+};
+
+}  // namespace
+
+std::string ccx_deck(const Exported& exported, const VectorXd& strokes, const SolidMeshSize& size) {
+  const CcxModel model(exported, size);
+  ModelOptions full = exported.model;
+  full.accuracy = Accuracy::full;
+  Outputs outputs{Output::stiffness};
+  if (exported.request.frequencies > 0) outputs.add(Output::frequencies_locked);
+  const PathPoint point = exported.equilibria({strokes}, full, outputs).front();
+  return Writer(model, strokes, point).text();
+}
+
+}  // namespace flexopt

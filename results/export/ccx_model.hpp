@@ -1,0 +1,84 @@
+#pragma once
+// A mechanism as CalculiX sees it: nodes of solid leaves, rigid bodies, springs. Node numbers count
+// from one.
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "results/export/exported.hpp"
+#include "results/export/solid_mesh.hpp"
+
+namespace flexopt {
+
+/// Nodes that move as one rigid body: bodies that rigid joints tie together, or a clamped edge that
+/// sits elsewhere than designed.
+struct CcxRigid {
+  std::string name;
+  int body = ground;  ///< whose reference point the reference node is; ground of an edge
+  int reference = 0, rotation = 0;  ///< nodes: displacement, rotation vector
+  std::vector<int> nodes;           ///< that it carries
+};
+
+struct CcxMass {
+  int node = 0;
+  double mass = 0;  ///< [kg]
+};
+
+struct CcxSpring {
+  int node = 0, other = 0;
+  const Spring* spring = nullptr;
+};
+
+class CcxModel {
+ public:
+  /// Throws SpecError with all items that a deck cannot carry. `exported` must outlive this.
+  CcxModel(const Exported& exported, const SolidMeshSize& size);
+
+  const Exported& exported() const { return *exported_; }
+  const Mechanism& mechanism() const { return exported_->mechanism; }
+  const std::vector<Vector3d>& nodes() const { return nodes_; }
+  const std::vector<CcxRigid>& rigids() const { return rigids_; }
+  const std::vector<CcxMass>& masses() const { return masses_; }
+  const std::vector<CcxSpring>& springs() const { return springs_; }
+  const std::vector<int>& fixed() const { return fixed_; }
+  /// Elements of a leaf and all nodes of it.
+  const std::vector<std::array<int, 20>>& elements(std::size_t leaf) const {
+    return elements_[leaf];
+  }
+  std::pair<int, int> nodes_of(std::size_t leaf) const { return ranges_[leaf]; }  ///< first, last
+
+  /// The rigid body that a body belongs to; none of a body that is tied to the ground.
+  const CcxRigid* rigid_of(int body) const;
+  /// Node and degree of freedom of a direction of a body that has a reference node of its own.
+  std::pair<int, int> freedom(int body, Direction direction) const;
+  /// A node of the end-effector at O beside the reference node, for loads.
+  int at_O() const { return at_O_; }
+  /// Of each dead load of the case, growing ones after constant ones: where it acts.
+  const std::vector<int>& load_nodes() const { return load_nodes_; }
+  /// Of each assembly error the rigid body of its edge.
+  const std::vector<int>& placed_edges() const { return placed_edges_; }
+
+ private:
+  int add(const Vector3d& place);
+  /// A new node that moves with the body; fixed where that is the ground.
+  int add_on(int body, const Vector3d& place);
+  void add_bodies();
+  void add_masses(int body);
+  void add_leaves(const SolidMeshSize& size);
+  void clamp(std::size_t leaf, int end, const std::vector<int>& nodes);
+  void add_ties();
+
+  const Exported* exported_;
+  std::vector<Vector3d> nodes_;
+  std::vector<CcxRigid> rigids_;
+  std::vector<int> rigid_of_;  ///< of each body, −1: tied to the ground
+  std::vector<CcxMass> masses_;
+  std::vector<CcxSpring> springs_;
+  std::vector<int> fixed_, load_nodes_, placed_edges_;
+  std::vector<std::vector<std::array<int, 20>>> elements_;
+  std::vector<std::pair<int, int>> ranges_;
+  int at_O_ = 0;
+};
+
+}  // namespace flexopt

@@ -1,0 +1,19 @@
+#pragma once
+// Drawings for cutting, DXF R12 in millimetres.
+#include <optional>
+#include <string>
+
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+/// The leaves laid flat, a closed outline of true size for each on a layer of its own, folds on the
+/// layer FOLDS, beside them name and thickness on TEXT. Nothing where all leaves are wires.
+std::optional<std::string> dxf_leaves(const Mechanism& mechanism);
+
+/// Where the width of all leaves lies along one direction: their thickness seen along it, closed
+/// outlines in the plane across, each on a layer of its own. At a point of a path, or undeflected
+/// (null). Nothing for other mechanisms.
+std::optional<std::string> dxf_contour(const Mechanism& mechanism, const PathPoint* point);
+
+}  // namespace flexopt

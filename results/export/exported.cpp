@@ -1,0 +1,209 @@
+#include "results/export/exported.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "core/response/quantities.hpp"
+#include "core/spec/quantity.hpp"
+#include "core/spec/spec_error.hpp"
+#include "results/run/run_files.hpp"
+
+namespace flexopt {
+
+namespace {
+
+/// Unit of the k-th number of a stroke.
+std::string unit_of_stroke(const Exported& of, std::size_t k) {
+  if (!of.request.loads.driven()) return "1";
+  return is_rotation(of.mechanism.drives[k].direction) ? "rad" : "m";
+}
+
+/// " m"; nothing of plain numbers.
+std::string shown_unit(const Exported& of, std::size_t k) {
+  return of.request.loads.driven() ? " " + unit_of_stroke(of, k) : "";
+}
+
+std::string name_of_stroke(const Exported& of, std::size_t k) {
+  if (!of.request.loads.driven()) return "load factor";
+  const Drive& drive = of.mechanism.drives[k];
+  return drive.name.empty() ? std::string(direction_names[index(drive.direction)]) : drive.name;
+}
+
+/// A quantity with its unit, or a plain number in SI.
+double stroke_value(const std::string& text, const std::string& unit) {
+  double number = 0;
+  const char* end = text.data() + text.size();
+  if (const auto [last, error] = std::from_chars(text.data(), end, number);
+      error == std::errc() && last == end && std::isfinite(number))
+    return number;
+  return parse_quantity(text, unit, "--at");
+}
+
+std::string list_of_strokes(const Exported& of) {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < of.mechanism.drives.size(); ++k)
+    names.push_back(name_of_stroke(of, k));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// Within the strokes of the job, rest included.
+void check_in_path(const Exported& of, std::size_t k, double value, const std::string& text) {
+  double low = 0, high = 0;
+  for (const VectorXd& strokes : of.path()) {
+    low = std::min(low, strokes[static_cast<Eigen::Index>(k)]);
+    high = std::max(high, strokes[static_cast<Eigen::Index>(k)]);
+  }
+  const double slack = 1e-9 * (high - low);  // of unit conversions
+  if (value < low - slack || value > high + slack)
+    throw SpecError("--at", text,
+                    fmt::format("expected {} on the path of the job: from {:.9g} to {:.9g}{}",
+                                name_of_stroke(of, k), low, high, shown_unit(of, k)));
+}
+
+VectorXd read_strokes(const Exported& of, const std::vector<std::string>& texts) {
+  const std::size_t count = static_cast<std::size_t>(of.strokes.size());
+  VectorXd strokes = VectorXd::Zero(of.strokes.size());
+  const bool named = of.request.loads.driven() && DriveList(of.mechanism).named();
+  if (count == 0) throw SpecError("--at", texts.front(), "nothing is driven in this job");
+  if (!named && texts.size() > 1)
+    throw SpecError("--at", texts[1], "expected one stroke: there is one drive");
+  std::vector<bool> given(count);
+  for (const std::string& text : texts) {
+    std::size_t k = 0, begin = 0;
+    if (named) {
+      const std::size_t sign = text.find('=');
+      while (k < count && name_of_stroke(of, k) != text.substr(0, sign)) ++k;
+      if (sign == std::string::npos || k == count)
+        throw SpecError("--at", text,
+                        "expected NAME=STROKE with one of the drives " + list_of_strokes(of));
+      begin = sign + 1;
+    }
+    if (given[k]) throw SpecError("--at", text, "this stroke is given twice");
+    given[k] = true;
+    const double value = stroke_value(text.substr(begin), unit_of_stroke(of, k));
+    check_in_path(of, k, value, text);
+    strokes[static_cast<Eigen::Index>(k)] = value;
+  }
+  return strokes;
+}
+
+/// Parameters of the optimum in the folder of a run of this job.
+ParameterValues optimum_of(const Job& job, const std::filesystem::path& folder) {
+  const auto refuse = [&](const std::string& rule) {
+    return SpecError("--result", folder.string(), rule);
+  };
+  if (!std::filesystem::is_directory(folder))
+    throw refuse("expected the output folder of a finished run: there is no such folder");
+  if (!std::filesystem::exists(folder / "result.json") || !holds_finished_run(folder))
+    throw refuse("expected the output folder of a finished run: it has no result.json of its own");
+  const OrderedJson result = read_result(folder);
+  const OrderedJson optimum = result.value("optimum", OrderedJson());
+  if (!optimum.is_object() || !optimum.value("parameters", OrderedJson()).is_object())
+    throw refuse("expected a run that found an optimum");
+  const std::string family =
+      result.value(OrderedJson::json_pointer("/job/design/family"), std::string());
+  if (!family.empty() && !job.design.family.empty() && family != job.design.family)
+    throw refuse(
+        fmt::format("it is a run of the design {}; the job's is {}", family, job.design.family));
+  ParameterValues values = job.design.parameters;
+  for (const auto& [name, value] : optimum["parameters"].items())
+    if (value.is_number()) values[name] = value.get<double>();
+  return values;
+}
+
+StrokeRequest request_of(const Job& job, const std::string& name) {
+  const std::vector<JobCase> cases = cases_of(job);
+  if (name.empty()) return cases.front().request;
+  std::vector<std::string> names;
+  for (const JobCase& one : cases) {
+    if (one.name == name) return one.request;
+    if (!one.name.empty()) names.push_back(one.name);
+  }
+  throw SpecError("--case", name,
+                  names.empty() ? "the job has one load case, without a name"
+                                : fmt::format("expected one of {}", fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+std::vector<PathPoint> Exported::equilibria(const std::vector<VectorXd>& at, const ModelOptions& by,
+                                            const Outputs& outputs) const {
+  StrokeRequest asked = request;
+  asked.points.clear();
+  asked.strokes.clear();
+  for (const VectorXd& point : at) {
+    asked.points.push_back(point.size() > 0 ? point[0] : 0.0);
+    if (!request.strokes.empty()) asked.strokes.push_back(point);
+  }
+  asked.outputs = {Output::equilibrium, Output::stress, Output::shapes};
+  asked.outputs.add(outputs);
+  if (!outputs.need_frequencies()) asked.frequencies = 0;
+  asked.buckling_load.clear();
+  asked.probes.clear();
+  StrokeResponse found = evaluate_stroke(mechanism, by, asked);
+  for (std::size_t k = 0; k < found.path.size(); ++k)
+    if (found.path[k].status != PointStatus::converged)
+      throw NoEquilibrium(
+          fmt::format("no equilibrium at {}: {}", stroke_text(at[k]),
+                      found.path[k].message.empty() ? found.message : found.path[k].message));
+  return std::move(found.path);
+}
+
+PathPoint Exported::standing(const Outputs& outputs) const {
+  if (!undeflected) return equilibria({strokes}, model, outputs).front();
+  Exported unloaded = *this;
+  LoadCase& loads = unloaded.request.loads;
+  loads.constant.clear();
+  loads.assembly.clear();
+  loads.temperature.clear();
+  loads.body_expansion.clear();
+  loads.gravity.setZero();
+  return unloaded.equilibria({strokes}, model, outputs).front();
+}
+
+std::vector<VectorXd> Exported::path() const {
+  std::vector<VectorXd> points;
+  for (std::size_t k = 0; k < request.points.size(); ++k)
+    points.push_back(request.loads.driven() ? request.strokes_at(k, mechanism.drives.size())
+                                            : VectorXd::Constant(1, request.points[k]));
+  return points;
+}
+
+VectorXd Exported::largest_strokes() const {
+  const std::vector<VectorXd> points = path();
+  return *std::ranges::max_element(points, {}, [](const VectorXd& p) { return p.norm(); });
+}
+
+std::string Exported::stroke_text(const VectorXd& at) const {
+  std::vector<std::string> texts;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(at.size()); ++k)
+    texts.push_back(fmt::format("{} = {:.9g}{}", name_of_stroke(*this, k),
+                                at[static_cast<Eigen::Index>(k)], shown_unit(*this, k)));
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+Exported make_exported(const Job& job, const ExportPlace& place) {
+  if (!job.designs.empty())
+    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
+                    "a job of one design can be exported");
+  Exported made;
+  made.name = job.name;
+  made.mechanism =
+      make_mechanism(job, place.result ? optimum_of(job, *place.result) : job.design.parameters);
+  made.request = request_of(job, place.load_case);
+  made.model = job.model;
+  const bool driven = made.request.loads.driven();
+  made.strokes =
+      VectorXd::Zero(driven ? static_cast<Eigen::Index>(made.mechanism.drives.size()) : 1);
+  if (!place.at.empty()) {
+    made.strokes = read_strokes(made, place.at);
+    made.undeflected = false;
+  }
+  return made;
+}
+
+}  // namespace flexopt

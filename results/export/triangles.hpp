@@ -1,0 +1,31 @@
+#pragma once
+// Closed meshes of triangles: leaves with their thickness, boxes, hulls.
+#include <array>
+#include <string>
+#include <vector>
+
+#include "core/mechanism/mechanism.hpp"
+#include "results/export/leaf_surface.hpp"
+
+namespace flexopt {
+
+struct TriangleMesh {
+  std::string name;
+  std::vector<Vector3d> points;               ///< [m]
+  std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise seen from outside
+
+  /// Enclosed by the triangles [m³].
+  double volume() const;
+};
+
+/// Both faces and all rims of a leaf. A wire has as many sides as `around`, and the area of the
+/// circle. The number and the order of points and triangles follow from the size of the grid alone.
+TriangleMesh closed_leaf(const LeafSurface& surface, int around = 32);
+
+/// Twelve triangles.
+TriangleMesh closed_box(const BodyBoxT<double>& box);
+
+/// The smallest convex body around the points; nothing where they lie in a plane.
+TriangleMesh convex_hull(const std::vector<Vector3d>& points);
+
+}  // namespace flexopt

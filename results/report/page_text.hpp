@@ -1,0 +1,25 @@
+#pragma once
+// Pages out of templates.
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "results/files/json_text.hpp"
+
+namespace flexopt {
+
+/// The template with what `filling` gives for every name between two @. Its only @ are those.
+std::string filled(std::string_view page,
+                   const std::function<std::string(const std::string& name)>& filling);
+
+/// For text between tags.
+std::string html_escaped(std::string_view text);
+
+/// JSON inside a script element: there `<` may only occur in strings, where \u003c means the same;
+/// so no "</script>" or "<!--" of a job's text ends the element.
+std::string script_json(const OrderedJson& value);
+
+/// An embedded file as it stands in a page.
+std::string page_part(const std::string& name);
+
+}  // namespace flexopt

@@ -1,0 +1,208 @@
+// Beyond a bifurcation: a column against the elastica, a pressed guide against one that is driven
+// there, exact derivatives, and where there is no stable branch.
+#include "core/response/path/stable_branch.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/response/response.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+constexpr std::array<bool, 6> in_plane{false, false, true, true, true, false};
+
+ModelOptions beams(int elements = 48) {
+  ModelOptions model;
+  model.mesh = {elements, 1};
+  model.flexure = Flexure::beam;
+  model.warping = Warping::free;
+  model.accuracy = Accuracy::full;
+  return model;
+}
+
+StrokeRequest pressed(const Vector3d& force, std::vector<double> factors, BranchChoice branch) {
+  StrokeRequest request;
+  request.points = std::move(factors);
+  request.newton.tolerance = 1e-12;
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  request.loads.growing = {{.force = force}};
+  request.branch = branch;
+  return request;
+}
+
+/// k of the complete integral K(k) = value.
+double modulus_of(double value) {
+  double low = 0, high = 1 - 1e-12;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = 0.5 * (low + high);
+    (std::comp_ellint_1(middle) < value ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Two beams side by side, in their plane.
+Mechanism pressed_guide(double length, double thickness) {
+  Mechanism m = models::guide(length, 0.01, thickness);
+  m.bodies[0].held = in_plane;
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("a guided column follows the elastica beyond its buckling load", "[branch]") {
+  const double L = 0.1, w = 0.01, t = 2e-4;
+  Mechanism m = models::single_leaf(L, w, t);
+  m.bodies[0].held = {false, false, true, true, true, true};
+  const LeafSpring& leaf = m.leaves[0];
+  const double EI = leaf.material.youngs_modulus * w * t * t * t / 12,
+               euler = std::numbers::pi * std::numbers::pi * EI / (L * L);
+  const std::vector<double> factors{0, 0.9, 1.01, 1.1, 1.5, 2};
+  const StrokeResponse stable = evaluate_stroke(
+                           m, beams(), pressed({-euler, 0, 0}, factors, BranchChoice::stable)),
+                       straight = evaluate_stroke(
+                           m, beams(), pressed({-euler, 0, 0}, factors, BranchChoice::primary));
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    const PathPoint& point = stable.path[k];
+    CAPTURE(factors[k], point.message, point.displacement.transpose());
+    REQUIRE(point.status == PointStatus::converged);
+    CHECK(point.stable);
+    CHECK(point.other_branch == (factors[k] > 1));
+    CHECK(straight.path[k].stable == (factors[k] < 1));
+    CHECK_FALSE(straight.path[k].other_branch);
+    CHECK(std::abs(straight.path[k].displacement[1]) < 1e-9 * L);
+    if (factors[k] < 1) continue;
+    // four quarters, each a cantilever of a quarter of the length that is pressed at its tip: two
+    // of half the length between the clamps and the inflection
+    const double K = 0.5 * std::numbers::pi * std::sqrt(factors[k]), modulus = modulus_of(K),
+                 E = std::comp_ellint_2(modulus);
+    // the mesh of 16 beams, and what the load shortens them by, the nearer to the bifurcation the
+    // more
+    const double tolerance = factors[k] < 1.05 ? 2e-3 : 2e-4;
+    CHECK(point.displacement[1] == Approx(2 * modulus * L / K).epsilon(tolerance));
+    CHECK(point.displacement[0] == Approx(-2 * L * (1 - E / K)).epsilon(2 * tolerance));
+  }
+}
+
+TEST_CASE("a column that its drive holds bulges to the side, and goes on with the stroke",
+          "[branch]") {
+  // two leaves in a row, a body between them: clamped at both ends, where the drive is
+  const double L = 0.1, w = 0.01, t = 2e-4;
+  Mechanism m = models::single_leaf(L, w, t);
+  m.bodies[0].held = {false, false, true, true, true, true};
+  m.bodies.push_back(models::body({0.5 * L, 0, 0}, 0, 0));
+  m.bodies[1].held = in_plane;
+  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 0.5 * L, w, t),
+              models::leaf({0.5 * L, 0, 0}, {1, 0, 0}, 0.5 * L, w, t)};
+  m.leaves[0].tip = m.leaves[1].base = 1;
+  m.leaves[1].tip = 0;
+  const double EI = m.leaves[0].material.youngs_modulus * w * t * t * t / 12,
+               euler = 4 * std::numbers::pi * std::numbers::pi * EI / (L * L), factor = 1.2;
+  StrokeRequest request;
+  request.points = {0, 0.002};
+  request.newton.tolerance = 1e-12;
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  request.loads.constant = {{.force = {-factor * euler, 0, 0}}};
+  request.branch = BranchChoice::stable;
+  const StrokeResponse response = evaluate_stroke(m, beams(24), request);
+  for (const PathPoint& point : response.path) {
+    INFO(point.message);
+    REQUIRE(point.status == PointStatus::converged);
+    CHECK(point.stable);
+    CHECK(point.other_branch);
+    CHECK(point.bodies[1].displacement[1] > 0);
+  }
+  // four cantilevers of a quarter of the length
+  const double K = 0.5 * std::numbers::pi * std::sqrt(factor), k = modulus_of(K);
+  CHECK(response.path[0].bodies[1].displacement[1] == Approx(k * L / K).epsilon(1e-3));
+  CHECK(response.path[0].displacement[0] ==
+        Approx(-2 * L * (1 - std::comp_ellint_2(k) / K)).epsilon(2e-3));
+  CHECK(response.path[1].displacement[1] == Approx(0.002));
+}
+
+TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side", "[branch]") {
+  const Mechanism m = pressed_guide(0.1, 2e-4);
+  const Vector3d force(-3, 0, 0);  // 2 π² EI/L² is 2.63 N
+  const std::vector<double> factors{0, 0.6, 0.85, 0.88, 0.9};
+  const StrokeResponse stable = evaluate_stroke(m, beams(),
+                                                pressed(force, factors, BranchChoice::stable)),
+                       primary = evaluate_stroke(m, beams(),
+                                                 pressed(force, factors, BranchChoice::primary));
+  REQUIRE_FALSE(primary.path.back().stable);
+  CHECK(std::abs(primary.path.back().displacement[1]) < 1e-9);
+  const PathPoint& point = stable.path.back();
+  CAPTURE(point.message);
+  REQUIRE(point.status == PointStatus::converged);
+  CHECK(point.stable);
+  CHECK(point.other_branch);
+  CHECK(point.displacement[1] > 0.01);
+  // a drive that takes the guide there under the same load has nothing to hold
+  StrokeRequest driven;
+  driven.newton.tolerance = 1e-12;
+  driven.loads.constant = {{.force = 0.9 * force}};
+  for (const double share : {0.25, 0.5, 0.75, 0.9, 1.0})
+    driven.points.push_back(share * point.displacement[1]);
+  driven.outputs = {Output::equilibrium};
+  const StrokeResponse response = evaluate_stroke(m, beams(), driven);
+  REQUIRE(response.status == Status::ok);
+  CHECK(std::abs(response.path.back().drive_load) < 1e-8);
+  CHECK(std::abs(response.path[2].drive_load) > 0.01);
+}
+
+TEST_CASE("derivatives on the stable branch are exact", "[branch][gradient]") {
+  const test::Family family{[](const test::Values& v) { return pressed_guide(v[0], v[1]); },
+                            {{"length", 0.1}, {"thickness", 2e-4}},
+                            {0, 1},
+                            1};
+  const test::Values p = test::values_of(family.numbers);
+  StrokeRequest request = pressed({-2.75, 0, 0}, {0, 1}, BranchChoice::stable);
+  request.values = PathValues::differentiable;
+  const StrokeSensitivity here = evaluate_stroke_gradients(
+      family.make(p), {test::direction(family, 0), test::direction(family, 1)}, beams(), request);
+  REQUIRE(here.gradients);
+  REQUIRE(here.response.path[1].other_branch);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Derivatives d = ridders(
+        [&](double x) {
+          test::Values moved = p;
+          moved[k] = x;
+          const StrokeResponse r = evaluate_stroke(family.make(moved), beams(), request);
+          INFO(r.message);
+          INFO(r.path[1].message);
+          REQUIRE(r.path[1].other_branch);
+          return std::vector{r.path[1].displacement[1]};
+        },
+        p[k], 0.002 * p[k]);  // it stays beyond the bifurcation
+    const double exact = here.gradients->path[1].displacement(1, static_cast<Eigen::Index>(k));
+    CAPTURE(k, exact, d.value[0], d.error[0]);
+    CHECK(exact == Approx(d.value[0]).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("a hinge that gives way more and more has no stable branch, and says so", "[branch]") {
+  // two beams that cross in their middles lose stiffness as they turn
+  Mechanism m = models::hinge(0.1, 2e-4, {{1, 0, 0.01}, {-1, 0, 0.01}});
+  m.bodies[0].held = in_plane;
+  const PathPoint point =
+      evaluate_stroke(m, beams(), pressed({-6, 0, 0}, {0, 0.5, 1}, BranchChoice::stable)).path[2];
+  CHECK_FALSE(point.stable);
+  CHECK_FALSE(point.other_branch);
+  CHECK_THAT(point.message, Catch::Contains("the stable branch was not found"));
+}
+
+TEST_CASE("a leaf that bulges between bodies that stand is left, and the point says so",
+          "[branch]") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request;
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  request.branch = BranchChoice::stable;
+  request.loads.constant = {{.force = {-700, 0, 0}}};  // its drive held it buckles at 517 N
+  const PathPoint point = evaluate_stroke(m, beams(), request).path[0];
+  CHECK_FALSE(point.stable);
+  CHECK_FALSE(point.other_branch);
+  CHECK_THAT(point.message, Catch::Contains("the stable branch was not found"));
+}

@@ -1,0 +1,80 @@
+// The keys "dynamics" and "export", and goals of what they give.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "optim/job/job.hpp"
+#include "optim/problem/goals.hpp"
+
+using namespace flexopt;
+using nlohmann::json;
+
+namespace {
+
+json shaken() {
+  return json::parse(R"({
+    "job": "optimise",
+    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
+               "thickness": "0.5 mm", "spacing": "60 mm"}, "material": "stavax"},
+    "end_effector": {"mass": "0.5 kg"}, "frequencies": 2,
+    "stroke": {"at": [0, "5 mm"]},
+    "dynamics": {"damping": 0.03, "transmissibility":
+                 {"direction": "ux", "from": "10 Hz", "to": "1 kHz", "drive": "locked"}},
+    "export": {"state_space": {"modes": 3, "points": [1]}},
+    "optimise": {
+      "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"}],
+      "objective": {"maximise": "bandwidth"},
+      "constraints": [{"quantity": "transmissibility", "max": 3}],
+      "algorithm": {"library": "ipopt"}}})");
+}
+
+}  // namespace
+
+TEST_CASE("a job's dynamics and export reach the evaluation", "[job][dynamics]") {
+  const Job job = parse_job(shaken());
+  REQUIRE(job.request.dynamics);
+  CHECK(job.request.dynamics->damping == 0.03);
+  REQUIRE(job.request.dynamics->transmissibility);
+  const TransmissibilityRule& rule = *job.request.dynamics->transmissibility;
+  CHECK(rule.direction == Direction::ux);
+  CHECK(rule.from == 10);
+  CHECK(rule.to == 1000);
+  CHECK(rule.drive == DriveState::locked);
+  REQUIRE(job.request.state_space);
+  CHECK(job.request.state_space->modes == 3);
+  CHECK(job.request.state_space->damping == std::vector<double>{0.03});  // that of dynamics
+  CHECK(job.request.state_space->probes);
+  CHECK_FALSE(job.request.wants_state_space(0));
+  CHECK(job.request.wants_state_space(1));
+  CHECK(document_of(job)["dynamics"]["transmissibility"]["to"] == 1000);
+
+  json listed = shaken();
+  listed["export"]["state_space"] = {{"modes", 2}, {"damping", {0.01, 0}}, {"sensors", false}};
+  const StateSpaceRequest wanted = *parse_job(listed).request.state_space;
+  CHECK(wanted.damping == std::vector<double>{0.01, 0});
+  CHECK_FALSE(wanted.probes);
+  CHECK(wanted.points.empty());
+  listed.erase("dynamics");
+  listed["export"]["state_space"].erase("damping");
+  listed["optimise"]["objective"] = {{"maximise", "parasitic_frequency"}};
+  listed["optimise"]["constraints"] = json::array();
+  CHECK(parse_job(listed).request.state_space->damping == std::vector<double>{0.01});
+}
+
+TEST_CASE("goals ask for the measures alone, and an endless mass line is beyond every bound",
+          "[job][dynamics]") {
+  const Job job = parse_job(shaken());
+  const std::vector<Goal> goals = make_goals(job);
+  const StrokeRequest request = request_of_goals(job, goals, 0);
+  CHECK(request.wants_dynamics());
+  CHECK_FALSE(request.wants_state_space(1));
+  StrokeResponse response;
+  response.path.resize(2);
+  for (PathPoint& p : response.path) p.status = PointStatus::converged;
+  response.path[0].bandwidths = {std::nullopt};
+  response.path[1].bandwidths = {250.0};
+  const GoalReading reading = read_goal(goals[0], response, request);
+  REQUIRE(reading.ok);
+  CHECK(reading.values == GoalValues{1e6, 250});
+  CHECK(aggregate(goals[0], reading.values) == 250);
+  CHECK_FALSE(read_goal(goals[1], response, request).ok);  // no transmissibility was found
+}

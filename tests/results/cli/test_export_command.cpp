@@ -1,0 +1,100 @@
+// flexopt export as a user starts it: exit codes, messages, files.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+
+#include "results/export/formats.hpp"
+#include "support/program.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+test::Outcome exported(const fs::path& folder, const std::string& job,
+                       const std::string& arguments) {
+  return test::run_program(
+      folder, "export '" FLEXOPT_SOURCE_DIR "/designs/jobs/" + job + ".json' " + arguments);
+}
+
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("Every format leaves its files in the folder and names them", "[cli][export]") {
+  const test::TemporaryFolder folder;
+  const test::Outcome o = exported(folder.path(), "parallel_guide",
+                                   "--format stl,gltf,dxf,ccx,spacar,vtu --at '5 mm' --out drawn "
+                                   "--solids 4 2 1");
+  CHECK(o.err == "");
+  CHECK(o.code == 0);
+  const std::vector<std::string> expected{"compare_ccx.py",
+                                          "parallel_guide.glb",
+                                          "parallel_guide.inp",
+                                          "parallel_guide.stl",
+                                          "parallel_guide.vtu",
+                                          "parallel_guide_contour.dxf",
+                                          "parallel_guide_leaves.dxf",
+                                          "parallel_guide_spacar.m"};
+  CHECK(names_in(folder.path() / "drawn") == expected);
+  for (const std::string& name : expected) CHECK_THAT(o.out, Contains("drawn/" + name + "\n"));
+  CHECK_THAT(test::content_of(folder.path() / "drawn/parallel_guide.inp"),
+             Contains("stroke uy = 0.005 m"));
+}
+
+TEST_CASE("The folder is named after the job, decks go to its largest stroke", "[cli][export]") {
+  const test::TemporaryFolder folder;
+  CHECK(exported(folder.path(), "parallel_guide", "--format ccx --solids 2 1 1").code == 0);
+  CHECK_THAT(test::content_of(folder.path() / "parallel_guide.export/parallel_guide.inp"),
+             Contains("stroke uy = 0.02 m"));
+}
+
+TEST_CASE("Wrong arguments of export end with code 2 and leave nothing", "[cli][export]") {
+  const test::TemporaryFolder folder;
+  const auto refused = [&](const std::string& job, const std::string& arguments) {
+    const test::Outcome o = exported(folder.path(), job, arguments + " --out new");
+    CHECK(o.code == 2);
+    CHECK(o.out == "");
+    CHECK(names_in(folder.path()).empty());
+    return o.err;
+  };
+  CHECK_THAT(refused("parallel_guide", "--format obj"),
+             Contains("obj") && Contains("step, stl, gltf"));
+  CHECK_THAT(refused("parallel_guide", ""), Contains("--format is required"));
+  CHECK_THAT(refused("parallel_guide", "--format stl --at '30 mm'"), Contains("from 0 to 0.02 m"));
+  CHECK_THAT(refused("parallel_guide", "--format stl --at '5 deg'"), Contains("a length"));
+  CHECK_THAT(refused("parallel_guide", "--format stl --result nowhere"),
+             Contains("no such folder"));
+  CHECK_THAT(refused("parallel_guide", "--format stl --case lift"), Contains("--case"));
+  CHECK_THAT(refused("parallel_guide", "--format ccx --solids 0 1 1"), Contains("--solids"));
+  CHECK_THAT(refused("no_such_job", "--format stl"), Contains("no_such_job.json"));
+  CHECK_THAT(refused("hinged_leaf", "--format stl,ccx"), Contains("joint hinge"));
+  CHECK_THAT(refused("hexapod", "--format dxf"), Contains("wires"));
+}
+
+TEST_CASE("An export that fails leaves the files of an earlier one", "[cli][export]") {
+  const test::TemporaryFolder folder;
+  CHECK(exported(folder.path(), "hinged_leaf", "--format stl --out here").code == 0);
+  const std::string before = test::content_of(folder.path() / "here/hinged_leaf.stl");
+  CHECK(exported(folder.path(), "hinged_leaf", "--format stl,ccx --at 0 --out here").code == 2);
+  CHECK(names_in(folder.path() / "here") == std::vector<std::string>{"hinged_leaf.stl"});
+  CHECK(test::content_of(folder.path() / "here/hinged_leaf.stl") == before);
+}
+
+TEST_CASE("Where there is no equilibrium the exit code is 1", "[cli][export]") {
+  const test::TemporaryFolder folder;
+  const test::Outcome o = exported(folder.path(), "parallel_guide",
+                                   "--format stl --at '20 mm' --set "
+                                   "'/loads=[{\"force\": [\"-1e6 N\", 0, 0]}]'");
+  CHECK(o.code == 1);
+  CHECK_THAT(o.err, Contains("no equilibrium at uy = 0.02 m"));
+  CHECK(names_in(folder.path()).empty());
+}

@@ -1,0 +1,202 @@
+// What a run says while it goes on, on a terminal and in a file, and run --json.
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "support/leaf_job.hpp"
+#include "support/program.hpp"
+
+using namespace flexopt;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string wipe = "\r\x1b[K";
+
+OrderedJson leaf_job() {
+  OrderedJson job = test::leaf_job();
+  job["stroke"]["points"] = 2;
+  job["frequencies"] = 1;
+  return job;
+}
+
+OrderedJson optimise_job() {
+  OrderedJson job = leaf_job();
+  job["job"] = "optimise";
+  job["optimise"] = test::thickest_leaf();
+  return job;
+}
+
+void save(const fs::path& file, const OrderedJson& job) { std::ofstream(file) << job.dump(2); }
+
+/// What stood in the live line, one after the other.
+std::vector<std::string> frames_of(const std::string& text) {
+  std::vector<std::string> frames;
+  for (std::size_t at = text.find(wipe); at != std::string::npos;) {
+    const std::size_t begin = at + wipe.size();
+    at = text.find(wipe, begin);
+    const std::string frame = text.substr(begin, at == std::string::npos ? at : at - begin);
+    if (frame.find('\n') == std::string::npos && !frame.empty()) frames.push_back(frame);
+  }
+  return frames;
+}
+
+}  // namespace
+
+TEST_CASE("On a terminal an optimisation has one line, wiped before the summary",
+          "[results][terminal]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "stiff.json", optimise_job());
+  const auto begin = std::chrono::steady_clock::now();
+  const test::Outcome outcome = test::run_on_terminal(folder.path(), "run stiff.json", 200);
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  CAPTURE(outcome.out);
+  REQUIRE(outcome.code == 0);
+  const std::vector<std::string> frames = frames_of(outcome.out);
+  REQUIRE_FALSE(frames.empty());
+  CHECK(static_cast<double>(frames.size()) <= 1 + 10 * seconds);
+  CHECK(std::regex_search(
+      frames.back(), std::regex(R"(^\[=* *\] \d+/80 evaluations.*, best support_stiffness\.uz )"
+                                R"([-+.e\d]+ N/m, worst drive_load max_abs over stroke )"
+                                R"([-+.e\d]+ %$)")));
+  const std::size_t summary = outcome.out.find("leaf: ok");
+  REQUIRE(summary != std::string::npos);
+  CHECK(outcome.out.substr(summary - wipe.size(), wipe.size()) == wipe);
+  CHECK(outcome.out.find(wipe, summary) == std::string::npos);
+  // no colours, with NO_COLOR or without
+  CHECK_FALSE(std::regex_search(outcome.out, std::regex("\x1b\\[[^K]")));
+}
+
+TEST_CASE("The line fits a narrow terminal", "[results][terminal]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "stiff.json", optimise_job());
+  const std::vector<std::string> frames =
+      frames_of(test::run_on_terminal(folder.path(), "run stiff.json", 40).out);
+  REQUIRE_FALSE(frames.empty());
+  for (const std::string& frame : frames) CHECK(frame.size() <= 39);
+  CHECK_THAT(frames.back(), Contains("/80 evaluations"));
+}
+
+TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is no line of it",
+          "[results][terminal]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["maps"] = OrderedJson::parse(R"([{"points": [3, 2], "parameters": [
+      {"parameter": "thickness", "min": "0.2 mm", "max": "0.6 mm"},
+      {"parameter": "length", "min": "60 mm", "max": "90 mm"}],
+    "quantities": [{"quantity": "drive_load", "over_stroke": "last"}]}])");
+  job["tolerances"] = {{"thickness", "10 um"}};
+  job["tolerance_samples"] = {{"count", 8}, {"seed", 1}};
+  save(folder.path() / "leaf.json", job);
+  const std::string shown = test::run_on_terminal(folder.path(), "run leaf.json", 120).out;
+  CAPTURE(shown);
+  CHECK_THAT(shown, Contains(wipe + "[") && Contains("/8 sampled designs"));
+  const test::Outcome file = test::run_program(folder.path(), "run leaf.json");
+  CHECK(file.code == 0);
+  CHECK_THAT(file.err, Contains("tolerances: 8 sampled designs\n") &&
+                           Contains("map 1 of 1: 6 designs\n") && !Contains("\r") &&
+                           !Contains("\x1b") && !Contains("/8") && !Contains("/6"));
+}
+
+TEST_CASE("run --json prints the summary's numbers in SI", "[results][terminal]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "leaf.json", leaf_job());
+  const test::Outcome outcome = test::run_program(folder.path(), "run leaf.json --json --out here");
+  REQUIRE(outcome.code == 0);
+  const auto printed = OrderedJson::parse(outcome.out);
+  const auto result = OrderedJson::parse(test::content_of(folder.path() / "here" / "result.json"));
+  CHECK(printed["status"] == "ok");
+  CHECK(printed["usable"] == true);
+  CHECK(printed["folder"] == "here");
+  CHECK_FALSE(printed.contains("error"));
+  bool load = false, support = false;
+  for (const auto& row : printed["table"]) {
+    if (row["quantity"] == "stroke") CHECK(row["values"] == OrderedJson({0.0, 0.004}));
+    if (row["quantity"] == "drive_load") {
+      load = true;
+      CHECK(row["unit"] == "N");
+      CHECK(row["values"][1] == result["path"][1]["drive_load"]);
+    }
+    if (row["label"] == "weakest support, translation") {
+      support = true;
+      const std::string direction = row["directions"][1];
+      CHECK(row["values"][1] == result["path"][1]["support_stiffness"][direction]);
+    }
+  }
+  CHECK((load && support));
+}
+
+TEST_CASE("run --json of an optimisation has the optimum with its constraints and differences",
+          "[results][terminal]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = optimise_job();
+  job["model"]["accuracy"] = "reduced";
+  save(folder.path() / "stiff.json", job);
+  const test::Outcome outcome = test::run_program(folder.path(), "run stiff.json --json --quiet");
+  CAPTURE(outcome.out, outcome.err);
+  REQUIRE(outcome.code == 0);
+  const auto optimum = OrderedJson::parse(outcome.out)["optimum"],
+             whole = OrderedJson::parse(
+                 test::content_of(folder.path() / "stiff.out" / "result.json"))["optimum"];
+  CHECK(optimum["objective"] == whole["objective"]);
+  CHECK(optimum["parameters"]["thickness"].get<double>() > 2e-4);
+  CHECK(optimum["parameters"] == whole["parameters"]);
+  REQUIRE(optimum["constraints"].size() == 1);
+  CHECK(optimum["constraints"][0]["active"] == true);
+  CHECK(optimum["constraints"][0]["max"] == 1.0);
+  CHECK(optimum["verified"]["objective_difference"] == whole["verified"]["objective_difference"]);
+  CHECK(optimum["verified"]["constraints"].size() == 1);
+}
+
+TEST_CASE("run --json of a comparison has its worst errors", "[results][terminal]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = leaf_job();
+  job["job"] = "compare";
+  job["model"] = {{"mesh", {4, 2}}};
+  job["samples"] = OrderedJson::parse(R"({
+    "method": "sobol", "count": 2, "seed": 1,
+    "vary": [{"parameter": "thickness", "min": "0.2 mm", "max": "0.4 mm"}]})");
+  job["models"] = OrderedJson::parse(R"([{"name": "default"}])");
+  save(folder.path() / "two.json", job);
+  const test::Outcome outcome = test::run_program(folder.path(), "run two.json --json --quiet");
+  CAPTURE(outcome.out, outcome.err);
+  REQUIRE(outcome.code == 0);
+  const auto model = OrderedJson::parse(outcome.out)["comparison"]["models"][0],
+             whole = OrderedJson::parse(test::content_of(folder.path() / "two.out" /
+                                                         "result.json"))["comparison"]["models"][0];
+  CHECK(model["name"] == "default");
+  CHECK(model["errors"]["drive_load"]["worst"] == whole["errors"]["drive_load"]["worst"]);
+  CHECK(model["errors"]["drive_load"]["worst"].get<double>() > 0);
+}
+
+TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code",
+          "[results][terminal]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "leaf.json", leaf_job());
+  const auto printed = [&](const std::string& arguments, int code) {
+    const test::Outcome outcome = test::run_program(folder.path(), "run " + arguments);
+    CAPTURE(arguments, outcome.out, outcome.err);
+    CHECK(outcome.code == code);
+    return OrderedJson::parse(outcome.out);
+  };
+  const auto wrong =
+      printed("leaf.json --json --set /stroke/to='\"5 N\"' --set /frequencies=-1", 2);
+  CHECK(wrong["status"] == "wrong_input");
+  CHECK(wrong["errors"].size() == 2);
+  CHECK(wrong["error"] == wrong["errors"][0]);
+  const auto& error = wrong["errors"][wrong["errors"][0]["pointer"] == "/stroke/to" ? 0 : 1];
+  CHECK(error["pointer"] == "/stroke/to");
+  CHECK(error["value"] == "\"5 N\"");
+  CHECK_THAT(error["rule"].get<std::string>(), Contains("expected a length"));
+  CHECK_THAT(error["message"].get<std::string>(), Contains("/stroke/to") && Contains("5 N"));
+  CHECK(printed("none.json --json", 2)["error"]["value"] == "none.json");
+  CHECK_THAT(printed("leaf.json --threads 0 --json", 2)["error"]["message"].get<std::string>(),
+             Contains("--threads"));
+  CHECK(printed("--json", 2)["status"] == "wrong_input");
+  const auto lost = printed("leaf.json --json --quiet --set '/stroke/to=\"160 mm\"'", 1);
+  CHECK(lost["status"] == "no_equilibrium");
+  CHECK(lost["usable"] == false);
+}

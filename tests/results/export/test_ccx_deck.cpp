@@ -1,0 +1,120 @@
+#include "results/export/ccx_deck.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
+
+#include "core/spec/spec_error.hpp"
+#include "results/export/ccx_model.hpp"
+#include "tests/results/export/gallery.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string deck_of(const Exported& exported) {
+  return ccx_deck(exported, exported.largest_strokes(), {.along = 2, .across = 1});
+}
+
+std::string refused(const Exported& exported) {
+  try {
+    (void)deck_of(exported);
+  } catch (const SpecError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+// Longer ones are cut off, their exponents with them.
+TEST_CASE("No number of a deck has more than the 20 characters that CalculiX reads",
+          "[results][export]") {
+  for (const char* name : {"parallel_guide", "crooked_guide", "curved_hinge"}) {
+    std::istringstream lines(deck_of(test::gallery(name)));
+    std::size_t longest = 0;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("*")) continue;
+      std::istringstream fields(line);
+      for (std::string field; std::getline(fields, field, ',');)
+        longest =
+            std::max(longest, field.size() - std::min(field.find_first_not_of(' '), field.size()));
+    }
+    CHECK(longest > 8);
+    CHECK(longest <= 20);
+  }
+}
+
+TEST_CASE("A deck has the mass and the inertia of the bodies", "[results][export]") {
+  const Exported exported = test::gallery("double_parallelogram");
+  const CcxModel model(exported, {.along = 1, .across = 1});
+  for (std::size_t b = 0; b < exported.mechanism.bodies.size(); ++b) {
+    const RigidBody& body = exported.mechanism.bodies[b];
+    const auto& nodes = model.rigid_of(static_cast<int>(b))->nodes;
+    double mass = 0;
+    Vector3d center = Vector3d::Zero();
+    Matrix3d inertia = Matrix3d::Zero();
+    for (const CcxMass& point : model.masses()) {
+      if (std::find(nodes.begin(), nodes.end(), point.node) == nodes.end()) continue;
+      const Vector3d at = model.nodes()[static_cast<std::size_t>(point.node - 1)];
+      const Vector3d arm = at - body.center_of_mass;
+      mass += point.mass;
+      center += point.mass * at;
+      inertia += point.mass * (arm.squaredNorm() * Matrix3d::Identity() - arm * arm.transpose());
+    }
+    REQUIRE(body.mass > 0);
+    CHECK(mass == Approx(body.mass));
+    CHECK((center / mass - body.center_of_mass).norm() < 1e-12);
+    CHECK((inertia - body.inertia).norm() < 1e-9 * (1 + body.inertia.norm()));
+  }
+}
+
+TEST_CASE("What a deck cannot carry is refused by name", "[results][export]") {
+  CHECK_THAT(refused(test::gallery("hinged_leaf")), Contains("joint hinge"));
+  CHECK_THAT(refused(test::gallery("bridge_amplifier")), Contains("the drive is not carried"));
+  CHECK_THAT(refused(test::gallery("clamped_plate")), Contains("material point of leaf plate"));
+  Exported guide = test::gallery("parallel_guide");
+  guide.request.loads.constant.push_back(
+      {.moment = Vector3d(1, 0, 0), .body = std::nullopt, .name = "motor"});
+  guide.request.loads.body_expansion = {1e-3, 0};
+  guide.request.loads.assembly.push_back({.leaf = 0, .end = 1, .move = Vector3d(1e-5, 0, 0)});
+  const std::string all = refused(guide);  // every item, not only the first
+  CHECK_THAT(all, Contains("moment of load motor"));
+  CHECK_THAT(all, Contains("temperature of bodies"));
+  CHECK_THAT(all, Contains("assembly error of leaf leaf +y"));
+  guide = test::gallery("parallel_guide");
+  Spring bushing;
+  bushing.name = "rubber";
+  bushing.matrix = Matrix6d::Identity();
+  guide.mechanism.springs.push_back(bushing);
+  CHECK_THAT(refused(guide), Contains("bushing rubber"));
+}
+
+TEST_CASE("A deck has what acts: gravity, warmth, edges placed elsewhere, springs",
+          "[results][export]") {
+  Exported guide = test::gallery("parallel_guide");
+  LoadCase& loads = guide.request.loads;
+  loads.gravity = Vector3d(0, 0, -9.81);
+  loads.temperature = {2.0, 0.0};
+  for (LeafSpring& leaf : guide.mechanism.leaves) leaf.material.thermal_expansion = 11e-6;
+  loads.assembly.push_back(
+      {.leaf = 1, .end = 0, .move = Vector3d(1e-5, 0, 0), .turn = Vector3d(0, 0.001, 0)});
+  Spring spring;
+  spring.name = "return";
+  spring.place = Vector3d(0.1, 0.05, 0);
+  spring.other_place = Vector3d(0.1, 0.08, 0);
+  spring.stiffness = 100;
+  spring.free_length = 0.03;
+  guide.mechanism.springs.push_back(spring);
+  const std::string deck = deck_of(guide);
+  CHECK_THAT(deck, Contains("LEAF1, GRAV, 9.81, 0, 0, -1"));
+  CHECK_THAT(deck, Contains("*EXPANSION, ZERO=0.\n1.1e-05"));
+  CHECK_THAT(deck, Contains("*TEMPERATURE\nWARM1, 2\n"));
+  CHECK_THAT(deck, Contains("edge of leaf -y"));
+  CHECK_THAT(deck, Contains("*SPRING, ELSET=SPRING1\n\n100"));
+  CHECK(std::regex_search(deck, std::regex("\\d+, 2, 2, 0\\.001")));
+  guide.mechanism.springs.front().free_length = 0.02;  // pulls as built
+  CHECK_THAT(deck_of(guide), Contains("*SPRING, NONLINEAR") && Contains("1, 0\n"));
+}

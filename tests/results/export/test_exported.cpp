@@ -1,0 +1,100 @@
+#include "results/export/exported.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/spec/spec_error.hpp"
+#include "results/export/formats.hpp"
+#include "results/files/folder.hpp"
+#include "support/fixture.hpp"
+#include "tests/results/export/gallery.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string refused(const std::string& job, const ExportPlace& place) {
+  try {
+    (void)make_exported(test::gallery_job(job), place);
+  } catch (const SpecError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("A stroke is a quantity in the drive's unit", "[results][export]") {
+  CHECK(test::gallery("cross_hinge", {"10deg"}).strokes[0] == Approx(0.17453292519943295));
+  CHECK(test::gallery("cross_hinge", {"10 deg"}).strokes[0] == Approx(0.17453292519943295));
+  CHECK(test::gallery("cross_hinge", {"0.1"}).strokes[0] == Approx(0.1));
+  CHECK(test::gallery("parallel_guide", {"5 mm"}).strokes[0] == Approx(0.005));
+  CHECK(test::gallery("parallel_guide").undeflected);
+  CHECK_FALSE(test::gallery("parallel_guide", {"0"}).undeflected);
+  const Exported stage = test::gallery("tip_tilt_stage");
+  const std::string first = stage.mechanism.drives[0].name;
+  const Exported tilted = test::gallery("tip_tilt_stage", {first + "=1 mrad"});
+  CHECK(tilted.strokes[0] == Approx(0.001));
+  CHECK(tilted.strokes[1] == 0);
+  CHECK_THAT(tilted.stroke_text(tilted.strokes), Contains(first + " = 0.001 rad"));
+}
+
+TEST_CASE("Strokes that the job does not have are refused", "[results][export]") {
+  const auto at = [](const std::vector<std::string>& texts) {
+    return ExportPlace{.at = texts, .result = {}, .load_case = ""};
+  };
+  CHECK_THAT(refused("cross_hinge", at({"21 deg"})),
+             Contains("--at") && Contains("from 0 to 0.34906585 rad"));
+  CHECK_THAT(refused("cross_hinge", at({"-1 deg"})), Contains("from 0 to 0.34906585 rad"));
+  CHECK_THAT(refused("cross_hinge", at({"1 mm"})), Contains("--at") && Contains("an angle"));
+  CHECK_THAT(refused("cross_hinge", at({"1 deg", "2 deg"})), Contains("there is one drive"));
+  CHECK_THAT(refused("tip_tilt_stage", at({"1 deg"})), Contains("expected NAME=STROKE"));
+  CHECK_THAT(refused("tip_tilt_stage", at({"no=1 deg"})), Contains("expected NAME=STROKE"));
+  CHECK_THAT(refused("cross_hinge", {.at = {}, .result = {}, .load_case = "lift"}),
+             Contains("one load case"));
+}
+
+TEST_CASE("The place on a load path is a factor", "[results][export]") {
+  CHECK(test::gallery("cantilever", {"0.5"}).strokes[0] == 0.5);
+  const std::string message = refused("cantilever", {.at = {"1.5"}, .result = {}, .load_case = ""});
+  CHECK_THAT(message, Contains("expected load factor") && Contains("from 0 to 1"));
+  CHECK_THAT(message, !Contains("1 1"));
+}
+
+TEST_CASE("A load case is exported by its name", "[results][export]") {
+  const Job job = test::gallery_job("load_cases");
+  REQUIRE(job.cases.size() > 1);
+  const std::string last = job.cases.back().name;
+  const Exported exported = make_exported(job, {.at = {}, .result = {}, .load_case = last});
+  CHECK(exported.request.loads.gravity == job.cases.back().request.loads.gravity);
+  CHECK_THAT(refused("load_cases", {.at = {}, .result = {}, .load_case = "no"}), Contains(last));
+}
+
+TEST_CASE("The optimum of a folder takes the place of the job's design", "[results][export]") {
+  const test::TemporaryFolder folder;
+  const std::string job = "three_flexure_cross_hinge";
+  const auto place = [&] {
+    return ExportPlace{.at = {}, .result = folder.path(), .load_case = ""};
+  };
+  CHECK_THAT(refused(job, {.at = {}, .result = folder.path() / "none", .load_case = ""}),
+             Contains("there is no such folder"));
+  CHECK_THAT(refused(job, place()), Contains("no result.json"));
+  write_file(folder.path() / "result.json", R"({"job": {}, "path": []})");
+  CHECK_THAT(refused(job, place()), Contains("found an optimum"));
+  write_file(folder.path() / "result.json",
+             R"({"job": {"design": {"family": "cross_hinge"}}, "optimum": {"parameters": {}}})");
+  CHECK_THAT(refused(job, place()), Contains("run of the design cross_hinge"));
+  write_file(folder.path() / "result.json",
+             R"({"job": {"design": {"family": "three_flexure_cross_hinge"}},
+                 "optimum": {"parameters": {"length": 0.0432}}})");
+  const Exported exported = make_exported(test::gallery_job(job), place());
+  CHECK(exported.mechanism.leaves.front().length == Approx(0.0432));
+}
+
+TEST_CASE("Formats are read from a list", "[results][export]") {
+  CHECK(read_formats("stl,ccx") == std::vector<std::string>{"stl", "ccx"});
+  CHECK_THROWS_WITH(read_formats("stl,obj"), Contains("obj") && Contains("ccx, "));
+  CHECK_THROWS_WITH(read_formats(""), Contains("expected one of"));
+  CHECK_THROWS_WITH(read_formats("stl,stl"), Contains("twice"));
+}

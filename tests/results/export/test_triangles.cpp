@@ -1,0 +1,48 @@
+#include <catch2/catch.hpp>
+#include <map>
+#include <utility>
+
+#include "results/export/triangles.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+/// Every edge is there once each way.
+bool watertight(const TriangleMesh& mesh) {
+  std::map<std::pair<int, int>, int> edges;
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+  for (const auto& [edge, count] : edges)
+    if (count != 1 || !edges.contains({edge.second, edge.first})) return false;
+  return !mesh.triangles.empty();
+}
+
+}  // namespace
+
+TEST_CASE("The check of closed meshes finds one with a hole", "[results][export]") {
+  TriangleMesh box = closed_box({Vector3d::Zero(), Matrix3d::Identity()});
+  CHECK(watertight(box));
+  box.triangles.pop_back();
+  CHECK_FALSE(watertight(box));
+}
+
+TEST_CASE("A box has its volume, whichever way its edges turn", "[results][export]") {
+  Matrix3d half = Matrix3d::Identity();
+  half.diagonal() << 1, 2, 3;
+  CHECK(closed_box({Vector3d(5, 6, 7), half}).volume() == Approx(48));
+  half.col(0) *= -1;
+  CHECK(closed_box({Vector3d(5, 6, 7), half}).volume() == Approx(48));
+}
+
+TEST_CASE("The hull of points is closed and holds them", "[results][export]") {
+  std::vector<Vector3d> corners;
+  for (int k = 0; k < 8; ++k) corners.emplace_back(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+  corners.emplace_back(0.1, 0.2, 0.3);  // inside
+  const TriangleMesh hull = convex_hull(corners);
+  CHECK(watertight(hull));
+  CHECK(hull.volume() == Approx(8));
+  CHECK(hull.points.size() == 8);
+  CHECK(convex_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}).triangles.empty());
+  CHECK(convex_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}).triangles.empty());
+}
