@@ -95,11 +95,12 @@ void ProgressDisplay::step(const RunStep& step) {
 void ProgressDisplay::show_live(const RunStep& step) {
   using namespace std::chrono_literals;
   const auto now = Clock::now();
-  if (step.what != what_) {
+  const bool first = step.what != what_;
+  if (first) {
     if (!what_.empty()) begin_ = last_.value_or(now);  // after something else was counted
     what_ = step.what;
   }
-  if (last_ && now - *last_ < 100ms) return;
+  if (!first && last_ && now - *last_ < 100ms) return;
   last_ = now;
   constexpr int width = 12;
   const double fraction = std::clamp(static_cast<double>(step.done) / step.total, 0.0, 1.0);

@@ -58,8 +58,9 @@ TEST_CASE("On a terminal an optimisation has one line, wiped before the summary"
   const std::vector<std::string> frames = frames_of(outcome.out);
   REQUIRE_FALSE(frames.empty());
   CHECK(static_cast<double>(frames.size()) <= 1 + 10 * seconds);
+  // what follows the starts is counted without a total
   CHECK(std::regex_search(
-      frames.back(), std::regex(R"(^\[=* *\] \d+/80 evaluations.*, best support_stiffness\.uz )"
+      frames.back(), std::regex(R"(^\[=* *\] \d+(/80)? evaluations.*, best support_stiffness\.uz )"
                                 R"([-+.e\d]+ N/m, worst drive_load max_abs over stroke )"
                                 R"([-+.e\d]+ %$)")));
   const std::size_t summary = outcome.out.find("leaf: ok");
@@ -77,7 +78,7 @@ TEST_CASE("The line fits a narrow terminal", "[results][terminal]") {
       frames_of(test::run_on_terminal(folder.path(), "run stiff.json", 40).out);
   REQUIRE_FALSE(frames.empty());
   for (const std::string& frame : frames) CHECK(frame.size() <= 39);
-  CHECK_THAT(frames.back(), Contains("/80 evaluations"));
+  CHECK_THAT(frames.back(), Contains(" evaluations"));
 }
 
 TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is no line of it",
