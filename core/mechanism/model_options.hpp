@@ -45,12 +45,15 @@ enum class AtlasUse {
   required
 };
 
+/// Elements [along, across] per leaf where nothing else is asked for.
+inline constexpr std::array<int, 2> default_mesh{12, 5};
+
 /// How a mechanism is modelled.
 struct ModelOptions {
   Accuracy accuracy = Accuracy::reduced;
   Flexure flexure = Flexure::plate;
-  Warping warping = Warping::clamped;  ///< of beams
-  std::array<int, 2> mesh{10, 4};      ///< elements [along, across] per leaf; a beam has 1 across
+  Warping warping = Warping::clamped;      ///< of beams
+  std::array<int, 2> mesh = default_mesh;  ///< elements [along, across]; a beam has 1 across
   bool free_edge_torsion = true;  ///< 3-D torsion layer of the free edges; off: thin-shell limit
   bool transverse_shear = true;   ///< of the leaves; off: Kirchhoff's plate, Euler's beam
   Reduction method = Reduction::mixed_potential;

@@ -84,7 +84,7 @@ int show_atlas(const std::filesystem::path& file) {
 
 int make_atlas_file(const CommandLine& line) {
   AtlasSettings settings;
-  settings.mesh = line.mesh;
+  if (line.mesh) settings.mesh = *line.mesh;
   const std::filesystem::path file =
       line.file.empty() ? default_atlas_file(settings.mesh) : std::filesystem::path(line.file);
   if (line.show) return show_atlas(file);

@@ -124,7 +124,7 @@ void declare(CLI::App& app, CommandLine& line) {
       command("atlas", "Make the atlas that jobs with \"atlas\" look leaves up in", Command::atlas);
   atlas->add_option("--out", line.file, "the file [FLEXOPT_ATLAS, or one in the user's cache]")
       ->type_name("FILE");
-  atlas->add_option("--mesh", line.mesh, "elements along and across of its leaves [10 4]")
+  atlas->add_option("--mesh", line.mesh, "elements along and across of its leaves [12 5]")
       ->check(CLI::Range(2, 128));
   atlas->add_flag("--show", line.show,
                   "make nothing; print what the file has and its errors when it was made");

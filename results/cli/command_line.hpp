@@ -31,22 +31,22 @@ struct CommandLine {
   std::vector<std::string> overrides;  ///< --set /pointer=value
   int threads = 1;
   bool quiet = false;
-  bool json = false;                   ///< of run: one JSON object on stdout
-  std::optional<std::string> family;   ///< of designs, quantities
-  bool export_file = false;            ///< of designs: print the family's file
-  bool of_design = false;              ///< of schema: that of a design file
-  double tolerance = 1e-6;             ///< of check-gradients
-  std::string file;                    ///< --out of atlas; empty: where jobs look for it
-  std::array<int, 2> mesh{10, 4};      ///< of atlas
-  bool show = false;                   ///< of atlas: what a file holds, nothing is made
-  std::string formats;                 ///< of export: names with commas
-  std::vector<std::string> at;         ///< of export: strokes
-  std::string result;                  ///< of export: a folder with an optimum
-  std::string load_case;               ///< of export
-  bool open = false;                   ///< of show: the page, by xdg-open
-  std::string shell;                   ///< of completion
-  std::array<int, 3> solids{0, 0, 0};  ///< of export: solid elements of a leaf; zeros: as usual
-  int port = 0;                        ///< of explore, watch; 0: one that is free
+  bool json = false;                       ///< of run: one JSON object on stdout
+  std::optional<std::string> family;       ///< of designs, quantities
+  bool export_file = false;                ///< of designs: print the family's file
+  bool of_design = false;                  ///< of schema: that of a design file
+  double tolerance = 1e-6;                 ///< of check-gradients
+  std::string file;                        ///< --out of atlas; empty: where jobs look for it
+  std::optional<std::array<int, 2>> mesh;  ///< of atlas
+  bool show = false;                       ///< of atlas: what a file holds, nothing is made
+  std::string formats;                     ///< of export: names with commas
+  std::vector<std::string> at;             ///< of export: strokes
+  std::string result;                      ///< of export: a folder with an optimum
+  std::string load_case;                   ///< of export
+  bool open = false;                       ///< of show: the page, by xdg-open
+  std::string shell;                       ///< of completion
+  std::array<int, 3> solids{0, 0, 0};      ///< of export: solid elements of a leaf; zeros: as usual
+  int port = 0;                            ///< of explore, watch; 0: one that is free
 };
 
 /// Parses, or prints help or what is wrong; then `exit_code` is set instead.

@@ -41,7 +41,8 @@ S profile(const std::vector<double>& numbers, const std::vector<double>& rates, 
   }
 }
 
-constexpr double grading = 0.5;
+/// g of the mesh towards the clamps and the free edges: core/elements/README.md.
+constexpr double grading = 0.7;
 
 }  // namespace
 
@@ -91,7 +92,7 @@ void MeshNumbers<S>::set_lines() {
     y = {S(0)};
     return;
   }
-  for (const double place : graded_points(-0.5, 0.5, shape_->mesh[1], 0.7))
+  for (const double place : graded_points(-0.5, 0.5, shape_->mesh[1], grading))
     y.push_back(place * width);
   if (!width_varies()) return;
   for (std::size_t i = 0; i < x.size(); ++i)

@@ -23,8 +23,8 @@ struct PlateShape {
   double width = 0.3;       ///< w/L
   double thickness = 5e-3;  ///< t/L
   double poissons_ratio = 0.3;
-  std::array<int, 2> mesh{10, 4};  ///< elements along, across
-  bool free_edge_torsion = true;   ///< see core/elements/README.md (E2)
+  std::array<int, 2> mesh = default_mesh;  ///< elements along, across
+  bool free_edge_torsion = true;           ///< see core/elements/README.md (E2)
   Flexure flexure = Flexure::plate;
   Section section = Section::rectangular;  ///< of a beam; circular: width = thickness = diameter
   Warping warping = Warping::clamped;      ///< of the ends of a beam of rectangular section

@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// Where the atlas of a mesh is kept: the file that FLEXOPT_ATLAS names, else tubes-10x4.atlas (of
+/// Where the atlas of a mesh is kept: the file that FLEXOPT_ATLAS names, else tubes-12x5.atlas (of
 /// that mesh) in the user's cache, $XDG_CACHE_HOME/flexopt or ~/.cache/flexopt.
 std::filesystem::path default_atlas_file(const std::array<int, 2>& mesh);
 

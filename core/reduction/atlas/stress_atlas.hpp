@@ -16,7 +16,7 @@ namespace flexopt {
 struct StressAtlasSettings {
   ShapeGrid grid;
   std::vector<double> rays, sigmas;
-  std::array<int, 2> mesh{10, 4};
+  std::array<int, 2> mesh = default_mesh;
   bool free_edge_torsion = true;
   int patterns = 120;       ///< of strains and places over the leaf
   int samples = 150;        ///< leaves that they are found from

@@ -19,7 +19,7 @@ namespace flexopt {
 
 /// What an atlas is made of: two atlases of equal settings hold the same numbers.
 struct AtlasSettings {
-  std::array<int, 2> mesh{10, 4};  ///< elements along and across of the leaves in it
+  std::array<int, 2> mesh = default_mesh;  ///< elements along and across of the leaves in it
   bool free_edge_torsion = true;
   std::array<double, 2> width{0.1, 2.5};                  ///< smallest and largest w/L
   std::array<double, 2> thickness{1.0 / 700, 1.0 / 50};   ///< smallest and largest t/L

@@ -64,7 +64,7 @@ TEST_CASE("a job is the same with and without a file in the cache unless it asks
 
   // no file yet
   CHECK_THAT(refusal({{"atlas", "required"}}),
-             Contains(place.file.string()) && Contains("flexopt atlas --mesh 10 4"));
+             Contains(place.file.string()) && Contains("flexopt atlas --mesh 12 5"));
   const Job automatic = parse_job(job_with({{"atlas", "auto"}}));
   CHECK_FALSE(automatic.model.atlas);
   REQUIRE(automatic.notes.size() == 1);

@@ -62,8 +62,8 @@ TEST_CASE("a guided leaf without Poisson effect gives way by Timoshenko's 1 + 12
     CHECK(drive_stiffness(leaf, full({10, 2}, false)) == Approx(thin).epsilon(1e-5));
     for (const std::array<int, 2>& mesh : {std::array{4, 2}, {10, 2}, {24, 2}})
       CHECK(thin / drive_stiffness(leaf, full(mesh)) - 1 == Approx(phi).epsilon(0.02));
-    ModelOptions reduced;
-    CHECK(thin / drive_stiffness(leaf, reduced) - 1 == Approx(phi).epsilon(0.03));
+    ModelOptions reduced;  // elements of a third of t at the clamps of the thickest leaf
+    CHECK(thin / drive_stiffness(leaf, reduced) - 1 == Approx(phi).epsilon(0.05));
   }
 }
 

@@ -180,7 +180,7 @@ TEST_CASE(
   CHECK(rows[0].stiffness > 10);
   CHECK(rows[1].stiffness > 5);
   CHECK(rows[2].stiffness < 0.2);
-  for (int k = 6; k < 9; ++k) CHECK(rows[k].force < 0.6 * rows[k - 1].force);
+  for (int k = 6; k < 9; ++k) CHECK(rows[k].force < 0.65 * rows[k - 1].force);
   CHECK(rows[8].force < 0.002);
   CHECK(rows[8].stiffness < 0.005);
 }

@@ -79,7 +79,7 @@ TEST_CASE("the estimate falls with the mesh at the order at which the error fall
 
 TEST_CASE("what every mesh has exactly has no error") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
-  const StrokeErrors errors = errors_on(m, full({10, 4}), to(0.01));
+  const StrokeErrors errors = errors_on(m, full(default_mesh), to(0.01));
   for (std::size_t k = 0; k < errors.path.size(); ++k) {
     const EstimatedError* stroke = errors.find(k, "displacement.y");  // prescribed
     REQUIRE(stroke);
@@ -96,7 +96,7 @@ TEST_CASE("the reduction's part is the distance from full leaves on the same mes
   const Mechanism m = models::three_leaf_hinge(0.1, 0.04, 3.5e-4);
   const StrokeRequest r = to(0.5);
   const StrokeResponse reduced = evaluate_stroke(m, {}, r),
-                       own = evaluate_stroke(m, full({10, 4}), r);
+                       own = evaluate_stroke(m, full(default_mesh), r);
   const StrokeErrors errors = estimate_errors(m, {}, r, reduced);
   for (std::size_t k = 0; k < r.points.size(); ++k)
     for (const EstimatedError& truth : estimated_numbers(own.path[k])) {
@@ -107,7 +107,7 @@ TEST_CASE("the reduction's part is the distance from full leaves on the same mes
       CHECK(e->absolute() >= e->reduction);
     }
   // of full leaves there is none
-  const StrokeErrors of_full = estimate_errors(m, full({10, 4}), r, own);
+  const StrokeErrors of_full = estimate_errors(m, full(default_mesh), r, own);
   for (const auto& point : of_full.path)
     for (const EstimatedError& e : point) CHECK(e.reduction == 0);
 }
@@ -145,7 +145,7 @@ TEST_CASE("estimates change no bit of the values") {
 
 TEST_CASE("beams have errors of the elements along alone") {
   const Mechanism m = models::guide(0.1, 0.01, 5e-4);
-  ModelOptions beams = full({10, 4});
+  ModelOptions beams = full(default_mesh);
   beams.flexure = Flexure::beam;
   CHECK_FALSE(has_elements_across(m, beams));
   const StrokeErrors errors = errors_on(m, beams, to(0.02));
@@ -176,10 +176,10 @@ TEST_CASE("every quantity of the table has an estimate or is said to have none")
 TEST_CASE("points that full leaves do not reach have no estimate, and the reason is told") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const StrokeRequest r = to(0.01);
-  const StrokeResponse response = evaluate_stroke(m, full({10, 4}), r);
+  const StrokeResponse response = evaluate_stroke(m, full(default_mesh), r);
   StrokeResponse lost = response;
   lost.path[2].status = PointStatus::no_equilibrium;
-  const StrokeErrors errors = errors_of(response, {&response, &lost, &response, {10, 4}});
+  const StrokeErrors errors = errors_of(response, {&response, &lost, &response, default_mesh});
   CHECK(errors.path[2].empty());
   CHECK_FALSE(errors.path[1].empty());
   CHECK_FALSE(errors.message.empty());

@@ -13,7 +13,7 @@ namespace {
 
 const std::vector<Number> parameters{{"length", 0.1},  {"width", 0.03}, {"thickness", 0.5e-3},
                                      {"poisson", 0.3}, {"taper", 0.6},  {"notch", 1.2},
-                                     {"place", 0.45},  {"along", 0.7}};
+                                     {"place", 0.45},  {"along", 0.62}};
 
 Mechanism guide(const Values& p, bool linear) {
   const Material material{"steel", 2e11, p[3], 7800, {}};

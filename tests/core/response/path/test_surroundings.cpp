@@ -19,7 +19,7 @@ namespace {
 ModelOptions full(Flexure flexure = Flexure::plate) {
   return {.accuracy = Accuracy::full,
           .flexure = flexure,
-          .mesh = flexure == Flexure::plate ? std::array{10, 4} : std::array{20, 1}};
+          .mesh = flexure == Flexure::plate ? default_mesh : std::array{20, 1}};
 }
 
 StrokeRequest request_with(LoadCase loads, std::vector<double> points = {0}) {
@@ -151,7 +151,7 @@ TEST_CASE("an error of one leaf stresses an overconstrained guide and not a rele
                   q = evaluated(released, full(), request_with(turned(1e-3))).path[0];
   // each leaf takes half of the turn: its edge strain is a quarter of w θ / L
   CHECK(p.max_stress->value > 0.9 * 2e11 * 0.25 * 0.03 * 1e-3 / 0.1);
-  CHECK(q.max_stress->value < 0.1 * p.max_stress->value);
+  CHECK(q.max_stress->value < 0.12 * p.max_stress->value);
   // O turns with them about y
   CHECK(p.rotation[1] == Approx(0.5e-3).epsilon(0.01));
   CHECK(q.rotation[1] == Approx(1e-3).epsilon(0.01));
