@@ -181,7 +181,7 @@ TEST_CASE("derivatives along a parameter that turns held directions", "[held][gr
           REQUIRE(r.status == Status::ok);
           return numbers(r.path[0]);
         },
-        0.4, 0.02, 5);
+        0.4, 0.01, 5);
     const PointGradients& g = exact.gradients->path[0];
     const std::vector<double> here = numbers(exact.response.path[0]);
     std::vector<double> found{g.drive_load[0], g.drive_stiffness[0]};

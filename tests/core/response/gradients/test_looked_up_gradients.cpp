@@ -128,7 +128,7 @@ TEST_CASE("derivatives of looked-up leaves are those of full ones within the err
                  of_b = gradient_of(b.response.path[k], b.gradients->path[k], name);
       const double value = value_of(b.response.path[k], name).value_or(0);
       if (!of_a || !of_b || (k == 0 && (name == "max_stress" || name == "drive_load"))) continue;
-      const double error = name == "max_stress" ? 1e-2 : 2e-3;  // of this coarse atlas
+      const double error = name == "max_stress" ? 1e-2 : 3e-3;  // of this coarse atlas
       for (std::size_t j = 0; j < family.along.size(); ++j) {
         const double by = p[family.along[j]] / value;
         INFO(name << " along " << family.numbers[family.along[j]].name << " at point " << k);
