@@ -82,7 +82,7 @@ std::vector<Case> cases(const Leaf& l, int frequencies) {
 
 void mesh_table() {
   const PageTable page("accuracy mesh");
-  const std::vector<std::array<int, 2>> meshes{{8, 4}, {10, 4}, {16, 4}, {16, 8}};
+  const std::vector<std::array<int, 2>> meshes{{10, 4}, {12, 5}, {16, 4}, {16, 8}};
   fmt::print("| w²/(Lt) | path |");
   for (const auto& mesh : meshes) fmt::print(" {}×{} |", mesh[0], mesh[1]);
   fmt::print("\n|---|---|---|---|---|---|\n");

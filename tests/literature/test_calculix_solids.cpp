@@ -79,23 +79,24 @@ void compare(const nlohmann::json& solid, const ModelOptions& model, double bar)
 
 }  // namespace
 
-TEST_CASE("full accuracy on 16 x 4 elements is within 0.5 % of solids") {
+TEST_CASE("full accuracy on 16 x 4 elements is within 0.4 % of solids") {
   ModelOptions model;
   model.accuracy = Accuracy::full;
   model.mesh = {16, 4};
   const nlohmann::json all = solids();
   for (const auto& [name, solid] : all.items()) {
     CAPTURE(name);
-    // Kirchhoff's leaf has no transverse shear, which takes about (pi²/3) E/(5/6 G) (t/L)² of a
-    // bending of wavelength L: 0.29 % in the leaves of 60 thicknesses, 0.03 % or less elsewhere.
-    compare(solid, model, name == "wide_short_guide" ? 0.006 : 0.005);
+    compare(solid, model, 0.004);
   }
 }
 
-TEST_CASE("the default model is within 1.2 % of solids") {
+TEST_CASE(
+    "the default model is within 0.25 % of solids, narrow leaves and sharp folds within 0.45 %") {
   const nlohmann::json all = solids();
   for (const auto& [name, solid] : all.items()) {
     CAPTURE(name);
-    compare(solid, ModelOptions(), 0.012);
+    // a clamp holds the section of leaves 5 thicknesses wide; a solid fold has a mitred corner
+    const bool other = name == "narrow_guide" || name.find("fold") != std::string::npos;
+    compare(solid, ModelOptions(), other ? 0.0045 : 0.0025);
   }
 }
