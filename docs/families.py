@@ -18,10 +18,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-# values of parameters that have no default
-USUAL = {"length": 0.08, "width": 0.03, "thickness": 4e-4, "spacing": 0.06, "gap": 1e-3,
-         "outer_width": 0.02, "inner_width": 0.04, "load_point_x": 0.03, "load_point_z": 0.01}
-
 
 def families(program):
     text = subprocess.run([program, "designs"], check=True, capture_output=True, text=True).stdout
@@ -32,7 +28,7 @@ def families(program):
 def flat(program, family):
     text = subprocess.run([program, "designs", "--export", family], check=True,
                           capture_output=True, text=True).stdout
-    parameters = {name: USUAL[name] for name, p in json.loads(text)["parameters"].items()
+    parameters = {name: p["example"] for name, p in json.loads(text)["parameters"].items()
                   if "default" not in p}
     drives = json.loads(text).get("drives")
     stroke = {"at": [{drives[0]["name"]: 0}]} if drives else {"at": [0]}
