@@ -3,8 +3,8 @@
 project = "flexopt"
 extensions = ["myst_parser"]
 myst_heading_anchors = 5
-myst_all_links_external = False
 highlight_language = "none"
+suppress_warnings = ["misc.highlighting_failure"]  # JSON with dots where the reader fills in
 html_theme = "furo"
 html_title = "flexopt"
 html_static_path = ["site.css"]

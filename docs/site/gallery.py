@@ -46,7 +46,7 @@ def family_page(program, root, out, name, summary, jobs):
              cell(p["default"]) if "default" in p else f"required (drawn: {cell(p['example'])})",
              cell(limits(p)), cell(p.get("meaning", ""))]
             for key, p in design["parameters"].items()]
-    text = f"# {name}\n\n{cell(summary)}\n\n" + drawn(f"{name}.svg", f"{name} with its dimensions")
+    text = ORPHAN + f"# {name}\n\n{cell(summary)}\n\n" + drawn(f"{name}.svg", f"{name} with its dimensions")
     text += "\n## Parameters\n\n" + table(["name", "unit", "default", "range", "meaning"], rows)
     for key, option in design.get("options", {}).items():
         text += (f"\n`{key}`: {cell(option.get('meaning', ''))}; one of "
@@ -71,7 +71,7 @@ def shown(value):
 
 def job_page(program, root, out, name, job):
     title = job.get("name", name)
-    text = f"# {cell(name)}\n\n{cell(title)}: a job of kind *{job.get('job', 'evaluate')}*"
+    text = ORPHAN + f"# {cell(name)}\n\n{cell(title)}: a job of kind *{job.get('job', 'evaluate')}*"
     family = family_of(job)
     if family:
         text += f" for the family [{cell(family)}](../families/{family}.md)"
@@ -94,8 +94,8 @@ def grid(entries):
             + "\n```\n")
 
 
-def hidden(pages):
-    return "\n```{toctree}\n:hidden:\n\n" + "\n".join(pages) + "\n```\n"
+# Not in the tables of contents beside every page; the lists of the gallery lead to it.
+ORPHAN = "---\norphan: true\n---\n\n"
 
 
 def write(program, root, out):
@@ -117,11 +117,9 @@ def write(program, root, out):
         "usual dimensions. `./flexopt designs FAMILY --svg` makes such a drawing.\n\n"
         + grid([(name, f"families/{name}.svg", f"families/{name}.md") for name, _ in families])
         + "\n" + table(["family", "what it is"],
-                       [[f"[{cell(n)}](families/{n}.md)", cell(s)] for n, s in families])
-        + hidden([f"families/{name}.md" for name, _ in families]))
+                       [[f"[{cell(n)}](families/{n}.md)", cell(s)] for n, s in families]))
     (out / "jobs.md").write_text(
         "# Jobs\n\nEvery job that is shipped, with the numbers that it must show; each is a test.\n\n"
         + table(["job", "kind", "what it is"],
                 [[f"[{cell(n)}](jobs/{n}.md)", j.get("job", "evaluate"), cell(j.get("name", ""))]
-                 for n, j in jobs.items()])
-        + hidden([f"jobs/{name}.md" for name in jobs]))
+                 for n, j in jobs.items()]))

@@ -96,7 +96,7 @@ TEST_CASE("usual values are defaults, and examples where there is none", "[desig
   document["parameters"]["length"]["example"] = "70 mm";
   const auto design = read(document);
   CHECK(usual_values(*design) == ParameterValues{{"length", 0.07}, {"count", 3}});
-  CHECK_FALSE(design->parameters.front().default_value);  // the user still has to give it
+  CHECK_FALSE(design->parameters.back().default_value);  // the user still has to give it
   CHECK_THAT(describe_family(*design), Contains("required, for example 0.07 m"));
   for (const Family& family : families()) CHECK_NOTHROW(usual_values(family));
 }
