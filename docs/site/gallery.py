@@ -34,6 +34,17 @@ def limits(parameter):
     return ", ".join(words)
 
 
+def write_small(drawing):
+    """Beside a drawing its slanting view alone: NAME_small.svg."""
+    svg = drawing.read_text()
+    box = re.search(r'<view id="slanting" viewBox="([^"]+)"', svg)[1]
+    x, y, width, height = box.split()
+    svg = re.sub(r'width="\d+" height="\d+" viewBox="[^"]+"',
+                 f'width="{width}" height="{height}" viewBox="{box}"', svg, count=1)
+    svg = re.sub(r'(class="paper" )x="[^"]+" y="[^"]+"', rf'\g<1>x="{x}" y="{y}"', svg)
+    drawing.with_name(f"{drawing.stem}_small.svg").write_text(svg)
+
+
 def drawn(name, alt):
     return "```{container} drawing\n" + f"![{alt}]({name})\n```\n"
 
@@ -41,6 +52,7 @@ def drawn(name, alt):
 def family_page(program, root, out, name, summary, jobs):
     design = json.loads(run(program, "designs", "--export", name))
     run(program, "designs", name, "--svg", out / f"{name}.svg")
+    write_small(out / f"{name}.svg")
     unit = lambda p: "" if p["unit"] == "1" else p["unit"]
     rows = [[f"`{key}`", cell(unit(p)),
              cell(p["default"]) if "default" in p else f"required (drawn: {cell(p['example'])})",
@@ -115,7 +127,7 @@ def write(program, root, out):
     (out / "families.md").write_text(
         "# Families\n\nMechanisms that flexopt brings along, drawn from their design files at their "
         "usual dimensions. `./flexopt designs FAMILY --svg` makes such a drawing.\n\n"
-        + grid([(name, f"families/{name}.svg", f"families/{name}.md") for name, _ in families])
+        + grid([(name, f"families/{name}_small.svg", f"families/{name}.md") for name, _ in families])
         + "\n" + table(["family", "what it is"],
                        [[f"[{cell(n)}](families/{n}.md)", cell(s)] for n, s in families]))
     (out / "jobs.md").write_text(

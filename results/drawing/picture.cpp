@@ -98,12 +98,17 @@ void Picture::circle(const std::string& style, const Point2& center, double radi
 }
 
 void Picture::append(const Picture& other) {
+  parts.insert(parts.end(), other.parts.begin(), other.parts.end());
   shapes.insert(shapes.end(), other.shapes.begin(), other.shapes.end());
   dimensions.insert(dimensions.end(), other.dimensions.begin(), other.dimensions.end());
   labels.insert(labels.end(), other.labels.begin(), other.labels.end());
 }
 
 void Picture::move(const Point2& by) {
+  for (DrawnPart& part : parts) {
+    part.box.low += by;
+    part.box.high += by;
+  }
   for (DrawnShape& shape : shapes)
     for (Point2& p : shape.points) p += by;
   for (DrawnDimension& dimension : dimensions) {

@@ -52,7 +52,14 @@ struct DrawnDimension {
   bool is_angle() const { return line.size() > 2; }
 };
 
+/// A part of a picture that may be shown alone.
+struct DrawnPart {
+  std::string name;
+  Box2 box;
+};
+
 struct Picture {
+  std::vector<DrawnPart> parts;
   std::vector<DrawnShape> shapes;
   std::vector<DrawnDimension> dimensions;
   std::vector<DrawnLabel> labels;

@@ -116,6 +116,12 @@ std::string svg_of(const Picture& picture, const std::string& title) {
       "<rect class=\"paper\" x=\"{2}\" y=\"{3}\" width=\"100%\" height=\"100%\"/>\n",
       std::ceil(size[0]), std::ceil(size[1]), number(low[0]), number(low[1]), escaped(title),
       style_sheet);
+  for (const DrawnPart& part : picture.parts) {
+    const Box2& at = part.box;
+    text += fmt::format("<view id=\"{}\" viewBox=\"{} {} {} {}\"/>\n", part.name,
+                        number(at.low[0] - border), number(at.low[1] - border),
+                        number(at.size()[0] + 2 * border), number(at.size()[1] + 2 * border));
+  }
   for (const DrawnShape& shape : picture.shapes) text += element(shape);
   for (const DrawnDimension& dimension : picture.dimensions) text += element(dimension);
   for (const DrawnLabel& label : picture.labels) text += element(label);

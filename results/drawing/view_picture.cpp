@@ -169,6 +169,7 @@ Picture slanting_picture(const PlacedDesign& design, double largest) {
   DimensionLines lines(picture, scale);
   add_center(design, on, lines, picture);
   add_drives(design, on, lines, picture);
+  picture.parts.push_back({"slanting", picture.extent()});
   add_axes(on, picture);
   return picture;
 }
