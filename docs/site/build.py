@@ -16,6 +16,7 @@ import sys
 
 import gallery
 import reference
+import theme
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -110,6 +111,7 @@ def main():
                            source, site]).returncode
     if code != 0:
         return 1
+    theme.complete(site / "_static")
     for old in out.iterdir():  # the new site in the place of the old one
         if old not in (source, site):
             shutil.rmtree(old) if old.is_dir() else old.unlink()
