@@ -165,11 +165,14 @@ std::vector<std::string> wrapped(const std::string& text, double width, double s
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(' ', begin), text.size());
     const std::string word = text.substr(begin, end - begin);
-    if (!line.empty() && size_of_text(line + " " + word, size)[0] > width) {
+    const double needed =
+        size_of_text(line, size)[0] + size_of_text(" ", size)[0] + size_of_text(word, size)[0];
+    if (!line.empty() && needed > width) {
       lines.push_back(std::move(line));
       line.clear();
     }
-    line += (line.empty() ? "" : " ") + word;
+    if (!line.empty()) line += ' ';
+    line += word;
     begin = end + 1;
   }
   lines.push_back(std::move(line));

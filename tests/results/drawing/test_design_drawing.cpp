@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "designs/describe.hpp"
@@ -83,6 +84,27 @@ TEST_CASE("Drawings of other sizes and choices have no overlapping words either"
       CHECK(overlaps(draw_design(family, sample_values(family), choices).picture) == 0);
     }
   }
+}
+
+TEST_CASE("A length that is no distance in the design is told beside what it moves",
+          "[results][drawing]") {
+  FaultList faults;
+  const auto family = read_family(nlohmann::json::parse(R"({
+    "flexopt_design": 1, "name": "odd",
+    "parameters": {"third": {"unit": "m", "above": 0, "default": "20 mm"}},
+    "bodies": [{"name": "end_effector", "at": ["3*third", 0, 0]}],
+    "leaves": [{"name": "leaf", "base": {"body": "ground", "at": [0, 0, 0]},
+                "tip": {"body": "end_effector", "at": ["3*third", 0, 0]},
+                "across": [0, 0, 1], "width": "10 mm", "thickness": "0.3 mm"}],
+    "drive": {"direction": "uy"}})"),
+                                  "", "", faults);
+  faults.raise();
+  const DesignDrawing drawing =
+      draw_design(*family, usual_values(*family), default_choices(*family));
+  CHECK(drawing.without_dimension == std::vector<std::string>{"third"});
+  CHECK(drawing.picture.dimensions.empty());
+  CHECK(std::ranges::count(drawing.picture.labels, "third = 20 mm", &DrawnLabel::text) == 1);
+  CHECK(overlaps(drawing.picture) == 0);
 }
 
 TEST_CASE("A drawing shows every leaf, the ground that holds it, the drive and O",
