@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/spec/spec_error.hpp"
+#include "designs/design_plan.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -17,6 +20,14 @@ std::string value_in_words(double value, const std::string& unit) {
 std::string range_in_words(const Parameter& p) {
   return fmt::format("{} {} value {} {}", value_in_words(p.min, p.unit), p.open_min ? "<" : "<=",
                      p.open_max ? "<" : "<=", value_in_words(p.max, p.unit));
+}
+
+std::string usual_in_words(const Family& family, const Parameter& p) {
+  if (p.default_value) return "default " + value_in_words(*p.default_value, p.unit);
+  const auto example = family.plan->examples.find(p.name);
+  return example == family.plan->examples.end()
+             ? "required"
+             : "required, for example " + value_in_words(example->second, p.unit);
 }
 
 }  // namespace
@@ -42,14 +53,27 @@ std::string describe_family(const Family& family) {
                         direction_names[static_cast<std::size_t>(index(drive.direction))]);
   text += "\nparameters:\n";
   for (const Parameter& p : family.parameters)
-    text += fmt::format(
-        "  {:<18} {:<4} {}\n  {:<18} {:<4} {}; {}\n", p.name, p.unit, p.meaning, "", "",
-        range_in_words(p),
-        p.default_value ? "default " + value_in_words(*p.default_value, p.unit) : "required");
+    text += fmt::format("  {:<18} {:<4} {}\n  {:<18} {:<4} {}; {}\n", p.name, p.unit, p.meaning, "",
+                        "", range_in_words(p), usual_in_words(family, p));
   for (const FamilyOption& option : family.options)
     text += fmt::format("  {:<18} {:<4} {}; one of: {}\n", option.name, "", option.meaning,
                         fmt::join(option.choices, ", "));
   return text;
+}
+
+ParameterValues usual_values(const Family& family) {
+  ParameterValues values = family.plan->examples;
+  std::vector<std::string> missing;
+  for (const Parameter& p : family.parameters) {
+    if (p.default_value)
+      values[p.name] = *p.default_value;
+    else if (!values.contains(p.name))
+      missing.push_back(p.name);
+  }
+  if (!missing.empty())
+    throw SpecError("/parameters", fmt::format("{}", fmt::join(missing, ", ")),
+                    "neither default nor example: nothing to draw the design with");
+  return values;
 }
 
 }  // namespace flexopt

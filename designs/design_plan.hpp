@@ -158,6 +158,7 @@ struct DesignSource {
 struct DesignPlan {
   DesignSource source;
   std::vector<Parameter> parameters;
+  ParameterValues examples;  ///< of parameters without default
   std::vector<FamilyOption> options;
   std::vector<FormulaName> lets;  ///< in an order in which each needs earlier ones alone
   std::vector<DesignNumber> let_numbers;

@@ -96,9 +96,15 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
   p.open_max = from.contains("below");
   p.min = bound(p.open_min ? "above" : "min").value_or(p.min);
   p.max = bound(p.open_max ? "below" : "max").value_or(p.max);
+  const Shape in_range = shape::quantity(p.unit, p.min, p.max, p.open_min, p.open_max);
   if (from.contains("default"))
-    p.default_value = read_quantity(shape::quantity(p.unit, p.min, p.max, p.open_min, p.open_max),
-                                    from["default"], at / "default");
+    p.default_value = read_quantity(in_range, from["default"], at / "default");
+  if (from.contains("example")) {
+    if (p.default_value)
+      throw SpecError((at / "example").to_string(), shown(from["example"]),
+                      "there is a default: an example is for a parameter without one");
+    plan_.examples[name] = read_quantity(in_range, from["example"], at / "example");
+  }
   names_.push_back({p.name, p.unit});
   plan_.parameters.push_back(std::move(p));
 }

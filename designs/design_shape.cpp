@@ -45,6 +45,7 @@ Shape parameters() {
   return map(record({
       required("unit", text(50), "SI unit; \"1\" for a plain number"),
       optional("default", quantity(""), "required when missing"),
+      optional("example", quantity(""), "of one without default: a usual value, for drawings"),
       optional("min", quantity(""), "least value, allowed itself"),
       optional("max", quantity(""), "largest value, allowed itself"),
       optional("above", quantity(""), "values lie above"),

@@ -52,6 +52,19 @@ void declare(CLI::App& app, CommandLine& line) {
     sub->add_flag("--quiet", line.quiet, "no progress on stderr");
   };
 
+  const auto draws = [&](CLI::App* sub, const char* help) {
+    return sub
+        ->add_option_function<std::vector<std::string>>(
+            "--svg",
+            [&line](const std::vector<std::string>& file) {
+              line.svg = true;
+              line.svg_file = file.empty() ? "" : file.front();
+            },
+            help)
+        ->expected(0, 1)
+        ->type_name("[SVG]");
+  };
+
   CLI::App* run = command("run", "Run a job and write its results", Command::run);
   takes_job(run, "the job file");
   run->add_option("--out", line.folder, "folder for the results [job's file stem + .out]")
@@ -74,6 +87,7 @@ void declare(CLI::App& app, CommandLine& line) {
           },
           "print the design file of a family, to start from")
       ->type_name("FAMILY");
+  draws(designs, "draw it with dimensions, into a file or on stdout");
 
   command("quantities", "List the numbers that goals may name", Command::quantities)
       ->add_option("FAMILY", line.family, "with the units and directions of its drives")
@@ -151,7 +165,9 @@ void declare(CLI::App& app, CommandLine& line) {
   takes_job(show, "the job file");
   show->add_option("--out", line.folder, "folder for report.html [job's file stem + .show]")
       ->type_name("DIR");
-  show->add_flag("--open", line.open, "open the page (xdg-open)");
+  CLI::Option* open = show->add_flag("--open", line.open, "open the page (xdg-open)");
+  draws(show, "a drawing with dimensions instead of the page, into a file or on stdout")
+      ->excludes(open);
 
   command("completion", "Print a script that completes commands in a shell", Command::completion)
       ->add_option("SHELL", line.shell, "the shell")

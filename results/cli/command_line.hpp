@@ -34,6 +34,8 @@ struct CommandLine {
   bool json = false;                       ///< of run: one JSON object on stdout
   std::optional<std::string> family;       ///< of designs, quantities
   bool export_file = false;                ///< of designs: print the family's file
+  bool svg = false;                        ///< of designs, show: a drawing with dimensions
+  std::string svg_file;                    ///< its file; empty: stdout
   bool of_design = false;                  ///< of schema: that of a design file
   double tolerance = 1e-6;                 ///< of check-gradients
   std::string file;                        ///< --out of atlas; empty: where jobs look for it

@@ -195,6 +195,7 @@ int validate_job(const CommandLine& line) {
 }
 
 int describe_designs(const CommandLine& line) {
+  if (line.svg) return draw_family(line);
   if (line.export_file) {
     (void)find_family(*line.family, "FAMILY");
     fmt::print("{}", library_text(*line.family));

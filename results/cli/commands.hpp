@@ -12,6 +12,7 @@ inline constexpr int exit_bug = 3;  ///< ours
 int run_job(const CommandLine& line);
 int validate_job(const CommandLine& line);
 int describe_designs(const CommandLine& line);
+int draw_family(const CommandLine& line);  ///< designs --svg
 int list_quantities(const CommandLine& line);
 int expand_job(const CommandLine& line);
 int print_schema(const CommandLine& line);

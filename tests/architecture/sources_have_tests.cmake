@@ -120,6 +120,11 @@ set(tested_by
   results/cli/run_json results/cli/test_terminal
   results/cli/stroke_table results/cli/test_summary
   results/cli/quantity_list results/cli/test_command_line
+  results/drawing/dimension_lines results/drawing/test_design_drawing
+  results/drawing/parts_picture results/drawing/test_design_drawing
+  results/drawing/placed_design results/drawing/test_measures
+  results/drawing/svg results/drawing/test_design_drawing
+  results/drawing/view_picture results/drawing/test_design_drawing
   results/export/ccx_limits results/export/test_ccx_deck
   results/export/ccx_model results/export/test_ccx_deck
   results/export/convex_hull results/export/test_triangles

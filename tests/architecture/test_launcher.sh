@@ -116,6 +116,18 @@ called "apt-get install" && problem "the program needs no browser"
 FAKE_MISSING=python3-pytest start test
 called "apt-get install .*python3-pytest" || problem "test installs what the Python module's tests need"
 
+FAKE_MISSING=furo start test
+called "apt-get install .*furo" || problem "test installs what builds the site"
+age
+mkdir -p "$work/repo/docs/site"
+echo 'import sys; print("site", *sys.argv[1:])' >"$work/repo/docs/site/build.py"
+FAKE_MISSING=python3-myst-parser start docs
+called "apt-get install .*python3-myst-parser" || problem "docs installs what builds the site"
+[ "$out" = "site $work/repo/build/release/flexopt $work/repo/build/docs" ] ||
+  problem "docs builds the site with the program: $out"
+FAKE_MISSING=furo start run job.json
+called "apt-get install" && problem "the program needs no Sphinx"
+
 FAKE_MISSING=calculix-ccx start test
 called "apt-get install .*calculix-ccx" || problem "test installs what reads exported files"
 FAKE_MISSING=calculix-ccx start run job.json

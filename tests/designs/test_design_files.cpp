@@ -7,6 +7,7 @@
 
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/spec_error.hpp"
+#include "designs/describe.hpp"
 #include "designs/expand.hpp"
 #include "designs/library.hpp"
 #include "support/families.hpp"
@@ -86,6 +87,18 @@ TEST_CASE("numbers of a design are SI, quantities or formulas in units", "[desig
   const Mechanism m = make(document);
   CHECK(m.leaves[0].length == Approx(0.08).epsilon(1e-15));
   CHECK(m.leaves[0].width == 0.02);
+}
+
+TEST_CASE("usual values are defaults, and examples where there is none", "[designs][files]") {
+  json document = cantilever();
+  document["parameters"]["length"].erase("default");
+  CHECK_THROWS_WITH(usual_values(*read(document)), Contains("length") && Contains("nor example"));
+  document["parameters"]["length"]["example"] = "70 mm";
+  const auto design = read(document);
+  CHECK(usual_values(*design) == ParameterValues{{"length", 0.07}, {"count", 3}});
+  CHECK_FALSE(design->parameters.back().default_value);  // the user still has to give it
+  CHECK_THAT(describe_family(*design), Contains("required, for example 0.07 m"));
+  for (const Family& family : families()) CHECK_NOTHROW(usual_values(family));
 }
 
 TEST_CASE("the box of a body turns with its frame and keeps its edges when written flat",

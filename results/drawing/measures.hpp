@@ -1,0 +1,50 @@
+#pragma once
+// Which distance or angle of a design a parameter is, and in which view that is seen.
+#include <string>
+#include <vector>
+
+#include "results/drawing/placed_design.hpp"
+
+namespace flexopt {
+
+/// A direction to look from: unit vectors to the right and upwards on the drawing.
+struct DrawnView {
+  std::string caption;
+  Vector3d right, up;
+  int leaf = -1;  ///< the only one that it shows; −1: all is shown
+
+  Vector3d toward() const { return right.cross(up); }
+  Eigen::Vector2d operator()(const Vector3d& v) const { return {right.dot(v), up.dot(v)}; }
+};
+
+/// From the front (x to the right, y up), from below and from the right, as third-angle projection
+/// arranges them.
+const std::vector<DrawnView>& plan_views();
+
+/// A dimension: the distance of two places as a view shows it, or the angle at `from` between an
+/// axis of the view and the way to `to`.
+struct ShownMeasure {
+  enum class Along { way, right, up, angle };
+  std::size_t parameter = 0;  ///< of PlacedDesign::parameters
+  Along along = Along::way;
+  Vector3d from, to;
+  Eigen::Vector2d axis = Eigen::Vector2d::Zero();  ///< of an angle
+};
+
+struct MeasuredView {
+  DrawnView view;
+  std::vector<ShownMeasure> measures;
+};
+
+struct MeasuredDesign {
+  std::vector<MeasuredView> views;   ///< the front first
+  std::vector<std::size_t> without;  ///< lengths that move the geometry but are no distance in it
+};
+
+/// A distance is a parameter's if it has its value, grows by one with it and stays as all others
+/// change: by the exact rates, so that dimensions which are equal by chance are told apart. Every
+/// length gets one dimension, in as few views as show them all, and every angle that a plan view
+/// shows; a leaf that none of the plan views shows in true size gets a view of its own.
+MeasuredDesign measured_design(const PlacedDesign& design);
+
+}  // namespace flexopt

@@ -1,0 +1,90 @@
+#pragma once
+// Lines, areas and words of a drawing in pixels, y downwards, and what of them is in each other's
+// way.
+#include <string>
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+using Point2 = Eigen::Vector2d;
+
+struct Box2 {
+  Point2 low = Point2::Constant(1e300), high = Point2::Constant(-1e300);
+
+  bool empty() const { return low[0] > high[0]; }
+  Point2 size() const { return high - low; }
+  Point2 center() const { return 0.5 * (low + high); }
+  void add(const Point2& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  bool overlaps(const Box2& other, double margin = 0) const;
+  /// Whether any of the line from a to b is inside.
+  bool meets(const Point2& a, const Point2& b) const;
+};
+
+struct DrawnShape {
+  enum class Kind { area, line, circle };
+  Kind kind = Kind::line;
+  std::string style;           ///< a class of the style sheet
+  std::vector<Point2> points;  ///< of a circle its centre
+  double radius = 0;
+};
+
+/// Words on one line, drawn exactly as wide as their box.
+struct DrawnLabel {
+  std::string text;
+  Box2 box;
+  double size = 12;  ///< of the letters
+  std::string style = "label";
+};
+
+/// The line of a dimension: two ends, or an arc about `vertex`.
+struct DrawnDimension {
+  std::string parameter, unit;
+  double value = 0;  ///< [m or rad]
+  double scale = 0;  ///< pixels of a metre
+  std::vector<Point2> line;
+  Point2 vertex = Point2::Zero();
+
+  bool is_angle() const { return line.size() > 2; }
+};
+
+/// A part of a picture that may be shown alone.
+struct DrawnPart {
+  std::string name;
+  Box2 box;
+};
+
+struct Picture {
+  std::vector<DrawnPart> parts;
+  std::vector<DrawnShape> shapes;
+  std::vector<DrawnDimension> dimensions;
+  std::vector<DrawnLabel> labels;
+
+  void area(const std::string& style, std::vector<Point2> points);
+  void line(const std::string& style, std::vector<Point2> points);
+  void circle(const std::string& style, const Point2& center, double radius);
+  void append(const Picture& other);
+  void move(const Point2& by);
+  Box2 extent() const;
+};
+
+/// What words of this size need: width, height.
+Point2 size_of_text(const std::string& text, double size);
+/// Words whose box begins at the upper left corner.
+DrawnLabel label_at(const std::string& text, const Point2& corner, double size = 12,
+                    const std::string& style = "label");
+/// Words around a middle.
+DrawnLabel label_around(const std::string& text, const Point2& center, double size = 12,
+                        const std::string& style = "label");
+/// Words broken into lines of at most this width, where there are blanks.
+std::vector<std::string> wrapped(const std::string& text, double width, double size);
+
+/// How much `added` would stand in the way of what is there already: words on words most of all,
+/// then words on lines, then lines on lines.
+double conflict(const Picture& added, const Picture& there);
+
+}  // namespace flexopt
