@@ -4,6 +4,7 @@
 #include <exception>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,11 @@ struct CrewDismissed : std::exception {
   const char* what() const noexcept override { return "dismissed"; }
 };
 
+/// Another member cannot go on, and says why.
+struct CrewBroken : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// What answers a question, in whichever process.
 using Answerer = std::function<std::string(const std::string& question)>;
 
@@ -42,7 +48,7 @@ class Crew {
   virtual int members() const = 0;
 
   /// Leader, from any thread: the answer of whoever is free first, another member or this process
-  /// by `here`. Throws what `here` throws; std::runtime_error where another member failed.
+  /// by `here`. Throws what `here` throws, and CrewBroken.
   virtual std::string ask(const std::string& question, const Answerer& here) = 0;
   /// Leader: the others come back from `answer`.
   virtual void end_stage() = 0;
