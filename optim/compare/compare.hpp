@@ -32,8 +32,8 @@ struct CompareRun {
 /// Runs the job's comparison. Throws SpecError for wrong input; all else is accounted for design by
 /// design. The log has the numbers alone; their seconds are in a file beside it (seconds_log), so
 /// that the log is the same for the same job, killed and resumed or not.
-/// A process that follows a leader works for it and returns nothing; throws ShardEnds where the run is
-/// a shard.
+/// A process that follows a leader works for it and returns nothing; throws ShardEnds where the run
+/// is a shard.
 CompareRun compare(const Job& job, const CompareOptions& options = {});
 
 /// What the log of an interrupted run tells so far.

@@ -109,7 +109,8 @@ ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValu
   const auto count = static_cast<int>(grid.size());
   ResponseMap found;
   if (!shared)
-    parallel_for(count, threads, [&](int i) { place(i) = work(i); }, progress);
+    parallel_for(
+        count, threads, [&](int i) { place(i) = work(i); }, progress);
   else if (!shared->run(
                loop_of(map, parameters), count, threads, progress,
                [&](int i) { return yield_of(work(i)); },

@@ -89,8 +89,8 @@ class Sharing {
   std::vector<int> own(const std::string& what, int count);
 
   /// `work` on these units: what it yields goes, in the process that keeps the run's files, to
-  /// `keep`, from any thread. A crew gets several units at once where they are quick. A process that
-  /// follows works, and keeps nothing.
+  /// `keep`, from any thread. A crew gets several units at once where they are quick. A process
+  /// that follows works, and keeps nothing.
   void run(const std::vector<int>& units, int threads,
            const std::function<std::string(int unit)>& work,
            const std::function<void(int unit, const std::string& yield)>& keep) const;

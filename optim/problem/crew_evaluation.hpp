@@ -5,8 +5,8 @@
 
 namespace flexopt {
 
-/// DesignProblem::evaluate by whoever of the crew is free. The others have the same job and answer by
-/// `answer_evaluations`. Throws as Crew::ask.
+/// DesignProblem::evaluate by whoever of the crew is free. The others have the same job and answer
+/// by `answer_evaluations`. Throws as Crew::ask.
 DesignValues ask_evaluation(Crew& crew, const DesignProblem& problem, const Variables& variables,
                             bool gradient, std::optional<Accuracy> accuracy);
 

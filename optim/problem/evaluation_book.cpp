@@ -85,8 +85,7 @@ LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues
 }
 
 DesignValues EvaluationBook::evaluate(const Variables& variables, Ask how) const {
-  const std::optional<Accuracy> accuracy =
-      how.full ? std::optional(Accuracy::full) : std::nullopt;
+  const std::optional<Accuracy> accuracy = how.full ? std::optional(Accuracy::full) : std::nullopt;
   return crew_ ? ask_evaluation(*crew_, problem_, variables, how.gradient, accuracy)
                : problem_.evaluate(variables, how.gradient, accuracy);
 }

@@ -41,7 +41,10 @@ bool SharedUnits::run(const std::string& loop, int count, int threads, const Loo
   if (progress && done > 0) progress(done, total);
   std::mutex mutex;
   sharing_.run(
-      open, threads, [&](int unit) { return log_line(OrderedJson::array({loop, unit, work(unit)})); },
+      open, threads,
+      [&](int unit) {
+        return log_line(OrderedJson::array({loop, unit, work(unit)}));
+      },
       [&](int unit, const std::string& line) {
         log_.append(line);
         const json yield = json::parse(line).at(2);

@@ -20,8 +20,8 @@ class SharedUnits {
               const std::string& version);
 
   /// Units 0, …, count − 1 of a loop, by whom the run is shared with: `work` yields JSON, `keep`
-  /// takes it, one unit at a time. What the log has is kept without work. The name tells loops apart
-  /// that yield other numbers. False where this process does not learn what all units yield.
+  /// takes it, one unit at a time. What the log has is kept without work. The name tells loops
+  /// apart that yield other numbers. False where this process does not learn what all units yield.
   bool run(const std::string& loop, int count, int threads, const LoopProgress& progress,
            const std::function<nlohmann::ordered_json(int unit)>& work,
            const std::function<void(int unit, const nlohmann::json& yield)>& keep);

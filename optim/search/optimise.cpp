@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "optim/numerics/parallel.hpp"
-#include "optim/problem/crew_evaluation.hpp"
 #include "optim/search/answer.hpp"
 #include "optim/search/different_ends.hpp"
+#include "optim/search/help_optimise.hpp"
 #include "optim/search/pareto.hpp"
 #include "optim/search/search.hpp"
 #include "optim/search/start_points.hpp"
@@ -373,17 +373,6 @@ void Optimisation::close_log() {
   log_.finish(all);
 }
 
-/// The work of a process that follows: stage by stage as they are asked for.
-void help(const Job& job, const OptimiseOptions& options) {
-  if (job.optimise->search == SearchKind::global) {
-    ScreeningOptions how;
-    how.threads = options.threads;
-    how.sharing = options.sharing;
-    screen(job, options.evaluators, how);
-  }
-  answer_evaluations(*options.sharing->crew(), DesignProblem(job, options.evaluators));
-}
-
 Optimum Optimisation::run() {
   search_from_starts();
   if (std::optional<Chosen> answer = best_end()) {
@@ -402,7 +391,7 @@ Optimum Optimisation::run() {
 Optimum optimise(const Job& job, const OptimiseOptions& options) {
   assert(job.optimise);
   if (options.sharing && options.sharing->follows()) {
-    help(job, options);
+    help_optimise(job, options);
     return {};
   }
   return Optimisation(job, options).run();

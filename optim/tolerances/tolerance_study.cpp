@@ -30,7 +30,8 @@ using OrderedJson = nlohmann::ordered_json;
 
 OrderedJson yield_of(const SampledDesign& sample) {
   OrderedJson quantities = OrderedJson::array();
-  for (const std::optional<double>& value : sample.quantities)  // those that are not finite do not count
+  for (const std::optional<double>& value :
+       sample.quantities)  // those that are not finite do not count
     quantities.push_back(value && std::isfinite(*value) ? OrderedJson(*value) : OrderedJson());
   return {sample.failure, std::move(quantities), sample.goals};
 }
@@ -39,7 +40,8 @@ SampledDesign read_yield(const nlohmann::json& yield) {
   SampledDesign sample;
   yield.at(0).get_to(sample.failure);
   for (const nlohmann::json& value : yield.at(1))
-    sample.quantities.push_back(value.is_null() ? std::nullopt : std::optional(value.get<double>()));
+    sample.quantities.push_back(value.is_null() ? std::nullopt
+                                                : std::optional(value.get<double>()));
   yield.at(2).get_to(sample.goals);
   return sample;
 }
@@ -278,14 +280,14 @@ SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport&
 
 bool Study::evaluate_all(const std::vector<VectorXd>& points, int threads,
                          const LoopProgress& progress, SharedUnits* shared,
-                         const ToleranceReport& report,
-                         std::vector<SampledDesign>& designs) const {
+                         const ToleranceReport& report, std::vector<SampledDesign>& designs) const {
   designs.resize(points.size());
   const auto count = static_cast<int>(points.size());
   const auto work = [&](int i) { return evaluate(points[static_cast<std::size_t>(i)], report); };
   const auto place = [&](int i) -> SampledDesign& { return designs[static_cast<std::size_t>(i)]; };
   if (!shared) {
-    parallel_for(count, threads, [&](int i) { place(i) = work(i); }, progress);
+    parallel_for(
+        count, threads, [&](int i) { place(i) = work(i); }, progress);
     return true;
   }
   const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};

@@ -27,7 +27,8 @@ std::string default_folder(const std::string& job, const char* ending) {
 
 /// guide.json, 3/16 → guide.3-of-16.out.
 std::string shard_folder(const std::string& job, std::string shard) {
-  if (const auto slash = shard.find('/'); slash != std::string::npos) shard.replace(slash, 1, "-of-");
+  if (const auto slash = shard.find('/'); slash != std::string::npos)
+    shard.replace(slash, 1, "-of-");
   return default_folder(job, ("." + shard + ".out").c_str());
 }
 
@@ -69,8 +70,7 @@ void declare(CLI::App& app, CommandLine& line) {
   run->add_flag("--json", line.json, "print one JSON object, also where something is wrong");
   works_long(run);
 
-  CLI::App* merge =
-      command("merge", "Make one run of the shards of a run", Command::merge);
+  CLI::App* merge = command("merge", "Make one run of the shards of a run", Command::merge);
   merge->add_option("DIR", line.folders, "the output folders of run --shard")
       ->required()
       ->type_name("DIR");

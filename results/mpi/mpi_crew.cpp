@@ -1,7 +1,7 @@
 // A crew of MPI processes; rank 0 leads. A library of its own, which is loaded under mpirun alone.
 //
-// By its names with a P: the solver of Ipopt (MUMPS for one process) brings functions of its own that
-// are called MPI_Comm_rank and MPI_Finalize, and the program has found those first.
+// By its names with a P: the solver of Ipopt (MUMPS for one process) brings functions of its own
+// that are called MPI_Comm_rank and MPI_Finalize, and the program has found those first.
 #include <mpi.h>
 
 #include <algorithm>
@@ -58,7 +58,7 @@ class Post {
     PMPI_Get_count(&status, MPI_BYTE, &size);
     message = {status.MPI_SOURCE, status.MPI_TAG, std::string(static_cast<std::size_t>(size), 0)};
     PMPI_Recv(message.text.data(), size, MPI_BYTE, message.rank, message.tag, MPI_COMM_WORLD,
-             MPI_STATUS_IGNORE);
+              MPI_STATUS_IGNORE);
     return true;
   }
 

@@ -10,8 +10,8 @@ namespace flexopt {
 /// How many processes the launcher of MPI says that it started; 0 where none did.
 int started_together();
 
-/// The crew of these processes; null where this process was started alone. MPI is in a library of its
-/// own, flexopt_mpi.so, which nothing else loads. Throws SpecError where it is not there.
+/// The crew of these processes; null where this process was started alone. MPI is in a library of
+/// its own, flexopt_mpi.so, which nothing else loads. Throws SpecError where it is not there.
 std::unique_ptr<Crew> join_crew();
 
 /// Leader: tells the others the job.

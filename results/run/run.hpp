@@ -9,10 +9,10 @@
 namespace flexopt {
 
 /// All leave job.json in the folder before they start; an empty path: nothing is written at all.
-/// `sharing`: with whom work is shared; null: with nobody. What a process that follows a leader gets
-/// means nothing, nor does what a shard gets; a shard ends with ShardEnds where it would need the others.
-/// `along`: of which parameters exact derivatives are wanted too (ThroughFormulas), of a path that
-/// is then differentiable; none: of none.
+/// `sharing`: with whom work is shared; null: with nobody. What a process that follows a leader
+/// gets means nothing, nor does what a shard gets; a shard ends with ShardEnds where it would need
+/// the others. `along`: of which parameters exact derivatives are wanted too (ThroughFormulas), of
+/// a path that is then differentiable; none: of none.
 RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
                          RunListener& listener, const std::vector<std::string>& along = {},
                          Sharing* sharing = nullptr);

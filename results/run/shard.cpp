@@ -38,10 +38,8 @@ json shard_json(const fs::path& folder) {
 }
 
 void write_shard(const fs::path& folder, const Shard& shard, bool done, const Sharing* sharing) {
-  OrderedJson said{{"flexopt", build_id()},
-                   {"shard", shard.number},
-                   {"of", shard.of},
-                   {"done", done}};
+  OrderedJson said{
+      {"flexopt", build_id()}, {"shard", shard.number}, {"of", shard.of}, {"done", done}};
   if (sharing)
     for (const SharedLoop& loop : sharing->loops())
       said["loops"].push_back({{"what", loop.what}, {"here", loop.here}, {"all", loop.all}});
@@ -65,8 +63,7 @@ class Union {
  public:
   void add(const fs::path& file) {
     const json theirs = log_identity_of(file);
-    if (theirs.is_null())
-      throw SpecError("", file.string(), "expected a log of evaluations");
+    if (theirs.is_null()) throw SpecError("", file.string(), "expected a log of evaluations");
     if (identity_.is_null()) identity_ = theirs, first_ = file;
     if (theirs != identity_)
       throw SpecError("", file.string(),
@@ -92,10 +89,11 @@ class Union {
     if (fresh) {
       lines_ += line + "\n";
     } else if (known->second.first != said.second) {
-      throw SpecError("", file.string(),
-                      fmt::format("expected the same values as in {}, of {}: shards of one run must "
-                                  "come from processors of one kind",
-                                  known->second.second.string(), said.first));
+      throw SpecError(
+          "", file.string(),
+          fmt::format("expected the same values as in {}, of {}: shards of one run must "
+                      "come from processors of one kind",
+                      known->second.second.string(), said.first));
     }
   }
 
@@ -135,11 +133,11 @@ void check_shardable(const Job& job) {
     if (one.kind == JobKind::evaluate) return has_samples(one) || !one.maps.empty();
     return one.optimise->search == SearchKind::global || one.optimise->starts > 1;
   };
-  const bool some =
-      job.designs.empty() ? shardable(job)
-                          : std::ranges::any_of(job.designs, [&](const ListedDesign& design) {
-                              return shardable(*design.job);
-                            });
+  const bool some = job.designs.empty()
+                        ? shardable(job)
+                        : std::ranges::any_of(job.designs, [&](const ListedDesign& design) {
+                            return shardable(*design.job);
+                          });
   if (!some)
     throw SpecError("--shard", job.name,
                     "this job has no independent work to share: expected a comparison, an "
@@ -154,10 +152,10 @@ void begin_shard(const fs::path& folder, const Shard& shard) {
     throw SpecError("--out", folder.string(),
                     "a run that is no shard is in this folder: expected another folder");
   if (!said.is_null() && (said.at("shard") != shard.number || said.at("of") != shard.of))
-    throw SpecError("--out", folder.string(),
-                    fmt::format("shard {}/{} is in this folder: expected one of its own for {}/{}",
-                                said.at("shard").dump(), said.at("of").dump(), shard.number,
-                                shard.of));
+    throw SpecError(
+        "--out", folder.string(),
+        fmt::format("shard {}/{} is in this folder: expected one of its own for {}/{}",
+                    said.at("shard").dump(), said.at("of").dump(), shard.number, shard.of));
   write_shard(folder, shard, false, nullptr);
 }
 

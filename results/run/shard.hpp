@@ -15,8 +15,8 @@ Shard read_shard(const std::string& text);
 /// Throws SpecError (pointer --shard) where a job has no work that shards can have parts of.
 void check_shardable(const Job& job);
 
-/// shard.json: which shard a folder holds, and whether it is done. Throws SpecError where the folder
-/// holds another shard, or another run.
+/// shard.json: which shard a folder holds, and whether it is done. Throws SpecError where the
+/// folder holds another shard, or another run.
 void begin_shard(const std::filesystem::path& folder, const Shard& shard);
 void end_shard(const std::filesystem::path& folder, const Shard& shard, const Sharing& sharing);
 
@@ -24,12 +24,12 @@ void end_shard(const std::filesystem::path& folder, const Shard& shard, const Sh
 struct FoundShards {
   Job job;
   int of = 1;
-  std::vector<int> missing;         ///< not there, or not done
-  std::vector<std::string> notes;   ///< a sentence each: shards that are there twice, or not done
+  std::vector<int> missing;        ///< not there, or not done
+  std::vector<std::string> notes;  ///< a sentence each: shards that are there twice, or not done
 };
 
-/// Checks that the folders hold shards of one job, of this build and of one number of shards. Throws
-/// SpecError that names the folder that does not belong to the first.
+/// Checks that the folders hold shards of one job, of this build and of one number of shards.
+/// Throws SpecError that names the folder that does not belong to the first.
 FoundShards find_shards(const std::vector<std::filesystem::path>& folders);
 
 /// Writes the union of all logs, with those that `out` has, into it: from there the run of the job
