@@ -10,6 +10,7 @@
 #include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 #include <vector>
 
@@ -35,12 +36,13 @@ double processor_seconds() {
   return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
-/// Questions that the other ranks answer with lines of a log, by so many threads.
-void ask(Crew& crew, int questions, int threads,
+/// Questions that the other ranks answer with so many lines of a log each, by so many threads.
+void ask(Crew& crew, int questions, int lines, int threads,
          const std::function<void(const std::string&)>& keep) {
   const Answerer nobody = [](const std::string&) { return std::string(); };
   parallel_for(threads, threads, [&](int t) {
-    for (int k = t; k < questions; k += threads) keep(crew.ask(std::to_string(k), nobody));
+    for (int k = t; k < questions; k += threads)
+      keep(crew.ask(fmt::format("{} {}", k, lines), nobody));
   });
 }
 
@@ -59,29 +61,35 @@ int lead(Crew& crew, const std::vector<std::string>& lines) {
   std::vector<double> trips;
   for (int k = 0; k < 500; ++k) {
     const auto begin = Clock::now();
-    ask(crew, 1, 1, [](const std::string&) {});
+    ask(crew, 1, 1, 1, [](const std::string&) {});
     trips.push_back(seconds_since(begin));
   }
   std::ranges::sort(trips);
   std::ofstream log(std::filesystem::temp_directory_path() / "bench_crew_messages.jsonl");
-  const auto keep = [&](const std::string& line) {
-    (void)nlohmann::json::parse(line);
-    const std::lock_guard lock(mutex);
-    log << line << std::flush;
+  const auto keep = [&](const std::string& answer) {
+    for (std::size_t at = 0, end; at < answer.size(); at = end) {
+      end = answer.find('\n', at) + 1;
+      const std::string line = answer.substr(at, end - at);
+      (void)nlohmann::json::parse(line);
+      const std::lock_guard lock(mutex);
+      log << line << std::flush;
+    }
   };
-  const double before = processor_seconds();
-  const auto begin = Clock::now();
-  ask(crew, questions, crew.members() - 1, keep);
-  const double wall = seconds_since(begin), cost = (processor_seconds() - before) / questions;
+  const auto cost_of = [&](int lines_each) {
+    const double before = processor_seconds();
+    ask(crew, questions, lines_each, crew.members() - 1, keep);
+    return (processor_seconds() - before) / questions;
+  };
+  const double one = cost_of(1), nine = cost_of(9), unit = (nine - one) / 8;
   over = true;
   busy.join();
   crew.end_stage();
   std::size_t bytes = 0;
   for (const std::string& line : lines) bytes += line.size() / lines.size();
   fmt::print(
-      "{{\"ranks\": {}, \"bytes\": {}, \"round_trip\": {:.3g}, \"leader\": {:.3g}, \"rate\": "
-      "{:.4g}}}\n",
-      crew.members(), bytes, trips[trips.size() / 2], cost, questions / wall);
+      "{{\"ranks\": {}, \"bytes\": {}, \"round_trip\": {:.3g}, \"message\": {:.3g}, "
+      "\"unit\": {:.3g}}}\n",
+      crew.members(), bytes, trips[trips.size() / 2], one - unit, unit);
   return 0;
 }
 
@@ -96,7 +104,12 @@ int main(int argc, char** argv) {
   std::vector<std::string> lines = read_log_lines(argv[1]);
   if (crew->leads()) return lead(*crew, lines);
   crew->answer([&](const std::string& question) {
-    return lines[static_cast<std::size_t>(std::stoi(question)) % lines.size()] + "\n";
+    std::istringstream stream(question);
+    std::size_t first = 0, count = 0;
+    stream >> first >> count;
+    std::string answer;
+    for (std::size_t k = 0; k < count; ++k) answer += lines[(first + k) % lines.size()] + "\n";
+    return answer;
   });
   return 0;
 }
