@@ -87,11 +87,15 @@ int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
   return end(write_run(folder.path(), record), &record);
 }
 
+std::filesystem::path job_folder(const CommandLine& line) {
+  return std::filesystem::absolute(line.job).parent_path();
+}
+
 /// A part of a run, which leaves its logs and shard.json.
 int run_shard(const Job& job, const CommandLine& line, const Shard& shard, OutputFolder& folder,
               ProgressDisplay& progress) {
   check_shardable(job);
-  begin_shard(folder.path(), shard);
+  begin_shard(folder.path(), job_folder(line), shard);
   Sharing sharing(shard);
   std::map<std::string, double> timings;
   try {
@@ -101,7 +105,7 @@ int run_shard(const Job& job, const CommandLine& line, const Shard& shard, Outpu
       run_listed_designs(job, folder.path(), line.threads, progress, timings, &sharing);
   } catch (const ShardEnds&) {
   }
-  end_shard(folder.path(), shard, sharing);
+  end_shard(folder.path(), sharing);
   folder.keep();
   progress.clear();
   if (line.json) {
@@ -159,7 +163,7 @@ int run_job(const CommandLine& line) {
   if (job.kind != JobKind::evaluate) std::signal(SIGINT, say_how_to_resume);
   if (shard) return run_shard(job, line, *shard, folder, progress);
   if (!crew) return whole_run(job, line, folder, progress, begin, nullptr);
-  tell_job(*crew, job);
+  tell_job(*crew, job, job_folder(line));
   Sharing sharing(*crew);
   progress.say(fmt::format("shared by {} processes", crew->members()));
   try {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_in_folder.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {
@@ -50,8 +51,8 @@ std::unique_ptr<Crew> join_crew() {
   return std::unique_ptr<Crew>(join());
 }
 
-void tell_job(Crew& crew, const Job& job) {
-  crew.tell(nlohmann::json{build_id(), document_of(job)}.dump());
+void tell_job(Crew& crew, const Job& job, const fs::path& job_folder) {
+  crew.tell(nlohmann::json{build_id(), document_of(job), job_folder.string()}.dump());
 }
 
 Job hear_job(Crew& crew) {
@@ -60,7 +61,7 @@ Job hear_job(Crew& crew) {
     throw SpecError("mpirun", build_id(),
                     fmt::format("expected the flexopt of the first process, {}",
                                 told.at(0).get<std::string>()));
-  return parse_job(told.at(1));
+  return parse_job_in(told.at(2).get<std::string>(), told.at(1));
 }
 
 }  // namespace flexopt

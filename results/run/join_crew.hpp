@@ -1,5 +1,6 @@
 #pragma once
 // The processes that mpirun has started, as a crew.
+#include <filesystem>
 #include <memory>
 
 #include "optim/job/job.hpp"
@@ -14,8 +15,8 @@ int started_together();
 /// its own, flexopt_mpi.so, which nothing else loads. Throws SpecError where it is not there.
 std::unique_ptr<Crew> join_crew();
 
-/// Leader: tells the others the job.
-void tell_job(Crew& crew, const Job& job);
+/// Leader: tells the others the job, and the folder that files it names are relative to.
+void tell_job(Crew& crew, const Job& job, const std::filesystem::path& job_folder);
 /// The others: the job of the leader. Throws SpecError where that is another build of flexopt.
 Job hear_job(Crew& crew);
 

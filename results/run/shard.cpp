@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_in_folder.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/line_log.hpp"
 #include "results/files/folder.hpp"
@@ -35,15 +36,6 @@ json shard_json(const fs::path& folder) {
   if (!said.is_object() || !said.contains("shard") || !said.contains("of"))
     throw SpecError("", file.string(), "expected the shard.json of a run with --shard");
   return said;
-}
-
-void write_shard(const fs::path& folder, const Shard& shard, bool done, const Sharing* sharing) {
-  OrderedJson said{
-      {"flexopt", build_id()}, {"shard", shard.number}, {"of", shard.of}, {"done", done}};
-  if (sharing)
-    for (const SharedLoop& loop : sharing->loops())
-      said["loops"].push_back({{"what", loop.what}, {"here", loop.here}, {"all", loop.all}});
-  write_file(folder / "shard.json", json_text(said));
 }
 
 /// What a line is about, and what it says of it; nothing of what the clock says.
@@ -145,7 +137,7 @@ void check_shardable(const Job& job) {
                     "maps");
 }
 
-void begin_shard(const fs::path& folder, const Shard& shard) {
+void begin_shard(const fs::path& folder, const fs::path& job_folder, const Shard& shard) {
   const json said = shard_json(folder);
   if (said.is_null() && (fs::exists(folder / "evaluations.jsonl") ||
                          fs::exists(folder / "result.json") || fs::exists(folder / "units.jsonl")))
@@ -156,11 +148,20 @@ void begin_shard(const fs::path& folder, const Shard& shard) {
         "--out", folder.string(),
         fmt::format("shard {}/{} is in this folder: expected one of its own for {}/{}",
                     said.at("shard").dump(), said.at("of").dump(), shard.number, shard.of));
-  write_shard(folder, shard, false, nullptr);
+  const OrderedJson begun{{"flexopt", build_id()},
+                          {"shard", shard.number},
+                          {"of", shard.of},
+                          {"job_folder", job_folder.string()},
+                          {"done", false}};
+  write_file(folder / "shard.json", json_text(begun));
 }
 
-void end_shard(const fs::path& folder, const Shard& shard, const Sharing& sharing) {
-  write_shard(folder, shard, true, &sharing);
+void end_shard(const fs::path& folder, const Sharing& sharing) {
+  OrderedJson said(shard_json(folder));
+  said["done"] = true;
+  for (const SharedLoop& loop : sharing.loops())
+    said["loops"].push_back({{"what", loop.what}, {"here", loop.here}, {"all", loop.all}});
+  write_file(folder / "shard.json", json_text(said));
 }
 
 FoundShards find_shards(const std::vector<fs::path>& folders) {
@@ -178,7 +179,7 @@ FoundShards find_shards(const std::vector<fs::path>& folders) {
     if (document.is_null()) {
       document = theirs;
       found.of = of;
-      found.job = read_job((folder / "job.json").string());
+      found.job = parse_job_in(said.at("job_folder").get<std::string>(), theirs);
     }
     if (said.at("flexopt") != build_id())
       throw SpecError("", folder.string(),

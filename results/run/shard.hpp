@@ -16,9 +16,12 @@ Shard read_shard(const std::string& text);
 void check_shardable(const Job& job);
 
 /// shard.json: which shard a folder holds, and whether it is done. Throws SpecError where the
-/// folder holds another shard, or another run.
-void begin_shard(const std::filesystem::path& folder, const Shard& shard);
-void end_shard(const std::filesystem::path& folder, const Shard& shard, const Sharing& sharing);
+/// folder holds another shard, or another run. `job_folder`: what files that the job names are
+/// relative to.
+void begin_shard(const std::filesystem::path& folder, const std::filesystem::path& job_folder,
+                 const Shard& shard);
+/// After `begin_shard`.
+void end_shard(const std::filesystem::path& folder, const Sharing& sharing);
 
 /// What was found in the folders of shards.
 struct FoundShards {

@@ -1,6 +1,7 @@
 """Small jobs of every kind whose work can be shared, and folders compared byte by byte."""
 
 import json
+import os
 import pathlib
 import subprocess
 
@@ -46,7 +47,9 @@ def jobs():
                             "optimise": {**THICKEST, "algorithm": {"library": "nlopt", "name": "LN_COBYLA"}}},
         "global": {**GUIDE, "name": "global", "job": "optimise",
                    "optimise": {**THICKEST, "search": "global", "screened_designs": 24, "starts": 2}},
-        "around": {**GUIDE, "name": "around", "job": "evaluate", **SAMPLED, "maps": MAPS},
+        "around": {**GUIDE, "name": "around", "job": "evaluate", **SAMPLED, "maps": MAPS,
+                   "design": {"file": "guide.design.json",
+                              **{key: value for key, value in GUIDE["design"].items() if key != "family"}}},
         "listed": {**{key: value for key, value in GUIDE.items() if key != "design"}, "name": "listed",
                    "job": "optimise", "optimise": {**{key: value for key, value in THICKEST.items() if key != "variables"},
                                 "starts": 2, "max_evaluations": 6},
@@ -56,6 +59,11 @@ def jobs():
 
 
 def write(job, folder):
+    """With the design in a file beside it where the job names one."""
+    if "file" in job.get("design", {}):
+        text = subprocess.run([os.environ["FLEXOPT_BINARY"], "designs", "--export", "parallel_guide"],
+                              capture_output=True, text=True, check=True).stdout
+        (pathlib.Path(folder) / job["design"]["file"]).write_text(text)
     file = pathlib.Path(folder) / f"{job['name']}.json"
     file.write_text(json.dumps(job))
     return file

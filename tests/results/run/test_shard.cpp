@@ -202,6 +202,24 @@ TEST_CASE("two values of one evaluation are refused", "[shard]") {
   CHECK_THAT(outcome.err, Catch::Contains("expected the same values as in"));
 }
 
+TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {
+  OrderedJson job = compared_leaf();
+  job["design"].erase("family");
+  job["design"]["file"] = "leaf.design.json";
+  Runs runs(job);
+  std::ofstream(runs.path() / "leaf.design.json")
+      << runs.flexopt("designs --export leaf_spring").out;
+  REQUIRE(runs.flexopt("run leaf.json --quiet --out alone").code == 0);
+  runs.shards(2);
+  const std::string from = "'" + runs.path().string() + "/";
+  const Outcome merged = run_program(
+      "/", "merge --quiet " + from + "shard.1' " + from + "shard.2' --out " + from + "merged'");
+  CAPTURE(merged.err);
+  CHECK(merged.code == 0);
+  CHECK(runs.content("merged/job.json") == runs.content("alone/job.json"));
+  CHECK(runs.content("merged/evaluations.jsonl") == runs.content("alone/evaluations.jsonl"));
+}
+
 TEST_CASE("a job without independent work has no shards", "[shard]") {
   Runs runs(leaf_job());
   const Outcome outcome = runs.flexopt("run leaf.json --shard 1/2");
