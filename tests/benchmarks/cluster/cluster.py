@@ -71,15 +71,18 @@ def start_up(folder):
 WORTH_A_MESSAGE = 0.2  # as optim/numerics/sharing.cpp
 
 
-def efficiency(ranks, per_rank, seconds, leader, round_trip, chunks=True, seed=1):
-    """Weak efficiency: rank 0 answers one message at a time, `leader` seconds each, with `keep` of each unit.
+READERS = 3  # processors of rank 0 beside that of its messages
 
-    `leader`: (per message, per unit). Units of work take what was measured, in random order. As Sharing::run
-    hands them out.
+
+def efficiency(ranks, per_rank, seconds, message, chunks=True, seed=1):
+    """Weak efficiency where units of work take these seconds, in random order, handed out as Sharing::run does.
+
+    Rank 0 carries one message at a time and writes one line of the log at a time; its other threads, one for each
+    rank, read the lines on READERS processors.
     """
     chance = random.Random(seed)
     units = [chance.choice(seconds) for _ in range(ranks * per_rank)]
-    given, done, spent, free, end = 0, 0, 0.0, 0.0, 0.0
+    given, done, spent, free, end, readers = 0, 0, 0.0, 0.0, 0.0, [0.0] * READERS
     waiting = [(0.0, rank) for rank in range(ranks)]
     heapq.heapify(waiting)
     while given < len(units):
@@ -89,8 +92,10 @@ def efficiency(ranks, per_rank, seconds, leader, round_trip, chunks=True, seed=1
         count = min(left, max(1, min(left // (4 * ranks), worth))) if chunks else 1
         work = sum(units[given:given + count])
         given += count
-        free = max(free, at) + leader[0] + count * leader[1]
-        back = free + round_trip + work
+        free = max(free, at) + message["message"] + count * (message["unit"] - message["parse"])
+        reader = min(range(READERS), key=readers.__getitem__)
+        readers[reader] = max(readers[reader], free) + count * message["parse"]
+        back = readers[reader] + message["round_trip"] + work
         done, spent = done + count, spent + work
         end = max(end, back)
         heapq.heappush(waiting, (back, rank))
@@ -117,17 +122,16 @@ def main():
         *rows, "",
         f"A message takes rank 0 {1e6 * message['message']:.0f} µs of its processor, each unit in it (a line of"
         f" {message['bytes']} bytes for the log)",
-        f"{1e6 * message['unit']:.0f} µs, and the way to another rank and back {1e6 * message['round_trip']:.0f} µs; an"
+        f"{1e6 * message['unit']:.0f} µs, {1e6 * message['parse']:.0f} µs of that to read it, and the way to another rank and back {1e6 * message['round_trip']:.0f} µs; an"
         f" evaluation of this job {1e3 * mean:.0f} ms ({1e3 * min(seconds):.0f} to {1e3 * max(seconds):.0f}).",
         f"A program that is started alone takes {started:.0f} ms to start, with MPI in the build or without."])
     counts = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000]
     cases = [("evaluations of this job, 64 a rank", seconds, 64, True),
              ("the same, one in each message", seconds, 64, False),
              ("a tenth of their time, 640 a rank", [s / 10 for s in seconds], 640, True)]
-    cost = (message["message"], message["unit"])
     table = ["| ranks | " + " | ".join(name for name, *_ in cases) + " |", "|---|" + "---|" * len(cases)]
     figure, axes = plt.subplots(figsize=(6, 3.4))
-    curves = [[efficiency(ranks, per_rank, times, cost, message["round_trip"], chunks) for ranks in counts]
+    curves = [[efficiency(ranks, per_rank, times, message, chunks) for ranks in counts]
               for _, times, per_rank, chunks in cases]
     for (name, *_), curve in zip(cases, curves):
         axes.semilogx(counts, [100 * value for value in curve], marker="o", ms=3, label=name)
