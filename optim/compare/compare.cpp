@@ -194,35 +194,47 @@ CompareRun compare(const Job& job, const CompareOptions& options) {
                                         : std::make_unique<Logs>(job, options.log, options.version,
                                                                  options.overwrite_log, book);
   CompareProgress progress;
-  progress.total = static_cast<int>(book.paths.size());
+  Sharing nobody;
+  Sharing& sharing = options.sharing ? *options.sharing : nobody;
+  const std::vector<int> own = sharing.own("evaluations", static_cast<int>(book.paths.size()));
+  progress.total = static_cast<int>(own.size());
   std::vector<int> open;
-  for (std::size_t k = 0; k < book.paths.size(); ++k) {
-    if (!book.paths[k]) {
-      open.push_back(static_cast<int>(k));
+  for (const int k : own) {
+    const auto& known = book.paths[static_cast<std::size_t>(k)];
+    if (!known) {
+      open.push_back(k);
       continue;
     }
     ++progress.evaluations;
     ++progress.replayed;
-    if (!book.paths[k]->whole()) ++progress.failed;
+    if (!known->whole()) ++progress.failed;
   }
   if (options.progress) options.progress(progress);
 
   std::mutex mutex;
   const int width = static_cast<int>(book.width);
-  parallel_for(static_cast<int>(open.size()), options.threads, [&](int i) {
-    const int k = open[static_cast<std::size_t>(i)], design = k / width, model = k % width;
+  const auto work = [&](int k) {
+    const int design = k / width, model = k % width;
     EvaluationSeconds seconds;
-    ComparedPath path = evaluate(job, samples[static_cast<std::size_t>(design)], design, model,
-                                 options.evaluator, seconds);
-    logs->seconds.append(seconds_line(design, model, seconds));  // first: never without it
-    logs->values.append(line_of(path));
+    const ComparedPath path = evaluate(job, samples[static_cast<std::size_t>(design)], design,
+                                       model, options.evaluator, seconds);
+    return seconds_line(design, model, seconds) + line_of(path);
+  };
+  const auto keep = [&](int k, const std::string& lines) {
+    const std::size_t second = lines.find('\n') + 1;
+    const std::string seconds = lines.substr(0, second), values = lines.substr(second);
+    logs->seconds.append(seconds);  // first: never without it
+    logs->values.append(values);
     const std::lock_guard lock(mutex);
+    book.read_seconds(seconds);
+    book.read_path(values);
     ++progress.evaluations;
-    if (!path.whole()) ++progress.failed;
-    book.seconds[static_cast<std::size_t>(k)] = seconds;
-    book.paths[static_cast<std::size_t>(k)] = std::move(path);
+    if (!book.paths[static_cast<std::size_t>(k)]->whole()) ++progress.failed;
     if (options.progress) options.progress(progress);
-  });
+  };
+  sharing.run(open, options.threads, work, keep);
+  if (sharing.shard()) throw ShardEnds();
+  if (!sharing.complete()) return {};
 
   CompareRun run;
   run.seconds.resize(book.width);

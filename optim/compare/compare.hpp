@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "optim/compare/comparison.hpp"
+#include "optim/numerics/sharing.hpp"
 #include "optim/problem/design_problem.hpp"
 
 namespace flexopt {
@@ -20,6 +21,7 @@ struct CompareOptions {
   int threads = 1;             ///< no number depends on it but the seconds
   std::function<void(const CompareProgress&)> progress;  ///< one at a time, from any thread
   StrokeEvaluator evaluator = evaluate_stroke;
+  Sharing* sharing = nullptr;  ///< with whom the evaluations are shared; null: nobody
 };
 
 struct CompareRun {
@@ -30,6 +32,8 @@ struct CompareRun {
 /// Runs the job's comparison. Throws SpecError for wrong input; all else is accounted for design by
 /// design. The log has the numbers alone; their seconds are in a file beside it (seconds_log), so
 /// that the log is the same for the same job, killed and resumed or not.
+/// A process that follows a leader works for it and returns nothing; throws ShardEnds where the run
+/// is a shard.
 CompareRun compare(const Job& job, const CompareOptions& options = {});
 
 /// What the log of an interrupted run tells so far.

@@ -1,5 +1,7 @@
 #include "optim/job/job.hpp"
 
+#include "optim/job/job_in_folder.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -315,9 +317,11 @@ Job read_document(const json& document, const std::string& folder, FaultList& fa
 
 }  // namespace
 
-Job parse_job(const json& document) {
+Job parse_job(const json& document) { return parse_job_in("", document); }
+
+Job parse_job_in(const std::string& folder, const json& document) {
   FaultList faults;
-  Job job = read_document(document, "", faults);
+  Job job = read_document(document, folder, faults);
   faults.raise();
   return job;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "optim/job/job_atlas.hpp"
@@ -12,6 +13,8 @@
 
 namespace flexopt {
 namespace {
+
+using OrderedJson = nlohmann::ordered_json;
 
 /// The map as a problem: its parameters are the variables; its quantities, one of which stands in
 /// for the objective, and the job's constraints are the goals.
@@ -68,22 +71,51 @@ Mapped evaluate(const DesignProblem& problem, const Variables& variables, std::s
   return mapped;
 }
 
+/// What tells the maps of a job and of its designs apart.
+std::string loop_of(const MapSpec& map, const ParameterValues& parameters) {
+  OrderedJson says{parameters, map.points};
+  for (const Variable& p : map.parameters) says.push_back({p.parameter, p.min, p.max});
+  for (const Constraint& c : map.quantities) says.push_back(c.label);
+  return loop_name("designs of a map", says.dump());
+}
+
+OrderedJson yield_of(const Mapped& mapped) {
+  const bool bounded = std::isfinite(mapped.margin);  // without constraints there is no margin
+  return {mapped.values, bounded ? OrderedJson(mapped.margin) : OrderedJson(), mapped.failure};
+}
+
+Mapped read_yield(const nlohmann::json& yield) {
+  Mapped mapped;
+  yield.at(0).get_to(mapped.values);
+  if (!yield.at(1).is_null()) yield.at(1).get_to(mapped.margin);
+  yield.at(2).get_to(mapped.failure);
+  return mapped;
+}
+
 }  // namespace
 
 ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValues& parameters,
                          int threads, const StrokeEvaluator& evaluator,
-                         const LoopProgress& progress) {
+                         const LoopProgress& progress, SharedUnits* shared) {
   const DesignProblem problem(posed(job, map, parameters), {evaluator, by_differences});
   const std::vector<VectorXd> grid = grid_points({map.points[0], map.points[1]});
   const Scales scales = problem.scales(nullptr);
   std::vector<Mapped> designs(grid.size());
   const auto work = [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
-    designs[k] = evaluate(problem, problem.variables(grid[k]), map.quantities.size(), scales);
+    const Variables at = problem.variables(grid[static_cast<std::size_t>(i)]);
+    return evaluate(problem, at, map.quantities.size(), scales);
   };
-  parallel_for(static_cast<int>(grid.size()), threads, work, progress);
-
+  const auto place = [&](int i) -> Mapped& { return designs[static_cast<std::size_t>(i)]; };
+  const auto count = static_cast<int>(grid.size());
   ResponseMap found;
+  if (!shared)
+    parallel_for(
+        count, threads, [&](int i) { place(i) = work(i); }, progress);
+  else if (!shared->run(
+               loop_of(map, parameters), count, threads, progress,
+               [&](int i) { return yield_of(work(i)); },
+               [&](int i, const nlohmann::json& yield) { place(i) = read_yield(yield); }))
+    return found;
   const auto [rows, columns] = map.points;
   for (int i = 0; i < rows; ++i)
     found.parameters[0].push_back(

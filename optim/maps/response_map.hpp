@@ -7,6 +7,7 @@
 
 #include "optim/numerics/parallel.hpp"
 #include "optim/problem/design_problem.hpp"
+#include "optim/problem/shared_units.hpp"
 
 namespace flexopt {
 
@@ -28,9 +29,10 @@ struct ResponseMap {
 };
 
 /// Of the job's design with these parameters (formulas computed), on reduced leaves. Does not
-/// depend on the number of threads. `progress` is told of every design.
+/// depend on the number of threads. `progress` is told of every design. `shared`: with whom they
+/// are shared; values are empty where this process does not learn them all.
 ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValues& parameters,
                          int threads, const StrokeEvaluator& evaluator = evaluate_stroke,
-                         const LoopProgress& progress = {});
+                         const LoopProgress& progress = {}, SharedUnits* shared = nullptr);
 
 }  // namespace flexopt

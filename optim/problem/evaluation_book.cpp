@@ -6,6 +6,7 @@
 #include <cassert>
 
 #include "optim/numerics/parallel.hpp"
+#include "optim/problem/crew_evaluation.hpp"
 
 namespace flexopt {
 
@@ -83,6 +84,12 @@ LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues
   return e;
 }
 
+DesignValues EvaluationBook::evaluate(const Variables& variables, Ask how) const {
+  const std::optional<Accuracy> accuracy = how.full ? std::optional(Accuracy::full) : std::nullopt;
+  return crew_ ? ask_evaluation(*crew_, problem_, variables, how.gradient, accuracy)
+               : problem_.evaluate(variables, how.gradient, accuracy);
+}
+
 std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables>& many, Ask how,
                                                      int& cost) {
   std::map<Variables, Known>& known = how.full ? known_full_ : known_;
@@ -109,13 +116,7 @@ std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables
   parallel_for(count, threads_, [&](int i) {
     const auto k = static_cast<std::size_t>(i);
     const LoggedEvaluation* logged = log_.find(fresh[k], how.full, how.gradient);
-    DesignValues values;
-    if (logged)
-      values = logged->values;
-    else if (how.full)
-      values = problem_.evaluate(fresh[k], how.gradient, Accuracy::full);
-    else
-      values = problem_.evaluate(fresh[k], how.gradient);
+    DesignValues values = logged ? logged->values : evaluate(fresh[k], how);
     if (!how.gradient) {
       values.gradient.resize(0, 0);
       values.no_gradient.clear();

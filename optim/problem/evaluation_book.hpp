@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "optim/numerics/central_differences.hpp"
+#include "optim/numerics/sharing.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_log.hpp"
 
@@ -53,6 +54,8 @@ class EvaluationBook {
   /// Violations recorded so far are computed anew.
   void set_scales(Scales scales);
   void set_threads(int threads) { threads_ = threads; }
+  /// Designs are evaluated by whoever of the crew is free; null: here.
+  void set_crew(Crew* crew) { crew_ = crew; }
   const Scales& scales() const { return scales_; }
 
   /// Values of a design: remembered, read from the log, or evaluated. `cost` grows by one for each
@@ -87,6 +90,7 @@ class EvaluationBook {
   struct Ask {
     bool difference = false, gradient = false, full = false;
   };
+  DesignValues evaluate(const Variables& variables, Ask how) const;
   std::vector<const DesignValues*> ask(const std::vector<Variables>& many, Ask how, int& cost);
   LoggedEvaluation record(const Variables& variables, DesignValues values, Ask how,
                           int number) const;
@@ -100,6 +104,7 @@ class EvaluationBook {
   int start_;
   bool eager_;
   int threads_ = 1;
+  Crew* crew_ = nullptr;
   Scales scales_;
   std::map<Variables, Known> known_, known_full_;
   std::map<Variables, Differences> differences_;

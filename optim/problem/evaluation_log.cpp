@@ -128,12 +128,8 @@ void EvaluationLog::read(const std::string& line) {
 
 const LoggedEvaluation* EvaluationLog::find(const Variables& variables, bool full,
                                             bool gradient) const {
-  for (const bool asked : {true, false}) {
-    if (gradient && !asked) break;
-    if (const auto it = index_.find({full, asked, variables}); it != index_.end())
-      return &loaded_[it->second];
-  }
-  return nullptr;
+  const auto it = index_.find({full, gradient, variables});
+  return it == index_.end() ? nullptr : &loaded_[it->second];
 }
 
 void EvaluationLog::append(const LoggedEvaluation& evaluation) {

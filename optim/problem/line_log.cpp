@@ -21,6 +21,8 @@ std::string content_of(const std::filesystem::path& path) {
   return in ? std::string(std::istreambuf_iterator<char>(in), {}) : std::string();
 }
 
+}  // namespace
+
 std::string first_difference(const json& theirs, const json& ours) {
   const json patch = json::diff(theirs, ours);
   if (patch.empty()) return "nothing";
@@ -32,15 +34,24 @@ std::string first_difference(const json& theirs, const json& ours) {
   return fmt::format("{} was {} and is {}", pointer, value(theirs), value(ours));
 }
 
-}  // namespace
-
 std::string log_line(const OrderedJson& value) {
   return value.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
-LineLog::LineLog(const std::filesystem::path& path, const json& identity, bool overwrite,
-                 const std::function<void(const std::string&)>& read)
-    : path_(path), header_(log_line({{heading, OrderedJson(identity)}})) {
+std::string log_heading(const json& identity) {
+  return log_line({{heading, OrderedJson(identity)}});
+}
+
+json log_identity_of(const std::filesystem::path& path) {
+  const std::string content = content_of(path);
+  const json first = json::parse(content.substr(0, content.find('\n')), nullptr, false);
+  return first.is_object() && first.contains(heading) ? first.at(heading) : json();
+}
+
+void LineLog::open(const std::filesystem::path& path, const json& identity, bool overwrite,
+                   const std::function<void(const std::string&)>& read) {
+  path_ = path;
+  header_ = log_heading(identity);
   const auto refuse = [&](const std::string& found) {
     return SpecError(
         path_.string(), found,

@@ -27,7 +27,12 @@ class LineLog {
   /// when it is the log of another job (the rule names the first difference) or no log, unless
   /// `overwrite` starts it anew.
   LineLog(const std::filesystem::path& path, const nlohmann::json& identity, bool overwrite,
-          const std::function<void(const std::string&)>& read);
+          const std::function<void(const std::string&)>& read) {
+    open(path, identity, overwrite, read);
+  }
+  /// The same for one that keeps nothing so far.
+  void open(const std::filesystem::path& path, const nlohmann::json& identity, bool overwrite,
+            const std::function<void(const std::string&)>& read);
 
   /// Adds a line (with its line break) and flushes it. Thread-safe.
   void append(const std::string& line);
@@ -41,6 +46,13 @@ class LineLog {
   std::ofstream out_;
   std::mutex mutex_;
 };
+
+/// The heading of logs of this identity, with its line break.
+std::string log_heading(const nlohmann::json& identity);
+/// Where two identities differ first: "/job/stroke/to was 0.02 and is 0.03".
+std::string first_difference(const nlohmann::json& theirs, const nlohmann::json& ours);
+/// The identity in the heading of a log; null where it has none.
+nlohmann::json log_identity_of(const std::filesystem::path& path);
 
 /// The whole lines after the heading of a log that somebody else may be writing.
 std::vector<std::string> read_log_lines(const std::filesystem::path& path);

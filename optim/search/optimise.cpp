@@ -10,6 +10,7 @@
 #include "optim/numerics/parallel.hpp"
 #include "optim/search/answer.hpp"
 #include "optim/search/different_ends.hpp"
+#include "optim/search/help_optimise.hpp"
 #include "optim/search/pareto.hpp"
 #include "optim/search/search.hpp"
 #include "optim/search/start_points.hpp"
@@ -119,6 +120,9 @@ class Optimisation {
   /// Scaled variables of the starts; of a global search after its screening.
   std::vector<VectorXd> points();
   void search_from_starts();
+  /// The starts of a shard, which ends with them.
+  [[noreturn]] void search_own_starts(Sharing& sharing);
+  SearchResult search_from(Start& start, int threads);
   /// Of a global search: its different ends at full accuracy, and the one that is best there.
   int compare_optima(int best);
   /// The best start's end is the answer so far; nothing where no design could be evaluated.
@@ -158,7 +162,12 @@ Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)
       problem_(job, options.evaluators),
       log_(open_log(job, options)),
       board_(options.progress, spec_.starts, spec_.objective.maximise, spec_.constraint_tolerance),
-      campaign_{problem_, log_, board_, problem_.scales(nullptr), options.threads} {}
+      campaign_{problem_,
+                log_,
+                board_,
+                problem_.scales(nullptr),
+                options.sharing ? options.sharing->threads(options.threads) : options.threads,
+                options.sharing ? options.sharing->crew() : nullptr} {}
 
 std::vector<VectorXd> Optimisation::points() {
   if (spec_.search == SearchKind::starts) return start_points(problem_, campaign_.scales);
@@ -167,6 +176,7 @@ std::vector<VectorXd> Optimisation::points() {
   how.overwrite_log = options_.overwrite_log;
   how.version = options_.version;
   how.threads = options_.threads;
+  how.sharing = options_.sharing;
   how.progress = options_.screening_progress;
   Screening found = screen(job_, options_.evaluators, how);
   optimum_.screening = std::move(found.report);
@@ -175,16 +185,29 @@ std::vector<VectorXd> Optimisation::points() {
 
 void Optimisation::search_from_starts() {
   starts_ = make_starts(campaign_, points());
+  if (options_.sharing && options_.sharing->shard()) search_own_starts(*options_.sharing);
   const auto count = static_cast<int>(starts_.size());
-  const int together = std::clamp(options_.threads, 1, count);
+  const int together = std::clamp(campaign_.threads, 1, count);
   parallel_for(count, together, [&](int i) {
     Start& start = starts_[static_cast<std::size_t>(i)];
-    start.book->set_threads(std::max(1, options_.threads / together));
-    start.result = search(problem_, *start.book, job_pose(problem_), start.from,
-                          {spec_.max_evaluations, false, {}});
+    start.result = search_from(start, std::max(1, campaign_.threads / together));
   });
   for (int i = 0; i < count; ++i)
     optimum_.starts.push_back(summarise(problem_, starts_[static_cast<std::size_t>(i)], i));
+}
+
+SearchResult Optimisation::search_from(Start& start, int threads) {
+  start.book->set_threads(threads);
+  return search(problem_, *start.book, job_pose(problem_), start.from,
+                {spec_.max_evaluations, false, {}});
+}
+
+void Optimisation::search_own_starts(Sharing& sharing) {
+  const std::vector<int> own = sharing.own("starts", static_cast<int>(starts_.size()));
+  parallel_for(static_cast<int>(own.size()), options_.threads, [&](int i) {
+    search_from(starts_[static_cast<std::size_t>(own[static_cast<std::size_t>(i)])], 1);
+  });
+  throw ShardEnds();
 }
 
 int Optimisation::compare_optima(int best) {
@@ -196,7 +219,7 @@ int Optimisation::compare_optima(int best) {
   for (const std::vector<int>& group : groups)
     books.push_back(campaign_.book(Stage::verification, 2 + group.front(),
                                    starts_[static_cast<std::size_t>(group.front())].book.get()));
-  parallel_for(count, options_.threads, [&](int i) {
+  parallel_for(count, campaign_.threads, [&](int i) {
     const auto k = static_cast<std::size_t>(i);
     FoundOptimum& of = optimum_.optima[k];
     of.start = groups[k].front();
@@ -354,9 +377,10 @@ Optimum Optimisation::run() {
   search_from_starts();
   if (std::optional<Chosen> answer = best_end()) {
     Start& start = best_start();
-    start.book->set_threads(options_.threads);
+    start.book->set_threads(campaign_.threads);
     finish(start, *std::move(answer));
   }
+  if (campaign_.crew) campaign_.crew->end_stage();
   tell_gradients();
   close_log();
   return std::move(optimum_);
@@ -366,6 +390,10 @@ Optimum Optimisation::run() {
 
 Optimum optimise(const Job& job, const OptimiseOptions& options) {
   assert(job.optimise);
+  if (options.sharing && options.sharing->follows()) {
+    help_optimise(job, options);
+    return {};
+  }
   return Optimisation(job, options).run();
 }
 

@@ -16,7 +16,8 @@ struct OptimiseOptions {
   ProgressCallback progress;   ///< after each evaluation, one at a time, from any thread
   /// The same of the screening of a global search, which comes first.
   std::function<void(const ScreeningProgress&)> screening_progress;
-  Evaluators evaluators;  ///< the mechanics with exact derivatives, unless another is given
+  Sharing* sharing = nullptr;  ///< with whom designs or starts are shared; null: nobody
+  Evaluators evaluators;       ///< the mechanics with exact derivatives, unless another is given
 };
 
 /// Runs the job's optimisation: of a global search the screening; the starts; then, from the best
@@ -27,6 +28,9 @@ struct OptimiseOptions {
 ///     feasible    feasible, but the evaluations were spent or the algorithm stalled
 ///     infeasible  no feasible design: the least violated one, and what stops it in `stop_reason`
 ///     failed      not one design could be evaluated
+/// A crew evaluates designs: its leader gets the optimum, the others an empty one at the end of
+/// their work. A shard screens its part of the designs, or goes its part of the starts, and throws
+/// ShardEnds.
 Optimum optimise(const Job& job, const OptimiseOptions& options = {});
 
 }  // namespace flexopt

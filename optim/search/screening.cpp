@@ -82,7 +82,8 @@ class Screen {
   Screening run();
 
  private:
-  void evaluate_all();
+  /// Whether all are known then.
+  bool evaluate_all();
   Screened evaluate(int number, const Scales& scales) const;
   /// Violations of all designs that have values.
   void weigh();
@@ -143,12 +144,16 @@ Screened Screen::evaluate(int number, const Scales& scales) const {
   return screened;
 }
 
-void Screen::evaluate_all() {
+bool Screen::evaluate_all() {
   const Scales scales = problem_.scales(nullptr);
   ScreeningProgress progress;
-  progress.designs = static_cast<int>(points_.size());
+  Sharing nobody;
+  Sharing& sharing = options_.sharing ? *options_.sharing : nobody;
+  const auto count = static_cast<int>(points_.size());
+  const std::vector<int> own = sharing.own("screened designs", count);
+  progress.designs = static_cast<int>(own.size());
   std::vector<int> open;
-  for (int k = 0; k < progress.designs; ++k) {
+  for (const int k : own) {
     if (!design(k).known) {
       open.push_back(k);
       continue;
@@ -159,20 +164,23 @@ void Screen::evaluate_all() {
   }
   if (options_.progress) options_.progress(progress);
   std::mutex mutex;
-  parallel_for(static_cast<int>(open.size()), options_.threads, [&](int i) {
-    const int k = open[static_cast<std::size_t>(i)];
-    Screened done = evaluate(k, scales);
-    log_->append(line_of(k, done));
+  const auto work = [&](int k) { return line_of(k, evaluate(k, scales)); };
+  const auto keep = [&](int k, const std::string& line) {
+    log_->append(line);
     const std::lock_guard lock(mutex);
+    designs_.read(line);
     ++progress.screened;
-    if (!done.ok) ++progress.failed;
-    designs_.all[static_cast<std::size_t>(k)] = std::move(done);
+    if (!design(k).ok) ++progress.failed;
     if (options_.progress) options_.progress(progress);
-  });
+  };
+  sharing.run(open, options_.threads, work, keep);
+  if (sharing.shard()) throw ShardEnds();
+  if (!sharing.complete()) return false;
   std::vector<std::string> lines;
-  for (int k = 0; k < progress.designs; ++k) lines.push_back(line_of(k, design(k)));
+  for (int k = 0; k < count; ++k) lines.push_back(line_of(k, design(k)));
   lines.insert(lines.end(), designs_.beyond.begin(), designs_.beyond.end());
   log_->finish(lines);
+  return true;
 }
 
 void Screen::weigh() {
@@ -284,7 +292,7 @@ Screening Screen::choose(ScreeningReport report) const {
 }
 
 Screening Screen::run() {
-  evaluate_all();
+  if (!evaluate_all()) return {};
   weigh();
   return choose(report());
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "optim/numerics/sharing.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "optim/search/optimum.hpp"
 
@@ -25,6 +26,7 @@ struct ScreeningOptions {
   std::string version;         ///< of the program; a log of another version is refused
   int threads = 1;             ///< the result does not depend on it
   std::function<void(const ScreeningProgress&)> progress;  ///< one at a time, from any thread
+  Sharing* sharing = nullptr;  ///< with whom the designs are shared; null: nobody
 };
 
 struct Screening {
@@ -36,7 +38,8 @@ struct Screening {
 /// chooses the starts: the best designs of the clusters (nearest_better_clusters) among the best
 /// fifth (at least 1000). Alternately the best cluster that is left and the one that is furthest
 /// from anything better; where there are fewer clusters than starts, the latter alone, of smaller
-/// groups. One design, the job's own, where none could be evaluated.
+/// groups. One design, the job's own, where none could be evaluated. A process that follows a
+/// leader works for it and returns nothing; throws ShardEnds where the run is a shard.
 Screening screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options);
 
 /// evaluations.jsonl → evaluations.screening.jsonl: [number, objective, [constraints]], or

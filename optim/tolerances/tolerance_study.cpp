@@ -26,6 +26,26 @@ struct SampledDesign {
   std::vector<double> goals;  ///< none where one has no value
 };
 
+using OrderedJson = nlohmann::ordered_json;
+
+OrderedJson yield_of(const SampledDesign& sample) {
+  OrderedJson quantities = OrderedJson::array();
+  for (const std::optional<double>& value :
+       sample.quantities)  // those that are not finite do not count
+    quantities.push_back(value && std::isfinite(*value) ? OrderedJson(*value) : OrderedJson());
+  return {sample.failure, std::move(quantities), sample.goals};
+}
+
+SampledDesign read_yield(const nlohmann::json& yield) {
+  SampledDesign sample;
+  yield.at(0).get_to(sample.failure);
+  for (const nlohmann::json& value : yield.at(1))
+    sample.quantities.push_back(value.is_null() ? std::nullopt
+                                                : std::optional(value.get<double>()));
+  yield.at(2).get_to(sample.goals);
+  return sample;
+}
+
 std::optional<SampledNumber> figures(const std::vector<double>& values) {
   if (values.empty()) return std::nullopt;
   SampledNumber n;
@@ -43,13 +63,18 @@ class Study {
  public:
   Study(const Job& job, const ParameterValues& parameters, const ModelOptions& model);
 
-  ToleranceReport run(int threads, const LoopProgress& progress);
+  ToleranceReport run(int threads, const LoopProgress& progress, SharedUnits* shared);
 
  private:
   /// First order of all numbers, and their values.
   void linearise(ToleranceReport& report) const;
   void linearise_goals(const std::vector<StrokeSensitivity>& found, ToleranceReport& report) const;
-  void sample(int threads, const LoopProgress& progress, ToleranceReport& report) const;
+  void sample(int threads, const LoopProgress& progress, SharedUnits* shared,
+              ToleranceReport& report) const;
+  /// Whether all are known then.
+  bool evaluate_all(const std::vector<VectorXd>& points, int threads, const LoopProgress& progress,
+                    SharedUnits* shared, const ToleranceReport& report,
+                    std::vector<SampledDesign>& designs) const;
   SampledDesign evaluate(const VectorXd& unit_point, const ToleranceReport& report) const;
   /// Values and their slopes, part by part; no rows where one is missing.
   GoalReading read(const Goal& goal, const ParameterValues& parameters,
@@ -253,16 +278,32 @@ SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport&
   return sample;
 }
 
-void Study::sample(int threads, const LoopProgress& progress, ToleranceReport& report) const {
+bool Study::evaluate_all(const std::vector<VectorXd>& points, int threads,
+                         const LoopProgress& progress, SharedUnits* shared,
+                         const ToleranceReport& report, std::vector<SampledDesign>& designs) const {
+  designs.resize(points.size());
+  const auto count = static_cast<int>(points.size());
+  const auto work = [&](int i) { return evaluate(points[static_cast<std::size_t>(i)], report); };
+  const auto place = [&](int i) -> SampledDesign& { return designs[static_cast<std::size_t>(i)]; };
+  if (!shared) {
+    parallel_for(
+        count, threads, [&](int i) { place(i) = work(i); }, progress);
+    return true;
+  }
+  const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};
+  return shared->run(
+      loop_name("sampled designs", about.dump()), count, threads, progress,
+      [&](int i) { return yield_of(work(i)); },
+      [&](int i, const nlohmann::json& yield) { place(i) = read_yield(yield); });
+}
+
+void Study::sample(int threads, const LoopProgress& progress, SharedUnits* shared,
+                   ToleranceReport& report) const {
   if (spec_.samples == 0) return;
   const std::vector<VectorXd> points =
       latin_hypercube_points(static_cast<int>(spec_.entries.size()), spec_.samples, spec_.seed);
-  std::vector<SampledDesign> designs(points.size());
-  const auto work = [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
-    designs[k] = evaluate(points[k], report);
-  };
-  parallel_for(spec_.samples, threads, work, progress);
+  std::vector<SampledDesign> designs;
+  if (!evaluate_all(points, threads, progress, shared, report, designs)) return;
   report.samples = spec_.samples;
   int keep = 0;
   for (const SampledDesign& design : designs) {
@@ -298,14 +339,14 @@ void Study::sample(int threads, const LoopProgress& progress, ToleranceReport& r
   }
 }
 
-ToleranceReport Study::run(int threads, const LoopProgress& progress) {
+ToleranceReport Study::run(int threads, const LoopProgress& progress, SharedUnits* shared) {
   ToleranceReport report;
   report.entries = spec_.entries;
   for (Tolerance& entry : report.entries)
     for (ToleranceTerm& term : entry.terms)
       term = {term.parameter, term.change_of(parameters_.at(term.parameter)), false};
   linearise(report);
-  sample(threads, progress, report);
+  sample(threads, progress, shared, report);
   return report;
 }
 
@@ -313,9 +354,9 @@ ToleranceReport Study::run(int threads, const LoopProgress& progress) {
 
 ToleranceReport study_tolerances(const Job& job, const ParameterValues& parameters,
                                  const ModelOptions& model, int threads,
-                                 const LoopProgress& progress) {
+                                 const LoopProgress& progress, SharedUnits* shared) {
   assert(job.tolerances);
-  return Study(job, parameters, model).run(threads, progress);
+  return Study(job, parameters, model).run(threads, progress, shared);
 }
 
 }  // namespace flexopt

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "optim/numerics/parallel.hpp"
+#include "optim/problem/shared_units.hpp"
 #include "optim/tolerances/linear_goal.hpp"
 
 namespace flexopt {
@@ -56,9 +57,10 @@ struct ToleranceReport {
 
 /// Of the job's design with these parameters (formulas computed), and by this model. A deviation
 /// moves its own parameters alone: others that are formulas of them stay. Results do not depend on
-/// the number of threads. `progress` is told of every sampled design.
+/// the number of threads. `progress` is told of every sampled design. `shared`: with whom they are
+/// shared; the report has nothing of them where this process does not learn them all.
 ToleranceReport study_tolerances(const Job& job, const ParameterValues& parameters,
                                  const ModelOptions& model, int threads,
-                                 const LoopProgress& progress = {});
+                                 const LoopProgress& progress = {}, SharedUnits* shared = nullptr);
 
 }  // namespace flexopt

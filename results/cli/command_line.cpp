@@ -12,6 +12,7 @@
 #include "results/cli/run_json.hpp"
 #include "results/export/formats.hpp"
 #include "results/files/version.hpp"
+#include "results/run/join_crew.hpp"
 
 namespace flexopt {
 
@@ -22,6 +23,13 @@ constexpr int wrong_input = 2;  // as exit_wrong_input of the commands
 /// guide.json → guide.out, in the current folder.
 std::string default_folder(const std::string& job, const char* ending) {
   return std::filesystem::path(job).stem().string() + ending;
+}
+
+/// guide.json, 3/16 → guide.3-of-16.out.
+std::string shard_folder(const std::string& job, std::string shard) {
+  if (const auto slash = shard.find('/'); slash != std::string::npos)
+    shard.replace(slash, 1, "-of-");
+  return default_folder(job, ("." + shard + ".out").c_str());
 }
 
 /// All commands and their options, which write what they are given into `line`.
@@ -69,8 +77,20 @@ void declare(CLI::App& app, CommandLine& line) {
   takes_job(run, "the job file");
   run->add_option("--out", line.folder, "folder for the results [job's file stem + .out]")
       ->type_name("DIR");
+  run->add_option("--shard", line.shard,
+                  "do one part alone of a run that is shared: 1/16 to 16/16 [out: .3-of-16.out]")
+      ->type_name("NUMBER/OF");
   run->add_flag("--json", line.json, "print one JSON object, also where something is wrong");
   works_long(run);
+
+  CLI::App* merge = command("merge", "Make one run of the shards of a run", Command::merge);
+  merge->add_option("DIR", line.folders, "the output folders of run --shard")
+      ->required()
+      ->type_name("DIR");
+  merge->add_option("--out", line.folder, "folder for the results")->required()->type_name("DIR");
+  merge->add_flag("--compute", line.compute, "evaluate here what is missing");
+  merge->add_flag("--json", line.json, "print one JSON object, also where something is wrong");
+  works_long(merge);
 
   takes_job(
       command("validate", "Check a job or a design file without running it", Command::validate),
@@ -205,10 +225,16 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
          {std::pair{"run", ".out"}, {"export", ".export"}, {"show", ".show"}})
       if (const CLI::App* sub = app.get_subcommand(name); *sub && sub->count("--out") == 0)
         line.folder = default_folder(line.job, ending);
+    const CLI::App* run = app.get_subcommand("run");
+    if (!line.shard.empty() && run->count("--out") == 0)
+      line.folder = shard_folder(line.job, line.shard);
+    // beside other processes of the same run
+    if ((!line.shard.empty() || started_together() > 1) && *run && run->count("--threads") == 0)
+      line.threads = 1;
   } catch (const CLI::ParseError& error) {
     // A flag behind what is wrong has not been read.
     const bool json =
-        app.got_subcommand("run") &&
+        (app.got_subcommand("run") || app.got_subcommand("merge")) &&
         std::any_of(argv, argv + argc, [](std::string_view word) { return word == "--json"; });
     if (json && error.get_exit_code() != 0) {
       print_failure("wrong_input", error.what());

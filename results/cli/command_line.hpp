@@ -9,6 +9,7 @@ namespace flexopt {
 
 enum class Command {
   run,
+  merge,
   validate,
   designs,
   quantities,
@@ -27,11 +28,14 @@ enum class Command {
 struct CommandLine {
   Command command = Command::run;
   std::string job;     ///< file of run, validate, expand, export, explore, …
-  std::string folder;  ///< of report, watch; --out of run and export, with its default
+  std::string folder;  ///< of report, watch; --out of run, merge and export, with its default
   std::vector<std::string> overrides;  ///< --set /pointer=value
   int threads = 1;
   bool quiet = false;
-  bool json = false;                       ///< of run: one JSON object on stdout
+  bool json = false;                       ///< of run, merge: one JSON object on stdout
+  std::string shard;                       ///< of run: "3/16"; empty: the whole
+  std::vector<std::string> folders;        ///< of merge: those of the shards
+  bool compute = false;                    ///< of merge: what is missing
   std::optional<std::string> family;       ///< of designs, quantities
   bool export_file = false;                ///< of designs: print the family's file
   bool svg = false;                        ///< of designs, show: a drawing with dimensions

@@ -1,11 +1,8 @@
 #include "results/cli/commands.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
-#include <csignal>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -18,96 +15,21 @@
 #include "optim/compare/samples.hpp"
 #include "optim/problem/check_gradients.hpp"
 #include "results/cli/quantity_list.hpp"
-#include "results/cli/run_json.hpp"
-#include "results/cli/summary.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/ranking.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
-#include "results/run/listed_designs.hpp"
-#include "results/run/progress.hpp"
-#include "results/run/run.hpp"
 #include "results/run/run_files.hpp"
 #include "results/server/serve.hpp"
 
 namespace flexopt {
 
-namespace {
-
-/// Reads, checks and builds a job's first mechanism: all that can be wrong before a run.
 Job checked_job(const CommandLine& line) {
   Job job = read_job(line.job, line.overrides);
   (void)make_mechanism(job, job.design.parameters);
   for (const ListedDesign& design : job.designs)
     (void)make_mechanism(*design.job, design.job->design.parameters);
   return job;
-}
-
-/// Expected numbers are those of the job as written, unless --set gives others.
-bool overrides_expect(const CommandLine& line) {
-  return std::ranges::any_of(line.overrides,
-                             [](const std::string& text) { return text.starts_with("/expect"); });
-}
-
-/// Ctrl-C in a run that can be resumed: one sentence, then the usual end. Only calls that a signal
-/// handler may make.
-extern "C" void say_how_to_resume(int signal) {
-  constexpr char text[] =
-      "\nflexopt: interrupted; the same command goes on from evaluations.jsonl\n";
-  const auto ignored = ::write(STDERR_FILENO, text, sizeof text - 1);
-  (void)ignored;
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
-}
-
-}  // namespace
-
-int run_job(const CommandLine& line) {
-  const auto begin = std::chrono::steady_clock::now();
-  Job job = checked_job(line);
-  const bool changed = !job.expect.empty() && !line.overrides.empty() && !overrides_expect(line);
-  if (changed) job.expect.clear();
-  OutputFolder folder(line.folder);  // goes away again if something is still wrong with the input
-  ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
-  for (const std::string& note : job.notes) progress.say("note: " + note);
-  if (changed) progress.say("note: --set changed the job; its expected numbers are not checked");
-  const auto end = [&](const WrittenRun& written, const RunRecord* record) {
-    folder.keep();
-    progress.clear();
-    if (line.json)
-      print_run(written, line.folder, record);
-    else
-      fmt::print("{}results: {}\n", record ? summary_of(*record) : listed_summary(*written.result),
-                 line.folder);
-    for (const std::string& failure : written.failed_expectations)
-      fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
-    return usable(*written.result) ? exit_usable : exit_not_usable;
-  };
-  if (job.kind != JobKind::evaluate) std::signal(SIGINT, say_how_to_resume);
-  const auto seconds = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
-  if (!job.designs.empty()) {
-    std::map<std::string, double> timings;
-    OrderedJson result = run_listed_designs(job, folder.path(), line.threads, progress, timings);
-    timings["total"] = seconds();
-    const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
-    return end(written, nullptr);
-  }
-  RunRecord record = [&] {
-    switch (job.kind) {
-      case JobKind::optimise:
-        return run_optimisation(job, folder.path(), line.threads, progress);
-      case JobKind::compare:
-        return run_comparison(job, folder.path(), line.threads, progress);
-      case JobKind::evaluate:
-        break;
-    }
-    return run_evaluation(job, folder.path(), line.threads, progress);
-  }();
-  record.timings["total"] = seconds();
-  return end(write_run(folder.path(), record), &record);
 }
 
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 // What each command does. Each returns the exit code; wrong input is thrown as SpecError.
+#include "optim/job/job.hpp"
 #include "results/cli/command_line.hpp"
 
 namespace flexopt {
@@ -9,7 +10,11 @@ inline constexpr int exit_not_usable = 1;  ///< ran, but no equilibrium, infeasi
 inline constexpr int exit_wrong_input = 2;
 inline constexpr int exit_bug = 3;  ///< ours
 
+/// Reads, checks and builds a job's mechanisms: all that can be wrong before a run.
+Job checked_job(const CommandLine& line);
+
 int run_job(const CommandLine& line);
+int merge_shards(const CommandLine& line);
 int validate_job(const CommandLine& line);
 int describe_designs(const CommandLine& line);
 int draw_family(const CommandLine& line);  ///< designs --svg

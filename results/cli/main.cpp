@@ -17,6 +17,8 @@ int carry_out(const CommandLine& line) {
   switch (line.command) {
     case Command::run:
       return run_job(line);
+    case Command::merge:
+      return merge_shards(line);
     case Command::validate:
       return validate_job(line);
     case Command::designs:

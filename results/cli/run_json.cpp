@@ -143,6 +143,16 @@ void print_run(const WrittenRun& written, const std::string& folder, const RunRe
   print(std::move(json));
 }
 
+void print_shard(const Shard& shard, const std::vector<SharedLoop>& loops,
+                 const std::string& folder) {
+  Json json = {{"flexopt", version()},  {"status", "shard"},     {"usable", true},
+               {"folder", folder},      {"shard", shard.number}, {"of", shard.of},
+               {"loops", Json::array()}};
+  for (const SharedLoop& loop : loops)
+    json["loops"].push_back({{"what", loop.what}, {"here", loop.here}, {"all", loop.all}});
+  print(std::move(json));
+}
+
 void print_wrong_input(const SpecError& error) {
   Json json = failure_json("wrong_input", error.what());
   json["error"] = error_json(error.faults().front());

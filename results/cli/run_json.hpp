@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/numerics/sharing.hpp"
 #include "results/files/run_record.hpp"
 #include "results/run/run_files.hpp"
 
@@ -12,6 +13,10 @@ namespace flexopt {
 /// the summary's numbers in SI, as docs/terminal.md says. `record`: of a job that lists no designs,
 /// else null.
 void print_run(const WrittenRun& written, const std::string& folder, const RunRecord* record);
+
+/// Of a shard: {"flexopt", "status": "shard", "usable": true, "folder", "shard", "of", "loops"}.
+void print_shard(const Shard& shard, const std::vector<SharedLoop>& loops,
+                 const std::string& folder);
 
 /// {"flexopt", "status": "wrong_input", "usable": false, "error": {"pointer", "value", "rule",
 /// "message"}, "errors"}: the first fault, and all of them.

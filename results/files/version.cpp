@@ -8,4 +8,6 @@ std::string version() { return FLEXOPT_VERSION; }
 
 std::string commit() { return FLEXOPT_COMMIT; }
 
+std::string build_id() { return version() + " " + commit(); }
+
 }  // namespace flexopt

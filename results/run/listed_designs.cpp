@@ -21,28 +21,36 @@ namespace flexopt {
 namespace fs = std::filesystem;
 
 OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threads,
-                               RunListener& listener, std::map<std::string, double>& timings) {
-  if (fs::exists(folder / "evaluations.jsonl") && !holds_finished_run(folder))
+                               RunListener& listener, std::map<std::string, double>& timings,
+                               Sharing* sharing) {
+  const bool keeps = !sharing || !sharing->follows();
+  if (keeps && fs::exists(folder / "evaluations.jsonl") && !holds_finished_run(folder))
     throw SpecError("--out", folder.string(),
                     "an interrupted run of one design is in this folder: expected another folder, "
                     "or remove its evaluations.jsonl");
-  write_job(folder, job);
+  if (keeps) write_job(folder, job);
   std::vector<OrderedJson> results;
   for (std::size_t k = 0; k < job.designs.size(); ++k) {
     const ListedDesign& design = job.designs[k];
     listener.say(fmt::format("design {} of {}: {}", k + 1, job.designs.size(), design.label));
     const auto begin = std::chrono::steady_clock::now();
-    const fs::path own = folder / design.folder;
-    fs::create_directories(own);
-    RunRecord record = job.kind == JobKind::optimise
-                           ? run_optimisation(*design.job, own, threads, listener)
-                           : run_evaluation(*design.job, own, threads, listener);
+    const fs::path own = keeps ? folder / design.folder : fs::path();
+    if (keeps) fs::create_directories(own);
+    std::optional<RunRecord> found;
+    try {
+      found = job.kind == JobKind::optimise
+                  ? run_optimisation(*design.job, own, threads, listener, sharing)
+                  : run_evaluation(*design.job, own, threads, listener, {}, sharing);
+    } catch (const ShardEnds&) {
+    }
+    if (!found || (sharing && !sharing->complete())) continue;
+    RunRecord& record = *found;
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     record.timings["total"] = timings[design.label] = seconds;
     results.push_back(*write_run(own, record).result);
   }
-  return make_listed_result(job, results);
+  return results.empty() ? OrderedJson() : make_listed_result(job, results);
 }
 
 namespace {

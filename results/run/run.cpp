@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 #include <chrono>
+#include <nlohmann/json.hpp>
 
 #include "core/response/accuracy/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
 #include "optim/maps/response_map.hpp"
+#include "optim/problem/shared_units.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/optimise.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
@@ -114,11 +116,11 @@ void add_timings(RunRecord& record) {
 
 /// Of the design with these parameters, where the job has tolerances.
 void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& model, int threads,
-                        RunListener& listener, RunRecord& record) {
+                        RunListener& listener, SharedUnits* shared, RunRecord& record) {
   if (!record.job.tolerances) return;
   listener.say(fmt::format("tolerances: {} sampled designs", record.job.tolerances->samples));
   record.tolerances = study_tolerances(record.job, parameters, model, threads,
-                                       counted(listener, "sampled designs"));
+                                       counted(listener, "sampled designs"), shared);
 }
 
 /// Of the design with these parameters, where the job has a box of errors of assembly.
@@ -131,7 +133,7 @@ void look_at_assembly(const ParameterValues& parameters, const ModelOptions& mod
 
 /// Of the design with these parameters.
 void draw_maps(const ParameterValues& parameters, int threads, RunListener& listener,
-               RunRecord& record) {
+               SharedUnits* shared, RunRecord& record) {
   const std::size_t count = record.job.maps.size();
   for (std::size_t k = 0; k < count; ++k) {
     const MapSpec& map = record.job.maps[k];
@@ -140,8 +142,40 @@ void draw_maps(const ParameterValues& parameters, int threads, RunListener& list
     const LoopProgress progress =
         counted(listener, fmt::format("designs of map {} of {}", k + 1, count));
     record.maps.push_back(
-        evaluate_map(record.job, map, parameters, threads, evaluate_stroke, progress));
+        evaluate_map(record.job, map, parameters, threads, evaluate_stroke, progress, shared));
   }
+}
+
+/// At designs beside the one with these parameters: tolerances, errors of assembly, maps.
+void look_around(const ParameterValues& parameters, const ModelOptions& model,
+                 const std::filesystem::path& folder, int threads, RunListener& listener,
+                 Sharing* sharing, RunRecord& record) {
+  std::unique_ptr<SharedUnits> shared;
+  if (sharing)
+    shared = std::make_unique<SharedUnits>(*sharing, record.job, units_log(folder), build_id());
+  look_at_tolerances(parameters, model, threads, listener, shared.get(), record);
+  if (!sharing || sharing->complete()) look_at_assembly(parameters, model, listener, record);
+  draw_maps(parameters, threads, listener, shared.get(), record);
+}
+
+bool leads(const Sharing* sharing) { return sharing && sharing->crew() && !sharing->follows(); }
+bool follows(const Sharing* sharing) { return sharing && sharing->follows(); }
+
+/// What those that follow have to know to look around: at which design, by which model, or at none.
+void tell_design(bool ok, const ParameterValues& parameters, const ModelOptions& model,
+                 const Sharing& sharing) {
+  using nlohmann::json;
+  const json design{parameters, static_cast<int>(model.accuracy)};
+  sharing.crew()->tell((ok ? design : json()).dump());
+}
+
+/// Of a process that follows: looks around where the leader does.
+void follow(int threads, RunListener& listener, Sharing* sharing, RunRecord& record) {
+  const auto told = nlohmann::json::parse(sharing->crew()->hear());
+  if (told.is_null()) return;
+  ModelOptions model = record.job.model;
+  model.accuracy = static_cast<Accuracy>(told.at(1).get<int>());
+  look_around(told.at(0).get<ParameterValues>(), model, {}, threads, listener, sharing, record);
 }
 
 /// True where a finished run of another job, or of another version, left its evaluations: they are
@@ -165,7 +199,7 @@ bool overwrites_finished(const Job& job, const std::filesystem::path& folder,
 void keep_log(const Job& job, const std::filesystem::path& folder, auto& options) {
   if (folder.empty()) return;
   options.log = folder / "evaluations.jsonl";
-  options.version = version() + " " + commit();
+  options.version = build_id();
   options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
   write_job(folder, job);
 }
@@ -173,12 +207,17 @@ void keep_log(const Job& job, const std::filesystem::path& folder, auto& options
 }  // namespace
 
 RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
-                         RunListener& listener, const std::vector<std::string>& along) {
+                         RunListener& listener, const std::vector<std::string>& along,
+                         Sharing* sharing) {
   if (!folder.empty()) write_job(folder, job);
   RunRecord record;
   record.job = job;
   record.mechanism = make_mechanism(job, job.design.parameters);
   choose_accuracy(listener, record);
+  if (follows(sharing)) {
+    follow(threads, listener, sharing, record);
+    return record;
+  }
   std::size_t points = 0;
   for (const JobCase& one : cases_of(job)) points += one.request.points.size();
   const std::string cases =
@@ -195,16 +234,16 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, in
   add_errors(record.job.model, listener, record);
   add_timings(record);
   conclude(record);
-  if (record.status == "ok")
-    look_at_tolerances(job.design.parameters, record.job.model, threads, listener, record);
-  if (record.status == "ok")
-    look_at_assembly(job.design.parameters, record.job.model, listener, record);
-  if (record.status == "ok") draw_maps(job.design.parameters, threads, listener, record);
+  const bool ok = record.status == "ok";
+  if (leads(sharing)) tell_design(ok, job.design.parameters, record.job.model, *sharing);
+  if (ok)
+    look_around(job.design.parameters, record.job.model, folder, threads, listener, sharing,
+                record);
   return record;
 }
 
 RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder, int threads,
-                           RunListener& listener) {
+                           RunListener& listener, Sharing* sharing) {
   RunRecord record;
   record.job = asked;
   choose_accuracy(listener, record);
@@ -212,6 +251,12 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
   OptimiseOptions options;
   keep_log(job, folder, options);
   options.threads = threads;
+  options.sharing = sharing;
+  if (follows(sharing)) {
+    optimise(job, options);
+    follow(threads, listener, sharing, record);
+    return record;
+  }
 
   const OptimiseSpec& spec = *job.optimise;
   if (!folder.empty() && spec.search != SearchKind::global)
@@ -245,9 +290,10 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
     ModelOptions model = job.model;
     if (optimum.at_full_accuracy) model.accuracy = Accuracy::full;
     add_errors(job.model, listener, record);
-    look_at_tolerances(optimum.parameters, model, threads, listener, record);
-    look_at_assembly(optimum.parameters, model, listener, record);
-    draw_maps(optimum.parameters, threads, listener, record);
+    if (leads(sharing)) tell_design(true, optimum.parameters, model, *sharing);
+    look_around(optimum.parameters, model, folder, threads, listener, sharing, record);
+  } else if (leads(sharing)) {
+    tell_design(false, {}, {}, *sharing);
   }
   add_timings(record);
   conclude(record);
@@ -255,17 +301,19 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
 }
 
 RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
-                         RunListener& listener) {
+                         RunListener& listener, Sharing* sharing) {
   RunRecord record;
   record.job = job;
   record.mechanism = make_mechanism(job, job.design.parameters);
   CompareOptions options;
   keep_log(job, folder, options);
   options.threads = threads;
+  options.sharing = sharing;
   options.progress = [&](const CompareProgress& progress) { listener.step(step_of(progress)); };
   listener.say(fmt::format("comparing {}: {} model{} with full accuracy", job.name,
                            job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s"));
   CompareRun run = compare(job, options);
+  if (follows(sharing)) return record;
   record.comparison = std::move(run.comparison);
   for (std::size_t m = 0; m < run.seconds.size(); ++m) {
     const std::string name = m == 0 ? "full accuracy" : "model " + job.compare->models[m - 1].name;

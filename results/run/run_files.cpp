@@ -69,8 +69,13 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   write_scene(folder, scene);
   write_report(folder, result, scene);
   write_result(folder, result);
+  fs::remove(units_log(folder));
   written.result = std::make_shared<const OrderedJson>(std::move(result));
   return written;
+}
+
+fs::path units_log(const fs::path& folder) {
+  return folder.empty() ? fs::path() : folder / "units.jsonl";
 }
 
 bool holds_finished_run(const fs::path& folder) {

@@ -23,6 +23,9 @@ void write_job(const std::filesystem::path& folder, const Job& job);
 /// last of all, result.json.
 WrittenRun write_run(const std::filesystem::path& folder, const RunRecord& record);
 
+/// units.jsonl of a shared run, which goes away once it has ended; empty for an empty folder.
+std::filesystem::path units_log(const std::filesystem::path& folder);
+
 /// True if the folder's result.json is that of its job.json (or there is no job.json).
 bool holds_finished_run(const std::filesystem::path& folder);
 

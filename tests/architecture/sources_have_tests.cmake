@@ -104,10 +104,12 @@ set(tested_by
   optim/job/job_tolerances optim/tolerances/test_tolerance_study
   optim/search/answer optim/search/test_optimise
   optim/problem/check_gradients results/cli/test_command_line
+  optim/problem/crew_evaluation results/mpi/test_mpi_crew
   optim/problem/design_problem optim/search/test_exact_gradients
   optim/problem/evaluation_book optim/problem/test_evaluation_log
   optim/problem/line_log optim/problem/test_evaluation_log
   optim/problem/posing optim/search/test_exact_gradients
+  optim/search/help_optimise results/mpi/test_mpi_crew
   optim/search/pareto optim/search/test_stages
   optim/search/search optim/search/test_optimise
   optim/search/stock optim/search/test_stages
@@ -117,6 +119,7 @@ set(tested_by
   optim/solvers/trials optim/solvers/test_optimiser
   results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
+  results/cli/run_command results/run/test_shard
   results/cli/run_json results/cli/test_terminal
   results/cli/stroke_table results/cli/test_summary
   results/cli/quantity_list results/cli/test_command_line
@@ -139,6 +142,7 @@ set(tested_by
   results/files/optimum_json results/run/test_run_files
   results/files/tolerances jobs/test_load_cases
   results/run/interrupted jobs/test_optimise_resumes
+  results/run/join_crew results/mpi/test_mpi_crew
   results/report/page_text results/report/test_report
   results/server/local_server results/server/test_serve
   results/run/listed_designs jobs/test_listed_designs

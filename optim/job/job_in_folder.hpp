@@ -1,0 +1,11 @@
+#pragma once
+#include <string>
+
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+/// As parse_job; files that the job names are relative to `folder`.
+Job parse_job_in(const std::string& folder, const nlohmann::json& document);
+
+}  // namespace flexopt

@@ -1,0 +1,198 @@
+// `flexopt run`, alone, as a shard or with the processes of mpirun, and `flexopt merge`.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "core/spec/spec_error.hpp"
+#include "results/cli/commands.hpp"
+#include "results/cli/run_json.hpp"
+#include "results/cli/summary.hpp"
+#include "results/files/folder.hpp"
+#include "results/files/ranking.hpp"
+#include "results/files/result_json.hpp"
+#include "results/run/join_crew.hpp"
+#include "results/run/listed_designs.hpp"
+#include "results/run/progress.hpp"
+#include "results/run/run.hpp"
+#include "results/run/run_files.hpp"
+#include "results/run/shard.hpp"
+
+namespace flexopt {
+
+namespace {
+
+/// Expected numbers are those of the job as written, unless --set gives others.
+bool overrides_expect(const CommandLine& line) {
+  return std::ranges::any_of(line.overrides,
+                             [](const std::string& text) { return text.starts_with("/expect"); });
+}
+
+/// Ctrl-C in a run that can be resumed: one sentence, then the usual end. Only calls that a signal
+/// handler may make.
+extern "C" void say_how_to_resume(int signal) {
+  constexpr char text[] =
+      "\nflexopt: interrupted; the same command goes on from evaluations.jsonl\n";
+  const auto ignored = ::write(STDERR_FILENO, text, sizeof text - 1);
+  (void)ignored;
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+RunRecord run_one(const Job& job, const std::filesystem::path& folder, int threads,
+                  RunListener& listener, Sharing* sharing) {
+  switch (job.kind) {
+    case JobKind::optimise:
+      return run_optimisation(job, folder, threads, listener, sharing);
+    case JobKind::compare:
+      return run_comparison(job, folder, threads, listener, sharing);
+    case JobKind::evaluate:
+      break;
+  }
+  return run_evaluation(job, folder, threads, listener, {}, sharing);
+}
+
+using Clock = std::chrono::steady_clock;
+
+/// A run from its checked job to its files and to what is printed of them.
+int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
+              ProgressDisplay& progress, Clock::time_point begin, Sharing* sharing) {
+  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  const auto end = [&](const WrittenRun& written, const RunRecord* record) {
+    folder.keep();
+    progress.clear();
+    if (line.json)
+      print_run(written, line.folder, record);
+    else
+      fmt::print("{}results: {}\n", record ? summary_of(*record) : listed_summary(*written.result),
+                 line.folder);
+    for (const std::string& failure : written.failed_expectations)
+      fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
+    return usable(*written.result) ? exit_usable : exit_not_usable;
+  };
+  if (!job.designs.empty()) {
+    std::map<std::string, double> timings;
+    OrderedJson result =
+        run_listed_designs(job, folder.path(), line.threads, progress, timings, sharing);
+    timings["total"] = seconds();
+    const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
+    return end(written, nullptr);
+  }
+  RunRecord record = run_one(job, folder.path(), line.threads, progress, sharing);
+  record.timings["total"] = seconds();
+  return end(write_run(folder.path(), record), &record);
+}
+
+std::filesystem::path job_folder(const CommandLine& line) {
+  return std::filesystem::absolute(line.job).parent_path();
+}
+
+/// A part of a run, which leaves its logs and shard.json.
+int run_shard(const Job& job, const CommandLine& line, const Shard& shard, OutputFolder& folder,
+              ProgressDisplay& progress) {
+  check_shardable(job);
+  begin_shard(folder.path(), job_folder(line), shard);
+  Sharing sharing(shard);
+  std::map<std::string, double> timings;
+  try {
+    if (job.designs.empty())
+      run_one(job, folder.path(), line.threads, progress, &sharing);
+    else
+      run_listed_designs(job, folder.path(), line.threads, progress, timings, &sharing);
+  } catch (const ShardEnds&) {
+  }
+  end_shard(folder.path(), sharing);
+  folder.keep();
+  progress.clear();
+  if (line.json) {
+    print_shard(shard, sharing.loops(), line.folder);
+    return exit_usable;
+  }
+  for (const SharedLoop& loop : sharing.loops())
+    fmt::print("{} of {} {}\n", loop.here, loop.all, loop.what);
+  fmt::print("shard {} of {}: {}\n", shard.number, shard.of, line.folder);
+  return exit_usable;
+}
+
+/// Nothing is printed beside what the leader prints.
+class Silent : public RunListener {
+  void say(const std::string&) override {}
+  void step(const RunStep&) override {}
+};
+
+/// A process of mpirun that answers what the first one asks.
+int help_run(const CommandLine& line, Crew& crew) {
+  try {
+    const Job job = hear_job(crew);
+    Sharing sharing(crew);
+    Silent silent;
+    std::map<std::string, double> timings;
+    if (job.designs.empty())
+      run_one(job, {}, line.threads, silent, &sharing);
+    else
+      run_listed_designs(job, {}, line.threads, silent, timings, &sharing);
+  } catch (const CrewDismissed&) {
+  } catch (const std::exception& error) {
+    crew.fail(error.what());
+  }
+  return exit_usable;
+}
+
+}  // namespace
+
+int run_job(const CommandLine& line) {
+  const auto begin = Clock::now();
+  std::optional<Shard> shard;
+  if (!line.shard.empty()) shard = read_shard(line.shard);
+  if (shard && started_together() > 1)
+    throw SpecError("--shard", line.shard,
+                    "expected no shard under mpirun, which shares a run by itself");
+  const std::unique_ptr<Crew> crew = join_crew();
+  if (crew && !crew->leads()) return help_run(line, *crew);
+  Job job = checked_job(line);
+  const bool changed = !job.expect.empty() && !line.overrides.empty() && !overrides_expect(line);
+  if (changed) job.expect.clear();
+  OutputFolder folder(line.folder);  // goes away again if something is still wrong with the input
+  ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
+  for (const std::string& note : job.notes) progress.say("note: " + note);
+  if (changed) progress.say("note: --set changed the job; its expected numbers are not checked");
+  if (job.kind != JobKind::evaluate) std::signal(SIGINT, say_how_to_resume);
+  if (shard) return run_shard(job, line, *shard, folder, progress);
+  if (!crew) return whole_run(job, line, folder, progress, begin, nullptr);
+  tell_job(*crew, job, job_folder(line));
+  Sharing sharing(*crew);
+  progress.say(fmt::format("shared by {} processes", crew->members()));
+  try {
+    return whole_run(job, line, folder, progress, begin, &sharing);
+  } catch (const CrewBroken& error) {
+    folder.keep();
+    throw SpecError("mpirun", error.what(), "expected processes that can all carry out the job");
+  }
+}
+
+int merge_shards(const CommandLine& line) {
+  const auto begin = Clock::now();
+  const std::vector<std::filesystem::path> folders(line.folders.begin(), line.folders.end());
+  const FoundShards found = find_shards(folders);
+  if (!found.missing.empty() && !line.compute)
+    throw SpecError("merge", fmt::format("shards {} of {}", array_text(found.missing), found.of),
+                    fmt::format("expected all of them, done: run them (of an array of Slurm: "
+                                "--array={}), or merge with --compute, which evaluates here what "
+                                "is missing",
+                                array_text(found.missing)));
+  if (std::filesystem::exists(std::filesystem::path(line.folder) / "shard.json"))
+    throw SpecError("--out", line.folder, "a shard is in this folder: expected another folder");
+  OutputFolder folder(line.folder);
+  ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
+  for (const std::string& note : found.notes) progress.say("note: " + note);
+  merge_logs(found, folders, folder.path());
+  folder.keep();  // from here on it is an interrupted run, which goes on
+  Sharing with_nobody;
+  return whole_run(found.job, line, folder, progress, begin, &with_nobody);
+}
+
+}  // namespace flexopt

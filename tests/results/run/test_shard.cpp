@@ -1,0 +1,229 @@
+// Shards of a run and their merging, as a user does it.
+#include "results/run/shard.hpp"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "core/spec/spec_error.hpp"
+#include "results/files/json_text.hpp"
+#include "support/leaf_job.hpp"
+#include "support/program.hpp"
+
+using namespace flexopt;
+using namespace flexopt::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A leaf at six thicknesses, at full accuracy and on a coarse mesh.
+OrderedJson compared_leaf() {
+  OrderedJson job = leaf_job();
+  job["job"] = "compare";
+  job.erase("model");
+  job["stroke"]["points"] = 2;
+  job["samples"] = OrderedJson::parse(R"({"count": 6, "seed": 3, "vary": [
+      {"parameter": "thickness", "min": "0.2 mm", "max": "0.6 mm"}]})");
+  job["models"] = OrderedJson::parse(R"([{"name": "coarse", "mesh": [3, 2]}])");
+  return job;
+}
+
+/// Sampled tolerances and a map about a leaf.
+OrderedJson leaf_around() {
+  OrderedJson job = leaf_job();
+  job["tolerances"] = OrderedJson::parse(R"({"thickness": "10 um", "length": "50 um"})");
+  job["tolerance_samples"] = OrderedJson::parse(R"({"count": 5, "seed": 1})");
+  job["maps"] = OrderedJson::parse(R"([{"parameters": [
+      {"parameter": "thickness", "min": "0.2 mm", "max": "0.5 mm"},
+      {"parameter": "length", "min": "70 mm", "max": "90 mm"}],
+      "points": [3, 2], "quantities": [{"quantity": "drive_load", "over_stroke": "last"}]}])");
+  return job;
+}
+
+OrderedJson optimised_leaf() {
+  OrderedJson job = leaf_job();
+  job["job"] = "optimise";
+  job["optimise"] = thickest_leaf();
+  return job;
+}
+
+class Runs {
+ public:
+  explicit Runs(const OrderedJson& job) { write(job); }
+  void write(const OrderedJson& job) { std::ofstream(path() / "leaf.json") << job.dump(); }
+  fs::path path() const { return folder_.path(); }
+  Outcome flexopt(const std::string& arguments) { return run_program(path(), arguments); }
+  /// shard.1, shard.2, …
+  void shards(int of) {
+    for (int k = 1; k <= of; ++k) {
+      const Outcome one = flexopt("run leaf.json --quiet --shard " + std::to_string(k) + "/" +
+                                  std::to_string(of) + " --out shard." + std::to_string(k));
+      CAPTURE(one.err);
+      REQUIRE(one.code == 0);
+      REQUIRE_FALSE(fs::exists(path() / ("shard." + std::to_string(k)) / "result.json"));
+    }
+  }
+  std::string content(const std::string& file) const { return content_of(path() / file); }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+std::string refusal(const std::string& text) {
+  try {
+    read_shard(text);
+  } catch (const SpecError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a shard is one of so many", "[shard]") {
+  const Shard shard = read_shard("3/16");
+  CHECK(shard.number == 3);
+  CHECK(shard.of == 16);
+  for (const char* text : {"", "3", "3/", "/16", "0/16", "17/16", "3/16/2", "a/b", "3/0", "-1/4"}) {
+    CAPTURE(text);
+    CHECK_THAT(refusal(text), Catch::Contains("expected NUMBER/OF"));
+  }
+}
+
+TEST_CASE("numbers as an array of Slurm", "[shard]") {
+  CHECK(array_text({}).empty());
+  CHECK(array_text({4}) == "4");
+  CHECK(array_text({1, 2, 3, 7, 9, 10}) == "1-3,7,9-10");
+}
+
+TEST_CASE("merged shards are the bytes of one run, in any order and again", "[shard]") {
+  struct Kind {
+    const char* name;
+    OrderedJson job;
+    std::vector<std::string> files;
+  };
+  const std::vector<Kind> kinds{
+      {"compare", compared_leaf(), {"job.json", "evaluations.jsonl", "comparison.csv"}},
+      {"optimise", optimised_leaf(), {"evaluations.jsonl", "result.json", "report.html"}},
+      {"around", leaf_around(), {"result.json", "tolerances.csv", "maps.csv", "report.html"}}};
+  for (const Kind& kind : kinds) {
+    CAPTURE(kind.name);
+    Runs runs(kind.job);
+    const Outcome alone = runs.flexopt("run leaf.json --quiet --out alone");
+    CAPTURE(alone.err);
+    REQUIRE(alone.code <= 1);
+    runs.shards(3);
+    for (const char* order : {"shard.3 shard.1 shard.2", "shard.1 shard.2 shard.3"}) {
+      const Outcome merged = runs.flexopt("merge --quiet --out merged " + std::string(order));
+      CAPTURE(order, merged.err);
+      CHECK(merged.code == alone.code);
+      for (const std::string& file : kind.files) {
+        CAPTURE(file);
+        CHECK(runs.content("alone/" + file).size() > 20);
+        CHECK(runs.content("merged/" + file) == runs.content("alone/" + file));
+      }
+      CHECK_FALSE(fs::exists(runs.path() / "merged/units.jsonl"));
+    }
+  }
+}
+
+TEST_CASE("a shard says how much of the work it is, and goes on where it stopped", "[shard]") {
+  Runs runs(compared_leaf());
+  const Outcome first = runs.flexopt("run leaf.json --quiet --shard 2/4");
+  CHECK(first.out == "3 of 12 evaluations\nshard 2 of 4: leaf.2-of-4.out\n");
+  const std::string log = runs.content("leaf.2-of-4.out/evaluations.jsonl");
+  const Outcome json = runs.flexopt("run leaf.json --quiet --shard 2/4 --json");
+  const OrderedJson said = OrderedJson::parse(json.out);
+  CHECK(said["status"] == "shard");
+  CHECK(said["of"] == 4);
+  CHECK(said["loops"][0]["here"] == 3);
+  CHECK(runs.content("leaf.2-of-4.out/evaluations.jsonl") == log);  // nothing is evaluated twice
+  // half a line of a shard that was killed
+  std::ofstream(runs.path() / "leaf.2-of-4.out/evaluations.jsonl")
+      << log.substr(0, log.find('\n', log.find('\n') + 1) + 9);
+  CHECK(runs.flexopt("run leaf.json --quiet --shard 2/4").code == 0);
+  CHECK(runs.content("leaf.2-of-4.out/evaluations.jsonl") == log);
+}
+
+TEST_CASE("what is missing is told, or computed", "[shard]") {
+  Runs runs(compared_leaf());
+  REQUIRE(runs.flexopt("run leaf.json --quiet --out alone").code == 0);
+  runs.shards(4);
+  fs::remove_all(runs.path() / "shard.2");
+  const Outcome told = runs.flexopt("merge shard.1 shard.3 shard.4 --out merged");
+  CHECK(told.code == 2);
+  CHECK_THAT(told.err, Catch::Contains("shards 2 of 4") && Catch::Contains("--array=2"));
+  CHECK_FALSE(fs::exists(runs.path() / "merged"));
+  const Outcome computed =
+      runs.flexopt("merge shard.1 shard.3 shard.4 shard.3 --compute --out merged");
+  CHECK(computed.code == 0);
+  CHECK_THAT(computed.err,
+             Catch::Contains("shard 3 is there twice") && Catch::Contains("9 from the log"));
+  CHECK(runs.content("merged/evaluations.jsonl") == runs.content("alone/evaluations.jsonl"));
+}
+
+TEST_CASE("what does not belong together is refused", "[shard]") {
+  Runs runs(compared_leaf());
+  runs.shards(2);
+  const auto refused = [&](const std::string& arguments, const std::string& why) {
+    const Outcome outcome = runs.flexopt(arguments);
+    CAPTURE(arguments, outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err, Catch::Contains(why));
+  };
+  refused("merge shard.1 nowhere --out merged", "no shard.json in it");
+  refused("merge shard.1 shard.2 --out shard.1", "a shard is in this folder");
+  refused("run leaf.json --shard 2/2 --out shard.1", "shard 1/2 is in this folder");
+  refused("run leaf.json --shard 3/2", "expected NUMBER/OF");
+
+  REQUIRE(runs.flexopt("run leaf.json --quiet --out whole").code == 0);
+  refused("run leaf.json --shard 1/2 --out whole", "a run that is no shard is in this folder");
+  REQUIRE(runs.flexopt("run leaf.json --quiet --shard 3/3 --out third").code == 0);
+  refused("merge shard.1 third --out merged", "shard 3 of 3: expected one of 2");
+
+  OrderedJson other = compared_leaf();
+  other["stroke"]["to"] = "5 mm";
+  runs.write(other);
+  REQUIRE(runs.flexopt("run leaf.json --quiet --shard 2/2 --out other").code == 0);
+  refused("merge shard.1 other --out merged", "/stroke");
+  CHECK_FALSE(fs::exists(runs.path() / "merged"));
+}
+
+TEST_CASE("two values of one evaluation are refused", "[shard]") {
+  Runs runs(compared_leaf());
+  runs.shards(2);
+  fs::copy(runs.path() / "shard.1", runs.path() / "again");
+  std::string log = runs.content("again/evaluations.jsonl");
+  const auto at = log.find("\"drive_load\":", log.find("drive_load") + 20);
+  REQUIRE(at != std::string::npos);
+  log.insert(at + 13, "1");
+  std::ofstream(runs.path() / "again/evaluations.jsonl") << log;
+  const Outcome outcome = runs.flexopt("merge shard.1 shard.2 again --out merged");
+  CHECK(outcome.code == 2);
+  CHECK_THAT(outcome.err, Catch::Contains("expected the same values as in"));
+}
+
+TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {
+  OrderedJson job = compared_leaf();
+  job["design"].erase("family");
+  job["design"]["file"] = "leaf.design.json";
+  Runs runs(job);
+  std::ofstream(runs.path() / "leaf.design.json")
+      << runs.flexopt("designs --export leaf_spring").out;
+  REQUIRE(runs.flexopt("run leaf.json --quiet --out alone").code == 0);
+  runs.shards(2);
+  const std::string from = "'" + runs.path().string() + "/";
+  const Outcome merged = run_program(
+      "/", "merge --quiet " + from + "shard.1' " + from + "shard.2' --out " + from + "merged'");
+  CAPTURE(merged.err);
+  CHECK(merged.code == 0);
+  CHECK(runs.content("merged/job.json") == runs.content("alone/job.json"));
+  CHECK(runs.content("merged/evaluations.jsonl") == runs.content("alone/evaluations.jsonl"));
+}
+
+TEST_CASE("a job without independent work has no shards", "[shard]") {
+  Runs runs(leaf_job());
+  const Outcome outcome = runs.flexopt("run leaf.json --shard 1/2");
+  CHECK(outcome.code == 2);
+  CHECK_THAT(outcome.err, Catch::Contains("no independent work to share"));
+  CHECK_FALSE(fs::exists(runs.path() / "leaf.1-of-2.out"));
+}
