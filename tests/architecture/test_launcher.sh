@@ -130,6 +130,14 @@ start python -c 'raise SystemExit(3)'
 [ -s "$work/calls" ] && problem "a warm start of Python calls nothing"
 [ "$code" = 3 ] || problem "Python's exit code is handed on, got $code"
 
+stand_in cpack 'touch build/package/flexopt_1_amd64.deb'
+mkdir -p "$work/repo/build/package"
+FAKE_MISSING=dpkg-dev start packages
+called "apt-get install .*dpkg-dev" || problem "packages installs what makes them"
+called "cmake --build --preset package" || problem "packages builds them"
+called "cpack --preset package" || problem "packages makes them"
+[ "$out" = "$work/repo/build/package/flexopt_1_amd64.deb" ] || problem "packages tells their names: $out"
+
 stand_in ctest 'exit 8'
 start test
 [ "$code" = 8 ] || problem "the exit code of ctest is handed on, got $code"
