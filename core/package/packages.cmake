@@ -83,16 +83,16 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
-set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Flexure mechanisms: shared library\n\
- Leaf-spring guides and hinges that bend far: stiffness, frequencies, stress over the stroke, and exact\n\
- gradients. Compiled for several sets of instructions; the loader takes the one of the processor.")
-set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "Evaluates and optimises flexure mechanisms\n\
- Leaf-spring guides and hinges that bend far. A JSON job becomes numbers, files for other programs and\n\
- a report in which the mechanism moves.")
-set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Flexure mechanisms: header of the C++ library\n\
- flexopt.hpp and the files that CMake's find_package(flexopt) reads.")
-set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Flexure mechanisms in Python\n\
- Results as numpy arrays with exact gradients; goals for scipy and other optimisers.")
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Flexure mechanisms: shared library
+Leaf-spring guides and hinges that bend far: stiffness, frequencies, stress over the stroke, and exact gradients. \
+Compiled for several sets of instructions; the loader takes the one of the processor.")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "Evaluates and optimises flexure mechanisms
+Leaf-spring guides and hinges that bend far. A JSON job becomes numbers, files for other programs and a report in which \
+the mechanism moves.")
+set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Flexure mechanisms: header of the C++ library
+flexopt.hpp and the files that CMake's find_package(flexopt) reads.")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Flexure mechanisms in Python
+Results as numpy arrays with exact gradients; goals for scipy and other optimisers.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "${runtime_package} (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS "${runtime_package} (= ${PROJECT_VERSION})")
 if(FLEXOPT_PYTHON)

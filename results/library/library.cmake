@@ -28,6 +28,7 @@ if(DOXYGEN)
   set(header ${folder}/flexopt.hpp)
   set(pages ${PROJECT_BINARY_DIR}/doxygen)
   configure_file(${folder}/Doxyfile.in ${PROJECT_BINARY_DIR}/Doxyfile @ONLY)
+  file(MAKE_DIRECTORY ${pages})
   add_custom_target(doxygen COMMAND ${DOXYGEN} ${PROJECT_BINARY_DIR}/Doxyfile
     COMMENT "Reference of flexopt.hpp: ${pages}/html/index.html")
 endif()
