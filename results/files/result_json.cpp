@@ -644,19 +644,20 @@ OrderedJson make_result(const RunRecord& record) {
   const StrokeResponse& response = response_of(record);
   Json path = path_json(response, record.mechanism, record.job.request, errors_of_case(record, 0));
 
-  Json result = {{"flexopt", {{"version", version()}, {"commit", commit()}}},
-                 {"job", Json(document_of(record.job))},
-                 {"status", record.status},
-                 {"message", record.message},
-                 {"notes", record.job.notes},
-                 {"units", units_json(record.job, record.mechanism, record.job.request)},
-                 {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},
-                 {"conventions", conventions_json(record)},
-                 {"material", material_json(record.job.design.material)},
-                 {"stress_checks", stress_checks_json(record.job.request.stress)},
-                 {"leaves", leaf_geometry_json(record.mechanism)},
-                 {"constraints", constraints_json(record.mechanism)},
-                 {"path", std::move(path)}};
+  Json result = {
+      {"flexopt", {{"format", result_format}, {"version", version()}, {"commit", commit()}}},
+      {"job", Json(document_of(record.job))},
+      {"status", record.status},
+      {"message", record.message},
+      {"notes", record.job.notes},
+      {"units", units_json(record.job, record.mechanism, record.job.request)},
+      {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},
+      {"conventions", conventions_json(record)},
+      {"material", material_json(record.job.design.material)},
+      {"stress_checks", stress_checks_json(record.job.request.stress)},
+      {"leaves", leaf_geometry_json(record.mechanism)},
+      {"constraints", constraints_json(record.mechanism)},
+      {"path", std::move(path)}};
   if (record.job.request.state_space) result["state_space"] = signals_json(response);
   if (record.job.request.wants_frequency_derivatives())
     add_frequency_derivatives(response, record.mechanism, result);

@@ -3,6 +3,10 @@
 
 namespace flexopt {
 
+/// Of the two formats, docs/versions.md: raised where files of before mean something else.
+inline constexpr int job_format = 1;     ///< "flexopt" of a job
+inline constexpr int result_format = 1;  ///< "format" of result.json
+
 std::string version();  ///< of the project: "0.1.0"
 std::string commit();   ///< that was built, with "-dirty-…" if files were changed; or "unknown"
 /// Both: logs of another build are refused.

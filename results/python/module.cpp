@@ -15,11 +15,11 @@
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/files/version.hpp"
+#include "results/library/posed_goals.hpp"
+#include "results/library/runs.hpp"
 #include "results/python/interruptible.hpp"
 #include "results/python/json_values.hpp"
 #include "results/python/path_arrays.hpp"
-#include "results/python/posed_goals.hpp"
-#include "results/python/runs.hpp"
 #include "results/report/report.hpp"
 
 namespace flexopt {

@@ -143,6 +143,12 @@ set(tested_by
   results/files/tolerances jobs/test_load_cases
   results/run/interrupted jobs/test_optimise_resumes
   results/run/join_crew results/mpi/test_mpi_crew
+  results/cli/program results/cli/test_command_line
+  results/library/jobs results/library/test_flexopt
+  results/library/posed_goals results/python/test_posed_goals
+  results/library/problem results/library/test_flexopt
+  results/library/results results/library/test_flexopt
+  results/library/runs results/python/test_runs
   results/report/page_text results/report/test_report
   results/server/local_server results/server/test_serve
   results/run/listed_designs jobs/test_listed_designs
@@ -161,7 +167,7 @@ set(untested
   core/math/eigen_layout "one symbol, tested by the programs that must not link (architecture)"
   core/elements/leaf/leaf_element "the answer of a leaf that cannot do something"
   results/python/module "names for Python, used by every test of the module"
-  results/cli/main "calls the commands, each tested as a program"
+  results/cli/main "one call of what results/cli/program has"
   results/files/version "the version and commit of the build"
 )
 

@@ -142,6 +142,14 @@ start python -c 'raise SystemExit(3)'
 [ -s "$work/calls" ] && problem "a warm start of Python calls nothing"
 [ "$code" = 3 ] || problem "Python's exit code is handed on, got $code"
 
+stand_in cpack 'touch build/package/flexopt_1_amd64.deb'
+mkdir -p "$work/repo/build/package"
+FAKE_MISSING=dpkg-dev start packages
+called "apt-get install .*dpkg-dev" || problem "packages installs what makes them"
+called "cmake --build --preset package" || problem "packages builds them"
+called "cpack --preset package" || problem "packages makes them"
+[ "$out" = "$work/repo/build/package/flexopt_1_amd64.deb" ] || problem "packages tells their names: $out"
+
 stand_in ctest 'exit 8'
 start test
 [ "$code" = 8 ] || problem "the exit code of ctest is handed on, got $code"
@@ -163,6 +171,51 @@ start bench sum
 called "FLEXOPT_BENCHMARKS=ON" || problem "bench configures with the benchmarks"
 called "cmake --build --preset release --target flexopt bench_sum" || problem "bench builds its program"
 [ "$out" = "bench.sh $work/repo/build/release sum" ] || problem "bench runs it: $out"
+
+# An installed program stands for a build where it was made from the same sources.
+rm -r "$work/repo/build"
+echo 'project(flexopt VERSION 1.2.3 LANGUAGES CXX)' >"$work/repo/CMakeLists.txt"
+stand_in flexopt 'case $1 in --version) echo "flexopt 1.2.3 (${FAKE_COMMIT:-abc})";; *) echo "installed $*"; exit 5;; esac'
+start run job.json
+[ "$out" = "installed run job.json" ] || problem "sources without repository: the version counts: $out"
+[ "$code" = 5 ] || problem "the installed program's exit code is handed on, got $code"
+called "^cmake" && problem "builds although the same is installed"
+FLEXOPT_BUILD=1 start designs
+[ "$out" = "program designs" ] || problem "FLEXOPT_BUILD builds: $out"
+start designs
+[ "$out" = "program designs" ] || problem "what is built is preferred: $out"
+rm -r "$work/repo/build"
+sed -i s/1.2.3/1.2.4/ "$work/repo/CMakeLists.txt"
+start designs
+[ "$out" = "program designs" ] || problem "another version is not taken: $out"
+sed -i s/1.2.4/1.2.3/ "$work/repo/CMakeLists.txt"
+rm -r "$work/repo/build"
+mkdir "$work/repo/.git"
+stand_in git 'case "$*" in *describe*) echo "${FAKE_HEAD:-abc}";; *status*) printf "%s" "${FAKE_STATUS:-}";; esac'
+start designs
+[ "$out" = "installed designs" ] || problem "the same commit is taken: $out"
+for differs in FAKE_HEAD=def FAKE_HEAD=abc-dirty "FAKE_STATUS=?? core/new.cpp" FAKE_COMMIT=abd; do
+  start_with() { env "$differs" "$work/repo/flexopt" designs 2>/dev/null || :; }
+  [ "$(start_with)" = "program designs" ] || problem "taken although $differs"
+  rm -r "$work/repo/build"
+done
+start test
+called "cmake --build --preset release --target all" || problem "tests are those of the sources"
+rm -r "$work/repo/build"
+stand_in python3 'case $2 in *__version__*) echo "flexopt 1.2.3 (${FAKE_MODULE:-abc})";; *) echo "python $*";; esac'
+sed -i "s|^\[ -x /usr/bin/python3 \].*|python=$work/bin/python3|" "$work/repo/flexopt"
+start python script.py
+[ "$out" = "python script.py" ] || problem "runs a script: $out"
+called "^cmake" && problem "builds although the same module is installed"
+FAKE_MODULE=other start python script.py
+called "FLEXOPT_PYTHON=ON" || problem "another module is not taken"
+rm -r "$work/repo/build"
+cp "$launcher" "$work/repo/flexopt"
+cp "$work/repo/flexopt" "$work/bin/flexopt"  # a launcher is no installed program
+start designs
+[ "$out" = "program designs" ] || problem "a launcher in PATH is taken for a program: $out"
+rm "$work/bin/flexopt" "$work/bin/git" "$work/bin/python3"
+rmdir "$work/repo/.git"
 
 # A build that fails at its second step: ninja's exit code must survive the progress line.
 stand_in cmake 'case $1 in --build) echo "[1/9] Building object"; echo "FAILED: b.o"; exit 1;; esac'

@@ -55,6 +55,7 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
   CHECK(result["status"] == "ok");
   CHECK(result["job"] == OrderedJson(*record.job.as_read));
   CHECK(result["flexopt"]["version"].get<std::string>().size() >= 5);
+  CHECK(result["flexopt"]["format"] == 1);
   CHECK_FALSE(result["flexopt"]["commit"].get<std::string>().empty());
   REQUIRE(result["path"].size() == 5);
   for (std::size_t i = 0; i < 5; ++i) {

@@ -1,4 +1,4 @@
-#include "results/python/runs.hpp"
+#include "results/library/runs.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "results/python/posed_goals.hpp"
+#include "results/library/posed_goals.hpp"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,82 @@
+// job.json -> design -> mechanism -> stroke path -> stiffness and frequencies -> optimum -> files
+#include <fmt/format.h>
+
+#include <exception>
+
+#include "core/math/memory.hpp"
+#include "core/spec/spec_error.hpp"
+#include "results/cli/command_line.hpp"
+#include "results/cli/commands.hpp"
+#include "results/cli/program.hpp"
+#include "results/cli/run_json.hpp"
+
+namespace {
+
+using namespace flexopt;
+
+int carry_out(const CommandLine& line) {
+  switch (line.command) {
+    case Command::run:
+      return run_job(line);
+    case Command::merge:
+      return merge_shards(line);
+    case Command::validate:
+      return validate_job(line);
+    case Command::designs:
+      return describe_designs(line);
+    case Command::quantities:
+      return list_quantities(line);
+    case Command::expand:
+      return expand_job(line);
+    case Command::schema:
+      return print_schema(line);
+    case Command::check_gradients:
+      return check_gradients(line);
+    case Command::report:
+      return rewrite_report(line);
+    case Command::export_files:
+      return export_job(line);
+    case Command::atlas:
+      return make_atlas_file(line);
+    case Command::explore:
+      return explore_job(line);
+    case Command::watch:
+      return watch_run(line);
+    case Command::show:
+      return show_mechanism(line);
+    case Command::completion:
+      return print_completion(line);
+  }
+  return exit_bug;
+}
+
+void print_faults(const SpecError& error) {
+  const auto& faults = error.faults();
+  const bool placed = !faults.front().source.empty();  // lines that editors can follow
+  fmt::print(stderr, "{}{}\n", placed ? "" : "flexopt: ", error.what());
+  if (faults.size() > 1)
+    fmt::print(stderr, "flexopt: {} faults in the input; nothing was run\n", faults.size());
+}
+
+/// For people on stderr, with --json for programs on stdout.
+int reported(const CommandLine& line) try {
+  return carry_out(line);
+} catch (const SpecError& error) {
+  line.json ? print_wrong_input(error) : print_faults(error);
+  return exit_wrong_input;
+} catch (const std::exception& error) {
+  const std::string message = fmt::format("a bug of ours, please report it: {}", error.what());
+  if (line.json)
+    print_failure("bug", message);
+  else
+    fmt::print(stderr, "flexopt: {}\n", message);
+  return exit_bug;
+}
+
+}  // namespace
+
+int flexopt_program(int argc, char** argv) {
+  keep_freed_memory();
+  const auto [line, exit_code] = parse_command_line(argc, argv);
+  return exit_code ? *exit_code : reported(line);
+}
