@@ -88,8 +88,7 @@ std::optional<double> energy_error(const Job& job, const Mechanism& mechanism, d
                     ? make_full_leaves(mechanism, job.model)
                     : make_reduced_leaves(mechanism, job.model, std::abs(stroke), request.loads);
   System system(mechanism, std::move(leaves), request.loads);
-  NewtonOptions newton = request.newton;
-  newton.tolerance = 1e-14;  // to rounding: small strokes are small parts of a leaf
+  const NewtonOptions& newton = request.newton;
   if (system.loaded_at_rest() && !step_load(system, {.constant = 1}, newton).converged)
     return std::nullopt;
   struct At {
@@ -98,6 +97,8 @@ std::optional<double> energy_error(const Job& job, const Mechanism& mechanism, d
   };
   const auto at = [&](double share) {
     const Equilibrium e = step_to(system, share * stroke, newton);
+    // the system stands where the last correction began: two more steps are the end of it
+    for (int again = 0; again < 2; ++again) solve_equilibrium(system, share * stroke, newton);
     const BodyPose& pose = system.pose(mechanism.drives[0].body);
     bool pure = true;  // a rotation about another axis is no turn by the stroke
     if (const int d = index(mechanism.drives[0].direction); d >= 3)
