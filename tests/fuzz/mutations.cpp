@@ -161,10 +161,13 @@ const std::vector<std::string>& dictionary() {
   return all;
 }
 
-std::vector<std::string> texts_in(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.is_regular_file()) files.push_back(entry.path());
+std::vector<std::string> corpus_of(const std::string& target, const std::filesystem::path& root) {
+  std::vector<std::filesystem::path> folders{root / "tests/fuzz/corpus" / target}, files;
+  if (target == "job") folders.push_back(root / "designs/jobs");
+  if (target == "design") folders.push_back(root / "designs/families");
+  for (const auto& folder : folders)
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+      if (entry.is_regular_file()) files.push_back(entry.path());
   std::ranges::sort(files);
   std::vector<std::string> texts;
   for (const auto& file : files) {

@@ -12,8 +12,9 @@ namespace flexopt::fuzz {
 /// Keys, names, units and functions that the readers know: from the schemas of jobs and designs.
 const std::vector<std::string>& dictionary();
 
-/// The texts of a folder, in the order of their names.
-std::vector<std::string> texts_in(const std::filesystem::path& folder);
+/// The texts of a reader's corpus in the order of their names; of jobs and designs those of the
+/// gallery and the library too. `root`: of the repository.
+std::vector<std::string> corpus_of(const std::string& target, const std::filesystem::path& root);
 
 /// One of the texts with a few changes.
 std::string mutated(const std::vector<std::string>& texts, RandomNumbers& random);

@@ -12,14 +12,12 @@ TEST_CASE("readers answer or refuse in words", "[fuzz]") {
   const std::filesystem::path root = FLEXOPT_SOURCE_DIR;
   for (const Target& target : targets()) {
     CAPTURE(target.name);
-    std::vector<std::string> texts = texts_in(root / "tests/fuzz/corpus" / target.name);
+    const std::vector<std::string> texts = corpus_of(target.name, root);
     REQUIRE(!texts.empty());
     for (const std::string& text : texts) target.run(text);
     const bool whole_mechanisms = target.name == "job" || target.name == "design";
-    if (target.name == "job") texts = texts_in(root / "designs/jobs");
-    if (target.name == "design") texts = texts_in(root / "designs/families");
     RandomNumbers random(1);
-    for (int k = 0; k < (whole_mechanisms ? 400 : 3000); ++k) {
+    for (int k = 0; k < (whole_mechanisms ? 2000 : 5000); ++k) {
       const std::string text = mutated(texts, random);
       CAPTURE(k, text);
       target.run(text);

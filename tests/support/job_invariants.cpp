@@ -79,6 +79,20 @@ constexpr std::array<double, 4> gauss_place{0.1834346424956498, 0.52553240991632
 constexpr std::array<double, 4> gauss_weight{0.3626837833783620, 0.3137066458778873,
                                              0.2223810344533745, 0.1012285362903763};
 
+// The energy of bending is that of the places of the nodes: the rigid part of these cancels, which
+// leaves some eps (L/h)³ of the bending stiffness D.
+double rounding_of_energy(const Mechanism& mechanism) {
+  constexpr double left = 1e-10;
+  double sum = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    double thickness = leaf.thickness;
+    if (!leaf.thickness_profile.empty())
+      thickness *= *std::ranges::max_element(leaf.thickness_profile);
+    sum += left * leaf.material.youngs_modulus * std::pow(thickness, 3);
+  }
+  return sum;
+}
+
 // From 0.9 to 1 of the stroke: work of the drive against the change of stored energy and potential
 // of the loads. Nothing where the drive's load does other work, or the way is not smooth.
 std::optional<double> energy_error(const Job& job, const Mechanism& mechanism, double stroke) {
@@ -125,20 +139,23 @@ std::optional<double> energy_error(const Job& job, const Mechanism& mechanism, d
   const At last = at(1);
   if (!first.smooth || !last.smooth) return std::nullopt;
   const double stored = last.potential - first.potential;
-  // potentials are rounded to what they are themselves
-  const double rounding = 1e-10 * (std::abs(last.potential) + std::abs(system.energy()));
+  const double rounding = 1e-10 * (std::abs(last.potential) + std::abs(system.energy())) +
+                          rounding_of_energy(mechanism);
   return std::max(0.0, std::abs(work - stored) - rounding) /
          std::max(std::max(turnover, std::abs(stored)), 1e-300);
 }
 
 void check_energy(const Job& job, const Mechanism& mechanism, const StrokeResponse& response,
                   JobVerdict& verdict) {
+  double furthest = 0;
+  for (const PathPoint& point : response.path)
+    furthest = std::max(furthest, std::abs(point.stroke));
   const PathPoint* far = nullptr;
   for (const PathPoint& point : response.path)
     if (point.status == PointStatus::converged && point.stable &&
         (!far || std::abs(point.stroke) > std::abs(far->stroke)))
       far = &point;
-  if (!far) return;
+  if (!far || std::abs(far->stroke) < 1e-3 * furthest) return;
   const std::optional<double> error = energy_error(job, mechanism, far->stroke);
   if (!error) return;
   verdict.energy_checked = true;
