@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Kills runs of every kind of job at random moments, spoils their logs, disks and folders, and counts how they end.
 
-    kills.py PROGRAM [KILLS_PER_KIND] [SEED]
+    kills.py PROGRAM [KILLS_PER_KIND] [SEED] [KIND…]
 
 Of every kind a job runs through once; then it is killed (SIGKILL) after a random part of that time, again and again, and at
 last left to end: result and log have to have the same bytes. A spoilt log may be refused in words (exit code 2) or resumed
@@ -113,6 +113,8 @@ def main():
     with tempfile.TemporaryDirectory(prefix="flexopt_kills_") as folder:
         runner = Runner(program, folder)
         for kind, parts in KINDS.items():
+            if sys.argv[4:] and kind not in sys.argv[4:]:
+                continue
             job = os.path.join(folder, "job.json")
             with open(job, "w", encoding="utf-8") as file:
                 json.dump(HINGE | parts, file)
