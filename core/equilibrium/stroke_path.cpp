@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/newton_equations.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
+#include "core/math/work_limit.hpp"
 
 namespace flexopt {
 
@@ -132,6 +134,7 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
   }
   double previous = 0;
   for (int it = 0;; ++it) {
+    count_iteration();
     equations.assemble(system.load() - system.internal_force(), strokes);
     const double violation = equations.violation();
     if (!strokes) unload_drives(system, equations);
@@ -168,12 +171,34 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
 
 namespace {
 
+// Stable states in which a leaf is stretched too far. One of them may lie on another branch, where
+// a long step has landed. They are believed to lie on the way once the step is halved and still
+// ends in one, of a smaller stretch, or once a step from half as far ends in the same.
+class Overstretched {
+ public:
+  bool is_believed(double from, double target, double strain) {
+    constexpr double same = 1e-3;
+    const bool shrinks = from == from_ && target < target_ && strain < strain_;
+    const auto [before, first] = seen_.try_emplace(target, strain);
+    const bool again = !first && std::abs(strain - before->second) < same * before->second;
+    from_ = from;
+    target_ = target;
+    strain_ = strain;
+    return shrinks || again;
+  }
+
+ private:
+  double from_ = -1, target_ = 0, strain_ = 0;  // of the last one
+  std::map<double, double> seen_;               // by their targets
+};
+
 // From parameter 0 to 1 with `solve(parameter)`, halving the step when it fails.
 template <class Solve>
 Equilibrium step_parameter(System& system, const NewtonOptions& options, const char* what,
                            bool drive_held, const Solve& solve) {
   System::Snapshot good = system.save();
   double reached = 0, step = 1;
+  Overstretched overstretched;
   int halvings = 0, sub_steps = 0, negative = -1;
   Equilibrium result;
   while (reached < 1) {
@@ -190,6 +215,8 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
         result.converged = false;
         result.message = fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
                                      system.strain(), largest_strain);
+        result.beyond_reach =
+            now <= negative && overstretched.is_believed(reached, target, system.strain());
       } else if (now > negative && halvings + 2 < options.max_halvings) {
         result.converged = false;  // another branch? believed only if short steps lead there too
       }
@@ -202,7 +229,7 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
       continue;
     }
     system.restore(good);
-    if (++halvings > options.max_halvings) {
+    if (++halvings > options.max_halvings || result.beyond_reach) {
       system.assemble();
       result.message = fmt::format("no equilibrium between {:.4g} and {:.4g} of the {} step: {}",
                                    reached, target, what, result.message);

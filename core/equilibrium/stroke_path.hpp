@@ -25,7 +25,9 @@ struct Equilibrium {
   double drive_load = 0;  ///< of the first drive [N or N m]
   VectorXd drive_loads;   ///< one for each drive
   double step = 0;        ///< size of the last Newton step, lengths / L [-]
-  std::string message;    ///< why not, with the figures
+  /// Not converged because a leaf is stretched too far on the way itself: no shorter step helps.
+  bool beyond_reach = false;
+  std::string message;  ///< why not, with the figures
 };
 
 /// Solves internal_force − load − Σ λ e_drive = 0 under the loads that act, with the drives held at

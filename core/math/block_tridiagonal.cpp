@@ -3,6 +3,7 @@
 #include <cassert>
 
 #include "core/math/decompositions.hpp"
+#include "core/math/work_limit.hpp"
 
 namespace flexopt {
 
@@ -34,6 +35,7 @@ void BlockTridiagonal::factorise() {
   negative_ = 0;
   inverted_ = false;
   for (int i = 0; i < blocks(); ++i) {
+    check_work();
     if (i > 0) {
       // S_i = D_i − W Σ Wᵀ with W = O C⁻ᵀ Σ, already in below[i − 1]
       const Indefinite& previous = indefinite_[i - 1];

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/math/symmetric_factor.hpp"
+#include "core/math/work_limit.hpp"
 
 namespace flexopt {
 namespace {
@@ -115,6 +116,7 @@ std::vector<Pair> Iteration::begin(const EigenPairs& found, const std::vector<Ei
 bool Iteration::refine(Pair& pair) {
   constexpr int most = 12;
   for (int k = 0; k < most; ++k) {
+    check_work();
     shift(pair.value);
     const VectorXd carried = pair.mass_inside.cwiseProduct(from_modes_);
     x_ = pair.mass_border;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/math/work_limit.hpp"
 #include "core/mechanism/load_case.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
@@ -197,6 +198,7 @@ struct StrokeRequest {
   int stress_peaks = 0;
   std::vector<Probe> probes;
   NewtonOptions newton;
+  WorkLimits limits;  ///< of one evaluation of these points
 
   /// Strokes of all drives of a mechanism at a point.
   VectorXd strokes_at(std::size_t point, std::size_t drives) const;

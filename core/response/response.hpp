@@ -15,7 +15,8 @@ namespace flexopt {
 enum class PointStatus {
   converged,
   no_equilibrium,  ///< Newton failed although the step was halved; the message has the figures
-  not_reached      ///< the path ended before this point
+  not_reached,     ///< the path ended before this point
+  limit_reached    ///< the limits of the request ended the evaluation before this point was done
 };
 
 struct Mode {
@@ -208,7 +209,7 @@ struct PathPoint {
   std::vector<BodyMotion> bodies;  ///< of every body of the mechanism
 };
 
-enum class Status { ok, no_equilibrium };
+enum class Status { ok, no_equilibrium, limit_reached };
 
 struct StrokeResponse {
   Status status = Status::ok;

@@ -189,6 +189,8 @@ bool operator==(const Dimension& a, const Dimension& b) {
 std::optional<Measure> measured(double number, const std::string& unit) {
   const std::string_view text = trimmed(unit);
   if (text.empty() || begins_with_number(text)) return std::nullopt;
+  // the scanner of UDUNITS-2 writes what it does not know, a line break, to stdout
+  if (std::ranges::any_of(text, [](unsigned char c) { return c < ' '; })) return std::nullopt;
   UnitSystem& system = UnitSystem::instance();
   const std::lock_guard lock(system.mutex);
   const Unit given = system.parse(std::string(text));

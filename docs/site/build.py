@@ -27,7 +27,7 @@ CHAPTERS = [
                 "docs/loads.md", "docs/stress.md", "docs/dynamics.md", "docs/tolerances.md",
                 "docs/maps.md", "docs/accuracy.md", "docs/export.md", "docs/python.md",
                 "docs/library.md", "docs/cluster.md", "docs/install.md", "docs/six_hinges.md",
-                "docs/limits.md"]),
+                "docs/limits.md", "docs/robustness.md"]),
     ("Reference", ["reference/jobs.md", "reference/designs.md", "reference/quantities.md",
                    "reference/commands.md", "docs/versions.md"]),
     ("Theory", ["core/README.md", "core/elements/README.md", "core/elements/plate/beams.md",

@@ -188,6 +188,7 @@ Job JobReader::read() {
   job_.model = choice.model;
   job_.accuracy = choice.accuracy;
   job_.request.newton = choice.newton;
+  if (read_.contains("limits")) limits_table().read(read_["limits"], job_.request.limits);
   if (const std::string note = note_on_atlas(choice.model); !note.empty())
     job_.notes.push_back(note);
   read_request(read_, document_, family_, faults_, job_.request);

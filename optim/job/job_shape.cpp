@@ -267,6 +267,9 @@ Shape job_shape(const Family* family) {
                    "where branches of equilibria meet: the one that the path comes along, or the "
                    "one that is stable"),
       with_default("model", model_shape(), json::object(), "how the mechanism is modelled"),
+      optional("limits", limits_table().shape(),
+               "what the evaluation of one design may take, for each load case and model: beyond "
+               "it the design counts as one without an answer"),
       with_default("parasitic", parasitic, json::object(), "what the parasitic frequency is"),
       optional("optimise", optimise_shape(family), "the search, for job optimise"),
       optional("samples", samples_shape(family), "the designs, for job compare"),

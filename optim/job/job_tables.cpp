@@ -358,6 +358,18 @@ const RecordTable<ModelChoice>& model_table() {
   return table;
 }
 
+const RecordTable<WorkLimits>& limits_table() {
+  constexpr double longest = 1e7;  // some months
+  static const auto table =
+      RecordTable<WorkLimits>()
+          .optional("seconds", quantity("s", 0, longest, true), &WorkLimits::seconds,
+                    "by the clock: what is beyond depends on the machine and its load")
+          .optional("iterations", integer(1, 1e9), &WorkLimits::iterations,
+                    "Newton iterations, those that make reduced leaves among them: the same on "
+                    "every machine");
+  return table;
+}
+
 const RecordTable<OptimiseSpec>& search_table() {
   static const auto table =
       RecordTable<OptimiseSpec>()

@@ -62,6 +62,7 @@ const RecordTable<BucklingSpec>& buckling_table();
 const RecordTable<ProbeSpec>& probe_table();
 const RecordTable<Expectation>& expectation_table();
 const RecordTable<ModelChoice>& model_table();
+const RecordTable<WorkLimits>& limits_table();
 
 /// The keys of "optimise" that are plain numbers and names.
 const RecordTable<OptimiseSpec>& search_table();

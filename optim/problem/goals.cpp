@@ -219,6 +219,11 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
     const PathPoint& point = response.path[i];
     if (request.outputs.need_path() && point.status != PointStatus::converged) {
       const std::string& why = point.message.empty() ? response.message : point.message;
+      if (response.status == Status::limit_reached) {
+        reading.reason = "limit reached";
+        reading.message = fmt::format("limit reached: {}", why);
+        return reading;
+      }
       reading.reason = "no equilibrium";
       reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
                                     why.empty() ? "" : ": ", why);
@@ -340,8 +345,10 @@ GoalPlace place_of(const Goal& goal, std::size_t entry) {
 }
 
 std::optional<double> stroke_reached(const StrokeResponse& response) {
-  const auto failed = std::ranges::find(response.path, PointStatus::no_equilibrium,
-                                        [](const PathPoint& point) { return point.status; });
+  const auto failed = std::ranges::find_if(response.path, [](const PathPoint& point) {
+    return point.status == PointStatus::no_equilibrium ||
+           point.status == PointStatus::limit_reached;
+  });
   std::optional<double> nearest;
   if (failed == response.path.end()) return nearest;
   const auto distance = [&](double stroke) { return std::abs(stroke - failed->stroke); };

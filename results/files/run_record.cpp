@@ -22,8 +22,10 @@ std::pair<std::string, std::string> conclusion(const StrokeResponse& response, A
   if (response.status == Status::ok && converged == path.size())
     return {"ok", fmt::format("Equilibrium found at {}, {} accuracy.",
                               plural(path.size(), "stroke point"), name_of(accuracy))};
-  if (!response.message.empty()) return {"no_equilibrium", response.message + "."};
-  return {"no_equilibrium",
+  const char* status =
+      response.status == Status::limit_reached ? "limit_reached" : "no_equilibrium";
+  if (!response.message.empty()) return {status, response.message + "."};
+  return {status,
           fmt::format("{} of {} converged.", converged, plural(path.size(), "stroke point"))};
 }
 
@@ -205,6 +207,8 @@ std::string name_of(PointStatus status) {
       return "no_equilibrium";
     case PointStatus::not_reached:
       return "not_reached";
+    case PointStatus::limit_reached:
+      return "limit_reached";
   }
   assert(false);
   return {};

@@ -84,7 +84,8 @@ Job evaluation_of(Job job) {
 OrderedJson look_at(const Job& job) {
   Silent nobody;
   RunRecord record = run_evaluation(evaluation_of(job), {}, 1, nobody);
-  if (record.status == "no_equilibrium" || record.status == "failed")
+  if (record.status == "no_equilibrium" || record.status == "limit_reached" ||
+      record.status == "failed")
     return {{"ok", false}, {"message", record.message}};
   OrderedJson answer{{"ok", true}, {"result", make_result(record)}, {"scene", make_scene(record)}};
   answer["result"].erase("shapes");  // the scene has them

@@ -180,7 +180,8 @@ PlateShear<S> ElementNumbers<S>::plate_shear(int i, int j) const {
   Row bend_along = Row::Zero(), bend_across = bend_along, twist_along = bend_along,
       twist_across = bend_along;
   Slopes<S> slopes;
-  std::array<S, 4> bent{};  // moments about the middle
+  S stiffness_x(0), stiffness_y(0);  // ∫ D (x − x_m)² dA, ∫ D (y − y_m)² dA
+  std::array<S, 4> bent{};           // moments about the middle
   for (int a = 0; a < 4; ++a) {
     const HermiteValuesT<S> X = hermite<S>(full.point[a], hx);
     const WidthMap<S> map = mesh_.map(i, full.point[a]);
@@ -197,13 +198,17 @@ PlateShear<S> ElementNumbers<S>::plate_shear(int i, int j) const {
       twist_along += (wx * twist) * N.xy;
       twist_across += (wy * twist) * N.xy;
       slopes.add_point(area, dx, dy, t);
+      stiffness_x += wx * dx;
+      stiffness_y += wy * dy;
       bent[a] += wx;
     }
   }
   const S q = slopes.mean_thickness(), area = slopes.area();
   // D / κ G t L² at the thickness 1
   const S compliance = mesh_.thickness * mesh_.thickness / (5.0 * (1.0 - nu));
-  const S damping = 1.0 + compliance * q * q * area * (slopes.per_x() + slopes.per_y());
+  const S damping = 1.0 + compliance * area / q *
+                              (stiffness_x * slopes.per_x() * slopes.per_x() +
+                               stiffness_y * slopes.per_y() * slopes.per_y());
   PlateShear<S> shear;
   shear.compliance = area * compliance / (q * damping);
   shear.per_x = slopes.per_x();
@@ -378,7 +383,7 @@ PlateShear<S> ElementNumbers<S>::beam_shear(int i) const {
     Row bend = beam_functions(X.curvature, 1, 0);
     if (mesh_.curved()) bend -= mesh_.rest(i, full.point[a]).along * beam_functions(X.slope, 1, 0);
     shear.along += bent[a] * bend;
-    stiffness += full.weight[a] * e.bend;
+    stiffness += 12.0 * full.weight[a] * e.bend * (full.point[a] - 0.5) * (full.point[a] - 0.5);
     compliance += full.weight[a] / (e.shear * e.area);
   }
   shear.per_x = 12.0 / (h * h * h);

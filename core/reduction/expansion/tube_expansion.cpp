@@ -7,6 +7,7 @@
 #include "core/math/dual.hpp"
 #include "core/math/rotation.hpp"
 #include "core/math/small_lu.hpp"
+#include "core/math/work_limit.hpp"
 #include "core/reduction/expansion/field_solver.hpp"
 #include "core/reduction/expansion/tube_series.hpp"
 
@@ -83,6 +84,7 @@ ChordLeaf::Solution ChordLeaf::solve(const Vector3d& s, const Vector3d& f, int m
   Solution solution;
   f_ = f;
   for (int it = 1; it <= max_iterations; ++it) {
+    count_iteration();
     const auto G = stiff_map();
     const Matrix3d S = stiff_tangent();
     const Vector3d ds = s - s_;

@@ -8,6 +8,7 @@
 
 #include "core/equilibrium/newton_equations.hpp"
 #include "core/equilibrium/stroke_path.hpp"
+#include "core/math/work_limit.hpp"
 
 namespace flexopt {
 namespace {
@@ -124,6 +125,7 @@ LoadBranch::Step LoadBranch::correct(const BranchDirection& across) {
   const VectorXd& scale = equations.scale();
   double previous = 0;
   for (int it = 0;; ++it) {
+    count_iteration();
     VectorXd residual = system.load() + drive_forces_ - system.internal_force();
     for (const int k : system.held()) residual[k] = 0;
     equations.assemble(residual, strokes);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/equilibrium/edge_compliance.hpp"
+#include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/full_finish.hpp"
 #include "core/response/path/stable_branch.hpp"
@@ -89,9 +90,12 @@ bool refine(System& system) {
 // Solves, then again as long as a leaf of limited range wants its model changed: where there is an
 // equilibrium, or where the way to it has ended.
 Equilibrium solve_refined(System& system, const Solve& solve) {
-  constexpr int most_rounds = 12;
+  constexpr int most_rounds = 12, most_failures = 2;
   Equilibrium equilibrium = solve();
-  for (int round = 0; round < most_rounds && refine(system); ++round) {
+  int failures = 0;
+  for (int round = 0; round < most_rounds; ++round) {
+    if (!equilibrium.converged && (equilibrium.beyond_reach || ++failures > most_failures)) break;
+    if (!refine(system)) break;
     const int before = equilibrium.iterations;
     equilibrium = solve();
     equilibrium.iterations += before;
@@ -174,105 +178,184 @@ std::string leave_branch(std::unique_ptr<System>& system, const ModelOptions& mo
   return {};
 }
 
+// The way along one branch, point by point.
+class BranchWalk {
+ public:
+  BranchWalk(const Mechanism& mechanism, const ModelOptions& model, const StrokeRequest& request,
+             std::size_t points, DifferentiablePath* differentiable, StrokeResponse& response)
+      : mechanism_(mechanism),
+        model_(model),
+        request_(request),
+        points_(points),
+        differentiable_(differentiable),
+        response_(response),
+        outputs_(mechanism, model, request, differentiable) {}
+
+  // Makes the leaves and puts on the loads that come before the stroke.
+  void begin();
+  // Evaluates point k.
+  void visit(std::size_t k);
+  // Why the path has ended; empty where it goes on.
+  const std::string& lost() const { return lost_; }
+
+ private:
+  std::unique_ptr<System> make_system() const {
+    return std::make_unique<System>(
+        mechanism_, make_leaves(mechanism_, model_, request_, points_, differentiable_ != nullptr),
+        request_.loads);
+  }
+  void load();
+  Equilibrium reach(std::size_t k);
+  void add_branching(System& system, Equilibrium& equilibrium, std::size_t k, PathPoint& point,
+                     PointGradients* own);
+
+  const Mechanism& mechanism_;
+  const ModelOptions& model_;
+  const StrokeRequest& request_;
+  std::size_t points_;
+  DifferentiablePath* differentiable_;
+  StrokeResponse& response_;
+  PointOutputs outputs_;
+  std::unique_ptr<System> system_;
+  std::string lost_;
+  bool from_rest_ = true;
+  VectorXd other_branch_;  // the motion that led there; empty on the primary one
+};
+
+void BranchWalk::begin() {
+  const auto start = Clock::now();
+  system_ = make_system();
+  response_.seconds_coefficients += seconds_since(start);
+  load();
+}
+
+void BranchWalk::load() {
+  if (!system_->loaded_at_rest()) return;
+  const auto apply = [&] { return step_load(*system_, {.constant = 1}, request_.newton); };
+  Equilibrium loaded = solve_refined(*system_, apply);
+  if (!loaded.converged && model_.accuracy != Accuracy::full) {
+    // a reduced leaf that is far off at rest leaves no state to go on from
+    system_ = std::make_unique<System>(
+        mechanism_, make_full_leaves(mechanism_, model_, no_equilibrium), request_.loads);
+    loaded = apply();
+  }
+  if (!loaded.converged) lost_ = loaded.message;
+}
+
+// From where the path stands or, of several drives and of other branches, by another way.
+Equilibrium BranchWalk::reach(std::size_t k) {
+  const bool several = !request_.strokes.empty();
+  Equilibrium equilibrium = advance(*system_, request_, k);
+  if (several && !equilibrium.converged && !from_rest_) {
+    system_ = make_system();
+    other_branch_.resize(0);
+    load();
+    equilibrium = advance(*system_, request_, k);
+  }
+  from_rest_ = false;
+  if (!equilibrium.converged && !equilibrium.beyond_reach && model_.accuracy != Accuracy::full) {
+    // reduced leaves that went astray have left no state that full ones could go on from
+    auto full = std::make_unique<System>(
+        mechanism_, make_full_leaves(mechanism_, model_, no_equilibrium), request_.loads);
+    if (Equilibrium again = step_from_rest(*full, request_, k); again.converged) {
+      system_ = std::move(full);
+      equilibrium = std::move(again);
+    }
+  }
+  if (!equilibrium.converged && other_branch_.size() > 0) {
+    StableBranch again = lead_to_stable_branch(*system_, other_branch_, model_, request_, k);
+    if (again.system) {
+      system_ = std::move(again.system);
+      equilibrium = again.equilibrium;
+    }
+  }
+  return equilibrium;
+}
+
+// What follows other branches from the point.
+void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::size_t k,
+                               PathPoint& point, PointGradients* own) {
+  System* loaded = &system;
+  std::unique_ptr<System> whole;  // reduced leaves do not reach so far
+  if (!has_full_leaves(*loaded)) {
+    whole = finish_on_full_leaves(*loaded, model_, request_, k, {}, equilibrium);
+    loaded = whole.get();
+  }
+  if (request_.growing_load()) outputs_.add_buckling(*loaded, equilibrium, k, point, own);
+  if (request_.wants_capacity()) outputs_.add_load_capacity(*loaded, k, point, own);
+}
+
+void BranchWalk::visit(std::size_t k) {
+  PathPoint& point = response_.path[k];
+  Equilibrium equilibrium = reach(k);
+  std::string lost_stability;  // why the path stays on an unstable branch
+  if (equilibrium.converged && request_.branch == BranchChoice::stable &&
+      negative_pivots(*system_, request_.loads.driven()) > 0)
+    lost_stability = leave_branch(system_, model_, request_, k, equilibrium, other_branch_);
+  const bool gradients = differentiable_ && !differentiable_->directions.empty();
+  PointGradients* own = gradients ? &differentiable_->gradients.path[k] : nullptr;
+  std::unique_ptr<System> full;
+  if (equilibrium.converged)
+    full = evaluate_point(*system_, model_, request_, k, differentiable_ != nullptr, outputs_,
+                          equilibrium, point, own);
+  if (!equilibrium.converged) {
+    point.status = PointStatus::no_equilibrium;
+    point.message = equilibrium.message;
+    point.newton_iterations = equilibrium.iterations;
+    if (request_.strokes.empty())
+      lost_ = fmt::format("the path ended before: {}", equilibrium.message);
+    return;
+  }
+  if (!differentiable_ && (request_.wants_dynamics() || request_.wants_state_space(k))) {
+    // reduced leaves that know no interior leave the dynamics to full ones
+    std::unique_ptr<System> whole;
+    Equilibrium there = equilibrium;
+    if (const std::string gap = interior_gap(*system_, request_, k); !gap.empty())
+      whole = finish_on_full_leaves(*system_, model_, request_, k, gap, there);
+    if (there.converged) outputs_.add_dynamics(whole ? *whole : *system_, k, point);
+  }
+  point.other_branch = other_branch_.size() > 0;
+  if (!lost_stability.empty() && point.status == PointStatus::converged)
+    point.message = "the stable branch was not found: " + lost_stability;
+  if ((request_.growing_load() || request_.wants_capacity()) &&
+      point.status == PointStatus::converged)
+    add_branching(full ? *full : *system_, equilibrium, k, point, own);
+}
+
 }  // namespace
 
 void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
                    DifferentiablePath* differentiable, StrokeResponse& response) {
-  auto start = Clock::now();
-  const auto make_system = [&] {
-    return std::make_unique<System>(
-        mechanism, make_leaves(mechanism, model, request, order.size(), differentiable != nullptr),
-        request.loads);
-  };
-  auto system = make_system();
-  response.seconds_coefficients += seconds_since(start);
-  start = Clock::now();
-
-  PointOutputs outputs(mechanism, model, request, differentiable);
-  const bool several = !request.strokes.empty();
-  std::optional<std::string> lost;  // why the path has ended
-  const auto load = [&] {
-    if (!system->loaded_at_rest()) return;
-    const auto apply = [&] { return step_load(*system, {.constant = 1}, request.newton); };
-    Equilibrium loaded = solve_refined(*system, apply);
-    if (!loaded.converged && model.accuracy != Accuracy::full) {
-      // a reduced leaf that is far off at rest leaves no state to go on from
-      system = std::make_unique<System>(
-          mechanism, make_full_leaves(mechanism, model, no_equilibrium), request.loads);
-      loaded = apply();
+  const auto start = Clock::now();
+  const double coefficients = response.seconds_coefficients;
+  BranchWalk walk(mechanism, model, request, order.size(), differentiable, response);
+  std::optional<std::string> limit;  // which limit of work has ended the evaluation
+  const auto within_limits = [&](int k, const auto& work) {
+    PathPoint& point = response.path[static_cast<std::size_t>(k)];
+    const PathPoint before = point;
+    try {
+      work();
+    } catch (const WorkLimitReached& reached) {
+      limit = reached.what();
+      point = before;
+      point.status = PointStatus::limit_reached;
+      point.message = *limit;
+      if (differentiable && !differentiable->directions.empty())
+        differentiable->gradients.path[static_cast<std::size_t>(k)] = {};
     }
-    if (!loaded.converged) lost = loaded.message;
   };
-  load();
-  bool from_rest = true;
-  VectorXd other_branch;  // the motion that led there; empty on the primary one
+  within_limits(order.front(), [&] { walk.begin(); });
   for (const int k : order) {
-    PathPoint& point = response.path[k];
-    if (lost) {
-      point.message = *lost;
+    PathPoint& point = response.path[static_cast<std::size_t>(k)];
+    if (point.status == PointStatus::limit_reached) continue;
+    if (limit || !walk.lost().empty()) {
+      point.message = limit ? "the path ended before: " + *limit : walk.lost();
       continue;
     }
-    Equilibrium equilibrium = advance(*system, request, static_cast<std::size_t>(k));
-    if (several && !equilibrium.converged && !from_rest) {
-      system = make_system();
-      other_branch.resize(0);
-      load();
-      equilibrium = advance(*system, request, static_cast<std::size_t>(k));
-    }
-    from_rest = false;
-    if (!equilibrium.converged && other_branch.size() > 0) {
-      StableBranch again =
-          lead_to_stable_branch(*system, other_branch, model, request, static_cast<std::size_t>(k));
-      if (again.system) {
-        system = std::move(again.system);
-        equilibrium = again.equilibrium;
-      }
-    }
-    std::string lost_stability;  // why the path stays on an unstable branch
-    if (equilibrium.converged && request.branch == BranchChoice::stable &&
-        negative_pivots(*system, request.loads.driven()) > 0) {
-      lost_stability = leave_branch(system, model, request, static_cast<std::size_t>(k),
-                                    equilibrium, other_branch);
-    }
-    const bool gradients = differentiable && !differentiable->directions.empty();
-    PointGradients* own = gradients ? &differentiable->gradients.path[k] : nullptr;
-    std::unique_ptr<System> full;
-    if (equilibrium.converged)
-      full = evaluate_point(*system, model, request, static_cast<std::size_t>(k),
-                            differentiable != nullptr, outputs, equilibrium, point, own);
-    if (!equilibrium.converged) {
-      point.status = PointStatus::no_equilibrium;
-      point.message = equilibrium.message;
-      point.newton_iterations = equilibrium.iterations;
-      if (!several) lost = fmt::format("the path ended before: {}", equilibrium.message);
-      continue;
-    }
-    const auto index = static_cast<std::size_t>(k);
-    if (!differentiable && (request.wants_dynamics() || request.wants_state_space(index))) {
-      // reduced leaves that know no interior leave the dynamics to full ones
-      std::unique_ptr<System> whole;
-      Equilibrium there = equilibrium;
-      if (const std::string gap = interior_gap(*system, request, index); !gap.empty())
-        whole = finish_on_full_leaves(*system, model, request, index, gap, there);
-      if (there.converged) outputs.add_dynamics(whole ? *whole : *system, index, point);
-    }
-    point.other_branch = other_branch.size() > 0;
-    if (!lost_stability.empty() && point.status == PointStatus::converged)
-      point.message = "the stable branch was not found: " + lost_stability;
-    if ((request.growing_load() || request.wants_capacity()) &&
-        point.status == PointStatus::converged) {
-      System* loaded = full ? full.get() : system.get();
-      std::unique_ptr<System> whole;  // reduced leaves do not reach so far
-      if (!has_full_leaves(*loaded)) {
-        whole = finish_on_full_leaves(*loaded, model, request, index, {}, equilibrium);
-        loaded = whole.get();
-      }
-      if (request.growing_load()) outputs.add_buckling(*loaded, equilibrium, index, point, own);
-      if (request.wants_capacity()) outputs.add_load_capacity(*loaded, index, point, own);
-    }
+    within_limits(k, [&] { walk.visit(static_cast<std::size_t>(k)); });
   }
-  response.seconds_path += seconds_since(start);
+  response.seconds_path += seconds_since(start) - (response.seconds_coefficients - coefficients);
 }
 
 }  // namespace flexopt

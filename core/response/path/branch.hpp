@@ -10,6 +10,8 @@ namespace flexopt {
 /// on one side, outward; of several drives any) and evaluates each. `differentiable`: null for
 /// points as they are modelled. After a point without equilibrium the rest is not reached; several
 /// drives start again from the undeflected state where a point was not reached from the one before.
+/// Where the limits of this thread's work are used up (LimitedWork), the point has the status
+/// limit_reached and the rest is not reached.
 void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
                    const StrokeRequest& request, const std::vector<int>& order,
                    DifferentiablePath* differentiable, StrokeResponse& response);

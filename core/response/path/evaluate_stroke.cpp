@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/math/work_limit.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
@@ -161,7 +162,11 @@ void summarise(StrokeResponse& response) {
     response.message =
         fmt::format("{} of {} stroke points converged", converged, response.path.size());
     for (const PathPoint& p : response.path)
-      if (p.status == PointStatus::no_equilibrium) response.message += "; " + p.message;
+      if (p.status == PointStatus::no_equilibrium || p.status == PointStatus::limit_reached)
+        response.message += "; " + p.message;
+    if (std::ranges::find(response.path, PointStatus::limit_reached, &PathPoint::status) !=
+        response.path.end())
+      response.status = Status::limit_reached;
   }
   const auto unstable =
       std::ranges::count_if(response.path, [](const PathPoint& p) { return !p.stable; });
@@ -195,6 +200,7 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
     for (PathPoint& point : response.path) point.message = response.message;
     return response;
   }
+  const LimitedWork limits(request.limits);
   const bool path = request.outputs.need_path();
   if (path && !request.strokes.empty())
     follow_branch(mechanism, model, request, nearest_first(request.strokes), differentiable,
@@ -202,14 +208,20 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   if (path && request.strokes.empty())
     for (const std::vector<int>& side : outward(request.points))
       if (!side.empty()) follow_branch(mechanism, model, request, side, differentiable, response);
-  if (request.wants_frequency_derivatives())
-    add_frequency_derivatives(mechanism, model, request, differentiable, response);
+  bool cut_short = false;
+  if (request.wants_frequency_derivatives()) try {
+      add_frequency_derivatives(mechanism, model, request, differentiable, response);
+    } catch (const WorkLimitReached& reached) {
+      cut_short = true;
+      response.message = fmt::format("no frequency derivatives: {}", reached.what());
+    }
   add_room_taken(mechanism, request, differentiable, response);
   if (path)
     summarise(response);
   else if (request.outputs.has(Output::frequency_derivatives) &&
            response.frequency_derivatives.empty())
     response.status = Status::no_equilibrium;
+  if (cut_short) response.status = Status::limit_reached;
   return response;
 }
 

@@ -11,6 +11,7 @@
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
+#include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/full_modes.hpp"
 #include "core/response/stroke_series/mechanism_series.hpp"
@@ -124,6 +125,7 @@ std::optional<MatrixXd> solve_shifted(const MechanismFactor& factor, const Modes
   P = Z;
   KP = R;
   for (int it = 0; it < 200; ++it) {
+    check_work();
     if ((rz.array().abs() <= enough.array()).all()) return Y + modes.phi * amplitude;
     const MatrixXd AP = KP - factor.mass(P) * shift;
     VectorXd alpha = VectorXd::Zero(p), beta = VectorXd::Zero(p);

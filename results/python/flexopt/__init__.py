@@ -78,7 +78,7 @@ def evaluate(
     if along and run.no_gradients and run.status == "ok":
         raise NoGradient(run.no_gradients)
     result = Evaluation(run, _folder(out), along)
-    if run.status == "no_equilibrium":
+    if run.status in ("no_equilibrium", "limit_reached"):
         reached = [path.stroke_reached for path in run.paths if path.status != "ok"]
         raise NotConverged(run.message, reached[0], result)
     return result

@@ -96,7 +96,7 @@ class Path(Mapping[str, Array]):
 
     @property
     def status(self) -> str:
-        """``ok`` or ``no_equilibrium``."""
+        """``ok``, ``no_equilibrium``, or ``limit_reached`` (the job's ``limits``)."""
         return self._core.status
 
     @property

@@ -99,7 +99,7 @@ function limits() {
     if (said.length === 0) said.push("No constraint is active: the optimum lies inside all of them.");
   }
   const lost = path.filter((p) => p.status !== "converged");
-  if (lost.length) said.push(`${lost.length} of ${path.length} points have no equilibrium, the first ${at_stroke(lost[0])}.`);
+  if (lost.length) said.push(`${lost.length} of ${path.length} points ${result.status === "limit_reached" ? "were not done within the limits of the job" : "have no equilibrium"}, the first ${at_stroke(lost[0])}.`);
   const share = stress_share();
   if (share && !optimum) said.push(`Stress: ${quantity_text(share.point.max_stress, "Pa")} of ${quantity_text(allowable, "Pa")} allowed (${number_text(100 * share.share)} %), ${at_stroke(share.point)}${share.point.max_stress_place ? ` in ${share.point.max_stress_place.leaf}` : ""}.`);
   const rest = converged.length > 1 && supports.length ? rest_point() : null;

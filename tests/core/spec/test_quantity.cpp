@@ -1,4 +1,7 @@
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
+#include <cstdio>
 #include <numbers>
 
 #include "core/spec/quantity.hpp"
@@ -140,6 +143,21 @@ TEST_CASE("units that are none, or no plain multiples, measure nothing", "[spec]
   for (const char* unit :
        {"", " ", "furlongz", "degC", "lg(re 1 mW)", "2 mm", "m @ 5", "K @ 273.15"})
     CHECK_FALSE(measured(1, unit));
+}
+
+TEST_CASE("whatever a unit is, nothing is written to stdout", "[spec][quantity]") {
+  std::fflush(stdout);
+  const int before = dup(STDOUT_FILENO);
+  std::FILE* file = std::tmpfile();
+  REQUIRE(file);
+  dup2(fileno(file), STDOUT_FILENO);
+  for (const char* unit : {"m\nm", "m\n", "\n", "m\tm", "kg\r\nm", "\x01"}) measured(1, unit);
+  std::fflush(stdout);
+  const auto written = lseek(STDOUT_FILENO, 0, SEEK_END);
+  dup2(before, STDOUT_FILENO);
+  close(before);
+  std::fclose(file);
+  CHECK(written == 0);
 }
 
 TEST_CASE("dimensions multiply, divide and take powers", "[spec][quantity]") {

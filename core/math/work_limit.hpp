@@ -1,0 +1,61 @@
+#pragma once
+// How much work one evaluation may do, and its end where that is used up.
+#include <exception>
+#include <optional>
+#include <string>
+
+namespace flexopt {
+
+/// Seconds of a clock that only goes forward.
+double steady_seconds();
+
+/// What one evaluation may take. Plain data.
+struct WorkLimits {
+  /// By the clock [s]: what is beyond depends on the machine.
+  std::optional<double> seconds;
+  /// Newton iterations, of the mechanism and of the leaves that reduced ones are made from: the
+  /// same on every machine.
+  std::optional<int> iterations;
+  double (*clock)() = steady_seconds;  ///< tests bring their own
+};
+
+/// Ends an evaluation that has used up its limits. Whoever opened the scope catches it and makes a
+/// status of it.
+class WorkLimitReached : public std::exception {
+ public:
+  explicit WorkLimitReached(std::string text) : text_(std::move(text)) {}
+  const char* what() const noexcept override { return text_.c_str(); }
+
+ private:
+  std::string text_;
+};
+
+/// While it lives, work of this thread counts against these limits. One within another replaces it
+/// until its end.
+class LimitedWork {
+ public:
+  explicit LimitedWork(const WorkLimits& limits);
+  ~LimitedWork();
+  LimitedWork(const LimitedWork&) = delete;
+  LimitedWork& operator=(const LimitedWork&) = delete;
+
+  /// Throws WorkLimitReached.
+  void check(int iterations);
+  /// Newton iterations so far.
+  int iterations() const { return iterations_; }
+
+ private:
+  WorkLimits limits_;
+  double begin_ = 0;
+  int iterations_ = 0;
+  LimitedWork* outer_;
+};
+
+/// One Newton iteration more. Throws WorkLimitReached where the limits of this thread are used up;
+/// without limits it does nothing.
+void count_iteration();
+
+/// Looks at the clock alone, in long work that is no Newton iteration. Throws WorkLimitReached.
+void check_work();
+
+}  // namespace flexopt

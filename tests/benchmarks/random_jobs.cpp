@@ -1,0 +1,183 @@
+// Jobs of random designs of all families against the invariants of
+// tests/support/job_invariants.hpp. Arguments: how many instead of 2000, the first.
+//
+// Each hundred run in a process of their own, so that a crash costs one job and is counted.
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "designs/family.hpp"
+#include "support/job_invariants.hpp"
+#include "support/random_jobs.hpp"
+#include "tests/benchmarks/page.hpp"
+
+using namespace flexopt;
+using nlohmann::json;
+
+namespace {
+
+constexpr int batch = 100;
+constexpr int longest = 100000;  // Newton iterations of one evaluation: more are findings
+
+struct Count {
+  int jobs = 0, refused = 0, no_equilibrium = 0, too_long = 0, ok = 0, crashed = 0, broken = 0;
+  int points = 0, converged = 0, unstable = 0, energies = 0, scales = 0;
+  double energy_error = 0, scale_error = 0, slowest = 0;
+};
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// Jobs [first, last), a line for each: what is begun, then how it ended.
+[[noreturn]] void run_batch(int first, int last, std::FILE* out) {
+  for (int seed = first; seed < last; ++seed) {
+    fmt::print(out, "{}\n", seed);
+    std::fflush(out);
+    json job = random_job(static_cast<unsigned long long>(seed));
+    job["limits"] = {{"iterations", longest}};
+    const double begin = now();
+    JobVerdict verdict;
+    try {
+      verdict = verdict_of(job);
+    } catch (const std::exception& error) {
+      verdict.broken.push_back(std::string("exception: ") + error.what());
+    }
+    const json line{{"end", static_cast<int>(verdict.end)},
+                    {"points", verdict.points},
+                    {"converged", verdict.converged},
+                    {"stable", verdict.stable},
+                    {"energy", verdict.energy_checked},
+                    {"scale", verdict.scale_checked},
+                    {"energy_error", verdict.energy_error},
+                    {"scale_error", verdict.scale_error},
+                    {"seconds", now() - begin},
+                    {"broken", verdict.broken}};
+    fmt::print(out, "{}\n", line.dump());
+    std::fflush(out);
+  }
+  std::_Exit(0);
+}
+
+void add(const json& line, Count& count) {
+  switch (static_cast<JobVerdict::End>(line["end"].get<int>())) {
+    case JobVerdict::End::refused:
+      ++count.refused;
+      break;
+    case JobVerdict::End::no_equilibrium:
+      ++count.no_equilibrium;
+      break;
+    case JobVerdict::End::limit_reached:
+      ++count.too_long;
+      break;
+    case JobVerdict::End::ok:
+      ++count.ok;
+  }
+  count.points += line["points"].get<int>();
+  count.converged += line["converged"].get<int>();
+  count.unstable += line["converged"].get<int>() - line["stable"].get<int>();
+  count.energies += line["energy"].get<bool>();
+  count.scales += line["scale"].get<bool>();
+  count.broken += !line["broken"].empty();
+  const auto most = [&](double& of, const char* key) {
+    if (line[key].is_number()) of = std::max(of, line[key].get<double>());
+  };
+  most(count.energy_error, "energy_error");
+  most(count.scale_error, "scale_error");
+  most(count.slowest, "seconds");
+}
+
+std::string read_line(std::FILE* in) {
+  std::string line;
+  for (int c = 0; (c = std::fgetc(in)) != EOF && c != '\n';) line += static_cast<char>(c);
+  return line;
+}
+
+// The first job that has not run.
+int run_until_crash(int first, int last, std::map<std::string, Count>& counts) {
+  int ends[2];
+  if (pipe(ends) != 0) std::abort();
+  const pid_t child = fork();
+  if (child == 0) {
+    close(ends[0]);
+    run_batch(first, last, fdopen(ends[1], "w"));
+  }
+  close(ends[1]);
+  std::FILE* in = fdopen(ends[0], "r");
+  int next = first;
+  for (std::string begun = read_line(in); !begun.empty(); begun = read_line(in)) {
+    const int seed = std::atoi(begun.c_str());
+    const std::string ended = read_line(in);
+    Count& count = counts[families()[static_cast<std::size_t>(seed) % families().size()].name];
+    ++count.jobs;
+    next = seed + 1;
+    if (ended.empty()) {
+      ++count.crashed;
+      fmt::print(stderr, "seed {}: crashed\n", seed);
+      break;
+    }
+    const json line = json::parse(ended);
+    add(line, count);
+    if (line["end"] == static_cast<int>(JobVerdict::End::limit_reached))
+      fmt::print(stderr, "seed {}: more than {} iterations\n", seed, longest);
+    for (std::size_t k = 0; k < std::min<std::size_t>(line["broken"].size(), 3); ++k)
+      fmt::print(stderr, "seed {}: {}\n", seed, line["broken"][k].get<std::string>());
+  }
+  std::fclose(in);
+  waitpid(child, nullptr, 0);
+  return next;
+}
+
+}  // namespace
+
+int main(int arguments, char** values) {
+  if (arguments > 2 &&
+      std::string(values[1]) == "show") {  // the job of a seed, so many times as large
+    const double factor = arguments > 3 ? std::atof(values[3]) : 1;
+    const json job = random_job(std::strtoull(values[2], nullptr, 10));
+    fmt::print("{}\n", scaled_job(job, factor).dump(2));
+    return 0;
+  }
+  const int count = arguments > 1 ? std::atoi(values[1]) : 2000;
+  const int begin = arguments > 2 ? std::atoi(values[2]) : 0;
+  std::map<std::string, Count> counts;
+  for (int seed = begin; seed < begin + count;) {
+    const int last = std::min(begin + count, seed + batch);
+    while (seed < last) seed = run_until_crash(seed, last, counts);
+    fmt::print(stderr, "{} done\n", seed - begin);
+  }
+  const PageTable page("random_jobs invariants");
+  fmt::print(
+      "| family | jobs | refused | no equilibrium | ok | crashed | above {} iterations | points | "
+      "of them unstable | work = energy: jobs, largest error | twice as large: jobs, largest "
+      "error | invariants broken | slowest "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      longest);
+  Count all;
+  const auto row = [](const std::string& name, const Count& c) {
+    fmt::print(
+        "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {}, {:.1e} | {}, {:.1e} | {} | {:.1f} s "
+        "|\n",
+        name, c.jobs, c.refused, c.no_equilibrium, c.ok, c.crashed, c.too_long, c.converged,
+        c.unstable, c.energies, c.energy_error, c.scales, c.scale_error, c.broken, c.slowest);
+  };
+  for (const auto& [name, c] : counts) {
+    row(name, c);
+    for (int Count::*member : {&Count::jobs, &Count::refused, &Count::no_equilibrium, &Count::ok,
+                               &Count::crashed, &Count::too_long, &Count::points, &Count::converged,
+                               &Count::unstable, &Count::energies, &Count::scales, &Count::broken})
+      all.*member += c.*member;
+    for (double Count::*member : {&Count::energy_error, &Count::scale_error, &Count::slowest})
+      all.*member = std::max(all.*member, c.*member);
+  }
+  row("all", all);
+  return 0;
+}

@@ -1,0 +1,104 @@
+// Limits of work, and failures that are told at once.
+#include <catch2/catch.hpp>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/work_limit.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/response.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+using Catch::Contains;
+
+namespace {
+
+double ticks = 0;  // of a clock that goes on by 1 s with every look
+double ticking_clock() { return ++ticks; }
+
+StrokeRequest request_of(std::vector<double> points) {
+  StrokeRequest request;
+  request.points = std::move(points);
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  return request;
+}
+
+// Newton iterations that a path takes, none too many: with one less it is cut short.
+int iterations_of(const Mechanism& mechanism, const ModelOptions& model,
+                  const StrokeRequest& request) {
+  int low = 0, high = 100000;  // cut short, not cut short
+  while (high - low > 1) {
+    StrokeRequest limited = request;
+    limited.limits.iterations = (low + high) / 2;
+    const bool cut = evaluate_stroke(mechanism, model, limited).status == Status::limit_reached;
+    (cut ? low : high) = (low + high) / 2;
+  }
+  return high;
+}
+
+}  // namespace
+
+TEST_CASE("a path that its limit of iterations ends keeps the points before, the same every time") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  const StrokeRequest request = request_of({0, 0.005, 0.01, 0.015, 0.02});
+  const StrokeResponse whole = evaluate_stroke(m, model, request);
+  REQUIRE(whole.status == Status::ok);
+  StrokeRequest limited = request;
+  limited.limits.iterations = iterations_of(m, model, request) - 1;
+  for (int again = 0; again < 2; ++again) {
+    const StrokeResponse r = evaluate_stroke(m, model, limited);
+    CHECK(r.status == Status::limit_reached);
+    CHECK_THAT(r.message, Contains("4 of 5 stroke points converged; iteration limit"));
+    for (int k = 0; k < 4; ++k) CHECK(r.path[k].drive_load == whole.path[k].drive_load);
+    CHECK(r.path[4].status == PointStatus::limit_reached);
+    CHECK(r.path[4].stroke == 0.02);
+    CHECK(r.path[4].compliance_free.isZero(0));  // nothing half done
+  }
+  limited.limits.iterations = 3;
+  const StrokeResponse r = evaluate_stroke(m, model, limited);
+  CHECK(r.path[4].status == PointStatus::not_reached);
+  CHECK_THAT(r.path[4].message, Contains("the path ended before: iteration limit"));
+}
+
+TEST_CASE("the making of reduced leaves is limited, too, with the second side of the stroke") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request = request_of({-0.01, 0, 0.01});
+  request.limits.iterations = 1;
+  const StrokeResponse r = evaluate_stroke(m, {}, request);
+  CHECK(r.status == Status::limit_reached);
+  for (const PathPoint& point : r.path) CHECK(point.status != PointStatus::converged);
+  CHECK(r.path[0].status == PointStatus::limit_reached);
+}
+
+TEST_CASE("the clock that a request brings ends all outputs") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request;
+  request.points = {0, 0.01};
+  request.frequencies = 4;
+  request.limits.clock = ticking_clock;
+  for (const double most : {1.0, 5.0, 20.0, 80.0}) {
+    CAPTURE(most);
+    request.limits.seconds = most;
+    const StrokeResponse r = evaluate_stroke(m, {}, request);
+    CHECK(r.status == Status::limit_reached);
+    CHECK_THAT(r.message, Contains("time limit: more than"));
+  }
+  request.limits.seconds = 1e9;
+  CHECK(evaluate_stroke(m, {}, request).status == Status::ok);
+}
+
+TEST_CASE("a leaf that is stretched too far is told within a few states") {
+  // a leaf of 100 mm pulled by 8 % of its length: straight, no shorter step leads elsewhere
+  const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4, Direction::ux);
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  System system(m, make_full_leaves(m, model));
+  const LimitedWork work({});
+  const Equilibrium e = step_to(system, 0.008, {});
+  CHECK_FALSE(e.converged);
+  CHECK(e.beyond_reach);
+  CHECK_THAT(e.message, Contains("a leaf is stretched by"));
+  CHECK(work.iterations() < 25);
+  CHECK(present_stroke(system) < 0.005);  // where the last step converged
+}

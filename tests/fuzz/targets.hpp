@@ -1,0 +1,17 @@
+#pragma once
+// What reads texts from outside, one function each. It answers or refuses in words; anything else
+// ends the program.
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace flexopt::fuzz {
+
+struct Target {
+  std::string name;  ///< also of its folder in the corpus
+  void (*run)(std::string_view text);
+};
+
+const std::vector<Target>& targets();
+
+}  // namespace flexopt::fuzz

@@ -1,0 +1,44 @@
+// Random jobs of all families keep the invariants of every evaluation. Many thousands of them are
+// counted by the benchmark random_jobs.
+#include <catch2/catch.hpp>
+
+#include "designs/family.hpp"
+#include "support/job_invariants.hpp"
+#include "support/random_jobs.hpp"
+
+using namespace flexopt;
+using nlohmann::json;
+
+TEST_CASE("random jobs of all families break no invariant", "[jobs][random][slow]") {
+  constexpr int most = 100000;  // Newton iterations: what needs more hangs
+  const int count = 8 * static_cast<int>(families().size());
+  int ok = 0, energies = 0, scales = 0;
+  for (int seed = 0; seed < count; ++seed) {
+    json job = random_job(static_cast<unsigned long long>(seed));
+    job["limits"] = {{"iterations", most}};
+    const JobVerdict verdict = verdict_of(job);
+    CAPTURE(seed, job["design"]["family"], verdict.message);
+    for (const std::string& broken : verdict.broken) FAIL_CHECK(broken);
+    CHECK(verdict.end != JobVerdict::End::limit_reached);
+    CHECK(verdict.end != JobVerdict::End::refused);
+    ok += verdict.end == JobVerdict::End::ok;
+    energies += verdict.energy_checked;
+    scales += verdict.scale_checked;
+  }
+  // the sample is one of working mechanisms as well
+  CHECK(ok > count / 4);
+  CHECK(energies > count / 8);
+  CHECK(scales > count / 2);
+}
+
+TEST_CASE("a mechanism twice as large is written so", "[jobs][random]") {
+  const json small = random_job(5), large = scaled_job(small, 2);
+  CHECK(growth_of("N", 2) == 4);
+  CHECK(growth_of("Hz", 2) == 0.5);
+  CHECK(growth_of("Pa", 2) == 1);
+  CHECK(growth_of("N m/rad", 2) == 8);
+  CHECK(large["design"]["family"] == small["design"]["family"]);
+  CHECK(large["end_effector"]["mass"].get<double>() ==
+        8 * small["end_effector"]["mass"].get<double>());
+  CHECK(random_job(5) == small);
+}

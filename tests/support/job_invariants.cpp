@@ -1,0 +1,263 @@
+#include "support/job_invariants.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/work_limit.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/quantities.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/job/job.hpp"
+#include "support/random_jobs.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr double limit = 1e-6;
+
+double length_of(const Mechanism& mechanism) {
+  double longest = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) longest = std::max(longest, leaf.length);
+  return longest;
+}
+
+void check_numbers(const PathPoint& point, const std::vector<Quantity>& all, JobVerdict& verdict) {
+  for (const Quantity& quantity : all)
+    if (const auto value = quantity.value(point); value && !std::isfinite(*value))
+      verdict.broken.push_back(
+          fmt::format("{} = {} at stroke {:.6g}", quantity.name, *value, point.stroke));
+  for (const auto* list : {&point.frequencies_free, &point.frequencies_locked}) {
+    for (const double f : *list)
+      if (!std::isfinite(f)) verdict.broken.push_back(fmt::format("a frequency is {}", f));
+    if (!std::ranges::is_sorted(*list)) verdict.broken.emplace_back("frequencies do not ascend");
+  }
+  for (const BodyMotion& body : point.bodies)
+    if (!body.displacement.allFinite() || !body.rotation.allFinite())
+      verdict.broken.emplace_back("a body is nowhere");
+}
+
+// With the drives held a stable mechanism gives way to no load against it.
+void check_compliance(const PathPoint& point, double length, JobVerdict& verdict) {
+  Eigen::Matrix<double, 6, 1> unit = Eigen::Matrix<double, 6, 1>::Ones();
+  unit.head<3>().setConstant(1 / length);
+  for (const Matrix6d* C : {&point.compliance_locked, &point.compliance_free}) {
+    const Matrix6d plain = unit.asDiagonal() * *C * unit.asDiagonal();
+    const double size = plain.cwiseAbs().maxCoeff();
+    if (!plain.allFinite()) {
+      verdict.broken.emplace_back("a compliance is not finite");
+      continue;
+    }
+    if ((plain - plain.transpose()).cwiseAbs().maxCoeff() > limit * size)
+      verdict.broken.push_back(fmt::format("asymmetric compliance at {:.6g}", point.stroke));
+    if (C == &point.compliance_free || !point.stable || size == 0) continue;
+    const double least = symmetric_eigenvalues(plain).minCoeff();
+    if (least < -limit * size)
+      verdict.broken.push_back(
+          fmt::format("stable at {:.6g} with a compliance of {:.2e} of the "
+                      "largest",
+                      point.stroke, least / size));
+  }
+  if (point.stable && !point.frequencies_locked.empty() &&
+      point.frequencies_locked.front() < -limit * std::abs(point.frequencies_locked.back()))
+    verdict.broken.push_back(fmt::format("stable at {:.6g} with a frequency of {:.3g} Hz",
+                                         point.stroke, point.frequencies_locked.front()));
+}
+
+// Gauss's rule of eight points on [0, 1].
+constexpr std::array<double, 4> gauss_place{0.1834346424956498, 0.5255324099163290,
+                                            0.7966664774136267, 0.9602898564975363};
+constexpr std::array<double, 4> gauss_weight{0.3626837833783620, 0.3137066458778873,
+                                             0.2223810344533745, 0.1012285362903763};
+
+// The energy of bending is that of the places of the nodes: the rigid part of these cancels, which
+// leaves some eps (L/h)³ of the bending stiffness D.
+double rounding_of_energy(const Mechanism& mechanism) {
+  constexpr double left = 1e-10;
+  double sum = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    double thickness = leaf.thickness;
+    if (!leaf.thickness_profile.empty())
+      thickness *= *std::ranges::max_element(leaf.thickness_profile);
+    sum += left * leaf.material.youngs_modulus * std::pow(thickness, 3);
+  }
+  return sum;
+}
+
+// From 0.9 to 1 of the stroke: work of the drive against the change of stored energy and potential
+// of the loads. Nothing where the drive's load does other work, or the way is not smooth.
+std::optional<double> energy_error(const Job& job, const Mechanism& mechanism, double stroke) {
+  const auto& request = job.request;
+  if (mechanism.drives.size() != 1 || !request.loads.driven() || stroke == 0) return std::nullopt;
+  auto leaves = job.model.accuracy == Accuracy::full
+                    ? make_full_leaves(mechanism, job.model)
+                    : make_reduced_leaves(mechanism, job.model, std::abs(stroke), request.loads);
+  System system(mechanism, std::move(leaves), request.loads);
+  const NewtonOptions& newton = request.newton;
+  if (system.loaded_at_rest() && !step_load(system, {.constant = 1}, newton).converged)
+    return std::nullopt;
+  struct At {
+    double potential, load;
+    bool smooth;
+  };
+  const auto at = [&](double share) {
+    const Equilibrium e = step_to(system, share * stroke, newton);
+    // the system stands where the last correction began: two more steps are the end of it
+    for (int again = 0; again < 2; ++again) solve_equilibrium(system, share * stroke, newton);
+    const BodyPose& pose = system.pose(mechanism.drives[0].body);
+    bool pure = true;  // a rotation about another axis is no turn by the stroke
+    if (const int d = index(mechanism.drives[0].direction); d >= 3)
+      for (int k = 0; k < 3; ++k)
+        pure = pure && (k == d - 3 || std::abs(pose.rotation(k, d - 3)) < 1e-12);
+    return At{system.energy() + system.load_energy(), e.drive_load,
+              e.converged && e.sub_steps == 1 && pure};
+  };
+  if (!at(0.5).smooth && !at(0.9).smooth) return std::nullopt;
+  const At first = at(0.9);
+  double work = 0, turnover = 0;
+  std::array<double, 8> places{}, weights{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    places[3 - k] = 0.5 * (1 - gauss_place[k]);
+    places[4 + k] = 0.5 * (1 + gauss_place[k]);
+    weights[3 - k] = weights[4 + k] = 0.5 * gauss_weight[k];
+  }
+  for (std::size_t k = 0; k < 8; ++k) {
+    const At here = at(0.9 + 0.1 * places[k]);
+    if (!here.smooth) return std::nullopt;
+    work += weights[k] * here.load * 0.1 * stroke;
+    turnover += weights[k] * std::abs(here.load * 0.1 * stroke);
+  }
+  const At last = at(1);
+  if (!first.smooth || !last.smooth) return std::nullopt;
+  const double stored = last.potential - first.potential;
+  const double rounding = 1e-10 * (std::abs(last.potential) + std::abs(system.energy())) +
+                          rounding_of_energy(mechanism);
+  return std::max(0.0, std::abs(work - stored) - rounding) /
+         std::max(std::max(turnover, std::abs(stored)), 1e-300);
+}
+
+void check_energy(const Job& job, const Mechanism& mechanism, const StrokeResponse& response,
+                  JobVerdict& verdict) {
+  double furthest = 0;
+  for (const PathPoint& point : response.path)
+    furthest = std::max(furthest, std::abs(point.stroke));
+  const PathPoint* far = nullptr;
+  for (const PathPoint& point : response.path)
+    if (point.status == PointStatus::converged && point.stable &&
+        (!far || std::abs(point.stroke) > std::abs(far->stroke)))
+      far = &point;
+  if (!far || std::abs(far->stroke) < 1e-3 * furthest) return;
+  const std::optional<double> error = energy_error(job, mechanism, far->stroke);
+  if (!error) return;
+  verdict.energy_checked = true;
+  verdict.energy_error = *error;
+  if (!(*error <= limit))
+    verdict.broken.push_back(
+        fmt::format("work and energy differ by {:.2e} up to stroke {:.6g}", *error, far->stroke));
+}
+
+// The largest value of each row along the path: what is next to nothing beside it is rounding. All
+// motions are measured by the largest of them.
+std::map<std::string, double> sizes_of(const StrokeResponse& response,
+                                       const std::vector<Quantity>& all, double length) {
+  std::map<std::string, double> largest;
+  double motion = 0;  // over the length of a leaf
+  for (const PathPoint& point : response.path)
+    if (point.status == PointStatus::converged)
+      motion = std::max({motion, point.displacement.norm() / length, point.rotation.norm()});
+  for (const Quantity& q : all) {
+    double& size = largest[q.row->name];
+    if (q.row->error == ErrorKind::motion) size = q.unit == "m" ? motion * length : motion;
+    for (const PathPoint& point : response.path)
+      if (const auto value = q.value(point)) size = std::max(size, std::abs(*value));
+  }
+  return largest;
+}
+
+// The mechanism twice as large: lengths and times double, masses are eight times as large.
+void check_scale(const json& document, const StrokeResponse& response,
+                 const std::vector<Quantity>& all, double length, JobVerdict& verdict) {
+  constexpr double factor = 2;
+  std::optional<Job> large;
+  try {
+    large = parse_job(scaled_job(document, factor));
+  } catch (const SpecError&) {
+    return;  // 20 m are the largest
+  }
+  const StrokeResponse other = evaluate_stroke(make_mechanism(*large, large->design.parameters),
+                                               large->model, large->request);
+  if (response.status == Status::limit_reached || other.status == Status::limit_reached) return;
+  verdict.scale_checked = true;
+  const auto largest = sizes_of(response, all, length);
+  for (std::size_t k = 0; k < response.path.size(); ++k) {
+    const PathPoint &a = response.path[k], &b = other.path[k];
+    if (a.status != b.status) {
+      verdict.broken.push_back(fmt::format(
+          "twice as large point {} ends otherwise: \"{}\" and \"{}\"", k, a.message, b.message));
+      return;
+    }
+    if (a.status != PointStatus::converged) continue;
+    for (const Quantity& q : all) {
+      const auto small = q.value(a), big = q.value(b);
+      if (small.has_value() != big.has_value()) {
+        verdict.broken.push_back(fmt::format("twice as large {} is there or not", q.name));
+        continue;
+      }
+      if (!small) continue;
+      const double error = std::abs(*big / growth_of(q.unit, factor) - *small) /
+                           std::max(largest.at(q.row->name), 1e-300);
+      verdict.scale_error = std::max(verdict.scale_error, error);
+      if (!(error <= limit) && largest.at(q.row->name) > 0)
+        verdict.broken.push_back(
+            fmt::format("twice as large {} differs by {:.2e} at point {}", q.name, error, k));
+    }
+  }
+}
+
+}  // namespace
+
+JobVerdict verdict_of(const json& document) {
+  JobVerdict verdict;
+  std::optional<Job> job;
+  try {
+    job = parse_job(document);
+  } catch (const SpecError& error) {
+    verdict.message = error.what();
+    if (verdict.message.empty()) verdict.broken.emplace_back("refused without a word");
+    return verdict;
+  }
+  const Mechanism mechanism = make_mechanism(*job, job->design.parameters);
+  const StrokeResponse response = evaluate_stroke(mechanism, job->model, job->request);
+  verdict.end = response.status == Status::ok              ? JobVerdict::End::ok
+                : response.status == Status::limit_reached ? JobVerdict::End::limit_reached
+                                                           : JobVerdict::End::no_equilibrium;
+  verdict.message = response.message;
+  const std::vector<Quantity> all = quantities(DriveList(mechanism));
+  const double length = length_of(mechanism);
+  for (const PathPoint& point : response.path) {
+    ++verdict.points;
+    if (point.status != PointStatus::converged) {
+      if (point.message.empty() && response.message.empty())
+        verdict.broken.emplace_back("no answer, and no word why");
+      continue;
+    }
+    ++verdict.converged;
+    verdict.stable += point.stable;
+    check_numbers(point, all, verdict);
+    check_compliance(point, length, verdict);
+  }
+  if (verdict.converged > 0) check_energy(*job, mechanism, response, verdict);
+  check_scale(document, response, all, length, verdict);
+  return verdict;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,30 @@
+#pragma once
+// What has to hold of every evaluation that says it has converged, whatever the design.
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace flexopt {
+
+/// How the evaluation of a job ended, and which invariants it breaks.
+struct JobVerdict {
+  enum class End {
+    refused,         ///< by the reader, with place and rule
+    no_equilibrium,  ///< at some point of the stroke, with figures
+    limit_reached,   ///< its limits of work were used up
+    ok
+  } end = End::refused;
+  int points = 0, converged = 0, stable = 0;
+  bool energy_checked = false, scale_checked = false;
+  double energy_error = 0, scale_error = 0;  ///< relative; the largest
+  std::vector<std::string> broken;           ///< with the figures
+  std::string message;                       ///< of the reader or the evaluation
+};
+
+/// Evaluates a job and looks at: all numbers finite; compliance symmetric, and positive where the
+/// mechanism is stable; frequencies ascending; the work of drive and loads against the energy that
+/// is stored, within 1e-6; the same answer of the mechanism twice as large, within 1e-6; a message
+/// where there is no answer.
+JobVerdict verdict_of(const nlohmann::json& job);
+
+}  // namespace flexopt

@@ -1,0 +1,20 @@
+#pragma once
+// Jobs of random designs of the library's families: lengths over three decades, leaves 5 to 1000
+// times as long as thick, strokes and payloads from hardly any to absurd.
+#include <nlohmann/json.hpp>
+
+namespace flexopt {
+
+/// The same for the same seed; the families take turns. Not every one is a sensible design: its
+/// reader may refuse it.
+nlohmann::json random_job(unsigned long long seed);
+
+/// The job of the same mechanism `factor` times as large, of the same material, whose loads and
+/// masses grow with it.
+nlohmann::json scaled_job(nlohmann::json job, double factor);
+
+/// By which a number of this SI unit grows in such a mechanism: lengths and times by the factor,
+/// masses by its cube.
+double growth_of(const std::string& unit, double factor);
+
+}  // namespace flexopt
