@@ -119,6 +119,7 @@ std::string interior_gap(System& system, const StrokeRequest& request, std::size
              request.frequencies_of(DriveState::locked) > 0 || request.wants_dynamics() ||
              request.wants_state_space(k);
   use.stress = request.outputs.has(Output::stress);
+  use.sections = use.stress && request.stress.need_history();
   use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance}) ||
                (request.wants_state_space(k) && !request.probes.empty());
   for (int i = 0; i < system.leaves(); ++i)
@@ -189,7 +190,7 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
   response.seconds_coefficients += seconds_since(start);
   start = Clock::now();
 
-  PointOutputs outputs(mechanism, model, request, differentiable);
+  PointOutputs outputs(mechanism, model, request, response.stress_places, differentiable);
   const bool several = !request.strokes.empty();
   std::optional<std::string> lost;  // why the path has ended
   const auto load = [&] {

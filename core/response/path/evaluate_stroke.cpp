@@ -11,6 +11,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
 #include "core/response/space/room_taken.hpp"
+#include "core/response/stress_history.hpp"
 #include "core/response/stroke_series/stroke_ways.hpp"
 
 namespace flexopt {
@@ -202,6 +203,11 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   if (path && request.strokes.empty())
     for (const std::vector<int>& side : outward(request.points))
       if (!side.empty()) follow_branch(mechanism, model, request, side, differentiable, response);
+  if (path && request.outputs.has(Output::stress) && request.stress.need_history()) {
+    const bool gradients = differentiable && !differentiable->directions.empty();
+    add_fatigue(mechanism, request.stress, gradients ? &differentiable->directions : nullptr,
+                response, gradients ? &differentiable->gradients : nullptr);
+  }
   if (request.wants_frequency_derivatives())
     add_frequency_derivatives(mechanism, model, request, differentiable, response);
   add_room_taken(mechanism, request, differentiable, response);
