@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "core/response/fatigue_law.hpp"
@@ -80,7 +81,11 @@ void read_stress_rules(const json& read, const Mechanism& mechanism, FaultList& 
   rules.yield = knows_yield(mechanism);
   if (read.contains("fatigue") && faults.sound("/fatigue")) {
     rules.fatigue_rule = fatigue_table().read(read["fatigue"]);
-    check_fatigue(read["fatigue"], mechanism, request, faults);
+    // a misspelt key may be the one that is missing
+    if (std::ranges::none_of(faults.faults(), [](const Fault& fault) {
+          return fault.pointer.starts_with("/fatigue/");
+        }))
+      check_fatigue(read["fatigue"], mechanism, request, faults);
   }
   const bool cycles = rules.fatigue_rule.stress_ratio || request.points.size() > 1;
   rules.fatigue = cycles && knows_fatigue(mechanism, rules.fatigue_rule);
