@@ -119,7 +119,7 @@ void PlanReader::read_leaves() {
     } else {
       leaf.across = DesignVector{};
     }
-    if (from.contains("material")) leaf.material = material_of(from["material"]);
+    if (from.contains("material")) leaf.material = material_of(from["material"], at / "material");
     if (from.contains("curve")) {
       leaf.curve = number(from["curve"]["angle"], "rad", at / "curve" / "angle");
       if (!from.contains("across"))

@@ -5,6 +5,7 @@
 
 #include "core/mechanism/mechanism.hpp"
 #include "designs/materials.hpp"
+#include "designs/s_n_curve_json.hpp"
 
 namespace flexopt {
 namespace {
@@ -83,6 +84,7 @@ Shape material() {
                optional("endurance_limit", quantity("Pa", 0, 1e12, true),
                         "stress amplitude at mean zero that the leaf endures, "
                         "with surface and size as made; for fatigue_safety"),
+               s_n_curve_field(),
                optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3),
                         "linear coefficient of thermal expansion, for a job's temperature")})});
 }

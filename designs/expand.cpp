@@ -4,6 +4,7 @@
 
 #include "core/mechanism/each_number.hpp"
 #include "designs/flat_design.hpp"
+#include "designs/s_n_curve_json.hpp"
 
 namespace flexopt {
 namespace {
@@ -169,6 +170,7 @@ class Expander {
     if (m.yield_strength) item["yield_strength"] = *m.yield_strength;
     if (m.ultimate_strength) item["ultimate_strength"] = *m.ultimate_strength;
     if (m.endurance_limit) item["endurance_limit"] = *m.endurance_limit;
+    if (m.s_n_curve) item["s_n_curve"] = written_s_n_curve(*m.s_n_curve);
     if (m.thermal_expansion) item["thermal_expansion"] = *m.thermal_expansion;
     return item;
   }

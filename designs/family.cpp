@@ -87,12 +87,7 @@ DesignInput<S> input_of(const Family& family, const ParameterValues& values,
   input.choices = &choices;
   for (const Parameter& p : family.parameters)
     input.parameters.push_back(seed(p.name, values.at(p.name)));
-  input.material.name = material.name;
-  input.material.allowable_stress = material.allowable_stress;
-  input.material.yield_strength = material.yield_strength;
-  input.material.ultimate_strength = material.ultimate_strength;
-  input.material.endurance_limit = material.endurance_limit;
-  input.material.thermal_expansion = material.thermal_expansion;
+  copy_constants(material, input.material);
   std::vector<S> numbers;
   each_material_number(material, [&](std::string_view name, double x) {
     numbers.push_back(seed("material." + std::string(name), x));

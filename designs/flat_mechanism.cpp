@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/math/dual.hpp"
+#include "core/mechanism/each_number.hpp"
 #include "core/spec/names.hpp"
 #include "designs/flat_design.hpp"
 
@@ -18,15 +19,10 @@ namespace {
 template <class S>
 MaterialT<S> constant_material(const Material& m) {
   MaterialT<S> material;
-  material.name = m.name;
+  copy_constants(m, material);
   material.youngs_modulus = S(m.youngs_modulus);
   material.poissons_ratio = S(m.poissons_ratio);
   material.density = S(m.density);
-  material.allowable_stress = m.allowable_stress;
-  material.yield_strength = m.yield_strength;
-  material.ultimate_strength = m.ultimate_strength;
-  material.endurance_limit = m.endurance_limit;
-  material.thermal_expansion = m.thermal_expansion;
   return material;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "designs/s_n_curve_json.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -43,7 +45,7 @@ const std::vector<NamedMaterial>& materials() {
   return all;
 }
 
-Material material_of(const nlohmann::json& read) {
+Material material_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at) {
   if (read.is_string()) {
     const auto named = std::ranges::find_if(
         materials(), [&](const NamedMaterial& m) { return m.material.name == read; });
@@ -58,6 +60,7 @@ Material material_of(const nlohmann::json& read) {
   if (read.contains("yield_strength")) m.yield_strength = read["yield_strength"];
   if (read.contains("ultimate_strength")) m.ultimate_strength = read["ultimate_strength"];
   if (read.contains("endurance_limit")) m.endurance_limit = read["endurance_limit"];
+  if (read.contains("s_n_curve")) m.s_n_curve = s_n_curve_of(read["s_n_curve"], at / "s_n_curve");
   if (read.contains("thermal_expansion")) m.thermal_expansion = read["thermal_expansion"];
   return m;
 }

@@ -15,7 +15,8 @@ struct NamedMaterial {
 };
 const std::vector<NamedMaterial>& materials();
 
-/// The material of a design file: the name of a built-in one, or its constants (checked).
-Material material_of(const nlohmann::json& read);
+/// The material of a design file at `at`: the name of a built-in one, or its constants (checked).
+/// Throws SpecError where its S-N curve is none.
+Material material_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at);
 
 }  // namespace flexopt

@@ -87,16 +87,23 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
   for (auto& drive : mechanism.drives) entries(drive.axes);
 }
 
-/// The material with f(x) in the place of every number x.
-template <class To, class From, class F>
-MaterialT<To> with_numbers(const MaterialT<From>& from, const F& f) {
-  MaterialT<To> to;
+/// What no parameter moves: name, strengths, expansion.
+template <class To, class From>
+void copy_constants(const MaterialT<From>& from, MaterialT<To>& to) {
   to.name = from.name;
   to.allowable_stress = from.allowable_stress;
   to.yield_strength = from.yield_strength;
   to.ultimate_strength = from.ultimate_strength;
   to.endurance_limit = from.endurance_limit;
+  to.s_n_curve = from.s_n_curve;
   to.thermal_expansion = from.thermal_expansion;
+}
+
+/// The material with f(x) in the place of every number x.
+template <class To, class From, class F>
+MaterialT<To> with_numbers(const MaterialT<From>& from, const F& f) {
+  MaterialT<To> to;
+  copy_constants(from, to);
   std::vector<To> numbers;
   each_material_number(from, [&](std::string_view, const From& x) { numbers.push_back(f(x)); });
   std::size_t i = 0;
@@ -126,12 +133,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     leaf.thickness_profile.resize(l.thickness_profile.size());
     if (l.curve) leaf.curve.emplace();
     if (l.fold) leaf.fold.emplace();
-    leaf.material.name = l.material.name;
-    leaf.material.allowable_stress = l.material.allowable_stress;
-    leaf.material.yield_strength = l.material.yield_strength;
-    leaf.material.ultimate_strength = l.material.ultimate_strength;
-    leaf.material.endurance_limit = l.material.endurance_limit;
-    leaf.material.thermal_expansion = l.material.thermal_expansion;
+    copy_constants(l.material, leaf.material);
     leaf.growth = l.growth;
     leaf.clamp_growth = l.clamp_growth;
     if (l.point) {

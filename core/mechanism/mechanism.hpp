@@ -10,6 +10,7 @@
 
 #include "core/math/types.hpp"
 #include "core/mechanism/arc.hpp"
+#include "core/mechanism/s_n_curve.hpp"
 
 namespace flexopt {
 
@@ -32,6 +33,7 @@ struct MaterialT {
       thermal_expansion;  ///< linear coefficient, the same at all temperatures [1/K]
   /// Rp0.2, Rm, and the amplitude that is endured at mean zero, of the surface as made [Pa].
   std::optional<double> yield_strength, ultimate_strength, endurance_limit;
+  std::optional<SnCurve> s_n_curve;  ///< likewise of the surface as made
 
   Scalar shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poissons_ratio)); }
 };

@@ -184,6 +184,10 @@ std::optional<double> value_of_safety(const std::optional<StressSafety>& safety)
   return safety ? std::optional(safety->value) : std::nullopt;
 }
 
+std::optional<double> value_of_cycle(const std::optional<FatigueCycle>& cycle) {
+  return cycle ? std::optional(cycle->value) : std::nullopt;
+}
+
 std::vector<QuantityRow> stress_safety() {
   return {
       {.name = "notch_stress",
@@ -211,12 +215,25 @@ std::vector<QuantityRow> stress_safety() {
        .in_report = true},
       {.name = "fatigue_safety",
        .label = "safety against fatigue",
-       .meaning = "factor on a cycle whose largest stress is that of the point, with the job's "
-                  "stress ratio, to the Goodman or Gerber line; the least of all leaves",
+       .meaning = "factor on the worst cycle between the point and any other of the path (or on "
+                  "that of the job's stress ratio) to the line of Goodman, Gerber or Soderberg; "
+                  "the least of all leaves",
        .needs = {Output::stress},
        .unit = plain_number,
-       .value = [](const PathPoint& p, int) { return value_of_safety(p.fatigue_safety); },
+       .value = [](const PathPoint& p, int) { return value_of_cycle(p.fatigue_safety); },
        .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.fatigue_safety; },
+       .error = ErrorKind::stress,
+       .in_report = true},
+      {.name = "fatigue_life",
+       .label = "log10 of the cycles to failure",
+       .meaning = "decimal logarithm of the cycles to failure by the S-N curve, under the worst "
+                  "cycle between the point and any other of the path (or that of the job's stress "
+                  "ratio); the least of all leaves; beyond the knee and the ends of the curve by "
+                  "the straight line that goes on there",
+       .needs = {Output::stress},
+       .unit = plain_number,
+       .value = [](const PathPoint& p, int) { return value_of_cycle(p.fatigue_life); },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.fatigue_life; },
        .error = ErrorKind::stress,
        .in_report = true}};
 }
@@ -466,6 +483,7 @@ bool is_answered(const QuantityRow& row, const StrokeRequest& request) {
   if (row.name == "notch_stress") return request.stress.fillet.has_value();
   if (row.name == "yield_safety") return request.stress.yield;
   if (row.name == "fatigue_safety") return request.stress.fatigue;
+  if (row.name == "fatigue_life") return request.stress.life;
   return true;
 }
 

@@ -115,14 +115,18 @@ struct ParasiticRule {
 
 /// What a mean stress takes from the amplitude that is endured.
 enum class MeanStress {
-  goodman,  ///< σa/σe + σm/σu = 1
-  gerber    ///< σa/σe + (σm/σu)² = 1
+  goodman,   ///< σa/σe + σm/σu = 1
+  gerber,    ///< σa/σe + (σm/σu)² = 1
+  soderberg  ///< σa/σe + σm/σy = 1
 };
 
-/// The cycle that the stress of a path point is the largest of.
+/// The cycles that fatigue is about.
 struct FatigueRule {
-  double stress_ratio = -1;  ///< smallest over largest stress, in [−1, 1)
+  /// Smallest over largest stress, in [−1, 1), of cycles that reach the stress of each point;
+  /// nothing: the cycles between the points of the path, with the signs of stress at each place.
+  std::optional<double> stress_ratio;
   MeanStress mean_stress = MeanStress::goodman;
+  std::optional<double> cycles;  ///< that must be survived; nothing: without end
 };
 
 /// How stresses are judged.
@@ -132,6 +136,10 @@ struct StressRules {
   /// Whether safeties are wanted; all leaves' materials then have the numbers.
   bool yield = false, fatigue = false;
   FatigueRule fatigue_rule;
+  bool life = false;  ///< whether lives are wanted, likewise
+
+  /// Whether the stresses of all points are to be kept until the path has ended.
+  bool need_history() const { return (fatigue || life) && !fatigue_rule.stress_ratio; }
 };
 
 /// How the ground shakes a mechanism.

@@ -127,10 +127,23 @@ struct LoadCapacity {
 /// What a factor or a safety counts as in goals where there is none.
 inline constexpr double no_critical_factor = 1e6;
 
+/// The same of lives: decimal logarithm of cycles.
+inline constexpr double longest_life = 30;
+
 /// Strength over stress, of the leaf where it is the least.
 struct StressSafety {
   double value = 0;
   StressPeak stress;
+};
+
+/// The worst cycle of stress of a point: equations (Y3) to (Y8) of README.md.
+struct FatigueCycle {
+  double value = 0;          ///< safety, or the decimal logarithm of the cycles to failure
+  double amplitude = 0;      ///< effective one, fillet in [Pa]
+  double mean = 0;           ///< effective mean, compression below zero [Pa]
+  StressPeak stress;         ///< where; the larger von Mises stress of both ends, without position
+  std::optional<int> other;  ///< point of the path at the other end; nothing: by a stress ratio
+  LifeRange range = LifeRange::within;  ///< of a life
 };
 
 /// The largest gain from the ground to O.
@@ -183,7 +196,13 @@ struct PathPoint {
   std::optional<StressPeak> max_stress;
   std::optional<StressPeak> notch_stress;  ///< with the factors of the fillets at clamped edges
   /// Nothing above no_critical_factor.
-  std::optional<StressSafety> yield_safety, fatigue_safety;
+  std::optional<StressSafety> yield_safety;
+  std::optional<FatigueCycle> fatigue_safety;  ///< likewise
+  std::optional<FatigueCycle> fatigue_life;    ///< nothing above longest_life
+  std::string fatigue_fault;                   ///< why there is no safety or life
+  /// Of every leaf a SectionStress for each of StrokeResponse::stress_places, in columns, until the
+  /// path has ended; empty in what is returned.
+  std::vector<MatrixXd> sections;
   std::string fillet_fault;  ///< why a fillet has no factor; the three above are then missing
   /// The largest of the local maxima of all leaves, from `max_stress` down to 0.8 of it; as many
   /// as were asked for or fewer.
@@ -217,6 +236,8 @@ struct StrokeResponse {
   std::vector<PathPoint> path;  ///< one for each requested point, in that order
   std::vector<FrequencyDerivatives> frequency_derivatives;
   std::vector<FrequencyWay> frequency_ways;  ///< to every point of several drives but rest
+  /// Of every leaf, where the history of stress is kept, as long as PathPoint::sections.
+  std::vector<std::vector<StressPlace>> stress_places;
   double seconds_coefficients = 0, seconds_path = 0, seconds_derivatives = 0;
 };
 

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
+#include <numbers>
 
 #include "core/elements/leaf/fillet.hpp"
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/mechanism/profile.hpp"
+#include "core/response/fatigue_law.hpp"
 
 namespace flexopt {
 namespace {
@@ -26,12 +26,45 @@ double thickness_rate(const LeafSpring& leaf, const LeafSpring& rate, int end) {
   return change;
 }
 
-ClampFactors clamp_factors(const LeafSpring& leaf, double fillet) {
-  ClampFactors factors;
-  for (const int end : {0, 1})
-    if (body_at(leaf, end) != free_edge)
-      factors[static_cast<std::size_t>(end)] = fillet_factors(fillet / thickness_at(leaf, end));
-  return factors;
+// The cycle of a stress ratio that reaches the largest stress of a leaf.
+FatigueCycle ratio_cycle(const StressPeak& peak, double ratio) {
+  FatigueCycle cycle;
+  cycle.amplitude = 0.5 * (1 - ratio) * peak.value;
+  cycle.mean = 0.5 * (1 + ratio) * peak.value;
+  cycle.stress = peak;
+  return cycle;
+}
+
+// Safety and life of the cycles of a stress ratio, the least of all leaves.
+void add_ratio_fatigue(const std::vector<StressPeak>& leaves, const Mechanism& mechanism,
+                       const StressRules& rules, PathPoint& point) {
+  for (const StressPeak& peak : leaves) {
+    const LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(peak.leaf)];
+    const FatigueLaw law(leaf.material, rules.fatigue_rule);
+    FatigueCycle cycle = ratio_cycle(peak, *rules.fatigue_rule.stress_ratio);
+    if (rules.fatigue) {
+      const double use = law.use(cycle.amplitude, cycle.mean).value;
+      cycle.value = 1 / use;
+      const auto& least = point.fatigue_safety;
+      if (use * no_critical_factor > 1 && (!least || cycle.value < least->value * (1 - 1e-9)))
+        point.fatigue_safety = cycle;
+    }
+    if (!rules.life || peak.value == 0) continue;
+    const auto reversed = law.reversed(cycle.amplitude, cycle.mean);
+    if (!reversed) {
+      point.fatigue_fault = fmt::format(
+          "the mean stress of {:.4g} Pa in {} alone is beyond what the material bears, {:.4g} Pa",
+          cycle.mean, leaf.name, law.limit());
+      continue;
+    }
+    const Life life = life_at(law.curve(), reversed->value);
+    cycle.value = life.log10_cycles;
+    cycle.range = life.range;
+    const auto& least = point.fatigue_life;
+    if (cycle.value < longest_life && (!least || cycle.value < least->value - 1e-9))
+      point.fatigue_life = cycle;
+  }
+  if (!point.fatigue_fault.empty()) point.fatigue_life.reset();
 }
 
 /// The leaf whose strength over its stress is the least; nothing above no_critical_factor.
@@ -58,8 +91,30 @@ bool knows_yield(const Mechanism& mechanism) {
 
 bool knows_fatigue(const Mechanism& mechanism, const FatigueRule& rule) {
   return std::ranges::all_of(mechanism.leaves, [&](const LeafSpring& leaf) {
-    return fatigue_strength(leaf.material, rule).has_value();
+    return missing_for_fatigue(leaf.material, rule).empty();
   });
+}
+
+bool knows_life(const Mechanism& mechanism, const FatigueRule& rule) {
+  return std::ranges::all_of(mechanism.leaves, [&](const LeafSpring& leaf) {
+    return missing_for_life(leaf.material, rule).empty();
+  });
+}
+
+ClampFactors clamp_factors(const LeafSpring& leaf, double fillet) {
+  ClampFactors factors;
+  for (const int end : {0, 1})
+    if (body_at(leaf, end) != free_edge)
+      factors[static_cast<std::size_t>(end)] = fillet_factors(fillet / thickness_at(leaf, end));
+  return factors;
+}
+
+NotchFactors clamp_factor_rates(const LeafSpring& leaf, const LeafSpring& rate, int end,
+                                double fillet) {
+  const double t = thickness_at(leaf, end);
+  const NotchFactors slopes = fillet_factor_slopes(fillet / t);
+  const double by = -fillet / (t * t) * thickness_rate(leaf, rate, end);
+  return {by * slopes.membrane, by * slopes.bending};
 }
 
 std::string fillet_fault(const Mechanism& mechanism, double radius) {
@@ -80,17 +135,6 @@ std::string fillet_fault(const Mechanism& mechanism, double radius) {
   return {};
 }
 
-std::optional<double> fatigue_strength(const Material& material, const FatigueRule& rule) {
-  assert(rule.stress_ratio >= -1 && rule.stress_ratio < 1);
-  if (!material.endurance_limit) return std::nullopt;
-  const double amplitude = 0.5 * (1 - rule.stress_ratio) / *material.endurance_limit;
-  if (rule.stress_ratio == -1) return 1 / amplitude;
-  if (!material.ultimate_strength) return std::nullopt;
-  const double mean = 0.5 * (1 + rule.stress_ratio) / *material.ultimate_strength;
-  if (rule.mean_stress == MeanStress::goodman) return 1 / (amplitude + mean);
-  return 2 / (amplitude + std::sqrt(amplitude * amplitude + 4 * mean * mean));
-}
-
 StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& mechanism,
                         double fillet) {
   const LeafSpring& spring = mechanism.leaves[static_cast<std::size_t>(largest.leaf)];
@@ -108,10 +152,8 @@ void add_stress_safety(const std::vector<StressPeak>& leaves, const Mechanism& m
   if (rules.yield)
     point.yield_safety =
         least_safety(leaves, mechanism, [](const Material& m) { return *m.yield_strength; });
-  if (rules.fatigue)
-    point.fatigue_safety = least_safety(leaves, mechanism, [&](const Material& m) {
-      return *fatigue_strength(m, rules.fatigue_rule);
-    });
+  if ((rules.fatigue || rules.life) && rules.fatigue_rule.stress_ratio)
+    add_ratio_fatigue(leaves, mechanism, rules, point);
 }
 
 VectorXd with_fillet_rates(VectorXd stress_rates, const StressPeak& peak,
@@ -120,18 +162,31 @@ VectorXd with_fillet_rates(VectorXd stress_rates, const StressPeak& peak,
   if (peak.per_membrane == 0 && peak.per_bending == 0) return stress_rates;  // not at an edge
   const auto leaf = static_cast<std::size_t>(peak.leaf);
   const int end = peak.along < 0.5 ? 0 : 1;
-  const double t = thickness_at(mechanism.leaves[leaf], end);
-  const NotchFactors slopes = fillet_factor_slopes(fillet / t);
-  const double by_ratio = peak.per_membrane * slopes.membrane + peak.per_bending * slopes.bending;
-  for (std::size_t p = 0; p < directions.size(); ++p)
-    stress_rates[static_cast<Eigen::Index>(p)] -=
-        by_ratio * fillet / (t * t) *
-        thickness_rate(mechanism.leaves[leaf], directions[p].leaves[leaf], end);
+  for (std::size_t p = 0; p < directions.size(); ++p) {
+    const NotchFactors moved =
+        clamp_factor_rates(mechanism.leaves[leaf], directions[p].leaves[leaf], end, fillet);
+    stress_rates[static_cast<Eigen::Index>(p)] +=
+        peak.per_membrane * moved.membrane + peak.per_bending * moved.bending;
+  }
   return stress_rates;
 }
 
 VectorXd safety_rates(const StressSafety& safety, const VectorXd& stress_rates) {
   return -safety.value / safety.stress.value * stress_rates;
+}
+
+VectorXd ratio_safety_rates(const FatigueCycle& safety, const VectorXd& stress_rates) {
+  return -safety.value / safety.stress.value * stress_rates;
+}
+
+VectorXd ratio_life_rates(const FatigueCycle& life, const Material& material,
+                          const FatigueRule& rule, const VectorXd& stress_rates) {
+  const auto reversed = FatigueLaw(material, rule).reversed(life.amplitude, life.mean);
+  const double slope = life_at(*material.s_n_curve, reversed->value).slope,
+               per_stress =
+                   (reversed->per_amplitude * life.amplitude + reversed->per_mean * life.mean) /
+                   life.stress.value;
+  return slope / (reversed->value * std::numbers::ln10) * per_stress * stress_rates;
 }
 
 }  // namespace flexopt

@@ -12,25 +12,27 @@ namespace flexopt {
 
 class LeafElement;
 
-/// Whether every leaf's material has what the safety needs.
+/// Whether every leaf's material has what the safety, or the life, needs.
 bool knows_yield(const Mechanism& mechanism);
 bool knows_fatigue(const Mechanism& mechanism, const FatigueRule& rule);
+bool knows_life(const Mechanism& mechanism, const FatigueRule& rule);
 
 /// Why a fillet of this radius [m] has no tabulated factor at some clamped edge; empty where all
 /// have one.
 std::string fillet_fault(const Mechanism& mechanism, double radius);
 
-/// Largest stress of a cycle with the rule's stress ratio that the material endures [Pa]; nothing
-/// where the material lacks a number.
-std::optional<double> fatigue_strength(const Material& material, const FatigueRule& rule);
+/// Of the edges of a leaf that a body holds; and along a direction in which the leaf changes at
+/// this rate, of one edge.
+ClampFactors clamp_factors(const LeafSpring& leaf, double fillet);
+NotchFactors clamp_factor_rates(const LeafSpring& leaf, const LeafSpring& rate, int end,
+                                double fillet);
 
 /// The largest stress of a leaf, from that without fillets: (Y1). The fillet has no fault.
 StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& mechanism,
                         double fillet);
 
-/// Fills `notch_stress`, `yield_safety` and `fatigue_safety` of a point, of those that the request
-/// asks for, from the largest stresses of all leaves, with fillets where
-/// there are some.
+/// Fills `notch_stress`, `yield_safety`, and fatigue by a stress ratio, of those that the request
+/// asks for, from the largest stresses of all leaves, with fillets where there are some.
 void add_stress_safety(const std::vector<StressPeak>& leaves, const Mechanism& mechanism,
                        const StressRules& rules, PathPoint& point);
 
@@ -41,5 +43,9 @@ VectorXd with_fillet_rates(VectorXd stress_rates, const StressPeak& peak,
 
 /// Derivative of a safety from that of the stress behind it; the strengths are constants.
 VectorXd safety_rates(const StressSafety& safety, const VectorXd& stress_rates);
+/// The same of safety and life by a stress ratio.
+VectorXd ratio_safety_rates(const FatigueCycle& safety, const VectorXd& stress_rates);
+VectorXd ratio_life_rates(const FatigueCycle& life, const Material& material,
+                          const FatigueRule& rule, const VectorXd& stress_rates);
 
 }  // namespace flexopt

@@ -38,10 +38,11 @@ struct PointGradients {
   std::vector<FrequencyCluster> clusters_free, clusters_locked;
   std::optional<VectorXd> parasitic_frequency, parasitic_frequency_screening;
   std::optional<VectorXd> max_stress;  ///< the place of the peak held in the leaf's own coordinates
-  std::optional<VectorXd> notch_stress, yield_safety, fatigue_safety;  ///< likewise
-  MatrixXd stress_peaks;               ///< row k: of `PathPoint::stress_peaks[k]`, likewise
-  MatrixXd envelope, moving_envelope;  ///< x, y, z, cylinder × parameters
-  MatrixXd extents;                    ///< in the order of `Extents::at` × parameters
+  std::optional<VectorXd> notch_stress, yield_safety, fatigue_safety, fatigue_life;  ///< likewise
+  std::vector<MatrixXd> section_rates;  ///< of `PathPoint::sections`, likewise: LeafFields
+  MatrixXd stress_peaks;                ///< row k: of `PathPoint::stress_peaks[k]`, likewise
+  MatrixXd envelope, moving_envelope;   ///< x, y, z, cylinder × parameters
+  MatrixXd extents;                     ///< in the order of `Extents::at` × parameters
   std::optional<VectorXd> clearance, leaf_mass;
   std::vector<std::optional<VectorXd>> bandwidths;  ///< of each drive
   std::optional<VectorXd> transmissibility;

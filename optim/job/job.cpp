@@ -209,7 +209,7 @@ void JobReader::read_mechanism() {
     if (mechanism) {
       find_loaded_bodies(read_["loads"], *mechanism, faults_, job_.request.loads.constant);
       read_surroundings(read_, *mechanism, job_.model, faults_, job_.request.loads, job_.notes);
-      read_stress_rules(read_, *mechanism, faults_, job_.request.stress);
+      read_stress_rules(read_, *mechanism, faults_, job_.request);
       read_dynamics(read_, *mechanism, job_.model, faults_, job_.request);
       read_load_capacity(read_, *mechanism, faults_, job_.request);
       if (read_.contains("assembly_tolerances") && faults_.sound("/assembly_tolerances"))

@@ -42,7 +42,7 @@ Material read_material(json& read, const json& written, FaultList& faults,
       if (named.material.name == read.get<std::string>()) material = named.material;
   } else {
     material.name = "custom";
-    material_table().read(read, material);
+    if (!faults.attempt([&] { material_table().read(read, material); })) return material;
     if (material.poissons_ratio < 0.2 || material.poissons_ratio > 0.4)
       notes.push_back(
           fmt::format("The material's Poisson's ratio {}is {:g}; metals have 0.2 to 0.4.",

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "core/response/fatigue_law.hpp"
 #include "core/response/stress_safety.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/record_table.hpp"
@@ -18,35 +20,56 @@ namespace {
 const RecordTable<FatigueRule>& fatigue_table() {
   static const auto table =
       RecordTable<FatigueRule>()
-          .with_default(
+          .optional(
               "stress_ratio", shape::quantity("1", -1, 1, false, true), &FatigueRule::stress_ratio,
-              "smallest over largest stress of a cycle, of which each point's stress is the "
-              "largest: -1 to and fro, 0 from zero and back")
-          .choice<MeanStress>(
-              "mean_stress", {{"goodman", MeanStress::goodman}, {"gerber", MeanStress::gerber}},
-              &FatigueRule::mean_stress, "what a mean stress takes from the endurance limit");
+              "smallest over largest stress of a cycle, of which each point's von Mises stress is "
+              "the largest: -1 to and fro, 0 from zero and back; left out: the cycles between the "
+              "points of the stroke, by the signs of stress at each place")
+          .choice<MeanStress>("mean_stress",
+                              {{"goodman", MeanStress::goodman},
+                               {"gerber", MeanStress::gerber},
+                               {"soderberg", MeanStress::soderberg}},
+                              &FatigueRule::mean_stress,
+                              "what a mean stress takes from the endurance limit")
+          .optional("cycles", shape::quantity("1", 1, 1e15), &FatigueRule::cycles,
+                    "that must be survived: fatigue_safety is then about the amplitude of the "
+                    "material's s_n_curve there; left out: without end");
   return table;
 }
 
-/// What the leaf's material lacks.
-const char* missing_of(const Material& material, const FatigueRule& rule) {
-  if (!material.endurance_limit) return "endurance_limit";
-  return fatigue_strength(material, rule) ? "" : "ultimate_strength";
+constexpr const char* one_point =
+    "a stroke of one point has no cycle: give it more points, or fatigue a stress_ratio";
+
+/// What the job's "fatigue" asks for and does not get.
+void check_fatigue(const json& read, const Mechanism& mechanism, const StrokeRequest& request,
+                   FaultList& faults) {
+  const FatigueRule& rule = request.stress.fatigue_rule;
+  if (!rule.stress_ratio && request.points.size() < 2)
+    faults.add("/fatigue", shown(read), one_point);
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    const std::string missing = missing_for_fatigue(leaf.material, rule);
+    if (!missing.empty() && (rule.cycles || !missing_for_life(leaf.material, rule).empty()))
+      faults.add("/fatigue", shown(read),
+                 fmt::format("the material of {} has no {}", leaf.name, missing));
+  }
 }
 
 }  // namespace
 
 std::vector<Field> stress_fields() {
-  return {shape::optional("fillet", shape::quantity("m", 0, 1, true),
-                          "radius where leaves meet bodies: stresses at clamped edges are "
-                          "multiplied by its concentration factors in notch_stress, yield_safety "
-                          "and fatigue_safety"),
-          shape::optional("fatigue", fatigue_table().shape(),
-                          "the cycles that fatigue_safety is about; default to and fro")};
+  return {
+      shape::optional("fillet", shape::quantity("m", 0, 1, true),
+                      "radius where leaves meet bodies: stresses at clamped edges are "
+                      "multiplied by its concentration factors in notch_stress, yield_safety "
+                      "and fatigue_safety"),
+      shape::optional("fatigue", fatigue_table().shape(),
+                      "the cycles that fatigue_safety and fatigue_life are about; default: those "
+                      "between the points of the stroke")};
 }
 
 void read_stress_rules(const json& read, const Mechanism& mechanism, FaultList& faults,
-                       StressRules& rules) {
+                       StrokeRequest& request) {
+  StressRules& rules = request.stress;
   if (read.contains("fillet") && faults.sound("/fillet")) {
     const double radius = read["fillet"];
     const std::string fault = fillet_fault(mechanism, radius);
@@ -58,13 +81,15 @@ void read_stress_rules(const json& read, const Mechanism& mechanism, FaultList& 
   rules.yield = knows_yield(mechanism);
   if (read.contains("fatigue") && faults.sound("/fatigue")) {
     rules.fatigue_rule = fatigue_table().read(read["fatigue"]);
-    for (const LeafSpring& leaf : mechanism.leaves)
-      if (const std::string missing = missing_of(leaf.material, rules.fatigue_rule);
-          !missing.empty())
-        faults.add("/fatigue", shown(read["fatigue"]),
-                   fmt::format("the material of {} has no {}", leaf.name, missing));
+    // a misspelt key may be the one that is missing
+    if (std::ranges::none_of(faults.faults(), [](const Fault& fault) {
+          return fault.pointer.starts_with("/fatigue/");
+        }))
+      check_fatigue(read["fatigue"], mechanism, request, faults);
   }
-  rules.fatigue = knows_fatigue(mechanism, rules.fatigue_rule);
+  const bool cycles = rules.fatigue_rule.stress_ratio || request.points.size() > 1;
+  rules.fatigue = cycles && knows_fatigue(mechanism, rules.fatigue_rule);
+  rules.life = cycles && knows_life(mechanism, rules.fatigue_rule);
 }
 
 const char* missing_for_stress(const std::string& quantity, const StrokeRequest& request) {
@@ -72,10 +97,16 @@ const char* missing_for_stress(const std::string& quantity, const StrokeRequest&
     return "it needs \"fillet\", the radius where leaves meet bodies";
   if (quantity == "yield_safety" && !request.stress.yield)
     return "the material of every leaf must have a yield_strength";
-  if (quantity == "fatigue_safety" && !request.stress.fatigue)
-    return "the material of every leaf must have an endurance_limit, and an ultimate_strength "
-           "where "
-           "the stress_ratio is above -1";
+  const bool safety = quantity == "fatigue_safety", life = quantity == "fatigue_life";
+  if ((safety && !request.stress.fatigue) || (life && !request.stress.life)) {
+    if (!request.stress.fatigue_rule.stress_ratio && request.points.size() < 2) return one_point;
+    if (life)
+      return "the material of every leaf must have an s_n_curve, and an ultimate_strength "
+             "(soderberg: a yield_strength) unless the stress_ratio is -1";
+    return "the material of every leaf must have an endurance_limit, or an s_n_curve that tells of "
+           "the cycles, and an ultimate_strength (soderberg: a yield_strength) unless the "
+           "stress_ratio is -1";
+  }
   return "";
 }
 

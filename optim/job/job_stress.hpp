@@ -12,9 +12,10 @@ namespace flexopt {
 /// The two keys.
 std::vector<Field> stress_fields();
 
-/// Reads them against the leaves and their materials.
+/// Reads them against the leaves and their materials into the rules of a request whose path is
+/// read.
 void read_stress_rules(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
-                       StressRules& rules);
+                       StrokeRequest& request);
 
 /// Why the request does not answer a quantity made of stress; empty if it does.
 const char* missing_for_stress(const std::string& quantity, const StrokeRequest& request);

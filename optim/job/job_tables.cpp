@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "designs/s_n_curve_json.hpp"
+
 namespace flexopt {
 
 using nlohmann::json;
@@ -149,6 +151,14 @@ const RecordTable<Material>& material_table() {
                     &Material::endurance_limit,
                     "stress amplitude at mean zero that the leaf endures, "
                     "with surface and size as made; for fatigue_safety")
+          .row(
+              s_n_curve_field(),
+              [](const json& read, Material& m) {
+                m.s_n_curve = s_n_curve_of(read, JsonPointer("/design/material/s_n_curve"));
+              },
+              [](const Material& m) {
+                return m.s_n_curve ? written_s_n_curve(*m.s_n_curve) : json();
+              })
           .optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3), &Material::thermal_expansion,
                     "linear coefficient of thermal expansion, for temperature");
   return table;

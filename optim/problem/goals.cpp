@@ -27,8 +27,13 @@ constexpr double endless_bandwidth = 1e6;  // [Hz]: likewise
 std::optional<double> value_of_nothing(const PathPoint& point, const std::string& quantity) {
   if (quantity == "clearance")
     return point.clearance ? std::nullopt : std::optional(clearance_without_pairs);
-  if (quantity == "yield_safety" || quantity == "fatigue_safety")
+  if (quantity == "yield_safety")
     return point.fillet_fault.empty() ? std::optional(no_critical_factor) : std::nullopt;
+  if (quantity == "fatigue_safety" || quantity == "fatigue_life") {
+    if (!point.fillet_fault.empty() || !point.fatigue_fault.empty() || point.fatigue_life)
+      return std::nullopt;
+    return quantity == "fatigue_life" ? longest_life : no_critical_factor;
+  }
   if (quantity == "bandwidth" || quantity.starts_with("bandwidth."))
     return point.bandwidths.empty() ? std::nullopt : std::optional(endless_bandwidth);
   if (needs_of(quantity).has(Output::load_capacity)) {
@@ -250,6 +255,8 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
       reading.message = fmt::format("{} at stroke {:.6g}", reading.reason, point.stroke);
       if (!point.fillet_fault.empty() && needs_of(goal.quantity).has(Output::stress))
         reading.message += ": " + point.fillet_fault;
+      else if (goal.quantity.starts_with("fatigue") && !point.fatigue_fault.empty())
+        reading.message += ": " + point.fatigue_fault;
       if (point.buckling && goal.quantity.starts_with("buckling"))
         reading.message +=
             ": " + (goal.quantity == "buckling.drive_free" ? point.buckling->drive_free

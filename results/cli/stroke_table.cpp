@@ -116,9 +116,9 @@ void add_strokes(const Points& points, const DriveList& drives, const StrokeRequ
 
 /// What the summary has in every job that asks for it, and what it has where it was asked for.
 bool is_shown(const QuantityRow& row, const StrokeRequest& request) {
-  constexpr std::array<std::string_view, 7> where_asked{
-      "buckling_load_factor", "load_capacity", "notch_stress",    "yield_safety",
-      "fatigue_safety",       "bandwidth",     "transmissibility"};
+  constexpr std::array<std::string_view, 8> where_asked{
+      "buckling_load_factor", "load_capacity", "notch_stress", "yield_safety",
+      "fatigue_safety",       "fatigue_life",  "bandwidth",    "transmissibility"};
   if (row.in_summary != SummaryLine::none) return true;
   return std::ranges::find(where_asked, row.name) != where_asked.end() && is_answered(row, request);
 }

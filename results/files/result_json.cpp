@@ -11,9 +11,11 @@
 
 #include "core/elements/plate/leaf_validity.hpp"
 #include "core/reduction/atlas/tube_atlas.hpp"
+#include "core/response/fatigue_law.hpp"
 #include "core/response/mobility/mobility.hpp"
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
+#include "designs/s_n_curve_json.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/accuracy_json.hpp"
 #include "results/files/assembly.hpp"
@@ -77,6 +79,28 @@ Json notch_place_json(const StressPeak& peak, const Mechanism& mechanism) {
   Json json = stress_place_json(peak, mechanism);
   json["stress"] = peak.value;
   json["fillet_factors"] = {{"membrane", peak.notch.membrane}, {"bending", peak.notch.bending}};
+  return json;
+}
+
+/// Where the worst cycle is, what it is made of, and the point of the path at its other end.
+Json cycle_place_json(const FatigueCycle& cycle, const Mechanism& mechanism) {
+  Json json = notch_place_json(cycle.stress, mechanism);
+  if (cycle.other) json.erase("position");
+  json["amplitude"] = cycle.amplitude;
+  json["mean"] = cycle.mean;
+  json["other_point"] = cycle.other ? Json(*cycle.other) : Json();
+  return json;
+}
+
+/// The same with the number of cycles, where the curve tells it.
+Json life_place_json(const FatigueCycle& life, const Mechanism& mechanism) {
+  Json json = cycle_place_json(life, mechanism);
+  const bool told = life.range == LifeRange::within;
+  json["cycles"] = told ? Json(std::pow(10.0, life.value)) : Json();
+  json["on_curve"] = told                                      ? "within"
+                     : life.range == LifeRange::without_end    ? "endurance"
+                     : life.range == LifeRange::short_of_curve ? "short of the curve"
+                                                               : "beyond the curve";
   return json;
 }
 
@@ -178,6 +202,7 @@ Json material_json(const Material& material) {
           {"yield_strength", optional_json(material.yield_strength)},
           {"ultimate_strength", optional_json(material.ultimate_strength)},
           {"endurance_limit", optional_json(material.endurance_limit)},
+          {"s_n_curve", material.s_n_curve ? Json(written_s_n_curve(*material.s_n_curve)) : Json()},
           {"thermal_expansion", optional_json(material.thermal_expansion)}};
 }
 
@@ -329,29 +354,67 @@ Json conventions_json(const RunRecord& record) {
   return json;
 }
 
+const char* name_of(MeanStress rule) {
+  switch (rule) {
+    case MeanStress::gerber:
+      return "Gerber";
+    case MeanStress::soderberg:
+      return "Soderberg";
+    default:
+      return "Goodman";
+  }
+}
+
+/// Which cycles fatigue is about, and what is made of them.
+std::string cycles_text(const StressRules& rules) {
+  const FatigueRule& rule = rules.fatigue_rule;
+  const std::string cycles =
+      rule.stress_ratio
+          ? fmt::format(
+                "cycles of stress ratio {:g} up to the largest von Mises stress of each point",
+                *rule.stress_ratio)
+          : "the worst cycle between two points of the stroke at every place, with the signs of "
+            "its stresses: von Mises stress of their amplitudes, first invariant of their means "
+            "(Sines), compression counted as none; all constant loads, errors of assembly and "
+            "warmth are in the mean";
+  return fmt::format("{}; {}, {} fillets", cycles, name_of(rule.mean_stress),
+                     rules.fillet ? "with" : "without");
+}
+
+/// What a material lacks, of the first leaf that lacks something.
+std::string lacking_text(const RunRecord& record,
+                         std::string (*missing)(const Material&, const FatigueRule&)) {
+  const StrokeRequest& request = record.job.request;
+  const FatigueRule& rule = request.stress.fatigue_rule;
+  for (const LeafSpring& leaf : record.mechanism.leaves)
+    if (const std::string lacks = missing(leaf.material, rule); !lacks.empty())
+      return fmt::format("the material of {} has no {}", leaf.name, lacks);
+  return "a stroke of one point has no cycle, and no stress_ratio is given";
+}
+
 /// What is checked of the stress, and what is not.
-Json stress_checks_json(const StressRules& rules) {
+Json stress_checks_json(const RunRecord& record) {
+  const StressRules& rules = record.job.request.stress;
   const auto check = [](bool checked, std::string how) -> Json {
     return {{"checked", checked}, {"how", std::move(how)}};
   };
   const char* fillets = rules.fillet ? "with" : "without";
-  const FatigueRule& cycle = rules.fatigue_rule;
+  const std::optional<double>& required = rules.fatigue_rule.cycles;
   return {
       {"yield",
        rules.yield ? check(true, fmt::format("yield_strength over the largest von Mises stress, {} "
                                              "fillets",
                                              fillets))
                    : check(false, "a material has no yield_strength")},
-      {"fatigue",
-       rules.fatigue
-           ? check(true,
-                   fmt::format("cycles of stress ratio {:g} up to the largest von Mises stress of "
-                               "each point, {}, {} fillets",
-                               cycle.stress_ratio,
-                               cycle.mean_stress == MeanStress::goodman ? "Goodman" : "Gerber",
-                               fillets))
-           : check(false, fmt::format("a material has no endurance_limit{}",
-                                      cycle.stress_ratio > -1 ? " or no ultimate_strength" : ""))},
+      {"fatigue", rules.fatigue
+                      ? check(true, fmt::format("{}; {}", cycles_text(rules),
+                                                required ? fmt::format("{:g} cycles by the S-N "
+                                                                       "curve",
+                                                                       *required)
+                                                         : "cycles without end"))
+                      : check(false, lacking_text(record, missing_for_fatigue))},
+      {"life", rules.life ? check(true, cycles_text(rules) + "; cycles by the S-N curve")
+                          : check(false, lacking_text(record, missing_for_life))},
       {"fillets",
        rules.fillet
            ? check(true, fmt::format("radius {:g} m at every edge that a body holds; elastic "
@@ -359,7 +422,11 @@ Json stress_checks_json(const StressRules& rules) {
                                      *rules.fillet))
            : check(false, "no fillet in the job: concentration of stress at the edges left out")},
       {"corners", check(false, "squares where a held edge meets a free one are left out")},
-      {"welds_and_surface", check(false, "the endurance_limit must have them in it")}};
+      {"welds_and_surface",
+       check(false,
+             "surface, size, reliability and welds: endurance_limit and s_n_curve must have "
+             "them in them")},
+      {"notch_sensitivity", check(false, "fillets count in full, for the mean stress as well")}};
 }
 
 /// Deformed leaves at the smallest, the unmoved and the largest converged stroke, for drawing.
@@ -487,7 +554,10 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   if (point.yield_safety)
     json["yield_safety_place"] = notch_place_json(point.yield_safety->stress, mechanism);
   if (point.fatigue_safety)
-    json["fatigue_safety_place"] = notch_place_json(point.fatigue_safety->stress, mechanism);
+    json["fatigue_safety_place"] = cycle_place_json(*point.fatigue_safety, mechanism);
+  if (point.fatigue_life)
+    json["fatigue_life_place"] = life_place_json(*point.fatigue_life, mechanism);
+  if (!point.fatigue_fault.empty()) json["fatigue_fault"] = point.fatigue_fault;
   if (!point.fillet_fault.empty()) json["fillet_fault"] = point.fillet_fault;
   json["clearance_place"] = clearance_place_json(point.clearance);
   json["bodies"] = bodies_json(point, mechanism);
@@ -654,7 +724,7 @@ OrderedJson make_result(const RunRecord& record) {
       {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},
       {"conventions", conventions_json(record)},
       {"material", material_json(record.job.design.material)},
-      {"stress_checks", stress_checks_json(record.job.request.stress)},
+      {"stress_checks", stress_checks_json(record)},
       {"leaves", leaf_geometry_json(record.mechanism)},
       {"constraints", constraints_json(record.mechanism)},
       {"path", std::move(path)}};

@@ -10,6 +10,8 @@ set(tested_by
   core/elements/plate/beam_section core/elements/plate/test_beam_leaf
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
   core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
+  core/elements/leaf/leaf_results core/response/test_stress_history
+  core/elements/plate/section_stress core/response/test_stress_history
   core/elements/plate/full_model core/elements/leaf/test_full_model
   core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
   core/elements/leaf/leaf_rates core/response/gradients/test_profile_gradients

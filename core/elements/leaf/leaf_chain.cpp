@@ -267,6 +267,22 @@ std::vector<StressPeak> LeafChain::clamp_stresses(const ClampFactors& factors) {
   return peaks;
 }
 
+std::vector<StressPlace> LeafChain::stress_places() {
+  std::vector<StressPlace> places;
+  for (int i = 0; i < segments(); ++i)
+    for (const StressPlace& own : segments_[i]->stress_places())
+      places.push_back(on_leaf(own, i, segments()));
+  return places;
+}
+
+MatrixXd LeafChain::section_stresses(const std::vector<StressPlace>& places) {
+  MatrixXd stresses(6, static_cast<Eigen::Index>(places.size()));
+  for (const PlacesOfSegment& of : places_by_segment(places, segments()))
+    stresses.middleCols(of.first, static_cast<Eigen::Index>(of.own.size())) =
+        segments_[of.segment]->section_stresses(of.own);
+  return stresses;
+}
+
 MatrixXd LeafChain::static_shapes() const {
   MatrixXd X = Y_;
   K_.apply_signs(X);

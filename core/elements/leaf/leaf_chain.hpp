@@ -36,6 +36,8 @@ class LeafChain final : public LeafElement {
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
+  std::vector<StressPlace> stress_places() override;
+  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return segments_.front()->report(); }

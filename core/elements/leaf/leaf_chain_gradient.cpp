@@ -271,6 +271,15 @@ class LeafChainFields final : public LeafFields {
                                                                            modulus_rates);
   }
 
+  MatrixXd section_rates(const std::vector<StressPlace>& places, double modulus,
+                         const VectorXd& modulus_rates) const override {
+    MatrixXd rates(6 * static_cast<Eigen::Index>(places.size()), modulus_rates.size());
+    for (const PlacesOfSegment& of : places_by_segment(places, static_cast<int>(segments_.size())))
+      rates.middleRows(6 * of.first, 6 * static_cast<Eigen::Index>(of.own.size())) =
+          segments_[of.segment]->section_rates(of.own, modulus, modulus_rates);
+    return rates;
+  }
+
  private:
   std::vector<std::unique_ptr<LeafFields>> segments_;
 };

@@ -77,9 +77,10 @@ class LeafLinear;
 
 /// What a linearised leaf is wanted for beside its stiffness.
 struct InteriorUse {
-  bool mass = false;    ///< natural frequencies
-  bool stress = false;  ///< stresses
-  bool places = false;  ///< places inside
+  bool mass = false;      ///< natural frequencies
+  bool stress = false;    ///< stresses
+  bool sections = false;  ///< section_stresses() as well
+  bool places = false;    ///< places inside
 };
 
 class LeafElement {
@@ -142,6 +143,11 @@ class LeafElement {
   /// The largest stress along each edge that has factors, these multiplied in; corners left out as
   /// by max_stress().
   virtual std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) = 0;
+  /// Places that keep their share of the leaf whatever its state, corners left out as by
+  /// max_stress(): where the history of stress over a stroke is kept.
+  virtual std::vector<StressPlace> stress_places() = 0;
+  /// A SectionStress in each column, at any places of the leaf.
+  virtual MatrixXd section_stresses(const std::vector<StressPlace>& places) = 0;
   virtual LeafShape shape() = 0;
   /// Present place of a point of the mid-surface, given by its place in [0, 1]².
   virtual Vector3d material_point(double along, double across) = 0;

@@ -25,6 +25,10 @@ class LeafFields {
   /// `modulus`: Young's modulus; `modulus_rates`: its derivatives.
   virtual VectorXd stress_rates(const StressPeak& peak, double modulus,
                                 const VectorXd& modulus_rates) const = 0;
+  /// Of the section_stresses() at places of this leaf, which keep theirs likewise: those of one
+  /// place after the other, each a SectionStress, × parameters [Pa].
+  virtual MatrixXd section_rates(const std::vector<StressPlace>& places, double modulus,
+                                 const VectorXd& modulus_rates) const = 0;
 };
 
 }  // namespace flexopt

@@ -3,6 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <tuple>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "core/elements/plate/element_numbers.hpp"
@@ -105,15 +109,33 @@ S circular_stress(const MeasuresT<S>& m, const S& t, const S& nu) {
   const S pull = m[stretch] < 0.0 ? S(-m[stretch]) : m[stretch];
   return von_mises<S>(pull + 0.5 * t * bend, shear_ratio(nu) * (0.5 * t) * m[twist]);
 }
+// Normal and shear stress over E at a fraction of w/2: those even in z, and those odd in it at t/2.
+template <class S>
+struct ParityT {
+  S plane, cut, bend, turn;
+};
+template <class S>
+ParityT<S> rectangular_section(const MeasuresT<S>& m, const S& w, const S& t, const S& nu,
+                               const S& shear_k, double f, const S& torsion) {
+  const S y = 0.5 * f * w, half = 0.5 * t, G = shear_ratio(nu);
+  return {m[stretch] + y * m[in_plane] + 0.5 * y * y * m[lateral],
+          1.5 * (1 - f * f) * G * shear_k * m[shear], half * (m[across] + y * m[warping]),
+          2.0 * G * half * m[twist] * torsion};
+}
+// The same of two opposite places of an outline.
+template <class S>
+ParityT<S> circular_section(const MeasuresT<S>& m, const S& t, const S& nu, double f) {
+  return {m[stretch], shear_ratio(nu) * (0.5 * t) * m[twist],
+          0.5 * t * (f * m[in_plane] + std::sqrt(std::max(0.0, 1 - f * f)) * m[across]),
+          S(0.0 * t)};
+}
 template <class S>
 S rectangular_stress(const MeasuresT<S>& m, const S& w, const S& t, const S& nu, const S& shear_k,
                      double f, const S& torsion, bool positive, const S& membrane = S(1),
                      const S& bending = S(1)) {
-  const S y = 0.5 * f * w, half = 0.5 * t, G = shear_ratio(nu);
-  const S plane = membrane * (m[stretch] + y * m[in_plane] + 0.5 * y * y * m[lateral]),
-          bend = bending * (half * (m[across] + y * m[warping])),
-          cut = membrane * (1.5 * (1 - f * f) * G * shear_k * m[shear]),
-          turn = bending * (2.0 * G * half * m[twist] * torsion);
+  const ParityT<S> s = rectangular_section<S>(m, w, t, nu, shear_k, f, torsion);
+  const S plane = membrane * s.plane, bend = bending * s.bend, cut = membrane * s.cut,
+          turn = bending * s.turn;
   return positive ? von_mises<S>(plane + bend, cut + turn) : von_mises<S>(plane - bend, cut - turn);
 }
 
@@ -124,6 +146,22 @@ struct Place {
 };
 
 constexpr int stations_across = 9;
+
+int intervals_along(const PlateShape& shape) { return shape.thickness_profile.empty() ? 32 : 96; }
+
+// Places across at which a history of stress is kept, of w/2; of a wire with those opposite 64
+// around its outline: a peak between two of them is missed by 0.1 %.
+std::vector<double> fractions_across(const PlateShape& shape) {
+  constexpr int half_outline = 32;
+  std::vector<double> fractions;
+  if (shape.section == Section::circular)
+    for (int k = 0; k < half_outline; ++k)
+      fractions.push_back(-std::cos(std::numbers::pi * k / half_outline));
+  else
+    for (int k = 0; k < stations_across; ++k)
+      fractions.push_back(-1 + 2.0 * k / (stations_across - 1));
+  return fractions;
+}
 
 // Largest von Mises stress of a section, at the stations across or only at `fraction`.
 class SectionStress {
@@ -200,7 +238,7 @@ std::vector<StressPeak> section_peaks(const PlateMesh& mesh, const std::vector<M
                                       double youngs_modulus, int index, BeamStrain strain) {
   const RecoveredMeasures field(mesh, nodal, strain);
   const SectionStresses section(mesh.shape());
-  const int intervals = mesh.shape().thickness_profile.empty() ? 32 : 96;
+  const int intervals = intervals_along(mesh.shape());
   std::vector<StressPeak> peaks;
   for (int k = 0; k <= intervals; ++k) {
     const double x = static_cast<double>(k) / intervals;
@@ -274,55 +312,160 @@ std::vector<StressPeak> beam_clamp_stresses(const PlateMesh& mesh,
   return peaks;
 }
 
-double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                        const StressPeak& peak, double youngs_modulus, const StressRate& rate,
-                        BeamStrain strain) {
-  const PlateShape& shape = mesh.shape();
-  const bool circular = shape.section == Section::circular;
-  const MeshNumbers<Dual1> numbers(shape, rate.shape);
-  const Dual1 w = numbers.width * numbers.width_factor(Dual1(peak.along)),
-              t = numbers.thickness * numbers.thickness_factor(Dual1(peak.along)),
-              nu = numbers.poissons_ratio;
-  std::vector<Dual1> x;
-  for (int i = 0; i < mesh.elements_along(); ++i)
-    for (const double s : station)
-      x.push_back(numbers.x[i] + s * (numbers.x[i + 1] - numbers.x[i]));
-  std::size_t k = 0;
-  while (k + 2 < x.size() && peak.along > x[k + 1].value) ++k;
-  const ElementNumbers<Dual1> elements(numbers);
-  const auto at = [&](std::size_t station_index) {
-    const int i = static_cast<int>(station_index) / 2;
+namespace {
+
+// A beam whose nodes and shape move along a parameter.
+class MovingBeam {
+ public:
+  // all must outlive it
+  MovingBeam(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal, const StressRate& rate,
+             BeamStrain strain)
+      : numbers_(mesh.shape(), rate.shape),
+        elements_(numbers_),
+        nodal_(nodal),
+        rate_(rate),
+        strain_(strain) {
+    for (int i = 0; i < mesh.elements_along(); ++i)
+      for (const double s : station)
+        x_.push_back(numbers_.x[i] + s * (numbers_.x[i + 1] - numbers_.x[i]));
+  }
+
+  MeasuresT<Dual1> at(double along) const {
+    std::size_t k = 0;
+    while (k + 2 < x_.size() && along > x_[k + 1].value) ++k;
+    const Dual1 s = (along - x_[k]) / (x_[k + 1] - x_[k]);
+    MeasuresT<Dual1> m = at_station(k);
+    const MeasuresT<Dual1> next = at_station(k + 1);
+    for (int i = 0; i < measures; ++i) m[i] = (1.0 - s) * m[i] + s * next[i];
+    if (m[lateral] < 0.0) m[lateral] = 0;
+    return m;
+  }
+  Dual1 width(double along) const { return numbers_.width * numbers_.width_factor(Dual1(along)); }
+  Dual1 thickness(double along) const {
+    return numbers_.thickness * numbers_.thickness_factor(Dual1(along));
+  }
+  const Dual1& poissons_ratio() const { return numbers_.poissons_ratio; }
+
+ private:
+  MeasuresT<Dual1> at_station(std::size_t index) const {
+    const int i = static_cast<int>(index) / 2;
     Eigen::Matrix<Dual1, 8, 3> U;
     for (int f = 0; f < 8; ++f)
       for (int c = 0; c < 3; ++c)
-        U(f, c) = {nodal[i + f / 4](f % 4, c), {rate.nodal[i + f / 4](f % 4, c)}};
-    const double s = station[station_index % 2];
-    const Dual1 h = numbers.x[i + 1] - numbers.x[i];
+        U(f, c) = {nodal_[i + f / 4](f % 4, c), {rate_.nodal[i + f / 4](f % 4, c)}};
+    const double s = station[index % 2];
+    const Dual1 h = numbers_.x[i + 1] - numbers_.x[i];
     Vector3<Dual1> turn = Vector3<Dual1>::Zero();
-    if (elements.has_shear()) {
-      const PlateShear<Dual1> shear = elements.beam_shear(i);
+    if (elements_.has_shear()) {
+      const PlateShear<Dual1> shear = elements_.beam_shear(i);
       const Dual1 per = shear.compliance * shear.per_x * (s - 0.5) * h;
       for (int f = 0; f < 8; ++f)
         for (int c = 0; c < 3; ++c) turn[c] += per * (shear.along[f] - shear.rest[f]) * U(f, c);
     }
-    return measures_at<Dual1>(U, hermite<Dual1>(s, h), numbers, i, s, strain, turn);
-  };
-  const Dual1 s = (peak.along - x[k]) / (x[k + 1] - x[k]);
-  MeasuresT<Dual1> m = at(k);
-  const MeasuresT<Dual1> next = at(k + 1);
-  for (int i = 0; i < measures; ++i) m[i] = (1.0 - s) * m[i] + s * next[i];
-  if (m[lateral] < 0.0) m[lateral] = 0;
+    return measures_at<Dual1>(U, hermite<Dual1>(s, h), numbers_, i, s, strain_, turn);
+  }
+
+  MeshNumbers<Dual1> numbers_;
+  ElementNumbers<Dual1> elements_;
+  const std::vector<MatrixXd>& nodal_;
+  const StressRate& rate_;
+  BeamStrain strain_;
+  std::vector<Dual1> x_;
+};
+
+}  // namespace
+
+double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                        const StressPeak& peak, double youngs_modulus, const StressRate& rate,
+                        BeamStrain strain) {
+  const Section section = mesh.shape().section;
+  const MovingBeam beam(mesh, nodal, rate, strain);
+  const MeasuresT<Dual1> m = beam.at(peak.along);
+  const Dual1 w = beam.width(peak.along), t = beam.thickness(peak.along),
+              nu = beam.poissons_ratio();
   Dual1 stress;
-  if (circular) {
+  if (section == Section::circular) {
     stress = circular_stress<Dual1>(m, t, nu);
   } else {
     const double f = 2 * peak.across - 1;
-    stress = rectangular_stress<Dual1>(
-        m, w, t, nu, beam_section<Dual1>(shape.section, w, t, nu).shear, f,
-        torsion_stress_factor_of<Dual1>(w, t, f), peak.on_positive_normal,
-        Dual1(peak.notch.membrane), Dual1(peak.notch.bending));
+    stress =
+        rectangular_stress<Dual1>(m, w, t, nu, beam_section<Dual1>(section, w, t, nu).shear, f,
+                                  torsion_stress_factor_of<Dual1>(w, t, f), peak.on_positive_normal,
+                                  Dual1(peak.notch.membrane), Dual1(peak.notch.bending));
   }
   return youngs_modulus * stress.derivatives[0] + rate.youngs_modulus * stress.value;
+}
+
+std::vector<StressPlace> beam_stress_places(const PlateShape& shape) {
+  const int intervals = intervals_along(shape);
+  std::vector<StressPlace> places;
+  for (int k = 0; k <= intervals; ++k)
+    for (const double f : fractions_across(shape))
+      places.push_back({static_cast<double>(k) / intervals, 0.5 * (1 + f)});
+  return places;
+}
+
+namespace {
+
+// At places that stand section by section: measures and what else the section needs are made once
+// for those that follow each other at one place along.
+template <class S, class AtSection>
+void each_place(const PlateShape& shape, const std::vector<StressPlace>& places,
+                const AtSection& at, const std::function<void(std::size_t, ParityT<S>)>& take) {
+  const bool circular = shape.section == Section::circular;
+  MeasuresT<S> m;
+  S w, t, nu, shear_k;
+  std::map<double, S> torsion;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (i == 0 || places[i].along != places[i - 1].along) {
+      std::tie(m, w, t, nu) = at(places[i].along);
+      if (!circular) shear_k = beam_section<S>(shape.section, w, t, nu).shear;
+      if (shape.has_profile()) torsion.clear();
+    }
+    const double f = 2 * places[i].across - 1;
+    if (circular) {
+      take(i, circular_section<S>(m, t, nu, f));
+      continue;
+    }
+    if (!torsion.contains(f)) torsion.emplace(f, torsion_stress_factor_of<S>(w, t, f));
+    take(i, rectangular_section<S>(m, w, t, nu, shear_k, f, torsion.at(f)));
+  }
+}
+
+}  // namespace
+
+MatrixXd beam_section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                               double youngs_modulus, const std::vector<StressPlace>& places,
+                               BeamStrain strain) {
+  const PlateShape& shape = mesh.shape();
+  const RecoveredMeasures field(mesh, nodal, strain);
+  MatrixXd stresses(6, static_cast<Eigen::Index>(places.size()));
+  const auto at = [&](double along) {
+    return std::tuple(field.at(along), shape.width_at(along), shape.thickness_at(along),
+                      shape.poissons_ratio);
+  };
+  each_place<double>(shape, places, at, [&](std::size_t i, const ParityT<double>& s) {
+    stresses.col(static_cast<Eigen::Index>(i)) << s.plane, 0, s.cut, s.bend, 0, s.turn;
+  });
+  return youngs_modulus * stresses;
+}
+
+VectorXd beam_section_rates(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                            const std::vector<StressPlace>& places, double youngs_modulus,
+                            const StressRate& rate) {
+  const MovingBeam beam(mesh, nodal, rate, BeamStrain::finite);
+  const Dual1 modulus(youngs_modulus, {rate.youngs_modulus});
+  VectorXd rates = VectorXd::Zero(6 * static_cast<Eigen::Index>(places.size()));
+  const auto at = [&](double along) {
+    return std::tuple(beam.at(along), beam.width(along), beam.thickness(along),
+                      beam.poissons_ratio());
+  };
+  each_place<Dual1>(mesh.shape(), places, at, [&](std::size_t i, const ParityT<Dual1>& s) {
+    const auto of = [&](const Dual1& x) { return Dual1(modulus * x).derivatives[0]; };
+    rates.segment<6>(6 * static_cast<Eigen::Index>(i)) << of(s.plane), 0, of(s.cut), of(s.bend), 0,
+        of(s.turn);
+  });
+  return rates;
 }
 
 LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

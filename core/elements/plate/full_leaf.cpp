@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/elements/plate/plate_stress.hpp"
+#include "core/elements/plate/section_stress.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/profile.hpp"
 
@@ -303,6 +303,15 @@ std::vector<StressPeak> FullLeaf::stress_peaks() {
 
 std::vector<StressPeak> FullLeaf::clamp_stresses(const ClampFactors& factors) {
   return plate_clamp_stresses(plate_->mesh(), plate_->nodal(), leaf_, scale_, index_, factors);
+}
+
+std::vector<StressPlace> FullLeaf::stress_places() {
+  return section_places(plate_->mesh().shape());
+}
+
+MatrixXd FullLeaf::section_stresses(const std::vector<StressPlace>& places) {
+  return flexopt::section_stresses(plate_->mesh(), plate_->nodal(), leaf_.material.youngs_modulus,
+                                   places);
 }
 
 LeafShape FullLeaf::shape() {

@@ -4,6 +4,7 @@
 
 #include "core/elements/leaf/leaf_fields.hpp"
 #include "core/elements/plate/plate_mesh.hpp"
+#include "core/elements/plate/plate_stress.hpp"
 
 namespace flexopt {
 
@@ -19,8 +20,13 @@ class PlateFields final : public LeafFields {
   std::optional<Vector3d> place_slope(double along, double across) const override;
   VectorXd stress_rates(const StressPeak& peak, double modulus,
                         const VectorXd& modulus_rates) const override;
+  MatrixXd section_rates(const std::vector<StressPlace>& places, double modulus,
+                         const VectorXd& modulus_rates) const override;
 
  private:
+  /// Of the leaf along parameter p.
+  StressRate along(int p, const VectorXd& modulus_rates) const;
+
   const PlateMesh* mesh_;
   std::vector<MatrixXd> nodal_, rates_;
   std::vector<ShapeRate> shape_;

@@ -91,8 +91,10 @@ std::vector<S> gauss_stations(const std::vector<S>& points) {
 
 FoldSplit split_of(const PlateShape& shape);
 
-// Strains at the 2 × 2 Gauss stations of every element, where those of a cubic are superconvergent.
-// (Second derivatives jump from element to element; read anywhere else they are a saw-tooth.)
+}  // namespace
+
+// Those of a cubic are superconvergent there. (Second derivatives jump from element to element;
+// read anywhere else they are a saw-tooth.)
 StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal) {
   std::vector<Strains> values;
   const MeshNumbers<double> numbers(mesh.shape(), mesh.x());
@@ -113,6 +115,8 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
           split_of(mesh.shape())};
 }
+
+namespace {
 
 // Stations before the fold: strains jump there.
 FoldSplit split_of(const PlateShape& shape) {
@@ -252,6 +256,15 @@ struct Stations {
 
 }  // namespace
 
+std::vector<StressPlace> plate_stress_places(const PlateShape& shape) {
+  const Stations at(shape);
+  std::vector<StressPlace> places;
+  for (const double x : at.x)
+    for (const double y : at.y)
+      if (!at.in_corner(x, y)) places.push_back({x, (y + at.width / 2) / at.width});
+  return places;
+}
+
 namespace {
 
 /// On both sides of all stations, along × across; −1 where it is not to be read.
@@ -385,40 +398,37 @@ std::vector<StressPeak> plate_clamp_stresses(const PlateMesh& mesh,
 }
 
 // By dual numbers, only at the four stations around the place.
-double stress_rate(const PlateShape& shape, const std::vector<Dual1>& xs,
-                   const std::vector<double>& ys,
-                   const std::function<StrainRate(int, int)>& strains_at, const StressPeak& peak,
-                   double youngs_modulus, const StressRate& rate) {
-  const Dual1 width(shape.width, {rate.shape.size[0]}),
-      thickness(shape.thickness, {rate.shape.size[1]}),
-      nu(shape.poissons_ratio, {rate.shape.size[2]}),
-      modulus(youngs_modulus, {rate.youngs_modulus});
+MovingSection moving_section(const PlateShape& shape, const std::vector<Dual1>& xs,
+                             const std::vector<double>& ys,
+                             const std::function<StrainRate(int, int)>& strains_at, double along,
+                             double across_share, const ShapeRate& rate) {
+  const Dual1 width(shape.width, {rate.size[0]}), thickness(shape.thickness, {rate.size[1]});
   // places over L; the border of the corner zones moves with the width of narrow leaves
   Dual1 mean = width;
   if (!shape.width_profile.empty()) {
-    const std::vector<double>& by = rate.shape.width_profile;
+    const std::vector<double>& by = rate.width_profile;
     mean = width * Dual1(profile_mean(shape.width_profile), {by.empty() ? 0 : profile_mean(by)});
   }
   const Dual1 moving = mean.value < 1 ? 0.1 * mean : Dual1(0.1),
               moving_side = moving * (width / mean);
-  const double across = (peak.across - 0.5) * shape.width;
+  const double across = (across_share - 0.5) * shape.width;
   const auto at_border = [](double distance, const Dual1& zone) {
     return std::abs(distance - zone.value) < 1e-9 * zone.value;
   };
-  Dual1 x = peak.along, y = (peak.across - 0.5) * width;
+  Dual1 x = along, y = (across_share - 0.5) * width;
   if (shape.fold) {  // a place keeps its part of the leg
     const double fold = shape.fold->place;
-    const double part = peak.along > fold ? (1 - peak.along) / (1 - fold) : peak.along / fold;
-    x = Dual1(peak.along, {part * rate.shape.fold.place});
+    const double part = along > fold ? (1 - along) / (1 - fold) : along / fold;
+    x = Dual1(along, {part * rate.fold.place});
   }
-  if (at_border(peak.along, moving)) x = moving;
-  if (at_border(1 - peak.along, moving)) x = 1.0 - moving;
+  if (at_border(along, moving)) x = moving;
+  if (at_border(1 - along, moving)) x = 1.0 - moving;
   if (at_border(across + shape.width / 2, moving_side)) y = moving_side - 0.5 * width;
   if (at_border(shape.width / 2 - across, moving_side)) y = 0.5 * width - moving_side;
 
   std::vector<double> at_x;
   for (const Dual1& place : xs) at_x.push_back(place.value);
-  const auto [i, s0] = bracket(at_x, peak.along, split_of(shape));
+  const auto [i, s0] = bracket(at_x, along, split_of(shape));
   const auto [j, t0] = bracket(ys, across);
   const Dual1 per_width = width / shape.width;
   const Dual1 s = (x - xs[i]) / (xs[i + 1] - xs[i]),
@@ -433,25 +443,36 @@ double stress_rate(const PlateShape& shape, const std::vector<Dual1>& xs,
     e[k] =
         (1.0 - s) * ((1.0 - t) * at(e00) + t * at(e01)) + s * ((1.0 - t) * at(e10) + t * at(e11));
   }
-  Dual1 half = thickness * (peak.on_positive_normal ? 0.5 : -0.5);
+  Dual1 half = 0.5 * thickness;
   if (!shape.thickness_profile.empty()) {
-    const std::vector<double>& by = rate.shape.thickness_profile;
-    const double slope = profile_at(shape.thickness_profile, peak.along, 1);
-    half *= Dual1(profile_at(shape.thickness_profile, peak.along),
-                  {(by.empty() ? 0 : profile_at(by, peak.along)) + slope * x.derivatives[0]});
+    const std::vector<double>& by = rate.thickness_profile;
+    const double slope = profile_at(shape.thickness_profile, along, 1);
+    half *= Dual1(profile_at(shape.thickness_profile, along),
+                  {(by.empty() ? 0 : profile_at(by, along)) + slope * x.derivatives[0]});
   }
+  return {e, half};
+}
+
+double stress_rate(const PlateShape& shape, const std::vector<Dual1>& xs,
+                   const std::vector<double>& ys,
+                   const std::function<StrainRate(int, int)>& strains_at, const StressPeak& peak,
+                   double youngs_modulus, const StressRate& rate) {
+  const auto [e, half] =
+      moving_section(shape, xs, ys, strains_at, peak.along, peak.across, rate.shape);
+  const Dual1 nu(shape.poissons_ratio, {rate.shape.size[2]}),
+      modulus(youngs_modulus, {rate.youngs_modulus}),
+      side = peak.on_positive_normal ? half : Dual1(-half);
   Vector3<Dual1> strain;
   for (int k = 0; k < 3; ++k)
-    strain[k] = peak.notch.membrane * e[k] + peak.notch.bending * half * e[k + 3];
+    strain[k] = peak.notch.membrane * e[k] + peak.notch.bending * side * e[k + 3];
   return von_mises<Dual1>(strain, nu, modulus).derivatives[0];
 }
 
-double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                         const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
+MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                               const StressRate& rate) {
   const PlateShape& shape = mesh.shape();
-  if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
   const MeshNumbers<Dual1> numbers(shape, rate.shape);
-  const auto strains_at = [&](int a, int b) {
+  const auto strains_at = [&nodal, &rate, &shape, numbers](int a, int b) {
     const int ei = a / 2 + (shape.fold && a / 2 >= shape.mesh[0] ? 1 : 0), ej = b / 2;
     Eigen::Matrix<Dual1, 16, 3> U;
     for (int f = 0; f < 16; ++f)
@@ -472,8 +493,15 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
     }
     return result;
   };
-  return stress_rate(shape, gauss_stations(numbers.x), gauss_stations(mesh.y()), strains_at, peak,
-                     youngs_modulus, rate);
+  return {gauss_stations(numbers.x), gauss_stations(mesh.y()), strains_at};
+}
+
+double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                         const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
+  const PlateShape& shape = mesh.shape();
+  if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
+  const MovingStations at = moving_stations(mesh, nodal, rate);
+  return stress_rate(shape, at.x, at.y, at.strains, peak, youngs_modulus, rate);
 }
 
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

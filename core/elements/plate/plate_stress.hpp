@@ -66,6 +66,12 @@ struct SurfaceStresses {
 SurfaceStresses surface_stresses(const MatrixXd& strains, const Eigen::ArrayXd& thickness,
                                  double poissons_ratio, double youngs_modulus);
 
+/// The strains of a plate at the 2 × 2 Gauss stations of every element.
+StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal);
+
+/// The stations at which stresses of a plate are read, corners left out.
+std::vector<StressPlace> plate_stress_places(const PlateShape& shape);
+
 /// Largest von Mises stress of a strain field, its position left open; stations and corners as
 /// below.
 StressPeak largest_stress(const StrainField& field, const PlateShape& shape, double youngs_modulus,
@@ -126,6 +132,26 @@ struct StrainRate {
 double stress_rate(const PlateShape& shape, const std::vector<Dual1>& x,
                    const std::vector<double>& y, const std::function<StrainRate(int, int)>& strains,
                    const StressPeak& peak, double youngs_modulus, const StressRate& rate);
+
+/// The same of a plate: its stations along with how they move, those across, and what is there.
+struct MovingStations {
+  std::vector<Dual1> x;
+  std::vector<double> y;
+  std::function<StrainRate(int, int)> strains;
+};
+/// `mesh`, `nodal` and `rate` must outlive it.
+MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                               const StressRate& rate);
+
+/// Strains at a place, and half the thickness there over L, as they move.
+struct MovingSection {
+  StrainsT<Dual1> strains;
+  Dual1 half;
+};
+MovingSection moving_section(const PlateShape& shape, const std::vector<Dual1>& x,
+                             const std::vector<double>& y,
+                             const std::function<StrainRate(int, int)>& strains, double along,
+                             double across, const ShapeRate& rate);
 
 /// Deflected mid-surface at the mesh nodes with the larger von Mises stress of both surfaces.
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

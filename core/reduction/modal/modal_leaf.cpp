@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/elements/plate/full_model.hpp"
-#include "core/elements/plate/plate_stress.hpp"
+#include "core/elements/plate/section_stress.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/polynomial.hpp"
 #include "core/math/rotation.hpp"
@@ -431,6 +431,15 @@ std::vector<StressPeak> ModalLeaf::stress_peaks() {
 std::vector<StressPeak> ModalLeaf::clamp_stresses(const ClampFactors& factors) {
   place();
   return plate_clamp_stresses(*model_->mesh(), nodal(), leaf_, scale_, index_, factors);
+}
+
+std::vector<StressPlace> ModalLeaf::stress_places() {
+  return section_places(model_->mesh()->shape());
+}
+
+MatrixXd ModalLeaf::section_stresses(const std::vector<StressPlace>& places) {
+  place();
+  return flexopt::section_stresses(*model_->mesh(), nodal(), leaf_.material.youngs_modulus, places);
 }
 
 LeafShape ModalLeaf::shape() {

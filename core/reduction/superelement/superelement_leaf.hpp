@@ -29,12 +29,16 @@ class SuperelementLeaf final : public LeafElement {
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
+  std::vector<StressPlace> stress_places() override;
+  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;
-  std::string interior_gap(InteriorUse) override { return {}; }
+  std::string interior_gap(InteriorUse use) override {
+    return use.sections ? "superelements have no derivatives of the history of stress" : "";
+  }
   /// Derivative of the stress at one of the peaks, as plate_stress_rate. `fields`: rates of
   /// recovery · q of every superelement.
   double stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,

@@ -429,6 +429,13 @@ class SuperelementFields final : public LeafFields {
     return stress;
   }
 
+  // interior_gap() says that there are none
+  MatrixXd section_rates(const std::vector<StressPlace>& places, double,
+                         const VectorXd&) const override {
+    assert(false);
+    return MatrixXd::Zero(6 * static_cast<Eigen::Index>(places.size()), rows_.cols());
+  }
+
  private:
   const SuperelementLeafGradient* gradient_;
   MatrixXd rows_;

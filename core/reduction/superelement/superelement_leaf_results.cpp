@@ -3,7 +3,7 @@
 
 #include "core/elements/plate/beam_stress.hpp"
 #include "core/elements/plate/full_model.hpp"
-#include "core/elements/plate/plate_stress.hpp"
+#include "core/elements/plate/section_stress.hpp"
 #include "core/math/rotation.hpp"
 #include "core/reduction/superelement/superelement_leaf.hpp"
 
@@ -82,6 +82,30 @@ std::vector<StressPeak> SuperelementLeaf::clamp_stresses(const ClampFactors& fac
   }
   for (StressPeak& peak : peaks) peak.position = grid_->place(state, peak.along, peak.across);
   return peaks;
+}
+
+std::vector<StressPlace> SuperelementLeaf::stress_places() {
+  if (!grid_->shape().is_beam()) return section_places(grid_->shape());
+  std::vector<StressPlace> places;
+  for (int e = 0; e < grid_->elements(); ++e)
+    for (const StressPlace& own : section_places(grid_->plate(e).mesh->shape()))
+      places.push_back(on_leaf(own, e, grid_->along()));
+  return places;
+}
+
+MatrixXd SuperelementLeaf::section_stresses(const std::vector<StressPlace>& places) {
+  const SuperelementGrid::State state = grid_state();
+  const double modulus = leaf_.material.youngs_modulus;
+  if (!grid_->shape().is_beam())
+    return flexopt::section_stresses(grid_->strains(state), grid_->shape(), modulus, places);
+  MatrixXd stresses(6, static_cast<Eigen::Index>(places.size()));
+  for (const PlacesOfSegment& of : places_by_segment(places, grid_->along())) {
+    const auto e = static_cast<int>(of.segment);
+    stresses.middleCols(of.first, static_cast<Eigen::Index>(of.own.size())) =
+        beam_section_stresses(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), modulus,
+                              of.own, BeamStrain::linear);
+  }
+  return stresses;
 }
 
 double SuperelementLeaf::stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/elements/leaf/leaf_fields.hpp"
-#include "core/elements/plate/plate_stress.hpp"
+#include "core/elements/plate/section_stress.hpp"
 
 namespace flexopt {
 namespace {
@@ -261,29 +261,47 @@ class TubeFields final : public LeafFields {
   }
   VectorXd stress_rates(const StressPeak& peak, double modulus,
                         const VectorXd& modulus_rates) const override {
-    const StressPlaces& places = model_->stress()->places();
-    if (!slopes_) slopes_.emplace(*model_->stress(), place_, model_->stress_rates());
-    const std::vector<Dual1> x(places.x.begin(), places.x.end());
-    std::map<std::array<int, 2>, TubeStress::Slopes::Station> stations;
     VectorXd stress(modulus_rates.size());
     for (Eigen::Index p = 0; p < stress.size(); ++p) {
-      const auto strains = [&](int along, int across) -> StrainRate {
-        auto station = stations.find({along, across});
-        if (station == stations.end())
-          station = stations.emplace(std::array{along, across}, slopes_->at(along, across)).first;
-        return {station->second.value, station->second.slopes * rates_.col(p)};
-      };
-      stress[p] = stress_rate(model_->shape(), x, places.y, strains, peak, modulus,
-                              {{}, ShapeRate(Vector3d(rates_.col(p).tail<3>())), modulus_rates[p]});
+      const MovingStations at = stations(p);
+      stress[p] = stress_rate(model_->shape(), at.x, at.y, at.strains, peak, modulus,
+                              along(p, modulus_rates));
     }
     return stress;
   }
+  MatrixXd section_rates(const std::vector<StressPlace>& places, double modulus,
+                         const VectorXd& modulus_rates) const override {
+    MatrixXd rates(6 * static_cast<Eigen::Index>(places.size()), modulus_rates.size());
+    for (Eigen::Index p = 0; p < rates.cols(); ++p)
+      rates.col(p) = flexopt::section_rates(model_->shape(), stations(p), places, modulus,
+                                            along(p, modulus_rates));
+    return rates;
+  }
 
  private:
+  StressRate along(Eigen::Index p, const VectorXd& modulus_rates) const {
+    return {{}, ShapeRate(Vector3d(rates_.col(p).tail<3>())), modulus_rates[p]};
+  }
+  // Along parameter p. What the tables tell of a station is kept for the other parameters.
+  MovingStations stations(Eigen::Index p) const {
+    if (!slopes_) slopes_.emplace(*model_->stress(), place_, model_->stress_rates());
+    const StressPlaces& places = model_->stress()->places();
+    return {
+        {places.x.begin(), places.x.end()},
+        places.y,
+        [this, p](int along, int across) -> StrainRate {
+          auto station = known_.find({along, across});
+          if (station == known_.end())
+            station = known_.emplace(std::array{along, across}, slopes_->at(along, across)).first;
+          return {station->second.value, station->second.slopes * rates_.col(p)};
+        }};
+  }
+
   TubeModel* model_;
   TubeDynamics::Place place_;
   MatrixXd rates_;
   mutable std::optional<TubeStress::Slopes> slopes_;  ///< made at their first use
+  mutable std::map<std::array<int, 2>, TubeStress::Slopes::Station> known_;  ///< likewise
 };
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/elements/plate/plate_stress.hpp"
+#include "core/elements/plate/section_stress.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 
 namespace flexopt {
@@ -110,6 +110,15 @@ std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
       *strains, model_->shape(), leaf_.material.youngs_modulus, index_, factors);
   for (StressPeak& peak : peaks) peak.position = tabulated_point(peak.along, peak.across);
   return peaks;
+}
+
+std::vector<StressPlace> TubeLeaf::stress_places() { return section_places(model_->shape()); }
+
+MatrixXd TubeLeaf::section_stresses(const std::vector<StressPlace>& places) {
+  const double modulus = leaf_.material.youngs_modulus;
+  if (const StrainField* strains = tabulated_strains())
+    return flexopt::section_stresses(*strains, model_->shape(), modulus, places);
+  return flexopt::section_stresses(*model_->mesh(), stressed_nodal(), modulus, places);
 }
 
 LeafShape TubeLeaf::shape() {

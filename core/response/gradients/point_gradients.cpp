@@ -273,16 +273,23 @@ void set_motion(const MechanismFactor& factor, const PathPoint& point,
 }
 
 void set_stress(const Mechanism& mechanism, const PathPoint& point, const StressRules& rules,
+                const std::vector<std::vector<StressPlace>>& stress_places,
                 const std::vector<Mechanism>& directions, MovingFields& fields,
                 PointGradients& gradients) {
-  const auto stress_rate = [&](const StressPeak& peak) {
-    VectorXd modulus_rates(static_cast<Eigen::Index>(directions.size()));
+  const auto modulus_rates = [&](int leaf) {
+    VectorXd rates(static_cast<Eigen::Index>(directions.size()));
     for (std::size_t p = 0; p < directions.size(); ++p)
-      modulus_rates[static_cast<Eigen::Index>(p)] =
-          directions[p].leaves[peak.leaf].material.youngs_modulus;
-    return fields.of(peak.leaf).stress_rates(
-        peak, mechanism.leaves[peak.leaf].material.youngs_modulus, modulus_rates);
+      rates[static_cast<Eigen::Index>(p)] = directions[p].leaves[leaf].material.youngs_modulus;
+    return rates;
   };
+  const auto stress_rate = [&](const StressPeak& peak) {
+    return fields.of(peak.leaf).stress_rates(
+        peak, mechanism.leaves[peak.leaf].material.youngs_modulus, modulus_rates(peak.leaf));
+  };
+  for (int i = 0; i < static_cast<int>(point.sections.size()); ++i)
+    gradients.section_rates.push_back(
+        fields.of(i).section_rates(stress_places[static_cast<std::size_t>(i)],
+                                   mechanism.leaves[i].material.youngs_modulus, modulus_rates(i)));
   const auto notched_rate = [&](const StressPeak& peak) {
     VectorXd rates = stress_rate(peak);
     if (!rules.fillet) return rates;
@@ -293,7 +300,10 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point, const Stress
   if (const auto& safety = point.yield_safety)
     gradients.yield_safety = safety_rates(*safety, notched_rate(safety->stress));
   if (const auto& safety = point.fatigue_safety)
-    gradients.fatigue_safety = safety_rates(*safety, notched_rate(safety->stress));
+    gradients.fatigue_safety = ratio_safety_rates(*safety, notched_rate(safety->stress));
+  if (const auto& life = point.fatigue_life)
+    gradients.fatigue_life = ratio_life_rates(*life, mechanism.leaves[life->stress.leaf].material,
+                                              rules.fatigue_rule, notched_rate(life->stress));
   gradients.stress_peaks.resize(static_cast<Eigen::Index>(point.stress_peaks.size()),
                                 static_cast<Eigen::Index>(directions.size()));
   for (Eigen::Index k = 0; k < gradients.stress_peaks.rows(); ++k)
@@ -377,7 +387,8 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
                                const std::vector<Mechanism>& directions, const ModelOptions& model,
                                const StrokeRequest& request, const PathPoint& point,
                                const FullModeLists& lists, const Solids* solids,
-                               const DynamicsMeasures* dynamics) {
+                               const DynamicsMeasures* dynamics,
+                               const std::vector<std::vector<StressPlace>>& stress_places) {
   const Mechanism& mechanism = factor.system().mechanism();
   const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
                                    model);
@@ -391,7 +402,7 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
   MovingFields fields(factor, design, state_rates);
   PointGradients gradients;
   set_motion(factor, point, directions, moved, fields, gradients);
-  set_stress(mechanism, point, request.stress, directions, fields, gradients);
+  set_stress(mechanism, point, request.stress, stress_places, directions, fields, gradients);
   if (solids)
     set_room_taken(*solids, point, moving_places(factor, *solids, directions, state_rates, fields),
                    gradients);

@@ -123,6 +123,7 @@ std::string interior_gap(System& system, const StrokeRequest& request, std::size
              request.frequencies_of(DriveState::locked) > 0 || request.wants_dynamics() ||
              request.wants_state_space(k);
   use.stress = request.outputs.has(Output::stress);
+  use.sections = use.stress && request.stress.need_history();
   use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance}) ||
                (request.wants_state_space(k) && !request.probes.empty());
   for (int i = 0; i < system.leaves(); ++i)
@@ -189,7 +190,7 @@ class BranchWalk {
         points_(points),
         differentiable_(differentiable),
         response_(response),
-        outputs_(mechanism, model, request, differentiable) {}
+        outputs_(mechanism, model, request, response.stress_places, differentiable) {}
 
   // Makes the leaves and puts on the loads that come before the stroke.
   void begin();

@@ -12,6 +12,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
 #include "core/response/space/room_taken.hpp"
+#include "core/response/stress_history.hpp"
 #include "core/response/stroke_series/stroke_ways.hpp"
 
 namespace flexopt {
@@ -208,6 +209,11 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   if (path && request.strokes.empty())
     for (const std::vector<int>& side : outward(request.points))
       if (!side.empty()) follow_branch(mechanism, model, request, side, differentiable, response);
+  if (path && request.outputs.has(Output::stress) && request.stress.need_history()) {
+    const bool gradients = differentiable && !differentiable->directions.empty();
+    add_fatigue(mechanism, request.stress, gradients ? &differentiable->directions : nullptr,
+                response, gradients ? &differentiable->gradients : nullptr);
+  }
   bool cut_short = false;
   if (request.wants_frequency_derivatives()) try {
       add_frequency_derivatives(mechanism, model, request, differentiable, response);

@@ -102,7 +102,7 @@ void add_max_stress(const std::vector<StressPeak>& leaves, PathPoint& point) {
 
 void add_safety(System& system, const StressRules& rules, std::vector<StressPeak> leaves,
                 PathPoint& point) {
-  if (!rules.fillet && !rules.yield && !rules.fatigue) return;
+  if (!rules.fillet && !rules.yield && !rules.fatigue && !rules.life) return;
   const Mechanism& mechanism = system.mechanism();
   if (rules.fillet) point.fillet_fault = fillet_fault(mechanism, *rules.fillet);
   if (!point.fillet_fault.empty()) return;
@@ -112,6 +112,15 @@ void add_safety(System& system, const StressRules& rules, std::vector<StressPeak
       largest = with_fillets(largest, system.leaf(i), mechanism, *rules.fillet);
     }
   add_stress_safety(leaves, mechanism, rules, point);
+}
+
+// The places are those of the first point that is evaluated.
+void add_sections(System& system, std::vector<std::vector<StressPlace>>& places, PathPoint& point) {
+  if (places.empty())
+    for (int i = 0; i < system.leaves(); ++i) places.push_back(system.leaf(i).stress_places());
+  point.sections.clear();
+  for (int i = 0; i < system.leaves(); ++i)
+    point.sections.push_back(system.leaf(i).section_stresses(places[static_cast<std::size_t>(i)]));
 }
 
 // Largest first, the one that is named max_stress at their head.
@@ -148,8 +157,13 @@ Solids solids_of(System& system) {
 }  // namespace
 
 PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model,
-                           const StrokeRequest& request, DifferentiablePath* differentiable)
-    : model_(&model), request_(&request), differentiable_(differentiable) {
+                           const StrokeRequest& request,
+                           std::vector<std::vector<StressPlace>>& stress_places,
+                           DifferentiablePath* differentiable)
+    : model_(&model),
+      request_(&request),
+      differentiable_(differentiable),
+      stress_places_(&stress_places) {
   if (request.frequencies > 0 && model.mass == LeafMass::constant)
     constant_mass_.emplace(mechanism, model);
   if (request.outputs.has(Output::clearance)) clearance_pairs_ = clearance_pairs(mechanism);
@@ -335,7 +349,7 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
   if (!leaves.value) return refuse(leaves.reason);
   *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
                                *model_, *request_, point, modes, solids,
-                               request_->wants_dynamics() ? &dynamics : nullptr);
+                               request_->wants_dynamics() ? &dynamics : nullptr, *stress_places_);
   return {};
 }
 
@@ -394,6 +408,7 @@ std::string PointOutputs::evaluate(System& system, const Equilibrium& equilibriu
     std::vector<StressPeak> leaves = largest_stresses(system);
     add_max_stress(leaves, point);
     add_safety(system, request_->stress, std::move(leaves), point);
+    if (request_->stress.need_history()) add_sections(system, *stress_places_, point);
   }
   if (request_->outputs.has(Output::shapes))
     for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());

@@ -35,8 +35,10 @@ struct DifferentiablePath {
 /// Evaluates the points of one branch of the path, one after the other.
 class PointOutputs {
  public:
-  /// All arguments must outlive it. `differentiable`: null for points as they are modelled.
+  /// All arguments must outlive it. `stress_places`: StrokeResponse::stress_places, which branches
+  /// share. `differentiable`: null for points as they are modelled.
   PointOutputs(const Mechanism& mechanism, const ModelOptions& model, const StrokeRequest& request,
+               std::vector<std::vector<StressPlace>>& stress_places,
                DifferentiablePath* differentiable);
 
   /// The system must stand assembled at the equilibrium of the point `index`. `gradients`: null
@@ -70,6 +72,7 @@ class PointOutputs {
   const ModelOptions* model_;
   const StrokeRequest* request_;
   DifferentiablePath* differentiable_;
+  std::vector<std::vector<StressPlace>>* stress_places_;
   std::optional<ConstantMass> constant_mass_;
   std::vector<int> leaf_modes_;  ///< kept from point to point
   std::optional<CapacityDirections> capacity_;

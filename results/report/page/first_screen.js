@@ -114,6 +114,8 @@ function limits() {
     const least_safe = least_at((p) => p[key]), place = least_safe?.[`${key}_place`];
     if (least_safe && least_safe[key] < 2) said.push(`Safety against ${name} is ${number_text(least_safe[key])}, ${at_stroke(least_safe)}${place ? ` in ${place.leaf}` : ""}.`);
   }
+  const shortest = least_at((p) => p.fatigue_life), life = shortest?.fatigue_life_place;
+  if (life && life.on_curve !== "endurance") said.push(`Life is ${life.cycles === null ? `${life.on_curve}, log10 of the cycles ${number_text(shortest.fatigue_life)}` : `${number_text(life.cycles)} cycles`}, ${at_stroke(shortest)} in ${life.leaf}.`);
   const over = result.constraints?.overconstraints ?? 0;
   if (over > 0) said.push(`${over === 1 ? "One direction is" : `${over} directions are`} held more than once: ${(result.constraints.redundant ?? []).slice(0, 2).map((r) => r.text.replace(/`/g, "")).join("; ")}${over > 2 ? "; and others" : ""}. Errors of assembly cause stress there.`);
   for (const note of result.notes ?? []) said.push(note);
@@ -150,7 +152,7 @@ export function facts() {
     ["Geometry", parameters.map(([name, value]) => `${readable(name)} ${parameter_text(name, value)}`).join(", ")],
     ["Support stiffness", !undeflected && result.conventions?.support_stiffness],
     ["Parasitic frequency", !undeflected && result.conventions?.parasitic_frequency],
-    ...Object.entries((!undeflected && result.stress_checks) || {}).filter(([key]) => ["yield", "fatigue", "fillets"].includes(key))
+    ...Object.entries((!undeflected && result.stress_checks) || {}).filter(([key]) => ["yield", "fatigue", "life", "fillets"].includes(key))
       .map(([key, check]) => [heading(key), check.checked ? check.how : `not checked: ${check.how}`]),
     ["Reference", !undeflected && "stiffness and motion at the end-effector's point O, moved along, global axes"],
     ["Made by", result.flexopt && `flexopt ${result.flexopt.version}, commit ${result.flexopt.commit}`],

@@ -18,7 +18,7 @@ json document() {
                "thickness": "0.5 mm", "spacing": "60 mm"},
                "material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
                  "density": "7800 kg/m^3", "yield_strength": "1400 MPa",
-                 "endurance_limit": "500 MPa"}},
+                 "ultimate_strength": "1700 MPa", "endurance_limit": "500 MPa"}},
     "fillet": "0.25 mm",
     "end_effector": {"mass": "0.5 kg"}, "frequencies": 2,
     "stroke": {"at": [0, "5 mm"]},
@@ -38,9 +38,10 @@ TEST_CASE("a job's fillet and cycle reach the evaluation", "[job][stress]") {
   CHECK(plain.request.stress.fillet == Approx(0.25e-3));
   CHECK(plain.request.stress.yield);
   CHECK(plain.request.stress.fatigue);
-  CHECK(plain.request.stress.fatigue_rule.stress_ratio == -1);
+  CHECK_FALSE(plain.request.stress.fatigue_rule.stress_ratio);
+  CHECK_FALSE(plain.request.stress.life);
+  CHECK(plain.request.stress.need_history());
   json cycle = document();
-  cycle["design"]["material"]["ultimate_strength"] = "1700 MPa";
   cycle["fatigue"] = {{"stress_ratio", 0}, {"mean_stress", "gerber"}};
   const Job job = parse_job(cycle);
   CHECK(job.request.stress.fatigue_rule.stress_ratio == 0);
@@ -52,6 +53,61 @@ TEST_CASE("a job's fillet and cycle reach the evaluation", "[job][stress]") {
   none.erase("fillet");
   none["optimise"]["constraints"].erase(2);
   CHECK_FALSE(parse_job(none).request.stress.fillet);
+}
+
+TEST_CASE("an S-N curve, and the cycles that must be survived, reach the evaluation",
+          "[job][stress]") {
+  json with = document();
+  with["design"]["material"]["s_n_curve"] = {
+      {"coefficient", "2100 MPa"}, {"exponent", -0.09}, {"knee", 1e7}, {"survival", 0.9}};
+  with["fatigue"] = {{"cycles", 1e6}, {"mean_stress", "soderberg"}};
+  with["optimise"]["constraints"].push_back(
+      {{"quantity", "fatigue_life"}, {"over_stroke", "min"}, {"min", 6}});
+  const Job job = parse_job(with);
+  CHECK(job.request.stress.life);
+  CHECK(job.request.stress.fatigue);
+  CHECK(job.request.stress.fatigue_rule.cycles == 1e6);
+  CHECK(job.request.stress.fatigue_rule.mean_stress == MeanStress::soderberg);
+  REQUIRE(job.design.material.s_n_curve);
+  CHECK(job.design.material.s_n_curve->basquin->coefficient == Approx(2100e6));
+  const json written = document_of(job)["design"]["material"]["s_n_curve"];
+  CHECK(written["exponent"] == -0.09);
+  CHECK(written["survival"] == 0.9);
+  // what is written reads as the same
+  CHECK(document_of(parse_job(document_of(job))) == document_of(job));
+  with["design"]["material"]["s_n_curve"] = {
+      {"points",
+       {{{"cycles", 1e4}, {"amplitude", "800 MPa"}}, {{"cycles", 1e7}, {"amplitude", "450 MPa"}}}}};
+  const Job table = parse_job(with);
+  REQUIRE(table.design.material.s_n_curve->points.size() == 2);
+  CHECK(table.design.material.s_n_curve->points[1].amplitude == Approx(450e6));
+  CHECK(document_of(parse_job(document_of(table))) == document_of(table));
+  json one = document();
+  one["stroke"] = {{"at", {"5 mm"}}};
+  one["optimise"]["constraints"].erase(1);
+  CHECK_FALSE(parse_job(one).request.stress.fatigue);
+  one["fatigue"] = {{"stress_ratio", -1}};
+  CHECK(parse_job(one).request.stress.fatigue);
+}
+
+TEST_CASE("a life that is short is not one without end", "[job][stress]") {
+  json with = document();
+  with["design"]["material"]["s_n_curve"] = {{"coefficient", "2100 MPa"}, {"exponent", -0.09}};
+  with["optimise"]["constraints"].push_back(
+      {{"quantity", "fatigue_life"}, {"over_stroke", "min"}, {"min", 6}});
+  const Job job = parse_job(with);
+  const Goal life = make_goals(job).back();
+  StrokeResponse response;
+  response.path.resize(2);
+  for (PathPoint& p : response.path) p.status = PointStatus::converged;
+  response.path[1].fatigue_life = FatigueCycle{.value = -0.2};
+  const GoalReading reading = read_goal(life, response, job.request);
+  REQUIRE(reading.ok);
+  CHECK(reading.values == GoalValues{longest_life, -0.2});
+  response.path[0].fatigue_fault = "a mean stress breaks it";
+  const GoalReading refused = read_goal(life, response, job.request);
+  CHECK_FALSE(refused.ok);
+  CHECK_THAT(refused.message, Contains("a mean stress breaks it"));
 }
 
 TEST_CASE("where there is no stress a safety is beyond every bound; without a factor it has none",

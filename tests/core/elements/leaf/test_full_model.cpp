@@ -87,6 +87,10 @@ class BareLeaf final : public LeafElement {
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override {
     return full_.clamp_stresses(factors);
   }
+  std::vector<StressPlace> stress_places() override { return full_.stress_places(); }
+  MatrixXd section_stresses(const std::vector<StressPlace>& places) override {
+    return full_.section_stresses(places);
+  }
   LeafShape shape() override { return full_.shape(); }
   Vector3d material_point(double along, double across) override {
     if (lost) return Vector3d::Constant(std::nan(""));

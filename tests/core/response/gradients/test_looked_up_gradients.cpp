@@ -54,6 +54,9 @@ test::Family hinge(double beside_middle = 0, bool turned = false) {
       material.youngs_modulus = p[6];
       material.poissons_ratio = p[9];
       material.density = p[10];
+      material.ultimate_strength = 1700e6;
+      material.endurance_limit = 500e6;
+      material.s_n_curve.emplace().basquin = Basquin{2100e6, -0.09};
       if (turned) m.leaves.back() = models::turned(m.leaves.back());
     };
     add(1, beside, outer);
@@ -85,6 +88,7 @@ StrokeRequest sweep() {
                      Output::frequencies_locked, Output::stress,    Output::dynamics};
   request.dynamics = {0.02, TransmissibilityRule{Direction::ux, 20, 200, DriveState::free}};
   request.stress_peaks = 4;
+  request.stress.fatigue = request.stress.life = true;
   return request;
 }
 

@@ -29,6 +29,7 @@ TEST_CASE("every quantity has a derivative of its own", "[response][gradients]")
   point.notch_stress = vector();
   point.yield_safety = vector();
   point.fatigue_safety = vector();
+  point.fatigue_life = vector();
   point.envelope = numbered(4);
   point.moving_envelope = numbered(4);
   point.leaf_mass = vector();

@@ -107,10 +107,13 @@ TEST_CASE("a reinforced check: every quantity of a converged point has a value a
   request.dynamics = {1e-3, TransmissibilityRule{Direction::ux, 10, 100, DriveState::free}};
   request.capacity.directions.fill(true);
   request.capacity.directions[1] = request.capacity.directions[7] = false;  // the drive's
-  request.stress = {.fillet = 3e-4, .yield = true, .fatigue = true, .fatigue_rule = {}};
+  request.stress = {
+      .fillet = 3e-4, .yield = true, .fatigue = true, .fatigue_rule = {-1}, .life = true};
   Mechanism guide = models::guide(0.1, 0.03, 5e-4);
-  for (LeafSpring& leaf : guide.leaves)
+  for (LeafSpring& leaf : guide.leaves) {
     leaf.material.yield_strength = leaf.material.endurance_limit = 1e9;
+    leaf.material.s_n_curve.emplace().basquin = Basquin{1e9, -0.9};
+  }
   const StrokeResponse r = evaluate_stroke(guide, ModelOptions{}, request);
   REQUIRE(r.status == Status::ok);
   int with_value = 0;

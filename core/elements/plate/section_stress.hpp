@@ -1,0 +1,30 @@
+#pragma once
+// Stresses of sections with their signs: what the history of stress at a place is made of.
+#include <vector>
+
+#include "core/elements/plate/beam_stress.hpp"
+#include "core/elements/plate/plate_stress.hpp"
+
+namespace flexopt {
+
+/// Where a plate or a beam of this shape is read.
+std::vector<StressPlace> section_places(const PlateShape& shape);
+
+/// A SectionStress in each column, of a plate's strains:
+///
+///     σ11 = E/(1 − ν²) (ε11 + ν ε22),  σ22 likewise,  σ12 = G 2ε12;   ε = e, then t/2 κ
+MatrixXd section_stresses(const StrainField& field, const PlateShape& shape, double youngs_modulus,
+                          const std::vector<StressPlace>& places);
+/// Of a plate or a beam.
+MatrixXd section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                          double youngs_modulus, const std::vector<StressPlace>& places);
+
+/// Their derivatives, one place after the other: of a plate whose stations move, and of a leaf.
+VectorXd section_rates(const PlateShape& shape, const MovingStations& stations,
+                       const std::vector<StressPlace>& places, double youngs_modulus,
+                       const StressRate& rate);
+VectorXd section_rates(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
+                       const std::vector<StressPlace>& places, double youngs_modulus,
+                       const StressRate& rate);
+
+}  // namespace flexopt

@@ -1,0 +1,44 @@
+#pragma once
+// What a cycle of stress does to a material: equations (Y5) to (Y7) of README.md.
+#include <optional>
+#include <string>
+
+#include "core/mechanism/mechanism.hpp"
+#include "core/response/request.hpp"
+
+namespace flexopt {
+
+/// What the material lacks for a safety against fatigue, for a life; empty where it lacks nothing.
+std::string missing_for_fatigue(const Material& material, const FatigueRule& rule);
+std::string missing_for_life(const Material& material, const FatigueRule& rule);
+
+/// Of cycles with an effective amplitude ≥ 0 and an effective mean [Pa]. A mean below zero, of
+/// compression, counts as none.
+class FatigueLaw {
+ public:
+  /// `material` must outlive it, and have what is asked for.
+  FatigueLaw(const Material& material, const FatigueRule& rule);
+
+  struct Answer {
+    double value = 0, per_amplitude = 0, per_mean = 0;
+  };
+  /// 1 over the safety: the factor on the whole cycle that leads to the line. (Y5)
+  Answer use(double amplitude, double mean) const;
+  /// The amplitude at mean zero that does the same [Pa]. (Y6) Nothing from the mean on that breaks
+  /// the material alone.
+  std::optional<Answer> reversed(double amplitude, double mean) const;
+  /// The mean that breaks the material alone [Pa].
+  double limit() const { return *limit_; }
+  const SnCurve& curve() const { return *material_->s_n_curve; }
+
+ private:
+  const Material* material_;
+  MeanStress rule_;
+  std::optional<double> endured_, limit_;  ///< at mean zero; of the mean
+};
+
+/// Largest stress of a cycle with the rule's stress ratio that the material endures [Pa]; nothing
+/// where the material lacks a number.
+std::optional<double> fatigue_strength(const Material& material, const FatigueRule& rule);
+
+}  // namespace flexopt

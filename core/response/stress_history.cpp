@@ -1,0 +1,281 @@
+#include "core/response/stress_history.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "core/response/fatigue_law.hpp"
+#include "core/response/stress_safety.hpp"
+
+namespace flexopt {
+namespace {
+
+double von_mises_square(const Vector3d& s) {
+  return s[0] * s[0] - s[0] * s[1] + s[1] * s[1] + 3 * s[2] * s[2];
+}
+
+/// One side of a place of a leaf.
+struct Spot {
+  std::size_t leaf = 0;
+  Eigen::Index place = 0;
+  bool positive = true;
+  NotchFactors notch;
+  int end = -1;  ///< the edge with the notch
+};
+
+/// A cycle at a spot, between two points of the path.
+struct Found {
+  double measure = 0;  ///< what is the largest of: use, or reversed amplitude
+  Spot spot;
+  std::size_t other = 0;
+  EffectiveCycle cycle;
+};
+
+class History {
+ public:
+  History(const Mechanism& mechanism, const StressRules& rules, const StrokeResponse& response)
+      : mechanism_(mechanism), rules_(rules), response_(response) {
+    for (const LeafSpring& leaf : mechanism.leaves)
+      factors_.push_back(rules.fillet ? clamp_factors(leaf, *rules.fillet) : ClampFactors{});
+  }
+
+  /// The stress of a spot from that of its section.
+  static Vector3d on_side(const Spot& spot, const SectionStress& section) {
+    const double bending = spot.positive ? spot.notch.bending : -spot.notch.bending;
+    return spot.notch.membrane * section.head<3>() + bending * section.tail<3>();
+  }
+
+  /// Calls `take(spot, stresses)` for every spot of a leaf, with its stress at each point.
+  template <class Take>
+  void each_spot(std::size_t leaf, const Take& take) const {
+    const std::vector<StressPlace>& places = response_.stress_places[leaf];
+    std::vector<Vector3d> stresses(response_.path.size());
+    for (std::size_t q = 0; q < places.size(); ++q)
+      for (const bool positive : {true, false}) {
+        Spot spot{leaf, static_cast<Eigen::Index>(q), positive, {}, -1};
+        for (const int end : {0, 1})
+          if (const auto& factors = factors_[leaf][static_cast<std::size_t>(end)];
+              factors && places[q].along == end) {
+            spot.notch = *factors;
+            spot.end = end;
+          }
+        for (std::size_t k = 0; k < stresses.size(); ++k)
+          stresses[k] = on_side(spot, response_.path[k].sections[leaf].col(spot.place));
+        take(spot, stresses);
+      }
+  }
+
+  SectionStress section(std::size_t point, const Spot& spot) const {
+    return response_.path[point].sections[spot.leaf].col(spot.place);
+  }
+
+  FatigueCycle cycle_of(const Found& found, std::size_t point) const {
+    const Spot& spot = found.spot;
+    const StressPlace& at =
+        response_.stress_places[spot.leaf][static_cast<std::size_t>(spot.place)];
+    FatigueCycle cycle;
+    cycle.amplitude = found.cycle.amplitude;
+    cycle.mean = found.cycle.mean;
+    cycle.other = static_cast<int>(found.other);
+    StressPeak& peak = cycle.stress;
+    peak.leaf = static_cast<int>(spot.leaf);
+    peak.along = at.along;
+    peak.across = at.across;
+    peak.segment = at.segment;
+    peak.on_positive_normal = spot.positive;
+    peak.notch = spot.notch;
+    for (const std::size_t k : {point, found.other})
+      peak.value =
+          std::max(peak.value, std::sqrt(von_mises_square(on_side(spot, section(k, spot)))));
+    return cycle;
+  }
+
+  /// What the stress of a spot at a point changes by: 3 × parameters.
+  MatrixXd rates(const Spot& spot, std::size_t point, const std::vector<Mechanism>& directions,
+                 const StrokeGradients& gradients) const {
+    const auto of = gradients.path[point].section_rates[spot.leaf].middleRows(6 * spot.place, 6);
+    const double side = spot.positive ? 1 : -1;
+    MatrixXd rates =
+        spot.notch.membrane * of.topRows<3>() + side * spot.notch.bending * of.bottomRows<3>();
+    if (spot.end < 0) return rates;
+    const LeafSpring& leaf = mechanism_.leaves[spot.leaf];
+    const SectionStress s = section(point, spot);
+    for (Eigen::Index p = 0; p < rates.cols(); ++p) {
+      const NotchFactors moved =
+          clamp_factor_rates(leaf, directions[static_cast<std::size_t>(p)].leaves[spot.leaf],
+                             spot.end, *rules_.fillet);
+      rates.col(p) += moved.membrane * s.head<3>() + side * moved.bending * s.tail<3>();
+    }
+    return rates;
+  }
+
+  /// What amplitude and mean of a cycle change by.
+  struct CycleRates {
+    VectorXd amplitude, mean;
+  };
+  CycleRates cycle_rates(const Found& found, std::size_t point,
+                         const std::vector<Mechanism>& directions,
+                         const StrokeGradients& gradients) const {
+    const Spot& spot = found.spot;
+    const Vector3d half =
+        0.5 * (on_side(spot, section(point, spot)) - on_side(spot, section(found.other, spot)));
+    const MatrixXd one = rates(spot, point, directions, gradients),
+                   other = rates(spot, found.other, directions, gradients);
+    Vector3d slope = Vector3d::Zero();
+    if (const double a = found.cycle.amplitude; a > 0)
+      slope << (2 * half[0] - half[1]) / (2 * a), (2 * half[1] - half[0]) / (2 * a),
+          3 * half[2] / a;
+    return {0.5 * (one - other).transpose() * slope,
+            0.5 * (one + other).topRows<2>().colwise().sum().transpose()};
+  }
+
+ private:
+  const Mechanism& mechanism_;
+  const StressRules& rules_;
+  const StrokeResponse& response_;
+  std::vector<ClampFactors> factors_;
+};
+
+/// Keeps the larger one for both ends of a cycle; of equal ones but for rounding the first.
+void keep(std::vector<Found>& worst, std::size_t i, std::size_t j, double measure, const Spot& spot,
+          const EffectiveCycle& cycle) {
+  for (const auto& [at, other] : {std::pair{i, j}, std::pair{j, i}})
+    if (measure > worst[at].measure * (1 + 1e-9)) worst[at] = {measure, spot, other, cycle};
+}
+
+/// Largest use and largest reversed amplitude of the cycles of one leaf that end at each point, and
+/// the largest mean where one breaks the leaf.
+struct WorstOfLeaf {
+  std::vector<Found> use, reversed;
+  double broken = 0;
+};
+
+WorstOfLeaf worst_of_leaf(const History& history, std::size_t leaf, const FatigueLaw& law,
+                          const StressRules& rules, std::size_t points) {
+  WorstOfLeaf worst{std::vector<Found>(points), std::vector<Found>(points), 0};
+  history.each_spot(leaf, [&](const Spot& spot, const std::vector<Vector3d>& stresses) {
+    for (std::size_t i = 0; i < points; ++i)
+      for (std::size_t j = i + 1; j < points; ++j) {
+        const EffectiveCycle cycle = effective_cycle(stresses[i], stresses[j]);
+        if (rules.fatigue)
+          keep(worst.use, i, j, law.use(cycle.amplitude, cycle.mean).value, spot, cycle);
+        if (!rules.life) continue;
+        if (const auto reversed = law.reversed(cycle.amplitude, cycle.mean))
+          keep(worst.reversed, i, j, reversed->value, spot, cycle);
+        else
+          worst.broken = std::max(worst.broken, cycle.mean);
+      }
+  });
+  return worst;
+}
+
+VectorXd chain(const FatigueLaw::Answer& law, const History::CycleRates& rates) {
+  return law.per_amplitude * rates.amplitude + law.per_mean * rates.mean;
+}
+
+/// Puts what one leaf has into the points where it is worse than those before.
+class Points {
+ public:
+  Points(const History& history, const std::vector<Mechanism>* directions, StrokeResponse& response,
+         StrokeGradients* gradients)
+      : history_(history), directions_(directions), response_(response), gradients_(gradients) {}
+
+  void add_safety(const Found& found, std::size_t k, const FatigueLaw& law) {
+    const FatigueLaw::Answer use = law.use(found.cycle.amplitude, found.cycle.mean);
+    if (use.value * no_critical_factor <= 1) return;
+    auto& safety = response_.path[k].fatigue_safety;
+    const double value = 1 / use.value;
+    if (safety && value >= safety->value * (1 - 1e-9)) return;
+    safety = history_.cycle_of(found, k);
+    safety->value = value;
+    if (gradients_)
+      gradients_->path[k].fatigue_safety = -value * value * chain(use, rates(found, k));
+  }
+
+  void add_life(const Found& found, std::size_t k, const FatigueLaw& law) {
+    if (found.measure <= 0) return;
+    const Life life = life_at(law.curve(), found.measure);
+    if (life.log10_cycles >= longest_life) return;
+    auto& least = response_.path[k].fatigue_life;
+    if (least && life.log10_cycles >= least->value - 1e-9) return;
+    least = history_.cycle_of(found, k);
+    least->value = life.log10_cycles;
+    least->range = life.range;
+    const auto reversed = law.reversed(found.cycle.amplitude, found.cycle.mean);
+    if (gradients_)
+      gradients_->path[k].fatigue_life =
+          life.slope / (found.measure * std::numbers::ln10) * chain(*reversed, rates(found, k));
+  }
+
+ private:
+  History::CycleRates rates(const Found& found, std::size_t k) const {
+    return history_.cycle_rates(found, k, *directions_, *gradients_);
+  }
+
+  const History& history_;
+  const std::vector<Mechanism>* directions_;
+  StrokeResponse& response_;
+  StrokeGradients* gradients_;
+};
+
+// Why the path has no cycle; empty where it has.
+std::string fault_of(const StrokeResponse& response) {
+  if (response.path.size() < 2)
+    return "a path of one point has no cycle: give it more points, or fatigue a stress_ratio";
+  for (const PathPoint& point : response.path)
+    if (!point.fillet_fault.empty()) return point.fillet_fault;
+  if (!std::ranges::all_of(response.path, [](const PathPoint& point) {
+        return point.status == PointStatus::converged && !point.sections.empty();
+      }))
+    return "a point of the path has no equilibrium: its cycle is not known";
+  return {};
+}
+
+}  // namespace
+
+EffectiveCycle effective_cycle(const Vector3d& one, const Vector3d& other) {
+  const Vector3d half = 0.5 * (one - other);
+  return {std::sqrt(std::max(0.0, von_mises_square(half))),
+          0.5 * (one[0] + one[1] + other[0] + other[1])};
+}
+
+void add_fatigue(const Mechanism& mechanism, const StressRules& rules,
+                 const std::vector<Mechanism>* directions, StrokeResponse& response,
+                 StrokeGradients* gradients) {
+  assert(rules.need_history() && (directions == nullptr) == (gradients == nullptr));
+  std::string fault = fault_of(response);
+  if (fault.empty()) {
+    const History history(mechanism, rules, response);
+    Points points(history, directions, response, gradients);
+    for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
+      const FatigueLaw law(mechanism.leaves[i].material, rules.fatigue_rule);
+      const WorstOfLeaf worst = worst_of_leaf(history, i, law, rules, response.path.size());
+      if (worst.broken > 0)
+        fault = fmt::format(
+            "the mean stress of {:.4g} Pa in {} alone is beyond what the material bears, {:.4g} Pa",
+            worst.broken, mechanism.leaves[i].name, law.limit());
+      for (std::size_t k = 0; k < response.path.size(); ++k) {
+        if (rules.fatigue) points.add_safety(worst.use[k], k, law);
+        if (rules.life && worst.broken == 0) points.add_life(worst.reversed[k], k, law);
+      }
+    }
+  }
+  for (PathPoint& point : response.path) {
+    if (!fault.empty()) {
+      point.fatigue_fault = fault;
+      point.fatigue_life.reset();
+    }
+    point.sections.clear();
+  }
+  response.stress_places.clear();
+  if (!gradients) return;
+  for (PointGradients& of : gradients->path) {
+    if (!fault.empty()) of.fatigue_life.reset();
+    of.section_rates.clear();
+  }
+}
+
+}  // namespace flexopt
