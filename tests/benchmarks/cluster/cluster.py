@@ -47,9 +47,12 @@ def measured(folder):
     job["samples"]["count"] = 48
     file = folder / "guides.json"
     file.write_text(json.dumps(job))
-    wall, alone, _ = timed([BUILD / "flexopt", "run", file, "--quiet", "--threads", 1, "--out", folder / "alone"])
-    lines = (folder / "alone/evaluations.seconds.jsonl").read_text().splitlines()[1:]
-    seconds = [json.loads(line)["total"] for line in lines]
+    repeated = []
+    for name in ("first", "second", "alone"):  # the least of each: other work takes its share of the clock
+        wall, alone, _ = timed([BUILD / "flexopt", "run", file, "--quiet", "--threads", 1, "--out", folder / name])
+        lines = (folder / name / "evaluations.seconds.jsonl").read_text().splitlines()[1:]
+        repeated.append([json.loads(line)["total"] for line in lines])
+    seconds = [min(times) for times in zip(*repeated)]
     rows = [f"| one process | {wall:.1f} | {alone:.1f} | – |"]
     for ranks in (1, 2, 4):
         wall, used, _ = timed([*MPIRUN, "-n", ranks, BUILD / "flexopt", "run", file, "--quiet", "--out",
@@ -59,8 +62,7 @@ def measured(folder):
         assert same
         rows.append(f"| mpirun -n {ranks} | {wall:.1f} | {used:.1f} | {100 * alone / used:.0f} % |")
     _, _, said = timed([*MPIRUN, "-n", 3, BUILD / "bench_crew_messages", folder / "alone/evaluations.jsonl"])
-    scale = alone / sum(seconds)  # other work on the machine takes its share of the clock
-    return rows, [scale * s for s in seconds], json.loads(said)
+    return rows, seconds, json.loads(said)
 
 
 def start_up(folder):
@@ -126,9 +128,9 @@ def main():
         f" evaluation of this job {1e3 * mean:.0f} ms ({1e3 * min(seconds):.0f} to {1e3 * max(seconds):.0f}).",
         f"A program that is started alone takes {started:.0f} ms to start, with MPI in the build or without."])
     counts = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000]
-    cases = [("evaluations of this job, 64 a rank", seconds, 64, True),
-             ("the same, one in each message", seconds, 64, False),
-             ("a tenth of their time, 640 a rank", [s / 10 for s in seconds], 640, True)]
+    cases = [("evaluations of this job, 256 a rank", seconds, 256, True),
+             ("the same, one in each message", seconds, 256, False),
+             ("a tenth of their time, 1280 a rank", [s / 10 for s in seconds], 1280, True)]
     table = ["| ranks | " + " | ".join(name for name, *_ in cases) + " |", "|---|" + "---|" * len(cases)]
     figure, axes = plt.subplots(figsize=(6, 3.4))
     curves = [[efficiency(ranks, per_rank, times, message, chunks) for ranks in counts]

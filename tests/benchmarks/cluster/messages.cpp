@@ -70,7 +70,7 @@ int lead(Crew& crew, const std::vector<std::string>& lines) {
     for (std::size_t at = 0, end; at < answer.size(); at = end) {
       end = answer.find('\n', at) + 1;
       const std::string line = answer.substr(at, end - at);
-      (void)nlohmann::json::parse(line);
+      [[maybe_unused]] const auto read = nlohmann::json::parse(line);
       const std::lock_guard lock(mutex);
       log << line << std::flush;
     }
@@ -83,7 +83,8 @@ int lead(Crew& crew, const std::vector<std::string>& lines) {
   const double one = cost_of(1), nine = cost_of(9), unit = (nine - one) / 8;
   const double before = processor_seconds();
   for (int k = 0; k < questions; ++k)
-    (void)nlohmann::json::parse(lines[static_cast<std::size_t>(k) % lines.size()]);
+    [[maybe_unused]] const auto read =
+        nlohmann::json::parse(lines[static_cast<std::size_t>(k) % lines.size()]);
   const double parse = (processor_seconds() - before) / questions;
   over = true;
   busy.join();

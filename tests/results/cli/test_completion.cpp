@@ -56,7 +56,7 @@ TEST_CASE("bash completes commands, options, families, files and values", "[resu
   CHECK(offered({""}) == commands);
   CHECK(offered({"co"}) == Words{"completion"});
   CHECK(offered({"run", "--"}) ==
-        Words{"--help", "--json", "--out", "--quiet", "--set", "--threads"});
+        Words{"--help", "--json", "--out", "--quiet", "--set", "--shard", "--threads"});
   CHECK(offered({"run", ""}) == Words{"guide.json", "a hinge.json", "jobs"});
   CHECK(offered({"run", "gu"}) == Words{"guide.json"});
   CHECK(offered({"run", "guide.json", "--out", ""}) == Words{"jobs"});
