@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "designs/s_n_curve_json.hpp"
+#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "results/files/path_point_json.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/units.hpp"
 

@@ -10,10 +10,6 @@ namespace flexopt {
 /// Everything but timings. Where a number is not finite it is null, and the status says so.
 OrderedJson make_result(const RunRecord& record);
 
-/// One stroke point; numbers that a point without equilibrium does not have are null.
-OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
-                            const StrokeRequest& request);
-
 /// Load case, point and stroke of a place on the paths of a job with several load cases.
 OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPlace& place);
 

@@ -9,7 +9,7 @@
 #include "results/files/folder.hpp"
 #include "results/files/mode_branches.hpp"
 #include "results/files/packed_array.hpp"
-#include "results/files/result_json.hpp"
+#include "results/files/path_point_json.hpp"
 #include "results/files/scene_modes.hpp"
 
 namespace flexopt {

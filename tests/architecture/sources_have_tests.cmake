@@ -142,6 +142,8 @@ set(tested_by
   results/files/comparison_json results/files/test_comparison
   results/files/csv_text results/files/test_csv
   results/files/optimum_json results/run/test_run_files
+  results/files/path_point_json results/files/test_result_json
+  results/files/result_context results/files/test_result_json
   results/files/tolerances jobs/test_load_cases
   results/run/interrupted jobs/test_optimise_resumes
   results/run/join_crew results/mpi/test_mpi_crew

@@ -1,0 +1,287 @@
+#include "results/files/path_point_json.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/response/fatigue_law.hpp"
+#include "core/response/principal_stiffness.hpp"
+#include "core/response/quantities.hpp"
+#include "results/files/run_record.hpp"
+#include "results/files/state_space.hpp"
+
+namespace flexopt {
+
+std::string key_of(const std::string& name) { return name.substr(0, name.find('.')); }
+
+OrderedJson vector_json(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+namespace {
+
+using Json = OrderedJson;
+
+Json matrix_json(const Matrix6d& m) {
+  Json rows = Json::array();
+  for (int i = 0; i < 6; ++i) {
+    Json row = Json::array();
+    for (int j = 0; j < 6; ++j) row.push_back(m(i, j));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Json mode_json(const Mode& mode, const char* drive) {
+  return {{"frequency", mode.frequency},
+          {"kind", name_of(mode.kind)},
+          {"drive", drive},
+          {"participation",
+           {{"drive", mode.drive},
+            {"end_effector", mode.end_effector},
+            {"intermediate_body", mode.intermediate_body},
+            {"leaf", mode.leaf}}}};
+}
+
+/// Drive locked first: the first of them that counts is the parasitic frequency.
+Json modes_json(const PathPoint& point) {
+  Json modes = Json::array();
+  for (const Mode& mode : point.modes_locked) modes.push_back(mode_json(mode, "locked"));
+  for (const Mode& mode : point.modes_free) modes.push_back(mode_json(mode, "free"));
+  return modes;
+}
+
+Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& mechanism) {
+  if (!peak) return nullptr;
+  const auto leaf = static_cast<std::size_t>(peak->leaf);
+  assert(leaf < mechanism.leaves.size());
+  return {{"leaf", mechanism.leaves[leaf].name},
+          {"along", peak->along},
+          {"across", peak->across},
+          {"position", vector_json(peak->position)},
+          {"surface", peak->on_positive_normal ? "positive_normal" : "negative_normal"}};
+}
+
+/// The same with the stress there, and the factors of the fillet that it has in it.
+Json notch_place_json(const StressPeak& peak, const Mechanism& mechanism) {
+  Json json = stress_place_json(peak, mechanism);
+  json["stress"] = peak.value;
+  json["fillet_factors"] = {{"membrane", peak.notch.membrane}, {"bending", peak.notch.bending}};
+  return json;
+}
+
+/// Where the worst cycle is, what it is made of, and the point of the path at its other end.
+Json cycle_place_json(const FatigueCycle& cycle, const Mechanism& mechanism) {
+  Json json = notch_place_json(cycle.stress, mechanism);
+  if (cycle.other) json.erase("position");
+  json["amplitude"] = cycle.amplitude;
+  json["mean"] = cycle.mean;
+  json["other_point"] = cycle.other ? Json(*cycle.other) : Json();
+  return json;
+}
+
+/// The same with the number of cycles, where the curve tells it.
+Json life_place_json(const FatigueCycle& life, const Mechanism& mechanism) {
+  Json json = cycle_place_json(life, mechanism);
+  const bool told = life.range == LifeRange::within;
+  json["cycles"] = told ? Json(std::pow(10.0, life.value)) : Json();
+  json["on_curve"] = told                                      ? "within"
+                     : life.range == LifeRange::without_end    ? "endurance"
+                     : life.range == LifeRange::short_of_curve ? "short of the curve"
+                                                               : "beyond the curve";
+  return json;
+}
+
+Json clearance_place_json(const std::optional<Clearance>& clearance) {
+  if (!clearance) return nullptr;
+  return {{"between", {clearance->names[0], clearance->names[1]}},
+          {"positions", {vector_json(clearance->places[0]), vector_json(clearance->places[1])}}};
+}
+
+/// Critical factors of the named load; null where none was named.
+Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mechanism) {
+  if (!buckling) return nullptr;
+  Json factors = Json::object(), linearised = Json::object(), kind = Json::object(),
+       mode = Json::object(), reason = Json::object();
+  for (const auto& [drive, load] : {std::pair{"drive_locked", &buckling->drive_locked},
+                                    {"drive_free", &buckling->drive_free}}) {
+    factors[drive] = optional_json(load->factor);
+    linearised[drive] = optional_json(load->linearised);
+    kind[drive] = !load->factor ? Json() : Json(load->fold ? "fold" : "bifurcation");
+    reason[drive] = load->reason;
+    mode[drive] = nullptr;
+    for (std::size_t b = 0; b < load->mode.size(); ++b)
+      mode[drive][mechanism.bodies[b].name] = {
+          {"displacement", vector_json(load->mode[b].displacement)},
+          {"rotation", vector_json(load->mode[b].rotation)}};
+  }
+  factors["linearised"] = std::move(linearised);
+  factors["kind"] = std::move(kind);
+  factors["mode"] = std::move(mode);
+  factors["reason"] = std::move(reason);
+  return factors;
+}
+
+const char* name_of(CapacityLimit limit) {
+  switch (limit) {
+    case CapacityLimit::stress:
+      return "stress";
+    case CapacityLimit::instability:
+      return "instability";
+    case CapacityLimit::stiffness:
+      return "stiffness";
+    default:
+      return "none";
+  }
+}
+
+/// What ends the growth of each load; null where no capacity was asked for.
+Json capacity_limits_json(const PathPoint& point, const Mechanism& mechanism) {
+  Json limits;
+  for (std::size_t k = 0; k < point.load_capacity.size(); ++k) {
+    const auto& capacity = point.load_capacity[k];
+    if (!capacity) continue;
+    Json one = {{"limit", name_of(capacity->limit)}, {"reason", capacity->reason}};
+    if (capacity->limit == CapacityLimit::none) one["at_least"] = capacity->value;
+    if (capacity->limit == CapacityLimit::instability)
+      one["kind"] = capacity->fold ? "fold" : "bifurcation";
+    if (capacity->stress) one["stress"] = notch_place_json(*capacity->stress, mechanism);
+    if (capacity->support)
+      one["support_stiffness"] = {
+          {"direction", direction_names[static_cast<std::size_t>(index(*capacity->support))]},
+          {"value", capacity->stiffness}};
+    limits[(k < 6 ? "" : "-") + std::string(direction_names[k % 6])] = std::move(one);
+  }
+  return limits;
+}
+
+/// Motion of every body by its name, as that of O is given.
+Json bodies_json(const PathPoint& point, const Mechanism& mechanism) {
+  Json bodies = Json::object();
+  for (std::size_t b = 0; b < point.bodies.size(); ++b) {
+    assert(b < mechanism.bodies.size());
+    bodies[mechanism.bodies[b].name] = {{"displacement", vector_json(point.bodies[b].displacement)},
+                                        {"rotation", vector_json(point.bodies[b].rotation)}};
+  }
+  return bodies;
+}
+
+Json leaves_json(const PathPoint& point, const Mechanism& mechanism) {
+  Json leaves = Json::array();
+  for (std::size_t i = 0; i < point.leaves.size(); ++i) {
+    const LeafReport& leaf = point.leaves[i];
+    assert(i < mechanism.leaves.size());
+    leaves.push_back({{"name", mechanism.leaves[i].name},
+                      {"model", leaf.model},
+                      {"reason", leaf.reason},
+                      {"check", leaf.check},
+                      {"source", leaf.source},
+                      {"degree", leaf.degree > 0 ? Json(leaf.degree) : Json()}});
+  }
+  return leaves;
+}
+
+/// All principal support stiffnesses, ascending: N/m of translations, N m/rad of rotations.
+Json principal_json(const PathPoint& point, bool rotations) {
+  Json list = Json::array();
+  for (const PrincipalStiffness& p : principal_stiffnesses(point, rotations))
+    list.push_back({{"value", p.value}, {"direction", vector_json(p.direction)}});
+  return list;
+}
+
+/// The numbers of a row, as many as the point has.
+Json row_json(const QuantityRow& row, const PathPoint& point) {
+  if (row.of_drives && !point.drive_names.empty()) {
+    Json values = Json::object();
+    for (std::size_t k = 0; k < point.drive_names.size(); ++k)
+      values[point.drive_names[k]] = optional_json(row.value(point, static_cast<int>(k)));
+    return values;
+  }
+  if (row.layout == Layout::number) {
+    Json value = optional_json(row.value(point, 0));
+    if (!row.direction) return value;
+    const auto direction = row.direction(point);
+    if (value.is_null() || !direction) return nullptr;
+    return {{"value", std::move(value)},
+            {"direction", vector_json(*direction)},
+            {"translations", principal_json(point, false)},
+            {"rotations", principal_json(point, true)}};
+  }
+  Json values = row.layout == Layout::list ? Json::array() : Json::object();
+  if (row.layout == Layout::list)
+    for (int k = 0; const auto value = row.value(point, k); ++k) values.push_back(*value);
+  else
+    for (std::size_t k = 0; k < row.components.size(); ++k)
+      if (const auto value = row.value(point, static_cast<int>(k)))
+        values[row.components[k]] = *value;
+  return values;
+}
+
+void add_quantities(const PathPoint& point, Json& json) {
+  for (const QuantityRow& row : quantity_rows()) {
+    std::string pointer = "/" + row.name;
+    std::ranges::replace(pointer, '.', '/');
+    json[Json::json_pointer(pointer)] = row_json(row, point);
+  }
+}
+
+}  // namespace
+
+OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
+                            const StrokeRequest& request) {
+  Json stroke = point.stroke;
+  if (!point.drive_names.empty() && request.loads.driven()) {
+    stroke = Json::object();
+    for (std::size_t k = 0; k < point.drive_names.size(); ++k)
+      stroke[point.drive_names[k]] = point.strokes[k];
+  }
+  Json json = {{"stroke", std::move(stroke)},
+               {"status", name_of(point.status)},
+               {"message", point.message},
+               {"newton_iterations", point.newton_iterations},
+               {"sub_steps", point.sub_steps}};
+  if (point.status != PointStatus::converged) {
+    for (const QuantityRow& row : quantity_rows()) json[key_of(row.name)] = nullptr;
+    for (const char* name : {"compliance", "modes", "max_stress_place", "clearance_place", "stable",
+                             "negative_pivots", "leaves", "bodies"})
+      json[name] = nullptr;
+    return json;
+  }
+  add_quantities(point, json);
+  json["compliance"] = {{"drive_free", matrix_json(point.compliance_free)},
+                        {"drive_locked", matrix_json(point.compliance_locked)}};
+  json["modes"] = modes_json(point);
+  json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
+  if (point.notch_stress)
+    json["notch_stress_place"] = notch_place_json(*point.notch_stress, mechanism);
+  if (point.yield_safety)
+    json["yield_safety_place"] = notch_place_json(point.yield_safety->stress, mechanism);
+  if (point.fatigue_safety)
+    json["fatigue_safety_place"] = cycle_place_json(*point.fatigue_safety, mechanism);
+  if (point.fatigue_life)
+    json["fatigue_life_place"] = life_place_json(*point.fatigue_life, mechanism);
+  if (!point.fatigue_fault.empty()) json["fatigue_fault"] = point.fatigue_fault;
+  if (!point.fillet_fault.empty()) json["fillet_fault"] = point.fillet_fault;
+  json["clearance_place"] = clearance_place_json(point.clearance);
+  json["bodies"] = bodies_json(point, mechanism);
+  if (!point.probes.empty()) {
+    Json probes = Json::object();
+    for (std::size_t k = 0; k < point.probes.size(); ++k)
+      probes[request.probes[k].name] = {{"displacement", vector_json(point.probes[k])}};
+    json["probes"] = std::move(probes);
+  }
+  if (point.transmissibility)
+    json["transmissibility_frequency"] = point.transmissibility->frequency;
+  if (point.state_space) json["state_space"] = state_space_json(*point.state_space);
+  json["buckling"] = buckling_json(point.buckling, mechanism);
+  if (Json limits = capacity_limits_json(point, mechanism); !limits.is_null())
+    json["load_capacity_limit"] = std::move(limits);
+  json["stable"] = point.stable;
+  if (request.branch == BranchChoice::stable)
+    json["branch"] = point.other_branch ? "other" : "primary";
+  json["negative_pivots"] = point.negative_pivots;
+  json["leaves"] = leaves_json(point, mechanism);
+  return json;
+}
+
+}  // namespace flexopt

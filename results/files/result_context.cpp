@@ -1,0 +1,273 @@
+#include "results/files/result_context.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "core/elements/plate/leaf_validity.hpp"
+#include "core/response/fatigue_law.hpp"
+#include "core/response/mobility/mobility.hpp"
+#include "core/response/quantities.hpp"
+#include "designs/s_n_curve_json.hpp"
+#include "optim/job/job_numbers.hpp"
+#include "results/files/path_point_json.hpp"
+#include "results/files/units.hpp"
+
+namespace flexopt {
+
+namespace {
+
+using Json = OrderedJson;
+
+}  // namespace
+
+Json material_json(const Material& material) {
+  return {{"name", material.name},
+          {"youngs_modulus", material.youngs_modulus},
+          {"poissons_ratio", material.poissons_ratio},
+          {"density", material.density},
+          {"allowable_stress", optional_json(material.allowable_stress)},
+          {"yield_strength", optional_json(material.yield_strength)},
+          {"ultimate_strength", optional_json(material.ultimate_strength)},
+          {"endurance_limit", optional_json(material.endurance_limit)},
+          {"s_n_curve", material.s_n_curve ? Json(written_s_n_curve(*material.s_n_curve)) : Json()},
+          {"thermal_expansion", optional_json(material.thermal_expansion)}};
+}
+
+namespace {
+
+/// Which model the leaf needs, with the estimated errors of the cheaper ones.
+Json validity_json(const LeafSpring& leaf) {
+  const LeafValidity v = leaf_validity(leaf);
+  return {{"needed", v.needed},
+          {"accepted_error", LeafValidity::accepted},
+          {"length_over_width", v.aspect},
+          {"width_squared_over_length_thickness", v.flatness},
+          {"warping_length", v.warping_length},
+          {"estimated_errors",
+           {{"beam_free_warping", v.beam_free_warping},
+            {"beam", v.beam},
+            {"beam_drive_stiffness", v.beam_drive},
+            {"plate", optional_json(v.plate)}}}};
+}
+
+}  // namespace
+
+Json constraints_json(const Mechanism& mechanism) {
+  const Mobility m = mobility(mechanism);
+  Json redundant = Json::array();
+  for (const Redundancy& r : m.redundant)
+    redundant.push_back({{"body", r.body},
+                         {"direction", direction_names[index(r.direction)]},
+                         {"axis", vector_json(r.axis)},
+                         {"shared_by", r.shared_by},
+                         {"text", r.text}});
+  return {{"degrees_of_freedom", m.degrees_of_freedom},
+          {"end_effector_degrees_of_freedom", m.end_effector_degrees_of_freedom},
+          {"overconstraints", m.overconstraints},
+          {"redundant", std::move(redundant)},
+          {"tolerance", Mobility::tolerance}};
+}
+
+Json leaf_geometry_json(const Mechanism& mechanism) {
+  Json leaves = Json::array();
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    leaves.push_back({{"name", leaf.name},
+                      {"length", leaf.length},
+                      {"width", leaf.width},
+                      {"thickness", leaf.thickness},
+                      {"section", leaf.section == Section::circular ? "circular" : "rectangular"},
+                      {"validity", validity_json(leaf)}});
+    // of its arc, positive to the side of across × (base → tip)
+    if (leaf.curve) leaves.back()["curve"] = -*leaf.curve;
+    // the part of the length before it, and the angle by which the leaf turns there
+    if (leaf.fold)
+      leaves.back()["fold"] = {{"place", leaf.fold->place}, {"angle", std::abs(leaf.fold->angle)}};
+  }
+  return leaves;
+}
+
+namespace {
+
+/// One unit for all numbers of a key, or one for each component.
+void add_quantity_units(const DriveList& drives, Json& units) {
+  std::map<std::string, std::set<std::string>> of_key;
+  for (const Quantity& q : quantities(drives)) of_key[key_of(q.name)].insert(q.unit);
+  for (const Quantity& q : quantities(drives)) {
+    const std::string key = key_of(q.name);
+    if (of_key[key].size() == 1)
+      units[key] = q.unit;
+    else
+      units[key][q.name.substr(key.size() + 1)] = q.unit;
+  }
+}
+
+}  // namespace
+
+Json units_json(const Job& job, const Mechanism& mechanism, const StrokeRequest& request) {
+  Json parameters = Json::object();
+  for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
+  const DriveList drives(mechanism);
+  Json units = {{"stroke", stroke_unit(drives, request)}};
+  if (drives.named() && request.loads.driven()) {
+    units["stroke"] = Json::object();
+    for (const DriveList::Item& drive : drives.items)
+      units["stroke"][drive.name] = is_rotation(drive.direction) ? "rad" : "m";
+  }
+  add_quantity_units(drives, units);
+  units["compliance"] = "[m m m rad rad rad] against [N N N N m N m N m]";
+  units["frequency_derivatives"] =
+      fmt::format("omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke in {}",
+                  stroke_unit(drives, request));
+  if (drives.named())
+    units["frequency_derivatives"] =
+        "omega2 in rad^2/s^2, compliance in s^2/rad^2, per stroke of the drive in m or rad";
+  if (drives.items.size() > 1)
+    units["frequency_derivatives_along_ways"] =
+        "omega2 in rad^2/s^2, compliance in s^2/rad^2, per part of the way to the strokes";
+  units["parameters"] = std::move(parameters);
+  return units;
+}
+
+Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
+  Json list = Json::array();
+  for (const Quantity& q : quantities(drives)) {
+    if (!q.row->in_report) continue;
+    if (!is_answered(q, request)) continue;
+    Json at = {key_of(q.name)};
+    if (const std::size_t dot = q.name.find('.'); dot != std::string::npos)
+      at.push_back(q.name.substr(dot + 1));
+    if (q.row->direction) at.push_back("value");
+    list.push_back({{"name", q.name}, {"label", q.label}, {"unit", q.unit}, {"at", std::move(at)}});
+  }
+  return list;
+}
+
+namespace {
+
+/// The direction of the drive, in words where it is not one of the end-effector along a global
+/// axis; of drives with names under these.
+Json drive_json(const Mechanism& mechanism) {
+  const auto body = [&](int b) {
+    return b < 0 ? std::string("ground") : mechanism.bodies[static_cast<std::size_t>(b)].name;
+  };
+  const auto one = [&](const Drive& drive) -> Json {
+    const std::string direction(direction_names[static_cast<std::size_t>(index(drive.direction))]);
+    const bool own_axes = drive.axes != Matrix3d::Identity();
+    if (!own_axes && drive.body == mechanism.end_effector && drive.other == ground)
+      return direction;
+    std::string text = direction + " of " + body(drive.body);
+    if (drive.other != ground) text += " relative to " + body(drive.other);
+    if (own_axes) text += " in axes of its own";
+    return text;
+  };
+  if (mechanism.drives.empty()) return nullptr;
+  if (!DriveList(mechanism).named()) return one(mechanism.drives.front());
+  Json json = Json::object();
+  for (const Drive& drive : mechanism.drives) json[drive.name] = one(drive);
+  return json;
+}
+
+}  // namespace
+
+Json conventions_json(const RunRecord& record) {
+  const StrokeRequest& request = record.job.request;
+  const ParasiticRule& rule = request.parasitic;
+  std::string parasitic = rule.drive == DriveState::locked
+                              ? "lowest with the drive locked"
+                              : "lowest with the drive free that is not the drive's own";
+  if (!rule.admits(ModeKind::leaf)) parasitic += ", modes of single leaves left out";
+  if (!rule.admits(ModeKind::intermediate_body))
+    parasitic += ", modes of intermediate bodies left out";
+  Json json = {{"drive", drive_json(record.mechanism)}};
+  for (const QuantityRow& row : quantity_rows())
+    if (!row.meaning.empty()) json[row.name] = row.meaning;
+  json["parasitic_frequency"] = parasitic;
+  json["matrix_order"] = direction_names;
+  json["matrix_point"] = "the moved O, global axes";
+  return json;
+}
+
+namespace {
+
+const char* name_of(MeanStress rule) {
+  switch (rule) {
+    case MeanStress::gerber:
+      return "Gerber";
+    case MeanStress::soderberg:
+      return "Soderberg";
+    default:
+      return "Goodman";
+  }
+}
+
+/// Which cycles fatigue is about, and what is made of them.
+std::string cycles_text(const StressRules& rules) {
+  const FatigueRule& rule = rules.fatigue_rule;
+  const std::string cycles =
+      rule.stress_ratio
+          ? fmt::format(
+                "cycles of stress ratio {:g} up to the largest von Mises stress of each point",
+                *rule.stress_ratio)
+          : "the worst cycle between two points of the stroke at every place, with the signs of "
+            "its stresses: von Mises stress of their amplitudes, first invariant of their means "
+            "(Sines), compression counted as none; all constant loads, errors of assembly and "
+            "warmth are in the mean";
+  return fmt::format("{}; {}, {} fillets", cycles, name_of(rule.mean_stress),
+                     rules.fillet ? "with" : "without");
+}
+
+/// What a material lacks, of the first leaf that lacks something.
+std::string lacking_text(const RunRecord& record,
+                         std::string (*missing)(const Material&, const FatigueRule&)) {
+  const StrokeRequest& request = record.job.request;
+  const FatigueRule& rule = request.stress.fatigue_rule;
+  for (const LeafSpring& leaf : record.mechanism.leaves)
+    if (const std::string lacks = missing(leaf.material, rule); !lacks.empty())
+      return fmt::format("the material of {} has no {}", leaf.name, lacks);
+  return "a stroke of one point has no cycle, and no stress_ratio is given";
+}
+
+}  // namespace
+
+Json stress_checks_json(const RunRecord& record) {
+  const StressRules& rules = record.job.request.stress;
+  const auto check = [](bool checked, std::string how) -> Json {
+    return {{"checked", checked}, {"how", std::move(how)}};
+  };
+  const char* fillets = rules.fillet ? "with" : "without";
+  const std::optional<double>& required = rules.fatigue_rule.cycles;
+  return {
+      {"yield",
+       rules.yield ? check(true, fmt::format("yield_strength over the largest von Mises stress, {} "
+                                             "fillets",
+                                             fillets))
+                   : check(false, "a material has no yield_strength")},
+      {"fatigue", rules.fatigue
+                      ? check(true, fmt::format("{}; {}", cycles_text(rules),
+                                                required ? fmt::format("{:g} cycles by the S-N "
+                                                                       "curve",
+                                                                       *required)
+                                                         : "cycles without end"))
+                      : check(false, lacking_text(record, missing_for_fatigue))},
+      {"life", rules.life ? check(true, cycles_text(rules) + "; cycles by the S-N curve")
+                          : check(false, lacking_text(record, missing_for_life))},
+      {"fillets",
+       rules.fillet
+           ? check(true, fmt::format("radius {:g} m at every edge that a body holds; elastic "
+                                     "factors of a flat bar with a shoulder, Roark table 17.1",
+                                     *rules.fillet))
+           : check(false, "no fillet in the job: concentration of stress at the edges left out")},
+      {"corners", check(false, "squares where a held edge meets a free one are left out")},
+      {"welds_and_surface",
+       check(false,
+             "surface, size, reliability and welds: endurance_limit and s_n_curve must have "
+             "them in them")},
+      {"notch_sensitivity", check(false, "fillets count in full, for the mean stress as well")}};
+}
+
+}  // namespace flexopt
