@@ -20,15 +20,14 @@ TEST_CASE("random jobs of all families break no invariant", "[jobs][random][slow
     CAPTURE(seed, job["design"]["family"], verdict.message);
     for (const std::string& broken : verdict.broken) FAIL_CHECK(broken);
     CHECK(verdict.end != JobVerdict::End::limit_reached);
-    CHECK(verdict.end != JobVerdict::End::refused);
     ok += verdict.end == JobVerdict::End::ok;
     energies += verdict.energy_checked;
     scales += verdict.scale_checked;
   }
   // the sample is one of working mechanisms as well
-  CHECK(ok > count / 4);
+  CHECK(ok > count / 3);
   CHECK(energies > count / 8);
-  CHECK(scales > count / 2);
+  CHECK(scales > count / 3);
 }
 
 TEST_CASE("a mechanism twice as large is written so", "[jobs][random]") {

@@ -184,6 +184,7 @@ void grow(json& value, double by) {
 json random_job(unsigned long long seed) { return JobWriter(seed).write(); }
 
 double growth_of(const std::string& unit, double factor) {
+  if (unit == "1") return 1;
   const auto measure = measured(1, unit);
   assert(measure);
   const auto& powers = measure->dimension.powers;  // m, kg, s
