@@ -59,7 +59,7 @@ def test_slsqp_of_scipy_finds_the_optimum(hinge, pointwise, most):
         options={"ftol": 1e-9, "maxiter": 200},
     )
     assert found.success and found.nfev <= most
-    assert p.objective(found.x) == pytest.approx(257.0, abs=0.5)
+    assert p.objective(found.x) == pytest.approx(256.4, abs=0.5)
     assert p.parameters(found.x)["thickness"] == pytest.approx(4.01e-4, abs=3e-6)
 
 
@@ -72,7 +72,7 @@ def test_trust_constr_of_scipy_finds_the_optimum(hinge):
         options={"maxiter": 200},
     )
     assert found.constr_violation < 1e-6
-    assert p.objective(found.x) == pytest.approx(257.0, abs=0.5)
+    assert p.objective(found.x) == pytest.approx(256.4, abs=0.5)
 
 
 def test_a_design_without_values_tells_how_far_its_path_came(far):

@@ -44,7 +44,7 @@ def test_an_optimisation_finds_what_the_command_line_finds(hinge, tmp_path):
     steps = []
     r = flexopt.optimise(hinge, lambda done, total, text: steps.append((done, total, text)))
     assert r.to_dict()["optimum"] == theirs["optimum"]
-    assert r.status == "ok" and abs(r.objective - 257.0) < 0.5
+    assert r.status == "ok" and abs(r.objective - 256.4) < 0.5
     assert r.design["thickness"] == theirs["optimum"]["parameters"]["thickness"]
     assert min(r["parasitic_frequency"]) == pytest.approx(r.objective, rel=1e-6)
     assert [c["label"] for c in r.constraints][0].startswith("max_stress")
