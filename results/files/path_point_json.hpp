@@ -2,7 +2,6 @@
 // A stroke point in result.json.
 #include <string>
 
-#include "core/math/types.hpp"
 #include "core/response/request.hpp"
 #include "core/response/response.hpp"
 #include "results/files/json_text.hpp"

@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 
-LAUNCHER = {"test", "python", "bench", "docs"}  # of ./flexopt, not of the program
+LAUNCHER = {"test", "python", "bench", "docs", "packages"}  # of ./flexopt, not of the program
 
 
 def help_of(flexopt, *command):

@@ -20,7 +20,7 @@ struct StressAtlasSettings {
   bool free_edge_torsion = true;
   int patterns = 120;       ///< of strains and places over the leaf
   int samples = 150;        ///< leaves that they are found from
-  double tolerance = 6e-3;  ///< of a coefficient's part in the largest stress, on the grid
+  double tolerance = 5e-3;  ///< of a coefficient's part in the largest stress, on the grid
 };
 
 /// Patterns of the rows of StressPlaces: strains e = t P a, κ = 2 P a, places P a.

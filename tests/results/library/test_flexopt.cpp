@@ -202,7 +202,7 @@ TEST_CASE("gradients of a path are its differences") {
 
 TEST_CASE("a design without equilibrium is a status, with what was reached") {
   const auto job = flexopt::Job::of_design(flexopt::Design::of_family("parallel_guide", numbers),
-                                           R"({"stroke": {"from": 0, "to": "95 mm", "points": 3},
+                                           R"({"stroke": {"from": 0, "to": "400 mm", "points": 3},
        "end_effector": {"mass": "1 kg", "inertia": ["1e-3 kg m^2", "1e-3 kg m^2", "1e-3 kg m^2"]}})");
   const auto result = flexopt::evaluate(job);
   CHECK(result.status() == "no_equilibrium");
