@@ -106,7 +106,8 @@ TEST_CASE("derivatives of all numbers of a hinge on looked-up leaves agree with 
       INFO(leaf.reason);
       CHECK(leaf.model == "tube");
     }
-  const int compared = test::check_gradients(family, looked_up(), request);
+  // stresses of looked-up leaves, of which fatigue and life are made, are known less well
+  const int compared = test::check_gradients(family, looked_up(), request, 0.02, 0.95);
   CHECK(compared >= 3 * 20 * static_cast<int>(family.along.size()));
 }
 
