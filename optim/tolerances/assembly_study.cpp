@@ -16,6 +16,9 @@
 namespace flexopt {
 namespace {
 
+// A box of so many errors has few corners: all are looked at.
+constexpr int few_sides = 4;
+
 // Of the search for a critical scale: where the pattern is looked for anew, and how near it is
 // found.
 constexpr int most_rounds = 4;
@@ -44,7 +47,8 @@ class Box {
   /// Along z, by central differences; nothing where these meet what has no value.
   std::optional<VectorXd> gradient(const VectorXd& z, const Reading& here, double scale,
                                    const Read& of);
-  /// The largest value that is found, from the gradients' corner and the starts.
+  /// The largest value that is found, from the gradients' corner and the starts; with `corner`, of
+  /// a box of few sides, all its corners too.
   std::pair<VectorXd, Reading> worst(double scale, const Read& of, const VectorXd& start,
                                      std::optional<double>* corner);
 
@@ -190,6 +194,13 @@ std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const Vect
     if (!best.second.unstable)
       minimise(problem, there.ok && there.value > here.value ? to : from, options);
   }
+  // where several ends are as bad but for little, a search may take any of them
+  if (corner && size() <= few_sides)
+    for (int k = 0; k < 1 << size() && !best.second.unstable; ++k) {
+      VectorXd z(size());
+      for (Eigen::Index i = 0; i < z.size(); ++i) z[i] = k >> i & 1 ? 1 : -1;
+      keep(z, read(z, scale, of));
+    }
   return best;
 }
 
