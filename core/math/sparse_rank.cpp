@@ -48,8 +48,7 @@ DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntr
   const Eigen::Index rank = qr.rank();
   result.rank = static_cast<int>(rank);
   const Sparse R = Eigen::SparseMatrix<double, Eigen::RowMajor>(qr.matrixR());  // sorted by the way
-  const auto position = qr.colsPermutation().inverse().eval();
-  const auto original = [&](Eigen::Index k) { return position.indices()[k]; };
+  const auto original = [&](Eigen::Index k) { return qr.colsPermutation().indices()[k]; };
   std::vector<double> x(static_cast<std::size_t>(rank));
   for (Eigen::Index d = rank; d < rows; ++d) {
     std::fill(x.begin(), x.end(), 0.0);

@@ -2,7 +2,9 @@
 
 #include <amd.h>
 #include <klu.h>
+extern "C" {  // which this header lacks
 #include <ldl.h>
+}
 
 #include <algorithm>
 #include <limits>
