@@ -46,8 +46,8 @@ ErrorLaw law_of(ErrorKind kind) {
 constexpr double order = 2;
 // Of a path's largest value, which errors are at least relative to.
 constexpr double least_share = 1e-3;
-// Of the largest, below which no estimate falls: what Newton's tolerance leaves.
-constexpr double rounding = 1e-7;
+// Of that share, what Newton's tolerance leaves of numbers that are zero.
+constexpr double rounding = 1e-4;
 
 /// Error of a mesh over its difference from one of `ratio` times the elements:
 /// 1/(1 − ratio^−order).                                                                      (S26)
@@ -272,8 +272,10 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
       }
       const ErrorLaw law = law_of(number.kind);
       const double raw = (number.along + number.across) / number.scale;
+      const bool vanishes =
+          number.kind != ErrorKind::motion && std::abs(number.value) < number.scale;
       const double mesh = std::max(law.safety * differences.smoothed(number, k),  // (S28)
-                                   rounding * largest[scale_key(number)] / number.scale);
+                                   vanishes ? rounding : 0);
       const double share = raw > 0 ? number.across / (number.along + number.across) : 0;
       number.along = (1 - share) * mesh * number.scale;
       number.across = share * mesh * number.scale;
