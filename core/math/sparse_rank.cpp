@@ -1,49 +1,27 @@
 #include "core/math/sparse_rank.hpp"
 
-#include <SuiteSparseQR.hpp>
+#include <Eigen/SparseQR>
 #include <algorithm>
 #include <cmath>
-#include <new>
 
 namespace flexopt {
 namespace {
 
-// What SuiteSparse allocates, freed at the end.
-struct Workspace {
-  cholmod_common common;
-  cholmod_triplet* entries = nullptr;
-  cholmod_sparse *A = nullptr, *R = nullptr;
-  SuiteSparse_long* order = nullptr;
-
-  Workspace() { cholmod_l_start(&common); }
-  void set_transposed(int columns, const std::vector<SparseEntry>& given,
-                      const std::vector<double>& lengths);
-  Workspace(const Workspace&) = delete;
-  Workspace& operator=(const Workspace&) = delete;
-  ~Workspace() {
-    cholmod_l_free_triplet(&entries, &common);
-    cholmod_l_free_sparse(&A, &common);
-    if (order) cholmod_l_free(R ? R->ncol : 0, sizeof(SuiteSparse_long), order, &common);
-    cholmod_l_free_sparse(&R, &common);
-    cholmod_l_finish(&common);
-  }
-};
+using Sparse = Eigen::SparseMatrix<double>;
 
 // Aᵀ, each column over its length.
-void Workspace::set_transposed(int columns, const std::vector<SparseEntry>& given,
-                               const std::vector<double>& lengths) {
-  entries = cholmod_l_allocate_triplet(static_cast<std::size_t>(columns), lengths.size(),
-                                       given.size(), 0, CHOLMOD_REAL, &common);
-  if (!entries) throw std::bad_alloc();
+Sparse transposed(int columns, const std::vector<SparseEntry>& given,
+                  const std::vector<double>& lengths) {
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(given.size());
   for (const SparseEntry& e : given) {
     const double length = lengths[static_cast<std::size_t>(e.row)];
-    if (e.value == 0 || length == 0) continue;
-    const std::size_t k = entries->nnz++;
-    static_cast<SuiteSparse_long*>(entries->i)[k] = e.column;
-    static_cast<SuiteSparse_long*>(entries->j)[k] = e.row;
-    static_cast<double*>(entries->x)[k] = e.value / length;
+    if (e.value != 0 && length != 0) entries.emplace_back(e.column, e.row, e.value / length);
   }
-  A = cholmod_l_triplet_to_sparse(entries, entries->nnz, &common);
+  Sparse A(columns, static_cast<Eigen::Index>(lengths.size()));
+  A.setFromTriplets(entries.begin(), entries.end());
+  A.makeCompressed();
+  return A;
 }
 
 // Lengths of the rows.
@@ -64,35 +42,26 @@ DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntr
   DependentRows result;
   if (rows == 0) return result;
   const std::vector<double> lengths = lengths_of(rows, entries);
-  Workspace w;
-  w.set_transposed(columns, entries, lengths);
-  const SuiteSparse_long rank =
-      SuiteSparseQR<double>(SPQR_ORDERING_NATURAL, tolerance, 0, w.A, &w.R, &w.order, &w.common);
-  if (rank < 0 || !w.R) throw std::bad_alloc();
+  Eigen::SparseQR<Sparse, Eigen::NaturalOrdering<int>> qr;
+  qr.setPivotThreshold(tolerance);
+  qr.compute(transposed(columns, entries, lengths));
+  const Eigen::Index rank = qr.rank();
   result.rank = static_cast<int>(rank);
-
-  const auto* begin = static_cast<const SuiteSparse_long*>(w.R->p);
-  const auto* row = static_cast<const SuiteSparse_long*>(w.R->i);
-  const auto* value = static_cast<const double*>(w.R->x);
-  const auto original = [&](SuiteSparse_long k) {
-    return static_cast<int>(w.order ? w.order[k] : k);
-  };
+  const Sparse R = Eigen::SparseMatrix<double, Eigen::RowMajor>(qr.matrixR());  // sorted by the way
+  const auto original = [&](Eigen::Index k) { return qr.colsPermutation().indices()[k]; };
   std::vector<double> x(static_cast<std::size_t>(rank));
-  for (SuiteSparse_long d = rank; d < rows; ++d) {
+  for (Eigen::Index d = rank; d < rows; ++d) {
     std::fill(x.begin(), x.end(), 0.0);
-    for (SuiteSparse_long e = begin[d]; e < begin[d + 1]; ++e)
-      if (row[e] < rank) x[static_cast<std::size_t>(row[e])] = value[e];
+    for (Sparse::InnerIterator e(R, d); e; ++e)
+      if (e.row() < rank) x[static_cast<std::size_t>(e.row())] = e.value();
     const double own = lengths[static_cast<std::size_t>(original(d))];
     std::vector<std::pair<int, double>> sum;
-    for (SuiteSparse_long k = rank - 1; k >= 0; --k) {
+    for (Eigen::Index k = rank - 1; k >= 0; --k) {
       double& factor = x[static_cast<std::size_t>(k)];
       if (factor == 0) continue;
-      double pivot = 0;
-      for (SuiteSparse_long e = begin[k]; e < begin[k + 1]; ++e)
-        if (row[e] == k) pivot = value[e];
-      factor /= pivot;
-      for (SuiteSparse_long e = begin[k]; e < begin[k + 1]; ++e)
-        if (row[e] < k) x[static_cast<std::size_t>(row[e])] -= value[e] * factor;
+      factor /= R.coeff(k, k);
+      for (Sparse::InnerIterator e(R, k); e; ++e)
+        if (e.row() < k) x[static_cast<std::size_t>(e.row())] -= e.value() * factor;
       const int of = original(k);
       sum.emplace_back(of, factor * own / lengths[static_cast<std::size_t>(of)]);
     }
@@ -104,12 +73,10 @@ DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntr
 
 int rank_of(int rows, int columns, const std::vector<SparseEntry>& entries, double tolerance) {
   if (rows == 0) return 0;
-  Workspace w;
-  w.set_transposed(columns, entries, lengths_of(rows, entries));
-  const SuiteSparse_long rank =
-      SuiteSparseQR<double>(SPQR_ORDERING_DEFAULT, tolerance, 0, w.A, &w.R, &w.order, &w.common);
-  if (rank < 0) throw std::bad_alloc();
-  return static_cast<int>(rank);
+  Eigen::SparseQR<Sparse, Eigen::COLAMDOrdering<int>> qr;
+  qr.setPivotThreshold(tolerance);
+  qr.compute(transposed(columns, entries, lengths_of(rows, entries)));
+  return static_cast<int>(qr.rank());
 }
 
 }  // namespace flexopt

@@ -1,5 +1,5 @@
 #pragma once
-// Rank and dependent rows of a sparse matrix, by the rank-revealing QR of SuiteSparse (SPQR).
+// Rank and dependent rows of a sparse matrix, by a rank-revealing QR (Eigen).
 #include <utility>
 #include <vector>
 
@@ -16,7 +16,7 @@ struct DependentRows {
 };
 
 /// A row counts as dependent where what the others leave of it is shorter than `tolerance` times
-/// its own length. A row without entries depends on no other. Throws std::bad_alloc.
+/// its own length. A row without entries depends on no other.
 DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntry>& entries,
                              double tolerance);
 

@@ -1,7 +1,10 @@
 #include "core/math/sparse_solver.hpp"
 
-#include <cholmod.h>
-#include <umfpack.h>
+#include <amd.h>
+#include <klu.h>
+extern "C" {  // which this header lacks
+#include <ldl.h>
+}
 
 #include <algorithm>
 #include <limits>
@@ -69,19 +72,48 @@ Columns columns_of(const SparseMatrix& A, bool lower_only) {
 
 constexpr std::size_t most_kept = 8;
 
-cholmod_sparse symmetric_view(Columns& columns) {
-  cholmod_sparse A{};
-  A.nrow = A.ncol = columns.begin.size() - 1;
-  A.nzmax = columns.row.size();
-  A.p = columns.begin.data();
-  A.i = columns.row.data();
-  A.x = columns.value.data();
-  A.stype = -1;  // the lower triangle
-  A.itype = CHOLMOD_LONG;
-  A.xtype = CHOLMOD_REAL;
-  A.dtype = CHOLMOD_DOUBLE;
-  A.sorted = A.packed = 1;
-  return A;
+/// Order of elimination by approximate minimum degree, of the pattern of A + Aᵀ.
+std::vector<Index> minimum_degree(const Columns& A) {
+  const std::size_t n = A.begin.size() - 1;
+  std::vector<Index> order(n);
+  if (amd_l_order(static_cast<Index>(n), A.begin.data(), A.row.data(), order.data(), nullptr,
+                  nullptr) < AMD_OK)
+    throw std::bad_alloc();
+  return order;
+}
+
+/// Equations and unknowns of a matrix in an order in which L D Lᵀ stays sparse, and the tree of
+/// elimination.
+struct LdlPattern {
+  std::vector<Index> order, place, begin, parent, count;
+
+  LdlPattern(Columns& A, std::vector<Index> given) : order(std::move(given)) {
+    const std::size_t n = order.size();
+    place.resize(n);
+    begin.resize(n + 1);
+    parent.resize(n);
+    count.resize(n);
+    std::vector<Index> flag(n);
+    ldl_l_symbolic(static_cast<Index>(n), A.begin.data(), A.row.data(), begin.data(), parent.data(),
+                   count.data(), flag.data(), order.data(), place.data());
+  }
+};
+
+klu_l_common settings() {
+  klu_l_common common;
+  klu_l_defaults(&common);
+  common.tol = 0.1;  // of the largest of its column a pivot on the diagonal must be
+  return common;
+}
+
+/// A factorisation lives on what was found for its pattern.
+using Symbolic = std::shared_ptr<klu_l_symbolic>;
+
+Symbolic owned(klu_l_symbolic* symbolic) {
+  return {symbolic, [](klu_l_symbolic* s) {
+            klu_l_common common = settings();
+            klu_l_free_symbolic(&s, &common);
+          }};
 }
 
 }  // namespace
@@ -89,31 +121,15 @@ cholmod_sparse symmetric_view(Columns& columns) {
 struct SparseAnalyses::Kept {
   struct Lu {
     Columns pattern;
-    void* symbolic = nullptr;
+    Symbolic symbolic;
   };
   struct Ldl {
     Columns pattern;
     std::vector<int> order;
-    cholmod_factor* factor = nullptr;
+    LdlPattern tree;
   };
-  cholmod_common common;
   std::list<Lu> lu;
   std::list<Ldl> ldl;
-
-  Kept() {
-    cholmod_l_start(&common);
-    common.supernodal = CHOLMOD_SIMPLICIAL;
-    common.final_ll = 0;
-    common.print = 0;
-    common.error_handler = nullptr;
-  }
-  Kept(const Kept&) = delete;
-  Kept& operator=(const Kept&) = delete;
-  ~Kept() {
-    for (Lu& kept : lu) umfpack_dl_free_symbolic(&kept.symbolic);
-    for (Ldl& kept : ldl) cholmod_l_free_factor(&kept.factor, &common);
-    cholmod_l_finish(&common);
-  }
 };
 
 SparseAnalyses::SparseAnalyses() : kept_(std::make_unique<Kept>()) {}
@@ -121,41 +137,49 @@ SparseAnalyses::~SparseAnalyses() = default;
 
 struct LinearSolver::Factor {
   Columns A;
-  void* numeric = nullptr;
-  double control[UMFPACK_CONTROL] = {};
+  Symbolic symbolic;
+  klu_l_numeric* numeric = nullptr;
+  mutable klu_l_common common = settings();
 
-  Factor(Columns columns, SparseAnalyses::Kept& kept) : A(std::move(columns)) {
-    umfpack_dl_defaults(control);
-    auto at =
-        std::ranges::find_if(kept.lu, [&](const auto& lu) { return lu.pattern.same_pattern(A); });
-    const auto n = static_cast<Index>(A.begin.size()) - 1;
-    if (at == kept.lu.end()) {
-      if (kept.lu.size() == most_kept) {
-        umfpack_dl_free_symbolic(&kept.lu.back().symbolic);
-        kept.lu.pop_back();
-      }
-      kept.lu.push_front({{A.begin, A.row, {}}, nullptr});
-      at = kept.lu.begin();
-      const Index status = umfpack_dl_symbolic(n, n, A.begin.data(), A.row.data(), A.value.data(),
-                                               &at->symbolic, control, nullptr);
-      if (status != UMFPACK_OK) {
-        kept.lu.pop_front();
-        throw std::bad_alloc();
-      }
-    } else {
-      kept.lu.splice(kept.lu.begin(), kept.lu, at);
-    }
-    const Index status = umfpack_dl_numeric(A.begin.data(), A.row.data(), A.value.data(),
-                                            at->symbolic, &numeric, control, nullptr);
-    if (status != UMFPACK_OK) umfpack_dl_free_numeric(&numeric);
-    if (status == UMFPACK_ERROR_out_of_memory) throw std::bad_alloc();
-  }
+  Factor(Columns columns, SparseAnalyses::Kept& kept);
   Factor(const Factor&) = delete;
   Factor& operator=(const Factor&) = delete;
-  ~Factor() { umfpack_dl_free_numeric(&numeric); }
+  ~Factor() { klu_l_free_numeric(&numeric, &common); }
+
+  void solve(MatrixXd& X) const {
+    klu_l_solve(symbolic.get(), numeric, X.rows(), X.cols(), X.data(), &common);
+  }
+  /// B − A X.
+  MatrixXd rest(const Eigen::Ref<const MatrixXd>& B, const MatrixXd& X) const {
+    MatrixXd R = B;
+    for (Eigen::Index k = 0; k < B.cols(); ++k)
+      for (std::size_t c = 0; c + 1 < A.begin.size(); ++c)
+        for (Index e = A.begin[c]; e < A.begin[c + 1]; ++e)
+          R(A.row[static_cast<std::size_t>(e)], k) -=
+              A.value[static_cast<std::size_t>(e)] * X(static_cast<Eigen::Index>(c), k);
+    return R;
+  }
 };
 
-LinearSolver::LinearSolver(const SparseMatrix& A, std::shared_ptr<SparseAnalyses> analyses) {
+LinearSolver::Factor::Factor(Columns columns, SparseAnalyses::Kept& kept) : A(std::move(columns)) {
+  auto at =
+      std::ranges::find_if(kept.lu, [&](const auto& lu) { return lu.pattern.same_pattern(A); });
+  if (at == kept.lu.end()) {
+    Symbolic found = owned(klu_l_analyze(static_cast<Index>(A.begin.size()) - 1, A.begin.data(),
+                                         A.row.data(), &common));
+    if (!found && common.status != KLU_SINGULAR) throw std::bad_alloc();
+    if (!found) return;  // singular by its pattern alone
+    if (kept.lu.size() == most_kept) kept.lu.pop_back();
+    kept.lu.push_front({{A.begin, A.row, {}}, std::move(found)});
+  } else {
+    kept.lu.splice(kept.lu.begin(), kept.lu, at);
+  }
+  symbolic = kept.lu.front().symbolic;
+  numeric = klu_l_factor(A.begin.data(), A.row.data(), A.value.data(), symbolic.get(), &common);
+  if (!numeric && common.status != KLU_SINGULAR) throw std::bad_alloc();
+}
+
+LinearSolver::LinearSolver(const SparseMatrix& A, const std::shared_ptr<SparseAnalyses>& analyses) {
   if (analyses)
     sparse_ = std::make_shared<const Factor>(columns_of(A, false), analyses->kept());
   else
@@ -164,52 +188,43 @@ LinearSolver::LinearSolver(const SparseMatrix& A, std::shared_ptr<SparseAnalyses
 
 MatrixXd LinearSolver::solve(const Eigen::Ref<const MatrixXd>& B) const {
   if (!sparse_) return dense_.solve(B);
-  const Factor& f = *sparse_;
-  MatrixXd X = MatrixXd::Constant(B.rows(), B.cols(), std::numeric_limits<double>::quiet_NaN());
-  if (!f.numeric) return X;
-  std::vector<Index> integers(static_cast<std::size_t>(B.rows()));
-  std::vector<double> numbers(5 * static_cast<std::size_t>(B.rows()));
-  for (Eigen::Index k = 0; k < B.cols(); ++k)
-    umfpack_dl_wsolve(UMFPACK_A, f.A.begin.data(), f.A.row.data(), f.A.value.data(),
-                      X.col(k).data(), B.col(k).data(), f.numeric, f.control, nullptr,
-                      integers.data(), numbers.data());
-  return X;
+  if (!sparse_->numeric)
+    return MatrixXd::Constant(B.rows(), B.cols(), std::numeric_limits<double>::quiet_NaN());
+  MatrixXd X = B;
+  sparse_->solve(X);
+  // pivots are not always the largest: one step of refinement takes back what this costs
+  MatrixXd correction = sparse_->rest(B, X);
+  sparse_->solve(correction);
+  return X + correction;
 }
 
 std::optional<int> negative_eigenvalues(const SparseMatrix& A, const std::vector<int>& order,
                                         SparseAnalyses& analyses) {
   SparseAnalyses::Kept& kept = analyses.kept();
-  Columns columns = columns_of(A, true);
-  cholmod_sparse view = symmetric_view(columns);
+  Columns columns = columns_of(A, false);
   auto at = std::ranges::find_if(kept.ldl, [&](const auto& ldl) {
     return ldl.order == order && ldl.pattern.same_pattern(columns);
   });
   if (at == kept.ldl.end()) {
-    if (kept.ldl.size() == most_kept) {
-      cholmod_l_free_factor(&kept.ldl.back().factor, &kept.common);
-      kept.ldl.pop_back();
-    }
-    std::vector<Index> permutation(order.begin(), order.end());
-    kept.common.nmethods = 1;
-    kept.common.method[0].ordering = order.empty() ? CHOLMOD_AMD : CHOLMOD_GIVEN;
-    kept.common.postorder = 1;
-    cholmod_factor* factor = cholmod_l_analyze_p(
-        &view, order.empty() ? nullptr : permutation.data(), nullptr, 0, &kept.common);
-    if (!factor) throw std::bad_alloc();
-    kept.ldl.push_front({{columns.begin, columns.row, {}}, order, factor});
+    LdlPattern tree(columns, order.empty() ? minimum_degree(columns)
+                                           : std::vector<Index>(order.begin(), order.end()));
+    if (kept.ldl.size() == most_kept) kept.ldl.pop_back();
+    kept.ldl.push_front({{columns.begin, columns.row, {}}, order, std::move(tree)});
     at = kept.ldl.begin();
   }
-  cholmod_l_factorize(&view, at->factor, &kept.common);
-  if (kept.common.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
-  const cholmod_factor& L = *at->factor;
-  if (L.xtype != CHOLMOD_REAL || L.is_ll || L.minor < L.n) return std::nullopt;
-  const auto* begin = static_cast<const Index*>(L.p);
-  const auto* value = static_cast<const double*>(L.x);
+  LdlPattern& tree = at->tree;
+  const std::size_t n = tree.order.size(), entries = static_cast<std::size_t>(tree.begin.back());
+  std::vector<Index> row(entries), pattern(n), flag(n);
+  std::vector<double> factor(entries), pivot(n), work(n);
+  const Index done = ldl_l_numeric(
+      static_cast<Index>(n), columns.begin.data(), columns.row.data(), columns.value.data(),
+      tree.begin.data(), tree.parent.data(), tree.count.data(), row.data(), factor.data(),
+      pivot.data(), work.data(), pattern.data(), flag.data(), tree.order.data(), tree.place.data());
+  if (done < static_cast<Index>(n)) return std::nullopt;
   int negative = 0;
-  for (std::size_t k = 0; k < L.n; ++k) {
-    const double pivot = value[begin[k]];
-    if (!(std::abs(pivot) > 0)) return std::nullopt;
-    negative += pivot < 0;
+  for (const double d : pivot) {
+    if (!(std::abs(d) > 0)) return std::nullopt;
+    negative += d < 0;
   }
   return negative;
 }
@@ -223,14 +238,7 @@ std::vector<int> elimination_order(const BlockMatrix& A,
     pattern.add(a, b, 1);
     pattern.add(b, a, 1);
   }
-  Columns columns = columns_of(pattern, true);
-  cholmod_sparse view = symmetric_view(columns);
-  std::vector<Index> order(static_cast<std::size_t>(A.bodies()));
-  cholmod_common common;
-  cholmod_l_start(&common);
-  const int ok = cholmod_l_amd(&view, nullptr, 0, order.data(), &common);
-  cholmod_l_finish(&common);
-  if (!ok) throw std::bad_alloc();
+  const std::vector<Index> order = minimum_degree(columns_of(pattern, true));
   return {order.begin(), order.end()};
 }
 

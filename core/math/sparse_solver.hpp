@@ -1,6 +1,6 @@
 #pragma once
 // Linear equations: dense by LU where there are few unknowns, else by the sparse factorisations of
-// SuiteSparse.
+// SuiteSparse that are not under the GPL (KLU, LDL, AMD).
 #include <memory>
 #include <optional>
 
@@ -22,30 +22,31 @@ class SparseAnalyses {
   SparseAnalyses(const SparseAnalyses&) = delete;
   SparseAnalyses& operator=(const SparseAnalyses&) = delete;
 
-  struct Kept;  ///< of SuiteSparse
+  struct Kept;
   Kept& kept() { return *kept_; }
 
  private:
   std::unique_ptr<Kept> kept_;
 };
 
-/// A x = b with pivoting: UMFPACK, or dense.
+/// A x = b with pivoting: KLU and one step of refinement, or dense. Not for several threads at
+/// once.
 class LinearSolver {
  public:
   LinearSolver() = default;
   /// `analyses`: null for dense. Throws std::bad_alloc. Where A is singular the answers are not
   /// finite.
-  LinearSolver(const SparseMatrix& A, std::shared_ptr<SparseAnalyses> analyses);
+  LinearSolver(const SparseMatrix& A, const std::shared_ptr<SparseAnalyses>& analyses);
 
   MatrixXd solve(const Eigen::Ref<const MatrixXd>& B) const;
 
  private:
-  struct Factor;  ///< of UMFPACK
+  struct Factor;  ///< of KLU
   Lu dense_;
   std::shared_ptr<const Factor> sparse_;
 };
 
-/// How many eigenvalues of a symmetric matrix are negative: of L D Lᵀ without pivoting (CHOLMOD).
+/// How many eigenvalues of a symmetric matrix are negative: of L D Lᵀ without pivoting (LDL).
 /// `order`: of elimination; empty for a good one. None where a pivot vanishes.
 std::optional<int> negative_eigenvalues(const SparseMatrix& A, const std::vector<int>& order,
                                         SparseAnalyses& analyses);

@@ -9,21 +9,15 @@ find_package(TBB REQUIRED)
 find_package(ZLIB REQUIRED)
 find_library(FLEXOPT_QHULL qhull_r REQUIRED)
 find_package(Boost 1.74 REQUIRED)  # headers: Boost.Random
-find_library(FLEXOPT_SPQR spqr REQUIRED)
-find_library(FLEXOPT_CHOLMOD cholmod REQUIRED)
-find_library(FLEXOPT_UMFPACK umfpack REQUIRED)
-find_path(FLEXOPT_SUITESPARSE SuiteSparseQR.hpp PATH_SUFFIXES suitesparse REQUIRED)
-if(NOT TARGET SuiteSparse::SPQR)
-  add_library(SuiteSparse::SPQR INTERFACE IMPORTED)
-  set_target_properties(SuiteSparse::SPQR PROPERTIES
-    INTERFACE_LINK_LIBRARIES "${FLEXOPT_SPQR};${FLEXOPT_CHOLMOD}"
-    INTERFACE_INCLUDE_DIRECTORIES "${FLEXOPT_SUITESPARSE}")
-endif()
-if(NOT TARGET SuiteSparse::UMFPACK)
-  add_library(SuiteSparse::UMFPACK INTERFACE IMPORTED)
-  set_target_properties(SuiteSparse::UMFPACK PROPERTIES
-    INTERFACE_LINK_LIBRARIES "${FLEXOPT_UMFPACK};${FLEXOPT_CHOLMOD}"
-    INTERFACE_INCLUDE_DIRECTORIES "${FLEXOPT_SUITESPARSE}")
+find_path(FLEXOPT_SUITESPARSE klu.h PATH_SUFFIXES suitesparse REQUIRED)
+if(NOT TARGET flexopt_suitesparse)
+  # those parts of SuiteSparse that are not under the GPL
+  add_library(flexopt_suitesparse INTERFACE IMPORTED)
+  set_target_properties(flexopt_suitesparse PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${FLEXOPT_SUITESPARSE}")
+  foreach(part klu ldl amd)
+    find_library(FLEXOPT_${part} ${part} REQUIRED)
+    set_property(TARGET flexopt_suitesparse APPEND PROPERTY INTERFACE_LINK_LIBRARIES "${FLEXOPT_${part}}")
+  endforeach()
 endif()
 pkg_check_modules(udunits REQUIRED IMPORTED_TARGET udunits)
 pkg_check_modules(nlopt REQUIRED IMPORTED_TARGET nlopt)

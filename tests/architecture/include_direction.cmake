@@ -6,7 +6,7 @@ set(wrapped
   "nlopt\\.h" "optim/solvers/nlopt_[a-z_]*\\.cpp"
   "(coin/)?Ip[A-Z][A-Za-z]*\\.hpp" "optim/solvers/ipopt_[a-z_]*\\.cpp"
   "udunits2?\\.h" "core/spec/quantity\\.cpp"
-  "(SuiteSparse[A-Za-z_]*\\.hpp|cholmod\\.h|umfpack\\.h)" "core/math/sparse_[a-z_]*\\.cpp"
+  "(SuiteSparse[A-Za-z_]*\\.hpp|amd\\.h|klu\\.h|ldl\\.h)" "core/math/sparse_[a-z_]*\\.cpp"
   "CLI/.*" "results/cli/.*"
   "libqhull_r/.*" "results/export/convex_hull\\.cpp"
   "(BRep|Geom|STEPC|gp_|TopoDS|TopExp|TColgp|Interface_)[A-Za-z_]*\\.hxx" "results/export/step\\.cpp"

@@ -18,6 +18,8 @@ set(tested_by
   core/elements/plate/element_numbers core/elements/plate/test_transverse_shear
   core/elements/plate/mesh_numbers core/elements/plate/test_leaf_profiles
   core/elements/plate/plate_gradient core/response/gradients/test_point_gradients
+  core/elements/plate/plate_leaf_dynamics core/elements/plate/test_leaf_closed_forms
+  core/elements/plate/plate_leaf_tangent core/elements/plate/test_plate_leaf
   core/elements/plate/plate_mesh core/elements/plate/test_plate_leaf
   core/elements/plate/plate_mesh_rate core/response/gradients/test_point_gradients
   core/elements/plate/plate_fold_gradient core/response/gradients/test_fold_gradients

@@ -1,10 +1,13 @@
 // How good estimated errors are: against fine meshes, over sampled designs of ten families.
 //
-//   bench_estimates [DESIGNS]     designs of each family (8), none of them used for calibration
+//   bench_estimates [DESIGNS]            designs of each family (8), none of them used for
+//   calibration bench_estimates DESIGNS --csv FILE   other designs, as numbers in FILE: what
+//                                        fit_estimates.py makes the factors from
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <functional>
@@ -26,6 +29,8 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr double L = 0.1;  ///< [m] of most leaves
+
+constexpr std::array<int, 2> finer_mesh{16, 7};
 
 /// A design and the largest stroke, drawn at random.
 struct Drawn {
@@ -214,7 +219,7 @@ Values values_of(const PathPoint& point) {
   return values;
 }
 
-/// Values of 20 × 8 elements and of a finer mesh, extrapolated: of narrow leaves one finer along,
+/// Values of 24 × 10 elements and of a finer mesh, extrapolated: of narrow leaves one finer along,
 /// where their ends need it.
 std::vector<Values> truth_of(const Mechanism& mechanism, const StrokeRequest& request) {
   double narrow = 1e300;
@@ -222,12 +227,12 @@ std::vector<Values> truth_of(const Mechanism& mechanism, const StrokeRequest& re
     narrow = std::min(narrow, leaf.width / leaf.length);
   const bool longer = narrow < 0.3;
   // the errors of the finer mesh over its difference from the coarser one, third order
-  const double rest = longer ? 0.2 : 0.4;
+  const double rest = longer ? 0.2 : 0.5;
   const StrokeResponse coarse =
-      evaluate_stroke(mechanism, options(Accuracy::full, {20, 8}), request);
+      evaluate_stroke(mechanism, options(Accuracy::full, {24, 10}), request);
   const StrokeResponse fine = evaluate_stroke(
       mechanism,
-      options(Accuracy::full, longer ? std::array<int, 2>{40, 8} : std::array<int, 2>{28, 12}),
+      options(Accuracy::full, longer ? std::array<int, 2>{44, 10} : std::array<int, 2>{34, 14}),
       request);
   std::vector<Values> truth;
   if (coarse.status != Status::ok || fine.status != Status::ok) return truth;
@@ -243,6 +248,24 @@ std::vector<Values> truth_of(const Mechanism& mechanism, const StrokeRequest& re
 struct Paths {
   StrokeResponse reduced, own, along, across;
 };
+
+/// The numbers of one path, a line each: what estimates are made of, and the truth.
+void write_csv(std::FILE* file, int design, const std::string& family, const Paths& paths,
+               const std::array<int, 2>& mesh, const std::vector<Values>& truth) {
+  const StrokeErrors errors = errors_of(paths.own, {&paths.own, &paths.along, &paths.across, mesh});
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    const Values own = values_of(paths.own.path[k]), along = values_of(paths.along.path[k]),
+                 across = values_of(paths.across.path[k]);
+    for (const EstimatedError& number : errors.path[k]) {
+      const auto found = truth[k].find(number.name);
+      if (found == truth[k].end() || number.scale == 0) continue;
+      fmt::print(file, "{},{},{},{},{},{},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", design,
+                 family, mesh[0], mesh[1], k, number.name, static_cast<int>(number.kind),
+                 number.scale, own.at(number.name), along.at(number.name), across.at(number.name),
+                 found->second);
+    }
+  }
+}
 
 void judge(const StrokeResponse& response, const Paths& paths, const std::array<int, 2>& mesh,
            const std::vector<Values>& truth, const std::string& family,
@@ -404,7 +427,7 @@ void cost_table() {
       request.points.clear();
       for (int k = 0; k <= 10; ++k) request.points.push_back(drawn.stroke * k / 10);
       request.frequencies = 8;
-      const ModelOptions model = options(accuracy, {10, 4});
+      const ModelOptions model = options(accuracy, default_mesh);
       double path = 1e300, estimate = 1e300;
       for (int i = 0; i < 3; ++i) {
         const double start = processor_seconds();
@@ -419,17 +442,23 @@ void cost_table() {
     }
 }
 
+/// Designs on which nothing but the factors is fitted.
+constexpr unsigned other_seeds = 500000;
+
 }  // namespace
 
 int main(int argc, char** argv) {
   keep_freed_memory();
   const int designs = argc > 1 ? std::atoi(argv[1]) : 8;
+  std::FILE* csv = argc > 3 ? std::fopen(argv[3], "w") : nullptr;
+  if (csv) fmt::print(csv, "design,family,n,m,point,name,kind,scale,own,along,across,truth\n");
   std::vector<Judged> reduced, finer, full;
   std::vector<Chosen> chosen{{.tolerance = 0.01}, {.tolerance = 0.003}};
-  int failed = 0;
+  int failed = 0, design = 0;
   for (int i = 0; i < designs; ++i)
-    for (std::size_t f = 0; f < draws().size(); ++f) {
-      Random random(static_cast<unsigned>(1000 * f + static_cast<std::size_t>(i) + 1));
+    for (std::size_t f = 0; f < draws().size(); ++f, ++design) {
+      Random random(static_cast<unsigned>(1000 * f + static_cast<std::size_t>(i) + 1) +
+                    (csv ? other_seeds : 0));
       Drawn drawn = draws()[f](random);
       drawn.mass = random.even_in_logarithm(0.01, 1);
       const StrokeRequest request = request_of(drawn);
@@ -442,24 +471,31 @@ int main(int argc, char** argv) {
           whole = whole && response.status == Status::ok;
           return response;
         };
-        for (const std::array<int, 2>& mesh : {std::array<int, 2>{10, 4}, {14, 6}}) {
-          const Paths paths{run(Accuracy::reduced, mesh), run(Accuracy::full, mesh),
-                            run(Accuracy::full, more_along(mesh)),
-                            run(Accuracy::full, more_across(mesh))};
+        for (const std::array<int, 2>& mesh : {default_mesh, finer_mesh}) {
+          Paths paths;
+          paths.own = run(Accuracy::full, mesh);
+          paths.along = run(Accuracy::full, more_along(mesh));
+          paths.across = run(Accuracy::full, more_across(mesh));
+          if (!csv) paths.reduced = run(Accuracy::reduced, mesh);
           if (!whole) break;
-          const bool own = mesh[0] == 10;
+          if (csv) {
+            write_csv(csv, design, drawn.family, paths, mesh, truth);
+            continue;
+          }
+          const bool own = mesh == default_mesh;
           judge(paths.reduced, paths, mesh, truth, drawn.family, own ? reduced : finer);
           if (own) judge(paths.own, paths, mesh, truth, drawn.family, full);
         }
         failed += !whole;
-        if (whole && i < 2)  // they take long
+        if (whole && !csv && i < 2)  // they take long
           for (Chosen& of : chosen) choose(mechanism, request, truth, of);
       } catch (const SpecError&) {
         ++failed;  // sizes that make no mechanism
       }
-      std::fprintf(stderr, "\r%d designs", static_cast<int>(i * draws().size() + f + 1));
+      std::fprintf(stderr, "\r%d designs", design + 1);
     }
   std::fprintf(stderr, ", %d without a whole path\n", failed);
+  if (csv) return std::fclose(csv) == 0 ? 0 : 1;
   table("estimates reduced", reduced);
   table("estimates full", full);
   table("estimates finer", finer);

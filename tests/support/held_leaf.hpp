@@ -13,6 +13,7 @@
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
 #include "support/models.hpp"
+#include "support/moved.hpp"
 #include "support/synthetic_leaf.hpp"
 
 namespace flexopt::held {
@@ -40,15 +41,7 @@ inline DesignRate still() {
 
 inline Design moved(const Design& design, const DesignRate& d, double t) {
   Design m = design;
-  LeafSpring& l = m.leaf;
-  l.origin += t * d.rate.origin;
-  l.axes = rotation_exp(t * d.turn) * l.axes;
-  l.length += t * d.rate.length;
-  l.width += t * d.rate.width;
-  l.thickness += t * d.rate.thickness;
-  l.material.youngs_modulus += t * d.rate.material.youngs_modulus;
-  l.material.poissons_ratio += t * d.rate.material.poissons_ratio;
-  l.material.density += t * d.rate.material.density;
+  m.leaf = moved(m.leaf, d.rate, d.turn, t);
   for (int e = 0; e < 2; ++e) m.reference[e] += t * d.reference[e];
   return m;
 }

@@ -1,23 +1,14 @@
 #include "core/elements/plate/plate_leaf.hpp"
 
-#include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <utility>
 
-#include "core/elements/plate/plate_curvature.hpp"
 #include "core/elements/plate/plate_fold.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
-#include "core/math/small_product.hpp"
 
 namespace flexopt {
 namespace {
-
-constexpr int points = PlateMesh::points;
-using Gradient = Eigen::Matrix<double, 16, 3>;
-using PointArray = Eigen::Array<double, points, 1>;
 
 // Nodal vectors (r − t, r,x, r,y, r,xy) of an edge node: function k of node j.
 std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, std::array<Vector3d, 4> v,
@@ -27,32 +18,6 @@ std::array<Vector3d, 4> edge_vectors(const Matrix3d& axes, std::array<Vector3d, 
   for (const PlateMesh::EdgeSlope& s : slopes) v[s.function] += *a++ * axes.col(s.axis);
   return v;
 }
-
-// Second derivatives of the cubic energy, between two components of the nodal values.
-struct CurvatureTangent {
-  const PlateMesh::Element* element = nullptr;
-  MatrixXd field;
-
-  PlateMesh::Matrix16 operator()(int c, int d) const {
-    const int e = 3 - c - d;  // the third component
-    const double sign = (c + 1) % 3 == d ? 1 : -1;
-    const Eigen::Index n = element->curvature_weight.size();
-    const auto row = [&](Eigen::Index k) { return element->curvature.middleRows(k * n, n); };
-    const auto factor = [&](Eigen::Index k) {
-      return (sign * element->curvature_weight * field.col(e).segment(k * n, n).array()).matrix();
-    };
-    const VectorXd f[3] = {factor(0), factor(1), factor(2)};
-    MatrixXd CG(3 * n, 16);
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      const Eigen::Index l = (k + 1) % 3, m = (k + 2) % 3;
-      CG.middleRows(k * n, n).noalias() = f[m].asDiagonal() * row(l);
-      CG.middleRows(k * n, n).noalias() -= f[l].asDiagonal() * row(m);
-    }
-    PlateMesh::Matrix16 K;
-    K.noalias() = element->curvature.transpose() * CG;
-    return K;
-  }
-};
 
 }  // namespace
 
@@ -151,42 +116,6 @@ void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d
   step(edges, dx, dq);
 }
 
-template <int Side>
-void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
-  const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
-            ny = mesh_->elements_across();
-  const auto [A11, A12, A33] = mesh_->membrane();
-  VectorXd T(unknowns() + 12);
-  T << dx, dq;
-  std::vector<MatrixXd>& rates = nodal_step_;
-  for (int i = 0; i <= nx; ++i) rates[i] = nodal_rates(i, T).reshaped(n, 3);
-  for (int i = 0; i < nx; ++i)
-    for (int j = 0; j < ny; ++j) {
-      if (i == mesh_->fold_line()) continue;
-      const PlateMesh::Element& element = mesh_->element(i, j);
-      PointState& point = points_[i * ny + j];
-      Eigen::Matrix<double, 2 * Side, 3> dU;
-      dU << rates[i].middleRows<Side>(4 * j), rates[i + 1].middleRows<Side>(4 * j);
-      Gradient da;
-      assign_small_product(da, element.gradient.leftCols<2 * Side>(), dU);
-      const auto& a = point.gradient;
-      const auto a1 = a.topRows<points>(), a2 = a.bottomRows<points>();
-      const auto d1 = da.topRows<points>(), d2 = da.bottomRows<points>();
-      const PointArray e11 = 0.5 * (a1.rowwise().squaredNorm().array() - element.metric) +
-                             a1.cwiseProduct(d1).rowwise().sum().array(),
-                       e22 = 0.5 * (a2.rowwise().squaredNorm().array() - 1) +
-                             a2.cwiseProduct(d2).rowwise().sum().array(),
-                       e12 = (a1.cwiseProduct(a2) + a1.cwiseProduct(d2) + a2.cwiseProduct(d1))
-                                 .rowwise()
-                                 .sum()
-                                 .array();
-      point.stress.col(0) = element.weight * (A11 * e11 + A12 * e22);
-      point.stress.col(1) = element.weight * (A12 * e11 + A11 * e22);
-      point.stress.col(2) = element.weight * (A33 * e12);
-    }
-  stress_is_linearised_ = true;
-}
-
 std::array<Vector3d, 4> PlateLeaf::edge_reference(const PlateMesh& mesh, int line, int node,
                                                   double clamp) {
   std::array<Vector3d, 4> reference = mesh.reference_node(line, node);
@@ -232,274 +161,12 @@ void PlateLeaf::update_nodal() {
   }
 }
 
-template <int Side>
-void PlateLeaf::assemble_elements() {
-  constexpr int functions = 2 * Side;
-  const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
-            ny = mesh_->elements_across();
-  const auto [A11, A12, A33] = mesh_->membrane();
-  const int fold = mesh_->fold_line();
-  auto diagonal = [&](int i) -> MatrixXd& {
-    if (fold >= 0 && (i == fold || i == fold + 1)) return fold_diagonal_[i - fold];
-    return is_rigid_edge(i) ? edge_diagonal_[edge_of(i)] : K_.diagonal[block(i)];
-  };
-  auto below = [&](int i) -> MatrixXd& {
-    if (fold >= 0 && i >= fold - 1 && i <= fold + 1)
-      return i == fold ? fold_gap_ : fold_below_[i < fold ? 0 : 1];
-    return is_rigid_edge(i)       ? edge_below_[0]
-           : is_rigid_edge(i + 1) ? edge_below_[1]
-                                  : K_.below[block(i)];
-  };
-  for (int i = 0; i <= nx; ++i) diagonal(i).setZero();
-  for (int i = 0; i < nx; ++i) below(i).setZero();
-  for (VectorXd& f : nodal_force_) f.setZero();
-  energy_ = strain_ = 0;
-
-  for (int i = 0; i < nx; ++i) {
-    if (i == fold) continue;
-    MatrixXd &D0 = diagonal(i), &D1 = diagonal(i + 1), &O = below(i);
-    for (int j = 0; j < ny; ++j) {
-      const PlateMesh::Element& element = mesh_->element(i, j);
-      const auto G = element.gradient.leftCols<functions>();
-      const auto bending = element.bending.topLeftCorner<functions, functions>();
-      Eigen::Matrix<double, functions, 3> U;
-      U << nodal_[i].middleRows<Side>(4 * j), nodal_[i + 1].middleRows<Side>(4 * j);
-      const Eigen::Matrix<double, functions, 16> Gt = G.transpose();
-      Gradient a;
-      Eigen::Matrix<double, functions, 3> BU;
-      assign_small_product(a, G, U);
-      assign_small_product(BU, bending, U);
-      std::array<PointArray, 3> a1, a2;
-      for (int c = 0; c < 3; ++c) {
-        a1[c] = a.col(c).head<points>();
-        a2[c] = a.col(c).tail<points>();
-      }
-      auto dot = [](const auto& p, const auto& q) -> PointArray {
-        return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-      };
-      // Green–Lagrange: e11, e22 and 2 e12
-      const PointArray e11 = 0.5 * (dot(a1, a1) - element.metric), e22 = 0.5 * (dot(a2, a2) - 1),
-                       e12 = dot(a1, a2);
-      strain_ = std::max({strain_, e11.abs().maxCoeff(), e22.abs().maxCoeff()});
-      const PointArray& w = element.weight;
-      const PointArray n11 = w * (A11 * e11 + A12 * e22), n22 = w * (A12 * e11 + A11 * e22),
-                       n12 = w * (A33 * e12);
-      energy_ += 0.5 * (n11 * e11 + n22 * e22 + n12 * e12).sum() + 0.5 * U.cwiseProduct(BU).sum();
-
-      Gradient stress;
-      for (int c = 0; c < 3; ++c) {
-        stress.col(c).head<points>() = n11 * a1[c] + n12 * a2[c];
-        stress.col(c).tail<points>() = n12 * a1[c] + n22 * a2[c];
-      }
-      Eigen::Matrix<double, functions, 3> force;
-      assign_small_product(force, Gt, stress);
-      force += BU;
-      const bool natural = element.curvature_weight.size() > 0;
-      CurvatureTangent by_curvature;
-      if (natural) {
-        const MatrixXd field = plate::curvature_field(element.curvature, U),
-                       product =
-                           0.5 * plate::curvature_product(element.curvature_weight, field, field);
-        energy_ += field.cwiseProduct(product).sum() / 3 + element.rest_energy;
-        force += plate::curvature_force(element.curvature, functions, product);
-        by_curvature = {&element, field};
-      }
-      for (int c = 0; c < 3; ++c) {
-        nodal_force_[i].segment<Side>(c * n + 4 * j) += force.col(c).template head<Side>();
-        nodal_force_[i + 1].segment<Side>(c * n + 4 * j) += force.col(c).template tail<Side>();
-      }
-
-      // Mixed Newton: the geometric stiffness takes the stresses of the linearised last step,
-      // without the squares of its rotations. Identical at equilibrium, far larger steps.
-      PointState& point = points_[i * ny + j];
-      point.gradient = a;
-      if (!stress_is_linearised_) {
-        point.stress.col(0) = n11;
-        point.stress.col(1) = n22;
-        point.stress.col(2) = n12;
-      }
-      const auto m11 = point.stress.col(0), m22 = point.stress.col(1), m12 = point.stress.col(2);
-
-      const auto Gx = element.gradient.topLeftCorner<points, functions>();
-      const auto Gy = element.gradient.bottomLeftCorner<points, functions>();
-      for (int c = 0; c < 3; ++c)
-        for (int d = 0; d <= c; ++d) {
-          PointArray xx = w * (A11 * a1[c] * a1[d] + A33 * a2[c] * a2[d]),
-                     xy = w * (A12 * a1[c] * a2[d] + A33 * a2[c] * a1[d]),
-                     yx = w * (A12 * a2[c] * a1[d] + A33 * a1[c] * a2[d]),
-                     yy = w * (A11 * a2[c] * a2[d] + A33 * a1[c] * a1[d]);
-          if (c == d) {
-            xx += m11;
-            xy += m12;
-            yx += m12;
-            yy += m22;
-          }
-          Eigen::Matrix<double, 16, functions> CG;
-          CG.template topRows<points>().noalias() = xx.matrix().asDiagonal() * Gx;
-          CG.template topRows<points>().noalias() += xy.matrix().asDiagonal() * Gy;
-          CG.template bottomRows<points>().noalias() = yx.matrix().asDiagonal() * Gx;
-          CG.template bottomRows<points>().noalias() += yy.matrix().asDiagonal() * Gy;
-          Eigen::Matrix<double, functions, functions> K;
-          assign_small_product(K, Gt, CG);
-          if (c == d) K += bending;
-          if (c != d && natural) K += by_curvature(c, d).topLeftCorner<functions, functions>();
-          const int r = c * n + 4 * j, s = d * n + 4 * j;
-          D0.block<Side, Side>(r, s) += K.template topLeftCorner<Side, Side>();
-          D1.block<Side, Side>(r, s) += K.template bottomRightCorner<Side, Side>();
-          O.block<Side, Side>(r, s) += K.template bottomLeftCorner<Side, Side>();
-          if (c != d)
-            O.block<Side, Side>(s, r) += K.template topRightCorner<Side, Side>().transpose();
-        }
-    }
-  }
-  stress_is_linearised_ = false;
-}
-
-// Its potential is linear in the nodal values.
-void PlateLeaf::add_weight() {
-  if (weight_.isZero(0)) return;
-  const int n = mesh_->functions_per_line();
-  for (int i = 0; i < mesh_->lines(); ++i) {
-    const VectorXd& m = mesh_->mass_moment(i);
-    energy_ -= m.dot((nodal_[i] - mesh_->undeflected(i)) * weight_);
-    for (int c = 0; c < 3; ++c) nodal_force_[i].segment(c * n, n) -= weight_[c] * m;
-  }
-}
-
 void PlateLeaf::assemble() {
   linearise();
   eliminate();
 }
 
 MatrixXd PlateLeaf::tangent_times(const MatrixXd& V) const { return K_.times(V); }
-
-void PlateLeaf::linearise() {
-  if (mesh_->functions_per_side() == 8)
-    assemble_elements<8>();
-  else
-    assemble_elements<4>();
-  add_weight();
-  const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
-  const auto& slopes = mesh_->edge_slopes();
-  const int m = mesh_->edge_unknowns(), per_node = static_cast<int>(slopes.size());
-  for (const NodalWeight& w : support_.point)
-    for (int c = 0; c < 3; ++c)
-      nodal_force_[w.line][c * n + w.function] -= w.weight * state_.point_force[c];
-  for (int i = 1; i <= last; ++i)
-    if (!is_rigid_edge(i) && !is_second_of_fold(i))
-      g_.segment(block_offset(i), 3 * n) = nodal_force_[i];
-  if (mesh_->fold_line() >= 0) add_fold();
-  coupling_.setZero();
-  edge_tangent_.setZero();
-  edge_force_.setZero();
-
-  for (int e = 0; e < 2; ++e) {
-    const int line = e == 0 ? 0 : last, inner = e == 0 ? 1 : last - 1;
-    if (!is_rigid_edge(line)) continue;
-    const EdgePose& pose = state_.edges[e];
-    const VectorXd& f = nodal_force_[line];
-    MatrixXd& J = edge_jacobian_[e];
-    J.setZero();
-    for (int j = 0; j < mesh_->nodes_per_line(); ++j)
-      for (int k = 0; k < 4; ++k) {
-        const int s = 4 * j + k;
-        Vector3d v = nodal_[line].row(s).transpose();
-        if (k == 0) v -= pose.position;
-        for (int c = 0; c < 3; ++c) {
-          const Vector3d row = v.cross(Vector3d::Unit(c));  // δr = ω × v
-          J.block<1, 3>(c * n + s, m + 3) = row.transpose();
-          if (k == 0) J(c * n + s, m + c) = 1;
-        }
-        for (int d = 0; d < per_node; ++d)
-          if (slopes[d].function == k)
-            for (int c = 0; c < 3; ++c)
-              J(c * n + s, per_node * j + d) = pose.axes(c, slopes[d].axis);
-      }
-    MatrixXd H = edge_curvature(e, f);
-    MatrixXd& D = edge_diagonal_[e];
-    D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
-    H.noalias() += J.transpose() * (D * J);
-    const VectorXd gJ = J.transpose() * f;
-    K_.diagonal[block(line)] = H.topLeftCorner(m, m);
-    g_.segment(block_offset(line), m) = gJ.head(m);
-    edge_force_.segment<6>(6 * e) = gJ.tail<6>();
-    edge_tangent_.block<6, 6>(6 * e, 6 * e) = H.bottomRightCorner<6, 6>();
-    // mixed terms stand below the diagonal only
-    coupling_.block(block_offset(line), 6 * e, m, 6) = H.bottomLeftCorner(6, m).transpose();
-    const MatrixXd& O = edge_below_[e];
-    if (e == 0) {
-      K_.below[0].noalias() = O * J.leftCols(m);
-      coupling_.block(block_offset(inner), 0, 3 * n, 6).noalias() = O * J.rightCols<6>();
-    } else {
-      K_.below[block(last - 1)].noalias() = J.leftCols(m).transpose() * O;
-      coupling_.block(block_offset(inner), 6, 3 * n, 6).noalias() =
-          O.transpose() * J.rightCols<6>();
-    }
-  }
-}
-
-// The block of a fold: the first leg's nodal values N are unknowns themselves, those of the second
-// N2(u), so that K = K1 + Jᵀ K2 J + f2·N2,uu with J = N2,u.
-void PlateLeaf::add_fold() {
-  const int n = mesh_->functions_per_line(), line = mesh_->fold_line(), b = block(line),
-            size = fold_unknowns();
-  constexpr int unknowns = FoldNode<double>::unknowns;
-  const auto map = FoldMap<double>::of(mesh_->shape().fold->angle);
-  const auto x = state_.x.segment(block_offset(line), size);
-  const VectorXd& f = nodal_force_[line + 1];
-  MatrixXd& J = fold_jacobian_;
-  MatrixXd H = MatrixXd::Zero(size, size);
-  J.setZero();
-  for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
-    const auto u = FoldNode<double>::state(x, n, j);
-    for (int c = 0; c < 3; ++c)
-      for (const int k : {0, 2}) J(c * n + 4 * j + k, c * n + 4 * j + k) = 1;
-    const int rows[] = {4 * j + 1, 4 * j + 3};
-    for (int k = 0; k < unknowns; ++k) {
-      const auto y = FoldNode<double>::unit(k);
-      const auto along = map.first(u, y);
-      for (int p = 0; p < 2; ++p)
-        for (int c = 0; c < 3; ++c)
-          J(c * n + rows[p], FoldNode<double>::row(k, n, j)) = along[p][c];
-      for (int l = 0; l < unknowns; ++l) {
-        const auto twice = map.second(u, y, FoldNode<double>::unit(l));
-        double& h = H(FoldNode<double>::row(k, n, j), FoldNode<double>::row(l, n, j));
-        for (int p = 0; p < 2; ++p)
-          for (int c = 0; c < 3; ++c) h += f[c * n + rows[p]] * twice[p][c];
-      }
-    }
-  }
-  MatrixXd& D = fold_diagonal_[1];
-  D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
-  H.noalias() += J.transpose() * (D * J);
-  H.topLeftCorner(3 * n, 3 * n) += fold_diagonal_[0];  // its lower triangle counts
-  K_.diagonal[b] = H;
-  g_.segment(block_offset(line) + 3 * n, size - 3 * n).setZero();
-  g_.segment(block_offset(line), size) += J.transpose() * f;
-  K_.below[b - 1].setZero(size, K_.below[b - 1].cols());
-  K_.below[b - 1].topRows(3 * n) = fold_below_[0];
-  K_.below[b] = fold_below_[1] * J;
-}
-
-MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
-  const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
-  const auto& slopes = mesh_->edge_slopes();
-  const int per_node = static_cast<int>(slopes.size());
-  const EdgePose& pose = state_.edges[e];
-  const MatrixXd& nodal = nodal_[e == 0 ? 0 : mesh_->lines() - 1];
-  MatrixXd H = MatrixXd::Zero(m + 6, m + 6);
-  for (int s = 0; s < n; ++s) {
-    const Vector3d fs(f[s], f[n + s], f[2 * n + s]);
-    Vector3d v = nodal.row(s).transpose();
-    if (s % 4 == 0) v -= pose.position;
-    H.bottomRightCorner<3, 3>() +=
-        0.5 * (fs * v.transpose() + v * fs.transpose()) - fs.dot(v) * Matrix3d::Identity();
-    for (int d = 0; d < per_node; ++d)
-      if (slopes[d].function == s % 4)
-        H.block<3, 1>(m + 3, per_node * (s / 4) + d) += pose.axes.col(slopes[d].axis).cross(fs);
-  }
-  return H;
-}
 
 BlockTridiagonal PlateLeaf::line_factor() const {
   const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
@@ -551,96 +218,6 @@ void PlateLeaf::hold_point() {
     }
   }
   interior_.hold(K_, std::move(point));
-}
-
-MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {
-  const int n = mesh_->functions_per_line();
-  if (is_second_of_fold(line))
-    return fold_jacobian_ * T.middleRows(block_offset(line), fold_unknowns());
-  if (!is_rigid_edge(line)) return T.middleRows(block_offset(line), 3 * n);
-  const int e = edge_of(line);
-  const int m = mesh_->edge_unknowns();
-  MatrixXd rates = edge_jacobian_[e].leftCols(m) * T.middleRows(block_offset(line), m);
-  if (T.rows() == unknowns() + 12)
-    rates.noalias() += edge_jacobian_[e].rightCols<6>() * T.middleRows(unknowns() + 6 * e, 6);
-  return rates;
-}
-
-MatrixXd PlateLeaf::mass(const MatrixXd& T) const {
-  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
-  MatrixXd M = MatrixXd::Zero(T.cols(), T.cols());
-  MatrixXd previous;
-  for (int i = 0; i < lines; ++i) {
-    MatrixXd rates = nodal_rates(i, T);
-    for (int c = 0; c < 3; ++c) {
-      const auto R = rates.middleRows(c * n, n);
-      M.noalias() += R.transpose() * (mesh_->mass_diagonal(i) * R);
-      if (i == 0) continue;
-      const MatrixXd X = R.transpose() * (mesh_->mass_below(i - 1) * previous.middleRows(c * n, n));
-      M += X + X.transpose();
-    }
-    previous = std::move(rates);
-  }
-  return M;
-}
-
-MatrixXd PlateLeaf::station_rates(const MatrixXd& T) const {
-  const int n = mesh_->functions_per_line(), inner = mesh_->lines() - 2;
-  const int middle = 4 * (mesh_->nodes_per_line() / 2);
-  MatrixXd rates(6 * inner, T.cols());
-  for (int i = 0; i < inner; ++i)
-    for (int c = 0; c < 3; ++c) {
-      const int row = block_offset(i + 1) + c * n + middle;
-      rates.row(6 * i + c) = T.row(row);
-      rates.row(6 * i + 3 + c) = 0.5 * mesh_->shape().width * T.row(row + 2);
-    }
-  return rates;
-}
-
-MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
-  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
-  const int m = static_cast<int>(V.cols());
-  std::vector<MatrixXd> R(lines);  // functions × (3 components of each column)
-  for (int i = 0; i < lines; ++i) R[i] = nodal_rates(i, V).reshaped(n, 3 * m);
-  const bool edges = V.rows() == unknowns() + 12;
-  MatrixXd result(V.rows(), m), F;
-  if (edges) result.bottomRows(12).setZero();
-  for (int i = 0; i < lines; ++i) {
-    F.noalias() = mesh_->mass_diagonal(i) * R[i];
-    if (i > 0) F.noalias() += mesh_->mass_below(i - 1) * R[i - 1];
-    if (i + 1 < lines) F.noalias() += mesh_->mass_below(i).transpose() * R[i + 1];
-    const auto rows = F.reshaped(3 * n, m);
-    if (is_rigid_edge(i)) {
-      const int u = mesh_->edge_unknowns();
-      const MatrixXd& J = edge_jacobian_[edge_of(i)];
-      result.middleRows(block_offset(i), u).noalias() = J.leftCols(u).transpose() * rows;
-      if (edges)
-        result.middleRows(unknowns() + 6 * edge_of(i), 6).noalias() =
-            J.rightCols<6>().transpose() * rows;
-    } else if (is_second_of_fold(i)) {
-      result.middleRows(block_offset(i), fold_unknowns()).noalias() +=
-          fold_jacobian_.transpose() * rows;
-    } else {
-      if (i == mesh_->fold_line()) result.middleRows(block_offset(i), fold_unknowns()).setZero();
-      result.middleRows(block_offset(i), 3 * n) = rows;
-    }
-  }
-  return result;
-}
-
-std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const {
-  std::vector<Mode> result;
-  if (count == 0) return result;
-  const LowestPairs pairs = lowest_pairs(
-      unknowns(), count, 1,
-      [this](MatrixXd X) {
-        solve(X);
-        return X;
-      },
-      [this](const MatrixXd& X) { return mass_times(X); }, tolerance);
-  if (!pairs.converged) return result;
-  for (int k = 0; k < count; ++k) result.push_back({pairs.values[k], pairs.vectors.col(k)});
-  return result;
 }
 
 }  // namespace flexopt

@@ -15,43 +15,39 @@
 namespace flexopt {
 namespace {
 
-/// How the differences between meshes become an error of each kind. Calibrated on sampled designs
-/// of ten families; tests/benchmarks/estimates.cpp checks it on others.
+/// How the differences between meshes become an error of each kind. Fitted to sampled designs of
+/// ten families by tests/benchmarks/fit_estimates.py; tests/benchmarks/estimates.cpp checks it on
+/// others.
 struct ErrorLaw {
   double safety = 0;  ///< error over what the differences say to second order
   double path = 0;    ///< share of the differences of the same number along the path
   double point = 0;   ///< share of those of the other numbers of the kind at the same point
-  double least = 0;   ///< relative error of 10 x 4 elements below which no estimate falls
 };
 
 ErrorLaw law_of(ErrorKind kind) {
   switch (kind) {
     case ErrorKind::load:
-      return {.safety = 1.3, .path = 0.3, .point = 0.1, .least = 0};
+      return {.safety = 2, .path = 0.3, .point = 0.1};
     case ErrorKind::stiffness:
-      return {.safety = 1.9, .path = 0.3, .point = 0.2, .least = 0};
+      return {.safety = 1.5, .path = 0.3, .point = 0.1};
     case ErrorKind::motion:
-      return {.safety = 3, .path = 0, .point = 0, .least = 0};
+      return {.safety = 1.7, .path = 0, .point = 0};
     case ErrorKind::frequency:
-      return {.safety = 2.2, .path = 0.1, .point = 0, .least = 0};
-    case ErrorKind::stress:  // its peaks lie at the corners of the leaves, where elements are few
-      return {.safety = 1.5, .path = 0.5, .point = 0, .least = 0.08};
+      return {.safety = 1.9, .path = 0, .point = 0.1};
+    case ErrorKind::stress:
+      return {.safety = 2.5, .path = 0.5, .point = 0};
     case ErrorKind::none:
       break;
   }
   return {};
 }
 
-/// `least` falls with the number of elements to this power.
-double least_on(const std::array<int, 2>& mesh, const ErrorLaw& law) {
-  constexpr double calibrated = 40, power = 1.3;
-  return law.least * std::pow(calibrated / (mesh[0] * mesh[1]), power);
-}
-
 // The least order that is seen in docs/benchmarks.md.
 constexpr double order = 2;
 // Of a path's largest value, which errors are at least relative to.
 constexpr double least_share = 1e-3;
+// Of that share, what Newton's tolerance leaves of numbers that are zero.
+constexpr double rounding = 1e-4;
 
 /// Error of a mesh over its difference from one of `ratio` times the elements:
 /// 1/(1 − ratio^−order).                                                                      (S26)
@@ -276,8 +272,10 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
       }
       const ErrorLaw law = law_of(number.kind);
       const double raw = (number.along + number.across) / number.scale;
-      const double mesh = std::max(law.safety * differences.smoothed(number, k),
-                                   full.across ? least_on(full.mesh, law) : 0);  // (S28)
+      const bool vanishes =
+          number.kind != ErrorKind::motion && std::abs(number.value) < number.scale;
+      const double mesh = std::max(law.safety * differences.smoothed(number, k),  // (S28)
+                                   vanishes ? rounding : 0);
       const double share = raw > 0 ? number.across / (number.along + number.across) : 0;
       number.along = (1 - share) * mesh * number.scale;
       number.across = share * mesh * number.scale;

@@ -5,6 +5,7 @@
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "support/models.hpp"
+#include "support/moved.hpp"
 
 using namespace flexopt;
 
@@ -45,15 +46,6 @@ std::unique_ptr<LeafElement> element(const Mechanism& m, const ModelOptions& mod
   auto leaves = model.accuracy == Accuracy::full ? make_full_leaves(m, model)
                                                  : make_reduced_leaves(m, model, 0.005);
   return std::move(leaves[0]);
-}
-
-EdgePoses moved(const EdgePoses& from, const Vector12d& v) {
-  EdgePoses edges = from;
-  for (int e = 0; e < 2; ++e) {
-    edges[e].position += v.segment<3>(6 * e);
-    edges[e].axes = rotation_exp(v.segment<3>(6 * e + 3)) * edges[e].axes;
-  }
-  return edges;
 }
 
 void settle(LeafElement& leaf, const EdgePoses& edges, const Vector12d& dq) {

@@ -13,8 +13,10 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "support/plate_laws.hpp"
 
 using namespace flexopt;
+using namespace flexopt::plate_laws;
 using std::numbers::pi;
 
 namespace {
@@ -67,31 +69,6 @@ Mechanism wire(double length, double diameter, Direction drive = Direction::uy) 
   m.leaves[0].section = Section::circular;
   return m;
 }
-
-// A leaf bent and twisted well into the nonlinear range, internal unknowns not at rest.
-PlateLeaf::State random_state(const PlateMesh& mesh, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> u(-1, 1);
-  PlateLeaf::State state = PlateLeaf::undeflected(mesh);
-  state.edges[1].position += Vector3d(-0.01, 0.01, 0.1);
-  state.edges[1].axes = rotation_exp({0.1, 0.2, 0.03});
-  for (double& x : state.x) x += 0.003 * u(random);
-  return state;
-}
-
-double energy_along(PlateLeaf& leaf, PlateLeaf::State state, const VectorXd& dx,
-                    const Vector12d& dq) {
-  state.x += dx;
-  for (int e = 0; e < 2; ++e) {
-    state.edges[e].position += dq.segment<3>(6 * e);
-    state.edges[e].axes = rotation_exp(dq.segment<3>(6 * e + 3)) * state.edges[e].axes;
-  }
-  leaf.set_state(state);
-  leaf.assemble();
-  return leaf.energy();
-}
-
-double observed_rate(double coarse, double fine) { return std::log2(coarse / fine); }
 
 }  // namespace
 

@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
-#include <random>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "core/elements/plate/plate_leaf.hpp"
@@ -12,8 +11,10 @@
 #include "core/math/rotation.hpp"
 #include "core/mechanism/arc.hpp"
 #include "core/mechanism/profile.hpp"
+#include "support/plate_laws.hpp"
 
 using namespace flexopt;
+using namespace flexopt::plate_laws;
 
 namespace {
 
@@ -89,43 +90,8 @@ TEST_CASE("places on an arc and their coordinates are inverse to each other", "[
 TEST_CASE("a curved leaf is free of stress where it was made, and wherever it is moved rigidly",
           "[curve]") {
   for (const auto& [flexure, varies] : cases)
-    for (const double angle : {0.5, -1.6, M_PI}) {
-      const auto mesh = std::make_shared<PlateMesh>(shape(flexure, angle, varies));
-      PlateLeaf leaf(mesh);
-      const Matrix3d R = rotation_exp({0.7, -1.1, 2.0});
-      const Vector3d shift(0.3, -2, 0.7);
-      for (const bool moved : {false, true}) {
-        PlateLeaf::State state = PlateLeaf::undeflected(*mesh);
-        if (moved) {
-          for (EdgePose& edge : state.edges) edge = {R * edge.position + shift, R * edge.axes};
-          const int n = mesh->functions_per_line();
-          for (int line = 1; line + 1 < mesh->lines(); ++line) {
-            Eigen::Map<MatrixXd> r(state.x.data() + leaf.block_offset(line), n, 3);
-            r = (r * R.transpose()).eval();
-            for (int s = 0; s < n; s += 4) r.row(s) += shift.transpose();
-          }
-        }
-        leaf.set_state(state);
-        leaf.assemble();
-        // rounding: entries of the stiffness are of size 1e5
-        CHECK(std::abs(leaf.energy()) < 1e-9);
-        CHECK(leaf.residual().norm() < 1e-7);
-        CHECK(leaf.edge_force().norm() < 1e-7);
-        CHECK(leaf.negative_pivots() == 0);
-      }
-      leaf.set_state(PlateLeaf::undeflected(*mesh));
-      leaf.assemble();
-      const Matrix12d K = leaf.tangent();
-      Eigen::Matrix<double, 12, 6> rigid;
-      for (int e = 0; e < 2; ++e) {
-        rigid.block<3, 3>(6 * e, 0).setIdentity();
-        rigid.block<3, 3>(6 * e, 3) = -hat(leaf.state().edges[e].position);
-        rigid.block<3, 3>(6 * e + 3, 0).setZero();
-        rigid.block<3, 3>(6 * e + 3, 3).setIdentity();
-      }
-      CHECK((K * rigid).norm() < 1e-9 * K.norm());
-      CHECK((K - K.transpose()).norm() < 1e-10 * K.norm());
-    }
+    for (const double angle : {0.5, -1.6, M_PI})
+      check_rigid_motions(std::make_shared<PlateMesh>(shape(flexure, angle, varies)));
 }
 
 TEST_CASE("an arc of no angle is a flat leaf", "[curve]") {
@@ -158,35 +124,8 @@ TEST_CASE("force and tangent of a curved leaf are derivatives of its energy", "[
   for (const auto& [flexure, varies] : cases) {
     const auto mesh = std::make_shared<PlateMesh>(shape(flexure, 1.2, varies));
     PlateLeaf leaf(mesh);
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> u(-1, 1);
-    PlateLeaf::State state = PlateLeaf::undeflected(*mesh);
-    state.edges[1].position += Vector3d(-0.01, 0.01, 0.1);
-    state.edges[1].axes = rotation_exp({0.1, 0.2, 0.03}) * state.edges[1].axes;
-    for (double& x : state.x) x += 0.003 * u(random);
-    VectorXd d(state.x.size());
-    for (double& x : d) x = u(random);
-    const auto moved_to = [&](double h) {
-      PlateLeaf::State moved = state;
-      moved.x += h * d;
-      leaf.set_state(moved);
-      leaf.linearise();
-    };
-    const auto difference = [&](double h, auto value) {
-      const auto slope = [&](double step) {
-        moved_to(step);
-        const auto plus = value();
-        moved_to(-step);
-        return (plus - value()) / (2 * step);
-      };
-      return (4 * slope(h) - slope(2 * h)) / 3;
-    };
-    const double slope = difference(5e-5, [&] { return leaf.energy(); });
-    const double bend = difference(5e-5, [&] { return leaf.residual().dot(d); });
-    moved_to(0);
-    REQUIRE(std::abs(slope) > 1);
-    CHECK(leaf.residual().dot(d) == Approx(slope).epsilon(1e-7));
-    CHECK(d.dot(VectorXd(leaf.tangent_times(d))) == Approx(bend).epsilon(1e-8));
+    const PlateLeaf::State state = random_state(*mesh, 3);
+    check_interior_derivatives(leaf, state, random_direction(state.x.size(), 4));
     // and with the edges
     const auto held = [&](double h) {
       PlateLeaf::State moved = state;
@@ -337,17 +276,7 @@ TEST_CASE("operators change along the angle of an arc as their differences do", 
     const PlateMeshRate rate(mesh, directions);
     for (int p = 0; p < rate.directions(); ++p) {
       const auto moved = [&](double h) {
-        PlateShape s = at;
-        const ShapeRate& along = rate.direction[p];
-        s.width += h * along.size[0];
-        s.thickness += h * along.size[1];
-        s.poissons_ratio += h * along.size[2];
-        *s.curve += h * along.curve;
-        for (std::size_t k = 0; k < along.width_profile.size(); ++k)
-          s.width_profile[k] += h * along.width_profile[k];
-        for (std::size_t k = 0; k < along.thickness_profile.size(); ++k)
-          s.thickness_profile[k] += h * along.thickness_profile[k];
-        return PlateMesh(s);
+        return PlateMesh(plate_laws::moved(at, rate.direction[p], h));
       };
       const double h = p == 1 ? 1e-5 : 1e-4;
       const PlateMesh plus = moved(h), minus = moved(-h), plus2 = moved(2 * h),

@@ -9,8 +9,10 @@
 #include "core/elements/plate/plate_mesh_rate.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
+#include "support/plate_laws.hpp"
 
 using namespace flexopt;
+using namespace flexopt::plate_laws;
 
 namespace {
 
@@ -18,14 +20,6 @@ PlateShape shape(double place, double angle) {
   PlateShape s{.width = 0.3, .thickness = 0.006, .mesh = {6, 3}};
   s.fold = LeafFold{place, angle};
   return s;
-}
-
-VectorXd random_vector(Eigen::Index size, double scale, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> u(-scale, scale);
-  VectorXd v(size);
-  for (double& x : v) x = u(random);
-  return v;
 }
 
 }  // namespace
@@ -53,8 +47,8 @@ TEST_CASE("the legs of a fold keep their angle under every strain of the line", 
 
 TEST_CASE("derivatives of the map at a fold are those of its values", "[fold]") {
   const auto node = [](const VectorXd& x) { return FoldNode<double>::of(x, 4, 0); };
-  const VectorXd u = random_vector(16, 1, 1), y = random_vector(16, 1, 2),
-                 z = random_vector(16, 1, 3), w = random_vector(16, 1, 4);
+  const VectorXd u = random_direction(16, 1), y = random_direction(16, 2),
+                 z = random_direction(16, 3), w = random_direction(16, 4);
   const auto map = FoldMap<double>::of(0.8);
   const double h = 1e-3;  // of polynomials of the fifth degree
   const auto rate = [&](auto value) {
@@ -78,74 +72,16 @@ TEST_CASE("derivatives of the map at a fold are those of its values", "[fold]") 
 }
 
 TEST_CASE("a folded leaf is free of stress wherever it is moved rigidly", "[fold]") {
-  for (const auto& [place, angle] : {std::pair{0.5, M_PI / 2}, {0.3, -2.0}, {0.6, 0.4}}) {
-    const auto mesh = std::make_shared<PlateMesh>(shape(place, angle));
-    PlateLeaf leaf(mesh);
-    const Matrix3d R = rotation_exp({0.7, -1.1, 2.0});
-    const Vector3d shift(0.3, -2, 0.7);
-    for (const bool moved : {false, true}) {
-      PlateLeaf::State state = PlateLeaf::undeflected(*mesh);
-      if (moved) {
-        for (EdgePose& edge : state.edges) edge = {R * edge.position + shift, R * edge.axes};
-        const int n = mesh->functions_per_line();
-        for (int line = 1; line + 1 < mesh->lines(); ++line) {
-          if (leaf.is_second_of_fold(line)) continue;
-          Eigen::Map<MatrixXd> r(state.x.data() + leaf.block_offset(line), n, 3);
-          r = (r * R.transpose()).eval();
-          for (int s = 0; s < n; s += 4) r.row(s) += shift.transpose();
-        }
-      }
-      leaf.set_state(state);
-      leaf.assemble();
-      CHECK(std::abs(leaf.energy()) < 1e-9);
-      CHECK(leaf.residual().norm() < 1e-7);
-      CHECK(leaf.edge_force().norm() < 1e-7);
-      CHECK(leaf.negative_pivots() == 0);
-    }
-    leaf.set_state(PlateLeaf::undeflected(*mesh));
-    leaf.assemble();
-    const Matrix12d K = leaf.tangent();
-    Eigen::Matrix<double, 12, 6> rigid;
-    for (int e = 0; e < 2; ++e) {
-      rigid.block<3, 3>(6 * e, 0).setIdentity();
-      rigid.block<3, 3>(6 * e, 3) = -hat(leaf.state().edges[e].position);
-      rigid.block<3, 3>(6 * e + 3, 0).setZero();
-      rigid.block<3, 3>(6 * e + 3, 3).setIdentity();
-    }
-    CHECK((K * rigid).norm() < 1e-9 * K.norm());
-    CHECK((K - K.transpose()).norm() < 1e-10 * K.norm());
-  }
+  for (const auto& [place, angle] : {std::pair{0.5, M_PI / 2}, {0.3, -2.0}, {0.6, 0.4}})
+    check_rigid_motions(std::make_shared<PlateMesh>(shape(place, angle)));
 }
 
 TEST_CASE("force and tangent of a folded leaf are derivatives of its energy", "[fold]") {
   const auto mesh = std::make_shared<PlateMesh>(shape(0.45, 1.2));
   PlateLeaf leaf(mesh);
-  PlateLeaf::State state = PlateLeaf::undeflected(*mesh);
-  state.edges[1].position += Vector3d(-0.01, 0.01, 0.05);
-  state.edges[1].axes = rotation_exp({0.1, 0.2, 0.03}) * state.edges[1].axes;
-  state.x += random_vector(state.x.size(), 0.003, 3);
-  const VectorXd d = random_vector(state.x.size(), 1, 4);
-  const auto moved_to = [&](double h) {
-    PlateLeaf::State moved = state;
-    moved.x += h * d;
-    leaf.set_state(moved);
-    leaf.linearise();
-  };
-  const auto difference = [&](double h, auto value) {
-    const auto slope = [&](double step) {
-      moved_to(step);
-      const auto plus = value();
-      moved_to(-step);
-      return (plus - value()) / (2 * step);
-    };
-    return (4 * slope(h) - slope(2 * h)) / 3;
-  };
-  const double slope = difference(5e-5, [&] { return leaf.energy(); });
-  const double bend = difference(5e-5, [&] { return leaf.residual().dot(d); });
-  moved_to(0);
-  REQUIRE(std::abs(slope) > 1);
-  CHECK(leaf.residual().dot(d) == Approx(slope).epsilon(1e-7));
-  CHECK(d.dot(VectorXd(leaf.tangent_times(d))) == Approx(bend).epsilon(1e-8));
+  const PlateLeaf::State state = random_state(*mesh, 3, 0.05);
+  const VectorXd d = random_direction(state.x.size(), 4);
+  check_interior_derivatives(leaf, state, d);
   // solving and multiplying fit together, as far as the tangent of a random state lets them
   const VectorXd product = leaf.tangent_times(d);
   leaf.eliminate();

@@ -8,6 +8,7 @@
 #include "core/elements/plate/plate_mesh_rate.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
+#include "support/plate_laws.hpp"
 
 using namespace flexopt;
 
@@ -146,16 +147,7 @@ TEST_CASE("operators change along sizes and profiles as their differences do", "
     REQUIRE(rate.directions() == 5);
     for (int p = 0; p < 5; ++p) {
       const auto moved = [&](double h) {
-        PlateShape s = at;
-        const ShapeRate& along = rate.direction[p];
-        s.width += h * along.size[0];
-        s.thickness += h * along.size[1];
-        s.poissons_ratio += h * along.size[2];
-        for (std::size_t k = 0; k < along.width_profile.size(); ++k)
-          s.width_profile[k] += h * along.width_profile[k];
-        for (std::size_t k = 0; k < along.thickness_profile.size(); ++k)
-          s.thickness_profile[k] += h * along.thickness_profile[k];
-        return PlateMesh(s);
+        return PlateMesh(plate_laws::moved(at, rate.direction[p], h));
       };
       const double h = p == 1 ? 1e-5 : 1e-4;
       const PlateMesh plus = moved(h), minus = moved(-h), plus2 = moved(2 * h),

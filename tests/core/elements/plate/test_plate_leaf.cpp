@@ -7,8 +7,11 @@
 #include "core/elements/plate/plate_leaf.hpp"
 #include "core/math/rotation.hpp"
 #include "core/reduction/expansion/tube_expansion.hpp"
+#include "support/moved.hpp"
+#include "support/plate_laws.hpp"
 
 using namespace flexopt;
+using namespace flexopt::plate_laws;
 
 namespace {
 
@@ -17,40 +20,9 @@ std::shared_ptr<const PlateMesh> make_mesh(double w = 0.5, double t = 0.006,
   return std::make_shared<PlateMesh>(PlateShape{w, t, 0.3, mesh, true});
 }
 
-// A leaf bent and twisted well into the nonlinear range, internal unknowns not at rest.
-PlateLeaf::State random_state(const PlateMesh& mesh, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> u(-1, 1);
-  PlateLeaf::State state = PlateLeaf::undeflected(mesh);
-  state.edges[1].position += Vector3d(-0.01, 0.01, 0.1);
-  state.edges[1].axes = rotation_exp({0.1, 0.2, 0.03});
-  for (double& x : state.x) x += 0.003 * u(random);
-  return state;
-}
-
-// Unreduced energy after a step along (dx, dq).
-double energy_along(PlateLeaf& leaf, PlateLeaf::State state, const VectorXd& dx,
-                    const Vector12d& dq) {
-  state.x += dx;
-  for (int e = 0; e < 2; ++e) {
-    state.edges[e].position += dq.segment<3>(6 * e);
-    state.edges[e].axes = rotation_exp(dq.segment<3>(6 * e + 3)) * state.edges[e].axes;
-  }
-  leaf.set_state(state);
-  leaf.assemble();
-  return leaf.energy();
-}
-
-// Rest of a Taylor expansion must fall with this power of the step.
-double observed_rate(double coarse, double fine) { return std::log2(coarse / fine); }
-
 // Moves the edges by dq and brings the internal unknowns to rest.
 void move_to_rest(PlateLeaf& leaf, const Vector12d& dq) {
-  EdgePoses edges = leaf.state().edges;
-  for (int e = 0; e < 2; ++e) {
-    edges[e].position += dq.segment<3>(6 * e);
-    edges[e].axes = rotation_exp(dq.segment<3>(6 * e + 3)) * edges[e].axes;
-  }
+  const EdgePoses edges = moved(leaf.state().edges, dq);
   leaf.assemble();
   leaf.step(edges, leaf.internal_step(dq), dq);
   for (int k = 0; k < 20; ++k) {

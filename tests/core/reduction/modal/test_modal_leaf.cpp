@@ -9,6 +9,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "support/moved.hpp"
 #include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
@@ -39,15 +40,6 @@ std::unique_ptr<LeafElement> element(const Mechanism& m, const ModelOptions& mod
 
 EdgePoses at_rest(const LeafSpring& leaf) {
   return {EdgePose{leaf.origin, leaf.axes}, EdgePose{leaf.tip_middle(), leaf.axes}};
-}
-
-EdgePoses moved(const EdgePoses& from, const Vector12d& v) {
-  EdgePoses edges = from;
-  for (int e = 0; e < 2; ++e) {
-    edges[e].position += v.segment<3>(6 * e);
-    edges[e].axes = rotation_exp(v.segment<3>(6 * e + 3)) * edges[e].axes;
-  }
-  return edges;
 }
 
 /// Brought to internal equilibrium between moved edges.

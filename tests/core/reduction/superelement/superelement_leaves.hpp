@@ -9,6 +9,7 @@
 #include "core/math/rotation.hpp"
 #include "core/reduction/superelement/superelement_leaf_gradient.hpp"
 #include "support/models.hpp"
+#include "support/moved.hpp"
 #include "support/synthetic_leaf.hpp"
 
 namespace flexopt::superelement_leaves {
@@ -42,15 +43,7 @@ struct DesignRate {
 
 inline Design moved(const Design& design, const DesignRate& d, double t) {
   Design m = design;
-  LeafSpring& l = m.leaf;
-  l.origin += t * d.rate.origin;
-  l.axes = rotation_exp(t * d.turn) * l.axes;
-  l.length += t * d.rate.length;
-  l.width += t * d.rate.width;
-  l.thickness += t * d.rate.thickness;
-  l.material.youngs_modulus += t * d.rate.material.youngs_modulus;
-  l.material.poissons_ratio += t * d.rate.material.poissons_ratio;
-  l.material.density += t * d.rate.material.density;
+  m.leaf = moved(m.leaf, d.rate, d.turn, t);
   for (int e = 0; e < 2; ++e) m.body[e].reference += t * d.reference[e];
   return m;
 }

@@ -7,6 +7,7 @@
 
 #include "core/reduction/frame/chord_frame.hpp"
 #include "superelement_bodies.hpp"
+#include "support/real_rotations.hpp"
 
 using namespace flexopt;
 using namespace flexopt::bodies;
@@ -16,27 +17,8 @@ namespace {
 
 // The energy once more in extended precision, from the definition Φ_CB q = 0 alone, without any
 // derivative: the frame by a secant-like iteration with the matrix of the undeformed body.
-using Real = long double;
-using R3 = Eigen::Matrix<Real, 3, 1>;
-using R33 = Eigen::Matrix<Real, 3, 3>;
-using R6 = Eigen::Matrix<Real, 6, 1>;
 using RX = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 using RXX = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-
-R33 exp_real(const R3& v) {
-  const Real a = v.norm();
-  const R33 K = hat(v);
-  if (a == 0) return R33::Identity();
-  const Real s = std::sin(a / 2) / a;
-  return R33::Identity() + std::sin(a) / a * K + 2 * s * s * K * K;
-}
-
-R3 log_real(const R33& R) {
-  const R3 v(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
-  const Real s = v.norm() / 2, c = (R.trace() - 1) / 2;
-  if (s == 0) return R3::Zero();
-  return v * (std::atan2(s, c) / (2 * s));
-}
 
 struct RealBody {
   RXX K, Phi;

@@ -9,6 +9,7 @@
 #include "core/response/response.hpp"
 #include "superelement_bodies.hpp"
 #include "support/models.hpp"
+#include "support/moved.hpp"
 
 using namespace flexopt;
 using namespace flexopt::bodies;
@@ -90,22 +91,14 @@ TEST_CASE("a superelement leaf's force and tangent are the derivatives of its en
     synthetic::Random random(3);
     Vector12d q;
     for (double& x : q) x = random();
-    const auto pose = [&](const Vector12d& v, const EdgePoses& from) {
-      EdgePoses edges = from;
-      for (int e = 0; e < 2; ++e) {
-        edges[e].position += v.segment<3>(6 * e);
-        edges[e].axes = rotation_exp(v.segment<3>(6 * e + 3)) * edges[e].axes;
-      }
-      return edges;
-    };
     // brought to internal equilibrium for any place of the edges
     const auto solve = [&](const EdgePoses& from, const Vector12d& dq) -> LeafEvaluation {
       element.evaluate();
-      element.move(pose(dq, from), dq);
+      element.move(moved(from, dq), dq);
       for (int k = 0; k < 30; ++k) {
         element.evaluate();
         if (element.evaluation().correction < 1e-13) break;
-        element.move(pose(dq, from), Vector12d::Zero());
+        element.move(moved(from, dq), Vector12d::Zero());
       }
       return element.evaluate();
     };
@@ -116,7 +109,7 @@ TEST_CASE("a superelement leaf's force and tangent are the derivatives of its en
     const LeafEvaluation at = solve(rest, first);
     INFO("cut " << cut[0] << " × " << cut[1] << ", correction " << at.correction);
     REQUIRE(at.correction < 1e-11);
-    const EdgePoses bent = pose(first, rest);
+    const EdgePoses bent = moved(rest, first);
     const auto state = element.save();
     for (int k = 0; k < 6; ++k) {
       Vector12d v;

@@ -11,6 +11,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "superelement_bodies.hpp"
+#include "support/moved.hpp"
 
 using namespace flexopt;
 using namespace flexopt::bodies;
@@ -158,11 +159,8 @@ TEST_CASE("force and tangent at a superelement leaf's material point are derivat
     SuperelementLeaf element(leaf, std::make_shared<SuperelementGrid>(leaf, linear(3, 2)), 0);
     const auto solve = [&](const Vector12d& q, const Vector3d& u, const Vector12d& dq,
                            const Vector3d& du) {
-      EdgePoses edges{EdgePose{leaf.origin, leaf.axes}, EdgePose{leaf.tip_middle(), leaf.axes}};
-      for (int e = 0; e < 2; ++e) {
-        edges[e].position += q.segment<3>(6 * e);
-        edges[e].axes = rotation_exp(q.segment<3>(6 * e + 3)) * edges[e].axes;
-      }
+      const EdgePoses edges =
+          moved({EdgePose{leaf.origin, leaf.axes}, EdgePose{leaf.tip_middle(), leaf.axes}}, q);
       element.evaluate();
       element.displace_point(u, du);
       element.move(edges, dq);
