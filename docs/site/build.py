@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 """Builds the documentation as a site: ./flexopt docs
 
-    docs/site/build.py build/release/flexopt build/docs
+    docs/site/build.py build/release/flexopt build/docs [RUNS]
 
 The pages are those of the repository, where they stand; the reference is written from what the
 program says of itself, the gallery from the shipped design files and jobs. OUT/index.html is the
-first page. Nothing on the site needs a network. A link that leads nowhere is an error.
+first page. RUNS: a folder with finished runs of the shipped jobs, JOB.out each (the tests of the gallery
+leave them in build/release/tests/jobs); pages of optimisations then show the optimum. Nothing on the site needs a network. A link that leads nowhere is an error.
 Needs Debian's python3-sphinx, python3-myst-parser and furo. Exit code 77 without them.
 """
 import pathlib
@@ -81,7 +82,7 @@ def contents(chapters):
         for caption, pages in chapters)
 
 
-def stage(program, source):
+def stage(program, source, runs):
     shutil.rmtree(source, ignore_errors=True)
     source.mkdir(parents=True)
     pages = ["README.md"] + [page for _, own in CHAPTERS for page in own
@@ -92,20 +93,20 @@ def stage(program, source):
     if missed:
         sys.exit(f"docs/site/build.py: pages that no chapter has: {sorted(missed)}")
     reference.write(program, source / "reference")
-    gallery.write(program, ROOT, source / "gallery")
+    gallery.write(program, ROOT, source / "gallery", runs)
     with (source / "index.md").open("a") as index:
         index.write(contents(CHAPTERS))
 
 
 def main():
-    program, out = (pathlib.Path(word).resolve() for word in sys.argv[1:])
+    program, out, *runs = (pathlib.Path(word).resolve() for word in sys.argv[1:])
     try:
         import furo, myst_parser, sphinx  # noqa: E401, F401
     except ImportError as missing:
         print(f"{missing.name} is missing: install python3-sphinx, python3-myst-parser and furo")
         return 77
     source, site = out / ".pages", out / ".site"
-    stage(str(program), source)
+    stage(str(program), source, runs[0] if runs else None)
     shutil.rmtree(site, ignore_errors=True)
     code = subprocess.run([sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-E",
                            "-j", "auto", "-d", out / ".doctrees", "-c", ROOT / "docs/site",

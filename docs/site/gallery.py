@@ -81,7 +81,51 @@ def shown(value):
     return str(value)
 
 
-def job_page(program, root, out, name, job):
+def optimum_of(job, runs, name):
+    """Its parameters {name: SI} by the finished run RUNS/NAME.out of this very job; None without one."""
+    file = runs / f"{name}.out" / "result.json" if runs else None
+    if not file or not file.is_file():
+        return None
+    result = json.loads(file.read_text())
+    told = [(e["pointer"], e["expected"]) for e in result.get("expectations", []) if e["ok"]]
+    if told != [(e["pointer"], e["value"]) for e in job.get("expect", [])]:
+        return None
+    return (result.get("optimum") or {}).get("parameters")
+
+
+def shown_in(value, unit):
+    """A number in SI as drawings show it: lengths in mm, angles in degrees."""
+    if unit == "m":
+        return f"{1e3 * value:.4g} mm"
+    return f"{math.degrees(value):.4g}°" if unit == "rad" else f"{value:.4g}"
+
+
+def drawings(program, root, out, name, job, runs):
+    """Of an optimisation its start, and the optimum where a run has found it."""
+    file = root / "designs/jobs" / f"{name}.json"
+    run(program, "show", file, "--svg", out / f"{name}.svg")
+    plain = drawn(f"{name}.svg", f"the mechanism of {name} with its dimensions")
+    if job.get("job") != "optimise":
+        return plain
+    optimum = optimum_of(job, runs, name)
+    if not optimum:
+        return "The drawing shows the start of the optimisation.\n\n" + plain
+    values = [word for key, value in optimum.items()
+              for word in ("--set", f"/design/parameters/{key}={value!r}")]
+    run(program, "show", file, "--svg", out / f"{name}_optimum.svg", *values)
+    start = job["design"].get("parameters", {})
+    family = family_of(job)
+    known = json.loads(run(program, "designs", "--export", family))["parameters"] if family else {}
+    rows = []
+    for key in (v["parameter"] for v in job["optimise"]["variables"]):
+        own = known.get(key, {})
+        rows.append([f"`{key}`", cell(start.get(key, own.get("default", ""))),
+                     shown_in(optimum[key], own.get("unit"))])
+    return ("\n## The optimum\n\n" + drawn(f"{name}_optimum.svg", f"the optimum of {name} with its dimensions")
+            + "\n" + table(["variable", "start", "optimum"], rows) + "\n## The start\n\n" + plain)
+
+
+def job_page(program, root, out, name, job, runs):
     title = job.get("name", name)
     text = ORPHAN + f"# {cell(name)}\n\n{cell(title)}: a job of kind *{job.get('job', 'evaluate')}*"
     family = family_of(job)
@@ -89,8 +133,7 @@ def job_page(program, root, out, name, job):
         text += f" for the family [{cell(family)}](../families/{family}.md)"
     text += f".\n\n    ./flexopt run designs/jobs/{name}.json\n\n"
     if "design" in job:
-        run(program, "show", root / "designs/jobs" / f"{name}.json", "--svg", out / f"{name}.svg")
-        text += drawn(f"{name}.svg", f"the mechanism of {name} with its dimensions")
+        text += drawings(program, root, out, name, job, runs)
     text += "\n## What it must show\n\nEach of these numbers of `result.json`, in SI units, is a test.\n\n"
     rows = [[f"`{e['pointer']}`", shown(e["value"]), shown(e["tolerance"]) if "tolerance" in e else "",
              cell(e.get("source", ""))] for e in job.get("expect", [])]
@@ -110,7 +153,7 @@ def grid(entries):
 ORPHAN = "---\norphan: true\n---\n\n"
 
 
-def write(program, root, out):
+def write(program, root, out, runs):
     jobs = {file.stem: json.loads(file.read_text())
             for file in sorted((root / "designs/jobs").glob("*.json"))}
     families = families_of(program)
@@ -120,7 +163,7 @@ def write(program, root, out):
         made = [pool.submit(family_page, program, root, out / "families", name, summary,
                             [(job, content.get("name", job)) for job, content in jobs.items()
                              if family_of(content) == name]) for name, summary in families]
-        made += [pool.submit(job_page, program, root, out / "jobs", name, job)
+        made += [pool.submit(job_page, program, root, out / "jobs", name, job, runs)
                  for name, job in jobs.items()]
         for one in made:
             one.result()

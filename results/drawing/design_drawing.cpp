@@ -41,7 +41,7 @@ std::vector<Cell> cells_of(const PlacedDesign& design, const MeasuredDesign& mea
   };
   for (const MeasuredView& one : measured.views) {
     Cell cell{view_picture(design, one, scale)};
-    if (one.view.leaf >= 0) {
+    if (!one.view.leaves.empty()) {
       cell.picture = centered(std::move(cell.picture));
       cell.column = alone++;
       cell.line = 2;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -141,8 +142,10 @@ void DimensionLines::angle(const DimensionText& text, const Point2& vertex, cons
     return Point2(std::cos(at), std::sin(at));
   };
   Best best(*picture_);
+  const double least =
+      std::clamp(2.5 * head_length / std::abs(turn), 34.0, 120.0);  // for two heads
   for (int k = 0; k < 12; ++k) {
-    const double radius = 34 + 10 * k;
+    const double radius = least + 10 * k;
     std::vector<Point2> arc;
     for (int i = 0; i <= 32; ++i) arc.push_back(vertex + radius * direction(i / 32.0));
     for (const double part : {0.5, 0.25, 0.75, 0.0, 1.0}) {

@@ -4,15 +4,14 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <optional>
+
+#include "results/drawing/leaf_angles.hpp"
 
 namespace flexopt {
 
 namespace {
 
 constexpr double no_measure = std::numeric_limits<double>::infinity();
-/// What rounding leaves of a rate, and of a length over the size of the design.
-constexpr double equal_rates = 1e-7, equal_lengths = 1e-9;
 
 struct Candidate {
   double cost = no_measure;
@@ -49,7 +48,7 @@ class Search {
     const auto& points = design_->points;
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::size_t j = i + 1; j < points.size(); ++j) {
-        const bool own = view_->leaf < 0 || (of_leaf(points[i]) && of_leaf(points[j]));
+        const bool own = view_->leaves.empty() || (of_leaf(points[i]) && of_leaf(points[j]));
         if (own && is_pair(points[i], points[j])) look(points[i], points[j]);
       }
     return std::move(best_);
@@ -57,7 +56,7 @@ class Search {
 
  private:
   bool of_leaf(const DrawnPoint& p) const {
-    return p.owner == view_->leaf && p.kind != DrawnPoint::Kind::box;
+    return p.owner == view_->leaves.front() && p.kind != DrawnPoint::Kind::box;
   }
 
   void look(const DrawnPoint& a, const DrawnPoint& b) {
@@ -68,31 +67,13 @@ class Search {
     if (!level && !upright) look_along(a, b, way, way.normalized(), ShownMeasure::Along::way);
     if (!upright) look_along(a, b, way, {1, 0}, ShownMeasure::Along::right);
     if (!level) look_along(a, b, way, {0, 1}, ShownMeasure::Along::up);
-    if (!level && !upright && view_->leaf < 0) look_at_angles(a, b, way);
-  }
-
-  /// The one parameter whose unit has this rate, all others none; nothing for other distances.
-  template <class Rate>
-  std::optional<std::size_t> parameter_of(double value, const std::string& unit, const Rate& rate) {
-    std::optional<std::size_t> found;
-    for (std::size_t k = 0; k < best_.size(); ++k) {
-      const double r = rate(k);
-      if (std::abs(r) < equal_rates) continue;
-      const double sign = design_->values[k] < 0 ? -1 : 1;
-      if (found || design_->parameters[k].unit != unit || std::abs(r - sign) > equal_rates)
-        return std::nullopt;
-      if (std::abs(value - sign * design_->values[k]) >
-          equal_lengths * (unit == "m" ? design_->size : 1))
-        return std::nullopt;
-      found = k;
-    }
-    return found;
+    if (!level && !upright && view_->leaves.empty()) look_at_angles(a, b, way);
   }
 
   void look_along(const DrawnPoint& a, const DrawnPoint& b, const Eigen::Vector2d& way,
                   const Eigen::Vector2d& direction, ShownMeasure::Along along) {
     const double sign = way.dot(direction) < 0 ? -1 : 1;
-    const auto found = parameter_of(sign * way.dot(direction), "m", [&](std::size_t k) {
+    const auto found = design_->parameter_of(sign * way.dot(direction), "m", [&](std::size_t k) {
       return sign * direction.dot((*view_)(b.rates[k] - a.rates[k]));
     });
     if (!found) return;
@@ -111,10 +92,11 @@ class Search {
                                           Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)}) {
         const double dot = axis.dot(w), cross = axis[0] * w[1] - axis[1] * w[0];
         const double sign = cross < 0 ? -1 : 1;
-        const auto found = parameter_of(std::atan2(sign * cross, dot), "rad", [&](std::size_t k) {
-          const Eigen::Vector2d r = (*view_)(to.rates[k] - from.rates[k]);
-          return sign * (w[0] * r[1] - w[1] * r[0]) / w.squaredNorm();
-        });
+        const auto found =
+            design_->parameter_of(std::atan2(sign * cross, dot), "rad", [&](std::size_t k) {
+              const Eigen::Vector2d r = (*view_)(to.rates[k] - from.rates[k]);
+              return sign * (w[0] * r[1] - w[1] * r[0]) / w.squaredNorm();
+            });
         if (found)
           keep(*found, cost_of(from, to) + 0.5 * (axis[0] <= 0) - 0.5 * w.norm() / design_->size,
                {*found, ShownMeasure::Along::angle, from.at, to.at, axis});
@@ -184,14 +166,14 @@ unsigned chosen_views(const Candidates& found) {
 /// A leaf laid flat, and seen along its width.
 std::vector<DrawnView> views_of_leaf(const Mechanism& mechanism, int leaf) {
   const LeafSpring& own = mechanism.leaves[static_cast<std::size_t>(leaf)];
-  return {{own.name + ", laid flat", own.axes.col(0), own.axes.col(1), leaf},
-          {own.name + ", on edge", own.axes.col(0), own.axes.col(2), leaf}};
+  return {{own.name + ", laid flat", own.axes.col(0), own.axes.col(1), {leaf}},
+          {own.name + ", on edge", own.axes.col(0), own.axes.col(2), {leaf}}};
 }
 
 /// Measures what the plan views do not show on a leaf alone; true where one shows it.
 bool measure_on_leaf(const PlacedDesign& design, std::size_t parameter, MeasuredDesign& all) {
   for (MeasuredView& one : all.views) {
-    if (one.view.leaf < 0) continue;
+    if (one.view.leaves.size() != 1) continue;
     const Candidate found = Search(design, one.view).best()[parameter];
     if (found.cost == no_measure) continue;
     one.measures.push_back(found.measure);
@@ -211,9 +193,9 @@ bool measure_on_leaf(const PlacedDesign& design, std::size_t parameter, Measured
 
 const std::vector<DrawnView>& plan_views() {
   static const std::vector<DrawnView> views{
-      {"front", Vector3d::UnitX(), Vector3d::UnitY()},
-      {"from below", Vector3d::UnitX(), Vector3d::UnitZ()},
-      {"from the right", -Vector3d::UnitZ(), Vector3d::UnitY()}};
+      {"front", Vector3d::UnitX(), Vector3d::UnitY(), {}},
+      {"from below", Vector3d::UnitX(), Vector3d::UnitZ(), {}},
+      {"from the right", -Vector3d::UnitZ(), Vector3d::UnitY(), {}}};
   return views;
 }
 
@@ -235,6 +217,8 @@ MeasuredDesign measured_design(const PlacedDesign& design) {
     else if (design.parameters[k].unit == "m" && design.moves(k) &&
              !measure_on_leaf(design, k, all))
       all.without.push_back(k);
+    else if (design.parameters[k].unit == "rad")
+      measure_between_legs(design, k, all);
   }
   return all;
 }

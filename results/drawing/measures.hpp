@@ -1,5 +1,6 @@
 #pragma once
 // Which distance or angle of a design a parameter is, and in which view that is seen.
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,11 @@ namespace flexopt {
 struct DrawnView {
   std::string caption;
   Vector3d right, up;
-  int leaf = -1;  ///< the only one that it shows; −1: all is shown
+  std::vector<int> leaves;  ///< that it shows alone; empty: all is shown
 
+  bool shows_leaf(std::size_t leaf) const {
+    return leaves.empty() || std::ranges::find(leaves, static_cast<int>(leaf)) != leaves.end();
+  }
   Vector3d toward() const { return right.cross(up); }
   Eigen::Vector2d operator()(const Vector3d& v) const { return {right.dot(v), up.dot(v)}; }
 };
@@ -21,14 +25,15 @@ struct DrawnView {
 /// arranges them.
 const std::vector<DrawnView>& plan_views();
 
-/// A dimension: the distance of two places as a view shows it, or the angle at `from` between an
-/// axis of the view and the way to `to`.
+/// A dimension: the distance of two places as a view shows it, or the angle at `from` between a
+/// direction of the view (of its axes, or of a leaf) and the way to `to`.
 struct ShownMeasure {
   enum class Along { way, right, up, angle };
   std::size_t parameter = 0;  ///< of PlacedDesign::parameters
   Along along = Along::way;
   Vector3d from, to;
   Eigen::Vector2d axis = Eigen::Vector2d::Zero();  ///< of an angle
+  std::vector<Vector3d> guide = {};                ///< of an angle: a thin line by which it is seen
 };
 
 struct MeasuredView {
@@ -43,8 +48,9 @@ struct MeasuredDesign {
 
 /// A distance is a parameter's if it has its value, grows by one with it and stays as all others
 /// change: by the exact rates, so that dimensions which are equal by chance are told apart. Every
-/// length gets one dimension, in as few views as show them all, and every angle that a plan view
-/// shows; a leaf that none of the plan views shows in true size gets a view of its own.
+/// length gets one dimension, in as few views as show them all, and every angle to an axis of a
+/// plan view or between leaves; leaves that none of the plan views shows in true size get a view of
+/// their own.
 MeasuredDesign measured_design(const PlacedDesign& design);
 
 }  // namespace flexopt

@@ -127,9 +127,9 @@ void add_clamp(const LeafSpring& leaf, int end, const Projection& on, Picture& p
 }
 
 template <class Visit>
-void each_clamp(const Mechanism& mechanism, int only, const Visit& visit) {
+void each_clamp(const Mechanism& mechanism, const DrawnView& view, const Visit& visit) {
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
-    if (only >= 0 && static_cast<int>(i) != only) continue;
+    if (!view.shows_leaf(i)) continue;
     const LeafSpring& leaf = mechanism.leaves[i];
     if (leaf.base == ground) visit(leaf, 0);
     if (leaf.tip == ground) visit(leaf, 1);
@@ -168,17 +168,17 @@ void add_strips(const LeafSurface& surface, const Projection& on, std::vector<Fa
 }  // namespace
 
 void add_parts(const Mechanism& mechanism, const Projection& on, Picture& picture) {
-  const int only = on.view.leaf;
-  for (std::size_t b = 0; b < mechanism.bodies.size() && only < 0; ++b) {
+  const bool all = on.view.leaves.empty();
+  for (std::size_t b = 0; b < mechanism.bodies.size() && all; ++b) {
     std::vector<Point2> points;
     for (const Vector3d& p : body_solid(mechanism, static_cast<int>(b)).points)
       points.push_back(on(p));
     if (!points.empty()) picture.area(style_of_body(mechanism, b), flat_hull(std::move(points)));
   }
-  each_clamp(mechanism, only,
+  each_clamp(mechanism, on.view,
              [&](const LeafSpring& leaf, int end) { add_clamp(leaf, end, on, picture); });
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
-    if (only < 0 || static_cast<int>(i) == only) add_leaf(mechanism.leaves[i], on, picture);
+    if (on.view.shows_leaf(i)) add_leaf(mechanism.leaves[i], on, picture);
 }
 
 void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& picture) {
@@ -206,7 +206,7 @@ void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& 
         {on.view.toward().dot(leaf.origin + 0.5 * leaf.span()), "leaf", wire.shapes[0].points});
   }
   std::ranges::stable_sort(faces, {}, &Face::depth);
-  each_clamp(mechanism, -1,
+  each_clamp(mechanism, on.view,
              [&](const LeafSpring& leaf, int end) { add_clamp(leaf, end, on, picture); });
   for (Face& face : faces) {
     if (face.points.size() == 1)  // the end of a wire

@@ -81,6 +81,30 @@ void each_place(const MechanismT<S>& mechanism, const Visit& visit) {
   visit(PlaceKind::origin, -1, false, Vector3<S>(Vector3<S>::Zero()));
 }
 
+/// visit(leaf, place, direction into the leaf) in the order of PlacedDesign::legs.
+template <class S, class Visit>
+void each_leg(const MechanismT<S>& mechanism, const Visit& visit) {
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
+    const LeafSpringT<S>& leaf = mechanism.leaves[i];
+    const auto visit_at = [&](const ArcPoint<S>& at, double sign) {
+      const S x = leaf.length * at.x, z = leaf.length * at.z;
+      const S cosine = sign * at.cosine, sine = sign * at.sine;
+      visit(static_cast<int>(i),
+            Vector3<S>(leaf.origin + leaf.axes.col(0) * x + leaf.axes.col(2) * z),
+            Vector3<S>(leaf.axes.col(0) * cosine + leaf.axes.col(2) * sine));
+    };
+    visit_at(leaf.middle(S(0)), 1);
+    visit_at(leaf.middle(S(1)), -1);
+    if (!leaf.fold) continue;
+    visit_at(leaf.middle(leaf.fold->place), -1);
+    visit_at(leg_point<S>(leaf.fold->place, leaf.fold->angle, leaf.fold->place), 1);
+  }
+}
+
+Vector3d derivative_of(const Vector3<Dual1>& v) {
+  return v.unaryExpr([](const Dual1& x) { return x.derivatives[0]; });
+}
+
 /// The mechanism with its rate as derivatives.
 MechanismT<Dual1> moving(const Mechanism& mechanism, const Mechanism& rate) {
   std::vector<double> rates;
@@ -116,13 +140,19 @@ PlacedDesign placed_design(const Family& family, const ParameterValues& values,
     if (kind != PlaceKind::origin) box.extend(at);
   });
   design.size = box.diagonal().norm();
+  each_leg(design.mechanism, [&](int leaf, const Vector3d& at, const Vector3d& along) {
+    design.legs.push_back({leaf, at, along, {}});
+  });
   for (const MechanismDirection& along : family.directions(values, choices, material, {}, names)) {
+    const MechanismT<Dual1> moved = moving(design.mechanism, along.rate);
     std::size_t k = 0;
-    each_place(moving(design.mechanism, along.rate),
-               [&](PlaceKind, int, bool, const Vector3<Dual1>& at) {
-                 design.points[k++].rates.push_back(
-                     at.unaryExpr([](const Dual1& x) { return x.derivatives[0]; }));
-               });
+    each_place(moved, [&](PlaceKind, int, bool, const Vector3<Dual1>& at) {
+      design.points[k++].rates.push_back(derivative_of(at));
+    });
+    k = 0;
+    each_leg(moved, [&](int, const Vector3<Dual1>&, const Vector3<Dual1>& way) {
+      design.legs[k++].rates.push_back(derivative_of(way));
+    });
   }
   return design;
 }

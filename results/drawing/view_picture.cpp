@@ -82,9 +82,15 @@ DimensionText text_of(const PlacedDesign& design, std::size_t parameter) {
   return {p.name, p.unit, design.values[parameter]};
 }
 
+void add_guide(const ShownMeasure& measure, const Projection& on, Picture& picture) {
+  std::vector<Point2> line;
+  for (const Vector3d& place : measure.guide) line.push_back(on(place));
+  if (!line.empty()) picture.line("extension", std::move(line));
+}
+
 /// Short ones first: they stand nearest.
 void add_measures(const PlacedDesign& design, const MeasuredView& view, const Projection& on,
-                  DimensionLines& lines) {
+                  DimensionLines& lines, Picture& picture) {
   std::vector<ShownMeasure> measures = view.measures;
   const auto rank = [&](const ShownMeasure& m) {
     return m.along == ShownMeasure::Along::angle ? 1e300 : std::abs(design.values[m.parameter]);
@@ -95,6 +101,7 @@ void add_measures(const PlacedDesign& design, const MeasuredView& view, const Pr
     const DimensionText text = text_of(design, m.parameter);
     switch (m.along) {
       case ShownMeasure::Along::angle:
+        add_guide(m, on, picture);
         lines.angle(text, a, {m.axis[0], -m.axis[1]}, b);
         break;
       case ShownMeasure::Along::way:
@@ -135,19 +142,19 @@ Picture view_picture(const PlacedDesign& design, const MeasuredView& view, doubl
   Picture picture;
   add_parts(design.mechanism, on, picture);
   DimensionLines lines(picture, scale);
-  if (view.view.leaf < 0) {
+  if (view.view.leaves.empty()) {
     add_center(design, on, lines, picture);
     add_drives(design, on, lines, picture);
   }
   for (const ShownMeasure& m : view.measures)
     for (const Vector3d& end : {m.from, m.to})
-      if (end.isZero(0) && view.view.leaf < 0) {
+      if (end.isZero(0) && view.view.leaves.empty()) {
         const Point2 o = on(end);
         picture.line("extension", {o - Point2(8, 0), o + Point2(8, 0)});
         picture.line("extension", {o - Point2(0, 8), o + Point2(0, 8)});
       }
-  add_measures(design, view, on, lines);
-  if (view.view.leaf < 0) {
+  add_measures(design, view, on, lines, picture);
+  if (view.view.leaves.empty()) {
     add_axes(on, picture);
     add_caption(view.view.caption, picture);
   } else {
@@ -161,7 +168,7 @@ Picture view_picture(const PlacedDesign& design, const MeasuredView& view, doubl
 Picture slanting_picture(const PlacedDesign& design, double largest) {
   const Vector3d toward = slant(design.mechanism);
   const Vector3d right = Vector3d::UnitY().cross(toward).normalized();
-  const DrawnView view{"", right, toward.cross(right)};
+  const DrawnView view{"", right, toward.cross(right), {}};
   const double scale = largest / room_of(design, view).maxCoeff();
   const Projection on{view, scale};
   Picture picture;

@@ -3,11 +3,15 @@
 test_site.py FLEXOPT SOURCE WORK
 """
 import html.parser
+import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import urllib.parse
+
+OPTIMISED = "shaken_guide"  # in a tenth of a second
 
 
 class Page(html.parser.HTMLParser):
@@ -35,7 +39,14 @@ class Page(html.parser.HTMLParser):
 
 def main():
     flexopt, source, work = sys.argv[1:]
-    built = subprocess.run([sys.executable, f"{source}/docs/site/build.py", flexopt, work],
+    runs = pathlib.Path(work + ".runs")  # of one optimisation: its page shows the optimum
+    shutil.rmtree(runs, ignore_errors=True)
+    subprocess.run([flexopt, "run", f"{source}/designs/jobs/{OPTIMISED}.json", "--quiet", "--out",
+                    runs / f"{OPTIMISED}.out"], check=True)
+    spoilt = runs / "fast_guide.out"  # of a run that is not of this job
+    spoilt.mkdir()
+    shutil.copy(runs / f"{OPTIMISED}.out" / "result.json", spoilt)
+    built = subprocess.run([sys.executable, f"{source}/docs/site/build.py", flexopt, work, runs],
                            capture_output=True, text=True,
                            env={"PYTHONDONTWRITEBYTECODE": "1", "PATH": "/usr/bin:/bin"})
     print(built.stdout, built.stderr)
@@ -67,6 +78,15 @@ def main():
             page = pages[pathlib.Path("gallery", kind, file.stem + ".html")]
             drawing = re.compile(rf"/{file.stem}\d*\.svg$")  # one of several of a name has a number
             assert any(drawing.search(load) for load in page.loads), file
+    # an optimisation whose optimum is known shows it beside its start, the others say what is drawn
+    optimised = pages[pathlib.Path("gallery", "jobs", OPTIMISED + ".html")]
+    assert any(re.search(rf"/{OPTIMISED}_optimum\d*\.svg$", load) for load in optimised.loads)
+    assert "0.2912 mm" in optimised.text  # thickness; the start has 0.5 mm
+    for file in pathlib.Path(source, "designs/jobs").glob("*.json"):
+        says = "The drawing shows the start" in pages[
+            pathlib.Path("gallery", "jobs", file.stem + ".html")].text
+        job = json.loads(file.read_text())
+        assert says == (job.get("job") == "optimise" and file.stem != OPTIMISED), file
     # keys of the schema stand in the reference
     for word in ("stroke", "load_capacity", "optimise.variables", "tolerances"):
         assert word in pages[pathlib.Path("reference/jobs.html")].text, word

@@ -1,4 +1,5 @@
-// Drawings of all families: every length has its dimension, of true size, and no words overlap.
+// Drawings of all families: every length and angle has its dimension, of true size, and no words
+// overlap.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -44,7 +45,8 @@ void check_dimensions(const Family& family, const ParameterValues& values,
   }
   const PlacedDesign placed = placed_design(family, values, default_choices(family));
   for (std::size_t k = 0; k < placed.parameters.size(); ++k)
-    if (placed.parameters[k].unit == "m" && placed.moves(k)) {
+    if ((placed.parameters[k].unit == "m" || placed.parameters[k].unit == "rad") &&
+        placed.moves(k)) {
       INFO(placed.parameters[k].name);
       CHECK(drawn.contains(placed.parameters[k].name));
     }
@@ -53,7 +55,7 @@ void check_dimensions(const Family& family, const ParameterValues& values,
 
 }  // namespace
 
-TEST_CASE("Every length that moves a family's geometry has a dimension of true size",
+TEST_CASE("Every length and angle that moves a family's geometry has a dimension of true size",
           "[results][drawing]") {
   for (const Family& family : families()) {
     INFO(family.name);

@@ -72,8 +72,7 @@ def main():
         values = {name: in_si(p.get("default", p.get("example")))
                   for name, p in design["parameters"].items() if p["unit"] in ("m", "rad")}
         drawn = check(run("designs", file.stem, "--svg").stdout, values)
-        lengths = {name for name, p in design["parameters"].items() if p["unit"] == "m"}
-        assert lengths <= set(drawn), (file.stem, lengths - set(drawn))
+        assert set(values) <= set(drawn), (file.stem, set(values) - set(drawn))
 
     for file in sorted(pathlib.Path(source, "designs/jobs").glob("*.json")):
         if "design" in json.loads(file.read_text()):
