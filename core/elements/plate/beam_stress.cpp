@@ -452,8 +452,8 @@ MatrixXd beam_section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd
 
 VectorXd beam_section_rates(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const std::vector<StressPlace>& places, double youngs_modulus,
-                            const StressRate& rate) {
-  const MovingBeam beam(mesh, nodal, rate, BeamStrain::finite);
+                            const StressRate& rate, BeamStrain strain) {
+  const MovingBeam beam(mesh, nodal, rate, strain);
   const Dual1 modulus(youngs_modulus, {rate.youngs_modulus});
   VectorXd rates = VectorXd::Zero(6 * static_cast<Eigen::Index>(places.size()));
   const auto at = [&](double along) {

@@ -56,7 +56,7 @@ MatrixXd beam_section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd
 /// Their derivatives, one place after the other.
 VectorXd beam_section_rates(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const std::vector<StressPlace>& places, double youngs_modulus,
-                            const StressRate& rate);
+                            const StressRate& rate, BeamStrain strain = BeamStrain::finite);
 
 /// The deflected ribbon of width w, two points across.
 LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

@@ -190,8 +190,9 @@ StrainField SuperelementGrid::strains(const State& state) const {
   return {std::move(x), std::move(y), std::move(values)};
 }
 
-double SuperelementGrid::stress_rate(const State& state, const std::vector<VectorXd>& fields,
-                                     const StressPeak& peak, const StressRate& rate) const {
+MovingStations SuperelementGrid::moving_stations(const State& state,
+                                                 const std::vector<VectorXd>& fields,
+                                                 const StressRate& rate) const {
   const PlateMesh& mesh = *kinds_[0]->mesh;
   const int nx = mesh.elements_along(), ny = mesh.elements_across();
   const Dual1 per_width(1, {rate.shape.size[0] / shape_.width});
@@ -199,7 +200,7 @@ double SuperelementGrid::stress_rate(const State& state, const std::vector<Vecto
   const ShapeRate own(Vector3d(rate.shape.size[0] * along_ / rows(), rate.shape.size[1] * along_,
                                rate.shape.size[2]));
   const MeshNumbers<Dual1> numbers(mesh.shape(), own);
-  const auto strains_at = [&](int x, int y) {
+  const auto strains_at = [this, &state, &fields, &mesh, nx, ny, per_width, numbers](int x, int y) {
     const int p = x / 2 % nx, q = y / 2 % ny, e = x / (2 * nx) * rows() + y / (2 * ny);
     const Gradient value = element_dofs(mesh, model(e).recovery * *state.q[e], p, q),
                    moving = element_dofs(mesh, fields[e], p, q);
@@ -217,8 +218,13 @@ double SuperelementGrid::stress_rate(const State& state, const std::vector<Vecto
     return result;
   };
   const std::vector<double> along = strain_stations_along();
-  return flexopt::stress_rate(shape_, {along.begin(), along.end()}, strain_stations_across(),
-                              strains_at, peak, youngs_modulus_, rate);
+  return {{along.begin(), along.end()}, strain_stations_across(), strains_at};
+}
+
+double SuperelementGrid::stress_rate(const State& state, const std::vector<VectorXd>& fields,
+                                     const StressPeak& peak, const StressRate& rate) const {
+  const MovingStations at = moving_stations(state, fields, rate);
+  return flexopt::stress_rate(shape_, at.x, at.y, at.strains, peak, youngs_modulus_, rate);
 }
 
 SuperelementGrid::Point SuperelementGrid::locate(double along, double across) const {

@@ -65,8 +65,11 @@ class SuperelementGrid {
   std::vector<MatrixXd> beam_displacements(const State& state, int element) const;
   /// Linear strains of the local displacements of a plate; lengths over L, as in plate_stress.
   StrainField strains(const State& state) const;
-  /// Derivative of the stress of strains() at a peak of largest_stress, as plate_stress_rate;
-  /// `fields`: rates of recovery · q of every superelement.
+  /// The same as they move. `fields`: rates of recovery · q of every superelement. All arguments
+  /// must outlive it.
+  MovingStations moving_stations(const State& state, const std::vector<VectorXd>& fields,
+                                 const StressRate& rate) const;
+  /// Derivative of the stress of strains() at a peak of largest_stress, as plate_stress_rate.
   double stress_rate(const State& state, const std::vector<VectorXd>& fields,
                      const StressPeak& peak, const StressRate& rate) const;
   /// Where a point of the leaf lies: all coordinates in [0, 1].

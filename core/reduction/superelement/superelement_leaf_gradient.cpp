@@ -429,11 +429,16 @@ class SuperelementFields final : public LeafFields {
     return stress;
   }
 
-  // interior_gap() says that there are none
-  MatrixXd section_rates(const std::vector<StressPlace>& places, double,
-                         const VectorXd&) const override {
-    assert(false);
-    return MatrixXd::Zero(6 * static_cast<Eigen::Index>(places.size()), rows_.cols());
+  MatrixXd section_rates(const std::vector<StressPlace>& places, double /*modulus*/,
+                         const VectorXd& modulus_rates) const override {
+    MatrixXd rates(6 * static_cast<Eigen::Index>(places.size()), rows_.cols());
+    for (Eigen::Index p = 0; p < rates.cols(); ++p) {
+      const LeafVariation<double>& v = variations_[static_cast<std::size_t>(p)];
+      rates.col(p) =
+          gradient_->leaf().section_rates(places, gradient_->field_rates(rows_.col(p), v),
+                                          {{}, Vector3d(v.shape), modulus_rates[p]});
+    }
+    return rates;
   }
 
  private:
