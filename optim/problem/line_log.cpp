@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/problem/line_checksum.hpp"
 
 namespace flexopt {
 
@@ -19,6 +20,11 @@ constexpr const char* heading = "flexopt_evaluations";
 std::string content_of(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   return in ? std::string(std::istreambuf_iterator<char>(in), {}) : std::string();
+}
+
+// As it stands in the file, of a line with its line break.
+std::string written(std::string_view line) {
+  return with_checksum(line.substr(0, line.size() - 1)) + "\n";
 }
 
 }  // namespace
@@ -39,12 +45,13 @@ std::string log_line(const OrderedJson& value) {
 }
 
 std::string log_heading(const json& identity) {
-  return log_line({{heading, OrderedJson(identity)}});
+  return written(log_line({{heading, OrderedJson(identity)}}));
 }
 
 json log_identity_of(const std::filesystem::path& path) {
   const std::string content = content_of(path);
-  const json first = json::parse(content.substr(0, content.find('\n')), nullptr, false);
+  const json first =
+      json::parse(CheckedLines(path).next(content.substr(0, content.find('\n'))), nullptr, false);
   return first.is_object() && first.contains(heading) ? first.at(heading) : json();
 }
 
@@ -59,13 +66,14 @@ void LineLog::open(const std::filesystem::path& path, const json& identity, bool
         "the file to start anew");
   };
   const std::string content = overwrite ? "" : content_of(path_);
+  CheckedLines lines(path_);
   std::size_t kept = 0;  // bytes of whole lines
-  for (std::size_t number = 1, end; (end = content.find('\n', kept)) != std::string::npos;
-       kept = end + 1, ++number) {
-    const std::string line = content.substr(kept, end - kept);
+  for (std::size_t end; (end = content.find('\n', kept)) != std::string::npos; kept = end + 1) {
+    const std::string line = lines.next(std::string_view(content).substr(kept, end - kept));
     try {
-      if (number == 1) {
-        const json theirs = json::parse(line).at(heading);
+      if (lines.number() == 1) {
+        const json first = json::parse(line), theirs = first.at(heading);
+        if (first.size() != 1) throw refuse("a heading with more in it than its job");
         const json ours = json::parse(header_).at(heading);
         if (theirs != ours) throw refuse("a log of another job: " + first_difference(theirs, ours));
         continue;
@@ -73,7 +81,8 @@ void LineLog::open(const std::filesystem::path& path, const json& identity, bool
       read(line);
     } catch (const std::exception& error) {
       if (dynamic_cast<const SpecError*>(&error)) throw;
-      throw refuse(fmt::format("line {}, which is no evaluation: {}", number, line.substr(0, 60)));
+      throw refuse(
+          fmt::format("line {}, which is no evaluation: {}", lines.number(), line.substr(0, 60)));
     }
   }
   if (kept == 0 && !header_.starts_with(content)) throw refuse("a file that is no log");
@@ -87,7 +96,7 @@ void LineLog::open(const std::filesystem::path& path, const json& identity, bool
 void LineLog::append(const std::string& line) {
   if (path_.empty()) return;
   const std::lock_guard lock(mutex_);
-  out_ << line << std::flush;
+  out_ << written(line) << std::flush;
   if (!out_)
     throw SpecError(path_.string(), "not writable", "expected room for one more evaluation");
 }
@@ -99,7 +108,7 @@ void LineLog::finish(const std::vector<std::string>& lines) {
   const std::filesystem::path draft = path_.string() + ".new";
   std::ofstream draft_out(draft, std::ios::binary | std::ios::trunc);
   draft_out << header_;
-  for (const std::string& line : lines) draft_out << line;
+  for (const std::string& line : lines) draft_out << written(line);
   draft_out << std::flush;
   if (!draft_out)
     throw SpecError(draft.string(), "not writable", "expected a file that can be written");
@@ -107,13 +116,21 @@ void LineLog::finish(const std::vector<std::string>& lines) {
   std::filesystem::rename(draft, path_);
 }
 
+std::string log_text(const json& identity, const std::vector<std::string>& lines) {
+  std::string text = log_heading(identity);
+  for (const std::string& line : lines) text += with_checksum(line) + "\n";
+  return text;
+}
+
 std::vector<std::string> read_log_lines(const std::filesystem::path& path) {
   const std::string content = content_of(path);
+  CheckedLines checked(path);
   std::vector<std::string> lines;
-  for (std::size_t begin = content.find('\n'), end;
-       begin != std::string::npos && (end = content.find('\n', begin + 1)) != std::string::npos;
-       begin = end)
-    lines.push_back(content.substr(begin + 1, end - begin - 1));
+  for (std::size_t begin = 0, end; (end = content.find('\n', begin)) != std::string::npos;
+       begin = end + 1) {
+    std::string line = checked.next(std::string_view(content).substr(begin, end - begin));
+    if (checked.number() > 1) lines.push_back(std::move(line));
+  }
   return lines;
 }
 

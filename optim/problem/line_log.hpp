@@ -16,7 +16,7 @@ namespace flexopt {
 std::string log_line(const nlohmann::ordered_json& value);
 
 /// The first line, {"flexopt_evaluations": identity}, says whose lines they are; the others are the
-/// owner's.
+/// owner's. In the file each has its checksum (line_checksum.hpp), which its owner does not see.
 class LineLog {
  public:
   /// Nothing is kept on disk.
@@ -24,8 +24,8 @@ class LineLog {
 
   /// Opens or creates the file and gives each whole line after the heading to `read`, which throws
   /// where a line is none of its own; a last line that was cut off is removed. Throws SpecError
-  /// when it is the log of another job (the rule names the first difference) or no log, unless
-  /// `overwrite` starts it anew.
+  /// when it is the log of another job (the rule names the first difference), no log, or one with a
+  /// line that does not fit its checksum, unless `overwrite` starts it anew.
   LineLog(const std::filesystem::path& path, const nlohmann::json& identity, bool overwrite,
           const std::function<void(const std::string&)>& read) {
     open(path, identity, overwrite, read);
@@ -47,14 +47,17 @@ class LineLog {
   std::mutex mutex_;
 };
 
-/// The heading of logs of this identity, with its line break.
+/// The heading of logs of this identity, with checksum and line break.
 std::string log_heading(const nlohmann::json& identity);
+/// A whole log: the heading and these lines (without line breaks), each with its checksum.
+std::string log_text(const nlohmann::json& identity, const std::vector<std::string>& lines);
 /// Where two identities differ first: "/job/stroke/to was 0.02 and is 0.03".
 std::string first_difference(const nlohmann::json& theirs, const nlohmann::json& ours);
 /// The identity in the heading of a log; null where it has none.
 nlohmann::json log_identity_of(const std::filesystem::path& path);
 
-/// The whole lines after the heading of a log that somebody else may be writing.
+/// The whole lines after the heading of a log that somebody else may be writing, without their
+/// checksums. Throws SpecError where one does not fit.
 std::vector<std::string> read_log_lines(const std::filesystem::path& path);
 
 }  // namespace flexopt

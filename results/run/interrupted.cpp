@@ -82,8 +82,10 @@ std::vector<ConstraintState> states_of(const OptimiseSpec& spec, const Evaluatio
 const std::vector<EvaluationRecord>& GrowingLog::read(const fs::path& file) try {
   struct stat now {};
   if (::stat(file.c_str(), &now) != 0 || file != file_ || now.st_ino != inode_ ||
-      static_cast<std::size_t>(now.st_size) < read_)
+      static_cast<std::size_t>(now.st_size) < read_) {
     *this = {};
+    lines_ = CheckedLines(file);
+  }
   file_ = file;
   inode_ = now.st_ino;
   std::ifstream stream(file, std::ios::binary);
@@ -92,7 +94,7 @@ const std::vector<EvaluationRecord>& GrowingLog::read(const fs::path& file) try 
   for (std::size_t begin = 0, end; (end = more.find('\n', begin)) != std::string::npos;
        begin = end + 1) {
     read_ += end + 1 - begin;
-    if (auto record = record_of(more.substr(begin, end - begin)))
+    if (auto record = record_of(lines_.next(std::string_view(more).substr(begin, end - begin))))
       records_.push_back(std::move(*record));
   }
   return records_;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "optim/problem/evaluation_record.hpp"
+#include "optim/problem/line_checksum.hpp"
 #include "results/run/run_files.hpp"
 
 namespace flexopt {
@@ -13,13 +14,15 @@ class GrowingLog {
  public:
   /// All whole records of evaluations.jsonl so far; the last line may be torn. Unlike the
   /// optimiser's own reader this takes a log of any version and leaves the file alone. Begins anew
-  /// where another file has taken its place. Throws SpecError where a line is no evaluation.
+  /// where another file has taken its place. Throws SpecError where a line is no evaluation or does
+  /// not fit its checksum.
   const std::vector<EvaluationRecord>& read(const std::filesystem::path& file);
 
  private:
   std::filesystem::path file_;
   std::uint64_t inode_ = 0;
   std::size_t read_ = 0;  ///< bytes of whole lines
+  CheckedLines lines_;
   std::vector<EvaluationRecord> records_;
 };
 

@@ -73,13 +73,13 @@ class Union {
     }
   }
   bool empty() const { return identity_.is_null(); }
-  std::string text() const { return log_heading(identity_) + lines_; }
+  std::string text() const { return log_text(identity_, lines_); }
 
  private:
   void add(std::pair<std::string, json> said, const std::string& line, const fs::path& file) {
     const auto [known, fresh] = known_.try_emplace(said.first, std::move(said.second), file);
     if (fresh) {
-      lines_ += line + "\n";
+      lines_.push_back(line);
     } else if (known->second.first != said.second) {
       throw SpecError(
           "", file.string(),
@@ -92,7 +92,7 @@ class Union {
   json identity_;
   fs::path first_;
   std::map<std::string, std::pair<json, fs::path>> known_;
-  std::string lines_;
+  std::vector<std::string> lines_;
 };
 
 bool has_samples(const Job& job) { return job.tolerances && job.tolerances->samples > 0; }

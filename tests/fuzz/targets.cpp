@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -18,6 +19,7 @@
 #include "designs/family.hpp"
 #include "optim/job/job.hpp"
 #include "optim/problem/evaluation_log.hpp"
+#include "optim/problem/line_checksum.hpp"
 #include "results/server/guard.hpp"
 #include "results/server/request_text.hpp"
 
@@ -149,20 +151,33 @@ const Job& logged_job() {
   return job;
 }
 
-// The text follows the heading of a job's log.
-void log(std::string_view text) {
+void read_logged(const std::string& content) {
   namespace fs = std::filesystem;
   const fs::path file = fs::temp_directory_path() / fmt::format("flexopt_log_{}", getpid());
-  {
-    const EvaluationLog fresh(logged_job(), file, "1", true);
-    std::ofstream(file, std::ios::app | std::ios::binary) << text;
-  }
+  std::ofstream(file, std::ios::binary) << content;
   refusing([&] {
     EvaluationLog read(logged_job(), file, "1", false);
     demand(read.loaded() >= 0, "a log of less than nothing");
     read.finish({});
+    demand(EvaluationLog(logged_job(), file, "1", false).loaded() == read.loaded(),
+           "a log that was written and reads otherwise");
   });
   fs::remove(file);
+}
+
+// The text follows the heading of a job's log: one from before there were checksums, and one whose
+// lines have their own.
+void log(std::string_view text) {
+  const json heading{{"flexopt_evaluations", log_identity(logged_job(), "1")}};
+  read_logged(heading.dump() + "\n" + std::string(text));
+  std::string content = with_checksum(heading.dump()) + "\n";
+  for (std::size_t begin = 0, end; begin < text.size(); begin = end + 1) {
+    end = std::min(text.find('\n', begin), text.size());
+    const std::string_view line = text.substr(begin, end - begin);
+    content += line.size() > 2 ? with_checksum(line) : std::string(line);
+    if (end < text.size()) content += '\n';
+  }
+  read_logged(content);
 }
 
 void request(std::string_view text) {

@@ -214,6 +214,24 @@ TEST_CASE("the log of another batch is refused", "[optim][compare]") {
   const std::string bytes = content(log);
   std::ofstream(log, std::ios::app) << R"({"design": 6, "model": 0})"
                                     << "\n";
-  CHECK_THROWS_WITH(run(job_document(), log), Contains("line 20, which is no evaluation"));
+  CHECK_THROWS_WITH(run(job_document(), log), Contains("line 20: {") && Contains("checksum"));
   CHECK(content(log).starts_with(bytes));
+}
+
+TEST_CASE("a digit of a comparison's logs that was changed is refused", "[optim][compare]") {
+  const Folder folder;
+  const fs::path log = folder.path / "evaluations.jsonl";
+  run(job_document(), log);
+  for (const fs::path& file : {log, folder.path / "evaluations.seconds.jsonl"}) {
+    const std::string bytes = content(file);
+    std::string changed = bytes;
+    const std::size_t third = changed.find('\n', changed.find('\n') + 1) + 1;
+    ++changed[changed.find_first_of("1234567", third + 12)];
+    std::ofstream(file, std::ios::binary) << changed;
+    CHECK_THROWS_WITH(run(job_document(), log),
+                      Contains(file.filename().string()) && Contains("line 3: {"));
+    CHECK_THROWS_WITH(compare_logged(parse_job(job_document()), log), Contains("line 3: {"));
+    std::ofstream(file, std::ios::binary) << bytes;
+  }
+  CHECK_NOTHROW(run(job_document(), log));
 }

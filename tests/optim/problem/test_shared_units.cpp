@@ -1,6 +1,7 @@
 #include "optim/problem/shared_units.hpp"
 
 #include <catch2/catch.hpp>
+#include <fstream>
 
 #include "core/spec/spec_error.hpp"
 #include "support/fixture.hpp"
@@ -50,6 +51,20 @@ TEST_CASE("units of shards make the whole, which is worked on once", "[sharing]"
   REQUIRE(whole.kept.size() == 10);
   for (const auto& [unit, value] : whole.kept) CHECK(value == 0.1 * unit * unit);
   CHECK(run(Sharing(), job, log, "squares 2").worked == 10);
+}
+
+TEST_CASE("a unit whose yield was changed on the disk is refused", "[sharing]") {
+  const TemporaryFolder folder;
+  const Job job = parse_job(json::parse(leaf_job().dump()));
+  const auto log = folder.path() / "units.jsonl";
+  run(Sharing(), job, log);
+  std::string text = content_of(log);
+  const std::size_t at = text.find("[\"squares 1\",5,2.5");
+  REQUIRE(at != std::string::npos);
+  text[at + 15] = '3';
+  std::ofstream(log, std::ios::binary | std::ios::trunc) << text;
+  CHECK_THROWS_WITH(run(Sharing(), job, log), Catch::Contains("units.jsonl") &&
+                                                  Catch::Contains("line 7: [\"squares 1\",5,3.5"));
 }
 
 TEST_CASE("units of another job are refused", "[sharing]") {

@@ -207,6 +207,15 @@ TEST_CASE("a screening has the same bytes for any number of threads, cut off or 
     CHECK(content(screening_log(cut)) == long_log);
     CHECK(screened_so_far(screening_log(cut)) == 1500);
   }
+  SECTION("a changed digit is refused") {
+    std::string changed = lines;
+    const std::size_t at = changed.find("\n[500,") + 8;
+    const std::size_t digit = changed.find_first_of("123456", at);
+    ++changed[digit];
+    std::ofstream(screening_log(cut), std::ios::binary) << changed;
+    CHECK_THROWS_WITH(run(document, counted, cut),
+                      Contains("screening.jsonl") && Contains("line 502: [500,"));
+  }
   SECTION("the log of another job is refused") {
     json other = document;
     other["end_effector"]["mass"] = "2 kg";

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/problem/line_log.hpp"
 #include "results/files/json_text.hpp"
 #include "support/leaf_job.hpp"
 #include "support/program.hpp"
@@ -192,14 +193,24 @@ TEST_CASE("two values of one evaluation are refused", "[shard]") {
   Runs runs(compared_leaf());
   runs.shards(2);
   fs::copy(runs.path() / "shard.1", runs.path() / "again");
-  std::string log = runs.content("again/evaluations.jsonl");
-  const auto at = log.find("\"drive_load\":", log.find("drive_load") + 20);
+  const fs::path file = runs.path() / "again/evaluations.jsonl";
+  std::vector<std::string> lines = read_log_lines(file);
+  REQUIRE(!lines.empty());
+  const auto at = lines.front().find("\"drive_load\":");
   REQUIRE(at != std::string::npos);
-  log.insert(at + 13, "1");
-  std::ofstream(runs.path() / "again/evaluations.jsonl") << log;
+  lines.front().insert(at + 13, "1");
+  const std::string fitting = log_text(log_identity_of(file), lines);
+  std::ofstream(file) << fitting;
   const Outcome outcome = runs.flexopt("merge shard.1 shard.2 again --out merged");
   CHECK(outcome.code == 2);
   CHECK_THAT(outcome.err, Catch::Contains("expected the same values as in"));
+  // what does not fit its checksum is no value
+  std::string spoilt = runs.content("again/evaluations.jsonl");
+  spoilt.erase(spoilt.find("\"drive_load\":") + 13, 1);
+  std::ofstream(file) << spoilt;
+  const Outcome refused = runs.flexopt("merge shard.1 shard.2 again --out merged");
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err, Catch::Contains("line 2: {") && Catch::Contains("checksum"));
 }
 
 TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {

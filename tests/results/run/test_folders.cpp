@@ -1,0 +1,211 @@
+// Folders and clocks as they are on shared machines: read-only, removed, shared, going back.
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "support/leaf_job.hpp"
+#include "support/program.hpp"
+
+using namespace flexopt;
+using namespace flexopt::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+void write(const fs::path& file, const OrderedJson& job) { std::ofstream(file) << job.dump(); }
+
+OrderedJson optimised_leaf() {
+  OrderedJson job = leaf_job();
+  job["job"] = "optimise";
+  job["optimise"] = thickest_leaf();
+  return job;
+}
+
+// Jobs of each kind that writes other files.
+std::map<std::string, OrderedJson> jobs_of_all_kinds() {
+  std::map<std::string, OrderedJson> jobs{{"evaluate", leaf_job()}, {"optimise", optimised_leaf()}};
+  OrderedJson& compare = jobs["compare"] = leaf_job();
+  compare["job"] = "compare";
+  compare.erase("model");
+  compare["samples"] = OrderedJson::parse(R"({"count": 6, "seed": 3, "vary": [
+      {"parameter": "thickness", "min": "0.2 mm", "max": "0.6 mm"}]})");
+  compare["models"] = OrderedJson::parse(R"([{"name": "coarse", "mesh": [3, 2]}])");
+  return jobs;
+}
+
+/// All files of a folder but those that say how long something took.
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_regular_file() && name != "timings.json" && name != "evaluations.seconds.jsonl")
+      files[fs::relative(entry.path(), folder).string()] = content_of(entry.path());
+  }
+  return files;
+}
+
+/// What the root must say before a command so that permissions count; nothing where it cannot.
+std::optional<std::string> as_anyone() {
+  if (::geteuid() != 0) return std::string();
+  const std::string prefix = "setpriv --reuid=65534 --regid=65534 --clear-groups ";
+  if (run_program("/", "--version", prefix).code == 0) return prefix;
+  WARN("permissions mean nothing to root, and the program cannot be run as somebody else");
+  return std::nullopt;
+}
+
+/// The program in the background, until it has ended. Nothing is asserted in its thread.
+class Running {
+ public:
+  Running(const fs::path& folder, const std::string& arguments)
+      : thread_([this, command = "cd '" + folder.string() + "' && '" FLEXOPT_BINARY "' " +
+                                 arguments + " >/dev/null 2>'" + words().string() +
+                                 "' </dev/null"] {
+          status_ = std::system(command.c_str());
+          ended_ = true;
+        }) {}
+  ~Running() {
+    if (thread_.joinable()) thread_.join();
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+  bool has_ended() const { return ended_; }
+  Outcome end() {
+    thread_.join();
+    REQUIRE(WIFEXITED(status_));
+    return {WEXITSTATUS(status_), {}, content_of(words())};
+  }
+
+ private:
+  fs::path words() const { return own_.path() / "err"; }
+
+  TemporaryFolder own_;
+  std::atomic<bool> ended_ = false;
+  int status_ = -1;
+  std::thread thread_;
+};
+
+}  // namespace
+
+TEST_CASE("a folder that is read-only is refused before anything is computed", "[folders]") {
+  const auto anyone = as_anyone();
+  if (!anyone) return;
+  const TemporaryFolder folder;
+  fs::permissions(folder.path(), fs::perms(0755));
+  for (const auto& [kind, job] : jobs_of_all_kinds()) {
+    CAPTURE(kind);
+    write(folder.path() / "leaf.json", job);
+    const fs::path locked = folder.path() / (kind + ".out");
+    fs::create_directory(locked);
+    fs::permissions(locked, fs::perms(0555));
+    for (const char* out : {"", "/new"}) {
+      const Outcome refused =
+          run_program(folder.path(), "run leaf.json --quiet --out " + kind + ".out" + out, *anyone);
+      CAPTURE(refused.err);
+      CHECK(refused.code == 2);
+      CHECK_THAT(refused.err, Contains(kind + ".out") && Contains("can be written"));
+      CHECK(fs::is_empty(locked));
+    }
+    fs::permissions(locked, fs::perms(0755));
+  }
+}
+
+TEST_CASE("a finished run in a folder that has become read-only stays as it is", "[folders]") {
+  const auto anyone = as_anyone();
+  if (!anyone) return;
+  const TemporaryFolder folder;
+  fs::permissions(folder.path(), fs::perms(0755));
+  write(folder.path() / "leaf.json", optimised_leaf());
+  REQUIRE(run_program(folder.path(), "run leaf.json --quiet --out out").code == 0);
+  const auto before = files_of(folder.path() / "out");
+  for (const auto& [name, text] : before)
+    fs::permissions(folder.path() / "out" / name, fs::perms(0444));
+  fs::permissions(folder.path() / "out", fs::perms(0555));
+  const Outcome again = run_program(folder.path(), "run leaf.json --quiet --out out", *anyone);
+  CAPTURE(again.err);
+  CHECK(again.code == 2);
+  CHECK_THAT(again.err, Contains("can be written"));
+  CHECK(files_of(folder.path() / "out") == before);
+  fs::permissions(folder.path() / "out", fs::perms(0755));
+}
+
+TEST_CASE("a folder that is removed while a run goes on ends it in words", "[folders]") {
+  const TemporaryFolder folder;
+  OrderedJson job = leaf_job();  // as many points as fit into some tenths of a second
+  job["stroke"]["points"] = 201;
+  std::map<std::string, OrderedJson> jobs{{"evaluate", job}};
+  job = optimised_leaf();
+  job["stroke"]["points"] = 41;
+  jobs["optimise"] = job;
+  for (const auto& [kind, document] : jobs) {
+    CAPTURE(kind);
+    write(folder.path() / "leaf.json", document);
+    const fs::path out = folder.path() / "out";
+    Running running(folder.path(), "run leaf.json --quiet --threads 1 --out out");
+    // whether the run has begun is seen in its folder; how fast it is does not matter
+    while (!fs::exists(out / "job.json") && !running.has_ended()) std::this_thread::yield();
+    fs::remove_all(out);
+    const Outcome outcome = running.end();
+    CAPTURE(outcome.err);
+    // a folder that went between two of its files may be there again, with whole files alone
+    CHECK((outcome.code == 0 || outcome.code == 2));
+    if (outcome.code == 2) CHECK_THAT(outcome.err, Contains("out") && Contains("expected"));
+    if (fs::exists(out)) {
+      for (const auto& [name, text] : files_of(out)) {
+        CAPTURE(name);
+        if (name.ends_with(".json")) CHECK(nlohmann::json::accept(text));
+        CHECK_FALSE(name.ends_with(".new"));
+      }
+    }
+    fs::remove_all(out);
+    CHECK(run_program(folder.path(), "run leaf.json --quiet --out out").code == 0);
+    fs::remove_all(out);
+  }
+}
+
+TEST_CASE("two runs of one job in one folder leave the bytes of one", "[folders]") {
+  for (const auto& [kind, job] : jobs_of_all_kinds()) {
+    if (kind == "compare") continue;  // its result has times
+    CAPTURE(kind);
+    const TemporaryFolder folder;
+    write(folder.path() / "leaf.json", job);
+    REQUIRE(run_program(folder.path(), "run leaf.json --quiet --out alone").code == 0);
+    {
+      Running one(folder.path(), "run leaf.json --quiet --out out"),
+          other(folder.path(), "run leaf.json --quiet --out out");
+      for (Running* running : {&one, &other}) {
+        const Outcome outcome = running->end();
+        CAPTURE(outcome.err);
+        CHECK((outcome.code == 0 || outcome.code == 2));
+        if (outcome.code == 2) CHECK_THAT(outcome.err, Contains("expected"));
+      }
+    }
+    CHECK(run_program(folder.path(), "run leaf.json --quiet --out out").code == 0);
+    CHECK(files_of(folder.path() / "out") == files_of(folder.path() / "alone"));
+  }
+}
+
+TEST_CASE("a clock that goes back changes no byte", "[folders]") {
+  const TemporaryFolder folder;
+  const std::string preload = "LD_PRELOAD='" FLEXOPT_BACKWARD_CLOCK "' ";
+  // the clock is another one
+  REQUIRE(std::system((preload + "date +%Y | grep -q 2001").c_str()) == 0);
+  for (auto& [kind, job] : jobs_of_all_kinds()) {
+    if (kind == "compare") continue;
+    CAPTURE(kind);
+    OrderedJson limited = job;
+    limited["limits"] = {{"seconds", "10 min"}};
+    write(folder.path() / "leaf.json", limited);
+    REQUIRE(run_program(folder.path(), "run leaf.json --quiet --out " + kind).code == 0);
+    const Outcome back =
+        run_program(folder.path(), "run leaf.json --quiet --out " + kind + ".back", preload);
+    CAPTURE(back.err);
+    CHECK(back.code == 0);
+    CHECK(files_of(folder.path() / (kind + ".back")) == files_of(folder.path() / kind));
+  }
+}
