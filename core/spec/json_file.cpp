@@ -235,10 +235,15 @@ JsonText read_text(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
     throw SpecError("", file, "it cannot be read: " + std::generic_category().message(errno));
-  std::string text(largest_file + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad()) throw SpecError("", file, "reading it failed");
-  text.resize(static_cast<std::size_t>(stream.gcount()));
+  constexpr std::size_t piece = 1u << 16;
+  std::string text;
+  while (stream && text.size() <= largest_file) {
+    const std::size_t before = text.size();
+    text.resize(before + piece);
+    stream.read(text.data() + before, static_cast<std::streamsize>(piece));
+    if (stream.bad()) throw SpecError("", file, "reading it failed");
+    text.resize(before + static_cast<std::size_t>(stream.gcount()));
+  }
   if (text.size() > largest_file)
     throw SpecError("", file, fmt::format("it is larger than {} MiB", largest_file >> 20));
   return {std::move(text), file};

@@ -87,6 +87,35 @@ void add_difference(const StrokeResponse& a, const StrokeResponse& b, Difference
   }
 }
 
+// Three-leaf hinges of random sizes, always the same ones.
+class HingeSizes {
+ public:
+  Mechanism next() {
+    const double length = in(0.05, 0.08), width = in(0.02, 0.05), thickness = in(3e-4, 5e-4);
+    Mechanism hinge = models::three_leaf_hinge(length, width, thickness);
+    hinge.bodies[0].mass = 0.3;
+    hinge.bodies[0].inertia = 3e-4 * Matrix3d::Identity();
+    return hinge;
+  }
+
+ private:
+  double in(double a, double b) {
+    return a + (b - a) * (static_cast<double>(random_()) / 4294967296.0);
+  }
+  std::mt19937 random_{1};
+};
+
+StrokeRequest hinge_request(int frequencies, bool stress) {
+  StrokeRequest request;
+  request.points.clear();
+  for (int k = 0; k < 11; ++k) request.points.push_back(0.5 * k / 10);
+  request.frequencies = frequencies;
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  if (frequencies > 0) request.outputs.add({Output::frequencies_free, Output::frequencies_locked});
+  if (stress) request.outputs.add({Output::stress});
+  return request;
+}
+
 // A hinge of new leaves each time: looked up, built, full, looked up, …
 void hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
   const PageTable page("atlas hinge");
@@ -101,18 +130,8 @@ void hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
   };
   for (const Case& c : {Case{"nothing", 0, false}, Case{"8 + 8 frequencies", 8, false},
                         Case{"8 + 8 frequencies, stress", 8, true}}) {
-    std::mt19937 random(1);
-    const auto in = [&](double a, double b) {
-      return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
-    };
-    StrokeRequest request;
-    request.points.clear();
-    for (int k = 0; k < 11; ++k) request.points.push_back(0.5 * k / 10);
-    request.frequencies = c.frequencies;
-    request.outputs = {Output::equilibrium, Output::stiffness};
-    if (c.frequencies > 0)
-      request.outputs.add({Output::frequencies_free, Output::frequencies_locked});
-    if (c.stress) request.outputs.add({Output::stress});
+    const StrokeRequest request = hinge_request(c.frequencies, c.stress);
+    HingeSizes sizes;
     std::array<ModelOptions, 4> models{};  // looked up, built, full, full and finer
     models[0].atlas = atlas;
     models[2].accuracy = models[3].accuracy = Accuracy::full;
@@ -120,9 +139,7 @@ void hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
     std::array<std::vector<double>, 4> times;
     Difference worst;
     for (int k = 0; k < 24; ++k) {
-      Mechanism hinge = models::three_leaf_hinge(in(0.05, 0.08), in(0.02, 0.05), in(3e-4, 5e-4));
-      hinge.bodies[0].mass = 0.3;
-      hinge.bodies[0].inertia = 3e-4 * Matrix3d::Identity();
+      const Mechanism hinge = sizes.next();
       std::array<StrokeResponse, 4> found;
       for (std::size_t m = 0; m < models.size(); ++m)
         times[m].push_back(seconds([&] { found[m] = evaluate_stroke(hinge, models[m], request); }));
@@ -138,6 +155,39 @@ void hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
     fmt::print(" {:.1f}, {:.1f}, {:.0f} | {:.1e} | {:.1e} | {} |\n", ratio(1), ratio(2), ratio(3),
                worst.drive, worst.support,
                c.frequencies > 0 ? fmt::format("{:.1e}", worst.frequency) : "–");
+  }
+}
+
+// The same with the model ready: what a path takes once its leaves are there. Least of some runs of
+// each in turn.
+void ready_hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
+  const PageTable page("atlas ready");
+  fmt::print(
+      "| asked for beside 6 × 6 | looked up | full on 10×4 | full | full on 10×4, full / looked up "
+      "|\n|---|---|---|---|---|\n");
+  for (const bool stress : {false, true}) {
+    const StrokeRequest request = hinge_request(8, stress);
+    std::array<ModelOptions, 3> models{};  // looked up, full and coarser, full
+    models[0].atlas = atlas;
+    models[1].accuracy = models[2].accuracy = Accuracy::full;
+    models[1].mesh = {10, 4};
+    std::array<std::vector<double>, 3> times, ratios;
+    HingeSizes sizes;
+    for (int k = 0; k < 8; ++k) {
+      const Mechanism hinge = sizes.next();
+      std::array<double, 3> least{1e9, 1e9, 1e9};
+      for (int run = 0; run < 5; ++run)
+        for (std::size_t m = 0; m < models.size(); ++m)
+          for (int again = 0; again < (m == 0 ? 8 : 1); ++again)
+            least[m] = std::min(least[m], evaluate_stroke(hinge, models[m], request).seconds_path);
+      for (std::size_t m = 0; m < models.size(); ++m) {
+        times[m].push_back(least[m]);
+        ratios[m].push_back(least[m] / least[0]);
+      }
+    }
+    fmt::print("| 8 + 8 frequencies{} | {:.2f} ms | {:.1f} ms | {:.1f} ms | {:.1f}, {:.1f} |\n",
+               stress ? ", stress" : "", 1e3 * median(times[0]), 1e3 * median(times[1]),
+               1e3 * median(times[2]), median(ratios[1]), median(ratios[2]));
   }
 }
 
@@ -222,5 +272,6 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "sum {}\n", sum);  // keeps the calls alive
   }
   hinges(opened.atlas);
+  ready_hinges(opened.atlas);
   if (argc == 1) std::filesystem::remove_all(file.parent_path());
 }

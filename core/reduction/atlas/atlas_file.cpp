@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -24,28 +25,33 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// The file: this, the settings as JSON, the exponents, the values, the compressed tables one after
-// the other, the block of the stress atlas; each part at a multiple of 64.
+// The file: this, the settings as JSON, the numbers of the potentials, the compressed tables one
+// after the other, the block of the stress atlas; each part at a multiple of 64.
 struct Head {
   char magic[16];
   std::uint64_t byte_order;
-  std::uint64_t text, text_size, exponents, exponents_size, values, values_size, tables, stress,
-      stress_size, size;
+  std::uint64_t text, text_size, potentials, tables, stress, stress_size, size;
   std::uint64_t contents;  ///< hash of all that follows the head
 };
-constexpr char magic[16] = "flexopt atlas 2";
+constexpr char magic[16] = "flexopt atlas 3";
 constexpr std::uint64_t byte_order = 0x0102030405060708;
 
-// Of whole 8-byte words.
+// Of whole 32-byte blocks; four sums that need not wait for each other.
 std::uint64_t hash(const char* data, std::uint64_t size) {
-  std::uint64_t h = 0x9E3779B97F4A7C15;
-  for (std::uint64_t i = 0; i + 8 <= size; i += 8) {
-    std::uint64_t word;
-    std::memcpy(&word, data + i, 8);
-    h = (h ^ word) * 0xD6E8FEB86659FD93;
+  constexpr std::uint64_t factor = 0xD6E8FEB86659FD93;
+  const auto add = [&](std::uint64_t& h, std::uint64_t word) {
+    h = (h ^ word) * factor;
     h ^= h >> 32;
+  };
+  std::array<std::uint64_t, 4> h{};
+  for (std::size_t l = 0; l < h.size(); ++l) h[l] = 0x9E3779B97F4A7C15 + l;
+  for (std::uint64_t i = 0; i + sizeof h <= size; i += sizeof h) {
+    std::array<std::uint64_t, 4> words;
+    std::memcpy(words.data(), data + i, sizeof words);
+    for (std::size_t l = 0; l < h.size(); ++l) add(h[l], words[l]);
   }
-  return h;
+  for (std::size_t l = 1; l < h.size(); ++l) add(h[0], h[l]);
+  return h[0];
 }
 
 json settings_json(const AtlasSettings& s) {
@@ -157,6 +163,32 @@ bool read_tables(const json& entries, PartReader& reader, std::vector<Compressed
   return true;
 }
 
+// Exponents, values, values of the highest degree and their units, in this order.
+template <class Numbers, class Part>
+void each_potential_part(const AtlasSettings& s, Numbers& numbers, const Part& part) {
+  const std::vector<AtlasTerm> terms = atlas_terms(s.sigmas);
+  const auto [lower, highest] = term_counts(terms);
+  const std::uint64_t rays = s.rays.size(), leaves = static_cast<std::uint64_t>(s.tables()) *
+                                                     static_cast<std::uint64_t>(s.shapes());
+  part(numbers.exponents, 2 * terms.size() * rays);
+  part(numbers.values, leaves * static_cast<std::uint64_t>(TubeAtlas::stride(lower)));
+  part(numbers.highest, leaves * static_cast<std::uint64_t>(TubeAtlas::stride(highest)));
+  part(numbers.units, static_cast<std::uint64_t>(highest) * rays);
+}
+
+// Those of a file; false where they are not whole.
+bool read_potentials(const AtlasSettings& settings, PartReader& reader,
+                     TubeAtlas::Numbers& numbers) {
+  bool whole = true;
+  each_potential_part(settings, numbers, [&](const auto*& part, std::uint64_t count) {
+    using Number =
+        std::remove_const_t<std::remove_pointer_t<std::remove_reference_t<decltype(part)>>>;
+    part = reader.next<Number>(count);
+    whole = whole && part;
+  });
+  return whole;
+}
+
 struct Mapping {
   const char* data = nullptr;
   std::uint64_t size = 0;
@@ -245,14 +277,12 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
   head.byte_order = byte_order;
   head.text = padded(sizeof head);
   head.text_size = text.size();
-  head.exponents = head.text + padded(head.text_size);
-  head.exponents_size = 2 * atlas.terms().size() * s.rays.size();
-  head.values = head.exponents + padded(head.exponents_size);
-  head.values_size =
-      sizeof(float) * static_cast<std::uint64_t>(s.tables()) *
-      static_cast<std::uint64_t>(s.shapes()) *
-      static_cast<std::uint64_t>(TubeAtlas::stride(static_cast<int>(atlas.terms().size())));
-  head.tables = head.values + padded(head.values_size);
+  head.potentials = head.text + padded(head.text_size);
+  std::string potentials;
+  each_potential_part(s, atlas.numbers(), [&](const auto* part, std::uint64_t count) {
+    append_part(potentials, part, count);
+  });
+  head.tables = head.potentials + potentials.size();
   std::string tables;
   for (const auto* some : {&atlas.numbers().dynamics, &atlas.numbers().stations})
     for (const CompressedTable& table : *some) append_table(tables, table);
@@ -263,8 +293,7 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
   std::string contents(head.size, '\0');
   std::memcpy(contents.data() + head.tables, tables.data(), tables.size());
   std::memcpy(contents.data() + head.text, text.data(), text.size());
-  std::memcpy(contents.data() + head.exponents, atlas.numbers().exponents, head.exponents_size);
-  std::memcpy(contents.data() + head.values, atlas.numbers().values, head.values_size);
+  std::memcpy(contents.data() + head.potentials, potentials.data(), potentials.size());
   std::memcpy(contents.data() + head.stress, stress.data(), stress.size());
   head.contents = hash(contents.data() + head.text, head.size - head.text);
   std::memcpy(contents.data(), &head, sizeof head);
@@ -302,24 +331,17 @@ OpenedAtlas open_atlas(const fs::path& file) {
                                 mapping->data + head.text + head.text_size, nullptr, false);
   try {
     const AtlasSettings settings = settings_of(text.at("settings"));
-    const int terms = static_cast<int>(atlas_terms(settings.sigmas).size());
-    const std::uint64_t values = sizeof(float) * static_cast<std::uint64_t>(settings.tables()) *
-                                 static_cast<std::uint64_t>(settings.shapes()) *
-                                 static_cast<std::uint64_t>(TubeAtlas::stride(terms));
     if (!sound(settings) || text.at("settings").at("degree") != atlas_degree ||
-        head.values_size != values || head.values + values > head.stress ||
-        head.stress + head.stress_size > head.size ||
-        head.exponents_size != 2 * static_cast<std::uint64_t>(terms) * settings.rays.size())
+        head.potentials > head.tables || head.tables > head.stress ||
+        head.stress + head.stress_size > head.size)
       return {nullptr, "it is an atlas of another format"};
     if (!same_mechanics(text.at("probe")))
       return {nullptr, "it was made with other mechanics: this program expands leaves otherwise"};
-    TubeAtlas::Numbers numbers{reinterpret_cast<const std::int8_t*>(mapping->data + head.exponents),
-                               reinterpret_cast<const float*>(mapping->data + head.values),
-                               {},
-                               {},
-                               mapping};
+    TubeAtlas::Numbers numbers{.owner = mapping};
+    PartReader potentials{mapping->data, head.tables, head.potentials};
     PartReader tables{mapping->data, head.stress, head.tables};
-    if (!read_tables(text.at("dynamics"), tables, numbers.dynamics) ||
+    if (!read_potentials(settings, potentials, numbers) ||
+        !read_tables(text.at("dynamics"), tables, numbers.dynamics) ||
         !read_tables(text.at("stations"), tables, numbers.stations) ||
         (settings.dynamics && (numbers.dynamics.size() != settings.rays.size() ||
                                numbers.stations.size() != settings.rays.size())))

@@ -6,6 +6,7 @@
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
+#include "core/math/wide.hpp"
 
 namespace flexopt {
 namespace {
@@ -20,20 +21,37 @@ std::array<double, 2 * most_power + 1> half_powers(double log_size) {
   return powers;
 }
 
-// Σ_k x_k (column k of the basis), its first `count` rows: four columns at a time.
-VectorXd combination(const CompressedTable& table, int count, const VectorXd& x) {
-  VectorXd y = VectorXd::Zero(count);
-  double* const out = y.data();
-  for (int k = 0; k < table.directions; k += 4) {
-    const auto column = [&](int j) {
-      return table.basis + static_cast<std::size_t>(std::min(k + j, table.directions - 1)) *
-                               static_cast<std::size_t>(table.numbers);
-    };
-    const auto weight = [&](int j) { return k + j < table.directions ? x[k + j] : 0.0; };
-    const std::int16_t *a = column(0), *b = column(1), *c = column(2), *d = column(3);
-    const double wa = weight(0), wb = weight(1), wc = weight(2), wd = weight(3);
-    for (int i = 0; i < count; ++i) out[i] += (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
-  }
+// Σ_k x_k (column k of the basis) for several x at once, of the rows of so many registers: their
+// sums stay there until the last column.
+template <int several, int registers>
+void combine_block(const std::int16_t* rows, int directions, const double* x, double* y,
+                   Eigen::Index stride) {
+  Wide sums[several][registers] = {};
+  for (int k = 0; k < directions; ++k, rows += CompressedTable::block, x += several)
+    for (int r = 0; r < registers; ++r) {
+      const Wide numbers = load_wide(rows + wide * r);
+      for (int j = 0; j < several; ++j) sums[j][r] += x[j] * numbers;
+    }
+  for (int r = 0; r < registers; ++r)
+    for (int j = 0; j < several; ++j) store_wide(sums[j][r], y + stride * j + wide * r);
+}
+
+template <int several>
+using Combinations = Eigen::Matrix<double, Eigen::Dynamic, several>;
+
+// Its first `count` rows, and those that fill the last block. `x`: a column for each direction.
+template <int several>
+Combinations<several> combinations(const CompressedTable& table, int count,
+                                   const Eigen::Matrix<double, several, Eigen::Dynamic>& x) {
+  constexpr int block = CompressedTable::block, registers = several == 1 ? 8 : 4,
+                at_once = wide * registers;
+  const int blocks = CompressedTable::blocks(count);
+  Combinations<several> y(block * blocks, several);
+  for (int b = 0; b < blocks; ++b)
+    for (int first = 0; first < block; first += at_once)
+      combine_block<several, registers>(
+          table.basis + static_cast<std::size_t>(b) * block * table.directions + first,
+          table.directions, x.data(), y.data() + block * b + first, y.rows());
   return y;
 }
 
@@ -86,33 +104,6 @@ void put_in_place(const CompressedTable& table, const ShapeWeights& weights, int
             thickness[table.exponents[2 * i + 1] + most_power]);
 }
 
-// Σ_k x_k (column k of the basis) for four x at once, its first `count` rows: a block of them after
-// the other, which stays in the nearest cache.
-Eigen::Matrix4Xd combinations(const CompressedTable& table, int count, const Eigen::Matrix4Xd& x) {
-  constexpr int block = 128;
-  Eigen::Matrix4Xd y(4, count);
-  for (int first = 0; first < count; first += block) {
-    const int rows = std::min(block, count - first);
-    double sums[4][block] = {};
-    for (int k = 0; k < table.directions; ++k) {
-      const std::int16_t* const column =
-          table.basis + static_cast<std::size_t>(k) * static_cast<std::size_t>(table.numbers) +
-          first;
-      const double a = x(0, k), b = x(1, k), c = x(2, k), d = x(3, k);
-      for (int i = 0; i < rows; ++i) {
-        const double number = column[i];
-        sums[0][i] += a * number;
-        sums[1][i] += b * number;
-        sums[2][i] += c * number;
-        sums[3][i] += d * number;
-      }
-    }
-    for (int i = 0; i < rows; ++i)
-      y.col(first + i) << sums[0][i], sums[1][i], sums[2][i], sums[3][i];
-  }
-  return y;
-}
-
 }  // namespace
 
 int CompressedTable::count_of(int first) const {
@@ -131,7 +122,8 @@ VectorXd CompressedTable::coordinates_at(const VectorXd& weights) const {
 
 VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first) const {
   const int count = count_of(first);
-  const VectorXd y = combination(*this, count, coordinates_at(weights.value));
+  const Combinations<1> y =
+      combinations<1>(*this, count, coordinates_at(weights.value).transpose());
   VectorXd numbers_in_place = VectorXd::Zero(first);
   put_in_place(*this, weights, count,
                [&](int i, int place, double size) { numbers_in_place[place] = y[i] * size; });
@@ -143,11 +135,11 @@ Eigen::Matrix4Xd CompressedTable::look_up_slopes(const ShapeWeights& weights, in
   Eigen::Matrix4Xd x(4, directions);
   x.row(0) = coordinates_at(weights.value).transpose();
   for (int a = 0; a < 3; ++a) x.row(1 + a) = coordinates_at(weights.slope[a]).transpose();
-  const Eigen::Matrix4Xd y = combinations(*this, count, x);
+  const Combinations<4> y = combinations<4>(*this, count, x);
   Eigen::Matrix4Xd in_place = Eigen::Matrix4Xd::Zero(4, first);
   put_in_place(*this, weights, count, [&](int i, int place, double size) {
     auto column = in_place.col(place);
-    column = size * y.col(i);
+    column = size * y.row(i).transpose();
     for (int a = 0; a < 2; ++a) column[1 + a] += 0.5 * exponents[2 * i + a] * column[0];
   });
   return in_place;
@@ -235,14 +227,16 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
   const Eigen::Index directions = found.basis.cols();
   made.numbers = static_cast<int>(numbers);
   made.directions = static_cast<int>(directions);
-  made.basis.resize(static_cast<std::size_t>(numbers * directions));
+  constexpr Eigen::Index block = CompressedTable::block;
+  made.basis.resize(static_cast<std::size_t>(CompressedTable::blocks(made.numbers) * block) *
+                    static_cast<std::size_t>(directions));
   for (Eigen::Index i = 0; i < numbers;
        ++i) {  // to whole numbers, the unit of each row in its size
     constexpr double largest = 32767;
     const double unit = found.basis.row(i).cwiseAbs().maxCoeff() / largest;
     made.sizes.push_back(static_cast<float>(sizes[static_cast<std::size_t>(i)] * unit));
     for (Eigen::Index k = 0; k < directions; ++k)
-      made.basis[static_cast<std::size_t>(k * numbers + i)] =
+      made.basis[static_cast<std::size_t>((i / block * directions + k) * block + i % block)] =
           static_cast<std::int16_t>(std::lround(found.basis(i, k) / unit));
   }
   const Eigen::MatrixXf coordinates = found.coordinates.cast<float>();

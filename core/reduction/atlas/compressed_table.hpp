@@ -45,8 +45,14 @@ struct CompressedTable {
   const std::int32_t* places = nullptr;    ///< of each number among all, ascending
   const std::int8_t* exponents = nullptr;  ///< (2 p, 2 q) of each number
   const float* sizes = nullptr;            ///< s of each number
-  const std::int16_t* basis = nullptr;     ///< numbers × directions, column by column
-  const float* coordinates = nullptr;      ///< directions × shapes, column by column
+  /// numbers × directions: `block` numbers after the other, of each block direction by direction,
+  /// as it is read; the last one is filled up with zeros.
+  const std::int16_t* basis = nullptr;
+  const float* coordinates = nullptr;  ///< directions × shapes, column by column
+
+  static constexpr int block = 64;
+  /// So many whole blocks have room for these numbers.
+  static int blocks(int numbers) { return (numbers + block - 1) / block; }
 
   /// The first `first` of all numbers.
   VectorXd look_up(const ShapeWeights& weights, int first) const;

@@ -47,7 +47,8 @@ BentStates bent_states(const AtlasSettings& settings, const PlateShape& shape, d
 // The numbers of an atlas while they are made.
 struct Store {
   std::vector<std::int8_t> exponents;
-  std::vector<float> values;
+  std::vector<float> values, units;
+  std::vector<std::int16_t> highest;
   std::vector<CompressedNumbers> dynamics, stations;  ///< of each ray
 };
 
@@ -56,7 +57,13 @@ void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms
               const MatrixXd& log_shapes, const std::vector<BentStates>& states, Store& store) {
   const int shapes = settings.shapes(), ratios = static_cast<int>(settings.poissons_ratios.size());
   const int rays = static_cast<int>(settings.rays.size());
-  const std::size_t stride = TubeAtlas::stride(static_cast<int>(terms.size()));
+  const auto [all_lower, all_highest] = term_counts(terms);
+  const std::size_t stride = TubeAtlas::stride(all_lower),
+                    stride_of_highest = TubeAtlas::stride(all_highest);
+  const auto shape = [&](int n, int k) {
+    return (static_cast<std::size_t>(n) * rays + ray) * shapes + static_cast<std::size_t>(k);
+  };
+  std::size_t lower = 0, highest = 0;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     VectorXd c(ratios * shapes);
     MatrixXd places(ratios * shapes, 2);
@@ -68,13 +75,22 @@ void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms
     const std::size_t e = 2 * (static_cast<std::size_t>(ray) * terms.size() + i);
     store.exponents[e] = power[0];
     store.exponents[e + 1] = power[1];
+    for (int k = 0; k < c.size(); ++k)
+      c[k] /= std::exp(0.5 * (power[0] * places(k, 0) + power[1] * places(k, 1)));
+    const bool last = is_highest(terms[i]);
+    const double most = c.cwiseAbs().maxCoeff(), unit = most > 0 ? most / 32767 : 1;
+    if (last)
+      store.units[static_cast<std::size_t>(ray) * all_highest + highest] = static_cast<float>(unit);
     for (int n = 0; n < ratios; ++n)
       for (int k = 0; k < shapes; ++k) {
-        const double law =
-            std::exp(0.5 * (power[0] * log_shapes(k, 0) + power[1] * log_shapes(k, 1)));
-        store.values[((static_cast<std::size_t>(n) * rays + ray) * shapes + k) * stride + i] =
-            static_cast<float>(c[n * shapes + k] / law);
+        const double x = c[n * shapes + k];
+        if (last)
+          store.highest[shape(n, k) * stride_of_highest + highest] =
+              static_cast<std::int16_t>(std::lround(x / unit));
+        else
+          store.values[shape(n, k) * stride + lower] = static_cast<float>(x);
       }
+    ++(last ? highest : lower);
   }
 }
 
@@ -301,9 +317,12 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
 
   auto store = std::make_shared<Store>();
   const std::vector<AtlasTerm> terms = atlas_terms(settings.sigmas);
-  const std::size_t stride = TubeAtlas::stride(static_cast<int>(terms.size()));
+  const auto [lower, highest] = term_counts(terms);
+  const std::size_t leaves = static_cast<std::size_t>(shapes) * settings.tables();
   store->exponents.resize(2 * terms.size() * rays);
-  store->values.resize(stride * shapes * settings.tables());
+  store->values.resize(TubeAtlas::stride(lower) * leaves);
+  store->highest.resize(TubeAtlas::stride(highest) * leaves);
+  store->units.resize(static_cast<std::size_t>(highest) * rays);
   MadeAtlas made;
   const StressAtlasSettings of_stress = stress_settings(settings);
   std::optional<StressAtlasMaker> stress;
@@ -339,7 +358,13 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
     if (stressed) stress->end_ray();
   }
   const std::shared_ptr<const StressAtlas> tables = stress ? stress->finish() : nullptr;
-  TubeAtlas::Numbers numbers{store->exponents.data(), store->values.data(), {}, {}, store};
+  TubeAtlas::Numbers numbers{store->exponents.data(),
+                             store->values.data(),
+                             store->highest.data(),
+                             store->units.data(),
+                             {},
+                             {},
+                             store};
   for (const CompressedNumbers& table : store->dynamics) numbers.dynamics.push_back(table.table());
   for (const CompressedNumbers& table : store->stations) numbers.stations.push_back(table.table());
   AtlasCheck check;

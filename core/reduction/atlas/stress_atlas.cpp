@@ -164,7 +164,7 @@ StressRateSource StressAtlas::rates(const PlateShape& shape, double rho) const {
           at = shape_weights(settings_.grid, place_in_grid(shape), true)](
              std::size_t interval, const StateWeights<double>& weights) mutable {
     const MatrixXd none = MatrixXd::Zero(patterns_.P().cols(), 3);
-    StressRates rates{&patterns_.P(), {none, none}, {none, none}};
+    StressRates rates{{none, none}, {none, none}};
     for (const std::size_t end : {0, 1}) {
       Known& node = known[interval + end];
       if (node.coefficients.even.size() == 0) {

@@ -8,11 +8,13 @@ template <class Table, class Part>
 void each_part(Table& table, const Part& part) {
   const auto numbers = static_cast<std::uint64_t>(table.numbers),
              directions = static_cast<std::uint64_t>(table.directions),
-             shapes = static_cast<std::uint64_t>(table.shapes);
+             shapes = static_cast<std::uint64_t>(table.shapes),
+             rows = static_cast<std::uint64_t>(CompressedTable::block) *
+                    static_cast<std::uint64_t>(CompressedTable::blocks(table.numbers));
   part(table.places, numbers);
   part(table.exponents, 2 * numbers);
   part(table.sizes, numbers);
-  part(table.basis, numbers * directions);
+  part(table.basis, rows * directions);
   part(table.coordinates, directions * shapes);
 }
 

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
+#include "core/math/wide.hpp"
 #include "core/reduction/atlas/atlas_dynamics.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 
@@ -81,6 +81,15 @@ std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas) {
   return terms;
 }
 
+bool is_highest(const AtlasTerm& term) {
+  return monomials<6, atlas_degree>().degree(term.monomial) == atlas_degree;
+}
+
+std::array<int, 2> term_counts(const std::vector<AtlasTerm>& terms) {
+  const auto highest = static_cast<int>(std::count_if(terms.begin(), terms.end(), is_highest));
+  return {static_cast<int>(terms.size()) - highest, highest};
+}
+
 StressAtlasSettings stress_settings(const AtlasSettings& s) {
   StressAtlasSettings stress;
   stress.grid = shape_grid(s);
@@ -102,6 +111,7 @@ TubeAtlas::TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check,
       fingerprint_(std::move(fingerprint)),
       stress_(std::move(stress)),
       terms_(atlas_terms(settings_.sigmas)),
+      counts_(term_counts(terms_)),
       grid_(shape_grid(settings_)) {
   assert(settings_.rays.size() >= 2 && settings_.rays.front() == -1 && settings_.rays.back() == 1);
   assert(settings_.sigmas.size() >= 2 && settings_.sigmas.front() == 0);
@@ -158,32 +168,20 @@ TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, bool with_slopes)
 
 namespace {
 
-// So many terms at once, in registers; shapes are padded to them.
-constexpr int block = 8;
-using Block = double __attribute__((vector_size(8 * block)));
-
-void load(const float* from, Block& to) {
-  float __attribute__((vector_size(4 * block))) x;
-  std::memcpy(&x, from, sizeof x);
-  to = __builtin_convertvector(x, Block);
-}
-
 // out += weight x
-void add(double weight, const Block& x, double* out) {
-  Block sum;
-  std::memcpy(&sum, out, sizeof sum);
-  sum += weight * x;
-  std::memcpy(out, &sum, sizeof sum);
+void add(double weight, const Wide& x, double* out) {
+  store_wide(load_wide(out) + weight * x, out);
 }
 
 }  // namespace
 
 // Sums over Poisson's ratios and shapes of the first terms of a ray: the value, then its
-// derivatives by log w/L, log t/L and ν. Double sums of single numbers: what is looked up is then
-// smooth to rounding.
-std::vector<std::vector<double>> TubeAtlas::sums(int ray, int terms, const Weights& weights) const {
-  const int padded = TubeAtlas::stride(terms),
-            stride = TubeAtlas::stride(static_cast<int>(terms_.size())),
+// derivatives by log w/L, log t/L and ν. Double sums of single and of whole numbers: what is looked
+// up is then smooth to rounding.
+template <class Number>
+std::vector<std::vector<double>> TubeAtlas::sums(const Number* numbers, int all_terms, int ray,
+                                                 int terms, const Weights& weights) const {
+  const int padded = TubeAtlas::stride(terms), stride = TubeAtlas::stride(all_terms),
             rays = static_cast<int>(settings_.rays.size()), count = settings_.shapes(),
             thicknesses = settings_.points[1];
   std::vector<std::vector<double>> all(weights.wanted(),
@@ -192,16 +190,15 @@ std::vector<std::vector<double>> TubeAtlas::sums(int ray, int terms, const Weigh
   for (std::size_t n = 0; n < nu.value.size(); ++n) {
     const double v = nu.value[n], dv = weights.slopes ? nu.slope[n] : 0;
     if (v == 0 && dv == 0) continue;
-    const float* table =
-        numbers_.values + (n * rays + ray) * static_cast<std::size_t>(count) * stride;
+    const Number* table = numbers + (n * rays + ray) * static_cast<std::size_t>(count) * stride;
     for (std::size_t i = 0; i < x.value.size(); ++i) {
       const double w = x.value[i], dw = weights.slopes ? x.slope[i] : 0;
       if (w == 0 && dw == 0) continue;
-      const float* shapes = table + i * static_cast<std::size_t>(thicknesses) * stride;
-      for (int first = 0; first < padded; first += block) {
-        Block value{}, slope{}, c;
+      const Number* shapes = table + i * static_cast<std::size_t>(thicknesses) * stride;
+      for (int first = 0; first < padded; first += wide) {
+        Wide value{}, slope{};
         for (int j = 0; j < thicknesses; ++j) {
-          load(shapes + static_cast<std::size_t>(j) * stride + first, c);
+          const Wide c = load_wide(shapes + static_cast<std::size_t>(j) * stride + first);
           value += y.value[static_cast<std::size_t>(j)] * c;
           if (v != 0 && weights.slopes) slope += y.slope[static_cast<std::size_t>(j)] * c;
         }
@@ -224,7 +221,14 @@ std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray, const W
                                                                 int nodes) const {
   int terms = 0;
   while (terms < static_cast<int>(terms_.size()) && terms_[terms].node < nodes) ++terms;
-  const std::vector<std::vector<double>> y = sums(ray, terms, weights);
+  const std::vector<AtlasTerm> wanted(terms_.begin(), terms_.begin() + terms);
+  const auto [lower, highest] = term_counts(wanted);
+  const auto [all_lower, all_highest] = counts_;
+  const std::vector<std::vector<double>> of_lower =
+                                             sums(numbers_.values, all_lower, ray, lower, weights),
+                                         of_highest = sums(numbers_.highest, all_highest, ray,
+                                                           highest, weights);
+  const float* const units = numbers_.units + static_cast<std::size_t>(ray) * all_highest;
   // halves of powers, from −8 to 8
   constexpr int most = 16;
   std::array<double, 2 * most + 1> powers[2];
@@ -236,11 +240,16 @@ std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray, const W
   const std::vector<std::vector<double>> none(
       static_cast<std::size_t>(nodes),
       std::vector<double>(static_cast<std::size_t>(monomial_count(6, atlas_degree)), 0.0));
-  std::vector<std::vector<std::vector<double>>> W(y.size(), none);
-  for (std::size_t s = 0; s < y.size(); ++s)
-    for (int i = 0; i < terms; ++i) {
-      double c = y[s][i];
-      if (s == 1 || s == 2) c += 0.5 * e[2 * i + static_cast<int>(s) - 1] * y[0][i];
+  std::vector<std::vector<std::vector<double>>> W(weights.wanted(), none);
+  for (std::size_t s = 0; s < W.size(); ++s)
+    for (int i = 0, low = 0, high = 0; i < terms; ++i) {
+      const bool last = is_highest(terms_[i]);
+      const int at = last ? high++ : low++;
+      const auto sum = [&](std::size_t k) {
+        return last ? units[at] * of_highest[k][at] : of_lower[k][at];
+      };
+      double c = sum(s);
+      if (s == 1 || s == 2) c += 0.5 * e[2 * i + static_cast<int>(s) - 1] * sum(0);
       W[s][terms_[i].node][terms_[i].monomial] =
           c * powers[0][e[2 * i] + most] * powers[1][e[2 * i + 1] + most];
     }

@@ -46,6 +46,10 @@ struct AtlasTerm {
   int node = 0, monomial = 0;
 };
 std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas);
+/// Those of the highest degree, which add least, are whole numbers of 16 bits.
+bool is_highest(const AtlasTerm& term);
+/// How many of the terms are not of the highest degree, and how many are.
+std::array<int, 2> term_counts(const std::vector<AtlasTerm>& terms);
 /// Of its tables of stress: they have every other ray.
 StressAtlasSettings stress_settings(const AtlasSettings& settings);
 
@@ -78,10 +82,14 @@ class TubeAtlas {
  public:
   /// Where the numbers are. `exponents`: two half-integers, doubled, for each ray and term: (p, q)
   /// of (A1). `values`: of each Poisson's ratio and ray a matrix of `stride` × shapes, rows the
-  /// terms, padded; shapes with ascending width, then ascending thickness.
+  /// terms below the highest degree, padded; shapes with ascending width, then ascending thickness.
+  /// `highest`: the same of the terms of the highest degree, over `units`, one for each ray and
+  /// term.
   struct Numbers {
     const std::int8_t* exponents = nullptr;
     const float* values = nullptr;
+    const std::int16_t* highest = nullptr;
+    const float* units = nullptr;
     /// Of each ray, for the shapes of shape_grid(); none without dynamics.
     std::vector<CompressedTable> dynamics, stations;
     std::shared_ptr<const void> owner;  ///< keeps both alive
@@ -140,7 +148,9 @@ class TubeAtlas {
  private:
   struct Weights;
   Weights weights(const PlateShape& shape, bool with_slopes) const;
-  std::vector<std::vector<double>> sums(int ray, int terms, const Weights& weights) const;
+  template <class Number>
+  std::vector<std::vector<double>> sums(const Number* numbers, int all_terms, int ray, int terms,
+                                        const Weights& weights) const;
   std::vector<std::vector<std::vector<double>>> taylor(int ray, const Weights& weights,
                                                        int nodes) const;
   std::vector<Tube> assemble(const Weights& weights, const Eigen::Vector2d& ray, int nodes) const;
@@ -151,6 +161,7 @@ class TubeAtlas {
   std::string fingerprint_;
   std::shared_ptr<const StressAtlas> stress_;
   std::vector<AtlasTerm> terms_;
+  std::array<int, 2> counts_;  ///< of the terms below the highest degree, of those of it
   ShapeGrid grid_;
 };
 

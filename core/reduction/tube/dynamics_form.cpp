@@ -4,6 +4,8 @@
 
 #include <cassert>
 
+#include "core/reduction/tube/table_sums.hpp"
+
 namespace flexopt {
 DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place& place,
                            const DynamicsRates& rates) {
@@ -17,14 +19,15 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
   slopes_.resize(9, static_cast<Eigen::Index>(layout.even.size() + layout.odd.size()));
   const auto read = [&](MatrixXd StateTable::*part, const auto& weights,
                         const std::vector<DynamicsEntries::Slot>& slots, Eigen::Index first) {
-    const MatrixXd x = left.*part * weights[0] + right.*part * weights[1];
     const auto count = static_cast<Eigen::Index>(slots.size());
-    auto slopes = slopes_.middleCols(first, count);
-    slopes.topRows<6>() = x.rightCols<6>().transpose();
+    MatrixXd x = MatrixXd::Zero(count, 10);  // value, by the state, by the shape
+    add_table_sums(left.*part, weights[0], 1, x.leftCols<7>());
+    add_table_sums(right.*part, weights[1], 1, x.leftCols<7>());
     for (std::size_t p = 0; p < 3; ++p)
-      slopes.row(static_cast<Eigen::Index>(6 + p)) =
-          (rates[p][a].*part * weights[0].col(0) + rates[p][b].*part * weights[1].col(0))
-              .transpose();
+      for (const std::size_t end : {a, b})
+        add_table_sums(rates[p][end].*part, weights[end - a].col(0).eval(), 1,
+                       x.middleCols<1>(static_cast<Eigen::Index>(7 + p)));
+    slopes_.middleCols(first, count) = x.rightCols<9>().transpose();
     for (Eigen::Index s = 0; s < count; ++s)
       entries_.put(slots[static_cast<std::size_t>(s)], x(s, 0));
   };

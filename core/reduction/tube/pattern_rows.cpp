@@ -3,36 +3,28 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cstring>
+
+#include "core/math/wide.hpp"
 
 namespace flexopt {
 namespace {
 
-constexpr int in_register = 8;  // rows in a register
-using RowSingles = float __attribute__((vector_size(4 * in_register)));
-using RowDoubles = double __attribute__((vector_size(8 * in_register)));
+// Of so many columns the sums of so many blocks of rows: eight registers or more, so that one sum
+// need not wait for the other.
+template <int columns, int blocks>
+using RowSums = std::array<std::array<Wide, 2 * blocks>, columns>;
 
-RowDoubles row_doubles(const float* from) {
-  RowSingles x;
-  std::memcpy(&x, from, sizeof x);
-  return __builtin_convertvector(x, RowDoubles);
-}
-
-constexpr int product_columns = 4;
-using RowSums = std::array<std::array<RowDoubles, 2>, product_columns>;
-
-// Of a block of rows.
-RowSums block_times(const float* rows, Eigen::Index patterns,
-                    const std::array<const double*, product_columns>& columns) {
-  RowSums sums{};
-  for (Eigen::Index k = 0; k < patterns; ++k) {
-    const RowDoubles low = row_doubles(rows + 2 * in_register * k),
-                     high = row_doubles(rows + 2 * in_register * k + in_register);
-    for (int j = 0; j < product_columns; ++j) {
-      sums[j][0] += low * columns[j][k];
-      sums[j][1] += high * columns[j][k];
-    }
-  }
+// `rows`: the first of the blocks, each of so many patterns.
+template <int columns, int blocks>
+RowSums<columns, blocks> block_times(const float* rows, Eigen::Index patterns,
+                                     const std::array<const double*, columns>& A) {
+  RowSums<columns, blocks> sums{};
+  for (Eigen::Index k = 0; k < patterns; ++k)
+    for (int b = 0; b < blocks; ++b)
+      for (int half = 0; half < 2; ++half) {
+        const Wide row = load_wide(rows + PatternRows::block * (b * patterns + k) + wide * half);
+        for (int j = 0; j < columns; ++j) sums[j][2 * b + half] += row * A[j][k];
+      }
   return sums;
 }
 
@@ -41,29 +33,53 @@ RowSums block_times(const float* rows, Eigen::Index patterns,
 PatternRows::PatternRows(const MatrixXd& P)
     : rows_(P.rows()),
       patterns_(P.cols()),
-      numbers_(static_cast<std::size_t>((rows_ + block - 1) / block * block * patterns_), 0.0F) {
-  static_assert(block == 2 * in_register);
+      numbers_(static_cast<std::size_t>((rows_ + block - 1) / block * block * patterns_), 0.0F),
+      by_rows_(P.transpose()) {
+  static_assert(block == 2 * wide);
   for (Eigen::Index k = 0; k < patterns_; ++k)
     for (Eigen::Index i = 0; i < rows_; ++i)
       numbers_[static_cast<std::size_t>((i / block * patterns_ + k) * block + i % block)] =
           static_cast<float>(P(i, k));
 }
 
+template <int columns, int blocks>
+void PatternRows::add_times(Eigen::Index first, Eigen::Index count, const MatrixXd& A,
+                            Eigen::Index column, MatrixXd& product) const {
+  std::array<const double*, columns> of{};
+  for (int j = 0; j < columns; ++j)
+    of[static_cast<std::size_t>(j)] = A.col(std::min(column + j, A.cols() - 1)).data();
+  const auto put = [&](Eigen::Index at, const auto& sums, int b) {
+    const Eigen::Index begin = std::max(at, first), end = std::min(at + block, first + count);
+    for (int j = 0; j < columns && column + j < A.cols(); ++j)
+      for (Eigen::Index i = begin; i < end; ++i)
+        product(i - first, column + j) =
+            sums[static_cast<std::size_t>(j)][static_cast<std::size_t>(2 * b + (i - at) / wide)]
+                [(i - at) % wide];
+  };
+  Eigen::Index at = first / block * block;
+  for (; at + blocks * block <= (rows_ + block - 1) / block * block && at < first + count;
+       at += blocks * block) {
+    const auto sums = block_times<columns, blocks>(numbers_.data() + at * patterns_, patterns_, of);
+    for (int b = 0; b < blocks; ++b) put(at + b * block, sums, b);
+  }
+  for (; at < first + count; at += block)
+    put(at, block_times<columns, 1>(numbers_.data() + at * patterns_, patterns_, of), 0);
+}
+
+double PatternRows::largest_norm(Eigen::Index first, Eigen::Index count) const {
+  return by_rows_.middleCols(first, count).colwise().norm().maxCoeff();
+}
+
 MatrixXd PatternRows::times(Eigen::Index first, Eigen::Index count, const MatrixXd& A) const {
   assert(first >= 0 && first + count <= rows_ && A.rows() == patterns_ && A.cols() > 0);
   MatrixXd product(count, A.cols());
-  for (Eigen::Index c = 0; c < A.cols(); c += product_columns) {
-    std::array<const double*, product_columns> columns{};
-    for (int j = 0; j < product_columns; ++j)
-      columns[static_cast<std::size_t>(j)] = A.col(std::min(c + j, A.cols() - 1)).data();
-    for (Eigen::Index at = first / block * block; at < first + count; at += block) {
-      const RowSums sums = block_times(numbers_.data() + at * patterns_, patterns_, columns);
-      const Eigen::Index begin = std::max(at, first), end = std::min(at + block, first + count);
-      for (int j = 0; j < product_columns && c + j < A.cols(); ++j)
-        for (Eigen::Index i = begin; i < end; ++i)
-          product(i - first, c + j) =
-              sums[static_cast<std::size_t>(j)][static_cast<std::size_t>((i - at) / in_register)]
-                  [(i - at) % in_register];
+  for (Eigen::Index c = 0; c < A.cols();) {
+    if (A.cols() - c > 2) {
+      add_times<4, 1>(first, count, A, c, product);
+      c += 4;
+    } else {
+      add_times<2, 2>(first, count, A, c, product);
+      c += 2;
     }
   }
   return product;

@@ -16,12 +16,21 @@ class PatternRows {
   Eigen::Index patterns() const { return patterns_; }
   /// `count` rows of P from `first` on, times A; sums are double.
   MatrixXd times(Eigen::Index first, Eigen::Index count, const MatrixXd& A) const;
+  /// The largest norm of so many rows of P from `first` on.
+  double largest_norm(Eigen::Index first, Eigen::Index count) const;
+  /// A row of P, pattern by pattern, as it was given.
+  const double* row(Eigen::Index i) const { return by_rows_.col(i).data(); }
+
+  static constexpr Eigen::Index block = 16;  ///< rows that stand together, pattern by pattern
 
  private:
-  static constexpr Eigen::Index block = 16;  ///< rows that stand together, pattern by pattern
+  template <int columns, int blocks>
+  void add_times(Eigen::Index first, Eigen::Index count, const MatrixXd& A, Eigen::Index column,
+                 MatrixXd& product) const;
 
   Eigen::Index rows_, patterns_;
   std::vector<float> numbers_;
+  MatrixXd by_rows_;  ///< Pᵀ
 };
 
 }  // namespace flexopt

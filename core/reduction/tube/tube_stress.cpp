@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/math/polynomial.hpp"
+#include "core/reduction/tube/table_sums.hpp"
 
 namespace flexopt {
 namespace {
@@ -52,6 +53,9 @@ TubeStress::TubeStress(const PlateShape& shape, double force_centre, TubeView vi
       force_centre_(force_centre),
       patterns_(std::move(patterns)) {
   assert(!patterns_ || patterns_->rows() == places_.rows());
+  const Eigen::Index half = places_.strain_rows() / 2;
+  if (patterns_)
+    pattern_norms_ = {patterns_->largest_norm(0, half), patterns_->largest_norm(half, half)};
 }
 
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
@@ -178,6 +182,19 @@ MatrixXd TubeStress::strains(const Local& at, const Parts& parts) const {
   return values;
 }
 
+// |P a| ≤ |P| |a| for each strain; von Mises stress is convex, so that it is largest at a corner of
+// the box that all strains are in.
+double TubeStress::stress_bound(const Local& at, const Weights& weights) const {
+  double most = 0;
+  for (const Kind kind : {Kind::stretching, Kind::bending}) {
+    const MatrixXd a = coefficients(at, {&weights, 1}, kind);  // κ: 2 P a, at half the thickness
+    most += pattern_norms_[kind == Kind::bending ? 1 : 0] * (a.col(0).norm() + a.col(1).norm());
+  }
+  const double nu = shape_.poissons_ratio, plus = 1 / ((1 + nu) * (1 + nu)),
+               minus = 1 / ((1 - nu) * (1 - nu));
+  return shape_.thickness * most * std::sqrt(std::max(minus, 3 * plus) + 0.75 * plus);
+}
+
 TubeStress::Answer TubeStress::evaluate(const Place& place) const {
   const Local at = locate(place);
   std::array<Weights, 2> w{weights(at, 2), weights(at, 1)};  // what the last degree is of them
@@ -185,15 +202,20 @@ TubeStress::Answer TubeStress::evaluate(const Place& place) const {
     w[1].even[end] = w[0].even[end] - w[1].even[end];
     w[1].odd[end] = w[0].odd[end] - w[1].odd[end];
   }
-  const MatrixXd parts = read(at, w, 0, places_.strain_rows());
-  MatrixXd here = strains(at, parts.leftCols<2>());
+  const auto parts_of = [&](const Weights& one) {
+    return read(at, {&one, 1}, 0, places_.strain_rows());
+  };
+  MatrixXd here = strains(at, parts_of(w[0]));
   const Eigen::ArrayXd thickness = Eigen::ArrayXd::Constant(here.rows(), shape_.thickness);
   const auto largest = [&](const MatrixXd& e) {
     const SurfaceStresses s = surface_stresses(e, thickness, shape_.poissons_ratio, 1);
     return std::max(s.positive.maxCoeff(), s.negative.maxCoeff());
   };
   constexpr double rounding = 1e-9;  // stress over Young's modulus that is none
-  const double change = largest(strains(at, parts.rightCols<2>())) / (largest(here) + rounding);
+  const double size = largest(here) + rounding;
+  double change = patterns_ ? stress_bound(at, w[1]) / size : 0;
+  if (!patterns_ || !(change <= largest_stress_change))
+    change = largest(strains(at, parts_of(w[1]))) / size;
   return {{places_.x, places_.y, std::move(here)}, change};
 }
 
@@ -205,11 +227,12 @@ TubeStress::Slopes::Slopes(const TubeStress& tables, const Place& place,
   mirrored_ = at.mirrored;
   const StateWeightSlopes weights = state_weight_slopes(
       tables.nodes_[at.interval].sigma, tables.nodes_[at.interval + 1].sigma, at.sigma, at.z);
-  rates_ = rates(at.interval, tables.weights(at, 2));
+  const StressRates by_shape = rates(at.interval, tables.weights(at, 2));
+  const Eigen::Index patterns = tables.patterns_->patterns();
   for (const bool bending : {false, true}) {
-    std::array<MatrixXd, 2>& sum = bending ? bending_ : membrane_;
+    const std::array<MatrixXd, 2>& shape = bending ? by_shape.bending : by_shape.membrane;
     const double scale = bending ? 2 : tables.shape_.thickness;
-    sum.fill(MatrixXd::Zero(tables.patterns_->patterns(), 7));
+    std::array<MatrixXd, 2> sum{MatrixXd::Zero(patterns, 7), MatrixXd::Zero(patterns, 7)};
     for (const std::size_t end : {0, 1}) {
       const StateTable& node = tables.nodes_[at.interval + end];
       auto even = weights.even[end];
@@ -218,10 +241,32 @@ TubeStress::Slopes::Slopes(const TubeStress& tables, const Place& place,
         keep_flat(even_monomials(), bending ? Kind::bending : Kind::stretching, even);
         keep_flat(odd_monomials(), bending ? Kind::bending : Kind::stretching, odd);
       }
-      sum[0].noalias() += scale * (node.even * even);
-      sum[1].noalias() += scale * (node.odd * odd);
+      add_table_sums(node.even, even, scale, sum[0]);
+      add_table_sums(node.odd, odd, scale, sum[1]);
+    }
+    for (const bool image : {false, true}) {
+      Terms& terms = terms_[image][bending];
+      const double odd = image ? -1 : 1;
+      terms.resize(10, patterns);
+      terms.topRows<7>() = (sum[0] + odd * sum[1]).transpose();
+      terms.bottomRows<3>() = (shape[0] + odd * shape[1]).transpose();
     }
   }
+}
+
+auto TubeStress::Slopes::rows(const Terms& terms, Eigen::Index first, Eigen::Index step) const
+    -> Eigen::Matrix<double, 10, 3> {
+  const PatternRows& P = *tables_->patterns_;
+  const std::array<const double*, 3> row{P.row(first), P.row(first + step),
+                                         P.row(first + 2 * step)};
+  // even and odd patterns apart: one sum need not wait for the other
+  std::array<Eigen::Matrix<double, 10, 3>, 2> sums{Eigen::Matrix<double, 10, 3>::Zero(),
+                                                   Eigen::Matrix<double, 10, 3>::Zero()};
+  for (Eigen::Index k = 0; k < P.patterns(); ++k)
+    for (int j = 0; j < 3; ++j)
+      sums[static_cast<std::size_t>(k % 2)].col(j) +=
+          row[static_cast<std::size_t>(j)][k] * terms.col(k);
+  return sums[0] + sums[1];
 }
 
 auto TubeStress::Slopes::at(int along, int across) const -> Station {
@@ -233,15 +278,14 @@ auto TubeStress::Slopes::at(int along, int across) const -> Station {
     across = 2 * half - 1 - across;
   }
   const bool image = across >= half;
-  const double odd = image ? -1 : 1;
   Eigen::Matrix<double, 6, 10> all;  // value, by the state of the tables, by the shape
+  for (const bool bending : {false, true}) {
+    const Eigen::Index step = static_cast<Eigen::Index>(n) * half,
+                       first = along + n * (image ? 2 * half - 1 - across : across) +
+                               (bending ? 3 * step : 0);
+    all.middleRows<3>(bending ? 3 : 0) = rows(terms_[image][bending], first, step).transpose();
+  }
   for (int k = 0; k < 6; ++k) {
-    const Eigen::Index row = along + n * ((image ? 2 * half - 1 - across : across) + half * k);
-    const auto& here = k < 3 ? membrane_ : bending_;
-    const auto& by = k < 3 ? rates_.membrane : rates_.bending;
-    const auto pattern = rates_.patterns->row(row);
-    all.row(k).leftCols<7>() = pattern * (here[0] + odd * here[1]);
-    all.row(k).rightCols<3>() = pattern * (by[0] + odd * by[1]);
     if (mirrored_ != view.mirrored) all.row(k) *= strain_in_thickness[static_cast<std::size_t>(k)];
     if (image) all.row(k) *= strain_in_width[static_cast<std::size_t>(k)];
   }

@@ -26,9 +26,8 @@ StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2
                        const MatrixXd& fields);
 
 /// What the rows of strains of two neighbouring tables, put together with the weights of a state,
-/// change by with (w/L, t/L, ν): a row of `patterns` times these coefficients.
+/// change by with (w/L, t/L, ν): a row of the tables' patterns times these coefficients.
 struct StressRates {
-  const MatrixXd* patterns = nullptr;         ///< a row for each of StressPlaces
   std::array<MatrixXd, 2> membrane, bending;  ///< of the even part and of the odd one: × 3
 };
 /// Of the tables about the bent states `interval` and `interval` + 1.
@@ -52,7 +51,8 @@ class TubeStress {
   struct Answer {
     StrainField strains;
     /// What the last degree changes, the largest one: von Mises stress of the change over the
-    /// largest von Mises stress.
+    /// largest von Mises stress. Of patterns an upper bound of it where that is within
+    /// largest_stress_change.
     double change = 0;
   };
   /// Needs two bent states; sigma inside of them or their mirror images.
@@ -72,12 +72,17 @@ class TubeStress {
     Station at(int along, int across) const;
 
    private:
+    using Terms = Eigen::Matrix<double, 10, Eigen::Dynamic>;
+    /// Σ over the patterns for three rows of StressPlaces, those of a station's strains of one
+    /// kind.
+    Eigen::Matrix<double, 10, 3> rows(const Terms& terms, Eigen::Index first,
+                                      Eigen::Index step) const;
+
     const TubeStress* tables_;
     bool mirrored_;
-    /// Of the even part and of the odd one: what the patterns are summed with for the value, and
-    /// for its slopes by the state of the tables.
-    std::array<MatrixXd, 2> membrane_, bending_;
-    StressRates rates_;
+    /// What a pattern is multiplied with for the value, its slopes by the state of the tables and
+    /// those by the shape: of the half that is tabulated and of its image, stretching and bending.
+    std::array<std::array<Terms, 2>, 2> terms_;
   };
 
   /// Place of the point (along, across) of the mid-surface seen from the middle of the edge that
@@ -106,6 +111,8 @@ class TubeStress {
                 Eigen::Index rows) const;
   MatrixXd coefficients(const Local& at, std::span<const Weights> weights, Kind kind) const;
   MatrixXd strains(const Local& at, const Parts& parts) const;
+  /// Over Young's modulus: no von Mises stress of the strains with these weights is larger.
+  double stress_bound(const Local& at, const Weights& weights) const;
   /// From the axes of the tables to those of the leaf.
   Vector3d seen(const Vector3d& r) const;
   Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
@@ -115,6 +122,7 @@ class TubeStress {
   TubeView view_;
   double force_centre_;
   std::shared_ptr<const PatternRows> patterns_;
+  std::array<double, 2> pattern_norms_{};  ///< largest of the rows of stretching, of bending
   std::vector<StateTable> nodes_;
 };
 

@@ -95,7 +95,7 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
 // On the columns of Y, λ of which ascend: the lower triangle of YᵀK Y then is the accurate one.
 FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
                         const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
-                        const Eigen::Ref<const MatrixXd>& KY) {
+                        const Eigen::Ref<const MatrixXd>& KY, ModeMotions motions) {
   const MatrixXd G = Y.transpose() * MY, A = Y.transpose() * KY;
   const SymmetricEigen ritz(A, G);
   const MatrixXd& Z = ritz.eigenvectors();
@@ -112,7 +112,7 @@ FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int co
   const MatrixXd S = Z(Eigen::all, order);
   FullModes found{count, lambda(order), Y * S, {}, false};
   found.modes = classified_modes(factor, drive_locked, found.lambda.head(count),
-                                 found.phi.leftCols(count), MY * S.leftCols(count));
+                                 found.phi.leftCols(count), MY * S.leftCols(count), motions);
   return found;
 }
 
@@ -139,8 +139,8 @@ std::optional<MatrixXd> root_of_mass(const MechanismFactor& factor) {
 }
 
 // Of mechanisms of few unknowns: Rᵀ K⁻¹ R z = z/λ, and one step of inverse iteration.
-FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, int free,
-                            int locked) {
+FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, int free, int locked,
+                            ModeMotions motions) {
   constexpr double nothing = 1e-13;  // of the largest: motions that are held
   const MatrixXd X = factor.solve_locked(R), shapes = factor.drive_shapes(),
                  along = R.transpose() * shapes, held = R.transpose() * X;
@@ -159,7 +159,7 @@ FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, in
       Y += shapes * (factor.drive_compliance() * (along.transpose() * Z));
       for (const int row : factor.drive_rows()) Y.row(row).setZero();
     }
-    return rayleigh_ritz(factor, drive_locked, count, Y, factor.mass(Y), R * Z);
+    return rayleigh_ritz(factor, drive_locked, count, Y, factor.mass(Y), R * Z, motions);
   };
   FullModeLists found;
   if (free > 0) found.free = list(false, free);
@@ -171,7 +171,7 @@ FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, in
 
 std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
                                    const VectorXd& lambda, const MatrixXd& phi,
-                                   const MatrixXd& M_phi) {
+                                   const MatrixXd& M_phi, ModeMotions motions) {
   const int count = static_cast<int>(lambda.size());
   const Mechanism& mechanism = factor.system().mechanism();
   MatrixXd rest = phi, M_rest = M_phi;
@@ -194,7 +194,8 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
   }
   const VectorXd all = rest.cwiseProduct(M_rest).colwise().sum();
   const MatrixXd carried = factor.condensed(M_rest);
-  const MatrixXd motion = factor.motion(phi);
+  MatrixXd motion;
+  if (motions == ModeMotions::yes) motion = factor.motion(phi);
   const std::vector<int> group = rigid_groups(mechanism);
   std::vector<Mode> modes;
   for (int k = 0; k < count; ++k) {
@@ -206,7 +207,7 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
     }
     modes.push_back(mode_of_shares(lambda[k], of_drive[k], end_effector, intermediate,
                                    std::max(0.0, all[k] - bodies)));
-    modes.back().motion = motion.col(k);
+    if (motions == ModeMotions::yes) modes.back().motion = motion.col(k);
   }
   return modes;
 }
@@ -214,7 +215,8 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
 namespace {
 
 // The lowest modes of both lists, from one Krylov space.
-std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int free, int locked) {
+std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int free, int locked,
+                                             ModeMotions motions) {
   FullModeLists found;
   const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
@@ -273,20 +275,22 @@ std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int 
   }
   const MatrixXd MY = mass(Y);
   if (free > 0)
-    found.free = rayleigh_ritz(factor, false, free, Y.leftCols(f), MY.leftCols(f), KY.leftCols(f));
+    found.free =
+        rayleigh_ritz(factor, false, free, Y.leftCols(f), MY.leftCols(f), KY.leftCols(f), motions);
   if (locked > 0)
-    found.locked =
-        rayleigh_ritz(factor, true, locked, Y.rightCols(l), MY.rightCols(l), KY.rightCols(l));
+    found.locked = rayleigh_ritz(factor, true, locked, Y.rightCols(l), MY.rightCols(l),
+                                 KY.rightCols(l), motions);
   return found;
 }
 
 }  // namespace
 
-std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked) {
+std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked,
+                                        ModeMotions motions) {
   if (free == 0 && locked == 0) return FullModeLists();
   if (const std::optional<MatrixXd> R = root_of_mass(factor))
-    return modes_of_root(factor, *R, free, locked);
-  return modes_of_krylov(factor, free, locked);
+    return modes_of_root(factor, *R, free, locked, motions);
+  return modes_of_krylov(factor, free, locked, motions);
 }
 
 // With M̂ = R Rᵀ the mass carried by the bodies, Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.

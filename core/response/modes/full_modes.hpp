@@ -21,9 +21,13 @@ struct FullModeLists {
   FullModes free, locked;
 };
 
+/// Whether modes have Mode::motion, which tells them apart.
+enum class ModeMotions { no, yes };
+
 /// The lowest `free` modes with the drive free and `locked` ones with the drive held, from one
 /// Krylov space, or from all motions where these are few. Nothing where the iteration fails.
-std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked);
+std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked,
+                                        ModeMotions motions = ModeMotions::yes);
 
 /// The same without internal motions of the leaves (`leaf_modes: 0`): as many as the bodies have.
 FullModeLists static_modes(const MechanismFactor& factor, int free, int locked);
@@ -32,6 +36,6 @@ FullModeLists static_modes(const MechanismFactor& factor, int free, int locked);
 /// energy as in natural_frequencies(), Craig–Bampton coordinates, mixed terms half each.
 std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
                                    const VectorXd& lambda, const MatrixXd& phi,
-                                   const MatrixXd& M_phi);
+                                   const MatrixXd& M_phi, ModeMotions motions = ModeMotions::yes);
 
 }  // namespace flexopt

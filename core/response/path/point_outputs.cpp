@@ -62,6 +62,11 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   point.stable = point.negative_pivots == 0;
 }
 
+// Modes are told apart where they are drawn and where they are followed along the stroke.
+bool wants_mode_motions(const StrokeRequest& request) {
+  return request.outputs.has(Output::shapes) || request.wants_frequency_derivatives();
+}
+
 bool is_at_rest(const PathPoint& point) {
   return point.stroke == 0 &&
          std::ranges::all_of(point.strokes, [](double stroke) { return stroke == 0; });
@@ -171,14 +176,14 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
 
 // Of the condensed mechanism.
 void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
-  const Frequencies f = natural_frequencies(
-      system,
-      {.count = request_->frequencies,
-       .leaf_modes = model_->leaf_modes,
-       .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
-       .motions = request_->outputs.has(Output::shapes) || request_->wants_frequency_derivatives(),
-       .shapes = request_->outputs.has(Output::shapes)},
-      leaf_modes_);
+  const Frequencies f =
+      natural_frequencies(system,
+                          {.count = request_->frequencies,
+                           .leaf_modes = model_->leaf_modes,
+                           .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
+                           .motions = wants_mode_motions(*request_),
+                           .shapes = request_->outputs.has(Output::shapes)},
+                          leaf_modes_);
   add_modes(*request_, f.free, f.locked, point);
   add_reports(system, point);
 }
@@ -197,7 +202,8 @@ bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, std::size
     int needed = at_rest ? std::min(modes_needed(request_->frequencies), factor.size()) : 0;
     if (request_->wants_state_space(index))
       needed = std::max(needed, std::min(request_->state_space->modes, factor.size()));
-    auto modes = full_modes(factor, std::max(free, needed), locked);
+    auto modes = full_modes(factor, std::max(free, needed), locked,
+                            wants_mode_motions(*request_) ? ModeMotions::yes : ModeMotions::no);
     if (!modes) {
       point.status = PointStatus::no_equilibrium;
       point.message =
@@ -309,7 +315,8 @@ void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& po
     set_measures(dynamics_measures(factor, *request_->dynamics, request_->loads.driven(), false),
                  point);
   if (!request_->wants_state_space(index)) return;
-  const auto modes = full_modes(factor, std::min(request_->state_space->modes, factor.size()), 0);
+  const auto modes =
+      full_modes(factor, std::min(request_->state_space->modes, factor.size()), 0, ModeMotions::no);
   if (!modes)
     return refuse(
         fmt::format("the lowest frequencies of {} unknowns were not found", factor.size()));

@@ -64,7 +64,7 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
     if (for_gradients) {
       std::optional<FullModeLists> own;
       if (!known || known->converged < wanted) {
-        own = full_modes(factor, wanted, 0);
+        own = full_modes(factor, wanted, 0, ModeMotions::no);
         if (!own) return std::nullopt;
       }
       const FullModes& lowest = own ? own->free : *known;

@@ -69,7 +69,12 @@ TEST_CASE("stress that is looked up is that of the leaf itself, on every ray and
   for (const TubeStress::Place& at : {TubeStress::Place{0.13, 0, 0, Vector3d::Zero()},
                                       TubeStress::Place{0.13, 0.01, 0.004, {1, 0.6, -0.2}},
                                       TubeStress::Place{-0.08, 0.01, 0.004, {-1, 0.1, 0.4}}}) {
-    const auto found = model.stress()->evaluate(at).strains, real = truth.evaluate(at).strains;
+    const TubeStress::Answer answer = model.stress()->evaluate(at), exact = truth.evaluate(at);
+    const StrainField &found = answer.strains, &real = exact.strains;
+    // a bound where it is enough, else the change itself
+    CHECK(answer.change > 0.97 * exact.change - 1e-4);
+    if (answer.change > largest_stress_change)
+      CHECK(answer.change == Approx(exact.change).epsilon(0.03));
     const StressPeak a = largest_stress(found, shape, 1, 0), b = largest_stress(real, shape, 1, 0);
     CHECK(a.value == Approx(b.value).epsilon(3e-3));
     for (const double x : {0.02, 0.4, 0.9})
