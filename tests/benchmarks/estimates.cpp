@@ -1,8 +1,8 @@
 // How good estimated errors are: against fine meshes, over sampled designs of ten families.
 //
-//   bench_estimates [DESIGNS]            designs of each family (8), none of them used for
-//   calibration bench_estimates DESIGNS --csv FILE   other designs, as numbers in FILE: what
-//                                        fit_estimates.py makes the factors from
+// bench_estimates [DESIGNS] takes so many designs of each family (8), none of them used to fit the
+// factors. bench_estimates DESIGNS --csv FILE [SEED] writes others as numbers to FILE, which
+// fit_estimates.py makes the factors from.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -451,14 +451,16 @@ int main(int argc, char** argv) {
   keep_freed_memory();
   const int designs = argc > 1 ? std::atoi(argv[1]) : 8;
   std::FILE* csv = argc > 3 ? std::fopen(argv[3], "w") : nullptr;
+  const unsigned seed = argc > 4 ? static_cast<unsigned>(std::atoi(argv[4]))
+                        : csv    ? other_seeds
+                                 : 0;
   if (csv) fmt::print(csv, "design,family,n,m,point,name,kind,scale,own,along,across,truth\n");
   std::vector<Judged> reduced, finer, full;
   std::vector<Chosen> chosen{{.tolerance = 0.01}, {.tolerance = 0.003}};
   int failed = 0, design = 0;
   for (int i = 0; i < designs; ++i)
     for (std::size_t f = 0; f < draws().size(); ++f, ++design) {
-      Random random(static_cast<unsigned>(1000 * f + static_cast<std::size_t>(i) + 1) +
-                    (csv ? other_seeds : 0));
+      Random random(static_cast<unsigned>(1000 * f + static_cast<std::size_t>(i) + 1) + seed);
       Drawn drawn = draws()[f](random);
       drawn.mass = random.even_in_logarithm(0.01, 1);
       const StrokeRequest request = request_of(drawn);
