@@ -94,6 +94,10 @@ struct LeafSpringT {
   double growth = 1;
   /// The same of the bodies that hold the base and the tip, which are warm themselves.
   std::array<double, 2> clamp_growth{1, 1};
+  /// Of a rate along errors of assembly (AssemblyError) of the base and the tip: what their move
+  /// [m] and turn [rad] change by. No number of a design: zero there.
+  std::array<Vector3d, 2> assembly_move{Vector3d::Zero(), Vector3d::Zero()},
+      assembly_turn{Vector3d::Zero(), Vector3d::Zero()};
 
   /// From base to tip [m].
   Scalar chord() const {

@@ -27,6 +27,8 @@ class FatigueLaw {
   /// The amplitude at mean zero that does the same [Pa]. (Y6) Nothing from the mean on that breaks
   /// the material alone.
   std::optional<Answer> reversed(double amplitude, double mean) const;
+  /// The amplitude that is endured at mean zero, where the material has one [Pa].
+  const std::optional<double>& endured_amplitude() const { return endured_; }
   /// The mean that breaks the material alone [Pa].
   double limit() const { return *limit_; }
   const SnCurve& curve() const { return *material_->s_n_curve; }

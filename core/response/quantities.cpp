@@ -364,6 +364,7 @@ std::vector<QuantityRow> dynamics() {
          const auto i = static_cast<std::size_t>(k);
          return i < g.bandwidths.size() ? g.bandwidths[i] : std::nullopt;
        },
+       .error = ErrorKind::frequency,
        .of_drives = true,
        .in_report = true},
       {.name = "transmissibility",
@@ -378,6 +379,7 @@ std::vector<QuantityRow> dynamics() {
            },
        .gradient = [](const PathPoint&, const PointGradients& g,
                       int) { return g.transmissibility; },
+       .error = ErrorKind::frequency,
        .in_report = true}};
 }
 
@@ -407,6 +409,7 @@ QuantityRow load_capacity() {
           },
           .gradient = [](const PathPoint&, const PointGradients& g,
                          int d) { return g.load_capacity[static_cast<std::size_t>(d)]; },
+          .error = ErrorKind::stress,  // which often ends it
           .in_report = true};
 }
 

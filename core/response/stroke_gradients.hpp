@@ -78,6 +78,11 @@ struct MechanismDirection {
   Mechanism rate;
 };
 
+/// Along errors of assembly: `rate` is what the one of its edge, in StrokeRequest::loads or none,
+/// changes by [m, rad].
+MechanismDirection assembly_direction(std::string parameter, const Mechanism& mechanism,
+                                      const AssemblyError& rate);
+
 /// The response with its exact derivatives along the parameters. The frequencies are then those of
 /// the whole mechanism, leaf interiors included, to rounding (evaluate_stroke's are Ritz values, a
 /// few 1e-5 above them).

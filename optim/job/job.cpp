@@ -215,7 +215,8 @@ void JobReader::read_mechanism() {
       if (read_.contains("assembly_tolerances") && faults_.sound("/assembly_tolerances"))
         job_.assembly_tolerances =
             read_assembly_tolerances(read_["assembly_tolerances"], *mechanism,
-                                     GoalContext(*family_, job_, cases_, false, faults_));
+                                     job_.kind == JobKind::optimise && names_the_box(read_),
+                                     GoalContext(*family_, job_, cases_, {}, faults_));
     }
     if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }
@@ -272,8 +273,11 @@ void JobReader::read_sections() {
   if (job_.kind == JobKind::compare) demand("samples");
   if (!family_) return;  // names and units are the family's
   if (read_.contains("optimise"))
-    job_.optimise = read_optimise(read_["optimise"], *family_, job_, cases_,
-                                  read_.contains("tolerances"), faults_);
+    job_.optimise = read_optimise(
+        read_["optimise"], *family_, job_, cases_,
+        {read_.contains("tolerances"), read_.contains("assembly_tolerances")}, faults_);
+  if (job_.kind == JobKind::optimise && job_.optimise && job_.assembly_tolerances)
+    look_at_goals(*job_.optimise, *job_.assembly_tolerances);
   if (read_.contains("samples")) job_.compare = read_compare(read_, *family_, job_, faults_);
   if (read_.contains("tolerances") && job_.kind != JobKind::compare &&
       is_geometry_sound(*family_, faults_)) {
@@ -363,6 +367,10 @@ std::string ToleranceMargin::text() const {
 std::string ToleranceMargin::suffix() const {
   if (kind == Kind::none) return "";
   return kind == Kind::worst ? ", worst within tolerances" : ", " + text();
+}
+
+std::string label_suffix(const ToleranceMargin& margin, bool misassembled) {
+  return misassembled ? ", worst assembly" : margin.suffix();
 }
 
 std::vector<JobCase> cases_of(const Job& job) {

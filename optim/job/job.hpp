@@ -40,6 +40,9 @@ struct ToleranceMargin {
   std::string suffix() const;
 };
 
+/// What ends the label of a goal that bears something: that of its margin, or ", worst assembly".
+std::string label_suffix(const ToleranceMargin& margin, bool misassembled);
+
 struct Objective {
   bool maximise = true;
   std::string quantity;                      ///< of a path point, or
@@ -47,6 +50,7 @@ struct Objective {
   OverStroke over_stroke = OverStroke::min;  ///< unused for an expression
   std::string load_case;                     ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
+  bool misassembled = false;  ///< its worst in the box of errors of assembly counts
 };
 
 struct Constraint {
@@ -56,6 +60,7 @@ struct Constraint {
   std::string label;               ///< "max_stress max over stroke"
   std::string load_case;           ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
+  bool misassembled = false;  ///< its worst in the box of errors of assembly counts
 };
 
 struct Algorithm {
@@ -82,6 +87,7 @@ struct ParetoSpec {
   std::string label;      ///< "drive_load max_abs over stroke"
   std::string load_case;  ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
+  bool misassembled = false;  ///< its worst in the box of errors of assembly counts
 };
 
 /// The optimum is to be that of full accuracy.

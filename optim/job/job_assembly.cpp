@@ -85,6 +85,39 @@ EdgeTolerance read_edge(const json& read, const Mechanism& mechanism, const Poin
 
 }  // namespace
 
+bool read_misassembled(json& goal, const GoalContext& context, const Constraint& read,
+                       const Pointer& at) {
+  if (!goal.contains("under") || goal["under"] != "assembly_tolerances") return false;
+  const std::string place = (at / "under").to_string(), shown_under = shown(goal["under"]);
+  if (!context.borne.assembly_tolerances)
+    throw SpecError(place, shown_under, "the job has no \"assembly_tolerances\"");
+  if (const std::string as = goal.value("as", "worst"); as != "worst")
+    throw SpecError((at / "as").to_string(), shown(goal["as"]),
+                    "of errors of assembly in a box the \"worst\" counts: no other distribution of "
+                    "them is known");
+  if (!read.expression.empty())
+    throw SpecError(place, shown_under,
+                    "a formula of the parameters is the same however the mechanism is assembled");
+  if (is_of_design(read.quantity))
+    throw SpecError(place, shown_under,
+                    read.quantity + " is the same however the mechanism is assembled");
+  if (read.min && read.max)
+    throw SpecError(place, shown_under,
+                    "under errors of assembly each bound has a number of its own: give min and max "
+                    "in two constraints");
+  const bool least = read.min.has_value();
+  const OverStroke over = read.over_stroke;
+  if ((least && (over == OverStroke::max || over == OverStroke::max_abs)) ||
+      (!least && over == OverStroke::min))
+    throw SpecError(
+        (at / "over_stroke").to_string(), '"' + name_in_job(over) + '"',
+        fmt::format("the worst of the box is the {} here, and so must be that over the stroke: {}",
+                    least ? "least" : "largest",
+                    least ? "min, first, last" : "max, max_abs, first, last"));
+  goal["as"] = "worst";
+  return true;
+}
+
 Field assembly_tolerances_field() {
   std::vector<Field> fields{
       shape::required("edges", shape::list(edge_shape(), 1, 100),
@@ -96,7 +129,39 @@ Field assembly_tolerances_field() {
                          "a box of errors of assembly: the worst of them, and the critical size");
 }
 
-AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechanism,
+bool names_the_box(const json& job) {
+  if (!job.contains("optimise") || !job["optimise"].is_object()) return false;
+  const auto names = [](const json& goal) {
+    return goal.is_object() && goal.contains("under") && goal["under"] == "assembly_tolerances";
+  };
+  const json& goals = job["optimise"];
+  return (goals.contains("objective") && names(goals["objective"])) ||
+         (goals.contains("pareto") && names(goals["pareto"])) ||
+         (goals.contains("constraints") && goals["constraints"].is_array() &&
+          std::ranges::any_of(goals["constraints"], names));
+}
+
+void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec) {
+  const auto look_at = [&](bool misassembled, const std::string& quantity, OverStroke over,
+                           bool least) {
+    const auto same = [&](const Constraint& c) {
+      return c.quantity == quantity && c.over_stroke == over && c.min.has_value() == least;
+    };
+    if (!misassembled || std::ranges::any_of(spec.quantities, same)) return;
+    Constraint one{.quantity = quantity, .over_stroke = over};
+    if (least) one.min = 0;  // the least is the worst
+    one.label = goal_label(one);
+    spec.quantities.push_back(std::move(one));
+  };
+  const Objective& o = goals.objective;
+  look_at(o.misassembled, o.quantity, o.over_stroke, o.maximise);
+  for (const Constraint& c : goals.constraints)
+    look_at(c.misassembled, c.quantity, c.over_stroke, c.min.has_value());
+  if (const auto& front = goals.pareto)
+    look_at(front->misassembled, front->quantity, front->over_stroke, front->maximise);
+}
+
+AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechanism, bool in_goals,
                                             const GoalContext& context) {
   const Pointer at("/assembly_tolerances");
   FaultList& faults = context.faults;
@@ -121,6 +186,7 @@ AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechani
       if (is_of_design(one.quantity))
         throw SpecError((at / "quantities" / i / "quantity").to_string(), shown(one.quantity),
                         "it is the same however the mechanism is assembled");
+      if (one.over_stroke == OverStroke::min) one.min = 0;  // the least is the worst
       one.label = goal_label(one);
       spec.quantities.push_back(std::move(one));
     });
@@ -128,9 +194,10 @@ AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechani
   if (spec.drive_load_change && !drives)
     faults.add((at / "drive_load_change").to_string(), shown(read["drive_load_change"]),
                "nothing is driven here");
-  if (read["quantities"].empty() && !spec.stiffness_share && !spec.drive_load_change)
+  if (read["quantities"].empty() && !spec.wants_critical() && !in_goals)
     faults.add((at / "quantities").to_string(), shown(read["quantities"]),
-               "name quantities, or give stiffness_share or drive_load_change");
+               "name quantities, give stiffness_share or drive_load_change, or let a goal of "
+               "optimise count \"under\": \"assembly_tolerances\"");
   return spec;
 }
 

@@ -10,8 +10,19 @@ namespace flexopt {
 
 Field assembly_tolerances_field();
 
-/// Reads it against the leaves and what goals may name.
+/// Whether a goal, read but for this, counts at the worst errors of assembly of the box; throws
+/// SpecError where it cannot.
+bool read_misassembled(nlohmann::json& goal, const GoalContext& context, const Constraint& read,
+                       const JsonPointer& at);
+
+/// Whether a goal of the job, read or not, names the box.
+bool names_the_box(const nlohmann::json& job);
+
+/// Reads it against the leaves and what goals may name. `in_goals`: some goals name it.
 AssemblyTolerances read_assembly_tolerances(nlohmann::json& read, const Mechanism& mechanism,
-                                            const GoalContext& context);
+                                            bool in_goals, const GoalContext& context);
+
+/// Their worst values are looked for as those of `quantities` are.
+void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec);
 
 }  // namespace flexopt

@@ -9,6 +9,7 @@
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
+#include "optim/job/job_assembly.hpp"
 #include "optim/job/job_dynamics.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
@@ -22,14 +23,14 @@ using nlohmann::json;
 using Pointer = json::json_pointer;
 
 GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseNames& all_cases,
-                         bool has_tolerances, FaultList& all_faults)
+                         Borne may_bear, FaultList& all_faults)
     : family(of_family),
       design(job.design),
       request(job.request),
       quantities(flexopt::quantities(of_family.drives)),
       values(job.design.parameters),
       cases(all_cases),
-      tolerances(has_tolerances),
+      borne(may_bear),
       faults(all_faults) {
   for (const Parameter& p : family.parameters) {
     names.push_back({p.name, p.unit});
@@ -111,7 +112,7 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
   Constraint measure = constraint_table().read(read);
   if (read.contains("quantity") == read.contains("expression"))
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
-  measure.margin = read_margin(read, context.tolerances, at);
+  measure.margin = read_margin(read, context.borne.tolerances, at);
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
     measure.expression =
@@ -126,7 +127,10 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
     if (!read.contains("over_stroke")) measure.over_stroke = usual.value_or(OverStroke::first);
     read["over_stroke"] = name_in_job(measure.over_stroke);
   }
-  measure.label = goal_label(measure) + measure.margin.suffix();
+  Constraint bounded = measure;  // the least is the worst of what is to be made large
+  if (read.contains("sense") && read["sense"] == "maximise") bounded.min = 0;
+  measure.misassembled = read_misassembled(read, context, bounded, at);
+  measure.label = goal_label(measure) + label_suffix(measure.margin, measure.misassembled);
   return measure;
 }
 

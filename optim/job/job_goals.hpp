@@ -13,6 +13,11 @@
 
 namespace flexopt {
 
+/// What a job has that its goals may bear.
+struct Borne {
+  bool tolerances = false, assembly_tolerances = false;
+};
+
 /// What goals need to know of the rest of the job.
 struct GoalContext {
   const Family& family;
@@ -22,10 +27,10 @@ struct GoalContext {
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<FormulaName> names;  ///< of these, the family's first
   const CaseNames& cases;
-  bool tolerances;  ///< the job has some, which goals may bear
+  Borne borne;
   FaultList& faults;
 
-  GoalContext(const Family& family, const Job& job, const CaseNames& cases, bool tolerances,
+  GoalContext(const Family& family, const Job& job, const CaseNames& cases, Borne borne,
               FaultList& faults);
 
   /// The load case that a goal names; empty where it is over all of them. Throws SpecError.

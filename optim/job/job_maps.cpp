@@ -52,6 +52,7 @@ std::vector<Constraint> measures_of(const OptimiseSpec& goals) {
     c.min.reset();
     c.max.reset();
     c.margin = {};
+    c.misassembled = false;
     c.label = goal_label(c);
     if (std::ranges::find(measures, c.label, &Constraint::label) == measures.end())
       measures.push_back(std::move(c));
@@ -89,7 +90,7 @@ MapSpec read_map(json& read, const GoalContext& context, const Job& job, const P
 
 std::vector<MapSpec> read_maps(json& read, const Family& family, const Job& job,
                                const CaseNames& cases, FaultList& faults) {
-  const GoalContext context(family, job, cases, false, faults);
+  const GoalContext context(family, job, cases, {}, faults);
   std::vector<MapSpec> maps;
   for (std::size_t i = 0; i < read.size(); ++i) {
     const Pointer at = Pointer("/maps") / i;

@@ -13,6 +13,7 @@
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
+#include "optim/job/job_assembly.hpp"
 #include "optim/job/job_goals.hpp"
 #include "optim/job/job_search.hpp"
 #include "optim/job/job_shape.hpp"
@@ -126,7 +127,7 @@ Objective read_objective(json& read, const GoalContext& context) {
   objective.maximise = read.contains("maximise");
   if (objective.maximise == read.contains("minimise"))
     throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
-  objective.margin = read_margin(read, context.tolerances, at);
+  objective.margin = read_margin(read, context.borne.tolerances, at);
   const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
   const bool formula =
       !context.find_quantity(goal) &&
@@ -134,6 +135,7 @@ Objective read_objective(json& read, const GoalContext& context) {
   if (formula) {
     forbid_over_stroke(read, at);
     objective.expression = Expression(goal, context.names, (at / key).to_string()).text();
+    read_misassembled(read, context, {.expression = objective.expression}, at);
     return objective;
   }
   objective.load_case = context.load_case(read, at);
@@ -141,6 +143,9 @@ Objective read_objective(json& read, const GoalContext& context) {
   if (!read.contains("over_stroke"))
     objective.over_stroke = objective.maximise ? OverStroke::min : OverStroke::max;
   read["over_stroke"] = name_in_job(objective.over_stroke);
+  Constraint bounded{.quantity = objective.quantity, .over_stroke = objective.over_stroke};
+  if (objective.maximise) bounded.min = 0;
+  objective.misassembled = read_misassembled(read, context, bounded, at);
   return objective;
 }
 
@@ -150,7 +155,7 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
   if (!read.contains("min") && !read.contains("max"))
     throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
-  constraint.margin = read_margin(read, context.tolerances, at);
+  constraint.margin = read_margin(read, context.borne.tolerances, at);
   std::function<double(const char*)> bound;
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
@@ -180,7 +185,11 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
       return read_quantity(shape::quantity(unit), read[key], at / key);
     };
   }
-  constraint.label += constraint.margin.suffix();
+  Constraint asked = constraint;
+  if (read.contains("min")) asked.min = 0;
+  if (read.contains("max")) asked.max = 0;
+  constraint.misassembled = read_misassembled(read, context, asked, at);
+  constraint.label += label_suffix(constraint.margin, constraint.misassembled);
   for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
     if (read.contains(key))
       context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
@@ -201,8 +210,10 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
   front.load_case = measure.load_case;
   front.label = measure.label;
   front.margin = measure.margin;
+  front.misassembled = measure.misassembled;
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
       front.margin.text() == objective.margin.text() &&
+      front.misassembled == objective.misassembled &&
       (!front.expression.empty() ||
        (front.over_stroke == objective.over_stroke && front.load_case == objective.load_case)))
     throw SpecError((at / (front.quantity.empty() ? "expression" : "quantity")).to_string(),
@@ -214,8 +225,8 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
 }  // namespace
 
 OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const CaseNames& cases,
-                           bool tolerances, FaultList& faults) {
-  const GoalContext context(family, job, cases, tolerances, faults);
+                           Borne borne, FaultList& faults) {
+  const GoalContext context(family, job, cases, borne, faults);
   const Pointer at("/optimise");
   const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
   OptimiseSpec spec = search_table().read(read);

@@ -6,6 +6,7 @@
 #include "core/spec/field_table.hpp"
 #include "optim/job/job.hpp"
 #include "optim/job/job_cases.hpp"
+#include "optim/job/job_goals.hpp"
 
 namespace flexopt {
 
@@ -36,7 +37,7 @@ void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const
 /// What is wrong is added to `faults`; parts that depend on something wrong are not checked.
 /// Goals may name one of `cases`, and count `tolerances` where the job has some.
 OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, Job& job,
-                           const CaseNames& cases, bool tolerances, FaultList& faults);
+                           const CaseNames& cases, Borne borne, FaultList& faults);
 
 /// Fills in the sections "samples" and "models" of a job that has passed its table, and completes
 /// them in `read` with what was decided. Faults as in read_optimise.

@@ -181,13 +181,14 @@ Field tolerances_field() {
 }
 
 Field under_field() {
-  return shape::optional("under", shape::choice({"tolerances"}),
-                         "what the goal is to bear; without it the design as drawn counts");
+  return shape::optional("under", shape::choice({"tolerances", "assembly_tolerances"}),
+                         "what the goal is to bear, by the job's key of that name; without it the "
+                         "design as drawn counts");
 }
 
 Field margin_field() {
   return shape::optional("as", shape::text(100),
-                         "how tolerances count: \"worst\" within all limits (default), or "
+                         "how they count: \"worst\" within all limits (default), or of tolerances "
                          "\"mean + 2 sigma\" to the side that is worse");
 }
 
@@ -215,6 +216,7 @@ ToleranceMargin read_margin(json& goal, bool tolerances, const Pointer& at) {
                       "it says how tolerances count: give \"under\": \"tolerances\" too");
     return {};
   }
+  if (goal["under"] != "tolerances") return {};
   if (!tolerances)
     throw SpecError((at / "under").to_string(), shown(goal["under"]),
                     "the job has no \"tolerances\"");
@@ -242,8 +244,15 @@ Field tolerance_samples_field() {
 
 OptimiseSpec without_margins(OptimiseSpec goals) {
   goals.objective.margin = {};
-  for (Constraint& c : goals.constraints) c.margin = {};
-  if (goals.pareto) goals.pareto->margin = {};
+  goals.objective.misassembled = false;
+  for (Constraint& c : goals.constraints) {
+    c.margin = {};
+    c.misassembled = false;
+  }
+  if (goals.pareto) {
+    goals.pareto->margin = {};
+    goals.pareto->misassembled = false;
+  }
   return goals;
 }
 

@@ -12,7 +12,7 @@ namespace flexopt {
 Field tolerances_field();
 Field tolerance_samples_field();
 
-/// How a goal says that tolerances count in it.
+/// How a goal says that tolerances count in it, or errors of assembly.
 Field under_field();
 Field margin_field();
 
@@ -21,7 +21,7 @@ Field margin_field();
 ToleranceMargin read_margin(nlohmann::json& goal, bool tolerances,
                             const nlohmann::json::json_pointer& at);
 
-/// The goals without the tolerances that they bear.
+/// The goals without the tolerances and errors of assembly that they bear.
 OptimiseSpec without_margins(OptimiseSpec goals);
 
 /// Reads both sections of a job that is read but for its other sections. `read` has passed its

@@ -35,7 +35,9 @@ Job prepared(Job job) {
                                 {},
                                 {},
                                 front->label,
-                                front->load_case});
+                                front->load_case,
+                                front->margin,
+                                front->misassembled});
   const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
   job.design.resolved = resolve(job.design);
   std::vector<std::string> wanted;
@@ -92,10 +94,15 @@ Evaluators::Evaluators() : Evaluators(evaluate_stroke, stroke_sensitivity) {}
 Evaluators::Evaluators(StrokeEvaluator of_values, StrokeGradientEvaluator of_gradients)
     : values(std::move(of_values)), gradients(std::move(of_gradients)) {}
 
+// Of each value of a goal that counts errors of assembly.
+constexpr int places_in_box = 3;
+
 DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
     : job_(prepared(job)), evaluators_(std::move(evaluators)), goals_(make_goals(job_)) {
+  std::vector<Goal> assembled = goals_;
+  std::erase_if(assembled, [](const Goal& goal) { return goal.misassembled; });
   for (std::size_t k = 0; k < cases_of(job_).size(); ++k)
-    requests_.push_back(request_of_goals(job_, goals_, k));
+    requests_.push_back(request_of_goals(job_, assembled, k));
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
   // values with and without derivatives must be those of one function
   const bool searched = needs_gradients(optimiser_options(*job_.optimise));
@@ -105,6 +112,14 @@ DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
       if (searched && bears_repetition(optimiser_options(*job_.optimise)))
         add_stress_branches(goals_, request);
     }
+  }
+  if (assembled.size() < goals_.size()) {
+    // values at nearly as bad places are candidates where repeated rows do no harm
+    const bool many = searched && bears_repetition(optimiser_options(*job_.optimise));
+    misassembled_.emplace(job_, goals_, many ? places_in_box : 1);
+    box_request_ = misassembled_->request(job_);
+    box_request_.values = requests_.front().values;
+    box_request_.stress_peaks = requests_.front().stress_peaks;
   }
   names_ = moving_parameters(job_, robust());
 }
@@ -230,14 +245,34 @@ GoalReading DesignProblem::read_parts(const Goal& goal, const std::vector<Stroke
   return whole;
 }
 
+GoalReading DesignProblem::read_assembled(std::size_t goal,
+                                          const std::vector<StrokeSensitivity>& found,
+                                          const std::vector<StrokeRequest>& requests) const {
+  const Goal& plain = misassembled_->plain(goal);
+  GoalReading reading = read_parts(plain, found, requests);
+  const auto own = static_cast<std::size_t>(plain.branches),
+             wanted = static_cast<std::size_t>(goals_[goal].branches);
+  if (!reading.ok || own == wanted) return reading;
+  GoalReading repeated{.ok = true};
+  for (std::size_t k = 0; k < reading.values.size(); k += own)
+    for (std::size_t b = 0; b < wanted; ++b)
+      repeated.values.push_back(reading.values[k + std::min(b, own - 1)]);
+  return repeated;
+}
+
 GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
                                      const std::vector<StrokeSensitivity>& found,
-                                     const std::vector<StrokeRequest>& requests) const {
+                                     const std::vector<StrokeRequest>& requests,
+                                     const MisassembledGoals::Found* worst) const {
   GoalSlopes slopes;
   std::string& why = slopes.no_gradient;
-  for (const Goal& goal : goals_) {
-    GoalReading reading =
-        goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests);
+  if (worst && !worst->ok) return {.message = worst->message, .reason = worst->reason};
+  for (std::size_t g = 0; g < goals_.size(); ++g) {
+    const Goal& goal = goals_[g];
+    GoalReading reading = goal.expression      ? read_goal(goal, parameters)
+                          : !goal.misassembled ? read_parts(goal, found, requests)
+                          : worst              ? worst->goals[g]
+                                               : read_assembled(g, found, requests);
     if (!reading.ok)
       return {.message = std::move(reading.message), .reason = std::move(reading.reason)};
     const std::string name = goal.label.find(goal.quantity) != std::string::npos
@@ -247,8 +282,9 @@ GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
       why = fmt::format("{} has no exact derivatives", name);
     if (why.empty()) {
       const std::vector<std::string> along =
-          goal.expression ? goal.expression->names()
-                          : found[goal.parts.front().load_case].gradients->parameters;
+          goal.expression              ? goal.expression->names()
+          : worst && goal.misassembled ? worst->parameters
+                                       : found[goal.parts.front().load_case].gradients->parameters;
       MatrixXd& all = slopes.by_parameter;
       const Eigen::Index before = all.rows(), count = reading.gradient.rows();
       all.conservativeResize(before + count, static_cast<Eigen::Index>(names_.size()));
@@ -310,6 +346,24 @@ bool of_reduced_leaves(const StrokeResponse& response, const StrokeRequest& requ
 
 }  // namespace
 
+MisassembledGoals::Found DesignProblem::look_in_box(const ParameterValues& parameters,
+                                                    bool gradient, const ModelOptions& model,
+                                                    bool& reduced) const {
+  const Mechanism mechanism = make_mechanism(job_, parameters);
+  const bool exact =
+      evaluators_.gradients != nullptr && box_request_.values == PathValues::differentiable;
+  const auto evaluate = [&](const StrokeRequest& request, bool differentiated) {
+    StrokeSensitivity found;
+    if (differentiated && evaluators_.gradients)
+      found = evaluators_.gradients(job_, parameters, names_, model, request);
+    else
+      found.response = evaluators_.values(mechanism, model, request);
+    reduced |= of_reduced_leaves(found.response, request);
+    return found;
+  };
+  return misassembled_->read({mechanism, model, box_request_, exact}, evaluate, gradient);
+}
+
 GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
                                const ModelOptions& model) const {
   std::vector<StrokeSensitivity> found(requests_.size());
@@ -320,7 +374,11 @@ GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
     else
       found[k].response = evaluators_.values(make_mechanism(job_, parameters), model, requests_[k]);
   }
-  GoalSlopes slopes = read_goals(parameters, found, requests_);
+  std::optional<MisassembledGoals::Found> worst;
+  bool reduced = false;
+  if (misassembled_) worst = look_in_box(parameters, gradient, model, reduced);
+  GoalSlopes slopes = read_goals(parameters, found, requests_, worst ? &*worst : nullptr);
+  slopes.of_reduced_leaves = reduced;
   for (const StrokeSensitivity& of : found)
     if (!slopes.ok && !slopes.reached) slopes.reached = stroke_reached(of.response);
   for (std::size_t k = 0; k < found.size(); ++k)

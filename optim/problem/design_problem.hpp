@@ -9,6 +9,7 @@
 #include "core/response/response.hpp"
 #include "optim/job/job.hpp"
 #include "optim/problem/evaluation_record.hpp"
+#include "optim/problem/misassembled_goals.hpp"
 #include "optim/problem/robust_goals.hpp"
 
 namespace flexopt {
@@ -94,6 +95,8 @@ class DesignProblem {
 
   /// Some goals count tolerances.
   bool robust() const;
+  /// Some goals count the worst errors of assembly.
+  bool misassembled() const { return misassembled_.has_value(); }
   /// Whether `evaluate` can give exact derivatives of all goals.
   bool differentiable() const { return !needs_mechanics_ || evaluators_.gradients != nullptr; }
   /// Evaluates the mechanics for the goals, with exact derivatives if asked for and offered. A
@@ -110,7 +113,7 @@ class DesignProblem {
   StrokeResponse respond(const Variables& variables, const ModelOptions& model,
                          const StrokeRequest& request) const;
   /// The goals from the responses of all load cases; of a case that no goal needs it may be empty.
-  /// Without what tolerances do to them.
+  /// Without what tolerances and errors of assembly in a box do to them.
   DesignValues read(const Variables& variables, const std::vector<StrokeSensitivity>& found,
                     const std::vector<StrokeRequest>& requests) const;
 
@@ -144,10 +147,19 @@ class DesignProblem {
   /// A goal's values, and its derivatives where `gradients` holds, part by part.
   GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
                          const std::vector<StrokeRequest>& requests) const;
-  /// The goals at these parameters, with derivatives by `names_` where `found` has some.
+  /// The goals at these parameters, with derivatives by `names_` where `found` has some. `worst`:
+  /// those that count errors of assembly; without it they count none.
   GoalSlopes read_goals(const ParameterValues& parameters,
                         const std::vector<StrokeSensitivity>& found,
-                        const std::vector<StrokeRequest>& requests) const;
+                        const std::vector<StrokeRequest>& requests,
+                        const MisassembledGoals::Found* worst = nullptr) const;
+  /// A goal that counts errors of assembly, without them: as many values as with them.
+  GoalReading read_assembled(std::size_t goal, const std::vector<StrokeSensitivity>& found,
+                             const std::vector<StrokeRequest>& requests) const;
+  /// Those of the job that count errors of assembly. `reduced`: whether some of their values are
+  /// had from reduced leaves, which are differentiated.
+  MisassembledGoals::Found look_in_box(const ParameterValues& parameters, bool gradient,
+                                       const ModelOptions& model, bool& reduced) const;
   GoalSlopes look(const ParameterValues& parameters, bool gradient,
                   const ModelOptions& model) const;
   /// By the variables instead of the parameters.
@@ -160,6 +172,8 @@ class DesignProblem {
   std::vector<std::string> names_;
   std::vector<Goal> goals_;
   std::vector<StrokeRequest> requests_;  ///< of each load case
+  std::optional<MisassembledGoals> misassembled_;
+  StrokeRequest box_request_;  ///< of the goals that count errors of assembly
   bool needs_mechanics_ = false;
 };
 

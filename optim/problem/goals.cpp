@@ -66,7 +66,7 @@ std::vector<GoalPart> parts_of(const Job& job, const std::string& load_case) {
 Goal make_goal(const Job& job, const std::string& label, const std::string& quantity,
                const std::string& expression, OverStroke over, const std::string& load_case,
                bool least, const std::string& pointer) {
-  Goal goal{label, quantity, {}, over, 1, {}, least, {}};
+  Goal goal{label, quantity, {}, over, 1, {}, least, {}, false};
   if (expression.empty()) goal.parts = parts_of(job, load_case);
   if (!expression.empty()) {
     std::vector<FormulaName> names;
@@ -182,6 +182,7 @@ std::vector<Goal> make_goals(const Job& job) {
   std::vector<Goal> goals{make_goal(job, "objective", o.quantity, o.expression, o.over_stroke,
                                     o.load_case, o.maximise, "/optimise/objective")};
   goals.back().margin = o.margin;
+  goals.back().misassembled = o.misassembled;
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
     const Constraint& c = spec.constraints[i];
     const bool front = !c.min && !c.max && spec.pareto;  // the second objective of a front
@@ -189,6 +190,7 @@ std::vector<Goal> make_goals(const Job& job) {
                               front ? spec.pareto->maximise : c.min.has_value(),
                               fmt::format("/optimise/constraints/{}", i)));
     goals.back().margin = c.margin;
+    goals.back().misassembled = c.misassembled;
   }
   return goals;
 }

@@ -30,8 +30,9 @@ struct Goal {
   /// Of a quantity: the load cases whose values stand one after the other. None: one part of any
   /// size.
   std::vector<GoalPart> parts;
-  bool least = false;      ///< the least number is the worst, of several load cases too
-  ToleranceMargin margin;  ///< to the worse side
+  bool least = false;         ///< the least number is the worst, of several load cases too
+  ToleranceMargin margin;     ///< to the worse side
+  bool misassembled = false;  ///< at the worst errors of assembly in the job's box
 
   /// Points of all parts; 1 of a formula.
   std::size_t points() const;

@@ -128,8 +128,9 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
       if (i % 2 == 1) full_paths[k].response = problem.respond(variables, full_model, requests[k]);
     });
   }
-  const DesignValues full = problem.robust() ? problem.evaluate(variables, false, Accuracy::full)
-                                             : problem.read(variables, full_paths, requests);
+  const DesignValues full = problem.robust() || problem.misassembled()
+                                ? problem.evaluate(variables, false, Accuracy::full)
+                                : problem.read(variables, full_paths, requests);
   optimum.response = own_paths.front();
   v.response = full_paths.front().response;
   if (!job.cases.empty()) {

@@ -11,6 +11,7 @@
 #include "core/response/quantities.hpp"
 #include "optim/numerics/central_differences.hpp"
 #include "optim/numerics/unit_points.hpp"
+#include "optim/problem/assembly_box.hpp"
 #include "optim/solvers/problem.hpp"
 
 namespace flexopt {
@@ -18,6 +19,9 @@ namespace {
 
 // A box of so many errors has few corners: all are looked at.
 constexpr int few_sides = 4;
+
+// Places of the box that far apart are two, and two values that near are the same.
+constexpr double same_place = 1e-2, as_bad_as = 1e-7;
 
 // Of the search for a critical scale: where the pattern is looked for anew, and how near it is
 // found.
@@ -38,9 +42,9 @@ class Box {
  public:
   Box(const Job& job, const ParameterValues& parameters, const ModelOptions& model);
 
-  int size() const { return static_cast<int>(entries_.size()); }
+  int size() const { return box_.size(); }
   int evaluations() const { return evaluations_; }
-  std::vector<AssemblyError> errors(const VectorXd& z) const;
+  std::vector<AssemblyError> errors(const VectorXd& z) const { return box_.errors(z); }
   StrokeResponse evaluate(const VectorXd& z);
   /// At errors z, −1 … 1, of the box times a scale.
   Reading read(const VectorXd& z, double scale, const Read& of);
@@ -50,25 +54,20 @@ class Box {
   /// The largest value that is found, from the gradients' corner and the starts; with `corner`, of
   /// a box of few sides, all its corners too.
   std::pair<VectorXd, Reading> worst(double scale, const Read& of, const VectorXd& start,
-                                     std::optional<double>* corner);
+                                     std::optional<double>* corner,
+                                     std::vector<VectorXd>* as_bad = nullptr);
 
  private:
-  struct Entry {
-    int leaf, end, axis;
-    bool turn;
-    double size;
-  };
-  Job job_;
+  AssemblyBox box_;
   AssemblyTolerances spec_;
   ModelOptions model_;
   Mechanism mechanism_;
   StrokeRequest request_;
-  std::vector<Entry> entries_;
   int evaluations_ = 0;
 };
 
 Box::Box(const Job& job, const ParameterValues& parameters, const ModelOptions& model)
-    : job_(job),
+    : box_(*job.assembly_tolerances),
       spec_(*job.assembly_tolerances),
       model_(model),
       mechanism_(make_mechanism(job, parameters)),
@@ -76,41 +75,11 @@ Box::Box(const Job& job, const ParameterValues& parameters, const ModelOptions& 
   request_.outputs = {Output::equilibrium};
   for (const Constraint& c : spec_.quantities) request_.outputs.add(needs_of(c.quantity));
   if (spec_.wants_critical()) request_.outputs.add(Output::stiffness);
-  for (const EdgeTolerance& edge : spec_.edges)
-    for (int k = 0; k < 6; ++k) {
-      const double size = k < 3 ? edge.move[k] : edge.turn[k - 3];
-      if (size == 0) continue;
-      entries_.push_back({edge.leaf, edge.end, k % 3, k >= 3, size});
-    }
-}
-
-std::vector<AssemblyError> Box::errors(const VectorXd& z) const {
-  std::vector<AssemblyError> errors;
-  for (std::size_t k = 0; k < entries_.size(); ++k) {
-    const Entry& e = entries_[k];
-    auto own = std::ranges::find_if(
-        errors, [&](const AssemblyError& a) { return a.leaf == e.leaf && a.end == e.end; });
-    if (own == errors.end()) own = errors.insert(errors.end(), {e.leaf, e.end});
-    (e.turn ? own->turn : own->move)[e.axis] += e.size * z[static_cast<Eigen::Index>(k)];
-  }
-  return errors;
 }
 
 StrokeResponse Box::evaluate(const VectorXd& z) {
   ++evaluations_;
-  StrokeRequest request = request_;
-  for (const AssemblyError& error : errors(z)) {
-    auto own = std::ranges::find_if(request.loads.assembly, [&](const AssemblyError& a) {
-      return a.leaf == error.leaf && a.end == error.end;
-    });
-    if (own == request.loads.assembly.end()) {
-      request.loads.assembly.push_back(error);
-    } else {
-      own->move += error.move;
-      own->turn += error.turn;
-    }
-  }
-  return evaluate_stroke(mechanism_, model_, request);
+  return evaluate_stroke(mechanism_, model_, box_.misassembled(request_, z));
 }
 
 Reading Box::read(const VectorXd& z, double scale, const Read& of) {
@@ -145,9 +114,12 @@ std::optional<VectorXd> Box::gradient(const VectorXd& z, const Reading& here, do
 }
 
 std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const VectorXd& start,
-                                        std::optional<double>* corner) {
+                                        std::optional<double>* corner,
+                                        std::vector<VectorXd>* as_bad) {
   std::pair<VectorXd, Reading> best{start, {}};
+  std::vector<std::pair<VectorXd, double>> all;
   const auto keep = [&](const VectorXd& z, const Reading& r) {
+    if (as_bad && r.ok) all.emplace_back(z, r.value);
     const bool better = r.unstable ? !best.second.unstable
                                    : r.ok && !best.second.unstable &&
                                          (!best.second.ok || r.value > best.second.value);
@@ -201,16 +173,31 @@ std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const Vect
       for (Eigen::Index i = 0; i < z.size(); ++i) z[i] = k >> i & 1 ? 1 : -1;
       keep(z, read(z, scale, of));
     }
+  for (const auto& [z, value] : all) {
+    const auto elsewhere = [&, &z = z](const VectorXd& known) {
+      return (known - z).cwiseAbs().maxCoeff() > same_place;
+    };
+    if (value >= best.second.value - as_bad_as * std::abs(best.second.value) &&
+        elsewhere(best.first) && std::ranges::all_of(*as_bad, elsewhere))
+      as_bad->push_back(z);
+  }
   return best;
 }
+
+/// Which side of a quantity is the worse one.
+double side_of(const Constraint& of) { return of.min ? -1 : 1; }
 
 /// The worst over the stroke of a quantity, its worse side up.
 Reading read_worst(const StrokeResponse& found, const Constraint& of) {
   Reading reading;
+  const std::size_t last = found.path.size() - 1;
   for (std::size_t k = 0; k < found.path.size(); ++k) {
+    if ((of.over_stroke == OverStroke::first && k > 0) ||
+        (of.over_stroke == OverStroke::last && k < last))
+      continue;
     const auto value = value_of(found.path[k], of.quantity);
     if (!value) return {.what = fmt::format("{} has no value at point {}", of.quantity, k)};
-    double side = of.over_stroke == OverStroke::min ? -1 : 1;
+    double side = side_of(of);
     if (of.over_stroke == OverStroke::max_abs && *value < 0) side = -1;
     if (reading.ok && side * *value <= reading.value) continue;
     reading = {true, false, side * *value, k, {}};
@@ -247,17 +234,19 @@ WorstAssembly worst_of(Box& box, const Constraint& of, const StrokeResponse& nom
   result.of = of;
   const int before = box.evaluations();
   const Reading plain = read_worst(nominal, of);
-  const double side = of.over_stroke == OverStroke::min ? -1 : 1;
+  const double side = side_of(of);
   if (!plain.ok) {
     result.reason = plain.what;
     return result;
   }
   result.nominal = side * plain.value;
   const auto read = [&](const StrokeResponse& found) { return read_worst(found, of); };
-  const auto [z, reading] = box.worst(1, read, VectorXd::Zero(box.size()), &result.corner);
+  std::vector<VectorXd> as_bad;
+  const auto [z, reading] = box.worst(1, read, VectorXd::Zero(box.size()), &result.corner, &as_bad);
   if (result.corner) *result.corner *= side;
   result.evaluations = box.evaluations() - before;
   result.misalignment = box.errors(z);
+  for (const VectorXd& other : as_bad) result.as_bad.push_back(box.errors(other));
   result.point = reading.point;
   if (reading.ok) result.worst = side * reading.value;
   if (!reading.ok) result.reason = reading.what;

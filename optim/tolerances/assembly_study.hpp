@@ -15,6 +15,8 @@ struct WorstAssembly {
   std::optional<double> corner, worst;      ///< at the corner that the gradients point to; found
   std::size_t point = 0;                    ///< of the path, where it is the worst
   std::vector<AssemblyError> misalignment;  ///< beside the job's own
+  /// Other places of the box that are as bad but for rounding, of those that were looked at.
+  std::vector<std::vector<AssemblyError>> as_bad;
   int evaluations = 0;
   std::string reason;  ///< where something in the box has no value
 };

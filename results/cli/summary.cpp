@@ -95,8 +95,9 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
     cells.push_back(shown(optimum.verified->objective, unit(goal.quantity)));
     cells.push_back(difference(optimum.verified->objective_difference));
   }
-  text +=
-      line((goal.quantity.empty() ? goal.expression : goal.quantity) + goal.margin.suffix(), cells);
+  text += line((goal.quantity.empty() ? goal.expression : goal.quantity) +
+                   label_suffix(goal.margin, goal.misassembled),
+               cells);
   for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
     const ConstraintState& state = optimum.constraints[i];
     const std::string si = i < spec.constraints.size() ? unit(spec.constraints[i].quantity) : "";

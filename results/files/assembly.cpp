@@ -21,6 +21,9 @@ Json errors_json(const std::vector<AssemblyError>& errors, const Mechanism& mech
 }
 
 Json worst_json(const WorstAssembly& worst, const RunRecord& record, const DriveList& drives) {
+  Json as_bad = Json::array();
+  for (const std::vector<AssemblyError>& errors : worst.as_bad)
+    as_bad.push_back(errors_json(errors, record.mechanism));
   return {{"quantity", worst.of.quantity},
           {"over_stroke", name_of(worst.of.over_stroke)},
           {"unit", quantity_unit(worst.of.quantity, drives)},
@@ -29,6 +32,7 @@ Json worst_json(const WorstAssembly& worst, const RunRecord& record, const Drive
           {"worst", worst.worst ? Json(*worst.worst) : Json()},
           {"stroke", record.job.request.points[worst.point]},
           {"misalignment", errors_json(worst.misalignment, record.mechanism)},
+          {"as_bad", std::move(as_bad)},
           {"evaluations", worst.evaluations},
           {"reason", worst.reason}};
 }
@@ -42,13 +46,15 @@ OrderedJson make_assembly(const RunRecord& record) {
   Json worst = Json::array();
   for (const WorstAssembly& one : report.quantities)
     worst.push_back(worst_json(one, record, drives));
-  Json json = {{"convention",
-                "worst: found in the box of errors by local searches from its middle and from "
-                "points of a Sobol sequence; corner: where the gradients in the middle point to; "
-                "critical: the scale of the box up to which nothing critical was found in it"},
-               {"message", report.message},
-               {"worst_case", std::move(worst)},
-               {"critical", nullptr}};
+  Json json = {
+      {"convention",
+       "worst: found in the box of errors by local searches from its middle and from "
+       "points of a Sobol sequence; as_bad: other places that were met and are no better but for "
+       "rounding; corner: where the gradients in the middle point to; "
+       "critical: the scale of the box up to which nothing critical was found in it"},
+      {"message", report.message},
+      {"worst_case", std::move(worst)},
+      {"critical", nullptr}};
   if (const auto& critical = report.critical)
     json["critical"] = {{"scale", critical->scale},
                         {"limit", critical->limit},

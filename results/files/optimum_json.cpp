@@ -38,10 +38,12 @@ void add_decisive(const Job& job, const Mechanism& mechanism,
   json["decisive"] = decisive ? place_json(job, mechanism, *decisive) : Json();
 }
 
-void add_margin(const ToleranceMargin& margin, Json& json) {
-  if (!margin) return;
-  json["under"] = "tolerances";
-  json["as"] = margin.text();
+/// What a goal bears, as the job says it.
+template <class Goal>
+void add_margin(const Goal& goal, Json& json) {
+  if (!goal.margin && !goal.misassembled) return;
+  json["under"] = goal.misassembled ? "assembly_tolerances" : "tolerances";
+  json["as"] = goal.misassembled ? "worst" : goal.margin.text();
 }
 
 Json constraints_json(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
@@ -62,7 +64,7 @@ Json constraints_json(const Job& job, const Optimum& optimum, const Mechanism& m
                  {"active", state.active},
                  {"multiplier", optional_json(state.multiplier)}});
     if (!asked.load_case.empty()) json["case"] = asked.load_case;
-    add_margin(asked.margin, json);
+    add_margin(asked, json);
     add_decisive(job, mechanism, state.decisive, json);
     constraints.push_back(std::move(json));
   }
@@ -301,7 +303,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   goal.update(goal_json(spec.objective.quantity, spec.objective.expression,
                         spec.objective.over_stroke, DriveList(mechanism)));
   if (!spec.objective.load_case.empty()) goal["case"] = spec.objective.load_case;
-  add_margin(spec.objective.margin, goal);
+  add_margin(spec.objective, goal);
   if (optimum.status != OptimumStatus::failed) add_decisive(job, mechanism, optimum.decisive, goal);
   return {{"status", name_of(optimum.status)},
           {"stop_reason", optimum.stop_reason},

@@ -80,7 +80,20 @@ Json cycle_place_json(const FatigueCycle& cycle, const Mechanism& mechanism) {
   return json;
 }
 
-/// The same with the number of cycles, where the curve tells it.
+/// The same with the line that the safety counts to.
+Json safety_place_json(const FatigueCycle& safety, const Mechanism& mechanism,
+                       const FatigueRule& rule) {
+  constexpr std::array names{"goodman", "gerber", "soderberg"};
+  Json json = cycle_place_json(safety, mechanism);
+  const FatigueLaw law(mechanism.leaves[static_cast<std::size_t>(safety.stress.leaf)].material,
+                       rule);
+  json["line"] = {{"mean_stress", names[static_cast<std::size_t>(rule.mean_stress)]},
+                  {"endured_amplitude", optional_json(law.endured_amplitude())},
+                  {"largest_mean", law.limit()}};
+  return json;
+}
+
+/// A cycle with the number of cycles, where the curve tells it.
 Json life_place_json(const FatigueCycle& life, const Mechanism& mechanism) {
   Json json = cycle_place_json(life, mechanism);
   const bool told = life.range == LifeRange::within;
@@ -257,7 +270,8 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   if (point.yield_safety)
     json["yield_safety_place"] = notch_place_json(point.yield_safety->stress, mechanism);
   if (point.fatigue_safety)
-    json["fatigue_safety_place"] = cycle_place_json(*point.fatigue_safety, mechanism);
+    json["fatigue_safety_place"] =
+        safety_place_json(*point.fatigue_safety, mechanism, request.stress.fatigue_rule);
   if (point.fatigue_life)
     json["fatigue_life_place"] = life_place_json(*point.fatigue_life, mechanism);
   if (!point.fatigue_fault.empty()) json["fatigue_fault"] = point.fatigue_fault;

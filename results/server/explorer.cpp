@@ -55,7 +55,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
        {"sense", objective.maximise ? "maximise" : "minimise"},
        {"value", problem.objective(values)},
        {"unit", unit_of(objective.quantity, drives)},
-       {"as", objective.margin.text()}});
+       {"as", objective.misassembled ? "worst" : objective.margin.text()}});
   const std::vector<double> reached = problem.constraints(values);
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
     const Constraint& c = spec.constraints[i];
@@ -67,7 +67,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
                      {"met", missed <= spec.constraint_tolerance},
                      {"value", reached[i]},
                      {"unit", unit_of(c.quantity, drives)},
-                     {"as", c.margin.text()}});
+                     {"as", c.misassembled ? "worst" : c.margin.text()}});
   }
   return goals;
 }
@@ -77,6 +77,7 @@ Job evaluation_of(Job job) {
   job.kind = JobKind::evaluate;
   job.optimise.reset();
   job.tolerances.reset();
+  job.assembly_tolerances.reset();
   job.maps.clear();
   return job;
 }

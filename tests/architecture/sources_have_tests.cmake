@@ -107,6 +107,7 @@ set(tested_by
   optim/job/job_tables optim/job/test_job
   optim/job/job_tolerances optim/tolerances/test_tolerance_study
   optim/search/answer optim/search/test_optimise
+  optim/problem/assembly_box optim/problem/test_misassembled_goals
   optim/problem/check_gradients results/cli/test_command_line
   optim/problem/crew_evaluation results/mpi/test_mpi_crew
   optim/problem/design_problem optim/search/test_exact_gradients

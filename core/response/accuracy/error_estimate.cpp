@@ -71,10 +71,18 @@ EstimatedError number_of(std::string name, std::string pointer, ErrorKind kind, 
   return number;
 }
 
+/// That of the row; a load that stress does not end is known as stiffness is.
+ErrorKind kind_of(const QuantityRow& row, const PathPoint& point, int component) {
+  if (!row.needs.has(Output::load_capacity)) return row.error;
+  const auto& capacity = point.load_capacity[static_cast<std::size_t>(component)];
+  return capacity && capacity->limit != CapacityLimit::stress ? ErrorKind::stiffness : row.error;
+}
+
 void add_row(const QuantityRow& row, const PathPoint& point, std::vector<EstimatedError>& numbers) {
   const auto add = [&](const std::string& name, const std::string& place, int component) {
     if (const auto value = row.value(point, component))
-      numbers.push_back(number_of(name, pointer_of(row) + place, row.error, *value));
+      numbers.push_back(
+          number_of(name, pointer_of(row) + place, kind_of(row, point, component), *value));
   };
   if (row.of_drives && !point.drive_names.empty()) {
     for (std::size_t k = 0; k < point.drive_names.size(); ++k)
@@ -220,8 +228,8 @@ const EstimatedError* StrokeErrors::find(std::size_t point, const std::string& n
 
 StrokeRequest estimate_request(StrokeRequest request) {
   request.outputs.remove({Output::frequency_derivatives, Output::envelope, Output::moving_envelope,
-                          Output::clearance, Output::buckling, Output::load_capacity,
-                          Output::dynamics, Output::state_space, Output::shapes});
+                          Output::clearance, Output::buckling, Output::state_space,
+                          Output::shapes});
   request.values = PathValues::as_modelled;
   request.buckling_load.clear();
   request.probes.clear();

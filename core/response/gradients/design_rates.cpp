@@ -6,6 +6,7 @@
 #include <concepts>
 #include <utility>
 
+#include "core/math/rotation.hpp"
 #include "core/response/dynamics/rigid_motion.hpp"
 #include "core/response/gradients/joint_gradients.hpp"
 #include "core/response/gradients/load_gradients.hpp"
@@ -137,15 +138,18 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
       dplace[0] = at.x.derivatives[0] / leaf.growth;
     }
     const Vector3d dend = leaf.growth * dplace;
-    // the same of the edge as it sits in its body
-    if (!fit.turn.isIdentity(0)) {
+    // the same of the edge as it sits in its body, and along errors of assembly (S32)
+    const Vector3d spin = rotation_left_tangent(rotation_log(fit.turn)) * d.assembly_turn[e];
+    if (!fit.turn.isIdentity(0) || !spin.isZero(0)) {
       const Matrix3d turned = to_leaf * fit.turn * leaf.axes;
-      down = (turned * down + (turning * fit.turn * leaf.axes + to_leaf * fit.turn * d.axes) * own)
+      down = (turned * down + (turning * fit.turn * leaf.axes + to_leaf * fit.turn * d.axes +
+                               to_leaf * hat(spin) * fit.turn * leaf.axes) *
+                                  own)
                  .eval();
       own = (turned * own).eval();
     }
     const Matrix3d along = (turning - v.length * to_leaf) / held_length;
-    dplace += along * fit.move;
+    dplace += along * fit.move + to_leaf * (d.assembly_move[e] / held_length);
     if (leaf.clamp_growth[e] != 1) {  // growth_move
       Vector3d moves = d.origin + d.axes * (L * end) + leaf.axes * (d.length * end + L * dend);
       if (b >= 0) moves -= direction.bodies[b].reference;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/math/work_limit.hpp"
+#include "core/mechanism/each_number.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
@@ -251,6 +252,15 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
   DifferentiablePath shared;
   return evaluate(warmed(mechanism, request.loads), model, request,
                   request.values == PathValues::differentiable ? &shared : nullptr);
+}
+
+MechanismDirection assembly_direction(std::string parameter, const Mechanism& mechanism,
+                                      const AssemblyError& rate) {
+  MechanismDirection direction{std::move(parameter), zero_rate(mechanism)};
+  LeafSpring& leaf = direction.rate.leaves[static_cast<std::size_t>(rate.leaf)];
+  leaf.assembly_move[static_cast<std::size_t>(rate.end)] = rate.move;
+  leaf.assembly_turn[static_cast<std::size_t>(rate.end)] = rate.turn;
+  return direction;
 }
 
 StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,

@@ -2,6 +2,7 @@
 import {case_section} from "./cases.js";
 import {comparison_sections} from "./comparison.js";
 import {design_sections} from "./designs.js";
+import {fatigue_section} from "./fatigue.js";
 import {facts, first_screen} from "./first_screen.js";
 import {frequency_response_section} from "./frequency_response.js";
 import {leaf_panel} from "./leaf_plots.js";
@@ -67,6 +68,7 @@ function draw() {
   }
   for (const [title, children] of comparison_sections()) section(title, children);
   section("Frequency responses", frequency_response_section());
+  section("Fatigue", fatigue_section());
   section("Maps", map_section());
   section("Tolerances", tolerance_section());
   section("Load cases", case_section());

@@ -91,5 +91,5 @@ export const parameter_text = (name, value, digits = 4) => quantity_text(value, 
 export const goal_text = (goal, value, digits = 4) => goal.unit === "SI" ? number_text(value, digits) : quantity_text(value, goal.unit, digits);
 export const goal_factor = (goal) => goal.unit === "SI" ? 1 : shown_factor(goal.unit);
 export const goal_unit = (goal) => goal.unit === "SI" ? "SI" : shown_unit(goal.unit);
-export const goal_name = (goal) => `${goal.expression ?? `${(goal.quantity ?? "").replace(/_/g, " ")}, ${(goal.over_stroke ?? "").replace(/_/g, " ")} over the stroke`}${goal.as ? `, ${goal.as === "worst" ? "worst within tolerances" : goal.as}` : ""}`;
+export const goal_name = (goal) => `${goal.expression ?? `${(goal.quantity ?? "").replace(/_/g, " ")}, ${(goal.over_stroke ?? "").replace(/_/g, " ")} over the stroke`}${goal.as ? `, ${goal.under === "assembly_tolerances" ? "worst assembly" : goal.as === "worst" ? "worst within tolerances" : goal.as}` : ""}`;
 export {heading};

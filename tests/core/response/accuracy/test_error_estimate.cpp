@@ -184,3 +184,27 @@ TEST_CASE("points that full leaves do not reach have no estimate, and the reason
   CHECK_FALSE(errors.path[1].empty());
   CHECK_FALSE(errors.message.empty());
 }
+
+TEST_CASE("load capacities and transmissibility have estimates that cover their errors", "[slow]") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request = to(0.01);
+  request.points = {0.01};
+  request.dynamics = DynamicsRule{0.02, TransmissibilityRule{Direction::ux, 1, 60}};
+  request.capacity.directions[2] = request.capacity.directions[3] = true;  // uz, rx
+  request.capacity.stress = 600e6;
+  request.capacity.stiffness_share = 0.5;
+  const std::array<int, 2> coarse{8, 4}, fine{20, 8};
+  const StrokeErrors errors = errors_on(m, full(coarse), request);
+  const StrokeResponse reference = evaluate_stroke(m, full(fine), request);
+  for (const char* name : {"transmissibility", "load_capacity.uz", "load_capacity.rx"}) {
+    CAPTURE(name);
+    const EstimatedError* error = errors.find(0, name);
+    const auto value = value_of(reference.path[0], name);
+    REQUIRE(error);
+    REQUIRE(value);
+    INFO(error->value << " ± " << error->absolute() << ", on a finer mesh " << *value);
+    CHECK(error->absolute() > 0);
+    CHECK(std::abs(error->value - *value) <= error->absolute());
+    CHECK(error->relative() < 0.4);  // stress ends uz, known to 18 % on this mesh
+  }
+}

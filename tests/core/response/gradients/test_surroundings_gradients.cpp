@@ -169,3 +169,102 @@ TEST_CASE("derivatives of reduced crooked mechanisms agree with differences",
   request.outputs.remove(Output::frequency_derivatives);
   CHECK(check_gradients(family, model, request) > 80);
 }
+
+namespace {
+
+/// All numbers of a mechanism along errors of assembly (unit: 1e-4 m and 1e-3 rad) against
+/// differences; how many.
+int check_along_errors(const Mechanism& mechanism, const ModelOptions& model,
+                       const LoadCase& loads) {
+  StrokeRequest request = request_with(loads, {0, 0.004});
+  request.values = PathValues::differentiable;
+  request.newton.tolerance = 1e-11;
+  request.outputs.remove(Output::frequency_derivatives);
+  const AssemblyError rates[] = {{0, 0, {1e-4, 0, 0}, Vector3d::Zero()},
+                                 {0, 0, Vector3d::Zero(), {0, 1e-3, 0}},
+                                 {0, 1, {0, 0.5e-4, 1e-4}, {1e-3, 0, -5e-4}},
+                                 {1, 1, {0, 1e-4, 0}, {0, 0, 1e-3}}};
+  std::vector<MechanismDirection> directions;
+  for (const AssemblyError& rate : rates)
+    directions.push_back(assembly_direction("error", mechanism, rate));
+  const StrokeSensitivity exact = evaluate_stroke_gradients(mechanism, directions, model, request);
+  INFO(exact.message << " " << exact.response.message);
+  REQUIRE(exact.gradients);
+  const std::vector<Compared> here = compared_numbers(mechanism, exact, 10);
+  int compared = 0, unknown = 0;
+  for (std::size_t d = 0; d < std::size(rates); ++d) {
+    const auto values = [&](double x) {
+      StrokeRequest moved = request;
+      std::vector<AssemblyError>& errors = moved.loads.assembly;
+      const auto own = std::ranges::find_if(errors, [&](const AssemblyError& e) {
+        return e.leaf == rates[d].leaf && e.end == rates[d].end;
+      });
+      if (own == errors.end()) {
+        errors.push_back({rates[d].leaf, rates[d].end, x * rates[d].move, x * rates[d].turn});
+      } else {
+        own->move += x * rates[d].move;
+        own->turn += x * rates[d].turn;
+      }
+      const StrokeResponse response = evaluate_stroke(mechanism, model, moved);
+      REQUIRE(response.status == Status::ok);
+      Values all;
+      for (const Compared& c : compared_numbers(mechanism, {response, {}, {}}, 0))
+        all.push_back(c.value);
+      return all;
+    };
+    const Derivatives differences = ridders(values, 0, 0.2, 5);
+    for (std::size_t i = 0; i < here.size(); ++i) {
+      if (!here[i].gradient) continue;
+      ++compared;
+      const double size = std::max(std::abs(differences.value[i]),
+                                   1e-2 * std::max(std::abs(here[i].value), here[i].floor)),
+                   found = (*here[i].gradient)[static_cast<Eigen::Index>(d)];
+      INFO("error " << d << ": " << here[i].name << " (" << here[i].value << "), " << found
+                    << " not " << differences.value[i] << ", known to "
+                    << differences.error[i] / size);
+      const double known = differences.error[i] / size;
+      if (known > 0.1) ++unknown;  // a kink within the steps
+      if (known > 0.1) continue;
+      double error = std::abs(found - differences.value[i]) / size;
+      // where another place takes over there is a derivative on either side
+      const std::string& name = here[i].name;
+      if (name.starts_with("envelope") || name.starts_with("clearance") ||
+          name.starts_with("max_stress")) {
+        const auto [low, high] = std::minmax(differences.forward[i], differences.backward[i]);
+        const double with =
+            1e-6 * size + 5 * std::max(differences.forward_error[i], differences.backward_error[i]);
+        if (found >= low - with && found <= high + with) error = 0;
+      }
+      CHECK(error <= 1e-7 + 5 * known);
+    }
+  }
+  CHECK(unknown <= 0.02 * compared);
+  return compared;
+}
+
+}  // namespace
+
+TEST_CASE("derivatives along errors of assembly agree with differences",
+          "[surroundings][gradients][assembly]") {
+  const Values p = values_of(numbers);
+  const bool at_rest = GENERATE(true, false);  // no errors yet, or some
+  const LoadCase loads = at_rest ? LoadCase() : crooked();
+  SECTION("plates") {
+    CHECK(check_along_errors(skew_guide(p, false), model_of(Flexure::plate), loads) > 100);
+  }
+  SECTION("curved beams between bodies, with warm clamps") {
+    LoadCase warmer = loads;
+    warmer.temperature = {12, -7};
+    warmer.body_expansion = {3e-4, -1e-4};
+    CHECK(check_along_errors(skew_guide(p, true), model_of(Flexure::beam), warmer) > 100);
+  }
+  SECTION("bodies in a row") {
+    CHECK(check_along_errors(row_of_two(p), model_of(Flexure::beam), loads) > 100);
+  }
+  SECTION("reduced leaves") {
+    ModelOptions model;
+    model.mesh = {6, 2};
+    model.method = Reduction::modal_derivatives;
+    CHECK(check_along_errors(skew_guide(p, false), model, loads) > 80);
+  }
+}

@@ -286,6 +286,34 @@ async function changes(page, act) {
   check(faults.length === 0, "frequency responses make no error", faults);
   await page.close();
 }
+{  // fatigue
+  const {page, faults} = await show("fatigue");
+  const {path} = await page.evaluate(() => JSON.parse(document.getElementById("result").textContent));
+  const worst = path.reduce((a, p) => p.fatigue_safety < a.fatigue_safety ? p : a), {amplitude, mean, line} = worst.fatigue_safety_place;
+  const figure = '#fatigue figure[data-title="Haigh diagram"]';
+  const drawn = await page.$eval(figure, (f) => ({
+    curves: [...f.querySelectorAll("g[aria-label=line] path")].map((p) => p.getAttribute("d").match(/-?[\d.]+,-?[\d.]+/g).map((xy) => xy.split(",").map(Number))),
+    dots: [...f.querySelectorAll("g[aria-label=dot] circle")].map((c) => [Number(c.getAttribute("cx")), Number(c.getAttribute("cy"))]),
+    note: f.querySelector(".soft").textContent, legend: [...f.querySelectorAll(".legend span")].map((e) => e.textContent)}));
+  check(drawn.dots.length === path.length, "every stroke point has its worst cycle", drawn.dots);
+  check(drawn.legend.includes("Gerber"), "the line has its name", drawn.legend);
+  // from the ray: a dot is at the origin plus a share of it, and the line is met at the safety
+  const [limit, ray] = drawn.curves, [origin, end] = ray, dot = drawn.dots.at(-1), far = Math.max(1, worst.fatigue_safety);
+  for (const i of [0, 1]) check(Math.abs(origin[i] + (end[i] - origin[i]) / far - dot[i]) < 0.2, "the worst cycle lies on its ray", [origin, end, dot]);
+  const share = worst.fatigue_safety * amplitude / line.endured_amplitude + (worst.fatigue_safety * mean / line.largest_mean) ** 2;
+  check(Math.abs(share - 1) < 1e-9, "the safety leads to Gerber's line", [share, line]);
+  const meets = origin.map((o, i) => o + (end[i] - o) * worst.fatigue_safety / far);
+  const next = limit.findIndex(([x]) => x > meets[0]), [a, b] = [limit[next - 1], limit[next]], y = a[1] + (b[1] - a[1]) * (meets[0] - a[0]) / (b[0] - a[0]);
+  check(Math.abs(y - meets[1]) < 0.5, "so does the picture", [y, meets]);
+  const told = () => page.$eval("#fatigue-now", (e) => e.textContent);
+  await page.evaluate(() => window.flexopt_report.set({stroke: -0.002}));
+  const left = await told();
+  await page.evaluate(() => window.flexopt_report.set({stroke: 0.004}));
+  check(left.startsWith("at -2 mm") || left.startsWith("at −2 mm"), "the cycle of the stroke that is shown is told", left);
+  check(await told() !== left, "it follows the stroke", left);
+  check(faults.length === 0, "the fatigue section makes no error", faults);
+  await page.close();
+}
 {  // load cases
   const {page} = await show("cases");
   const strokes = () => page.evaluate(() => [...document.querySelectorAll("table")].filter((t) => /^(Stroke|Load factor)/.test(t.querySelector("th").textContent))

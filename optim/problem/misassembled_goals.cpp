@@ -1,0 +1,211 @@
+#include "optim/problem/misassembled_goals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+#include "optim/numerics/central_differences.hpp"
+
+namespace flexopt {
+namespace {
+
+/// A value as it is the worse the larger it is.
+double side_of(const Goal& goal, double value) {
+  const double sign = goal.over_stroke == OverStroke::max_abs && value < 0 ? -1 : 1;
+  return goal.least ? -sign : sign;
+}
+
+/// Which points of a path the goal looks at.
+std::vector<std::size_t> points_of(const Goal& goal, std::size_t count) {
+  if (goal.over_stroke == OverStroke::first) return {0};
+  if (goal.over_stroke == OverStroke::last) return {count - 1};
+  std::vector<std::size_t> all(count);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+}  // namespace
+
+MisassembledGoals::MisassembledGoals(const Job& job, std::vector<Goal>& goals, int places)
+    : box_(*job.assembly_tolerances), plain_(goals) {
+  const AssemblyTolerances& spec = *job.assembly_tolerances;
+  search_ = {box_.size(), spec.starts, spec.seed, places};
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    if (goals[g].misassembled) {
+      which_.push_back(g);
+      goals[g].branches = std::max(goals[g].branches, places);
+    }
+    candidates_.push_back(goals[g].branches);
+  }
+}
+
+StrokeRequest MisassembledGoals::request(const Job& job) const {
+  std::vector<Goal> asked;
+  for (const std::size_t g : which_) asked.push_back(plain_[g]);
+  return request_of_goals(job, asked);
+}
+
+std::vector<MisassembledGoals::Number> MisassembledGoals::numbers(
+    const StrokeRequest& request) const {
+  std::vector<Number> all;
+  for (const std::size_t g : which_)
+    for (const std::size_t point : points_of(plain_[g], request.points.size()))
+      all.push_back({g, point});
+  return all;
+}
+
+BoxLook MisassembledGoals::values_at(const StrokeSensitivity& found, const Design& design,
+                                     const std::vector<Number>& numbers, const VectorXd& z) const {
+  BoxLook look;
+  look.values.resize(static_cast<Eigen::Index>(numbers.size()));
+  bool differentiated = found.gradients.has_value();
+  if (differentiated) look.rates.resize(look.values.size(), z.size());
+  std::size_t last = plain_.size();
+  GoalReading reading;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    const auto& [g, point] = numbers[k];
+    if (g != last) {
+      Goal one = plain_[g];
+      one.branches = 1;
+      reading = read_goal(one, found.response, design.request,
+                          differentiated ? &*found.gradients : nullptr);
+      last = g;
+    }
+    if (!reading.ok) {
+      look.reason = reading.reason;
+      std::vector<std::string> where;
+      for (const double x : z) where.push_back(fmt::format("{:.3g}", x));
+      look.message = fmt::format("{} (errors of assembly at {} of their box)", reading.message,
+                                 fmt::join(where, ", "));
+      return look;
+    }
+    const double value = reading.values[point], side = side_of(plain_[g], value);
+    const auto row = static_cast<Eigen::Index>(k);
+    look.values[row] = side * value;
+    differentiated = differentiated &&
+                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
+    if (differentiated)
+      look.rates.row(row) = side * reading.gradient.row(static_cast<Eigen::Index>(point));
+  }
+  look.ok = true;
+  if (!differentiated) look.rates.resize(0, 0);
+  return look;
+}
+
+BoxLook MisassembledGoals::look(const Design& design, const Evaluate& evaluate,
+                                const std::vector<Number>& numbers, const VectorXd& z) const {
+  const auto plain_look = [&](const VectorXd& at) {
+    return values_at(evaluate(box_.misassembled(design.request, at), false), design, numbers, at);
+  };
+  BoxLook here;
+  if (design.exact) {
+    here = values_at(evaluate_stroke_gradients(design.mechanism, box_.directions(design.mechanism),
+                                               design.model, box_.misassembled(design.request, z)),
+                     design, numbers, z);
+    if (!here.ok || here.rates.rows() > 0) return here;
+  } else {
+    here = plain_look(z);
+    if (!here.ok) return here;
+  }
+  const auto values = [&](const std::vector<VectorXd>& x) {
+    std::vector<std::optional<VectorXd>> answers;
+    for (const VectorXd& one : x) {
+      const BoxLook beside = plain_look((2 * one.array() - 1).matrix());
+      answers.push_back(beside.ok ? std::optional(beside.values) : std::nullopt);
+    }
+    return answers;
+  };
+  const auto rates = central_differences(values, (0.5 * (z.array() + 1)).matrix(), here.values);
+  if (rates) {
+    here.rates = 0.5 * *rates;
+  } else {
+    here.ok = false;
+    here.reason = here.message = "no value beside errors of assembly in their box";
+  }
+  return here;
+}
+
+void MisassembledGoals::add_candidates(std::size_t goal,
+                                       const std::vector<const GoalReading*>& readings,
+                                       std::size_t point, GoalReading& whole) const {
+  const auto own = static_cast<std::size_t>(plain_[goal].branches);
+  struct Candidate {
+    const GoalReading* of;
+    std::size_t entry;
+    double worse;
+  };
+  std::vector<Candidate> all;
+  for (const GoalReading* reading : readings)
+    for (std::size_t b = 0; b < own; ++b) {
+      const std::size_t entry = point * own + b;
+      const double value = reading->values[entry];
+      all.push_back({reading, entry, side_of(plain_[goal], value) * value});
+    }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.worse > b.worse; });
+  const auto count = static_cast<std::size_t>(candidates_[goal]);
+  for (std::size_t k = 0; k < count; ++k) {
+    const Candidate& one = all[std::min(k, all.size() - 1)];
+    whole.values.push_back(one.of->values[one.entry]);
+    if (one.of->gradient.rows() == 0) continue;
+    whole.gradient.conservativeResize(whole.gradient.rows() + 1, one.of->gradient.cols());
+    whole.gradient.bottomRows(1) = one.of->gradient.row(static_cast<Eigen::Index>(one.entry));
+  }
+}
+
+MisassembledGoals::Found MisassembledGoals::read(const Design& design, const Evaluate& evaluate,
+                                                 bool gradient) const {
+  const std::vector<Number> asked = numbers(design.request);
+  std::vector<std::size_t> kinds;
+  for (const Number& number : asked) kinds.push_back(number.goal);
+  const WorstPlaces worst = worst_places(
+      search_, kinds, [&](const VectorXd& z) { return look(design, evaluate, asked, z); });
+  if (!worst.ok) return {.message = worst.message, .reason = worst.reason};
+  // the paths at these places, each once
+  std::vector<VectorXd> places;
+  std::vector<StrokeSensitivity> paths;
+  const auto path_at = [&](const VectorXd& z) {
+    const auto known = std::ranges::find_if(places, [&](const VectorXd& p) { return p == z; });
+    if (known != places.end()) return static_cast<std::size_t>(known - places.begin());
+    places.push_back(z);
+    paths.push_back(evaluate(box_.misassembled(design.request, z), gradient));
+    return paths.size() - 1;
+  };
+  std::vector<std::vector<std::size_t>> at(asked.size());
+  for (std::size_t k = 0; k < asked.size(); ++k)
+    for (const VectorXd& z : worst.places[k]) at[k].push_back(path_at(z));
+
+  Found found{.ok = true, .goals = std::vector<GoalReading>(plain_.size())};
+  for (const StrokeSensitivity& path : paths)
+    if (path.gradients) found.parameters = path.gradients->parameters;
+  std::size_t first = 0;
+  for (const std::size_t g : which_) {
+    std::vector<GoalReading> readings;
+    for (const StrokeSensitivity& path : paths) {
+      readings.push_back(read_goal(plain_[g], path.response, design.request,
+                                   path.gradients ? &*path.gradients : nullptr));
+      if (!readings.back().ok)
+        return {.message = readings.back().message, .reason = readings.back().reason};
+    }
+    const std::size_t count = points_of(plain_[g], design.request.points.size()).size();
+    GoalReading& whole = found.goals[g];
+    whole.ok = true;
+    for (std::size_t point = 0; point < design.request.points.size(); ++point) {
+      std::size_t k = first;  // a goal of one point has its place for all
+      for (std::size_t j = first; j < first + count; ++j)
+        if (asked[j].point == point) k = j;
+      std::vector<const GoalReading*> here;
+      for (const std::size_t p : at[k]) here.push_back(&readings[p]);
+      add_candidates(g, here, point, whole);
+    }
+    if (whole.gradient.rows() != static_cast<Eigen::Index>(whole.values.size()))
+      whole.gradient.resize(0, 0);
+    first += count;
+  }
+  return found;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,66 @@
+#pragma once
+// Goals that count at the worst errors of assembly in a box. Each value over the stroke is that at
+// its own worst place z*(p) in the box:
+//     V(p) = max over z of v(z, p),    ∂V/∂p = ∂v/∂p at z*                                   (V3)
+// because z* is at its bounds, which no parameter moves, or ∂v/∂z is zero there.
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "optim/problem/assembly_box.hpp"
+#include "optim/problem/goals.hpp"
+#include "optim/problem/worst_places.hpp"
+
+namespace flexopt {
+
+class MisassembledGoals {
+ public:
+  /// Gives the goals in question their candidates at each point (Goal::branches): values at other
+  /// places in the box that are as bad or nearly so, where `places` is more than one. The job has
+  /// a box.
+  MisassembledGoals(const Job& job, std::vector<Goal>& goals, int places);
+
+  /// What the goals ask of the job's path.
+  StrokeRequest request(const Job& job) const;
+  /// The goal of that number as it is without errors, or with given ones.
+  const Goal& plain(std::size_t goal) const { return plain_[goal]; }
+
+  /// Values of the design, with derivatives by its parameters where these are asked for.
+  using Evaluate = std::function<StrokeSensitivity(const StrokeRequest&, bool gradient)>;
+  struct Design {
+    const Mechanism& mechanism;
+    const ModelOptions& model;
+    const StrokeRequest& request;
+    /// Derivatives along the errors are exact; else central differences.
+    bool exact = false;
+  };
+  struct Found {
+    bool ok = false;
+    std::string message, reason;
+    std::vector<GoalReading> goals;       ///< as all goals; empty of others
+    std::vector<std::string> parameters;  ///< of the gradients
+  };
+  Found read(const Design& design, const Evaluate& evaluate, bool gradient) const;
+
+ private:
+  /// One number of a goal: its value at a point of the stroke.
+  struct Number {
+    std::size_t goal = 0, point = 0;
+  };
+  std::vector<Number> numbers(const StrokeRequest& request) const;
+  BoxLook look(const Design& design, const Evaluate& evaluate, const std::vector<Number>& numbers,
+               const VectorXd& z) const;
+  BoxLook values_at(const StrokeSensitivity& found, const Design& design,
+                    const std::vector<Number>& numbers, const VectorXd& z) const;
+  /// The candidates of a point, the worst first.
+  void add_candidates(std::size_t goal, const std::vector<const GoalReading*>& readings,
+                      std::size_t point, GoalReading& whole) const;
+
+  AssemblyBox box_;
+  BoxSearch search_;
+  std::vector<Goal> plain_;
+  std::vector<std::size_t> which_;  ///< goals in question
+  std::vector<int> candidates_;     ///< of every goal
+};
+
+}  // namespace flexopt

@@ -1,0 +1,46 @@
+#pragma once
+// Where in the box [−1, 1]ⁿ each of many numbers is largest. They are had together, and share what
+// is looked at.
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// The numbers at one place z of the box.
+struct BoxLook {
+  bool ok = false;
+  std::string message;  ///< why not, with the figures
+  std::string reason;   ///< the same in a few words without figures
+  VectorXd values;
+  MatrixXd rates;  ///< numbers × n
+};
+using LookInBox = std::function<BoxLook(const VectorXd& z)>;
+
+struct BoxSearch {
+  int size = 0;    ///< n
+  int starts = 4;  ///< the middle and points of a Sobol sequence
+  unsigned seed = 1;
+  int places = 1;  ///< how many of each number are wanted
+};
+
+struct WorstPlaces {
+  bool ok = false;
+  std::string message, reason;  ///< of the first place without numbers
+  /// Of each number: the place where it is largest, then other local maxima that were met, the
+  /// larger ones first; one at least, `BoxSearch::places` at most.
+  std::vector<std::vector<VectorXd>> places;
+  int looks = 0;
+};
+
+/// From the starts and the corners that the rates there point to (of a box of up to four sides all
+/// corners); where the best of these is no local maximum, SLSQP from there, from its end with
+/// single sides at their bounds if that is worse, and Newton steps where it ends inside. Local: no
+/// promise of the global one. `kinds`: of each number; those of one kind are compared with the
+/// largest of them, where it is said that a slope is none.
+WorstPlaces worst_places(const BoxSearch& search, const std::vector<std::size_t>& kinds,
+                         const LookInBox& look);
+
+}  // namespace flexopt

@@ -1,0 +1,201 @@
+#include "optim/problem/misassembled_goals.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/math/ridders.hpp"
+#include "optim/problem/design_problem.hpp"
+#include "optim/problem/evaluation_book.hpp"
+#include "optim/search/optimise.hpp"
+
+using namespace flexopt;
+using nlohmann::json;
+
+namespace {
+
+json document() {
+  return json::parse(R"({
+    "job": "optimise",
+    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "20 mm",
+               "thickness": "0.4 mm", "spacing": "60 mm"},
+               "material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
+                            "density": "7800 kg/m^3"}},
+    "model": {"flexure": "beam", "mesh": [6, 2], "accuracy": "full"},
+    "assembly": [{"leaf": "leaf -y", "end": "base", "turn": [0, "0.3 mrad", 0]}],
+    "stroke": {"at": ["1 mm", "4 mm"]}, "frequencies": 0,
+    "assembly_tolerances": {
+      "edges": [{"leaf": "leaf +y", "end": "base", "turn": ["1 mrad", "2 mrad", 0]},
+                {"leaf": "leaf -y", "end": "tip", "move": [0, 0, "50 um"]}], "starts": 2},
+    "optimise": {
+      "variables": [{"parameter": "thickness", "min": "0.3 mm", "max": "0.6 mm"},
+                    {"parameter": "width", "min": "10 mm", "max": "30 mm"}],
+      "objective": {"maximise": "support_stiffness.uz", "under": "assembly_tolerances"},
+      "constraints": [{"quantity": "drive_load", "over_stroke": "max_abs", "max": "5 N",
+                       "under": "assembly_tolerances"},
+                      {"quantity": "drive_stiffness", "over_stroke": "last", "min": "10 N/m",
+                       "under": "assembly_tolerances", "as": "worst"},
+                      {"quantity": "max_stress", "max": "200 MPa"}],
+      "algorithm": {"library": "nlopt", "name": "LD_SLSQP"}, "starts": 1}})");
+}
+
+const Variables at{0.4e-3, 0.02};
+
+/// The goal of each point at errors of assembly at z of the box of document().
+std::vector<double> sampled(const Job& job, const Variables& design, const std::string& quantity,
+                            double x, double y, double z) {
+  ParameterValues parameters = job.design.parameters;
+  parameters["thickness"] = design[0];
+  parameters["width"] = design[1];
+  StrokeRequest request = job.request;
+  request.outputs = needs_of(quantity);
+  request.loads.assembly.push_back({0, 0, Vector3d::Zero(), {1e-3 * x, 2e-3 * y, 0}});
+  request.loads.assembly.push_back({1, 1, {0, 0, 5e-5 * z}, Vector3d::Zero()});
+  std::vector<double> values;
+  for (const PathPoint& p :
+       evaluate_stroke(make_mechanism(job, parameters), job.model, request).path)
+    values.push_back(*value_of(p, quantity));
+  return values;
+}
+
+/// The worst of a grid, and of its points.
+double worst_of_grid(const Job& job, const Variables& design, const Constraint& of, bool least) {
+  double worst = least ? 1e99 : -1e99;
+  for (const double x : {-1.0, 0.0, 1.0})
+    for (const double y : {-1.0, -0.5, 0.0, 0.5, 1.0})
+      for (const double z : {-1.0, 0.0, 1.0}) {
+        std::vector<double> values = sampled(job, design, of.quantity, x, y, z);
+        if (of.over_stroke == OverStroke::last) values = {values.back()};
+        for (double v : values) {
+          if (of.over_stroke == OverStroke::max_abs) v = std::abs(v);
+          worst = least ? std::min(worst, v) : std::max(worst, v);
+        }
+      }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("goals under errors of assembly are as bad as any place of the box", "[assembly]") {
+  const Job job = parse_job(document());
+  const DesignProblem problem(job);
+  const DesignValues values = problem.evaluate(at);
+  INFO(values.message);
+  REQUIRE(values.ok);
+  REQUIRE(problem.misassembled());
+  const Constraint uz{.quantity = "support_stiffness.uz", .over_stroke = OverStroke::min};
+  const double worst_uz = worst_of_grid(job, at, uz, true);
+  CHECK(problem.objective(values) <= worst_uz * (1 + 1e-9));
+  CHECK(problem.objective(values) == Approx(worst_uz).epsilon(2e-3));  // a grid has no better place
+  for (std::size_t k : {0U, 1U}) {
+    const Constraint& c = job.optimise->constraints[k];
+    const bool least = c.min.has_value();
+    const double worst = worst_of_grid(job, at, c, least), found = problem.constraints(values)[k];
+    INFO(c.label << " " << found << " on the grid " << worst);
+    CHECK((least ? found <= worst * (1 + 1e-9) : found >= worst * (1 - 1e-9)));
+    CHECK(found == Approx(worst).epsilon(2e-3));
+  }
+  // what the box takes, against the design as drawn
+  json plain = document();
+  plain.erase("assembly_tolerances");
+  plain["optimise"]["objective"].erase("under");
+  for (json& c : plain["optimise"]["constraints"]) c.erase("under"), c.erase("as");
+  const DesignProblem nominal(parse_job(plain));
+  const DesignValues drawn = nominal.evaluate(at);
+  CHECK(problem.objective(values) < nominal.objective(drawn));
+  CHECK(problem.constraints(values)[0] > nominal.constraints(drawn)[0]);
+  CHECK(problem.constraints(values)[1] < nominal.constraints(drawn)[1]);
+  CHECK(problem.constraints(values)[2] == nominal.constraints(drawn)[2]);  // it bears nothing
+}
+
+TEST_CASE("derivatives of goals under errors of assembly are those of their values",
+          "[assembly][gradients]") {
+  Job job = parse_job(document());
+  job.request.newton.tolerance = 1e-11;
+  const DesignProblem problem(job);
+  const DesignValues exact = problem.evaluate(at, true), values = problem.evaluate(at);
+  INFO(exact.message << exact.no_gradient);
+  REQUIRE(exact.gradient.rows() > 0);
+  CHECK(exact.goals == values.goals);
+  for (std::size_t j = 0; j < at.size(); ++j) {
+    const auto along = [&](double x) {
+      Variables moved = at;
+      moved[j] = x;
+      const DesignValues there = problem.evaluate(moved);
+      REQUIRE(there.ok);
+      std::vector<double> numbers;
+      for (std::size_t g = 0; g < there.goals.size(); ++g)
+        numbers.push_back(aggregate(problem.goals()[g], there.goals[g]));
+      return numbers;
+    };
+    const Derivatives differences = ridders(along, at[j], 0.02 * at[j], 4);
+    Eigen::Index first = 0;
+    for (std::size_t g = 0; g < 3; ++g) {  // stress may jump from place to place
+      const Extreme e = extreme(problem.goals()[g], exact.goals[g]);
+      const double found = e.sign * exact.gradient(first + static_cast<Eigen::Index>(e.entry),
+                                                   static_cast<Eigen::Index>(j));
+      INFO(problem.goals()[g].label << " by variable " << j << ": " << found << " not "
+                                    << differences.value[g] << ", known to "
+                                    << differences.error[g] / std::abs(differences.value[g]));
+      CHECK(std::abs(found - differences.value[g]) <=
+            1e-8 * std::abs(differences.value[g]) + 5 * differences.error[g]);
+      first += static_cast<Eigen::Index>(exact.goals[g].size());
+    }
+  }
+}
+
+TEST_CASE("each point of the stroke has its candidates from the worst on", "[assembly]") {
+  const DesignProblem problem(parse_job(document()));
+  const DesignValues values = problem.evaluate(at);
+  REQUIRE(values.ok);
+  const Goal& uz = problem.goals()[0];
+  REQUIRE(uz.branches > 1);
+  REQUIRE(values.goals[0].size() == 2 * static_cast<std::size_t>(uz.branches));
+  for (std::size_t k = 0; k + 1 < values.goals[0].size(); ++k)
+    if ((k + 1) % static_cast<std::size_t>(uz.branches) != 0)
+      CHECK(values.goals[0][k] <= values.goals[0][k + 1]);
+}
+
+TEST_CASE("a goal under errors of assembly fails where one of the box is unstable", "[assembly]") {
+  json wide = document();
+  wide["assembly_tolerances"]["edges"][0]["turn"] = {0, "40 mrad", 0};
+  const DesignProblem problem(parse_job(wide));
+  const DesignValues values = problem.evaluate(at);
+  CHECK_FALSE(values.ok);
+  INFO(values.message);
+  CHECK(values.message.find("of their box") != std::string::npos);
+}
+
+TEST_CASE("a guide is optimised for its worst errors of assembly", "[assembly][slow]") {
+  json task = document();
+  task["optimise"]["constraints"][2]["under"] = "assembly_tolerances";
+  const Job job = parse_job(task);
+  const Optimum optimum = optimise(job);
+  INFO(optimum.stop_reason);
+  REQUIRE(optimum.status == OptimumStatus::optimal);
+  CHECK(optimum.gradients == "exact");
+  const Variables best{optimum.parameters.at("thickness"), optimum.parameters.at("width")};
+  // sampled in the box the optimum keeps its bounds and has its objective
+  const Constraint uz{.quantity = "support_stiffness.uz", .over_stroke = OverStroke::min};
+  CHECK(worst_of_grid(job, best, uz, true) == Approx(optimum.objective).epsilon(2e-3));
+  bool active = false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Constraint& c = job.optimise->constraints[k];
+    const double worst = worst_of_grid(job, best, c, c.min.has_value());
+    INFO(c.label << " " << worst);
+    CHECK(worst == Approx(optimum.constraints[k].value).epsilon(5e-3));
+    if (c.max) CHECK(worst <= *c.max * (1 + 1e-3));
+    if (c.min) CHECK(worst >= *c.min * (1 - 1e-3));
+    active = active || optimum.constraints[k].active;
+  }
+  CHECK(active);
+  // designs beside it that keep the bounds in the box are no better
+  const DesignProblem problem(job);
+  for (const double t : {0.97, 1.0, 1.03})
+    for (const double w : {0.97, 1.0, 1.03}) {
+      const Variables beside{std::clamp(t * best[0], 0.3e-3, 0.6e-3),
+                             std::clamp(w * best[1], 0.01, 0.03)};
+      const DesignValues there = problem.evaluate(beside);
+      if (!there.ok || problem.violation(there, problem.scales(&there)) > 1e-4) continue;
+      CHECK(problem.objective(there) <= optimum.objective * (1 + 1e-4));
+    }
+}
