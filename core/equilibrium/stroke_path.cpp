@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/newton_equations.hpp"
@@ -96,6 +98,56 @@ std::string dependence(const System& system, bool driven) {
 
 }  // namespace
 
+namespace {
+
+// What tells early that Newton's method will not end at a state within reach. Strains of flexures
+// at work are below largest_strain, those of first iterates up to 0.5 times the square of the step.
+class Prospect {
+ public:
+  enum class Says { go_on, too_far, stretched, no_progress };
+
+  Says look(int iteration, double step, double strain) {
+    steps_.push_back(step);
+    const double before = std::exchange(strain_, strain);
+    if (iteration == 1 && strain > 25 * largest_strain) return Says::too_far;
+    if (iteration < 2) return Says::go_on;
+    const bool settled = std::abs(strain - before) < 0.05 * strain && step < 0.05;
+    if (settled && strain > 2 * largest_strain) return Says::stretched;
+    if (iteration >= 4 && strain > 10 * largest_strain) return Says::no_progress;
+    if (iteration < window || step < 1e-3) return Says::go_on;
+    const auto recent = steps_.end() - window;
+    const double least = *std::min_element(steps_.begin(), recent);
+    return *std::min_element(recent, steps_.end()) > 0.5 * least ? Says::no_progress : Says::go_on;
+  }
+
+ private:
+  static constexpr int window = 8;
+  std::vector<double> steps_;
+  double strain_ = 0;
+};
+
+std::string stretch_message(double strain) {
+  return fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach", strain,
+                     largest_strain);
+}
+
+// Fills in how it ends; false where it goes on.
+bool give_up(Prospect::Says says, const System& system, Equilibrium& result) {
+  if (says == Prospect::Says::go_on) return false;
+  result.too_far = says == Prospect::Says::too_far;
+  result.stretched = says == Prospect::Says::stretched;
+  result.message =
+      says != Prospect::Says::no_progress
+          ? stretch_message(system.strain())
+          : fmt::format(
+                "Newton makes no progress after {} iterations: step {:.1e} (lengths / L), "
+                "a leaf stretched by {:.3g}",
+                result.iterations, result.step, system.strain());
+  return true;
+}
+
+}  // namespace
+
 Equilibrium solve_equilibrium(System& system, double stroke, const NewtonOptions& options) {
   return solve_equilibrium(system, std::optional<VectorXd>(VectorXd::Constant(1, stroke)), options);
 }
@@ -133,6 +185,7 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
     if (!result.message.empty()) return result;
   }
   double previous = 0;
+  Prospect prospect;
   for (int it = 0;; ++it) {
     count_iteration();
     equations.assemble(system.load() - system.internal_force(), strokes);
@@ -162,6 +215,7 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
           it, result.step, options.tolerance, system.correction());
       return result;
     }
+    if (give_up(prospect.look(it, result.step, system.strain()), system, result)) return result;
     previous = size;
     system.move(equations.motion(x));
     if (equations.conditions() > 0) system.add_to_multipliers(equations.multipliers(x));
@@ -192,47 +246,69 @@ class Overstretched {
   std::map<double, double> seen_;               // by their targets
 };
 
-// From parameter 0 to 1 with `solve(parameter)`, halving the step when it fails.
+// Whether the stretch, which grows from state to state, is far beyond its limit at parameter 1.
+bool ends_stretched(double before, double strain_before, double reached, double strain) {
+  constexpr double near = 0.5, far = 4;
+  const double slope = (strain - strain_before) / (reached - before);
+  return strain > near * largest_strain && strain + slope * (1 - reached) > far * largest_strain;
+}
+
+// From parameter 0 to 1 with `solve(parameter)`, halving the step when it fails. `way`: whether
+// there is one; else a shorter step is the same one.
 template <class Solve>
 Equilibrium step_parameter(System& system, const NewtonOptions& options, const char* what,
-                           bool drive_held, const Solve& solve) {
+                           bool drive_held, bool way, const Solve& solve) {
   System::Snapshot good = system.save();
   double reached = 0, step = 1;
   Overstretched overstretched;
-  int halvings = 0, sub_steps = 0, negative = -1;
+  const int most_halvings = way ? options.max_halvings : 0;
+  int halvings = 0, far = 0, sub_steps = 0, negative = -1;
+  double strain = 0;  // of the last good state
   Equilibrium result;
   while (reached < 1) {
     if (negative < 0) {
       system.assemble();
       negative = negative_pivots(system, drive_held);
+      strain = system.strain();
     }
     const double target = std::min(1.0, reached + step);  // powers of two: 1 is met exactly
+    double failed = target;
     result = solve(target);
     int now = 0;
-    if (result.converged) {
+    if (result.converged || result.stretched) {
       now = negative_pivots(system, drive_held);
       if (system.strain() > largest_strain) {
         result.converged = false;
-        result.message = fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
-                                     system.strain(), largest_strain);
+        result.message = stretch_message(system.strain());
         result.beyond_reach =
             now <= negative && overstretched.is_believed(reached, target, system.strain());
-      } else if (now > negative && halvings + 2 < options.max_halvings) {
+      } else if (now > negative && way && halvings + 2 < options.max_halvings) {
         result.converged = false;  // another branch? believed only if short steps lead there too
       }
     }
     if (result.converged) {
       ++sub_steps;
+      const bool ends = halvings + far > 0 && target < 1 &&
+                        ends_stretched(reached, strain, target, system.strain());
       reached = target;
       negative = now;
+      strain = system.strain();
       if (reached < 1) good = system.save();
-      continue;
+      if (!ends) continue;
+      failed = 1;
+      result.converged = false;
+      result.beyond_reach = true;
+      result.message =
+          fmt::format("a leaf, stretched by {:.3g}, comes to more than {:.3g}: beyond its reach",
+                      strain, largest_strain);
     }
     system.restore(good);
-    if (++halvings > options.max_halvings || result.beyond_reach) {
+    // a step that is seen to be too long at once costs next to nothing
+    int& counted = result.too_far && far < most_halvings ? far : halvings;
+    if (++counted > most_halvings || result.beyond_reach) {
       system.assemble();
       result.message = fmt::format("no equilibrium between {:.4g} and {:.4g} of the {} step: {}",
-                                   reached, target, what, result.message);
+                                   reached, failed, what, result.message);
       break;
     }
     step /= 2;
@@ -254,7 +330,13 @@ std::string listed(const VectorXd& strokes) {
 
 Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions& options) {
   const VectorXd start = present_strokes(system);
-  Equilibrium result = step_parameter(system, options, "stroke", true, [&](double s) {
+  bool way = false;
+  for (Eigen::Index k = 0; k < strokes.size(); ++k) {
+    const bool turns =
+        is_rotation(system.mechanism().drives[static_cast<std::size_t>(k)].direction);
+    way = way || std::abs(strokes[k] - start[k]) > 1e-14 * (turns ? 1 : system.length());
+  }
+  Equilibrium result = step_parameter(system, options, "stroke", true, way, [&](double s) {
     return solve_equilibrium(
         system, std::optional<VectorXd>(s == 1 ? strokes : VectorXd(start + s * (strokes - start))),
         options);
@@ -274,7 +356,7 @@ Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& optio
   const bool driven = system.loads().driven();
   const std::optional<VectorXd> strokes =
       driven ? std::optional(present_strokes(system)) : std::nullopt;
-  return step_parameter(system, options, "load", driven, [&](double s) {
+  return step_parameter(system, options, "load", driven, !(from == to), [&](double s) {
     system.apply(s == 1 ? to
                         : LoadFactors{from.constant + s * (to.constant - from.constant),
                                       from.growing + s * (to.growing - from.growing)});

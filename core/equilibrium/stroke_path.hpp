@@ -27,6 +27,10 @@ struct Equilibrium {
   double step = 0;        ///< size of the last Newton step, lengths / L [-]
   /// Not converged because a leaf is stretched too far on the way itself: no shorter step helps.
   bool beyond_reach = false;
+  /// Not converged because the first iterate stretches a leaf manifold, or because a leaf is
+  /// stretched too far by all that is still to come: then the state is nearly the one that it
+  /// tends to.
+  bool too_far = false, stretched = false;
   std::string message;  ///< why not, with the figures
 };
 

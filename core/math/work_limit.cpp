@@ -4,10 +4,13 @@
 
 #include <chrono>
 
+#include "core/math/work_count.hpp"
+
 namespace flexopt {
 namespace {
 
 thread_local LimitedWork* present = nullptr;
+thread_local long long counted = 0;
 
 }  // namespace
 
@@ -33,8 +36,11 @@ void LimitedWork::check(int iterations) {
 }
 
 void count_iteration() {
+  ++counted;
   if (present) present->check(1);
 }
+
+long long counted_iterations() { return counted; }
 
 void check_work() {
   if (present) present->check(0);

@@ -1,5 +1,7 @@
 // Jobs of random designs of all families against the invariants of
 // tests/support/job_invariants.hpp. Arguments: how many instead of 2000, the first.
+// "show SEED [FACTOR]": the job of a seed, so many times as large. "paths COUNT [FIRST]": a line a
+// job of how its points ended and after how many Newton iterations, to compare two programs.
 //
 // Each hundred run in a process of their own, so that a crash costs one job and is counted.
 #include <fmt/format.h>
@@ -14,7 +16,10 @@
 #include <string>
 #include <vector>
 
+#include "core/math/work_count.hpp"
+#include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
+#include "optim/job/job.hpp"
 #include "support/job_invariants.hpp"
 #include "support/random_jobs.hpp"
 #include "tests/benchmarks/page.hpp"
@@ -29,8 +34,8 @@ constexpr int longest = 100000;  // Newton iterations of one evaluation: more ar
 
 struct Count {
   int jobs = 0, refused = 0, no_equilibrium = 0, too_long = 0, ok = 0, crashed = 0, broken = 0;
-  int points = 0, converged = 0, unstable = 0, energies = 0, scales = 0;
-  double energy_error = 0, scale_error = 0, slowest = 0;
+  int points = 0, converged = 0, unstable = 0, energies = 0, scales = 0, fulls = 0;
+  double energy_error = 0, scale_error = 0, twice_error = 0, mirror_error = 0, slowest = 0;
 };
 
 double now() {
@@ -59,6 +64,9 @@ double now() {
                     {"scale", verdict.scale_checked},
                     {"energy_error", verdict.energy_error},
                     {"scale_error", verdict.scale_error},
+                    {"full", verdict.full_checked},
+                    {"twice_error", verdict.twice_error},
+                    {"mirror_error", verdict.mirror_error},
                     {"seconds", now() - begin},
                     {"broken", verdict.broken}};
     fmt::print(out, "{}\n", line.dump());
@@ -86,13 +94,48 @@ void add(const json& line, Count& count) {
   count.unstable += line["converged"].get<int>() - line["stable"].get<int>();
   count.energies += line["energy"].get<bool>();
   count.scales += line["scale"].get<bool>();
+  count.fulls += line["full"].get<bool>();
   count.broken += !line["broken"].empty();
   const auto most = [&](double& of, const char* key) {
     if (line[key].is_number()) of = std::max(of, line[key].get<double>());
   };
   most(count.energy_error, "energy_error");
   most(count.scale_error, "scale_error");
+  most(count.twice_error, "twice_error");
+  most(count.mirror_error, "mirror_error");
   most(count.slowest, "seconds");
+}
+
+// + stable, - unstable, x no equilibrium, . not reached, ! limit.
+char sign_of(const PathPoint& point) {
+  switch (point.status) {
+    case PointStatus::converged:
+      return point.stable ? '+' : '-';
+    case PointStatus::no_equilibrium:
+      return 'x';
+    case PointStatus::limit_reached:
+      return '!';
+    default:
+      return '.';
+  }
+}
+
+void print_path(int seed) {
+  const json document = random_job(static_cast<unsigned long long>(seed));
+  std::string signs = "refused";
+  const long long before = counted_iterations();
+  try {
+    const Job job = parse_job(document);
+    const StrokeResponse response =
+        evaluate_stroke(make_mechanism(job, job.design.parameters), job.model, job.request);
+    signs.clear();
+    for (const PathPoint& point : response.path) signs += sign_of(point);
+  } catch (const SpecError&) {
+  }
+  fmt::print("{} {} {} {} {}\n", seed, document["design"]["family"].get<std::string>(),
+             document["model"]["accuracy"].get<std::string>(), signs,
+             counted_iterations() - before);
+  std::fflush(stdout);
 }
 
 std::string read_line(std::FILE* in) {
@@ -139,11 +182,16 @@ int run_until_crash(int first, int last, std::map<std::string, Count>& counts) {
 }  // namespace
 
 int main(int arguments, char** values) {
-  if (arguments > 2 &&
-      std::string(values[1]) == "show") {  // the job of a seed, so many times as large
+  const std::string mode = arguments > 2 ? values[1] : "";
+  if (mode == "show") {
     const double factor = arguments > 3 ? std::atof(values[3]) : 1;
     const json job = random_job(std::strtoull(values[2], nullptr, 10));
     fmt::print("{}\n", scaled_job(job, factor).dump(2));
+    return 0;
+  }
+  if (mode == "paths") {
+    const int first = arguments > 3 ? std::atoi(values[3]) : 0;
+    for (int seed = first; seed < first + std::atoi(values[2]); ++seed) print_path(seed);
     return 0;
   }
   const int count = arguments > 1 ? std::atoi(values[1]) : 2000;
@@ -157,25 +205,29 @@ int main(int arguments, char** values) {
   const PageTable page("random_jobs invariants");
   fmt::print(
       "| family | jobs | refused | no equilibrium | ok | crashed | above {} iterations | points | "
-      "of them unstable | work = energy: jobs, largest error | twice as large: jobs, largest "
-      "error | invariants broken | slowest "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      "of them unstable | work = energy: jobs, largest error | four times as large: jobs, largest "
+      "error | full leaves: jobs, twice as large, mirrored | invariants broken | slowest "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       longest);
   Count all;
   const auto row = [](const std::string& name, const Count& c) {
     fmt::print(
-        "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {}, {:.1e} | {}, {:.1e} | {} | {:.1f} s "
+        "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {}, {:.1e} | {}, {:.1e} | {}, {:.1e}, "
+        "{:.1e} | {} | {:.1f} s "
         "|\n",
         name, c.jobs, c.refused, c.no_equilibrium, c.ok, c.crashed, c.too_long, c.converged,
-        c.unstable, c.energies, c.energy_error, c.scales, c.scale_error, c.broken, c.slowest);
+        c.unstable, c.energies, c.energy_error, c.scales, c.scale_error, c.fulls, c.twice_error,
+        c.mirror_error, c.broken, c.slowest);
   };
   for (const auto& [name, c] : counts) {
     row(name, c);
-    for (int Count::*member : {&Count::jobs, &Count::refused, &Count::no_equilibrium, &Count::ok,
-                               &Count::crashed, &Count::too_long, &Count::points, &Count::converged,
-                               &Count::unstable, &Count::energies, &Count::scales, &Count::broken})
+    for (int Count::*member :
+         {&Count::jobs, &Count::refused, &Count::no_equilibrium, &Count::ok, &Count::crashed,
+          &Count::too_long, &Count::points, &Count::converged, &Count::unstable, &Count::energies,
+          &Count::scales, &Count::fulls, &Count::broken})
       all.*member += c.*member;
-    for (double Count::*member : {&Count::energy_error, &Count::scale_error, &Count::slowest})
+    for (double Count::*member : {&Count::energy_error, &Count::scale_error, &Count::twice_error,
+                                  &Count::mirror_error, &Count::slowest})
       all.*member = std::max(all.*member, c.*member);
   }
   row("all", all);

@@ -3,7 +3,9 @@
 #include <catch2/catch.hpp>
 
 #include "designs/family.hpp"
+#include "optim/job/job.hpp"
 #include "support/job_invariants.hpp"
+#include "support/mirrored_mechanism.hpp"
 #include "support/random_jobs.hpp"
 
 using namespace flexopt;
@@ -12,7 +14,7 @@ using nlohmann::json;
 TEST_CASE("random jobs of all families break no invariant", "[jobs][random][slow]") {
   constexpr int most = 100000;  // Newton iterations: what needs more hangs
   const int count = 8 * static_cast<int>(families().size());
-  int ok = 0, energies = 0, scales = 0;
+  int ok = 0, energies = 0, scales = 0, full = 0;
   for (int seed = 0; seed < count; ++seed) {
     json job = random_job(static_cast<unsigned long long>(seed));
     job["limits"] = {{"iterations", most}};
@@ -23,11 +25,32 @@ TEST_CASE("random jobs of all families break no invariant", "[jobs][random][slow
     ok += verdict.end == JobVerdict::End::ok;
     energies += verdict.energy_checked;
     scales += verdict.scale_checked;
+    full += verdict.full_checked;
   }
   // the sample is one of working mechanisms as well
   CHECK(ok > count / 3);
   CHECK(energies > count / 8);
   CHECK(scales > count / 3);
+  CHECK(full > count / 3);
+}
+
+TEST_CASE("the mirror image of the mirror image is the mechanism", "[jobs][random]") {
+  const Job job = parse_job(random_job(5));
+  const Mechanism m = make_mechanism(job, job.design.parameters);
+  for (int normal = 0; normal < 3; ++normal) {
+    const Mechanism once = mirrored(m, normal), twice = mirrored(once, normal);
+    REQUIRE(!m.leaves.empty());
+    for (std::size_t i = 0; i < m.leaves.size(); ++i) {
+      CHECK(twice.leaves[i].origin == m.leaves[i].origin);
+      CHECK(twice.leaves[i].axes == m.leaves[i].axes);
+      CHECK(once.leaves[i].axes.determinant() == Approx(1));
+      CHECK(once.leaves[i].tip_middle()[normal] == -m.leaves[i].tip_middle()[normal]);
+    }
+    const StrokeRequest request = mirrored(mirrored(job.request, once, normal), once, normal);
+    CHECK(request.points == job.request.points);
+  }
+  const int kept = mirror_of_stroke(m);
+  CHECK(mirrored(job.request, m, kept).points == job.request.points);
 }
 
 TEST_CASE("a mechanism twice as large is written so", "[jobs][random]") {

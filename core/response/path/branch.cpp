@@ -138,6 +138,15 @@ bool has_full_leaves(const System& system) {
   return true;
 }
 
+// Whether frequencies and equilibrium of reduced leaves contradict each other: then they are
+// expanded about a state that is none of the full leaves'.
+bool contradicts_itself(const PathPoint& point) {
+  constexpr double rounding = 1e-6;
+  const std::vector<double>& f = point.frequencies_locked;
+  return point.status == PointStatus::converged && point.stable && !f.empty() &&
+         f.front() < -rounding * std::abs(f.back());
+}
+
 // Evaluates point k. Where exact modes and derivatives are wanted that the leaves do not have, full
 // ones take over, which are returned; the equilibrium is then theirs.
 std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model,
@@ -148,6 +157,8 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
   const PathPoint before = point;
   std::string gap = differentiable ? interior_gap(system, request, k) : std::string();
   if (gap.empty()) gap = outputs.evaluate(system, equilibrium, k, point, gradients);
+  if (gap.empty() && contradicts_itself(point) && !has_full_leaves(system))
+    gap = "reduced leaves are stable with a negative frequency";
   if (gap.empty()) return nullptr;
   point = before;
   auto full = finish_on_full_leaves(system, model, request, k, gap, equilibrium);

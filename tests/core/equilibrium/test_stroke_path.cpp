@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/equilibrium/stroke_path.hpp"
+#include "core/math/work_count.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
@@ -106,6 +107,29 @@ TEST_CASE("a stroke beyond reach gives the points that converged and says what h
   CHECK(r.path[1].status == PointStatus::converged);
   CHECK(r.path[2].status == PointStatus::no_equilibrium);
   CHECK(r.path[2].message.find("no equilibrium between") != std::string::npos);
+}
+
+TEST_CASE("that a stroke is beyond reach costs less than two good ones") {
+  const auto iterations = [](double to, std::size_t points) {
+    StrokeRequest request;
+    request.points = {0, 0.2 * to, 0.4 * to, 0.6 * to, 0.8 * to, to};
+    request.points.resize(points);
+    const long long before = counted_iterations();
+    evaluate_stroke(models::guide(0.1, 0.03, 5e-4), {.accuracy = Accuracy::full}, request);
+    return counted_iterations() - before;
+  };
+  // the fourth point is 1.2 lengths away, those before it are found
+  CHECK(iterations(0.2, 6) - iterations(0.2, 3) < 2 * iterations(0.02, 6));
+}
+
+TEST_CASE("a step of no length is tried once") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  System system = make_system(m, Accuracy::full, 0.02);
+  REQUIRE(step_to(system, 0.02, {}).converged);
+  const long long before = counted_iterations();
+  const Equilibrium again = step_to(system, 0.02, {.max_iterations = 0});
+  CHECK_FALSE(again.converged);
+  CHECK(counted_iterations() - before == 1);
 }
 
 TEST_CASE(

@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/math/work_count.hpp"
+
 using namespace flexopt;
 using Catch::Matchers::Message;
 
@@ -53,6 +55,17 @@ TEST_CASE("limits end with their scope, and those around them count on") {
   count_iteration();
   CHECK(outer.iterations() == 2);
   CHECK_THROWS_AS(count_iteration(), WorkLimitReached);
+}
+
+TEST_CASE("a thread knows its iterations, whatever limits them") {
+  const long long before = counted_iterations();
+  count_iteration();
+  {
+    const LimitedWork work(iterations(1));
+    count_iteration();
+    CHECK_THROWS_AS(count_iteration(), WorkLimitReached);
+  }
+  CHECK(counted_iterations() == before + 3);
 }
 
 TEST_CASE("the clock of every day goes forward") {
