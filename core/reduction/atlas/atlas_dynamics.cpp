@@ -56,13 +56,13 @@ RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho) {
 namespace {
 
 // Tables of the bent states from their numbers in a row on both rays; those of a ray that is not
-// wanted may be empty.
-std::vector<StateTable> tables_of(const VectorXd& a, const VectorXd& b, const RayNeighbours& ray,
+// wanted may be null.
+std::vector<StateTable> tables_of(const double* a, const double* b, const RayNeighbours& ray,
                                   const std::vector<double>& sigmas) {
   const int even_entries = TubeDynamics::entries()[0], odd_entries = TubeDynamics::entries()[1],
             evens = evens_each * even_entries, odds = odds_each * odd_entries;
-  const auto table = [&](const VectorXd& numbers, std::size_t n) {
-    const double* const first = numbers.data() + static_cast<std::ptrdiff_t>(n) * (evens + odds);
+  const auto table = [&](const double* numbers, std::size_t n) {
+    const double* const first = numbers + static_cast<std::ptrdiff_t>(n) * (evens + odds);
     return StateTable{sigmas[n], Eigen::Map<const MatrixXd>(first, even_entries, evens_each),
                       Eigen::Map<const MatrixXd>(first + evens, odd_entries, odds_each)};
   };
@@ -109,7 +109,7 @@ std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& t
   const auto& [stations_a, stations_b] = moving;
   const double t = (ray.rho - ray.a) / (ray.b - ray.a);
   std::vector<DynamicsNode> found;
-  for (StateTable& table : tables_of(a, b, ray, sigmas)) {
+  for (StateTable& table : tables_of(a.data(), b.data(), ray, sigmas)) {
     const auto first = static_cast<Eigen::Index>(found.size()) * motions;
     const VectorXd motion = ray.on_left    ? stations_a.segment(first, motions)
                             : ray.on_right ? stations_b.segment(first, motions)
@@ -126,12 +126,12 @@ DynamicsRates look_up_dynamics_rates(const std::vector<CompressedTable>& tables,
   const auto [a, b] = on_rays(tables, ray, [&](const CompressedTable& table) {
     return table.look_up_slopes(weights, numbers_of(sigmas.size()));
   });
-  const auto row = [](const Eigen::Matrix4Xd& all, int p) {
-    return all.cols() == 0 ? VectorXd() : VectorXd(all.row(1 + p).transpose());
+  const auto column = [](const Eigen::MatrixX4d& all, int p) {
+    return all.rows() == 0 ? nullptr : all.col(1 + p).data();
   };
   DynamicsRates rates;
   for (int p = 0; p < 3; ++p)
-    rates[static_cast<std::size_t>(p)] = tables_of(row(a, p), row(b, p), ray, sigmas);
+    rates[static_cast<std::size_t>(p)] = tables_of(column(a, p), column(b, p), ray, sigmas);
   return rates;
 }
 

@@ -65,7 +65,7 @@ Vector3d ShapeGrid::shape(int k) const {
           poissons_ratios[static_cast<std::size_t>(k / flat)]};
 }
 
-ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool with_slopes) {
+ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, ShapeSlopes slopes) {
   const std::array<PointWeights, 3> axis{polynomial_weights(grid.log_width, place[0]),
                                          polynomial_weights(grid.log_thickness, place[1]),
                                          polynomial_weights(grid.poissons_ratios, place[2])};
@@ -81,8 +81,10 @@ ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool wi
     return all;
   };
   ShapeWeights weights{place, product(-1), {}};
-  if (with_slopes)
-    for (int a = 0; a < 3; ++a) weights.slope[a] = product(a);
+  if (slopes == ShapeSlopes::none) return weights;
+  for (int a = 0; a < 2; ++a) weights.slope[a] = product(a);
+  weights.slope[2] =
+      slopes == ShapeSlopes::all ? product(2) : VectorXd(VectorXd::Zero(grid.size()));
   return weights;
 }
 
@@ -130,17 +132,17 @@ VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first) const 
   return numbers_in_place;
 }
 
-Eigen::Matrix4Xd CompressedTable::look_up_slopes(const ShapeWeights& weights, int first) const {
+Eigen::MatrixX4d CompressedTable::look_up_slopes(const ShapeWeights& weights, int first) const {
   const int count = count_of(first);
   Eigen::Matrix4Xd x(4, directions);
   x.row(0) = coordinates_at(weights.value).transpose();
   for (int a = 0; a < 3; ++a) x.row(1 + a) = coordinates_at(weights.slope[a]).transpose();
   const Combinations<4> y = combinations<4>(*this, count, x);
-  Eigen::Matrix4Xd in_place = Eigen::Matrix4Xd::Zero(4, first);
+  Eigen::MatrixX4d in_place = Eigen::MatrixX4d::Zero(first, 4);
   put_in_place(*this, weights, count, [&](int i, int place, double size) {
-    auto column = in_place.col(place);
-    column = size * y.row(i).transpose();
-    for (int a = 0; a < 2; ++a) column[1 + a] += 0.5 * exponents[2 * i + a] * column[0];
+    for (int a = 0; a < 4; ++a) in_place(place, a) = size * y(i, a);
+    for (int a = 0; a < 2; ++a)
+      in_place(place, 1 + a) += 0.5 * exponents[2 * i + a] * in_place(place, 0);
   });
   return in_place;
 }

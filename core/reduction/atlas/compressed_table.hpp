@@ -22,14 +22,18 @@ struct ShapeGrid {
   Vector3d shape(int k) const;
 };
 
+/// Which derivatives of a number by a shape are wanted: none, those by the sizes (those by ν are
+/// then zero), or all.
+enum class ShapeSlopes { none, sizes, all };
+
 /// Weights of the shapes of a grid for a number at a place between them, and for its derivatives by
 /// log w/L, log t/L and ν.
 struct ShapeWeights {
   Vector3d place;  ///< log w/L, log t/L, ν
   VectorXd value;
-  std::array<VectorXd, 3> slope;  ///< empty where not asked for
+  std::array<VectorXd, 3> slope;  ///< empty where none are wanted
 };
-ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, bool with_slopes);
+ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, ShapeSlopes slopes);
 
 /// (log w/L, log t/L, ν) of a leaf, and by how much its derivatives by (w/L, t/L, ν) are those by
 /// these.
@@ -56,8 +60,8 @@ struct CompressedTable {
 
   /// The first `first` of all numbers.
   VectorXd look_up(const ShapeWeights& weights, int first) const;
-  /// These (first row), and their derivatives by log w/L, log t/L and ν.
-  Eigen::Matrix4Xd look_up_slopes(const ShapeWeights& weights, int first) const;
+  /// These (first column), and their derivatives by log w/L, log t/L and ν.
+  Eigen::MatrixX4d look_up_slopes(const ShapeWeights& weights, int first) const;
 
  private:
   int count_of(int first) const;

@@ -147,7 +147,8 @@ StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& lo
 }
 
 std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {
-  const ShapeWeights weights = shape_weights(settings_.grid, place_in_grid(shape), false);
+  const ShapeWeights weights =
+      shape_weights(settings_.grid, place_in_grid(shape), ShapeSlopes::none);
   std::vector<StateTable> found;
   for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n)
     found.push_back(
@@ -155,32 +156,32 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
   return found;
 }
 
-StressRateSource StressAtlas::rates(const PlateShape& shape, double rho) const {
+StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSlopes slopes) const {
   struct Known {  // of a bent state
     StateTable coefficients;
     std::array<StateTable, 3> by_shape;
   };
   return [this, shape, rho, known = std::map<std::size_t, Known>(),
-          at = shape_weights(settings_.grid, place_in_grid(shape), true)](
+          at = shape_weights(settings_.grid, place_in_grid(shape), slopes)](
              std::size_t interval, const StateWeights<double>& weights) mutable {
     const MatrixXd none = MatrixXd::Zero(patterns_.P().cols(), 3);
     StressRates rates{{none, none}, {none, none}};
     for (const std::size_t end : {0, 1}) {
       Known& node = known[interval + end];
       if (node.coefficients.even.size() == 0) {
-        std::map<const CompressedTable*, Eigen::Matrix4Xd> slopes;  // of each ray
-        const auto row = [&](int r) {
+        std::map<const CompressedTable*, Eigen::MatrixX4d> of_ray;
+        const auto column = [&](int c) {
           return coefficients(rho, interval + end, [&](const CompressedTable& t) {
-            const auto [found, fresh] = slopes.try_emplace(&t);
+            const auto [found, fresh] = of_ray.try_emplace(&t);
             if (fresh) found->second = t.look_up_slopes(at, t.all);
-            return VectorXd(found->second.row(r).transpose());
+            return VectorXd(found->second.col(c));
           });
         };
-        node.coefficients = row(0);
+        node.coefficients = column(0);
         const Vector3d per = slope_units(shape);
         for (int p = 0; p < 3; ++p) {
           StateTable& rate = node.by_shape[static_cast<std::size_t>(p)];
-          rate = row(1 + p);
+          rate = column(1 + p);
           rate.even *= per[p];
           rate.odd *= per[p];
         }

@@ -67,7 +67,8 @@ class StressAtlas {
   /// ray (1, rho), rho within the rays.
   std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;
   /// Of the same leaf; this must outlive it.
-  StressRateSource rates(const PlateShape& shape, double rho) const;
+  StressRateSource rates(const PlateShape& shape, double rho,
+                         ShapeSlopes slopes = ShapeSlopes::all) const;
 
   /// As one block of numbers for a file, and from it. `data` is aligned to 64 bytes and kept by
   /// `owner`; null where the block is not one of these settings.

@@ -156,14 +156,17 @@ struct TubeAtlas::Weights {
   std::size_t wanted() const { return slopes ? 4 : 1; }
 };
 
-TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, bool with_slopes) const {
+TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, ShapeSlopes slopes) const {
   const double width = std::log(shape.width), thickness = std::log(shape.thickness);
-  return {polynomial_weights(grid_.log_width, width),
-          polynomial_weights(grid_.log_thickness, thickness),
-          polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio),
-          width,
-          thickness,
-          with_slopes};
+  Weights found{polynomial_weights(grid_.log_width, width),
+                polynomial_weights(grid_.log_thickness, thickness),
+                polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio),
+                width,
+                thickness,
+                slopes != ShapeSlopes::none};
+  if (slopes == ShapeSlopes::sizes)
+    std::fill(found.poissons_ratio.slope.begin(), found.poissons_ratio.slope.end(), 0.0);
+  return found;
 }
 
 namespace {
@@ -300,17 +303,17 @@ std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eig
   return look_up_dynamics(
       numbers_.dynamics,
       stations == StationsWanted::yes ? numbers_.stations : std::vector<CompressedTable>(),
-      shape_weights(grid_, place_in_grid(shape), false),
+      shape_weights(grid_, place_in_grid(shape), ShapeSlopes::none),
       ray_neighbours(settings_.rays, place_of(ray).rho),
       {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()));
 }
 
 DynamicsRates TubeAtlas::dynamics_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                        double sigma) const {
+                                        double sigma, ShapeSlopes slopes) const {
   assert(settings_.dynamics);
   const std::vector<double>& all = settings_.sigmas;
   DynamicsRates rates =
-      look_up_dynamics_rates(numbers_.dynamics, shape_weights(grid_, place_in_grid(shape), true),
+      look_up_dynamics_rates(numbers_.dynamics, shape_weights(grid_, place_in_grid(shape), slopes),
                              ray_neighbours(settings_.rays, place_of(ray).rho),
                              {all.begin(), all.begin() + nodes_to(sigma)});
   const Vector3d per = slope_units(shape);
@@ -326,7 +329,8 @@ TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2
                                    int nodes) const {
   const int all = static_cast<int>(settings_.sigmas.size());
   return std::move(
-      assemble(weights(shape, false), ray, nodes > 0 ? std::min(nodes, all) : all).front());
+      assemble(weights(shape, ShapeSlopes::none), ray, nodes > 0 ? std::min(nodes, all) : all)
+          .front());
 }
 
 TubeView TubeAtlas::view(const Eigen::Vector2d& ray) {
@@ -342,17 +346,17 @@ std::vector<StateTable> TubeAtlas::look_up_stress(const PlateShape& shape,
                           nodes > 0 ? std::min(nodes, all) : all);
 }
 
-StressRateSource TubeAtlas::stress_rates(const PlateShape& shape,
-                                         const Eigen::Vector2d& ray) const {
+StressRateSource TubeAtlas::stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                         ShapeSlopes slopes) const {
   assert(stress_);
-  return stress_->rates(shape, ray_neighbours(settings_.rays, place_of(ray).rho).rho);
+  return stress_->rates(shape, ray_neighbours(settings_.rays, place_of(ray).rho).rho, slopes);
 }
 
 TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                       int nodes) const {
+                                       int nodes, ShapeSlopes slopes) const {
   const int all = static_cast<int>(settings_.sigmas.size());
   std::vector<Tube> found =
-      assemble(weights(shape, true), ray, nodes > 0 ? std::min(nodes, all) : all);
+      assemble(weights(shape, slopes), ray, nodes > 0 ? std::min(nodes, all) : all);
   const Vector3d per = slope_units(shape);
   for (std::size_t p = 0; p < 3; ++p)
     for (TubeNode& node : found[p + 1].nodes)

@@ -120,8 +120,8 @@ class TubeAtlas {
                                      double sigma,
                                      StationsWanted stations = StationsWanted::yes) const;
   /// What they change by with (w/L, t/L, ν), each with the other two and the ray held.
-  DynamicsRates dynamics_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
-                               double sigma) const;
+  DynamicsRates dynamics_rates(const PlateShape& shape, const Eigen::Vector2d& ray, double sigma,
+                               ShapeSlopes slopes = ShapeSlopes::all) const;
 
   /// Bent states of a leaf, in the form of TubeModel.
   struct Tube {
@@ -137,17 +137,18 @@ class TubeAtlas {
   std::vector<StateTable> look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
                                          int nodes = 0) const;
   /// Of the same tables; for one thread. This must outlive it.
-  StressRateSource stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray) const;
+  StressRateSource stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
+                                ShapeSlopes slopes = ShapeSlopes::all) const;
   static TubeView view(const Eigen::Vector2d& ray);
 
   /// What the bent states change by with (w/L, t/L, ν), each with the other two and the ray held,
   /// in the scaled units of the leaf: exact derivatives of the same interpolant.
-  TubeNodeRates look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
-                              int nodes = 0) const;
+  TubeNodeRates look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0,
+                              ShapeSlopes slopes = ShapeSlopes::all) const;
 
  private:
   struct Weights;
-  Weights weights(const PlateShape& shape, bool with_slopes) const;
+  Weights weights(const PlateShape& shape, ShapeSlopes slopes) const;
   template <class Number>
   std::vector<std::vector<double>> sums(const Number* numbers, int all_terms, int ray, int terms,
                                         const Weights& weights) const;

@@ -63,7 +63,8 @@ constexpr double margin = 1.12;  ///< of the range of a tube over what its leaf 
 
 // Of the atlas, if that has such leaves.
 std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
-                                      const ModelOptions& model, int nodes = 0) {
+                                      const ModelOptions& model, int nodes = 0,
+                                      ShapeSlopes slopes = ShapeSlopes::all) {
   if (!model.atlas) return nullptr;
   // an atlas that ends within the margin will do: a tube grows where it has to
   if (const double last = model.atlas->settings().sigmas.back(); range.sigma_max <= margin * last)
@@ -77,8 +78,8 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
                                                                    StationsWanted stations) {
       return atlas->dynamics(shape, ray, sigma, stations);
     };
-    known.dynamics_rates = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
-      return atlas->dynamics_rates(shape, ray, sigma);
+    known.dynamics_rates = [atlas = model.atlas, shape, ray = range.ray, slopes](double sigma) {
+      return atlas->dynamics_rates(shape, ray, sigma, slopes);
     };
   }
   if (const auto stress = model.atlas->stress()) {
@@ -86,12 +87,12 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
     known.stress = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
       return atlas->look_up_stress(shape, ray, atlas->nodes_to(sigma));
     };
-    known.stress_rates = [atlas = model.atlas, shape, ray = range.ray] {
-      return atlas->stress_rates(shape, ray);
+    known.stress_rates = [atlas = model.atlas, shape, ray = range.ray, slopes] {
+      return atlas->stress_rates(shape, ray, slopes);
     };
   }
-  known.rates = [atlas = model.atlas, shape, ray = range.ray, nodes] {
-    return atlas->look_up_rates(shape, ray, nodes);
+  known.rates = [atlas = model.atlas, shape, ray = range.ray, nodes, slopes] {
+    return atlas->look_up_rates(shape, ray, nodes, slopes);
   };
   return std::make_shared<TubeModel>(shape, range, std::move(known));
 }
@@ -295,9 +296,11 @@ std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mech
   return full_leaves(leaves_of(mechanism), model, meshes, reason);
 }
 
-std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
-    const Mechanism& mechanism, const ModelOptions& model, double largest, const LoadCase& loads,
-    const std::vector<VectorXd>& several) {
+std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& mechanism,
+                                                              const ModelOptions& model,
+                                                              double largest, const LoadCase& loads,
+                                                              const std::vector<VectorXd>& several,
+                                                              bool poissons_ratio_moves) {
   Meshes meshes;
   const std::vector<LeafSpring> springs = leaves_of(mechanism);
   if (model.method == Reduction::linear_craig_bampton)
@@ -356,7 +359,8 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
           std::abs(m->range().force_centre - range.force_centre) < 1e-6)
         tube = m;
     if (!tube) {
-      tube = known_tube(shape, range, model);
+      tube = known_tube(shape, range, model, 0,
+                        poissons_ratio_moves ? ShapeSlopes::all : ShapeSlopes::sizes);
       if (!tube) {
         const auto mesh = mesh_of(leaf, model, meshes);
         auto& pool = pools[mesh.get()];

@@ -27,10 +27,12 @@ bool leaves_a_node(const LeafSpring& leaf, const LeafSpring& direction, const Mo
 /// its ray and range from the linear kinematics of the drive at the undeflected state, centred on
 /// the leaf's share of the constant loads. `largest`: stroke of the path; where nothing is driven
 /// the largest factor of the growing loads, which then give the kinematics. `several`: instead, the
-/// strokes of several drives at the points of the path. A leaf with a free tip
-/// or a material point, or whose bent states are not found, is full, and says so.
+/// strokes of several drives at the points of the path. `poissons_ratio_moves`: whether a leaf that
+/// is looked up may be asked for derivatives by its ν; they are zero otherwise. A leaf with a free
+/// tip or a material point, or whose bent states are not found, is full, and says so.
 std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
     const Mechanism& mechanism, const ModelOptions& model, double largest,
-    const LoadCase& loads = {}, const std::vector<VectorXd>& several = {});
+    const LoadCase& loads = {}, const std::vector<VectorXd>& several = {},
+    bool poissons_ratio_moves = true);
 
 }  // namespace flexopt

@@ -35,10 +35,19 @@ int points_with_dynamics(const ModelOptions& model, const StrokeRequest& request
   return asked && of_tables ? static_cast<int>(points) : 0;
 }
 
+bool moves_poissons_ratio(const std::vector<Mechanism>& directions) {
+  return std::ranges::any_of(directions, [](const Mechanism& direction) {
+    return std::ranges::any_of(
+        direction.leaves, [](const LeafSpring& leaf) { return leaf.material.poissons_ratio != 0; });
+  });
+}
+
 std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism,
                                                       const ModelOptions& model,
                                                       const StrokeRequest& request,
-                                                      std::size_t points, bool differentiable) {
+                                                      std::size_t points,
+                                                      const DifferentiablePath* path) {
+  const bool differentiable = path != nullptr;
   if (model.accuracy == Accuracy::full) return make_full_leaves(mechanism, model);
   double largest = 0;
   for (const double s : request.points) largest = std::max(largest, std::abs(s));
@@ -46,7 +55,8 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   if (mechanism.drives.size() > 1)
     for (std::size_t k = 0; k < request.points.size(); ++k)
       several.push_back(request.strokes_at(k, mechanism.drives.size()));
-  auto leaves = make_reduced_leaves(mechanism, model, largest, request.loads, several);
+  auto leaves = make_reduced_leaves(mechanism, model, largest, request.loads, several,
+                                    path && moves_poissons_ratio(path->directions));
   const int dynamics = points_with_dynamics(model, request, points, differentiable);
   // derivatives of leaves that have none of their own are those of full ones
   const auto wants_tables = [&](LeafElement& leaf) {
@@ -213,7 +223,7 @@ class BranchWalk {
  private:
   std::unique_ptr<System> make_system() const {
     return std::make_unique<System>(
-        mechanism_, make_leaves(mechanism_, model_, request_, points_, differentiable_ != nullptr),
+        mechanism_, make_leaves(mechanism_, model_, request_, points_, differentiable_),
         request_.loads);
   }
   void load();

@@ -110,7 +110,8 @@ TEST_CASE("a compressed table is what it was made of, on its grid and between") 
   const CompressedTable table = made.table();
   for (const Vector3d& p : {Vector3d(std::log(0.1), std::log(0.02), 0.3),
                             Vector3d(std::log(0.7), std::log(0.005), 0.27)}) {
-    const VectorXd found = table.look_up(shape_weights(small_grid(), p, false), numbers),
+    const VectorXd found =
+                       table.look_up(shape_weights(small_grid(), p, ShapeSlopes::none), numbers),
                    truth = smooth(p);
     for (int i = 0; i < numbers; ++i) {
       if (i == 7) continue;
@@ -119,7 +120,8 @@ TEST_CASE("a compressed table is what it was made of, on its grid and between") 
     }
     CHECK(found[7] == 0);
     // the first ones alone are the same
-    CHECK((table.look_up(shape_weights(small_grid(), p, false), 12) - found.head(12)).norm() == 0);
+    CHECK((table.look_up(shape_weights(small_grid(), p, ShapeSlopes::none), 12) - found.head(12))
+              .norm() == 0);
   }
 }
 
@@ -127,21 +129,25 @@ TEST_CASE("slopes of a compressed table are those of what it looks up") {
   const CompressedNumbers made = compressed(1e-4);
   const CompressedTable table = made.table();
   const Vector3d p(std::log(0.6), std::log(0.006), 0.31);
-  const ShapeWeights here = shape_weights(small_grid(), p, true);
+  const ShapeWeights here = shape_weights(small_grid(), p, ShapeSlopes::all);
   for (int a = 0; a < 3; ++a) {
     constexpr double h = 1e-5;
     const auto at = [&](double step) {
-      return table.look_up(shape_weights(small_grid(), p + step * Vector3d::Unit(a), false),
-                           numbers);
+      return table.look_up(
+          shape_weights(small_grid(), p + step * Vector3d::Unit(a), ShapeSlopes::none), numbers);
     };
-    const Eigen::Matrix4Xd slopes = table.look_up_slopes(here, numbers);
-    CHECK((slopes.row(0).transpose() - at(0)).cwiseAbs().maxCoeff() <
-          1e-13 * at(0).cwiseAbs().maxCoeff());
-    const VectorXd slope = slopes.row(1 + a).transpose(), difference = (at(h) - at(-h)) / (2 * h);
+    const Eigen::MatrixX4d slopes = table.look_up_slopes(here, numbers);
+    CHECK((slopes.col(0) - at(0)).cwiseAbs().maxCoeff() < 1e-13 * at(0).cwiseAbs().maxCoeff());
+    const VectorXd slope = slopes.col(1 + a), difference = (at(h) - at(-h)) / (2 * h);
     for (int i = 0; i < numbers; ++i)
       CHECK(std::abs(slope[i] - difference[i]) <=
             1e-7 * (std::abs(difference[i]) + std::abs(at(0)[i])));
   }
+  const Eigen::MatrixX4d all = table.look_up_slopes(here, numbers),
+                         some = table.look_up_slopes(
+                             shape_weights(small_grid(), p, ShapeSlopes::sizes), numbers);
+  CHECK(some.leftCols<3>() == all.leftCols<3>());
+  CHECK(some.col(3).isZero(0));
 }
 
 TEST_CASE("frequencies of looked-up leaves are those of built ones", "[slow]") {

@@ -1,4 +1,5 @@
 // Tubes that are looked up against tubes that are built, on a coarse mesh and a small box.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
@@ -219,6 +220,13 @@ TEST_CASE("what an atlas looks up has exact derivatives by the leaf's shape", "[
   const Vector3d here(0.31, 1.0 / 190, 0.305);
   for (const Eigen::Vector2d& ray : {Eigen::Vector2d(1, -0.3), Eigen::Vector2d(0.4, 1)}) {
     const TubeNodeRates rates = atlas.look_up_rates(shape_of(here[0], here[1], here[2]), ray);
+    const TubeNodeRates by_sizes =
+        atlas.look_up_rates(shape_of(here[0], here[1], here[2]), ray, 0, ShapeSlopes::sizes);
+    for (std::size_t n = 0; n < rates[0].size(); ++n) {
+      CHECK(by_sizes[0][n].W == rates[0][n].W);
+      CHECK(by_sizes[1][n].W == rates[1][n].W);
+      CHECK(std::ranges::all_of(by_sizes[2][n].W, [](double c) { return c == 0; }));
+    }
     for (int by = 0; by < 3; ++by) {  // w/L, t/L, ν
       const auto moved = [&](double step) {
         Vector3d shape = here;
