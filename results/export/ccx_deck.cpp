@@ -1,53 +1,24 @@
 #include "results/export/ccx_deck.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <tuple>
 
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
+#include "results/export/ccx_limits.hpp"
+#include "results/export/ccx_lines.hpp"
 #include "results/export/ccx_model.hpp"
+#include "results/export/ccx_ties.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {
 
 namespace {
 
-/// Lines of a deck. CalculiX reads 20 characters of a number: 12 digits with sign and exponent.
-class Deck {
- public:
-  template <class... T>
-  void line(fmt::format_string<T...> format, T&&... values) {
-    fmt::format_to(std::back_inserter(text_), format, std::forward<T>(values)...);
-    text_ += '\n';
-  }
-  void numbers(const std::vector<int>& list) {
-    for (std::size_t k = 0; k < list.size(); k += 12) {
-      const auto begin = list.begin() + static_cast<std::ptrdiff_t>(k);
-      const auto end = list.begin() + static_cast<std::ptrdiff_t>(std::min(k + 12, list.size()));
-      line("{},", fmt::join(begin, end, ", "));
-    }
-  }
-  std::string text() && { return std::move(text_); }
-
- private:
-  std::string text_;
-};
-
-/// Of names that stand in comments.
-std::string one_line(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  return text;
-}
-
-void write_nodes(const CcxModel& model, Deck& deck) {
+void write_nodes(const CcxModel& model, CcxLines& deck) {
   deck.line("*NODE, NSET=NALL");
   int number = 0;
   for (const Vector3d& p : model.nodes())
@@ -55,7 +26,7 @@ void write_nodes(const CcxModel& model, Deck& deck) {
 }
 
 /// Numbers of the elements so far.
-int write_leaves(const CcxModel& model, Deck& deck) {
+int write_leaves(const CcxModel& model, CcxLines& deck) {
   const std::vector<LeafSpring>& leaves = model.mechanism().leaves;
   int number = 0;
   for (std::size_t i = 0; i < leaves.size(); ++i) {
@@ -84,43 +55,6 @@ int write_leaves(const CcxModel& model, Deck& deck) {
   return number;
 }
 
-void write_springs(const CcxModel& model, int number, Deck& deck) {
-  for (std::size_t k = 0; k < model.springs().size(); ++k) {
-    const CcxSpring& tie = model.springs()[k];
-    const Spring& spring = *tie.spring;
-    deck.line("** spring {}", one_line(spring.name));
-    deck.line("*ELEMENT, TYPE=SPRINGA, ELSET=SPRING{}\n{}, {}, {}", k + 1, ++number, tie.node,
-              tie.other);
-    const double built = (spring.place - spring.other_place).norm();
-    if (built == spring.free_length) {
-      deck.line("*SPRING, ELSET=SPRING{}\n\n{:.12g}", k + 1, spring.stiffness);
-      continue;
-    }
-    // force over the change of length since it was built
-    deck.line("*SPRING, NONLINEAR, ELSET=SPRING{}\n", k + 1);
-    for (const double change : {-0.999 * built, 0.0, 100 * built})
-      deck.line("{:.12g}, {:.12g}", spring.stiffness * (built + change - spring.free_length),
-                change);
-  }
-  for (std::size_t k = 0; k < model.masses().size(); ++k) {
-    const CcxMass& mass = model.masses()[k];
-    deck.line("*ELEMENT, TYPE=MASS, ELSET=MASS{}\n{}, {}", k + 1, ++number, mass.node);
-    deck.line("*MASS, ELSET=MASS{}\n{:.12g}", k + 1, mass.mass);
-  }
-}
-
-/// a · u = 0 of one node, the largest component first: it depends on the others.
-void write_equation(int node, Vector3d axis, int own, Deck& deck) {
-  std::array<int, 3> order{0, 1, 2};
-  std::ranges::sort(order, {}, [&](int c) { return -std::abs(axis[c]); });
-  std::vector<std::string> terms;
-  for (const int c : order)
-    if (std::abs(axis[c]) > 1e-12)
-      terms.push_back(fmt::format("{}, {}, {:.12g}", node, c + 1, axis[c]));
-  if (own > 0) terms.push_back(fmt::format("{}, 1, -1.", own));
-  deck.line("*EQUATION\n{}\n{}", terms.size(), fmt::join(terms, ",\n"));
-}
-
 /// The node and the degree of freedom that each stroke prescribes.
 struct Handle {
   int node = 0, dof = 0;
@@ -134,7 +68,7 @@ class Writer {
   std::string text() && {
     write_head();
     write_nodes(*model_, deck_);
-    write_springs(*model_, write_leaves(*model_, deck_), deck_);
+    write_ties(*model_, write_leaves(*model_, deck_), deck_);
     write_rigids();
     write_holds();
     write_handles();
@@ -187,26 +121,34 @@ class Writer {
       const CcxRigid* rigid = is_held(joint.type) ? model_->rigid_of(joint.body) : nullptr;
       if (!rigid) continue;
       const bool turn = joint.type == JointType::held_rotation;
-      write_equation(turn ? rigid->rotation : rigid->reference, joint.axis, 0, deck_);
+      write_equation(terms_along(turn ? rigid->rotation : rigid->reference, joint.axis), deck_);
     }
+    write_slides(*model_, deck_);
   }
 
-  /// A stroke along no global axis is the first displacement of a node of its own.
+  /// A stroke along no global axis, or one that a body sees which moves itself, is the first
+  /// displacement of a node of its own.
   void write_handles() {
     int own = static_cast<int>(model_->nodes().size());
     if (!loads().driven()) return;
-    for (const Drive& drive : mechanism_->drives) {
+    for (std::size_t k = 0; k < mechanism_->drives.size(); ++k) {
+      const Drive& drive = mechanism_->drives[k];
       const auto [node, dof] = model_->freedom(drive.body, drive.direction);
+      const int seen_from = model_->drive_nodes()[k];
       const Vector3d axis = drive.axes.col(index(drive.direction) % 3);
       int along = 0;
       axis.cwiseAbs().maxCoeff(&along);
-      if (axis[along] > 1 - 1e-12) {
+      if (seen_from == 0 && axis[along] > 1 - 1e-12) {
         handles_.push_back({node, along + 1});
         continue;
       }
       ++own;
       deck_.line("*NODE, NSET=NALL\n{}, 0., 0., 0.", own);
-      write_equation(node, axis, own, deck_);
+      std::vector<CcxTerm> terms = terms_along(node, axis);
+      if (seen_from > 0)
+        for (const CcxTerm& term : terms_along(seen_from, -axis)) terms.push_back(term);
+      terms.push_back({own, 1, -1});
+      write_equation(terms, deck_);
       deck_.line("*BOUNDARY\n{}, 2, 3, 0.", own);
       handles_.push_back({own, 1});
     }
@@ -253,6 +195,31 @@ class Writer {
       if (force[c] != 0) deck_.line("*CLOAD\n{}, {}, {:.12g}", node, c + 1, force[c]);
   }
 
+  /// Moments of the case on a rigid body: those before the stroke, and growing ones where it ends.
+  Vector3d moment_on(const CcxRigid& rigid, bool ended) const {
+    Vector3d sum = Vector3d::Zero();
+    const auto add = [&](const std::vector<DeadLoad>& list, double factor) {
+      for (const DeadLoad& load : list)
+        if (model_->rigid_of(load.body.value_or(mechanism_->end_effector)) == &rigid)
+          sum += factor * load.moment;
+    };
+    add(loads().constant, 1);
+    if (ended) add(loads().growing, strokes_[0]);
+    return sum;
+  }
+  /// A moment m about an axis that stays does the work of Jᵀ m on the rotation vector v: exact
+  /// where the body has turned by v, which it has at the end of the stroke.
+  void write_moment(const CcxRigid& rigid, const Vector3d& v, const Vector3d& moment) {
+    const Vector3d work = rotation_left_tangent(v).transpose() * moment;
+    for (int c = 0; c < 3; ++c)
+      deck_.line("*CLOAD\n{}, {}, {:.12g}", rigid.rotation, c + 1, work[c]);
+  }
+  void write_moments(bool ended) {
+    for (const CcxRigid& rigid : model_->rigids())
+      if (const Vector3d m = moment_on(rigid, ended); rigid.body != ground && !m.isZero(0))
+        write_moment(rigid, point_->bodies[static_cast<std::size_t>(rigid.body)].rotation, m);
+  }
+
   void write_load_step() {
     deck_.line("** what acts before the stroke");
     begin_step(0.25, "1e-5, 1e-4");
@@ -260,6 +227,7 @@ class Writer {
     const LoadCase& all = loads();
     for (std::size_t k = 0; k < all.constant.size(); ++k)
       write_force(model_->load_nodes()[k], all.constant[k].force);
+    write_moments(false);
     if (const double g = all.gravity.norm(); g > 0) {
       for (std::size_t i = 0; i < mechanism_->leaves.size(); ++i)
         if (mechanism_->leaves[i].material.density > 0)
@@ -287,6 +255,7 @@ class Writer {
     for (std::size_t k = 0; k < all.growing.size(); ++k)
       write_force(model_->load_nodes()[all.constant.size() + k],
                   strokes_[0] * all.growing[k].force);
+    if (!all.growing.empty()) write_moments(true);
     end_step();
     for (int c = 0; c < 3; ++c)
       deck_.line("**FLEXOPT displacement {} step {} value {:.9g}", direction_names[c], steps_,
@@ -297,10 +266,14 @@ class Writer {
     for (std::size_t k = 0; k < handles_.size(); ++k) {
       const Drive& drive = mechanism_->drives[k];
       const std::string_view direction = direction_names[index(drive.direction)];
-      deck_.line("**FLEXOPT drive_load {} step {} node {} dof {} value {:.9g} {}",
-                 drive.name.empty() ? std::string(direction) : one_line(drive.name), steps_,
-                 handles_[k].node, handles_[k].dof, point_->drive_loads[k],
-                 load_unit(drive.direction));
+      const CcxRigid* body = model_->rigid_of(drive.body);
+      const Vector3d m = body ? moment_on(*body, true) : Vector3d(Vector3d::Zero());
+      deck_.line(
+          "**FLEXOPT drive_load {} step {} node {} dof {} less {:.9g} {:.9g} {:.9g} value {:.9g} "
+          "{}",
+          drive.name.empty() ? std::string(direction) : one_line(drive.name), steps_,
+          handles_[k].node, handles_[k].dof, m[0], m[1], m[2], point_->drive_loads[k],
+          load_unit(drive.direction));
     }
   }
 
@@ -327,9 +300,15 @@ class Writer {
         const Vector3d force = d < 3 ? Vector3d(sign * size * unit) : Vector3d(Vector3d::Zero()),
                        moment = d < 3 ? Vector3d(Vector3d::Zero())
                                       : Vector3d(sign * size * (J.transpose() * unit));
+        // how it turns besides, for the moments that act already
+        const Vector3d spin = sign * size * point_->compliance_locked.block<3, 1>(3, d);
+        const Vector3d turned =
+            point_->rotation + rotation_left_tangent_inverse(point_->rotation) * spin;
+        const Vector3d acting =
+            rotation_left_tangent(turned).transpose() * moment_on(*body, true) + moment;
         deck_.line("*CLOAD");
         for (int c = 0; c < 3; ++c) deck_.line("{}, {}, {:.12g}", model_->at_O(), c + 1, force[c]);
-        for (int c = 0; c < 3; ++c) deck_.line("{}, {}, {:.12g}", body->rotation, c + 1, moment[c]);
+        for (int c = 0; c < 3; ++c) deck_.line("{}, {}, {:.12g}", body->rotation, c + 1, acting[c]);
         end_step();
       }
       deck_.line("**FLEXOPT support_stiffness {} steps {} {} load {:.12g} value {:.9g} {}",
@@ -344,8 +323,8 @@ class Writer {
     if (found.empty()) return;
     if (const CcxRigid* body = model_->rigid_of(mechanism_->end_effector)) {
       begin_step(1, "1e-6, 1e-5");  // without the small loads
-      for (const int node : {model_->at_O(), body->rotation})
-        for (int c = 1; c <= 3; ++c) deck_.line("*CLOAD\n{}, {}, 0.", node, c);
+      for (int c = 1; c <= 3; ++c) deck_.line("*CLOAD\n{}, {}, 0.", model_->at_O(), c);
+      write_moment(*body, point_->rotation, moment_on(*body, true));
       end_step();
     }
     deck_.line("*STEP, PERTURBATION\n*FREQUENCY\n{}\n*END STEP", found.size());
@@ -358,7 +337,7 @@ class Writer {
   VectorXd strokes_;
   const PathPoint* point_;
   std::vector<Handle> handles_;
-  Deck deck_;
+  CcxLines deck_;
   int steps_ = 0;
 };
 
@@ -371,6 +350,7 @@ std::string ccx_deck(const Exported& exported, const VectorXd& strokes, const So
   Outputs outputs{Output::stiffness};
   if (exported.request.frequencies > 0) outputs.add(Output::frequencies_locked);
   const PathPoint point = exported.equilibria({strokes}, full, outputs).front();
+  check_near_in_ccx(exported, point);
   return Writer(model, strokes, point).text();
 }
 

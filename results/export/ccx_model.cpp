@@ -116,11 +116,53 @@ void CcxModel::clamp(std::size_t leaf, int end, const std::vector<int>& nodes) {
   to.insert(to.end(), nodes.begin(), nodes.end());
 }
 
+int CcxModel::rotation_of(int body) const {
+  const CcxRigid* rigid = body < 0 ? nullptr : rigid_of(body);
+  return rigid ? rigid->rotation : 0;
+}
+
+/// A pin lets two bodies turn about it, two pins let them turn about their line.
+void CcxModel::add_joint(const Joint& joint) {
+  if (rotation_of(joint.body) == rotation_of(joint.other)) return;  // rigid to each other
+  const auto pin_at = [&](const Vector3d& place) {
+    pins_.push_back({add_on(joint.body, place), add_on(joint.other, place), &joint});
+  };
+  if (joint.type == JointType::spherical) pin_at(joint.place);
+  if (joint.type != JointType::revolute) return;
+  double apart = 0;  // no matter how far
+  for (const LeafSpring& leaf : mechanism().leaves) apart = std::max(apart, leaf.length);
+  for (const double side : {-0.5, 0.5}) pin_at(joint.place + side * apart * joint.axis);
+}
+
+void CcxModel::add_bushing(const Spring& spring) {
+  const int own = rotation_of(spring.body), other = rotation_of(spring.other);
+  if (own == other) return;
+  const auto node = [&](int body) {
+    return rotation_of(body) == 0 ? 0 : add_on(body, spring.place);
+  };
+  CcxBushing made{node(spring.body), own, node(spring.other), other, &spring};
+  if (own == 0) {  // the energy does not change when both change places
+    std::swap(made.node, made.other);
+    std::swap(made.rotation, made.other_rotation);
+  }
+  bushings_.push_back(made);
+}
+
 void CcxModel::add_ties() {
   const Mechanism& m = mechanism();
   for (const Spring& spring : m.springs)
-    springs_.push_back(
-        {add_on(spring.body, spring.place), add_on(spring.other, spring.other_place), &spring});
+    if (spring.matrix)
+      add_bushing(spring);
+    else
+      springs_.push_back(
+          {add_on(spring.body, spring.place), add_on(spring.other, spring.other_place), &spring});
+  for (const Joint& joint : m.joints) add_joint(joint);
+  for (const Drive& drive : m.drives) {
+    const int turned = drive.other == ground ? 0 : rotation_of(drive.other);
+    const Vector3d& place = m.bodies[static_cast<std::size_t>(drive.body)].reference;
+    drive_nodes_.push_back(
+        turned == 0 || is_rotation(drive.direction) ? turned : add_on(drive.other, place));
+  }
   const LoadCase& loads = exported_->request.loads;
   for (const auto* list : {&loads.constant, &loads.growing})
     for (const DeadLoad& load : *list) {

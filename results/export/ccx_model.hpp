@@ -30,6 +30,18 @@ struct CcxSpring {
   const Spring* spring = nullptr;
 };
 
+/// Nodes of two bodies that stay in one place.
+struct CcxPin {
+  int node = 0, other = 0;
+  const Joint* joint = nullptr;
+};
+
+/// Nodes at the place of a bushing and those of the rotation vectors; zeros: the ground.
+struct CcxBushing {
+  int node = 0, rotation = 0, other = 0, other_rotation = 0;
+  const Spring* spring = nullptr;
+};
+
 class CcxModel {
  public:
   /// Throws SpecError with all items that a deck cannot carry. `exported` must outlive this.
@@ -41,6 +53,8 @@ class CcxModel {
   const std::vector<CcxRigid>& rigids() const { return rigids_; }
   const std::vector<CcxMass>& masses() const { return masses_; }
   const std::vector<CcxSpring>& springs() const { return springs_; }
+  const std::vector<CcxPin>& pins() const { return pins_; }
+  const std::vector<CcxBushing>& bushings() const { return bushings_; }
   const std::vector<int>& fixed() const { return fixed_; }
   /// Elements of a leaf and all nodes of it.
   const std::vector<std::array<int, 20>>& elements(std::size_t leaf) const {
@@ -56,6 +70,9 @@ class CcxModel {
   int at_O() const { return at_O_; }
   /// Of each dead load of the case, growing ones after constant ones: where it acts.
   const std::vector<int>& load_nodes() const { return load_nodes_; }
+  /// Of each drive what its body is seen from, of the body that it stands on: a node where the
+  /// reference point is undeflected, of a rotation that of the rotation vector; 0: the ground.
+  const std::vector<int>& drive_nodes() const { return drive_nodes_; }
   /// Of each assembly error the rigid body of its edge.
   const std::vector<int>& placed_edges() const { return placed_edges_; }
 
@@ -68,6 +85,9 @@ class CcxModel {
   void add_leaves(const SolidMeshSize& size);
   void clamp(std::size_t leaf, int end, const std::vector<int>& nodes);
   void add_ties();
+  void add_joint(const Joint& joint);
+  void add_bushing(const Spring& spring);
+  int rotation_of(int body) const;  ///< node; 0: the ground
 
   const Exported* exported_;
   std::vector<Vector3d> nodes_;
@@ -75,7 +95,9 @@ class CcxModel {
   std::vector<int> rigid_of_;  ///< of each body, −1: tied to the ground
   std::vector<CcxMass> masses_;
   std::vector<CcxSpring> springs_;
-  std::vector<int> fixed_, load_nodes_, placed_edges_;
+  std::vector<CcxPin> pins_;
+  std::vector<CcxBushing> bushings_;
+  std::vector<int> fixed_, load_nodes_, drive_nodes_, placed_edges_;
   std::vector<std::vector<std::array<int, 20>>> elements_;
   std::vector<std::pair<int, int>> ranges_;
   int at_O_ = 0;

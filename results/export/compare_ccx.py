@@ -96,6 +96,7 @@ def compare(deck, dat):
             load = forces[step - 1][own]
             if own == turned:  # about the axis, not on the rotation vector
                 load = moment(moved[step - 1][own], load)
+                load = [m - float(x) for m, x in zip(load, words_after(words, "less", 3))]
             rows.append((f"drive load {name}", load[dof - 1], value, unit))
         elif kind == "frequency":
             rows.append((f"frequency {name}", modes[int(name) - 1], value, unit))

@@ -134,6 +134,7 @@ set(tested_by
   results/drawing/svg results/drawing/test_design_drawing
   results/drawing/view_picture results/drawing/test_design_drawing
   results/export/ccx_limits results/export/test_ccx_deck
+  results/export/ccx_lines results/export/test_ccx_ties
   results/export/ccx_model results/export/test_ccx_deck
   results/export/convex_hull results/export/test_triangles
   results/export/formats results/cli/test_export_command

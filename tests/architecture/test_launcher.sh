@@ -123,7 +123,7 @@ mkdir -p "$work/repo/docs/site"
 echo 'import sys; print("site", *sys.argv[1:])' >"$work/repo/docs/site/build.py"
 FAKE_MISSING=python3-myst-parser start docs
 called "apt-get install .*python3-myst-parser" || problem "docs installs what builds the site"
-[ "$out" = "site $work/repo/build/release/flexopt $work/repo/build/docs" ] ||
+[ "$out" = "site $work/repo/build/release/flexopt $work/repo/build/docs $work/repo/build/release/tests/jobs" ] ||
   problem "docs builds the site with the program: $out"
 FAKE_MISSING=furo start run job.json
 called "apt-get install" && problem "the program needs no Sphinx"

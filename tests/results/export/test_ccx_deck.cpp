@@ -1,10 +1,13 @@
 #include "results/export/ccx_deck.hpp"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
 
+#include "core/math/rotation.hpp"
 #include "core/spec/spec_error.hpp"
 #include "results/export/ccx_model.hpp"
 #include "tests/results/export/gallery.hpp"
@@ -72,24 +75,81 @@ TEST_CASE("A deck has the mass and the inertia of the bodies", "[results][export
 }
 
 TEST_CASE("What a deck cannot carry is refused by name", "[results][export]") {
-  CHECK_THAT(refused(test::gallery("hinged_leaf")), Contains("joint hinge"));
-  CHECK_THAT(refused(test::gallery("bridge_amplifier")), Contains("the drive is not carried"));
   CHECK_THAT(refused(test::gallery("clamped_plate")), Contains("material point of leaf plate"));
   Exported guide = test::gallery("parallel_guide");
-  guide.request.loads.constant.push_back(
-      {.moment = Vector3d(1, 0, 0), .body = std::nullopt, .name = "motor"});
   guide.request.loads.body_expansion = {1e-3, 0};
   guide.request.loads.assembly.push_back({.leaf = 0, .end = 1, .move = Vector3d(1e-5, 0, 0)});
   const std::string all = refused(guide);  // every item, not only the first
-  CHECK_THAT(all, Contains("moment of load motor"));
   CHECK_THAT(all, Contains("temperature of bodies"));
   CHECK_THAT(all, Contains("assembly error of leaf leaf +y"));
-  guide = test::gallery("parallel_guide");
-  Spring bushing;
-  bushing.name = "rubber";
-  bushing.matrix = Matrix6d::Identity();
-  guide.mechanism.springs.push_back(bushing);
-  CHECK_THAT(refused(guide), Contains("bushing rubber"));
+
+  Exported stages = test::gallery("double_parallelogram");
+  Joint slide;
+  slide.name = "rail";
+  slide.type = JointType::prismatic;
+  slide.body = 0;
+  slide.other = 1;
+  stages.mechanism.joints.push_back(slide);
+  CHECK_THAT(refused(stages), Contains("joint rail") && Contains("turns with a body that moves"));
+  stages.mechanism.joints.back().other = ground;  // along z, while y is driven
+  CHECK_THAT(refused(stages), Contains("joint rail") && Contains("held or driven otherwise"));
+}
+
+// Axes of a deck stay where they are.
+TEST_CASE("What turns with bodies is refused where it turns far, and carried where it does not",
+          "[results][export]") {
+  CHECK_THAT(refused(test::gallery("bridge_amplifier")),
+             Contains("the drive is not carried") && Contains("load times distance"));
+  CHECK(refused(test::gallery("xy_stage")).empty());
+  for (const char* name : {"cross_hinge", "parallel_guide"}) {
+    Exported exported = test::gallery(name);
+    Spring bushing;
+    bushing.name = "rubber";
+    bushing.matrix = Matrix6d::Zero();
+    bushing.matrix->diagonal() << 100, 1000, 100, 0.1, 0.1, 0.1;
+    exported.mechanism.springs.push_back(bushing);
+    CHECK(refused(exported).empty() == (std::string(name) == "parallel_guide"));
+    bushing.matrix->setZero();  // about the axis of the hinge it may turn
+    (*bushing.matrix)(5, 5) = 0.1;
+    exported.mechanism.springs = {bushing};
+    CHECK(refused(exported).empty());
+  }
+  Exported hinge = test::gallery("cartwheel_hinge");
+  hinge.request.loads.constant.push_back(
+      {.moment = Vector3d(1e-3, 0, 0), .body = 1, .name = "motor"});
+  REQUIRE(hinge.mechanism.bodies.size() > 1);
+  CHECK_THAT(refused(hinge), Contains("moment of load motor"));
+  hinge.request.loads.constant.back().moment = Vector3d(0, 0, 1e-3);
+  CHECK(refused(hinge).empty());
+}
+
+TEST_CASE("A moment at the end-effector does its work on the rotation vector of the deck",
+          "[results][export]") {
+  Exported hinge = test::gallery("cross_hinge");
+  const Vector3d moment(0.1, -0.05, 0.02);
+  hinge.request.loads.constant.push_back({.moment = moment, .body = std::nullopt, .name = ""});
+  const std::string deck = deck_of(hinge);
+  const auto point = [&] {
+    ModelOptions full = hinge.model;
+    full.accuracy = Accuracy::full;
+    return hinge.equilibria({hinge.largest_strokes()}, full).front();
+  }();
+  const CcxModel model(hinge, {.along = 1, .across = 1});
+  const int node = model.rigid_of(hinge.mechanism.end_effector)->rotation;
+  // d(spin) = J dv, so moment · d(spin) = (Jᵀ moment) · dv
+  const Vector3d v = point.rotation;
+  const double h = 1e-6;
+  REQUIRE(v.norm() > 0.3);
+  for (int c = 0; c < 3; ++c) {
+    const Matrix3d R = rotation_exp(v + h * Vector3d::Unit(c)) *
+                       rotation_exp(v - h * Vector3d::Unit(c)).transpose();
+    const double work = moment.dot(rotation_log(R)) / (2 * h);
+    const std::regex line(fmt::format("\\*CLOAD\n{}, {}, (\\S+)\n", node, c + 1));
+    std::smatch found;
+    REQUIRE(std::regex_search(deck, found, line));  // the first: before the stroke
+    CHECK(std::stod(found[1]) == Approx(work).epsilon(1e-7));
+  }
+  CHECK_THAT(deck, Contains("less 0.1 -0.05 0.02"));
 }
 
 TEST_CASE("A deck has what acts: gravity, warmth, edges placed elsewhere, springs",
@@ -113,8 +173,9 @@ TEST_CASE("A deck has what acts: gravity, warmth, edges placed elsewhere, spring
   CHECK_THAT(deck, Contains("*EXPANSION, ZERO=0.\n1.1e-05"));
   CHECK_THAT(deck, Contains("*TEMPERATURE\nWARM1, 2\n"));
   CHECK_THAT(deck, Contains("edge of leaf -y"));
-  CHECK_THAT(deck, Contains("*SPRING, ELSET=SPRING1\n\n100"));
+  CHECK_THAT(deck, Contains("*SPRING, ELSET=SPRING1\n\n100."));
   CHECK(std::regex_search(deck, std::regex("\\d+, 2, 2, 0\\.001")));
   guide.mechanism.springs.front().free_length = 0.02;  // pulls as built
-  CHECK_THAT(deck_of(guide), Contains("*SPRING, NONLINEAR") && Contains("1, 0\n"));
+  CHECK_THAT(deck_of(guide),
+             Contains("*SPRING, NONLINEAR") && Contains("1.00000000000, 0.00000000000\n"));
 }

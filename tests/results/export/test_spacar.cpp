@@ -72,6 +72,74 @@ Vector3d place(const Script& script, double node) {
   return {row.at(0), row.at(1), row.at(2)};
 }
 
+// Every key that SPACAR Light has, by its page "SPACAR Light full syntax" (spacar.nl), the list of
+// allowed fields in spacarlight.m, and the scripts that come with it: what it means, as a test can
+// see it.
+enum class Value { yes, number, three, six, name, list };
+const std::map<std::string, Value> node_keys{
+    {"fix", Value::yes},
+    {"fix_pos", Value::yes},
+    {"fix_orien", Value::yes},
+    {"fix_x", Value::yes},
+    {"fix_y", Value::yes},
+    {"fix_z", Value::yes},
+    {"displ_x", Value::number},
+    {"displ_y", Value::number},
+    {"displ_z", Value::number},
+    {"displ_initial_x", Value::number},
+    {"displ_initial_y", Value::number},
+    {"displ_initial_z", Value::number},
+    {"rot_x", Value::number},  // [rad]; one of a node
+    {"rot_y", Value::number},
+    {"rot_z", Value::number},
+    {"force", Value::three},  // applied in the load steps, beside the displacements
+    {"moment", Value::three},
+    {"force_initial", Value::three},  // before the first
+    {"moment_initial", Value::three},
+    {"mass", Value::number},
+    {"mominertia", Value::six},  // Ixx Ixy Ixz Iyy Iyz Izz
+};
+const std::map<std::string, Value> element_keys{
+    {"elems", Value::list},    {"emod", Value::number},    {"smod", Value::number},
+    {"dens", Value::number},   {"cshape", Value::name},  // 'rect', 'circ'
+    {"dim", Value::list},                                // [width thickness], diameter
+    {"orien", Value::three},                             // along the width
+    {"nbeams", Value::number}, {"flex", Value::list},      {"color", Value::name},
+    {"hide", Value::yes},      {"opacity", Value::number}, {"warping", Value::yes},
+};
+const std::map<std::string, Value> option_keys{
+    {"filename", Value::name}, {"gravity", Value::three}, {"loadsteps", Value::number},
+    {"silent", Value::yes},    {"calcbuck", Value::yes},  {"showinputonly", Value::yes},
+    {"calccompl", Value::yes},
+};
+// Fields of out.step(i).node(j): reaction on a driven node, compliance of a node in global axes.
+const std::set<std::string> output_keys{"p", "r_axang", "Freac", "Mreac", "CMglob"};
+
+void check_key(const std::map<std::string, Value>& known, const std::string& key,
+               const std::string& value) {
+  INFO(key << " = " << value);
+  REQUIRE(known.contains(key));
+  switch (known.at(key)) {
+    case Value::yes:
+      CHECK(value == "true");
+      break;
+    case Value::name:
+      CHECK((value.size() > 2 && value.front() == '\'' && value.back() == '\''));
+      break;
+    case Value::number:
+      CHECK(numbers(value).size() == 1);
+      break;
+    case Value::three:
+      CHECK(numbers(value).size() == 3);
+      break;
+    case Value::six:
+      CHECK(numbers(value).size() == 6);
+      break;
+    case Value::list:
+      CHECK((value == "1:6" || !numbers(value).empty()));
+  }
+}
+
 // What spacarlight() itself checks of its input.
 void check_valid(const Script& script) {
   const Rows &nodes = script.matrices.at("nodes"), &elements = script.matrices.at("elements");
@@ -91,26 +159,18 @@ void check_valid(const Script& script) {
   }
   CHECK(longest / shortest <= 1000);
   CHECK(used.size() == nodes.size());  // each is attached
-  static const std::set<std::string> node_fields{
-      "fix",     "fix_x",         "fix_y",          "fix_z", "fix_orien", "displ_x",
-      "displ_y", "displ_z",       "rot_x",          "rot_y", "rot_z",     "force",
-      "moment",  "force_initial", "moment_initial", "mass",  "mominertia"};
   int conditions = 0;
   for (const auto& [node, fields] : script.structures.at("nprops")) {
     CHECK(node <= static_cast<int>(nodes.size()));
     for (const auto& [name, value] : fields) {
-      CHECK(node_fields.contains(name));
+      check_key(node_keys, name, value);
       if (name == "fix") conditions += 6;
-      if (name == "mominertia") CHECK(numbers(value).size() == 6);
     }
   }
   CHECK(conditions >= 6);
-  static const std::set<std::string> element_fields{"elems",  "emod",  "smod",   "dens",
-                                                    "cshape", "dim",   "flex",   "nbeams",
-                                                    "orien",  "color", "warping"};
   std::set<double> in_sets;
   for (const auto& [number, fields] : script.structures.at("eprops")) {
-    for (const auto& [name, value] : fields) CHECK(element_fields.contains(name));
+    for (const auto& [name, value] : fields) check_key(element_keys, name, value);
     const auto orientation = numbers(fields.at("orien"));
     for (const double element : numbers(fields.at("elems"))) {
       CHECK(in_sets.insert(element).second);
@@ -123,6 +183,8 @@ void check_valid(const Script& script) {
         CHECK(fields.contains(name));
   }
   CHECK(in_sets.size() == elements.size());
+  for (const auto& [name, value] : script.options) check_key(option_keys, name, value);
+  CHECK(script.options.contains("loadsteps"));
   CHECK(script.called);
 }
 
@@ -177,6 +239,19 @@ TEST_CASE("The guide in a script: two leaves, a body, its mass, the stroke", "[r
   }
   CHECK(leaves == 2);
   CHECK(links == 2);
+}
+
+TEST_CASE("What a script says to look at is what SPACAR Light answers", "[results][export]") {
+  for (const char* name : {"parallel_guide", "cross_hinge"}) {
+    const Exported exported = test::gallery(name);
+    const std::string text = spacar_script(exported, exported.largest_strokes());
+    static const std::regex answer(R"(out\.step\(end\)\.node\(\d+\)\.([A-Za-z_]+))");
+    int named = 0;
+    for (auto m = std::sregex_iterator(text.begin(), text.end(), answer);
+         m != std::sregex_iterator(); ++m, ++named)
+      CHECK(output_keys.contains((*m)[1]));
+    CHECK(named == 6);  // the drive load, five supported directions
+  }
 }
 
 TEST_CASE("What SPACAR Light cannot carry is refused by name", "[results][export]") {

@@ -1,0 +1,109 @@
+"""The two sets of instructions of the packages find the same numbers.
+
+test_instructions.py PACKAGES SOURCE WORK
+
+Unpacks the .deb files of PACKAGES, runs jobs of the gallery with the set for every processor and with
+the one that the loader takes here, and compares all numbers of result.json. Two builds of one program
+round differently, and an equilibrium stops elsewhere within Newton's tolerance: most numbers agree
+within 1e-9, drive loads and stiffness of soft mechanisms within 4e-7, derivatives of frequencies, which
+differ where the compliance of a mode is almost nothing, within 1e-6, optima within their stopping rules.
+"""
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+VALUES, DERIVATIVES, OPTIMA_WITHIN = 1e-6, 2e-6, 1e-6
+ZERO = 1e-12  # by symmetry: what is left is rounding [SI]
+JOBS = ["parallel_guide", "cross_hinge", "double_parallelogram", "crooked_guide", "wire_flexure",
+        "cartwheel_hinge", "butterfly_hinge", "infinity_hinge", "curved_hinge", "curved_leaf",
+        "tapered_leaf", "folded_leaf", "hinged_leaf", "xy_stage", "bridge_amplifier", "hexapod",
+        "payload_on_guide", "roberts_guide", "spherical_joint", "tip_tilt_stage"]
+OPTIMA = ["shaken_guide", "three_flexure_cross_hinge", "stiff_guide"]
+# What is not one number of a mechanism: how far an iteration went; where, of several places with equal
+# values, one was found; directions and modes, whose sign is free and which are any where two stiffnesses are equal;
+# checks of reduced leaves, what a condition of an optimum is missed by: the little that two numbers differ.
+NOT_COMPARED = re.compile(
+    r"/(flexopt|newton_iterations|sub_steps|history|starts|evaluations|failed_evaluations|best_start"
+    r"|expectations|screening|[a-z_]*_place|stress_peaks|direction|check"
+    r"|state_space|mode|participation|margin|[a-z_]*difference|violation|kkt_residual|loop)(/|$)")
+LOADER = "/lib64/ld-linux-x86-64.so.2"
+
+
+def numbers(value, path=""):
+    """[(pointer, number)] of all floats and integers."""
+    if isinstance(value, dict):
+        for key, own in value.items():
+            yield from numbers(own, f"{path}/{key}")
+    elif isinstance(value, list):
+        for k, own in enumerate(value):
+            yield from numbers(own, f"{path}/{k}")
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        if not NOT_COMPARED.search(path):
+            yield path, float(value)
+
+
+def difference(one, other):
+    """Largest difference and where, of values and of derivatives: of each number over the largest of its
+    kind, which is that of all places, directions and modes of the same key."""
+    a, b = dict(numbers(one)), dict(numbers(other))
+    if a.keys() != b.keys():
+        return ((float("inf"), sorted(a.keys() ^ b.keys())[0]),) * 2
+    kind = lambda path: re.sub(r"/\d+", "/*", path)
+    size = {}
+    for path, x in a.items():
+        size[kind(path)] = max(size.get(kind(path), ZERO), abs(x), abs(b[path]))
+    derived = lambda path: "derivative" in path
+    found = {False: (0.0, ""), True: (0.0, "")}
+    for path, x in a.items():
+        if size[kind(path)] > ZERO:
+            own = (abs(x - b[path]) / size[kind(path)], path)
+            found[derived(path)] = max(found[derived(path)], own)
+    return found[False], found[True]
+
+
+def main():
+    packages, source, work = (pathlib.Path(word).resolve() for word in sys.argv[1:])
+    if "x86-64-v3 (supported, searched)" not in subprocess.run(
+            [LOADER, "--help"], capture_output=True, text=True).stdout:
+        print("this processor has one set of instructions")
+        return 77
+    shutil.rmtree(work, ignore_errors=True)
+    root = work / "root"
+    for pattern in ("flexopt_*.deb", "libflexopt0*.deb"):
+        subprocess.run(["dpkg-deb", "-x", next(packages.glob(pattern)), root], check=True)
+    library = next(root.rglob("libflexopt.so.*")).parent
+    while library.name.startswith("x86-64") or library.name == "glibc-hwcaps":
+        library = library.parent
+    ways = {"first": [LOADER, "--glibc-hwcaps-mask", "none", "--library-path", library],
+            "chosen": [LOADER, "--library-path", library]}
+    program = root / "usr/bin/flexopt"
+    for name, way in ways.items():
+        listed = subprocess.run([*way, "--list", program], capture_output=True, text=True).stdout
+        path = re.search(r"libflexopt\.so\S* => (\S+)", listed)[1]
+        print(name, path)
+        assert ("glibc-hwcaps" in path) == (name == "chosen"), path
+    failed = 0
+    for job in JOBS + OPTIMA:
+        results = []
+        for name, way in ways.items():
+            out = work / f"{job}.{name}"
+            ran = subprocess.run([*way, program, "run", source / f"designs/jobs/{job}.json", "--quiet",
+                                  "--out", out], stdout=subprocess.DEVNULL)
+            assert ran.returncode == 0, (job, name)
+            results.append(json.loads((out / "result.json").read_text()))
+        optimum = job in OPTIMA
+        for (most, where), limit in zip(difference(*results), (VALUES, DERIVATIVES)):
+            print(f"{job:32} {most:.1e} {where}", flush=True)
+            failed += most > (OPTIMA_WITHIN if optimum else limit)
+    # the comparison itself must be able to fail
+    spoilt = json.loads(json.dumps(results[0]))
+    spoilt["path"][0]["drive_stiffness"] *= 1 + 1e-4
+    assert difference(spoilt, results[0])[0][0] > OPTIMA_WITHIN
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
