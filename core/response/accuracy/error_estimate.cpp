@@ -27,15 +27,15 @@ struct ErrorLaw {
 ErrorLaw law_of(ErrorKind kind) {
   switch (kind) {
     case ErrorKind::load:
-      return {.safety = 2, .path = 0.3, .point = 0.1};
+      return {.safety = 2.4, .path = 0.3, .point = 0.2};
     case ErrorKind::stiffness:
-      return {.safety = 1.5, .path = 0.3, .point = 0.1};
+      return {.safety = 1.8, .path = 0, .point = 0.3};
     case ErrorKind::motion:
       return {.safety = 1.7, .path = 0, .point = 0};
     case ErrorKind::frequency:
-      return {.safety = 1.9, .path = 0, .point = 0.1};
+      return {.safety = 2.1, .path = 0, .point = 0.3};
     case ErrorKind::stress:
-      return {.safety = 2.5, .path = 0.5, .point = 0};
+      return {.safety = 2.6, .path = 0.5, .point = 0};
     case ErrorKind::none:
       break;
   }
