@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/model_options.hpp"
 
 namespace flexopt::models {
 
@@ -85,6 +86,16 @@ inline LeafSpring turned(const LeafSpring& leaf) {
   t.axes.col(0) = -leaf.axes.col(0);
   t.axes.col(1) = -leaf.axes.col(1);
   return t;
+}
+
+/// Full beams, as Euler and Bernoulli have them: sections warp freely.
+inline ModelOptions free_beams(int elements) {
+  ModelOptions model;
+  model.mesh = {elements, 1};
+  model.flexure = Flexure::beam;
+  model.warping = Warping::free;
+  model.accuracy = Accuracy::full;
+  return model;
 }
 
 }  // namespace flexopt::models

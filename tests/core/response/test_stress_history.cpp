@@ -8,6 +8,7 @@
 #include "core/mechanism/load_case.hpp"
 #include "tests/support/gradient_checks.hpp"
 #include "tests/support/models.hpp"
+#include "tests/support/strong_guide.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -15,26 +16,11 @@ using namespace flexopt::test;
 namespace {
 
 Material strong() {
-  Material m = models::steel();
-  m.yield_strength = 1400e6;
-  m.ultimate_strength = 1700e6;
-  m.endurance_limit = 500e6;
-  m.s_n_curve.emplace().points = {{1e4, 800e6}, {1e7, 450e6}, {1e9, 400e6}};
-  return m;
+  return models::strong_steel({.points = {{1e4, 800e6}, {1e7, 450e6}, {1e9, 400e6}}});
 }
 
 Mechanism strong_guide(double thickness = 0.5e-3) {
-  Mechanism m = models::guide(0.1, 0.03, thickness);
-  for (LeafSpring& leaf : m.leaves) leaf.material = strong();
-  return m;
-}
-
-ModelOptions model_of(Flexure flexure, Accuracy accuracy = Accuracy::full) {
-  ModelOptions model;
-  model.accuracy = accuracy;
-  model.flexure = flexure;
-  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
-  return model;
+  return models::strong_guide(strong(), thickness);
 }
 
 StrokeRequest cycles(std::vector<double> points, MeanStress mean = MeanStress::goodman) {
@@ -82,7 +68,7 @@ TEST_CASE("effective amplitude and mean of cycles worked by hand", "[fatigue]") 
 TEST_CASE("a leaf to and fro is worse than one from rest to one side, by Goodman", "[fatigue]") {
   constexpr double x = 0.5e-3, s = 15e6 + 0.0417e6;  // and the couple of the axial forces
   constexpr double edges = 2e-3;                     // what the bent leaf's edges are stretched by
-  const ModelOptions model = model_of(Flexure::beam);
+  const ModelOptions model = models::coarse(Flexure::beam);
   const StrokeResponse r = path_of(strong_guide(), model, cycles({-x, 0, x}));
   CHECK(bending(x) == Approx(15e6));
   CHECK(r.path[0].fatigue_safety->value == Approx(500e6 / s).epsilon(edges));
@@ -109,7 +95,7 @@ TEST_CASE("a leaf to and fro is worse than one from rest to one side, by Goodman
 TEST_CASE("a dead load is a mean stress", "[fatigue]") {
   // 10 N at O along the leaves: 5 N on 15 mm² each
   StrokeRequest request = cycles({-0.2e-3, 0.2e-3});
-  const ModelOptions model = model_of(Flexure::beam);
+  const ModelOptions model = models::coarse(Flexure::beam);
   const FatigueCycle without = *path_of(strong_guide(), model, request).path[0].fatigue_safety;
   Vector6d load = Vector6d::Zero();
   load[0] = 10;
@@ -131,8 +117,8 @@ TEST_CASE("a mechanism and its mirror image endure the same", "[fatigue]") {
   Mechanism mirrored = m;  // y → −y: the leaves change places
   std::swap(mirrored.leaves[0].thickness, mirrored.leaves[1].thickness);
   for (const Flexure flexure : {Flexure::beam, Flexure::plate}) {
-    const StrokeResponse a = path_of(m, model_of(flexure), cycles(stroke)),
-                         b = path_of(mirrored, model_of(flexure), cycles(back));
+    const StrokeResponse a = path_of(m, models::coarse(flexure), cycles(stroke)),
+                         b = path_of(mirrored, models::coarse(flexure), cycles(back));
     for (std::size_t k = 0; k < stroke.size(); ++k) {
       CHECK(a.path[k].fatigue_safety->value ==
             Approx(b.path[k].fatigue_safety->value).epsilon(1e-7));
@@ -148,7 +134,7 @@ TEST_CASE("fatigue is smooth where one end of the stroke passes the undeflected 
           "[fatigue]") {
   // the other end fixed: the use is nearly linear in the stroke, there as elsewhere
   const auto use = [](double from) {
-    return 1 / path_of(strong_guide(), model_of(Flexure::beam), cycles({from, 2e-3}))
+    return 1 / path_of(strong_guide(), models::coarse(Flexure::beam), cycles({from, 2e-3}))
                    .path[1]
                    .fatigue_safety->value;
   };
@@ -161,7 +147,7 @@ TEST_CASE("fatigue is smooth where one end of the stroke passes the undeflected 
 
 TEST_CASE("points between the ends do not change the worst cycle; their order does not matter",
           "[fatigue]") {
-  const ModelOptions model = model_of(Flexure::beam);
+  const ModelOptions model = models::coarse(Flexure::beam);
   const double few =
       path_of(strong_guide(), model, cycles({-3e-3, 3e-3})).path[0].fatigue_safety->value;
   for (const std::vector<double>& points :
@@ -177,10 +163,11 @@ TEST_CASE("every model of a leaf has the same cycle", "[fatigue]") {
   const Mechanism m = strong_guide();
   StrokeRequest request = cycles({-2e-3, 5e-3});
   request.stress.fillet = 0.3e-3;
-  const FatigueCycle full = *path_of(m, model_of(Flexure::plate), request).path[0].fatigue_safety;
+  const FatigueCycle full =
+      *path_of(m, models::coarse(Flexure::plate), request).path[0].fatigue_safety;
   for (const Reduction method : {Reduction::mixed_potential, Reduction::modal_derivatives,
                                  Reduction::linear_craig_bampton}) {
-    ModelOptions reduced = model_of(Flexure::plate, Accuracy::reduced);
+    ModelOptions reduced = models::coarse(Flexure::plate, Accuracy::reduced);
     reduced.method = method;
     if (method == Reduction::linear_craig_bampton) reduced.superelements = {8, 0};
     INFO(static_cast<int>(method));
@@ -191,14 +178,14 @@ TEST_CASE("every model of a leaf has the same cycle", "[fatigue]") {
 }
 
 TEST_CASE("a life is that of the amplitude that does the same", "[fatigue]") {
-  const StrokeResponse r =
-      path_of(strong_guide(2e-3), model_of(Flexure::beam), cycles({0, 4e-3}, MeanStress::gerber));
+  const StrokeResponse r = path_of(strong_guide(2e-3), models::coarse(Flexure::beam),
+                                   cycles({0, 4e-3}, MeanStress::gerber));
   const FatigueCycle& life = *r.path[1].fatigue_life;
   const double share = life.mean / 1700e6, reversed = life.amplitude / (1 - share * share);
   CHECK(life.value == Approx(life_at(*strong().s_n_curve, reversed).log10_cycles));
   CHECK(life.range == LifeRange::beyond_curve);
   const StrokeResponse far =
-      path_of(strong_guide(2e-3), model_of(Flexure::beam), cycles({-4e-3, 4e-3}));
+      path_of(strong_guide(2e-3), models::coarse(Flexure::beam), cycles({-4e-3, 4e-3}));
   // 480 MPa of bending and 320 N on 60 mm², straight from (1e4, 800 MPa) to (1e7, 450 MPa)
   const double s = 480e6 + 320 / 60e-6, hand = 4 + 3 * std::log(800e6 / s) / std::log(800.0 / 450);
   CHECK(far.path[0].fatigue_life->value == Approx(hand).margin(0.03));
@@ -206,7 +193,7 @@ TEST_CASE("a life is that of the amplitude that does the same", "[fatigue]") {
 }
 
 TEST_CASE("without a cycle, or with a mean that breaks the leaf, there is a reason", "[fatigue]") {
-  const ModelOptions model = model_of(Flexure::beam);
+  const ModelOptions model = models::coarse(Flexure::beam);
   const StrokeResponse one = path_of(strong_guide(), model, cycles({1e-3}));
   CHECK_FALSE(one.path[0].fatigue_safety);
   CHECK(one.path[0].fatigue_fault.find("one point") != std::string::npos);
@@ -233,8 +220,9 @@ TEST_CASE("a wire's outline is looked at all around", "[fatigue]") {
       leaf.width = leaf.thickness = 1e-3;
       leaf.axes = rotation_exp({turn, 0, 0}) * leaf.axes;
     }
-    safety.push_back(
-        path_of(m, model_of(Flexure::beam), cycles({-1e-3, 1e-3})).path[0].fatigue_safety->value);
+    safety.push_back(path_of(m, models::coarse(Flexure::beam), cycles({-1e-3, 1e-3}))
+                         .path[0]
+                         .fatigue_safety->value);
   }
   // a peak between two of 64 places is missed by 1 − cos(π/64)
   CHECK(safety[1] == Approx(safety[0]).epsilon(1.3e-3));
@@ -261,7 +249,7 @@ TEST_CASE("exact derivatives of fatigue agree with differences", "[fatigue][grad
       {"length", 0.1}, {"width", 0.03}, {"thickness", 2e-3}, {"modulus", 2e11}};
   const std::vector<std::size_t> along{0, 1, 2, 3};
   // beside others safety, life, notch and largest stress at both points
-  CHECK(check_gradients({make, numbers, along, 500.0}, model_of(flexure), request) > 60);
+  CHECK(check_gradients({make, numbers, along, 500.0}, models::coarse(flexure), request) > 60);
 }
 
 TEST_CASE(
@@ -286,9 +274,9 @@ TEST_CASE(
     if (kind == wire) m.leaves[0].width = m.leaves[0].thickness;
     return m;
   };
-  ModelOptions model = model_of(kind == arc ? Flexure::plate : Flexure::beam);
+  ModelOptions model = models::coarse(kind == arc ? Flexure::plate : Flexure::beam);
   if (kind == segments) {
-    model = model_of(Flexure::beam, Accuracy::reduced);
+    model = models::coarse(Flexure::beam, Accuracy::reduced);
     model.method = Reduction::modal_derivatives;
     model.superelements = {2, 0};
   }
@@ -323,7 +311,7 @@ TEST_CASE(
     m.leaves[0].thickness *= 1.1;
     return m;
   };
-  ModelOptions model = model_of(flexure, Accuracy::reduced);
+  ModelOptions model = models::coarse(flexure, Accuracy::reduced);
   model.method = Reduction::linear_craig_bampton;
   model.superelements = superelements;
   StrokeRequest request = cycles({-2e-3, 1e-3, 5e-3});

@@ -8,33 +8,17 @@
 #include "core/elements/leaf/fillet.hpp"
 #include "tests/support/gradient_checks.hpp"
 #include "tests/support/models.hpp"
+#include "tests/support/strong_guide.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
 
 namespace {
 
-Material strong(double yield = 1400e6) {
-  Material m = models::steel();
-  m.yield_strength = yield;
-  m.ultimate_strength = 1700e6;
-  m.endurance_limit = 500e6;
-  m.s_n_curve.emplace().basquin = Basquin{2100e6, -0.09};
-  return m;
-}
+Material strong() { return models::strong_steel({.basquin = Basquin{2100e6, -0.09}}); }
 
 Mechanism strong_guide(double thickness = 0.5e-3) {
-  Mechanism m = models::guide(0.1, 0.03, thickness);
-  for (LeafSpring& leaf : m.leaves) leaf.material = strong();
-  return m;
-}
-
-ModelOptions model_of(Flexure flexure, Accuracy accuracy = Accuracy::full) {
-  ModelOptions model;
-  model.accuracy = accuracy;
-  model.flexure = flexure;
-  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
-  return model;
+  return models::strong_guide(strong(), thickness);
 }
 
 StrokeRequest stresses(double stroke, std::optional<double> fillet) {
@@ -59,7 +43,7 @@ TEST_CASE("safety of a guide is that worked by hand", "[stress]") {
   constexpr double bending = 15e6, axial = 0.0417e6, notch = 1.244432 * bending + 1.658224 * axial;
   constexpr double edges = 2e-3;  // what the bent leaf's edges are stretched by, 1.5e-3 found
   StrokeRequest request = stresses(0.5e-3, 0.25e-3);
-  const PathPoint p = point_of(strong_guide(), model_of(Flexure::beam), request);
+  const PathPoint p = point_of(strong_guide(), models::coarse(Flexure::beam), request);
   CHECK(p.max_stress->value == Approx(bending + axial).epsilon(edges));
   CHECK(p.notch_stress->value == Approx(notch).epsilon(edges));
   CHECK(p.yield_safety->value == Approx(1400e6 / notch).epsilon(edges));
@@ -67,16 +51,16 @@ TEST_CASE("safety of a guide is that worked by hand", "[stress]") {
   CHECK(p.notch_stress->notch.bending == Approx(1.244432).epsilon(1e-9));
   CHECK(p.yield_safety->value == Approx(1400e6 / p.notch_stress->value).epsilon(1e-12));
   request.stress.fillet.reset();
-  const PathPoint plain = point_of(strong_guide(), model_of(Flexure::beam), request);
+  const PathPoint plain = point_of(strong_guide(), models::coarse(Flexure::beam), request);
   CHECK_FALSE(plain.notch_stress);
   CHECK(plain.yield_safety->value == Approx(1400e6 / plain.max_stress->value).epsilon(1e-12));
 }
 
 TEST_CASE("the weakest material decides, not the largest stress", "[stress]") {
   Mechanism m = strong_guide();
-  m.leaves[0].thickness = 0.6e-3;        // the larger stress
-  m.leaves[1].material = strong(500e6);  // the smaller strength
-  const PathPoint p = point_of(m, model_of(Flexure::beam), stresses(5e-3, 0.25e-3));
+  m.leaves[0].thickness = 0.6e-3;               // the larger stress
+  m.leaves[1].material.yield_strength = 500e6;  // the smaller strength
+  const PathPoint p = point_of(m, models::coarse(Flexure::beam), stresses(5e-3, 0.25e-3));
   CHECK(p.notch_stress->leaf == 0);
   CHECK(p.yield_safety->stress.leaf == 1);
   CHECK(p.fatigue_safety->stress.leaf == 0);
@@ -86,11 +70,11 @@ TEST_CASE("the weakest material decides, not the largest stress", "[stress]") {
 TEST_CASE("every model of a leaf has the same stress at a fillet", "[stress]") {
   const Mechanism m = strong_guide();
   const StrokeRequest request = stresses(5e-3, 0.3e-3);
-  const double full = point_of(m, model_of(Flexure::plate), request).notch_stress->value;
-  CHECK(full > point_of(m, model_of(Flexure::plate), request).max_stress->value);
+  const double full = point_of(m, models::coarse(Flexure::plate), request).notch_stress->value;
+  CHECK(full > point_of(m, models::coarse(Flexure::plate), request).max_stress->value);
   for (const Reduction method : {Reduction::mixed_potential, Reduction::modal_derivatives,
                                  Reduction::linear_craig_bampton}) {
-    ModelOptions reduced = model_of(Flexure::plate, Accuracy::reduced);
+    ModelOptions reduced = models::coarse(Flexure::plate, Accuracy::reduced);
     reduced.method = method;
     if (method == Reduction::linear_craig_bampton) reduced.superelements = {8, 0};
     INFO(static_cast<int>(method));
@@ -104,7 +88,7 @@ TEST_CASE("a fillet acts at clamped edges only", "[stress]") {
   Mechanism m = models::guide(0.1, 0.03, 0.5e-3);
   StrokeRequest request = stresses(5e-3, 0.25e-3);
   request.stress.yield = request.stress.fatigue = false;
-  const PathPoint p = point_of(m, model_of(Flexure::plate), request);
+  const PathPoint p = point_of(m, models::coarse(Flexure::plate), request);
   CHECK((p.notch_stress->along == 0 || p.notch_stress->along == 1));
   CHECK(p.notch_stress->value > 1.2 * p.max_stress->value * 0.97);
   CHECK(p.notch_stress->value < 1.67 * p.max_stress->value);
@@ -122,7 +106,7 @@ TEST_CASE("a fillet without a factor is said, and leaves no number", "[stress]")
   CHECK(fillet_fault(m, 1e-3).empty());
   CHECK(fillet_fault(m, 0.049e-3).find("0.098 times") != std::string::npos);
   CHECK(fillet_fault(m, 1.1e-3).find("2.2 times") != std::string::npos);
-  const PathPoint p = point_of(m, model_of(Flexure::beam), stresses(5e-3, 2e-3));
+  const PathPoint p = point_of(m, models::coarse(Flexure::beam), stresses(5e-3, 2e-3));
   CHECK_FALSE(p.fillet_fault.empty());
   CHECK_FALSE(p.notch_stress);
   CHECK_FALSE(p.yield_safety);
@@ -130,7 +114,7 @@ TEST_CASE("a fillet without a factor is said, and leaves no number", "[stress]")
 }
 
 TEST_CASE("no stress, no number of safety", "[stress]") {
-  const PathPoint p = point_of(strong_guide(), model_of(Flexure::beam), stresses(0, 0.25e-3));
+  const PathPoint p = point_of(strong_guide(), models::coarse(Flexure::beam), stresses(0, 0.25e-3));
   CHECK_FALSE(p.yield_safety);
   CHECK_FALSE(p.fatigue_safety);
 }
@@ -153,5 +137,6 @@ TEST_CASE("exact derivatives of stress safety agree with differences", "[stress]
   request.stress.life = true;
   const std::vector<Number> numbers{
       {"length", 0.1}, {"width", 0.03}, {"thickness", 0.5e-3}, {"modulus", 2e11}};
-  CHECK(check_gradients({make, numbers, {0, 1, 2, 3}, 10.0}, model_of(flexure), request) > 20);
+  CHECK(check_gradients({make, numbers, {0, 1, 2, 3}, 10.0}, models::coarse(flexure), request) >
+        20);
 }

@@ -18,13 +18,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-ModelOptions beams(int elements = 10) {
-  ModelOptions model;
-  model.mesh = {elements, 1};
-  model.flexure = Flexure::beam;
-  model.warping = Warping::free;
-  return model;
-}
+ModelOptions beams(int elements = 10) { return models::free_beams(elements); }
 
 /// The equilibrium on full leaves at a stroke under one load, then its critical factor.
 CriticalLoadResult critical(const Mechanism& mechanism, const ModelOptions& model,

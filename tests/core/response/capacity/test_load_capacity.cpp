@@ -16,14 +16,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr int ux = 0, uy = 1, uz = 2, rx = 3, against = 6;
 
-ModelOptions beams(int elements = 10) {
-  ModelOptions model;
-  model.mesh = {elements, 1};
-  model.flexure = Flexure::beam;
-  model.warping = Warping::free;
-  model.accuracy = Accuracy::full;
-  return model;
-}
+ModelOptions beams(int elements = 10) { return models::free_beams(elements); }
 
 StrokeRequest asking(std::initializer_list<int> directions, std::vector<double> strokes = {0}) {
   StrokeRequest request;

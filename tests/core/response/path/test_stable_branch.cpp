@@ -16,14 +16,7 @@ namespace {
 
 constexpr std::array<bool, 6> in_plane{false, false, true, true, true, false};
 
-ModelOptions beams(int elements = 48) {
-  ModelOptions model;
-  model.mesh = {elements, 1};
-  model.flexure = Flexure::beam;
-  model.warping = Warping::free;
-  model.accuracy = Accuracy::full;
-  return model;
-}
+ModelOptions beams(int elements = 48) { return models::free_beams(elements); }
 
 StrokeRequest pressed(const Vector3d& force, std::vector<double> factors, BranchChoice branch) {
   StrokeRequest request;
