@@ -59,7 +59,7 @@ def judged(error, estimate):
 def fit(c, kind):
     d, path, point, error, rounding = (c[kind, k] for k in ("d", "path", "point", "error", "rounding"))
     best = None
-    for a, b in itertools.product((0, 0.1, 0.2, 0.3, 0.5), (0, 0.1, 0.2)):
+    for a, b in itertools.product((0, 0.1, 0.2, 0.3, 0.6), (0, 0.1, 0.2, 0.3, 0.7)):
         smooth = np.sqrt(d ** 2 + (a * path) ** 2 + np.minimum(b * point, 3 * path) ** 2)
         for safety in np.arange(0.5, 4, 0.1):
             covered, sharp = judged(error, np.maximum(safety * smooth, rounding))

@@ -27,7 +27,7 @@ struct ErrorLaw {
 ErrorLaw law_of(ErrorKind kind) {
   switch (kind) {
     case ErrorKind::load:
-      return {.safety = 2.4, .path = 0.3, .point = 0.2};
+      return {.safety = 1.9, .path = 0.6, .point = 0.7};
     case ErrorKind::stiffness:
       return {.safety = 1.8, .path = 0, .point = 0.3};
     case ErrorKind::motion:
@@ -35,7 +35,7 @@ ErrorLaw law_of(ErrorKind kind) {
     case ErrorKind::frequency:
       return {.safety = 2.1, .path = 0, .point = 0.3};
     case ErrorKind::stress:
-      return {.safety = 2.6, .path = 0.5, .point = 0};
+      return {.safety = 2.2, .path = 0.6, .point = 0.2};
     case ErrorKind::none:
       break;
   }
