@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/math/rotation.hpp"
+#include "support/moved.hpp"
 #include "support/real_rotations.hpp"
 #include "support/synthetic_leaf.hpp"
 
@@ -55,15 +56,6 @@ RealEdges moved(const EdgePoses& x, const R12& q) {
     y.p[a] = x[a].position.cast<Real>() + q.segment<3>(6 * a);
     // the matrices of the double precision pose are rotations to 1e-16 only; both sides see them so
     y.R[a] = exp_real(q.segment<3>(6 * a + 3)) * x[a].axes.cast<Real>();
-  }
-  return y;
-}
-
-EdgePoses moved(const EdgePoses& x, const Vector12d& q) {
-  EdgePoses y = x;
-  for (int a = 0; a < 2; ++a) {
-    y[a].position += q.segment<3>(6 * a);
-    y[a].axes = rotation_exp(q.segment<3>(6 * a + 3)) * x[a].axes;
   }
   return y;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/math/rotation.hpp"
+#include "support/moved.hpp"
 #include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
@@ -13,15 +14,6 @@ namespace {
 
 const EdgePoses undeflected{
     {{Vector3d::Zero(), Matrix3d::Identity()}, {Vector3d(length, 0, 0), Matrix3d::Identity()}}};
-
-EdgePoses moved(const EdgePoses& x, const Vector12d& q) {
-  EdgePoses y = x;
-  for (int a = 0; a < 2; ++a) {
-    y[a].position += q.segment<3>(6 * a);
-    y[a].axes = rotation_exp(q.segment<3>(6 * a + 3)) * x[a].axes;
-  }
-  return y;
-}
 
 /// Deformations of a bent leaf with moderate forces: the stiff ones near what the bend asks for.
 Vector6d bent(Random& random) {
