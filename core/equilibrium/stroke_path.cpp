@@ -96,20 +96,19 @@ std::string dependence(const System& system, bool driven) {
                      free - wanted, driven ? " and stroke" : "");
 }
 
-}  // namespace
-
-namespace {
-
 // What tells early that Newton's method will not end at a state within reach. Strains of flexures
 // at work are below largest_strain, those of first iterates up to 0.5 times the square of the step.
+// Where reduced leaves are thrown too far, shorter steps may lead to states that are none of the
+// full leaves': of those a first iterate says nothing.
 class Prospect {
  public:
   enum class Says { go_on, too_far, stretched, no_progress };
+  explicit Prospect(const System& system) : full_(all_full(system)) {}
 
   Says look(int iteration, double step, double strain) {
     steps_.push_back(step);
     const double before = std::exchange(strain_, strain);
-    if (iteration == 1 && strain > 25 * largest_strain) return Says::too_far;
+    if (full_ && iteration == 1 && strain > 25 * largest_strain) return Says::too_far;
     if (iteration < 2) return Says::go_on;
     const bool settled = std::abs(strain - before) < 0.05 * strain && step < 0.05;
     if (settled && strain > 2 * largest_strain) return Says::stretched;
@@ -121,7 +120,14 @@ class Prospect {
   }
 
  private:
+  static bool all_full(const System& system) {
+    for (int i = 0; i < system.leaves(); ++i)
+      if (!system.leaf(i).is_full()) return false;
+    return true;
+  }
+
   static constexpr int window = 8;
+  bool full_;
   std::vector<double> steps_;
   double strain_ = 0;
 };
@@ -185,7 +191,7 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
     if (!result.message.empty()) return result;
   }
   double previous = 0;
-  Prospect prospect;
+  Prospect prospect(system);
   for (int it = 0;; ++it) {
     count_iteration();
     equations.assemble(system.load() - system.internal_force(), strokes);
