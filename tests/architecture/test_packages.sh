@@ -41,7 +41,7 @@ grep -q -- '-march=x86-64 ' "$folder/build.ninja" || problem "the first set is n
 grep -q -- '-march=native' "$folder/build.ninja" && problem "compiled for this processor"
 grep -q 'FLEXOPT_INSTRUCTIONS=x86-64-v3' "$folder/build.ninja" || problem "no second set"
 grep -q 'glibc-hwcaps/x86-64-v3' "$folder/cmake_install.cmake" || problem "the loader will not find it"
-for name in SPQR UMFPACK NLopt Ipopt; do
+for name in KLU LDL NLopt Ipopt; do
   grep -q "$name" "$folder/copyright" || problem "the terms of $name are missing"
 done
 grep -q 'Permission is hereby granted' "$folder/copyright" || problem "our own terms are missing"
