@@ -77,6 +77,18 @@ TEST_CASE("a log with a bit changed anywhere is refused, or read up to where it 
   CHECK(refused == 8 * static_cast<int>(whole.size() - 1));
 }
 
+TEST_CASE("what is nothing but a checksum is no line", "[log]") {
+  for (const char* line : {R"(,"crc32":"00000000"})", R"({,"crc32":"00000000"})",
+                           R"({"crc32":"00000000"})", R"([,"crc32:00000000"])", "}", ""}) {
+    CAPTURE(line);
+    CheckedLines lines_of_log{"evaluations.jsonl"};
+    if (std::string(line).find("crc32") == std::string::npos)
+      CHECK(lines_of_log.next(line) == line);
+    else
+      CHECK_THROWS_AS(lines_of_log.next(line), SpecError);
+  }
+}
+
 TEST_CASE("a refused line is named with its file", "[log]") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "log.jsonl";
