@@ -139,16 +139,26 @@ std::string stretch_message(double strain) {
 
 // Fills in how it ends; false where it goes on.
 bool give_up(Prospect::Says says, const System& system, Equilibrium& result) {
-  if (says == Prospect::Says::go_on) return false;
-  result.too_far = says == Prospect::Says::too_far;
-  result.stretched = says == Prospect::Says::stretched;
-  result.message =
-      says != Prospect::Says::no_progress
-          ? stretch_message(system.strain())
-          : fmt::format(
-                "Newton makes no progress after {} iterations: step {:.1e} (lengths / L), "
-                "a leaf stretched by {:.3g}",
-                result.iterations, result.step, system.strain());
+  switch (says) {
+    case Prospect::Says::go_on:
+      return false;
+    case Prospect::Says::too_far:
+      result.too_far = true;
+      result.message =
+          fmt::format("the first iterates stretch a leaf by {:.3g} > {:.3g}: beyond its reach",
+                      system.strain(), largest_strain);
+      break;
+    case Prospect::Says::stretched:
+      result.stretched = true;
+      result.message = stretch_message(system.strain());
+      break;
+    case Prospect::Says::no_progress:
+      result.message = fmt::format(
+          "Newton makes no progress after {} iterations: step {:.1e} (lengths / L), "
+          "a leaf stretched by {:.3g}",
+          result.iterations, result.step, system.strain());
+      break;
+  }
   return true;
 }
 
@@ -313,8 +323,10 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
     int& counted = result.too_far && far < most_halvings ? far : halvings;
     if (++counted > most_halvings || result.beyond_reach) {
       system.assemble();
-      result.message = fmt::format("no equilibrium between {:.4g} and {:.4g} of the {} step: {}",
-                                   reached, failed, what, result.message);
+      result.message =
+          way ? fmt::format("no equilibrium between {:.4g} and {:.4g} of the {} step: {}", reached,
+                            failed, what, result.message)
+              : fmt::format("no equilibrium: {}", result.message);
       break;
     }
     step /= 2;
@@ -349,7 +361,8 @@ Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions
   });
   if (!result.converged)
     result.message =
-        fmt::format("stroke {} to {}: {}", listed(start), listed(strokes), result.message);
+        way ? fmt::format("stroke {} to {}: {}", listed(start), listed(strokes), result.message)
+            : fmt::format("stroke {}: {}", listed(strokes), result.message);
   return result;
 }
 
