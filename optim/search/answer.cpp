@@ -101,6 +101,13 @@ void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const C
     optimum.constraints[i].multiplier = multipliers[i];
 }
 
+StrokeRequest drawn(StrokeRequest request) {
+  request.outputs.add(Output::shapes);
+  // the poles of a linear model are the frequencies beside it
+  if (request.state_space) request.values = PathValues::differentiable;
+  return request;
+}
+
 void add_paths(const DesignProblem& problem, const Variables& variables, const DesignValues& own,
                int threads, Optimum& optimum) {
   const Job& job = problem.job();
@@ -114,20 +121,20 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
   Verification& v = optimum.verified.emplace();
   std::vector<StrokeResponse> own_paths(count);
   std::vector<StrokeSensitivity> full_paths(count);
+  const bool one_model = job.model.accuracy == Accuracy::full;
   const ModelOptions full_model = at_full_accuracy(job.model);
-  if (optimum.at_full_accuracy) {
+  parallel_for(static_cast<int>(one_model ? count : 2 * count), threads, [&](int i) {
+    const std::size_t k = static_cast<std::size_t>(i) % count;
+    if (static_cast<std::size_t>(i) < count)
+      own_paths[k] = problem.respond(variables, job.model, drawn(cases[k].request));
+    else
+      full_paths[k].response = problem.respond(variables, full_model, requests[k]);
+  });
+  if (one_model)
     for (std::size_t k = 0; k < count; ++k) {
-      own_paths[k] = problem.respond(variables, full_model, cases[k].request);
       full_paths[k].response = own_paths[k];
       for (PathPoint& point : full_paths[k].response.path) point.shapes.clear();
     }
-  } else {
-    parallel_for(static_cast<int>(2 * count), threads, [&](int i) {
-      const std::size_t k = static_cast<std::size_t>(i) / 2;
-      if (i % 2 == 0) own_paths[k] = problem.respond(variables, job.model, cases[k].request);
-      if (i % 2 == 1) full_paths[k].response = problem.respond(variables, full_model, requests[k]);
-    });
-  }
   const DesignValues full = problem.robust() || problem.misassembled()
                                 ? problem.evaluate(variables, false, Accuracy::full)
                                 : problem.read(variables, full_paths, requests);

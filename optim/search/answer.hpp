@@ -29,7 +29,10 @@ std::string what_stops(const std::vector<ConstraintState>& constraints, const Sc
 void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Chosen& answer,
                      Optimum& optimum);
 
-/// The optimum's path, by the model that its values `own` are of, and the verification.
+/// The same path with shapes, for drawing.
+StrokeRequest drawn(StrokeRequest request);
+
+/// The optimum's path by the job's model, drawn, and the verification; `own`: its values there.
 void add_paths(const DesignProblem& problem, const Variables& variables, const DesignValues& own,
                int threads, Optimum& optimum);
 

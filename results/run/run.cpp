@@ -10,6 +10,7 @@
 #include "optim/maps/response_map.hpp"
 #include "optim/problem/shared_units.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
+#include "optim/search/answer.hpp"
 #include "optim/search/optimise.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
 #include "results/files/version.hpp"
@@ -21,11 +22,9 @@ namespace flexopt {
 namespace {
 
 /// Evaluates a design with shapes, for drawing.
-StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism, StrokeRequest request) {
-  request.outputs.add(Output::shapes);
-  // the poles of a linear model are the frequencies beside it
-  if (request.state_space) request.values = PathValues::differentiable;
-  return evaluate_stroke(mechanism, job.model, request);
+StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism,
+                              const StrokeRequest& request) {
+  return evaluate_stroke(mechanism, job.model, drawn(request));
 }
 
 /// The same for all load cases of a job; none where it has one only.
@@ -283,9 +282,6 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
   const bool evaluated = optimum.status != OptimumStatus::failed;
   record.mechanism = make_mechanism(job, evaluated ? optimum.parameters : job.design.parameters);
   if (evaluated) {
-    optimum.cases = drawn_cases(job, record.mechanism);
-    optimum.response = job.cases.empty() ? drawn_response(job, record.mechanism, job.request)
-                                         : optimum.cases.front();
     draw_others(record);
     ModelOptions model = job.model;
     if (optimum.at_full_accuracy) model.accuracy = Accuracy::full;
