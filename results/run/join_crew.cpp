@@ -1,6 +1,5 @@
 #include "results/run/join_crew.hpp"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -9,6 +8,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_in_folder.hpp"
+#include "results/files/program_part.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {
@@ -16,13 +16,6 @@ namespace flexopt {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// Beside the program, or where it was installed.
-fs::path library() {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
-  const fs::path beside = program / "flexopt_mpi.so";
-  return fs::exists(beside) ? beside : program.parent_path() / FLEXOPT_LIBDIR / "flexopt_mpi.so";
-}
 
 SpecError no_mpi(const std::string& why) {
   return {"mpirun", std::to_string(started_together()) + " processes",
@@ -40,15 +33,10 @@ int started_together() {
 
 std::unique_ptr<Crew> join_crew() {
   if (started_together() < 2) return nullptr;
-  const fs::path file = library();
-  if (!fs::exists(file)) throw no_mpi("no " + file.filename().string());
   // global: Open MPI loads parts of its own that look for it
-  void* const loaded = ::dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL);
-  if (!loaded) throw no_mpi(::dlerror());
-  using Join = Crew* (*)();
-  const auto join = reinterpret_cast<Join>(::dlsym(loaded, "flexopt_join_crew"));
-  if (!join) throw no_mpi(::dlerror());
-  return std::unique_ptr<Crew>(join());
+  const PartFunction join = part_function("flexopt_mpi.so", "flexopt_join_crew", PartNames::global);
+  if (!join.address) throw no_mpi(join.missing);
+  return std::unique_ptr<Crew>(reinterpret_cast<Crew* (*)()>(join.address)());
 }
 
 void tell_job(Crew& crew, const Job& job, const fs::path& job_folder) {

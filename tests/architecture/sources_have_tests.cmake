@@ -141,7 +141,7 @@ set(tested_by
   results/export/leaf_surface results/export/test_stl
   results/export/parts results/export/test_stl
   results/export/spacar_model results/export/test_spacar
-  results/export/step_absent results/export/test_step
+  results/export/step_writer results/export/test_step
   results/files/accuracy_json results/cli/test_estimates
   results/files/comparison_json results/files/test_comparison
   results/files/csv_text results/files/test_csv
