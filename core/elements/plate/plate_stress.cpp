@@ -187,14 +187,12 @@ MatrixXd StrainField::on(const std::vector<double>& x, const std::vector<double>
       across.col(k * places_y + b) = (1 - t) * low + t * high;
     }
   }
-  MatrixXd along = MatrixXd::Zero(places_x, n);
+  MatrixXd values(places_x * places_y, 6);
+  auto by_place = values.reshaped(places_x, 6 * places_y);
   for (Eigen::Index a = 0; a < places_x; ++a) {
     const auto [i, s] = bracket(x_, x[static_cast<std::size_t>(a)], split_);
-    along(a, i) = 1 - s;
-    along(a, i + 1) = s;
+    by_place.row(a) = (1 - s) * across.row(i) + s * across.row(i + 1);
   }
-  MatrixXd values(places_x * places_y, 6);
-  values.reshaped(places_x, 6 * places_y).noalias() = along * across;
   return values;
 }
 

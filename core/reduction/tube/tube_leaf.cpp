@@ -183,6 +183,7 @@ void TubeModel::cover(double sigma) {
 
 bool TubeModel::extend(double sigma) {
   equal_states_.clear();
+  kept_ = {};
   if (known_) {  // its own states, mesh and all, take the place of the known ones
     const TubeRange before = range_;
     const bool tables = dynamics_ != nullptr;

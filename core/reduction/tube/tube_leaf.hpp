@@ -8,11 +8,14 @@
 
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/reduction/expansion/tube_expansion.hpp"
+#include "core/reduction/tube/dynamics_form.hpp"
 #include "core/reduction/tube/equal_states.hpp"
+#include "core/reduction/tube/kept_places.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
 #include "core/reduction/tube/plate_pool.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_range.hpp"
+#include "core/reduction/tube/tube_rates.hpp"
 #include "core/reduction/tube/tube_stress.hpp"
 #include "core/reduction/tube/tube_view.hpp"
 
@@ -123,6 +126,16 @@ class TubeModel {
   PlatePool& pool();
   /// Leaves that were condensed, for others in the same deformation.
   EqualStates& equal_states() { return equal_states_; }
+  /// What its tables said at the last places where they were asked.
+  struct KeptAnswers {
+    KeptPlaces<TubeStress::Answer> strains;
+    KeptPlaces<StressPeak> peaks;  ///< over Young's modulus; without position and leaf
+    KeptPlaces<TubeStress::Slopes> strain_slopes;
+    KeptPlaces<TubeDynamics::Answer> dynamics;
+    KeptPlaces<DynamicsForm> dynamics_forms;
+    KeptPlaces<TubeRates::Answer> potential_rates;
+  };
+  KeptAnswers& kept() { return kept_; }
 
  private:
   void build();
@@ -152,6 +165,7 @@ class TubeModel {
   bool successor_ = false;  ///< of other forces or another degree: it has no tables
   std::shared_ptr<PlatePool> pool_;
   EqualStates equal_states_;
+  KeptAnswers kept_;                       ///< of the present tables
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
   std::unique_ptr<TubePotential> potential_, lower_;
@@ -272,8 +286,9 @@ class TubeLeaf final : public LeafElement {
   ReducedResponse response_;
   LeafEvaluation evaluation_;
   double check_ = 0;
-  std::optional<TubeStress::Answer> stress_;      ///< at this state, where it was asked for
-  std::optional<TubeDynamics::Answer> internal_;  ///< likewise; its reason tells what is doubted
+  std::shared_ptr<const TubeStress::Answer> stress_;  ///< at this state, where it was asked for
+  /// Likewise; its reason tells what is doubted.
+  std::shared_ptr<const TubeDynamics::Answer> internal_;
   std::string rebuilt_because_;    ///< why the last stress was not from tables that exist
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was

@@ -52,10 +52,12 @@ void TubeModel::make_dynamics() {
 
 void TubeModel::add_dynamics(double sigma) {
   if (loads_.loads.size() == 0) loads_ = internal_loads(*mesh());
+  kept_ = {};
   dynamics_->add(dynamics_node(leaf(), sigma, directions_, loads_, amplitude_units_));
 }
 
 void TubeModel::look_up_dynamics(double sigma, StationsWanted stations) {
+  kept_ = {};
   dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
   for (DynamicsNode& node : known_dynamics_(sigma, stations)) dynamics_->add(std::move(node));
 }
@@ -118,12 +120,15 @@ const TubeDynamics::Answer* TubeLeaf::tabulated() {
   if (!tables) return nullptr;
   if (!internal_) {
     const TubeDynamics::Place at = place_in_tables();
-    if (const double change = tables->change(at); !(change <= largest_dynamics_change))
-      internal_.emplace().reason = fmt::format(
+    internal_ = model_->kept().dynamics.at(at, [&] {
+      const double change = tables->change(at);
+      if (change <= largest_dynamics_change) return tables->evaluate(at);
+      TubeDynamics::Answer doubted;
+      doubted.reason = fmt::format(
           "the last degree of the tables changes the internal stiffness by {:.2g} > {:.2g}", change,
           largest_dynamics_change);
-    else
-      internal_ = tables->evaluate(at);
+      return doubted;
+    });
   }
   if (internal_->reason.empty()) return &*internal_;
   condensed_because_ = "frequencies of the full leaf: " + internal_->reason;

@@ -129,7 +129,11 @@ TubeLeafGradient::TubeLeafGradient(const TubeLeaf& leaf, const TubeRates& rates,
   const ChordFrame& frame = leaf.response().frame;
   const Vector6d& e = frame.e;
   const Vector3d &f = leaf.mixed().f, &scale = leaf.model()->potential().force_scale();
-  const TubeRates::Answer W = rates.evaluate({e[theta1y], e[theta2y], e[twist]}, f);
+  TubeModel::KeptAnswers& kept = leaf.model()->kept();
+  const auto known = kept.potential_rates.at(leaf.place(), [&] {
+    return rates.evaluate({e[theta1y], e[theta2y], e[twist]}, f);
+  });
+  const TubeRates::Answer& W = *known;
   tangent_ = tangent_of(W.potential, scale);
   third_ = W.third;
   // the amplitudes have no force on them, whatever the state
@@ -147,7 +151,10 @@ TubeLeafGradient::TubeLeafGradient(const TubeLeaf& leaf, const TubeRates& rates,
   }
   chord_ = ChordGradient(frame, leaf.edges(), rows, std::move(energy));
   force_ = chord_.force();
-  if (dynamics) internal_.emplace(*leaf.model()->dynamics(), leaf.place_in_tables(), *dynamics);
+  const TubeDynamics::Place at = leaf.place_in_tables();
+  if (dynamics)
+    internal_ = kept.dynamics_forms.at(
+        at, [&] { return DynamicsForm(*leaf.model()->dynamics(), at, *dynamics); });
 }
 
 // Derivatives of a form along (e, f), along e1 and the frame's motion, of its column's increments.
@@ -284,7 +291,10 @@ class TubeFields final : public LeafFields {
   }
   // Along parameter p. What the tables tell of a station is kept for the other parameters.
   MovingStations stations(Eigen::Index p) const {
-    if (!slopes_) slopes_.emplace(*model_->stress(), place_, model_->stress_rates());
+    if (!slopes_)
+      slopes_ = model_->kept().strain_slopes.at(place_, [this] {
+        return TubeStress::Slopes(*model_->stress(), place_, model_->stress_rates());
+      });
     const StressPlaces& places = model_->stress()->places();
     return {
         {places.x.begin(), places.x.end()},
@@ -300,7 +310,7 @@ class TubeFields final : public LeafFields {
   TubeModel* model_;
   TubeDynamics::Place place_;
   MatrixXd rates_;
-  mutable std::optional<TubeStress::Slopes> slopes_;  ///< made at their first use
+  mutable std::shared_ptr<const TubeStress::Slopes> slopes_;  ///< made at their first use
   mutable std::map<std::array<int, 2>, TubeStress::Slopes::Station> known_;  ///< likewise
 };
 

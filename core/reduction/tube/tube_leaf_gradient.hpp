@@ -69,7 +69,7 @@ class TubeLeafGradient final : public LeafGradient<double> {
   Matrix9d tangent_;
   std::array<Matrix9d, 3> shape_tangent_;
   std::array<Matrix6d, 6> third_;  ///< of the potential
-  std::optional<DynamicsForm> internal_;
+  std::shared_ptr<const DynamicsForm> internal_;
 };
 
 }  // namespace flexopt

@@ -17,6 +17,7 @@ const TubeStress* TubeModel::stress(double sigma) {
   if (successor_ || !built() || !flat || shape_.is_beam()) return nullptr;
   const bool beyond = stress_ && sigma > stress_->last_sigma() * (1 + 1e-9);
   if (stress_ && !(known_stress_ && beyond)) return stress_.get();
+  kept_ = {};
   if (known_stress_) {
     stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_, stress_patterns_);
     for (StateTable& node : known_stress_(std::max(sigma, range_.sigma_max)))
@@ -36,6 +37,7 @@ const StressRateSource& TubeModel::stress_rates() {
 }
 
 void TubeModel::add_stress(const TubeExpansion& e) {
+  kept_ = {};
   leaf().move_to({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0},
                  {range_.force_centre * tube_force_scale(shape_)[0], 0, 0}, e.fields.col(0));
   stress_->add(stress_node(leaf(), e.sigma, directions_, e.fields));
@@ -51,7 +53,8 @@ const StrainField* TubeLeaf::tabulated_strains() {
     rebuilt_because_ = "stress of the full leaf: no bent state was found beyond this one";
     return nullptr;
   }
-  if (!stress_) stress_ = tables->evaluate(place());
+  if (!stress_)
+    stress_ = model_->kept().strains.at(place(), [&] { return tables->evaluate(place()); });
   if (stress_->change <= largest_stress_change) return &stress_->strains;
   rebuilt_because_ = fmt::format(
       "stress of the full leaf: the last degree of the tables changes it by {:.2g} > {:.2g} of the "
@@ -89,8 +92,10 @@ std::vector<MatrixXd> TubeLeaf::stressed_nodal() {
 StressPeak TubeLeaf::max_stress() {
   const StrainField* strains = tabulated_strains();
   if (!strains) return plate_max_stress(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_);
-  StressPeak peak =
-      largest_stress(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
+  StressPeak peak = *model_->kept().peaks.at(
+      place(), [&] { return largest_stress(*strains, model_->shape(), 1, 0); });
+  peak.leaf = index_;
+  peak.value *= leaf_.material.youngs_modulus;
   peak.position = tabulated_point(peak.along, peak.across);
   return peak;
 }

@@ -105,43 +105,41 @@ void TubeStress::keep_flat(const Monomials& monomials, Kind kind, W& weights) {
   if (monomials[0].number == 0 && kind != Kind::place) weights.row(0).setZero();
 }
 
-MatrixXd TubeStress::coefficients(const Local& at, std::span<const Weights> weights,
+template <std::size_t sets>
+MatrixXd TubeStress::coefficients(const Local& at, const std::array<Weights, sets>& weights,
                                   Kind kind) const {
-  MatrixXd sum = MatrixXd::Zero(nodes_[at.interval].even.rows(),
-                                2 * static_cast<Eigen::Index>(weights.size()));
-  for (const int end : {0, 1}) {
-    const StateTable& node = nodes_[at.interval + static_cast<std::size_t>(end)];
-    const bool flat = patterns_ && node.sigma == 0;
-    const auto add = [&](const MatrixXd& table, const auto& monomials, auto w, auto sum_of) {
-      if (flat) keep_flat(monomials, kind, w);
-      sum_of.noalias() += table * w;
-    };
-    for (std::size_t k = 0; k < weights.size(); ++k) {
-      const auto column = 2 * static_cast<Eigen::Index>(k);
-      add(node.even, even_monomials(), weights[k].even[end], sum.col(column));
-      add(node.odd, odd_monomials(), weights[k].odd[end], sum.col(column + 1));
+  MatrixXd sum = MatrixXd::Zero(nodes_[at.interval].even.rows(), 2 * sets);
+  for (const std::size_t end : {0, 1}) {
+    const StateTable& node = nodes_[at.interval + end];
+    Eigen::Matrix<double, StateTable::even_monomials, sets> even;
+    Eigen::Matrix<double, StateTable::odd_monomials, sets> odd;
+    for (std::size_t k = 0; k < sets; ++k) {
+      even.col(static_cast<Eigen::Index>(k)) = weights[k].even[end];
+      odd.col(static_cast<Eigen::Index>(k)) = weights[k].odd[end];
     }
+    if (node.sigma == 0) {
+      keep_flat(even_monomials(), kind, even);
+      keep_flat(odd_monomials(), kind, odd);
+    }
+    add_table_sums(node.even, even, 1, sum.leftCols(sets));
+    add_table_sums(node.odd, odd, 1, sum.rightCols(sets));
   }
   return sum;
 }
 
-MatrixXd TubeStress::read(const Local& at, std::span<const Weights> weights, Eigen::Index first,
+MatrixXd TubeStress::read(const Local& at, const Weights& w, Eigen::Index first,
                           Eigen::Index rows) const {
-  const auto columns = 2 * static_cast<Eigen::Index>(weights.size());
-  MatrixXd parts(rows, columns);
+  MatrixXd parts(rows, 2);
   if (!patterns_) {
     const StateTable &a = nodes_[at.interval], &b = nodes_[at.interval + 1];
-    for (std::size_t k = 0; k < weights.size(); ++k) {
-      const Weights& w = weights[k];
-      auto even = parts.col(2 * static_cast<Eigen::Index>(k)),
-           odd = parts.col(2 * static_cast<Eigen::Index>(k) + 1);
-      even.noalias() = a.even.middleRows(first, rows) * w.even[0];
-      even.noalias() += b.even.middleRows(first, rows) * w.even[1];
-      odd.noalias() = a.odd.middleRows(first, rows) * w.odd[0];
-      odd.noalias() += b.odd.middleRows(first, rows) * w.odd[1];
-    }
+    auto even = parts.col(0), odd = parts.col(1);
+    even.noalias() = a.even.middleRows(first, rows) * w.even[0];
+    even.noalias() += b.even.middleRows(first, rows) * w.even[1];
+    odd.noalias() = a.odd.middleRows(first, rows) * w.odd[0];
+    odd.noalias() += b.odd.middleRows(first, rows) * w.odd[1];
     return parts;
   }
+  const std::array<Weights, 1> weights{w};
   const Eigen::Index half = places_.strain_rows() / 2;
   const auto fill = [&](Eigen::Index begin, Eigen::Index end, Kind kind, double scale) {
     begin = std::max(begin, first);
@@ -184,38 +182,61 @@ MatrixXd TubeStress::strains(const Local& at, const Parts& parts) const {
 
 // |P a| ≤ |P| |a| for each strain; von Mises stress is convex, so that it is largest at a corner of
 // the box that all strains are in.
-double TubeStress::stress_bound(const Local& at, const Weights& weights) const {
-  double most = 0;
-  for (const Kind kind : {Kind::stretching, Kind::bending}) {
-    const MatrixXd a = coefficients(at, {&weights, 1}, kind);  // κ: 2 P a, at half the thickness
-    most += pattern_norms_[kind == Kind::bending ? 1 : 0] * (a.col(0).norm() + a.col(1).norm());
-  }
+double TubeStress::stress_bound(double stretching, double bending) const {
   const double nu = shape_.poissons_ratio, plus = 1 / ((1 + nu) * (1 + nu)),
-               minus = 1 / ((1 - nu) * (1 - nu));
+               minus = 1 / ((1 - nu) * (1 - nu)),
+               most = pattern_norms_[0] * stretching + pattern_norms_[1] * bending;
   return shape_.thickness * most * std::sqrt(std::max(minus, 3 * plus) + 0.75 * plus);
 }
 
+double TubeStress::largest(const Eigen::Ref<const MatrixXd>& strains) const {
+  const Eigen::ArrayXd thickness = Eigen::ArrayXd::Constant(strains.rows(), shape_.thickness);
+  const SurfaceStresses s = surface_stresses(strains, thickness, shape_.poissons_ratio, 1);
+  return std::max(s.positive.maxCoeff(), s.negative.maxCoeff());
+}
+
 TubeStress::Answer TubeStress::evaluate(const Place& place) const {
+  constexpr double rounding = 1e-9;  // stress over Young's modulus that is none
   const Local at = locate(place);
   std::array<Weights, 2> w{weights(at, 2), weights(at, 1)};  // what the last degree is of them
-  for (const int end : {0, 1}) {
+  for (const std::size_t end : {0, 1}) {
     w[1].even[end] = w[0].even[end] - w[1].even[end];
     w[1].odd[end] = w[0].odd[end] - w[1].odd[end];
   }
-  const auto parts_of = [&](const Weights& one) {
-    return read(at, {&one, 1}, 0, places_.strain_rows());
+  const Eigen::Index rows = places_.strain_rows(), half = rows / 2;
+  const auto true_change = [&](double size) {
+    return largest(strains(at, read(at, w[1], 0, rows))) / size;
   };
-  MatrixXd here = strains(at, parts_of(w[0]));
-  const Eigen::ArrayXd thickness = Eigen::ArrayXd::Constant(here.rows(), shape_.thickness);
-  const auto largest = [&](const MatrixXd& e) {
-    const SurfaceStresses s = surface_stresses(e, thickness, shape_.poissons_ratio, 1);
-    return std::max(s.positive.maxCoeff(), s.negative.maxCoeff());
-  };
-  constexpr double rounding = 1e-9;  // stress over Young's modulus that is none
-  const double size = largest(here) + rounding;
-  double change = patterns_ ? stress_bound(at, w[1]) / size : 0;
-  if (!patterns_ || !(change <= largest_stress_change))
-    change = largest(strains(at, parts_of(w[1]))) / size;
+  if (!patterns_) {
+    MatrixXd here = strains(at, read(at, w[0], 0, rows));
+    const double change = true_change(largest(here) + rounding);
+    return {{places_.x, places_.y, std::move(here)}, change};
+  }
+  MatrixXd parts(rows, 2);
+  std::array<double, 2> last{};  // of the coefficients of the last degree: their norms
+  for (const Kind kind : {Kind::stretching, Kind::bending}) {
+    const bool bending = kind == Kind::bending;
+    const MatrixXd a = coefficients(at, w, kind);  // even, even, odd, odd
+    parts.middleRows(bending ? half : 0, half) = patterns_->times(
+        bending ? half : 0, half, (bending ? 2 : shape_.thickness) * a(Eigen::all, {0, 2}));
+    // κ: 2 P a, at half the thickness
+    last[bending ? 1 : 0] = a.col(1).norm() + a.col(3).norm();
+  }
+  MatrixXd here = strains(at, parts);
+  const double bound = stress_bound(last[0], last[1]);
+  // at its ends a leaf is often stressed most: as bounds go, that will do
+  const Eigen::Index n = places_.stations_along(), across = here.rows() / n;
+  MatrixXd ends(2 * across, 6);
+  for (Eigen::Index j = 0; j < across; ++j) {
+    ends.row(2 * j) = here.row(n * j);
+    ends.row(2 * j + 1) = here.row(n * j + n - 1);
+  }
+  double change = bound / (largest(ends) + rounding);
+  if (!(change <= largest_stress_change)) {
+    const double size = largest(here) + rounding;
+    change = bound / size;
+    if (!(change <= largest_stress_change)) change = true_change(size);
+  }
   return {{places_.x, places_.y, std::move(here)}, change};
 }
 
@@ -317,7 +338,7 @@ std::vector<Vector3d> TubeStress::nodes(const Place& place) const {
   const Local at = locate(place);
   const int first = places_.strain_rows();
   const Weights w = weights(at, 2);
-  const MatrixXd parts = read(at, {&w, 1}, first, places_.rows() - first);
+  const MatrixXd parts = read(at, w, first, places_.rows() - first);
   std::vector<Vector3d> all;
   for (int j = 0; j < static_cast<int>(places_.nodes.size()); ++j)
     for (int i = 0; i < static_cast<int>(places_.lines.size()); ++i)
@@ -334,7 +355,7 @@ Vector3d TubeStress::material_point(const Place& place, double along, double acr
   const int per_line = 3 * places_.half_nodes();
   const Weights w = weights(at, 2);
   const MatrixXd parts =
-      read(at, {&w, 1}, places_.strain_rows() + per_line * x.first, per_line * x.count);
+      read(at, w, places_.strain_rows() + per_line * x.first, per_line * x.count);
   Vector3d r = Vector3d::Zero();
   for (int i = 0; i < x.count; ++i)
     for (int j = 0; j < y.count; ++j)

@@ -4,7 +4,6 @@
 #include <array>
 #include <functional>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "core/elements/plate/plate_stress.hpp"
@@ -106,13 +105,18 @@ class TubeStress {
   static void keep_flat(const Monomials& monomials, Kind kind, W& weights);
   Local locate(const Place& place) const;
   Weights weights(const Local& at, int total) const;
-  /// Both parts for each of some weights, columns in their order.
-  MatrixXd read(const Local& at, std::span<const Weights> weights, Eigen::Index first,
+  /// Both parts of some rows.
+  MatrixXd read(const Local& at, const Weights& weights, Eigen::Index first,
                 Eigen::Index rows) const;
-  MatrixXd coefficients(const Local& at, std::span<const Weights> weights, Kind kind) const;
+  /// Of the patterns: the even parts for each of the weights, then the odd ones.
+  template <std::size_t sets>
+  MatrixXd coefficients(const Local& at, const std::array<Weights, sets>& weights, Kind kind) const;
   MatrixXd strains(const Local& at, const Parts& parts) const;
-  /// Over Young's modulus: no von Mises stress of the strains with these weights is larger.
-  double stress_bound(const Local& at, const Weights& weights) const;
+  /// Over Young's modulus: no von Mises stress is larger where the coefficients of stretching and
+  /// bending, even and odd, have norms of these sums.
+  double stress_bound(double stretching, double bending) const;
+  /// The largest von Mises stress over Young's modulus; rows as of StrainField.
+  double largest(const Eigen::Ref<const MatrixXd>& strains) const;
   /// From the axes of the tables to those of the leaf.
   Vector3d seen(const Vector3d& r) const;
   Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
