@@ -48,6 +48,7 @@ set(tested_by
   core/reduction/expansion/load_fields core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/stress_expansion core/reduction/tube/test_tube_stress
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
+  core/reduction/tube/interval_coefficients core/reduction/tube/test_tube_potential
   core/reduction/tube/tube_rates core/reduction/tube/test_tube_leaf_gradient
   core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
   core/reduction/tube/plate_pool core/reduction/tube/test_equal_states

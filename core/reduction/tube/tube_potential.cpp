@@ -6,11 +6,12 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <cstdint>
 #include <utility>
 #include <vector>
 
 #include "core/math/polynomial.hpp"
+#include "core/reduction/tube/interval_coefficients.hpp"
+#include "core/reduction/tube/potential_terms.hpp"
 
 // How a value with all derivatives stays cheap. Sort the terms by their degree k in
 // y = (φ, M1, M2), k = 0, 2, 4, … or all. A homogeneous polynomial p of degree k ≥ 2 is
@@ -19,119 +20,15 @@
 //
 // so the six entries of S, of degree k − 2 in y, give everything; they fill one vector of lanes
 // with polynomials in (σ, x). For k = 0 the lanes hold the monomials in x instead, for k = 1 the
-// three entries of ∂p/∂y. The dependence
-// on σ is in Bernstein form on each interval: two-point Hermite data turn into its coefficients
-// by positive sums, and no digits are lost between the nodes.
+// three entries of ∂p/∂y. The dependence on σ is in Bernstein form on each interval: two-point
+// Hermite data turn into its coefficients by positive sums, and no digits are lost between the
+// nodes.
 
 namespace flexopt {
+
+using namespace potential;
+
 namespace {
-
-using Lanes = TubePotential::Lanes;
-constexpr int lanes = 8;
-
-/// Calls f(integral_constant<int, i>) for i = 0 … N − 1, unrolled.
-template <int N, class F>
-inline void unrolled(F&& f) {
-  [&]<int... i>(std::integer_sequence<int, i...>) { (f(std::integral_constant<int, i>()), ...); }
-  (std::make_integer_sequence<int, N>());
-}
-
-struct Power2 {
-  int tau, N;
-};
-/// Monomials in x = (τ, N) up to a degree, graded.
-template <int Degree>
-constexpr auto x_monomials() {
-  std::array<Power2, (Degree + 1) * (Degree + 2) / 2> m{};
-  int i = 0;
-  for (int g = 0; g <= Degree; ++g)
-    for (int b = 0; b <= g; ++b) m[i++] = {g - b, b};
-  return m;
-}
-
-struct Power3 {
-  int e[3];
-};
-/// Monomials in y = (φ, M1, M2) of exactly this degree.
-template <int Degree>
-constexpr auto y_monomials() {
-  std::array<Power3, (Degree + 1) * (Degree + 2) / 2> m{};
-  int i = 0;
-  for (int a = Degree; a >= 0; --a)
-    for (int b = Degree - a; b >= 0; --b) m[i++] = {{a, b, Degree - a - b}};
-  return m;
-}
-
-/// Entries of a symmetric 3×3 matrix in the first six lanes.
-constexpr int pair_i[6] = {0, 0, 0, 1, 1, 2}, pair_j[6] = {0, 1, 2, 1, 2, 2};
-
-constexpr double binomial(int n, int k) {
-  double r = 1;
-  for (int i = 1; i <= k; ++i) r = r * (n - k + i) / i;
-  return r;
-}
-
-/// Degrees k ≥ 2 of y, the odd ones too or not.
-constexpr int y_blocks(int degree, bool odd) { return odd ? degree - 2 : (degree - 1) / 2; }
-constexpr int y_degree(int block, bool odd) { return odd ? block + 2 : 2 * block + 2; }
-
-// ---- Coefficients of an interval -----------------------------------------------------------
-
-/// Bernstein coefficients; those of the largest degree take 16 places.
-using Bernstein = std::array<double, 16>;
-
-/// Degree 2q − 1, of the Hermite polynomial of q Taylor coefficients at each end: tʲ = Σ_r
-/// C(r,j)/C(n,j) B_r, and the coefficients r < q see the left end only. The others are zero.
-Bernstein hermite_bernstein(int q, const double* left, const double* right, double h) {
-  constexpr int most = 8;
-  static constexpr auto share = [] {  // C(r,j)/C(n,j)
-    std::array<std::array<std::array<double, most>, most>, most + 1> s{};
-    for (int order = 1; order <= most; ++order)
-      for (int j = 0; j < order; ++j)
-        for (int r = j; r < order; ++r)
-          s[order][j][r] = binomial(r, j) / binomial(2 * order - 1, j);
-    return s;
-  }();
-  assert(q <= most);
-  const int n = 2 * q - 1;
-  Bernstein beta{};
-  double scale = 1;
-  for (int j = 0; j < q; ++j, scale *= h)
-    for (int r = j; r < q; ++r) {
-      const double c = share[q][j][r] * scale;
-      beta[r] += c * left[j];
-      beta[n - r] += (j % 2 ? -c : c) * right[j];
-    }
-  return beta;
-}
-
-/// The same polynomial as one of a higher degree.
-void elevate(Bernstein& beta, int from, int to) {
-  for (int n = from; n < to; ++n) {
-    for (int r = n + 1; r > 0; --r) {
-      const double s = static_cast<double>(r) / (n + 1);
-      beta[r] = s * beta[r - 1] + (1 - s) * beta[r];
-    }
-  }
-}
-
-/// Where the Taylor coefficients of an interval stand among those of its nodes, as they are asked
-/// for: of σ^j τ^a N^b y^e for all j.
-struct TaylorPlaces {
-  struct Run {
-    int count;      ///< of j
-    bool odd_even;  ///< whether a + e0 is odd: what the mirror forbids for even j at σ = 0
-  };
-  std::vector<Run> runs;
-  std::vector<std::uint16_t> places;
-
-  void add(const MonomialTable& table, int count, Power2 x, const int (&y)[3]) {
-    runs.push_back({count, (x.tau + y[0]) % 2 != 0});
-    for (int j = 0; j < count; ++j)
-      places.push_back(static_cast<std::uint16_t>(
-          table.index(std::array<int, 6>{j, x.tau, y[0], x.N, y[1], y[2]})));
-  }
-};
 
 // ---- Bernstein polynomials with two derivatives --------------------------------------------
 
@@ -211,98 +108,7 @@ inline Vector3d times(const Lanes& S, const double* y) {
           S[2] * y[0] + S[4] * y[1] + S[5] * y[2]};
 }
 
-template <int Degree>
-constexpr int x_vectors() {
-  return (static_cast<int>(x_monomials<Degree - 1>().size()) + lanes - 1) / lanes;
-}
-
 }  // namespace
-
-namespace {
-
-/// Calls bernstein(x, y) for all polynomials in σ of an interval, and puts their coefficients into
-/// lanes.
-template <int Degree, bool Odd, class Polynomial>
-std::vector<Lanes> interval_coefficients(const Polynomial& bernstein) {
-  std::vector<Lanes> all;
-  constexpr auto X = x_monomials<Degree - 1>();
-  constexpr int top = 2 * Degree + 1;
-  for (int v = 0; v < x_vectors<Degree>(); ++v) {
-    std::array<Lanes, top + 1> c{};
-    for (int l = 0; l < lanes && v * lanes + l < static_cast<int>(X.size()); ++l) {
-      const Power2 x = X[v * lanes + l];
-      Bernstein beta = bernstein(x, {0, 0, 0});
-      elevate(beta, 2 * (Degree + 1 - x.tau - x.N) - 1, top);
-      for (int r = 0; r <= top; ++r) c[r][l] = beta[r];
-    }
-    all.insert(all.end(), c.begin(), c.end());
-  }
-  if constexpr (Odd)
-    for (const Power2 x : x_monomials<Degree - 2>()) {
-      const auto first = static_cast<std::ptrdiff_t>(all.size());
-      const int terms = 2 * (Degree - x.tau - x.N);
-      all.resize(all.size() + static_cast<std::size_t>(terms), Lanes{});
-      for (int i = 0; i < 3; ++i) {
-        int e[3] = {};
-        e[i] = 1;
-        const Bernstein beta = bernstein(x, e);
-        for (int r = 0; r < terms; ++r) all[static_cast<std::size_t>(first + r)][i] = beta[r];
-      }
-    }
-  unrolled<y_blocks(Degree, Odd)>([&](auto block) {
-    constexpr int k = y_degree(block, Odd);
-    for (const Power2 x : x_monomials<Degree - 1 - k>())
-      for (const Power3& y : y_monomials<k - 2>()) {
-        const auto first = static_cast<std::ptrdiff_t>(all.size());
-        const int terms = 2 * (Degree + 1 - x.tau - x.N - k);
-        all.resize(all.size() + static_cast<std::size_t>(terms), Lanes{});
-        for (int p = 0; p < 6; ++p) {
-          const int i = pair_i[p], j = pair_j[p];
-          int e[3] = {y.e[0], y.e[1], y.e[2]};
-          ++e[i];
-          ++e[j];
-          const double factor = e[i] * (e[j] - (i == j)) / static_cast<double>(k * (k - 1));
-          const Bernstein beta = bernstein(x, e);
-          for (int r = 0; r < terms; ++r)
-            all[static_cast<std::size_t>(first + r)][p] = factor * beta[r];
-        }
-      }
-  });
-  return all;
-}
-
-}  // namespace
-
-template <int Degree, bool Odd>
-TubePotential::Interval TubePotential::make_interval(const TubeNode& a, const TubeNode& b,
-                                                     bool mirrored) {
-  static const TaylorPlaces plan = [] {
-    TaylorPlaces places;
-    (void)interval_coefficients<Degree, Odd>([&](Power2 x, const int(&y)[3]) {
-      places.add(monomials<6, Degree>(), Degree + 1 - x.tau - x.N - y[0] - y[1] - y[2], x, y);
-      return Bernstein{};
-    });
-    return places;
-  }();
-  const TaylorPlaces::Run* run = plan.runs.data();
-  const std::uint16_t* place = plan.places.data();
-  const double width = b.sigma - a.sigma;
-  auto coefficients = interval_coefficients<Degree, Odd>([&](Power2, const int(&)[3]) {
-    std::array<double, Degree + 1> left, right;
-    const auto fill = [&](const TubeNode& node, std::array<double, Degree + 1>& of) {
-      const bool flat = mirrored && node.sigma == 0;
-      for (int j = 0; j < run->count; ++j)
-        of[j] = flat && (j % 2 != 0) != run->odd_even ? 0 : node.W[place[j]];
-    };
-    fill(a, left);
-    fill(b, right);
-    const Bernstein beta = hermite_bernstein(run->count, left.data(), right.data(), width);
-    place += run->count;
-    ++run;
-    return beta;
-  });
-  return {a.sigma, width, std::move(coefficients)};
-}
 
 template <int Degree, bool Odd>
 PotentialValue TubePotential::evaluate_interval(const Interval& interval, double sigma,
@@ -472,37 +278,10 @@ TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_s
     intervals_.push_back(make_interval(static_cast<int>(i)));
 }
 
-namespace {
-// f.operator()<degree, odd>()
-template <class F>
-auto dispatch(int degree, bool odd, F&& f) {
-  switch (odd ? -degree : degree) {
-    case 3:
-      return f.template operator()<3, false>();
-    case 4:
-      return f.template operator()<4, false>();
-    case 5:
-      return f.template operator()<5, false>();
-    case 6:
-      return f.template operator()<6, false>();
-    case 7:
-      return f.template operator()<7, false>();
-    case -4:
-      return f.template operator()<4, true>();
-    case -5:
-      return f.template operator()<5, true>();
-    case -6:
-      return f.template operator()<6, true>();
-    default:
-      return f.template operator()<7, true>();
-  }
-}
-}  // namespace
-
 TubePotential::Interval TubePotential::make_interval(int i) const {
-  return dispatch(degree_, odd_, [&]<int Degree, bool Odd>() {
-    return make_interval<Degree, Odd>(nodes_[i], nodes_[i + 1], mirrored_);
-  });
+  const TubeNode &a = nodes_[i], &b = nodes_[i + 1];
+  return {a.sigma, b.sigma - a.sigma,
+          potential::interval_coefficients(degree_, odd_, a, b, mirrored_)};
 }
 
 void TubePotential::add_node(TubeNode node) {

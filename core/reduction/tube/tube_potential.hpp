@@ -84,8 +84,6 @@ class TubePotential {
   template <int Degree, bool Odd>
   static PotentialValue evaluate_interval(const Interval& interval, double sigma,
                                           const double (&z)[5]);
-  template <int Degree, bool Odd>
-  static Interval make_interval(const TubeNode& a, const TubeNode& b, bool mirrored);
   Interval make_interval(int i) const;
 
   Eigen::Matrix2d ray_, ray_inverse_;
