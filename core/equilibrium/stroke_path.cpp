@@ -83,6 +83,8 @@ int negative_pivots(const System& system, bool drives_held) {
 namespace {
 
 constexpr double violation_weight = 1e4;
+// A last step below that [lengths / L] is not made: it is rounding, or next to it.
+constexpr double as_good_as_none = 1e-12;
 
 // What is wrong where the joints' conditions, and the strokes' if they are held, depend on each
 // other at this state; empty if they do not.
@@ -222,6 +224,12 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
       result.converged = true;
       result.drive_loads = loads_of_drives(system, equations, x);
       if (result.drive_loads.size() > 0) result.drive_load = result.drive_loads[0];
+      // the step is known: with it the state is as good as the loads are
+      if (!stalled && size > as_good_as_none) {
+        system.move(equations.motion(x));
+        if (equations.conditions() > 0) system.add_to_multipliers(equations.multipliers(x));
+        system.assemble();
+      }
       return result;
     }
     if (result.step > 2 || it == options.max_iterations) {

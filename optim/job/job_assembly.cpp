@@ -30,7 +30,9 @@ const RecordTable<Constraint>& worst_table() {
                     "whose worst value is looked for")
           .choice<OverStroke>("over_stroke", worse_names, &Constraint::over_stroke,
                               "its worse side, and which value over the stroke: the least, the "
-                              "largest, or the largest in size");
+                              "largest, or the largest in size")
+          .optional("case", shape::text(100), &Constraint::load_case,
+                    "the load case that counts; default: the worst of all");
   return table;
 }
 
@@ -143,22 +145,24 @@ bool names_the_box(const json& job) {
 
 void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec) {
   const auto look_at = [&](bool misassembled, const std::string& quantity, OverStroke over,
-                           bool least) {
+                           const std::string& load_case, bool least) {
     const auto same = [&](const Constraint& c) {
-      return c.quantity == quantity && c.over_stroke == over && c.min.has_value() == least;
+      return c.quantity == quantity && c.over_stroke == over && c.load_case == load_case &&
+             c.min.has_value() == least;
     };
     if (!misassembled || std::ranges::any_of(spec.quantities, same)) return;
-    Constraint one{.quantity = quantity, .over_stroke = over};
+    Constraint one{.quantity = quantity, .over_stroke = over, .load_case = load_case};
     if (least) one.min = 0;  // the least is the worst
     one.label = goal_label(one);
     spec.quantities.push_back(std::move(one));
   };
   const Objective& o = goals.objective;
-  look_at(o.misassembled, o.quantity, o.over_stroke, o.maximise);
+  look_at(o.misassembled, o.quantity, o.over_stroke, o.load_case, o.maximise);
   for (const Constraint& c : goals.constraints)
-    look_at(c.misassembled, c.quantity, c.over_stroke, c.min.has_value());
+    look_at(c.misassembled, c.quantity, c.over_stroke, c.load_case, c.min.has_value());
   if (const auto& front = goals.pareto)
-    look_at(front->misassembled, front->quantity, front->over_stroke, front->maximise);
+    look_at(front->misassembled, front->quantity, front->over_stroke, front->load_case,
+            front->maximise);
 }
 
 AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechanism, bool in_goals,
@@ -166,9 +170,6 @@ AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechani
   const Pointer at("/assembly_tolerances");
   FaultList& faults = context.faults;
   AssemblyTolerances spec = box_table().read(read);
-  if (!context.cases.all.empty())
-    faults.add(at.to_string(), fmt::format("{} load cases", context.cases.all.size()),
-               "it is looked at in a job without cases");
   std::set<std::pair<int, int>> edges;
   for (std::size_t i = 0; i < read["edges"].size(); ++i)
     faults.attempt([&] {
@@ -182,15 +183,18 @@ AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechani
   for (std::size_t i = 0; i < read["quantities"].size(); ++i)
     faults.attempt([&] {
       Constraint one = worst_table().read(read["quantities"][i]);
-      one.quantity = context.quantity(one.quantity, "", at / "quantities" / i / "quantity").name;
+      const Pointer here = at / "quantities" / i;
+      one.load_case = context.load_case(read["quantities"][i], here);
+      one.quantity = context.quantity(one.quantity, one.load_case, here / "quantity").name;
       if (is_of_design(one.quantity))
-        throw SpecError((at / "quantities" / i / "quantity").to_string(), shown(one.quantity),
+        throw SpecError((here / "quantity").to_string(), shown(one.quantity),
                         "it is the same however the mechanism is assembled");
       if (one.over_stroke == OverStroke::min) one.min = 0;  // the least is the worst
       one.label = goal_label(one);
       spec.quantities.push_back(std::move(one));
     });
-  const bool drives = !mechanism.drives.empty() && context.request.loads.driven();
+  const bool drives =
+      !mechanism.drives.empty() && (context.request.loads.driven() || !context.cases.all.empty());
   if (spec.drive_load_change && !drives)
     faults.add((at / "drive_load_change").to_string(), shown(read["drive_load_change"]),
                "nothing is driven here");

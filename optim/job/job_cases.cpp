@@ -185,6 +185,12 @@ Job read_cases(const json& document, FaultList& faults,
     for (const std::string& note : one.notes)
       if (std::ranges::find(job.notes, note) == job.notes.end()) job.notes.push_back(note);
   }
+  const auto driven = [](const JobCase& one) { return one.request.loads.driven(); };
+  if (const auto& box = job.assembly_tolerances;
+      box && box->drive_load_change && std::ranges::none_of(job.cases, driven))
+    faults.add("/assembly_tolerances/drive_load_change",
+               shown(document["assembly_tolerances"]["drive_load_change"]),
+               "nothing is driven in any load case");
   for (const std::string& key : unused)
     job.notes.push_back(fmt::format("No load case uses the job's own {}: each has another.", key));
   job.as_read = std::make_shared<const json>(document_as_read(cases, jobs));

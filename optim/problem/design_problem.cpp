@@ -117,9 +117,11 @@ DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
     // values at nearly as bad places are candidates where repeated rows do no harm
     const bool many = searched && bears_repetition(optimiser_options(*job_.optimise));
     misassembled_.emplace(job_, goals_, many ? places_in_box : 1);
-    box_request_ = misassembled_->request(job_);
-    box_request_.values = requests_.front().values;
-    box_request_.stress_peaks = requests_.front().stress_peaks;
+    for (std::size_t k = 0; k < requests_.size(); ++k) {
+      StrokeRequest& request = box_requests_.emplace_back(misassembled_->request(job_, k));
+      request.values = requests_[k].values;
+      request.stress_peaks = requests_[k].stress_peaks;
+    }
   }
   names_ = moving_parameters(job_, robust());
 }
@@ -350,8 +352,8 @@ MisassembledGoals::Found DesignProblem::look_in_box(const ParameterValues& param
                                                     bool gradient, const ModelOptions& model,
                                                     bool& reduced) const {
   const Mechanism mechanism = make_mechanism(job_, parameters);
-  const bool exact =
-      evaluators_.gradients != nullptr && box_request_.values == PathValues::differentiable;
+  const bool exact = evaluators_.gradients != nullptr &&
+                     box_requests_.front().values == PathValues::differentiable;
   const auto evaluate = [&](const StrokeRequest& request, bool differentiated) {
     StrokeSensitivity found;
     if (differentiated && evaluators_.gradients)
@@ -361,7 +363,7 @@ MisassembledGoals::Found DesignProblem::look_in_box(const ParameterValues& param
     reduced |= of_reduced_leaves(found.response, request);
     return found;
   };
-  return misassembled_->read({mechanism, model, box_request_, exact}, evaluate, gradient);
+  return misassembled_->read({mechanism, model, box_requests_, exact}, evaluate, gradient);
 }
 
 GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,

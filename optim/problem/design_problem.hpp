@@ -173,7 +173,7 @@ class DesignProblem {
   std::vector<Goal> goals_;
   std::vector<StrokeRequest> requests_;  ///< of each load case
   std::optional<MisassembledGoals> misassembled_;
-  StrokeRequest box_request_;  ///< of the goals that count errors of assembly
+  std::vector<StrokeRequest> box_requests_;  ///< of the goals that count errors of assembly
   bool needs_mechanics_ = false;
 };
 

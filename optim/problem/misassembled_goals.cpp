@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "optim/numerics/central_differences.hpp"
 
@@ -33,6 +34,7 @@ MisassembledGoals::MisassembledGoals(const Job& job, std::vector<Goal>& goals, i
     : box_(*job.assembly_tolerances), plain_(goals) {
   const AssemblyTolerances& spec = *job.assembly_tolerances;
   search_ = {box_.size(), spec.starts, spec.seed, places};
+  for (const JobCase& one : cases_of(job)) cases_.push_back(one.name);
   for (std::size_t g = 0; g < goals.size(); ++g) {
     if (goals[g].misassembled) {
       which_.push_back(g);
@@ -42,44 +44,64 @@ MisassembledGoals::MisassembledGoals(const Job& job, std::vector<Goal>& goals, i
   }
 }
 
-StrokeRequest MisassembledGoals::request(const Job& job) const {
+StrokeRequest MisassembledGoals::request(const Job& job, std::size_t load_case) const {
   std::vector<Goal> asked;
   for (const std::size_t g : which_) asked.push_back(plain_[g]);
-  return request_of_goals(job, asked);
+  return request_of_goals(job, asked, load_case);
 }
 
-std::vector<MisassembledGoals::Number> MisassembledGoals::numbers(
-    const StrokeRequest& request) const {
+std::vector<MisassembledGoals::Number> MisassembledGoals::numbers() const {
   std::vector<Number> all;
   for (const std::size_t g : which_)
-    for (const std::size_t point : points_of(plain_[g], request.points.size()))
-      all.push_back({g, point});
+    for (const GoalPart& part : plain_[g].parts)
+      for (const std::size_t point : points_of(plain_[g], part.points))
+        all.push_back({g, part.load_case, point});
   return all;
 }
 
-BoxLook MisassembledGoals::values_at(const StrokeSensitivity& found, const Design& design,
-                                     const std::vector<Number>& numbers, const VectorXd& z) const {
+std::string MisassembledGoals::said(const std::string& message, std::size_t load_case) const {
+  if (cases_[load_case].empty()) return message;
+  return fmt::format("{} (load case {})", message, cases_[load_case]);
+}
+
+std::vector<StrokeSensitivity> MisassembledGoals::paths_at(
+    const Design& design, const VectorXd& z,
+    const std::function<StrokeSensitivity(const StrokeRequest&)>& evaluate) const {
+  std::vector<StrokeSensitivity> found(design.requests.size());
+  for (std::size_t k = 0; k < found.size(); ++k)
+    if (!design.requests[k].outputs.empty())
+      found[k] = evaluate(box_.misassembled(design.requests[k], z));
+  return found;
+}
+
+BoxLook MisassembledGoals::values_at(const std::vector<StrokeSensitivity>& found,
+                                     const Design& design, const std::vector<Number>& numbers,
+                                     const VectorXd& z) const {
   BoxLook look;
   look.values.resize(static_cast<Eigen::Index>(numbers.size()));
-  bool differentiated = found.gradients.has_value();
+  bool differentiated = true;
+  for (const Number& number : numbers)
+    differentiated = differentiated && found[number.load_case].gradients.has_value();
   if (differentiated) look.rates.resize(look.values.size(), z.size());
-  std::size_t last = plain_.size();
+  std::pair last{plain_.size(), std::size_t{0}};
   GoalReading reading;
   for (std::size_t k = 0; k < numbers.size(); ++k) {
-    const auto& [g, point] = numbers[k];
-    if (g != last) {
+    const auto& [g, load_case, point] = numbers[k];
+    if (std::pair now{g, load_case}; now != last) {
       Goal one = plain_[g];
       one.branches = 1;
-      reading = read_goal(one, found.response, design.request,
-                          differentiated ? &*found.gradients : nullptr);
-      last = g;
+      const StrokeSensitivity& of = found[load_case];
+      reading = read_goal(one, of.response, design.requests[load_case],
+                          differentiated ? &*of.gradients : nullptr);
+      last = now;
     }
     if (!reading.ok) {
       look.reason = reading.reason;
       std::vector<std::string> where;
       for (const double x : z) where.push_back(fmt::format("{:.3g}", x));
-      look.message = fmt::format("{} (errors of assembly at {} of their box)", reading.message,
-                                 fmt::join(where, ", "));
+      look.message = said(fmt::format("{} (errors of assembly at {} of their box)", reading.message,
+                                      fmt::join(where, ", ")),
+                          load_case);
       return look;
     }
     const double value = reading.values[point], side = side_of(plain_[g], value);
@@ -98,13 +120,16 @@ BoxLook MisassembledGoals::values_at(const StrokeSensitivity& found, const Desig
 BoxLook MisassembledGoals::look(const Design& design, const Evaluate& evaluate,
                                 const std::vector<Number>& numbers, const VectorXd& z) const {
   const auto plain_look = [&](const VectorXd& at) {
-    return values_at(evaluate(box_.misassembled(design.request, at), false), design, numbers, at);
+    const auto plain = [&](const StrokeRequest& request) { return evaluate(request, false); };
+    return values_at(paths_at(design, at, plain), design, numbers, at);
   };
   BoxLook here;
   if (design.exact) {
-    here = values_at(evaluate_stroke_gradients(design.mechanism, box_.directions(design.mechanism),
-                                               design.model, box_.misassembled(design.request, z)),
-                     design, numbers, z);
+    const std::vector<MechanismDirection> along = box_.directions(design.mechanism);
+    const auto differentiated = [&](const StrokeRequest& request) {
+      return evaluate_stroke_gradients(design.mechanism, along, design.model, request);
+    };
+    here = values_at(paths_at(design, z, differentiated), design, numbers, z);
     if (!here.ok || here.rates.rows() > 0) return here;
   } else {
     here = plain_look(z);
@@ -158,52 +183,57 @@ void MisassembledGoals::add_candidates(std::size_t goal,
 
 MisassembledGoals::Found MisassembledGoals::read(const Design& design, const Evaluate& evaluate,
                                                  bool gradient) const {
-  const std::vector<Number> asked = numbers(design.request);
+  const std::vector<Number> asked = numbers();
   std::vector<std::size_t> kinds;
   for (const Number& number : asked) kinds.push_back(number.goal);
   const WorstPlaces worst = worst_places(
       search_, kinds, [&](const VectorXd& z) { return look(design, evaluate, asked, z); });
   if (!worst.ok) return {.message = worst.message, .reason = worst.reason};
-  // the paths at these places, each once
-  std::vector<VectorXd> places;
+  // the paths at these places, each once in each load case
+  std::vector<std::pair<VectorXd, std::size_t>> places;
   std::vector<StrokeSensitivity> paths;
-  const auto path_at = [&](const VectorXd& z) {
-    const auto known = std::ranges::find_if(places, [&](const VectorXd& p) { return p == z; });
+  const auto path_at = [&](const VectorXd& z, std::size_t load_case) {
+    const auto known = std::ranges::find_if(
+        places, [&](const auto& p) { return p.second == load_case && p.first == z; });
     if (known != places.end()) return static_cast<std::size_t>(known - places.begin());
-    places.push_back(z);
-    paths.push_back(evaluate(box_.misassembled(design.request, z), gradient));
+    places.emplace_back(z, load_case);
+    paths.push_back(evaluate(box_.misassembled(design.requests[load_case], z), gradient));
     return paths.size() - 1;
   };
   std::vector<std::vector<std::size_t>> at(asked.size());
   for (std::size_t k = 0; k < asked.size(); ++k)
-    for (const VectorXd& z : worst.places[k]) at[k].push_back(path_at(z));
+    for (const VectorXd& z : worst.places[k]) at[k].push_back(path_at(z, asked[k].load_case));
 
   Found found{.ok = true, .goals = std::vector<GoalReading>(plain_.size())};
   for (const StrokeSensitivity& path : paths)
     if (path.gradients) found.parameters = path.gradients->parameters;
   std::size_t first = 0;
   for (const std::size_t g : which_) {
-    std::vector<GoalReading> readings;
-    for (const StrokeSensitivity& path : paths) {
-      readings.push_back(read_goal(plain_[g], path.response, design.request,
-                                   path.gradients ? &*path.gradients : nullptr));
-      if (!readings.back().ok)
-        return {.message = readings.back().message, .reason = readings.back().reason};
-    }
-    const std::size_t count = points_of(plain_[g], design.request.points.size()).size();
     GoalReading& whole = found.goals[g];
     whole.ok = true;
-    for (std::size_t point = 0; point < design.request.points.size(); ++point) {
-      std::size_t k = first;  // a goal of one point has its place for all
-      for (std::size_t j = first; j < first + count; ++j)
-        if (asked[j].point == point) k = j;
-      std::vector<const GoalReading*> here;
-      for (const std::size_t p : at[k]) here.push_back(&readings[p]);
-      add_candidates(g, here, point, whole);
+    for (const GoalPart& part : plain_[g].parts) {
+      std::vector<GoalReading> readings(paths.size());
+      for (std::size_t p = 0; p < paths.size(); ++p) {
+        if (places[p].second != part.load_case) continue;
+        readings[p] = read_goal(plain_[g], paths[p].response, design.requests[part.load_case],
+                                paths[p].gradients ? &*paths[p].gradients : nullptr);
+        if (!readings[p].ok)
+          return {.message = said(readings[p].message, part.load_case),
+                  .reason = readings[p].reason};
+      }
+      const std::size_t count = points_of(plain_[g], part.points).size();
+      for (std::size_t point = 0; point < part.points; ++point) {
+        std::size_t k = first;  // a goal of one point has its place for all
+        for (std::size_t j = first; j < first + count; ++j)
+          if (asked[j].point == point) k = j;
+        std::vector<const GoalReading*> here;
+        for (const std::size_t p : at[k]) here.push_back(&readings[p]);
+        add_candidates(g, here, point, whole);
+      }
+      first += count;
     }
     if (whole.gradient.rows() != static_cast<Eigen::Index>(whole.values.size()))
       whole.gradient.resize(0, 0);
-    first += count;
   }
   return found;
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Goals that count at the worst errors of assembly in a box. Each value over the stroke is that at
-// its own worst place z*(p) in the box:
+// Goals that count at the worst errors of assembly in a box. Each value, at every point of the
+// stroke and in every load case, is that at its own worst place z*(p) in the box:
 //     V(p) = max over z of v(z, p),    ∂V/∂p = ∂v/∂p at z*                                   (V3)
 // because z* is at its bounds, which no parameter moves, or ∂v/∂z is zero there.
 #include <functional>
@@ -20,8 +20,8 @@ class MisassembledGoals {
   /// a box.
   MisassembledGoals(const Job& job, std::vector<Goal>& goals, int places);
 
-  /// What the goals ask of the job's path.
-  StrokeRequest request(const Job& job) const;
+  /// What the goals ask of a load case of the job; no outputs where they ask nothing.
+  StrokeRequest request(const Job& job, std::size_t load_case) const;
   /// The goal of that number as it is without errors, or with given ones.
   const Goal& plain(std::size_t goal) const { return plain_[goal]; }
 
@@ -30,7 +30,7 @@ class MisassembledGoals {
   struct Design {
     const Mechanism& mechanism;
     const ModelOptions& model;
-    const StrokeRequest& request;
+    const std::vector<StrokeRequest>& requests;  ///< of all load cases
     /// Derivatives along the errors are exact; else central differences.
     bool exact = false;
   };
@@ -43,21 +43,29 @@ class MisassembledGoals {
   Found read(const Design& design, const Evaluate& evaluate, bool gradient) const;
 
  private:
-  /// One number of a goal: its value at a point of the stroke.
+  /// One number of a goal: its value at a point of the stroke of a load case.
   struct Number {
-    std::size_t goal = 0, point = 0;
+    std::size_t goal = 0, load_case = 0, point = 0;
   };
-  std::vector<Number> numbers(const StrokeRequest& request) const;
+  /// Goal by goal, load case by load case.
+  std::vector<Number> numbers() const;
+  /// At one place of the box in all load cases that the goals ask for.
+  std::vector<StrokeSensitivity> paths_at(
+      const Design& design, const VectorXd& z,
+      const std::function<StrokeSensitivity(const StrokeRequest&)>& evaluate) const;
   BoxLook look(const Design& design, const Evaluate& evaluate, const std::vector<Number>& numbers,
                const VectorXd& z) const;
-  BoxLook values_at(const StrokeSensitivity& found, const Design& design,
+  BoxLook values_at(const std::vector<StrokeSensitivity>& found, const Design& design,
                     const std::vector<Number>& numbers, const VectorXd& z) const;
+  /// Why a goal has no value, with the load case where there are several.
+  std::string said(const std::string& message, std::size_t load_case) const;
   /// The candidates of a point, the worst first.
   void add_candidates(std::size_t goal, const std::vector<const GoalReading*>& readings,
                       std::size_t point, GoalReading& whole) const;
 
   AssemblyBox box_;
   BoxSearch search_;
+  std::vector<std::string> cases_;  ///< their names; of a job without several, one without
   std::vector<Goal> plain_;
   std::vector<std::size_t> which_;  ///< goals in question
   std::vector<int> candidates_;     ///< of every goal

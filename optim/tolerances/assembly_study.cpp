@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "core/response/quantities.hpp"
@@ -33,10 +34,15 @@ struct Reading {
   bool ok = false;
   bool unstable = false;  ///< or without equilibrium: beyond everything
   double value = 0;
-  std::size_t point = 0;
+  GoalPlace place;
   std::string what;  ///< which number it is, of several
 };
-using Read = std::function<Reading(const StrokeResponse&)>;
+/// Of all load cases; empty those that were not asked for.
+using Paths = std::vector<StrokeResponse>;
+struct Read {
+  std::function<Reading(const Paths&)> of;
+  std::vector<std::size_t> cases;  ///< which it needs
+};
 
 class Box {
  public:
@@ -45,7 +51,11 @@ class Box {
   int size() const { return box_.size(); }
   int evaluations() const { return evaluations_; }
   std::vector<AssemblyError> errors(const VectorXd& z) const { return box_.errors(z); }
-  StrokeResponse evaluate(const VectorXd& z);
+  /// Every load case.
+  std::vector<std::size_t> all_cases() const;
+  /// The one that a quantity names, or every.
+  std::vector<std::size_t> cases_of(const Constraint& quantity) const;
+  Paths evaluate(const VectorXd& z, const std::vector<std::size_t>& cases);
   /// At errors z, −1 … 1, of the box times a scale.
   Reading read(const VectorXd& z, double scale, const Read& of);
   /// Along z, by central differences; nothing where these meet what has no value.
@@ -62,7 +72,7 @@ class Box {
   AssemblyTolerances spec_;
   ModelOptions model_;
   Mechanism mechanism_;
-  StrokeRequest request_;
+  std::vector<JobCase> cases_;
   int evaluations_ = 0;
 };
 
@@ -71,29 +81,50 @@ Box::Box(const Job& job, const ParameterValues& parameters, const ModelOptions& 
       spec_(*job.assembly_tolerances),
       model_(model),
       mechanism_(make_mechanism(job, parameters)),
-      request_(job.request) {
-  request_.outputs = {Output::equilibrium};
-  for (const Constraint& c : spec_.quantities) request_.outputs.add(needs_of(c.quantity));
-  if (spec_.wants_critical()) request_.outputs.add(Output::stiffness);
+      cases_(flexopt::cases_of(job)) {
+  for (JobCase& one : cases_) {
+    one.request.outputs = {Output::equilibrium};
+    for (const Constraint& c : spec_.quantities) one.request.outputs.add(needs_of(c.quantity));
+    if (spec_.wants_critical()) one.request.outputs.add(Output::stiffness);
+  }
 }
 
-StrokeResponse Box::evaluate(const VectorXd& z) {
-  ++evaluations_;
-  return evaluate_stroke(mechanism_, model_, box_.misassembled(request_, z));
+std::vector<std::size_t> Box::all_cases() const {
+  std::vector<std::size_t> all(cases_.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+std::vector<std::size_t> Box::cases_of(const Constraint& quantity) const {
+  std::vector<std::size_t> counted = all_cases();
+  std::erase_if(counted, [&](std::size_t k) {
+    return !quantity.load_case.empty() && cases_[k].name != quantity.load_case;
+  });
+  return counted;
+}
+
+Paths Box::evaluate(const VectorXd& z, const std::vector<std::size_t>& cases) {
+  Paths found(cases_.size());
+  for (const std::size_t k : cases) {
+    ++evaluations_;
+    found[k] = evaluate_stroke(mechanism_, model_, box_.misassembled(cases_[k].request, z));
+  }
+  return found;
 }
 
 Reading Box::read(const VectorXd& z, double scale, const Read& of) {
-  const StrokeResponse found = evaluate(scale * z);
-  for (const PathPoint& point : found.path)
-    if (point.status != PointStatus::converged || !point.stable) {
-      Reading reading;
-      reading.unstable = true;
-      reading.point = static_cast<std::size_t>(&point - found.path.data());
-      reading.what =
-          point.status == PointStatus::converged ? "the mechanism is unstable" : point.message;
-      return reading;
-    }
-  return of(found);
+  const Paths found = evaluate(scale * z, of.cases);
+  for (const std::size_t k : of.cases)
+    for (const PathPoint& point : found[k].path)
+      if (point.status != PointStatus::converged || !point.stable) {
+        Reading reading;
+        reading.unstable = true;
+        reading.place = {k, static_cast<std::size_t>(&point - found[k].path.data())};
+        reading.what =
+            point.status == PointStatus::converged ? "the mechanism is unstable" : point.message;
+        return reading;
+      }
+  return of.of(found);
 }
 
 std::optional<VectorXd> Box::gradient(const VectorXd& z, const Reading& here, double scale,
@@ -187,67 +218,74 @@ std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const Vect
 /// Which side of a quantity is the worse one.
 double side_of(const Constraint& of) { return of.min ? -1 : 1; }
 
-/// The worst over the stroke of a quantity, its worse side up.
-Reading read_worst(const StrokeResponse& found, const Constraint& of) {
+/// The worst over the stroke of a quantity, and over these load cases, its worse side up.
+Reading read_worst(const Paths& found, const Constraint& of,
+                   const std::vector<std::size_t>& cases) {
   Reading reading;
-  const std::size_t last = found.path.size() - 1;
-  for (std::size_t k = 0; k < found.path.size(); ++k) {
-    if ((of.over_stroke == OverStroke::first && k > 0) ||
-        (of.over_stroke == OverStroke::last && k < last))
-      continue;
-    const auto value = value_of(found.path[k], of.quantity);
-    if (!value) return {.what = fmt::format("{} has no value at point {}", of.quantity, k)};
-    double side = side_of(of);
-    if (of.over_stroke == OverStroke::max_abs && *value < 0) side = -1;
-    if (reading.ok && side * *value <= reading.value) continue;
-    reading = {true, false, side * *value, k, {}};
+  for (const std::size_t k : cases) {
+    const std::vector<PathPoint>& path = found[k].path;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      if ((of.over_stroke == OverStroke::first && i > 0) ||
+          (of.over_stroke == OverStroke::last && i + 1 < path.size()))
+        continue;
+      const auto value = value_of(path[i], of.quantity);
+      if (!value) return {.what = fmt::format("{} has no value at point {}", of.quantity, i)};
+      double side = side_of(of);
+      if (of.over_stroke == OverStroke::max_abs && *value < 0) side = -1;
+      if (reading.ok && side * *value <= reading.value) continue;
+      reading = {true, false, side * *value, {k, i}, {}};
+    }
   }
   return reading;
 }
 
-/// How far beyond what is critical: above zero beyond it.
-Reading read_critical(const StrokeResponse& found, const StrokeResponse& nominal,
-                      const AssemblyTolerances& spec) {
+/// How far beyond what is critical, in any load case: above zero beyond it.
+Reading read_critical(const Paths& found, const Paths& nominal, const AssemblyTolerances& spec) {
   Reading reading;
-  const auto take = [&](double value, std::size_t point, std::string what) {
+  const auto take = [&](double value, GoalPlace place, std::string what) {
     if (!reading.ok || value > reading.value)
-      reading = {true, false, value, point, std::move(what)};
+      reading = {true, false, value, place, std::move(what)};
   };
-  double largest = 0;
-  for (const PathPoint& p : nominal.path) largest = std::max(largest, std::abs(p.drive_load));
-  for (std::size_t k = 0; k < found.path.size(); ++k) {
-    const PathPoint &now = found.path[k], &then = nominal.path[k];
-    for (std::size_t d = 0; spec.stiffness_share && d < 6; ++d)
-      if (now.support_stiffness[d] && then.support_stiffness[d])
-        take(*spec.stiffness_share * *then.support_stiffness[d] / *now.support_stiffness[d] - 1, k,
-             fmt::format("support_stiffness.{} falls to {:g} of its value", direction_names[d],
-                         *spec.stiffness_share));
-    if (!spec.drive_load_change || largest == 0) continue;
-    take(std::abs(now.drive_load - then.drive_load) / (*spec.drive_load_change * largest) - 1, k,
-         fmt::format("drive_load changes by {:g} of its largest value", *spec.drive_load_change));
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    double largest = 0;
+    for (const PathPoint& p : nominal[c].path) largest = std::max(largest, std::abs(p.drive_load));
+    for (std::size_t k = 0; k < found[c].path.size(); ++k) {
+      const PathPoint &now = found[c].path[k], &then = nominal[c].path[k];
+      for (std::size_t d = 0; spec.stiffness_share && d < 6; ++d)
+        if (now.support_stiffness[d] && then.support_stiffness[d])
+          take(*spec.stiffness_share * *then.support_stiffness[d] / *now.support_stiffness[d] - 1,
+               {c, k},
+               fmt::format("support_stiffness.{} falls to {:g} of its value", direction_names[d],
+                           *spec.stiffness_share));
+      if (!spec.drive_load_change || largest == 0) continue;
+      take(std::abs(now.drive_load - then.drive_load) / (*spec.drive_load_change * largest) - 1,
+           {c, k},
+           fmt::format("drive_load changes by {:g} of its largest value", *spec.drive_load_change));
+    }
   }
   return reading;
 }
 
-WorstAssembly worst_of(Box& box, const Constraint& of, const StrokeResponse& nominal) {
+WorstAssembly worst_of(Box& box, const Constraint& of, const Paths& nominal) {
   WorstAssembly result;
   result.of = of;
   const int before = box.evaluations();
-  const Reading plain = read_worst(nominal, of);
+  const std::vector<std::size_t> cases = box.cases_of(of);
+  const Reading plain = read_worst(nominal, of, cases);
   const double side = side_of(of);
   if (!plain.ok) {
     result.reason = plain.what;
     return result;
   }
   result.nominal = side * plain.value;
-  const auto read = [&](const StrokeResponse& found) { return read_worst(found, of); };
+  const Read read{[&](const Paths& found) { return read_worst(found, of, cases); }, cases};
   std::vector<VectorXd> as_bad;
   const auto [z, reading] = box.worst(1, read, VectorXd::Zero(box.size()), &result.corner, &as_bad);
   if (result.corner) *result.corner *= side;
   result.evaluations = box.evaluations() - before;
   result.misalignment = box.errors(z);
   for (const VectorXd& other : as_bad) result.as_bad.push_back(box.errors(other));
-  result.point = reading.point;
+  result.place = reading.place;
   if (reading.ok) result.worst = side * reading.value;
   if (!reading.ok) result.reason = reading.what;
   return result;
@@ -286,11 +324,11 @@ std::pair<double, Reading> end_along(Box& box, const Read& of, const VectorXd& z
   return {high, at_high};
 }
 
-CriticalAssembly critical_of(Box& box, const AssemblyTolerances& spec,
-                             const StrokeResponse& nominal) {
+CriticalAssembly critical_of(Box& box, const AssemblyTolerances& spec, const Paths& nominal) {
   CriticalAssembly result;
   const int before = box.evaluations();
-  const auto of = [&](const StrokeResponse& found) { return read_critical(found, nominal, spec); };
+  const Read of{[&](const Paths& found) { return read_critical(found, nominal, spec); },
+                box.all_cases()};
   result.scale = spec.largest_scale;
   result.limit = "none";
   result.text = fmt::format("nothing critical up to {:g} times the box", spec.largest_scale);
@@ -308,7 +346,7 @@ CriticalAssembly critical_of(Box& box, const AssemblyTolerances& spec,
     if (smaller) {
       result.scale = end;
       result.misalignment = box.errors(end * z);
-      result.point = there.point;
+      result.place = there.place;
       result.text = there.what;
       result.limit = there.unstable                         ? "instability"
                      : there.what.starts_with("drive_load") ? "drive_load"
@@ -329,11 +367,12 @@ AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,
   AssemblyReport report;
   const AssemblyTolerances& spec = *job.assembly_tolerances;
   Box box(job, parameters, model);
-  const StrokeResponse nominal = box.evaluate(VectorXd::Zero(box.size()));
-  if (nominal.status != Status::ok) {
-    report.message = nominal.message;
-    return report;
-  }
+  const Paths nominal = box.evaluate(VectorXd::Zero(box.size()), box.all_cases());
+  for (const StrokeResponse& one : nominal)
+    if (one.status != Status::ok) {
+      report.message = one.message;
+      return report;
+    }
   for (const Constraint& of : spec.quantities)
     report.quantities.push_back(worst_of(box, of, nominal));
   if (spec.wants_critical()) report.critical = critical_of(box, spec, nominal);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "optim/job/job.hpp"
+#include "optim/problem/goals.hpp"
 
 namespace flexopt {
 
@@ -13,12 +14,12 @@ struct WorstAssembly {
   Constraint of;                            ///< which one, and which side of it
   double nominal = 0;                       ///< with the job's own errors of assembly
   std::optional<double> corner, worst;      ///< at the corner that the gradients point to; found
-  std::size_t point = 0;                    ///< of the path, where it is the worst
+  GoalPlace place;                          ///< load case and point where it is the worst
   std::vector<AssemblyError> misalignment;  ///< beside the job's own
   /// Other places of the box that are as bad but for rounding, of those that were looked at.
   std::vector<std::vector<AssemblyError>> as_bad;
-  int evaluations = 0;
-  std::string reason;  ///< where something in the box has no value
+  int evaluations = 0;  ///< of paths
+  std::string reason;   ///< where something in the box has no value
 };
 
 /// The largest common scale of the box that keeps clear of what is critical.
@@ -26,7 +27,7 @@ struct CriticalAssembly {
   double scale = 0;
   std::string limit;  ///< "stiffness", "drive_load", "instability", or "none" up to the largest
   std::string text;   ///< what happens there
-  std::size_t point = 0;
+  GoalPlace place;
   std::vector<AssemblyError> misalignment;
   int evaluations = 0;
 };
@@ -37,8 +38,8 @@ struct AssemblyReport {
   std::optional<CriticalAssembly> critical;
 };
 
-/// Of the job's design with these parameters, by this model; derivatives along the errors are
-/// central differences.
+/// Of the job's design with these parameters, by this model, the worst of its load cases;
+/// derivatives along the errors are central differences.
 AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,
                               const ModelOptions& model);
 

@@ -20,21 +20,29 @@ Json errors_json(const std::vector<AssemblyError>& errors, const Mechanism& mech
   return list;
 }
 
+/// The stroke there, and which load case it is of, where there are several.
+void add_place(const GoalPlace& place, const Job& job, Json& json) {
+  const JobCase one = cases_of(job)[place.load_case];
+  if (!one.name.empty()) json["case"] = one.name;
+  json["stroke"] = one.request.points[place.point];
+}
+
 Json worst_json(const WorstAssembly& worst, const RunRecord& record, const DriveList& drives) {
   Json as_bad = Json::array();
   for (const std::vector<AssemblyError>& errors : worst.as_bad)
     as_bad.push_back(errors_json(errors, record.mechanism));
-  return {{"quantity", worst.of.quantity},
-          {"over_stroke", name_of(worst.of.over_stroke)},
-          {"unit", quantity_unit(worst.of.quantity, drives)},
-          {"nominal", worst.nominal},
-          {"corner", worst.corner ? Json(*worst.corner) : Json()},
-          {"worst", worst.worst ? Json(*worst.worst) : Json()},
-          {"stroke", record.job.request.points[worst.point]},
-          {"misalignment", errors_json(worst.misalignment, record.mechanism)},
-          {"as_bad", std::move(as_bad)},
-          {"evaluations", worst.evaluations},
-          {"reason", worst.reason}};
+  Json json = {{"quantity", worst.of.quantity},
+               {"over_stroke", name_of(worst.of.over_stroke)},
+               {"unit", quantity_unit(worst.of.quantity, drives)},
+               {"nominal", worst.nominal},
+               {"corner", worst.corner ? Json(*worst.corner) : Json()},
+               {"worst", worst.worst ? Json(*worst.worst) : Json()}};
+  add_place(worst.place, record.job, json);
+  json["misalignment"] = errors_json(worst.misalignment, record.mechanism);
+  json["as_bad"] = std::move(as_bad);
+  json["evaluations"] = worst.evaluations;
+  json["reason"] = worst.reason;
+  return json;
 }
 
 }  // namespace
@@ -55,13 +63,13 @@ OrderedJson make_assembly(const RunRecord& record) {
       {"message", report.message},
       {"worst_case", std::move(worst)},
       {"critical", nullptr}};
-  if (const auto& critical = report.critical)
-    json["critical"] = {{"scale", critical->scale},
-                        {"limit", critical->limit},
-                        {"reason", critical->text},
-                        {"stroke", record.job.request.points[critical->point]},
-                        {"misalignment", errors_json(critical->misalignment, record.mechanism)},
-                        {"evaluations", critical->evaluations}};
+  if (const auto& critical = report.critical) {
+    Json& own = json["critical"] = {
+        {"scale", critical->scale}, {"limit", critical->limit}, {"reason", critical->text}};
+    add_place(critical->place, record.job, own);
+    own["misalignment"] = errors_json(critical->misalignment, record.mechanism);
+    own["evaluations"] = critical->evaluations;
+  }
   return json;
 }
 

@@ -17,7 +17,8 @@ void write_file(const std::filesystem::path& file, std::string_view content);
 std::string read_file(const std::filesystem::path& file);
 
 /// An output folder that was made for a run; it goes away again with all it holds if the run finds
-/// its input wrong, that is unless `keep` was called. An existing folder always stays.
+/// its input wrong, that is unless `keep` was called. An existing folder always stays, without the
+/// drafts (.NAME.HOST.PROCESS.part) of this machine's processes that were killed over them.
 class OutputFolder {
  public:
   explicit OutputFolder(const std::filesystem::path& folder);

@@ -33,7 +33,8 @@ constexpr int batch = 100;
 constexpr int longest = 100000;  // Newton iterations of one evaluation: more are findings
 
 struct Count {
-  int jobs = 0, refused = 0, no_equilibrium = 0, too_long = 0, ok = 0, crashed = 0, broken = 0;
+  int jobs = 0, refused = 0, no_equilibrium = 0, too_long = 0, ok = 0, crashed = 0, broken = 0,
+      rounded = 0;
   int points = 0, converged = 0, unstable = 0, energies = 0, scales = 0, fulls = 0;
   double energy_error = 0, scale_error = 0, twice_error = 0, mirror_error = 0, slowest = 0;
 };
@@ -56,19 +57,13 @@ double now() {
     } catch (const std::exception& error) {
       verdict.broken.push_back(std::string("exception: ") + error.what());
     }
-    const json line{{"end", static_cast<int>(verdict.end)},
-                    {"points", verdict.points},
-                    {"converged", verdict.converged},
-                    {"stable", verdict.stable},
-                    {"energy", verdict.energy_checked},
-                    {"scale", verdict.scale_checked},
-                    {"energy_error", verdict.energy_error},
-                    {"scale_error", verdict.scale_error},
-                    {"full", verdict.full_checked},
-                    {"twice_error", verdict.twice_error},
-                    {"mirror_error", verdict.mirror_error},
-                    {"seconds", now() - begin},
-                    {"broken", verdict.broken}};
+    const json line{{"end", static_cast<int>(verdict.end)}, {"points", verdict.points},
+                    {"converged", verdict.converged},       {"stable", verdict.stable},
+                    {"energy", verdict.energy_checked},     {"scale", verdict.scale_checked},
+                    {"energy_error", verdict.energy_error}, {"scale_error", verdict.scale_error},
+                    {"full", verdict.full_checked},         {"twice_error", verdict.twice_error},
+                    {"mirror_error", verdict.mirror_error}, {"seconds", now() - begin},
+                    {"rounded", verdict.rounded},           {"broken", verdict.broken}};
     fmt::print(out, "{}\n", line.dump());
     std::fflush(out);
   }
@@ -96,6 +91,7 @@ void add(const json& line, Count& count) {
   count.scales += line["scale"].get<bool>();
   count.fulls += line["full"].get<bool>();
   count.broken += !line["broken"].empty();
+  count.rounded += !line["rounded"].empty();
   const auto most = [&](double& of, const char* key) {
     if (line[key].is_number()) of = std::max(of, line[key].get<double>());
   };
@@ -171,8 +167,9 @@ int run_until_crash(int first, int last, std::map<std::string, Count>& counts) {
     add(line, count);
     if (line["end"] == static_cast<int>(JobVerdict::End::limit_reached))
       fmt::print(stderr, "seed {}: more than {} iterations\n", seed, longest);
-    for (std::size_t k = 0; k < std::min<std::size_t>(line["broken"].size(), 3); ++k)
-      fmt::print(stderr, "seed {}: {}\n", seed, line["broken"][k].get<std::string>());
+    for (const char* list : {"broken", "rounded"})
+      for (std::size_t k = 0; k < std::min<std::size_t>(line[list].size(), 3); ++k)
+        fmt::print(stderr, "seed {}, {}: {}\n", seed, list, line[list][k].get<std::string>());
   }
   std::fclose(in);
   waitpid(child, nullptr, 0);
@@ -206,25 +203,26 @@ int main(int arguments, char** values) {
   fmt::print(
       "| family | jobs | refused | no equilibrium | ok | crashed | above {} iterations | points | "
       "of them unstable | work = energy: jobs, largest error | four times as large: jobs, largest "
-      "error | full leaves: jobs, twice as large, mirrored | invariants broken | slowest "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      "error | full leaves: jobs, twice as large, mirrored | of these beyond 1e-6 by rounding | "
+      "invariants broken | "
+      "slowest |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       longest);
   Count all;
   const auto row = [](const std::string& name, const Count& c) {
     fmt::print(
         "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {}, {:.1e} | {}, {:.1e} | {}, {:.1e}, "
-        "{:.1e} | {} | {:.1f} s "
+        "{:.1e} | {} | {} | {:.1f} s "
         "|\n",
         name, c.jobs, c.refused, c.no_equilibrium, c.ok, c.crashed, c.too_long, c.converged,
         c.unstable, c.energies, c.energy_error, c.scales, c.scale_error, c.fulls, c.twice_error,
-        c.mirror_error, c.broken, c.slowest);
+        c.mirror_error, c.rounded, c.broken, c.slowest);
   };
   for (const auto& [name, c] : counts) {
     row(name, c);
     for (int Count::*member :
          {&Count::jobs, &Count::refused, &Count::no_equilibrium, &Count::ok, &Count::crashed,
           &Count::too_long, &Count::points, &Count::converged, &Count::unstable, &Count::energies,
-          &Count::scales, &Count::fulls, &Count::broken})
+          &Count::scales, &Count::fulls, &Count::rounded, &Count::broken})
       all.*member += c.*member;
     for (double Count::*member : {&Count::energy_error, &Count::scale_error, &Count::twice_error,
                                   &Count::mirror_error, &Count::slowest})

@@ -52,7 +52,6 @@ struct System2 {
 Path follow(const Mechanism& mechanism, const std::vector<double>& strokes, Leaves leaves) {
   Path path;
   System system(mechanism, std::move(leaves));
-  std::vector<int> leaf_modes;
   const bool turns = is_rotation(drive_direction(mechanism));
   for (const double stroke : strokes) {
     const Equilibrium e = step_to(system, stroke, {});
@@ -70,7 +69,7 @@ Path follow(const Mechanism& mechanism, const std::vector<double>& strokes, Leav
                                 .eigenvalues()[1]
                       : 1 / C(0, 0);
     // the lowest planar frequency with the drive locked
-    const Frequencies f = natural_frequencies(system, {.count = 8, .leaf_modes = 2}, leaf_modes);
+    const Frequencies f = natural_frequencies(system, {.count = 8, .leaf_modes = 2});
     for (const Mode& mode : f.locked) {
       const Vector6d motion = mode.motion.head<6>().cwiseAbs();
       if (motion[0] + motion[1] + motion[5] < motion[2] + motion[3] + motion[4]) continue;

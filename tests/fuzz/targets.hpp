@@ -12,6 +12,9 @@ struct Target {
   void (*run)(std::string_view text);
 };
 
+/// Formulas, units, --set and requests: readers that need nothing of the mechanics.
+const std::vector<Target>& text_targets();
+/// Jobs, design files, logs, and these.
 const std::vector<Target>& targets();
 
 }  // namespace flexopt::fuzz

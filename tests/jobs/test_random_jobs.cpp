@@ -34,6 +34,33 @@ TEST_CASE("random jobs of all families break no invariant", "[jobs][random][slow
   CHECK(full > count / 3);
 }
 
+TEST_CASE("numbers of a point do not depend on the other points of its stroke", "[jobs][random]") {
+  const int seed = GENERATE(2, 12, 13);
+  Job job = parse_job(random_job(static_cast<unsigned long long>(seed)));
+  const Mechanism mechanism = make_mechanism(job, job.design.parameters);
+  job.model.accuracy = Accuracy::full;
+  const StrokeResponse all = evaluate_stroke(mechanism, job.model, job.request);
+  int compared = 0;
+  for (std::size_t k = 0; k < all.path.size(); ++k) {
+    if (all.path[k].status != PointStatus::converged || !all.path[k].stable) continue;
+    StrokeRequest one = job.request;
+    one.points = {job.request.points[k]};
+    const StrokeResponse alone = evaluate_stroke(mechanism, job.model, one);
+    REQUIRE(alone.path.size() == 1);
+    const PathPoint &a = all.path[k], &b = alone.path[0];
+    if (b.status != PointStatus::converged || !b.stable) continue;
+    CAPTURE(seed, a.stroke);
+    CHECK(b.drive_stiffness == Approx(a.drive_stiffness).epsilon(1e-9));
+    REQUIRE(a.frequencies_free.size() == b.frequencies_free.size());
+    for (std::size_t i = 0; i < a.frequencies_free.size(); ++i)
+      CHECK(b.frequencies_free[i] == Approx(a.frequencies_free[i]).epsilon(1e-9));
+    for (std::size_t i = 0; i < a.frequencies_locked.size(); ++i)
+      CHECK(b.frequencies_locked[i] == Approx(a.frequencies_locked[i]).epsilon(1e-9));
+    compared += a.stroke != 0;
+  }
+  CHECK(compared > 0);
+}
+
 TEST_CASE("the mirror image of the mirror image is the mechanism", "[jobs][random]") {
   const Job job = parse_job(random_job(5));
   const Mechanism m = make_mechanism(job, job.design.parameters);

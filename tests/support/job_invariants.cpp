@@ -205,9 +205,19 @@ struct Twin {
 
 // Of all numbers of the stable points: an unstable state has others beside it, which rounding may
 // lead to.
-double largest_difference(const StrokeResponse& one, const StrokeResponse& other, const Twin& twin,
-                          const std::vector<Quantity>& all, double length, JobVerdict& verdict) {
+struct Difference {
+  std::string quantity;
+  double size;
+  std::string words;
+};
+struct Differences {
   double worst = 0;
+  std::vector<Difference> beyond;    ///< the limit
+  std::vector<std::string> unequal;  ///< what no rounding explains
+};
+Differences differences(const StrokeResponse& one, const StrokeResponse& other, const Twin& twin,
+                        const std::vector<Quantity>& all, double length, double allowed = limit) {
+  Differences found;
   const auto largest = sizes_of(one, all, length);
   double motion = 0;  // over the length of a leaf
   for (const PathPoint& point : one.path)
@@ -221,15 +231,15 @@ double largest_difference(const StrokeResponse& one, const StrokeResponse& other
   for (std::size_t k = 0; k < one.path.size(); ++k) {
     const PathPoint &a = one.path[k], &b = other.path[k];
     if (a.status != b.status) {
-      verdict.broken.push_back(fmt::format("{} point {} ends otherwise: \"{}\" and \"{}\"",
-                                           twin.name, k, a.message, b.message));
-      return worst;
+      found.unequal.push_back(fmt::format("{} point {} ends otherwise: \"{}\" and \"{}\"",
+                                          twin.name, k, a.message, b.message));
+      return found;
     }
     if (a.status != PointStatus::converged || !a.stable || !b.stable) continue;
     for (const Quantity& q : all) {
       const auto small = q.value(a), big = q.value(b);
       if (small.has_value() != big.has_value()) {
-        verdict.broken.push_back(fmt::format("{} {} is there or not", twin.name, q.name));
+        found.unequal.push_back(fmt::format("{} {} is there or not", twin.name, q.name));
         continue;
       }
       const double size = largest.at(q.row->name);
@@ -237,13 +247,14 @@ double largest_difference(const StrokeResponse& one, const StrokeResponse& other
       const double error =
           std::abs(plain(*big / growth_of(q.unit, twin.growth)) - plain(*small)) / size;
       const bool sought = q.name == "clearance";
-      if (!sought) worst = std::max(worst, error);
-      if (!(error <= (sought ? limit_of_clearance : limit)))
-        verdict.broken.push_back(
-            fmt::format("{} {} differs by {:.2e} at point {}", twin.name, q.name, error, k));
+      if (!sought) found.worst = std::max(found.worst, error);
+      if (!(error <= (sought ? limit_of_clearance : allowed)))
+        found.beyond.push_back(
+            {q.name, error,
+             fmt::format("{} {} differs by {:.2e} at point {}", twin.name, q.name, error, k)});
     }
   }
-  return worst;
+  return found;
 }
 
 StrokeResponse evaluate(const Job& job, Accuracy accuracy, bool mirror = false) {
@@ -265,6 +276,39 @@ std::optional<Job> grown(const json& document, double factor) {
   }
 }
 
+// How far each quantity moves where all sizes grow by some 1e-13: what its rounding is multiplied
+// by. Thin leaves, nearly equal modes and series beyond their range make it large.
+std::map<std::string, double> rounding_of(const json& document, const StrokeResponse& exact,
+                                          const std::vector<Quantity>& all, double length) {
+  std::map<std::string, double> rounding;
+  for (const double change : {-0x1p-42, -0x1p-43, 0x1p-43, 0x1p-42}) {
+    const auto beside = grown(document, 1 + change);
+    if (!beside) continue;
+    const StrokeResponse other = evaluate(*beside, Accuracy::full);
+    if (other.path.size() != exact.path.size()) continue;
+    for (const Difference& d : differences(exact, other, {"", 1 + change}, all, length, 0).beyond)
+      rounding[d.quantity] = std::max(rounding[d.quantity], d.size);
+  }
+  return rounding;
+}
+
+// Differences of twins that rounding does not explain.
+void judge(const json& document, const StrokeResponse& exact, const Differences& found,
+           const std::vector<Quantity>& all, double length, JobVerdict& verdict) {
+  constexpr double of_rounding = 10;
+  verdict.broken.insert(verdict.broken.end(), found.unequal.begin(), found.unequal.end());
+  if (found.beyond.empty()) return;
+  const auto rounding = rounding_of(document, exact, all, length);
+  for (const Difference& d : found.beyond) {
+    const auto own = rounding.find(d.quantity);
+    const double left = own == rounding.end() ? 0 : own->second;
+    if (d.size <= of_rounding * left)
+      verdict.rounded.push_back(fmt::format("{}, of which rounding makes {:.1e}", d.words, left));
+    else
+      verdict.broken.push_back(d.words);
+  }
+}
+
 // The same mechanism larger, and its mirror image.
 void check_twins(const json& document, const Job& job, const StrokeResponse& response,
                  const std::vector<Quantity>& all, double length, JobVerdict& verdict) {
@@ -276,21 +320,27 @@ void check_twins(const json& document, const Job& job, const StrokeResponse& res
   if (four)
     if (const StrokeResponse other = evaluate(*four, job.model.accuracy); !ended(other)) {
       verdict.scale_checked = true;
-      verdict.scale_error = largest_difference(response, other, as_modelled, all, length, verdict);
+      const Differences found = differences(response, other, as_modelled, all, length);
+      verdict.scale_error = found.worst;
+      for (const Difference& d : found.beyond) verdict.broken.push_back(d.words);
+      verdict.broken.insert(verdict.broken.end(), found.unequal.begin(), found.unequal.end());
     }
   const bool full = job.model.accuracy == Accuracy::full;
   const StrokeResponse exact = full ? response : evaluate(job, Accuracy::full);
   const StrokeResponse image = evaluate(job, Accuracy::full, true);
   if (ended(exact) || ended(image)) return;
   verdict.full_checked = true;
-  verdict.mirror_error =
-      largest_difference(exact, image, {"mirrored", 1, true}, all, length, verdict);
+  const auto compare = [&](const StrokeResponse& other, const Twin& twin) {
+    const Differences found = differences(exact, other, twin, all, length);
+    judge(document, exact, found, all, length, verdict);
+    return found.worst;
+  };
+  verdict.mirror_error = compare(image, {"mirrored", 1, true});
   const auto twice = grown(document, 2);
   if (!twice) return;
   const StrokeResponse large = evaluate(*twice, Accuracy::full);
   if (ended(large)) return;
-  verdict.twice_error =
-      largest_difference(exact, large, {"twice as large", 2}, all, length, verdict);
+  verdict.twice_error = compare(large, {"twice as large", 2});
 }
 
 }  // namespace

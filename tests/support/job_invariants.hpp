@@ -21,14 +21,17 @@ struct JobVerdict {
   /// one, both on full leaves.
   double scale_error = 0, twice_error = 0, mirror_error = 0;
   std::vector<std::string> broken;  ///< with the figures
-  std::string message;              ///< of the reader or the evaluation
+  /// Differences of the last two beyond the limit that are no more than ten times what the numbers
+  /// move by where all sizes grow by 1e-13.
+  std::vector<std::string> rounded;
+  std::string message;  ///< of the reader or the evaluation
 };
 
 /// Evaluates a job and looks at: all numbers finite; compliance symmetric, and positive where the
 /// mechanism is stable; frequencies ascending; the work of drive and loads against the energy that
 /// is stored, within 1e-6; the same answer of the mechanism four times as large, within 1e-6; on
 /// full leaves the same answers of the mechanism twice as large and of its mirror image, within
-/// 1e-6; a message where there is no answer.
+/// 1e-6 or ten times what rounding makes of them; a message where there is no answer.
 ///
 /// A power of four rounds nothing otherwise, square roots included: what differs then depends on an
 /// absolute size. Twice as large and mirrored, numbers are rounded otherwise. Reduced leaves are

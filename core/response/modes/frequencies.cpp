@@ -127,8 +127,6 @@ MatrixXd drive_shapes_of(const MechanismPencil& pencil, const System& system) {
 }
 
 constexpr int most_leaf_modes = 48;
-// Below this share of a leaf's lowest own frequency its static shapes and one mode are enough.
-constexpr double far_below = 0.2;
 
 // More modes where the kept ones do not reach far enough beyond `highest`, or are too few to yield
 // `missing` further frequencies; false if all are enough.
@@ -139,10 +137,9 @@ bool grow(std::vector<int>& leaf_modes, const VectorXd& top, double highest, int
   for (int i = 0; i < leaves; ++i) {
     int& modes = leaf_modes[i];
     int wanted = modes;
-    if (modes < options.leaf_modes && far_below * top[i] < highest) wanted = options.leaf_modes;
     const double cutoff = options.cutoff_ratio * highest;
     // the number of plate modes below a frequency grows in proportion to it
-    if (wanted == modes && top[i] < cutoff)
+    if (top[i] < cutoff)
       wanted = static_cast<int>(
           std::ceil(modes * std::min(3.0, 1.1 * cutoff / std::max(top[i], 1e-3 * cutoff))));
     if (missing > 0) wanted = std::max(wanted, modes + (missing + leaves - 1) / leaves);
@@ -191,10 +188,10 @@ Mode mode_of_shares(double omega2, double drive, double end_effector, double int
   return mode;
 }
 
-Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
-                                std::vector<int>& leaf_modes) {
+Frequencies natural_frequencies(System& system, const FrequencyOptions& options) {
   Frequencies result;
-  leaf_modes.resize(system.leaves(), std::min(1, options.leaf_modes));
+  // not those of the state before: the answer would depend on the way
+  std::vector<int> leaf_modes(static_cast<std::size_t>(system.leaves()), options.leaf_modes);
   const std::vector<int> driven = system.driven_coordinates();
   const bool conditions = system.constraints().count() > 0;
   const auto unknowns = [&](const MechanismPencil& pencil) {  // drives held

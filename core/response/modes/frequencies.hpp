@@ -11,8 +11,7 @@ namespace flexopt {
 
 struct FrequencyOptions {
   int count = 8;
-  int leaf_modes = 2;         ///< fixed-interface modes per leaf, at least, unless all frequencies
-                              ///< wanted are below a fifth of the leaf's own: then one; 0: none
+  int leaf_modes = 2;         ///< fixed-interface modes per leaf, at least; 0: none
   double cutoff_ratio = 1.2;  ///< leaf modes up to this multiple of the highest frequency wanted
   ConstantMass* constant_mass = nullptr;  ///< instead of the leaves' own mass
   bool motions = true;                    ///< with Mode::motion
@@ -33,9 +32,7 @@ Mode mode_of_shares(double omega2, double drive, double end_effector, double int
                     double leaf);
 
 /// Solves (K − ω² M) φ = 0 over the bodies and the leaves' fixed-interface modes. The system must
-/// be assembled at an equilibrium. `leaf_modes`: how many modes each leaf needed so far; grows, and
-/// spares the search at the next equilibrium of a path. Empty at first.
-Frequencies natural_frequencies(System& system, const FrequencyOptions& options,
-                                std::vector<int>& leaf_modes);
+/// be assembled at an equilibrium. Of each leaf so many modes are taken as the frequencies need.
+Frequencies natural_frequencies(System& system, const FrequencyOptions& options);
 
 }  // namespace flexopt

@@ -177,13 +177,11 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
 // Of the condensed mechanism.
 void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
   const Frequencies f =
-      natural_frequencies(system,
-                          {.count = request_->frequencies,
-                           .leaf_modes = model_->leaf_modes,
-                           .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
-                           .motions = wants_mode_motions(*request_),
-                           .shapes = request_->outputs.has(Output::shapes)},
-                          leaf_modes_);
+      natural_frequencies(system, {.count = request_->frequencies,
+                                   .leaf_modes = model_->leaf_modes,
+                                   .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
+                                   .motions = wants_mode_motions(*request_),
+                                   .shapes = request_->outputs.has(Output::shapes)});
   add_modes(*request_, f.free, f.locked, point);
   add_reports(system, point);
 }
@@ -233,8 +231,7 @@ void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
       (point.modes_free.empty() && point.modes_locked.empty()))
     return;
   const Frequencies drawn = natural_frequencies(
-      system, {.count = request_->frequencies, .leaf_modes = model_->leaf_modes, .shapes = true},
-      leaf_modes_);
+      system, {.count = request_->frequencies, .leaf_modes = model_->leaf_modes, .shapes = true});
   const auto take = [](const std::vector<Mode>& from, std::vector<Mode>& to) {
     for (std::size_t k = 0; k < std::min(from.size(), to.size()); ++k) {
       to[k].body_motion = from[k].body_motion;

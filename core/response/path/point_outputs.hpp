@@ -74,7 +74,6 @@ class PointOutputs {
   DifferentiablePath* differentiable_;
   std::vector<std::vector<StressPlace>>* stress_places_;
   std::optional<ConstantMass> constant_mass_;
-  std::vector<int> leaf_modes_;  ///< kept from point to point
   std::optional<CapacityDirections> capacity_;
   std::vector<std::array<int, 2>> clearance_pairs_;
 };

@@ -173,11 +173,9 @@ TEST_CASE("frequencies and balanced states of a sparse system are those of the d
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   const auto owner = at_a_state(ties);
   Both& both = *owner;
-  std::vector<int> dense_modes, sparse_modes;
   const FrequencyOptions options{.count = 8};
-  const Frequencies dense = natural_frequencies(both.dense, options, dense_modes),
-                    sparse = natural_frequencies(both.sparse, options, sparse_modes);
-  CHECK(dense_modes == sparse_modes);
+  const Frequencies dense = natural_frequencies(both.dense, options),
+                    sparse = natural_frequencies(both.sparse, options);
   const auto same = [](const std::vector<Mode>& a, const std::vector<Mode>& b) {
     REQUIRE(a.size() == b.size());
     for (std::size_t k = 0; k < a.size(); ++k) {

@@ -40,6 +40,17 @@ json document() {
 
 const Variables at{0.4e-3, 0.02};
 
+/// The same under two loads, with paths of their own; the second constraint is about one of them.
+json two_cases() {
+  json all = document();
+  all["assembly_tolerances"]["edges"].erase(1);
+  all["cases"] = json::parse(R"({
+    "pressed": {"loads": [{"force": ["-30 N", 0, 0]}], "stroke": {"at": ["1 mm", "2 mm", "4 mm"]}},
+    "pulled": {"loads": [{"force": ["20 N", 0, "1 N"]}]}})");
+  all["optimise"]["constraints"][1]["case"] = "pulled";
+  return all;
+}
+
 /// The goal of each point at errors of assembly at z of the box of document().
 std::vector<double> sampled(const Job& job, const Variables& design, const std::string& quantity,
                             double x, double y, double z) {
@@ -55,6 +66,43 @@ std::vector<double> sampled(const Job& job, const Variables& design, const std::
        evaluate_stroke(make_mechanism(job, parameters), job.model, request).path)
     values.push_back(*value_of(p, quantity));
   return values;
+}
+
+/// Exact derivatives of the first goals against differences of whole searches.
+void check_derivatives(const json& task, std::size_t goals) {
+  Job job = parse_job(task);
+  job.request.newton.tolerance = 1e-11;
+  for (JobCase& one : job.cases) one.request.newton.tolerance = 1e-11;
+  const DesignProblem problem(job);
+  const DesignValues exact = problem.evaluate(at, true), values = problem.evaluate(at);
+  INFO(exact.message << exact.no_gradient);
+  REQUIRE(exact.gradient.rows() > 0);
+  CHECK(exact.goals == values.goals);
+  for (std::size_t j = 0; j < at.size(); ++j) {
+    const auto along = [&](double x) {
+      Variables moved = at;
+      moved[j] = x;
+      const DesignValues there = problem.evaluate(moved);
+      REQUIRE(there.ok);
+      std::vector<double> numbers;
+      for (std::size_t g = 0; g < there.goals.size(); ++g)
+        numbers.push_back(aggregate(problem.goals()[g], there.goals[g]));
+      return numbers;
+    };
+    const Derivatives differences = ridders(along, at[j], 0.02 * at[j], 4);
+    Eigen::Index first = 0;
+    for (std::size_t g = 0; g < goals; ++g) {
+      const Extreme e = extreme(problem.goals()[g], exact.goals[g]);
+      const double found = e.sign * exact.gradient(first + static_cast<Eigen::Index>(e.entry),
+                                                   static_cast<Eigen::Index>(j));
+      INFO(problem.goals()[g].label << " by variable " << j << ": " << found << " not "
+                                    << differences.value[g] << ", known to "
+                                    << differences.error[g] / std::abs(differences.value[g]));
+      CHECK(std::abs(found - differences.value[g]) <=
+            1e-8 * std::abs(differences.value[g]) + 5 * differences.error[g]);
+      first += static_cast<Eigen::Index>(exact.goals[g].size());
+    }
+  }
 }
 
 /// The worst of a grid, and of its points.
@@ -109,38 +157,53 @@ TEST_CASE("goals under errors of assembly are as bad as any place of the box", "
 
 TEST_CASE("derivatives of goals under errors of assembly are those of their values",
           "[assembly][gradients]") {
-  Job job = parse_job(document());
-  job.request.newton.tolerance = 1e-11;
-  const DesignProblem problem(job);
-  const DesignValues exact = problem.evaluate(at, true), values = problem.evaluate(at);
-  INFO(exact.message << exact.no_gradient);
-  REQUIRE(exact.gradient.rows() > 0);
-  CHECK(exact.goals == values.goals);
-  for (std::size_t j = 0; j < at.size(); ++j) {
-    const auto along = [&](double x) {
-      Variables moved = at;
-      moved[j] = x;
-      const DesignValues there = problem.evaluate(moved);
-      REQUIRE(there.ok);
-      std::vector<double> numbers;
-      for (std::size_t g = 0; g < there.goals.size(); ++g)
-        numbers.push_back(aggregate(problem.goals()[g], there.goals[g]));
-      return numbers;
-    };
-    const Derivatives differences = ridders(along, at[j], 0.02 * at[j], 4);
-    Eigen::Index first = 0;
-    for (std::size_t g = 0; g < 3; ++g) {  // stress may jump from place to place
-      const Extreme e = extreme(problem.goals()[g], exact.goals[g]);
-      const double found = e.sign * exact.gradient(first + static_cast<Eigen::Index>(e.entry),
-                                                   static_cast<Eigen::Index>(j));
-      INFO(problem.goals()[g].label << " by variable " << j << ": " << found << " not "
-                                    << differences.value[g] << ", known to "
-                                    << differences.error[g] / std::abs(differences.value[g]));
-      CHECK(std::abs(found - differences.value[g]) <=
-            1e-8 * std::abs(differences.value[g]) + 5 * differences.error[g]);
-      first += static_cast<Eigen::Index>(exact.goals[g].size());
-    }
+  check_derivatives(document(), 3);  // stress may jump from place to place
+}
+
+TEST_CASE("goals over load cases are as bad as the worst case at its worst errors",
+          "[assembly][cases]") {
+  const DesignProblem problem(parse_job(two_cases()));
+  const DesignValues values = problem.evaluate(at);
+  INFO(values.message);
+  REQUIRE(values.ok);
+  std::vector<DesignValues> each;
+  for (const char* name : {"pressed", "pulled"}) {
+    json one = two_cases();
+    one.update(one["cases"][name]);
+    one.erase("cases");
+    for (json& c : one["optimise"]["constraints"]) c.erase("case");
+    each.push_back(DesignProblem(parse_job(one)).evaluate(at));
+    INFO(each.back().message);
+    REQUIRE(each.back().ok);
   }
+  json plain = two_cases();
+  plain.erase("cases");
+  for (json& c : plain["optimise"]["constraints"]) c.erase("case");
+  const DesignProblem alone(parse_job(plain));  // reads goals of one case
+  const double uz[] = {alone.objective(each[0]), alone.objective(each[1])};
+  const auto first = alone.constraints(each[0]), second = alone.constraints(each[1]);
+  REQUIRE(std::abs(uz[0] - uz[1]) > 1e-3 * uz[0]);
+  REQUIRE(std::abs(first[0] - second[0]) > 1e-3 * first[0]);
+  CHECK(problem.objective(values) == Approx(std::min(uz[0], uz[1])).epsilon(1e-9));
+  CHECK(problem.constraints(values)[0] == Approx(std::max(first[0], second[0])).epsilon(1e-9));
+  CHECK(problem.constraints(values)[1] == Approx(second[1]).epsilon(1e-9));  // it names its case
+  CHECK(problem.constraints(values)[2] == Approx(std::max(first[2], second[2])).epsilon(1e-9));
+}
+
+TEST_CASE("goals over load cases under errors of assembly have exact derivatives",
+          "[assembly][cases][gradients]") {
+  check_derivatives(two_cases(), 3);
+}
+
+TEST_CASE("the failure of a goal under errors of assembly says its load case",
+          "[assembly][cases]") {
+  json wide = two_cases();
+  wide["assembly_tolerances"]["edges"][0]["turn"] = {0, "40 mrad", 0};
+  const DesignValues values = DesignProblem(parse_job(wide)).evaluate(at);
+  CHECK_FALSE(values.ok);
+  INFO(values.message);
+  CHECK(values.message.find("of their box") != std::string::npos);
+  CHECK(values.message.find("(load case p") != std::string::npos);
 }
 
 TEST_CASE("each point of the stroke has its candidates from the worst on", "[assembly]") {

@@ -129,3 +129,41 @@ TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "
   CHECK(report.critical->limit == "drive_load");
   CHECK(report.critical->scale == Approx(2).epsilon(0.01));
 }
+
+TEST_CASE("over load cases the worst of them counts, at its own worst errors",
+          "[assembly][cases]") {
+  json all = guide();
+  all["assembly_tolerances"]["edges"].erase(1);
+  all["assembly_tolerances"]["quantities"].push_back(
+      {{"quantity", "drive_load"}, {"over_stroke", "max_abs"}, {"case", "pulled"}});
+  all["assembly_tolerances"]["stiffness_share"] = 0.97;
+  all["cases"] = json::parse(R"({
+    "pressed": {"loads": [{"force": ["-60 N", 0, 0]}], "stroke": {"at": ["0.1 mm", "1 mm", "5 mm"]}},
+    "pulled": {"loads": [{"force": ["40 N", 0, 0]}]}})");
+  const AssemblyReport both = study(all);
+  INFO(both.message);
+  REQUIRE(both.quantities.size() == 3);
+  std::vector<AssemblyReport> each;
+  for (const char* name : {"pressed", "pulled"}) {
+    json one = all;
+    one.update(all["cases"][name]);
+    one.erase("cases");
+    one["assembly_tolerances"]["quantities"].erase(2);
+    each.push_back(study(one));
+    REQUIRE(each.back().quantities.size() == 2);
+  }
+  const WorstAssembly &uz = both.quantities[0], &load = both.quantities[1];
+  CHECK(uz.place.load_case == 0);  // pressed leaves are the softer ones, and go farther
+  CHECK(uz.place.point == 2);
+  CHECK(*uz.worst == Approx(*each[0].quantities[0].worst).epsilon(1e-7));
+  CHECK(*uz.worst < *each[1].quantities[0].worst * (1 - 1e-3));
+  CHECK(uz.nominal == each[0].quantities[0].nominal);
+  const double loads[] = {*each[0].quantities[1].worst, *each[1].quantities[1].worst};
+  CHECK(*load.worst == Approx(std::max(loads[0], loads[1])).epsilon(1e-7));
+  CHECK(load.place.load_case == (loads[0] > loads[1] ? 0 : 1));
+  CHECK(both.quantities[2].place.load_case == 1);
+  CHECK(*both.quantities[2].worst == Approx(loads[1]).epsilon(1e-7));
+  REQUIRE(both.critical);
+  CHECK(both.critical->scale ==
+        Approx(std::min(each[0].critical->scale, each[1].critical->scale)).epsilon(1e-3));
+}

@@ -43,3 +43,27 @@ TEST_CASE("errors of assembly stand in the result with leaf, end and stroke", "[
         Approx(2e-3 * critical["scale"].get<double>()));
   CHECK_THAT(summary_of(record), Contains("critical errors of assembly: the box times"));
 }
+
+TEST_CASE("errors of assembly over load cases say which case is the worst", "[assembly][cases]") {
+  const Job job = parse_job(nlohmann::json::parse(R"({
+    "name": "misaligned", "job": "evaluate",
+    "design": {"family": "parallel_guide", "material": "stavax",
+      "parameters": {"length": 0.1, "width": 0.03, "thickness": 5e-4, "spacing": 0.06}},
+    "model": {"flexure": "beam", "mesh": [4, 2], "accuracy": "full"}, "frequencies": 0,
+    "cases": {"far": {"stroke": {"at": [3e-3]}}, "near": {"stroke": {"at": [1e-4, 2e-3]}}},
+    "assembly_tolerances": {
+      "edges": [{"leaf": "leaf -y", "end": "tip", "turn": [0, "2 mrad", 0]}],
+      "quantities": [{"quantity": "support_stiffness.uz", "over_stroke": "min"},
+                     {"quantity": "support_stiffness.uz", "over_stroke": "min", "case": "near"}],
+      "stiffness_share": 0.9, "starts": 2}})"));
+  ProgressDisplay silent(stderr, progress_style(stderr, true));
+  const RunRecord record = run_evaluation(job, {}, 1, silent);
+  REQUIRE(record.assembly);
+  const nlohmann::json json = make_assembly(record);
+  CHECK(json["worst_case"][0]["case"] == "far");
+  CHECK(json["worst_case"][0]["stroke"] == 3e-3);
+  CHECK(json["worst_case"][1]["case"] == "near");
+  CHECK(json["worst_case"][1]["stroke"] == 2e-3);
+  CHECK(json["critical"].contains("case"));
+  CHECK_THAT(summary_of(record), Contains("case near"));
+}

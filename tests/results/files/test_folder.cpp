@@ -1,9 +1,13 @@
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <fstream>
 #include <iterator>
+#include <string>
+#include <vector>
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
@@ -92,4 +96,47 @@ TEST_CASE("A folder made for a run goes away unless it is kept", "[results][fold
   CHECK(fs::is_directory(deep));
   { const OutputFolder existing(deep); }
   CHECK(fs::is_directory(deep));
+}
+
+TEST_CASE("Drafts of killed processes go, those of others stay", "[results][folder]") {
+  const pid_t gone = ::fork();
+  if (gone == 0) ::_exit(0);
+  REQUIRE(::waitpid(gone, nullptr, 0) == gone);
+  char name[256] = {};
+  REQUIRE(::gethostname(name, sizeof name - 1) == 0);
+  const std::string host = name, dead = std::to_string(gone), alive = std::to_string(::getppid());
+  const test::TemporaryFolder folder;
+  const fs::path out = folder.path() / "out";
+  fs::create_directories(out / "deeper");
+  const std::string left = ".result.json." + host + "." + dead + ".part";
+  const std::vector<std::string> others{
+      ".result.json." + host + "." + alive + ".part",    // of a run that goes on
+      ".result.json.not" + host + "." + dead + ".part",  // of another machine
+      "result.json." + host + "." + dead + ".part",      // no draft
+      "." + host + "." + dead + ".part",
+      ".result.json." + host + "." + dead,
+      ".result.json." + host + ".x" + dead + ".part",
+      ".result.json." + host + ".-1.part",
+      ".part",
+      "deeper/" + left};  // in another folder
+  for (const std::string& file : others) std::ofstream(out / file) << "x";
+  std::ofstream(out / left) << "x";
+  std::ofstream(out / (".shapes." + host + "." + dead + ".part")) << "x";
+  std::ofstream(folder.path() / left) << "x";
+  { const OutputFolder opened(out); }
+  CHECK_FALSE(fs::exists(out / left));
+  for (const std::string& file : others) {
+    CAPTURE(file);
+    CHECK(fs::exists(out / file));
+  }
+  CHECK(entries(out) == others.size());
+  CHECK(fs::exists(folder.path() / left));
+}
+
+TEST_CASE("A file in a folder that has gone is wrong input", "[results][folder]") {
+  const test::TemporaryFolder folder;
+  fs::create_directory(folder.path() / "out");
+  OutputFolder out(folder.path() / "out");
+  fs::remove_all(folder.path() / "out");
+  CHECK_THROWS_AS(write_file(out.path() / "a.txt", "one"), SpecError);
 }
