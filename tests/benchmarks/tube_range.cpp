@@ -34,8 +34,8 @@ struct Changes {
   double held = 0, sum = 0;  ///< in the mechanism: the largest, and their sum
   bool tubes = true;         ///< every leaf is one
   /// Forces off those about which a leaf was expanded, the largest: axial over the buckling load
-  /// between held edges, or a moment with such stress at a side.
-  double off = 0;
+  /// between held edges, and the moment with such stress at a side.
+  double axial = 0, moment = 0;
 };
 
 Changes changes_of(System& system) {
@@ -52,7 +52,8 @@ Changes changes_of(System& system) {
     const double held = C ? tube->degree_change(*C) : INFINITY;
     const double buckling = 4 * std::numbers::pi * std::numbers::pi;
     const Vector3d off = (tube->forces() - tube->model()->range().centre()) / buckling;
-    c.off = std::max({c.off, std::abs(off[0]), 6 * std::abs(off[1]), 6 * std::abs(off[2])});
+    c.axial = std::max(c.axial, std::abs(off[0]));
+    c.moment = std::max({c.moment, 6 * std::abs(off[1]), 6 * std::abs(off[2])});
     c.held = std::max(c.held, held);
     c.sum += held;
   }
@@ -92,10 +93,10 @@ std::string row(const Job& job, int design, std::size_t point, int degree, const
                 double drive) {
   return fmt::format(
       "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},"
-      "{:.4g}\n",
+      "{:.4g},{:.4g}\n",
       job.name, design, point, degree, leaf.width / leaf.length, leaf.thickness / leaf.length,
       stable ? 1 : 0, found ? 1 : 0, c.tubes ? 1 : 0, c.alone, c.held, c.sum, support.first,
-      support.second, drive, c.off);
+      support.second, drive, c.axial, c.moment);
 }
 
 /// Paths of leaves that are believed everywhere.
@@ -180,7 +181,7 @@ int main(int argc, char** argv) {
   }
   fmt::print(
       "job,design,point,degree,w/L,t/"
-      "L,stable,found,tubes,alone,held,sum,support,direction,drive,off\n");
+      "L,stable,found,tubes,alone,held,sum,support,direction,drive,axial,moment\n");
   const bool all = argv[2] == std::string("believed");
   for (int j = all ? 3 : 2; j < argc; ++j) {
     const Job job = read_job(argv[j]);

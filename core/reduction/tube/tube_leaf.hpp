@@ -24,7 +24,7 @@ namespace flexopt {
 /// Largest relative change of the mechanism's stiffness by the highest degree of a leaf's
 /// potential, of degree 5 and of degree 7, and how often a leaf is expanded anew about its forces:
 /// core/reduction/README.md.
-inline constexpr double largest_degree_change = 0.03, largest_change_of_degree_7 = 0.01;
+inline constexpr double largest_degree_change = 0.03, largest_change_of_degree_7 = 0.007;
 inline constexpr int most_centred = 3;
 
 /// What an atlas knows of a leaf.
@@ -255,6 +255,9 @@ class TubeLeaf final : public LeafElement {
   /// What the stress is taken from where it is not from tables: of a leaf that has some, after a
   /// Newton step.
   std::vector<MatrixXd> stressed_nodal();
+  /// How far the axial force is from that about which the potential is expanded, over the load that
+  /// buckles the leaf between held edges.
+  double axial_offset() const;
   /// What the highest degree adds to the stiffness of the deformations.
   Matrix6d highest_degree() const;
   /// Why the potential is not believed here; empty where it is.

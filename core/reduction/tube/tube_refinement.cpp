@@ -74,7 +74,16 @@ constexpr double far_units = 10;  ///< from there on a leaf is expanded anew
 /// with larger errors there.
 constexpr double largest_change_under_load = 0.02;
 
+/// Of the change by the highest degree times the square of the axial force off the centre over the
+/// buckling load, (R18).
+constexpr double largest_next_change = 0.0004;
+
 }  // namespace
+
+double TubeLeaf::axial_offset() const {
+  const double buckling = 4 * std::numbers::pi * std::numbers::pi;
+  return std::abs(state_.mixed.f[0] - model_->range().force_centre) / buckling;
+}
 
 Matrix6d TubeLeaf::highest_degree() const {
   MixedState state = state_.mixed;
@@ -100,17 +109,24 @@ std::string TubeLeaf::doubt(const Compliance& compliance) {
   const double largest = degree == 7                          ? largest_change_of_degree_7
                          : model_->range().centre().isZero(0) ? largest_degree_change
                                                               : largest_change_under_load;
+  const double next = axial_offset() * axial_offset();
   const std::optional<double> alone = degree_change();
-  doubted_alone_ = !alone || *alone > largest;
+  doubted_alone_ = !alone || *alone > std::min(largest, largest_next_change / next);
   if (!doubted_alone_) return {};
   const std::optional<Matrix12d> C = compliance();
   if (!C) return "it is not stable, nor is the mechanism";
   const double held = degree_change(*C);
-  if (held <= largest) return {};
-  return fmt::format(
-      "its potential has not converged: degree {} changes the stiffness of the mechanism by {:.2g} "
-      "> {:.2g}",
-      degree, held, largest);
+  if (held > largest)
+    return fmt::format(
+        "its potential has not converged: degree {} changes the stiffness of the mechanism by "
+        "{:.2g} > {:.2g}",
+        degree, held, largest);
+  if (next * held > largest_next_change)
+    return fmt::format(
+        "its potential has not converged: degree {} changes the stiffness of the mechanism by "
+        "{:.2g}, what comes next would by {:.2g} > {:.2g}",
+        degree, held, next * held, largest_next_change);
+  return {};
 }
 
 LeafElement::Refinement TubeLeaf::refine(const Compliance& compliance) {
@@ -132,15 +148,16 @@ std::unique_ptr<TubeLeaf> TubeLeaf::successor(double sigma, const std::string& r
   const Vector3d forces =
       state_.mixed.f.cwiseQuotient(unit).array().round().matrix().cwiseProduct(unit);
   const bool far = ((forces - centre).cwiseQuotient(unit)).cwiseAbs().maxCoeff() >= far_units;
+  const int order = model_->range().order;
   std::shared_ptr<TubeModel> model;
-  if (far && centred_ < most_centred) model = model_->successor(2, forces, sigma);
+  if (far && centred_ < most_centred) model = model_->successor(order, forces, sigma);
   const bool anew = model != nullptr;
-  if (!model && model_->range().order == 2) model = model_->successor(3, centre, sigma);
+  if (!model && order == 2) model = model_->successor(3, far ? forces : centre, sigma);
   if (!model) return nullptr;
   auto leaf = std::make_unique<TubeLeaf>(leaf_, model, index_, reason);
   leaf->edges_ = edges_;
   leaf->state_ = state_;
-  leaf->centred_ = centred_ + (anew ? 1 : 0);
+  leaf->centred_ = anew ? centred_ + 1 : 0;
   return leaf;
 }
 

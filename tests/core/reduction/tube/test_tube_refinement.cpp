@@ -109,6 +109,18 @@ TEST_CASE("a hinge under a payload is followed by better potentials, not by full
   CHECK(of.drive < 1e-4);
 }
 
+TEST_CASE("leaves that the stroke pulls straight are expanded about their pull", "[tube]") {
+  // between two grounds, driven across: the leaves stretch
+  Mechanism bridge = models::single_leaf(0.04, 0.008, 3e-4);
+  bridge.bodies[0].reference = bridge.bodies[0].center_of_mass = {0.04, 0, 0};
+  bridge.leaves.push_back(models::leaf({0.08, 0, 0}, {-1, 0, 0}, 0.04, 0.008, 3e-4));
+  const Outcome of = compare(bridge, statics(4e-4, 5));
+  CHECK(of.replaced == 0);
+  CHECK(of.centred > 0);
+  CHECK(of.support < 2e-3);
+  CHECK(of.drive < 1e-4);
+}
+
 TEST_CASE("a hinge without payload needs none of them", "[tube]") {
   const StrokeResponse response = evaluate_stroke(cross_hinge(), {}, statics(pi / 6, 4));
   REQUIRE(response.status == Status::ok);
