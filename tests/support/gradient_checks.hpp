@@ -175,7 +175,9 @@ inline int check_gradients(const Family& family, const ModelOptions& model, Stro
         one_sided = found >= low - with && found <= high + with;
       }
       if (one_sided) error = std::min(error, 1e-8);
-      CHECK(error <= 1e-7 + 5 * known);
+      // a power of the stress, whose tables have single precision
+      const double rounding = c.name.starts_with("fatigue") ? 2e-7 : 1e-7;
+      CHECK(error <= rounding + 5 * known);
       near += error <= 1e-8 + 5 * known;
       known_well += known <= 1e-4;
     }

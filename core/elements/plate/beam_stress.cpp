@@ -71,8 +71,7 @@ class RecoveredMeasures {
       for (const double s : station) {
         x_.push_back(mesh.x()[i] + s * h);
         const PlateMesh::Element::Shear& shear = mesh.element(i, 0).shear;
-        const Vector3d turn =
-            shear.per_x * (s - 0.5) * h * (U.transpose() * shear.force.col(0).head<8>());
+        const Vector3d turn = shear.per_x * (s - 0.5) * h * (U.transpose() * shear.force.head<8>());
         values_.push_back(measures_at<double>(U, hermite(s, h), numbers, i, s, strain, turn));
       }
     }

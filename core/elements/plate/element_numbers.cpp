@@ -48,25 +48,6 @@ void set_row(Matrix16& A, int row, const Row<S>& a) {
   for (int k = 0; k < 16; ++k) A(row, k) = part_of(a[k]);
 }
 
-// Slopes, within an element, of something that is given at points: by the moments about its middle.
-template <class S>
-class Slopes {
- public:
-  void add_point(const S& area, const S& dx, const S& dy, const S& t) {
-    xx_ += area * dx * dx;
-    yy_ += area * dy * dy;
-    area_ += area;
-    volume_ += area * t;
-  }
-  S per_x() const { return 1.0 / xx_; }
-  S per_y() const { return 1.0 / yy_; }
-  const S& area() const { return area_; }
-  S mean_thickness() const { return volume_ / area_; }
-
- private:
-  S xx_{0}, yy_{0}, area_{0}, volume_{0};
-};
-
 }  // namespace
 
 // The operators of plate_curvature.hpp, point by point.
@@ -177,11 +158,9 @@ PlateShear<S> ElementNumbers<S>::plate_shear(int i, int j) const {
   const S &nu = mesh_.poissons_ratio, hx = mesh_.x[i + 1] - mesh_.x[i],
           hy = mesh_.y[j + 1] - mesh_.y[j];
   const GaussRule full = gauss_rule(4);
-  Row bend_along = Row::Zero(), bend_across = bend_along, twist_along = bend_along,
-      twist_across = bend_along;
-  Slopes<S> slopes;
-  S stiffness_x(0), stiffness_y(0);  // ∫ D (x − x_m)² dA, ∫ D (y − y_m)² dA
-  std::array<S, 4> bent{};           // moments about the middle
+  Row bend = Row::Zero();                         // moments of M_xx about the middle
+  S area(0), volume(0), moment(0), stiffness(0);  // moment: I_x, stiffness: J_x
+  std::array<S, 4> bent{};
   for (int a = 0; a < 4; ++a) {
     const HermiteValuesT<S> X = hermite<S>(full.point[a], hx);
     const WidthMap<S> map = mesh_.map(i, full.point[a]);
@@ -190,31 +169,22 @@ PlateShear<S> ElementNumbers<S>::plate_shear(int i, int j) const {
     for (int b = 0; b < 4; ++b) {
       const HermiteValuesT<S> Y = hermite<S>(full.point[b], hy);
       const auto N = derivatives(i, full.point[a], S(mesh_.y[j] + full.point[b] * hy), X, Y);
-      const S area = full.weight[a] * full.weight[b] * hx * hy * map.factor, w = area * t * t * t,
-              dy = (full.point[b] - 0.5) * hy * map.factor, wx = w * dx, wy = w * dy,
-              twist = 1.0 - nu;
-      bend_along += wx * Row(N.xx + nu * N.yy);
-      bend_across += wy * Row(N.yy + nu * N.xx);
-      twist_along += (wx * twist) * N.xy;
-      twist_across += (wy * twist) * N.xy;
-      slopes.add_point(area, dx, dy, t);
-      stiffness_x += wx * dx;
-      stiffness_y += wy * dy;
-      bent[a] += wx;
+      const S dA = full.weight[a] * full.weight[b] * hx * hy * map.factor, w = dA * t * t * t * dx;
+      bend += w * Row(N.xx + nu * N.yy);
+      bent[a] += w;
+      area += dA;
+      volume += dA * t;
+      moment += dA * dx * dx;
+      stiffness += w * dx;
     }
   }
-  const S q = slopes.mean_thickness(), area = slopes.area();
-  // D / κ G t L² at the thickness 1
-  const S compliance = mesh_.thickness * mesh_.thickness / (5.0 * (1.0 - nu));
-  const S damping = 1.0 + compliance * area / q *
-                              (stiffness_x * slopes.per_x() * slopes.per_x() +
-                               stiffness_y * slopes.per_y() * slopes.per_y());
+  // A D / κ G t L² at the thickness 1
+  const S compliance =
+      area * area / volume * (mesh_.thickness * mesh_.thickness / (5.0 * (1.0 - nu)));
   PlateShear<S> shear;
-  shear.compliance = area * compliance / (q * damping);
-  shear.per_x = slopes.per_x();
-  shear.per_y = slopes.per_y();
-  shear.along = shear.per_x * bend_along + shear.per_y * twist_across;
-  shear.across = shear.per_y * bend_across + shear.per_x * twist_along;
+  shear.per_x = 1.0 / moment;
+  shear.compliance = compliance / (1.0 + compliance * stiffness * shear.per_x * shear.per_x);
+  shear.along = shear.per_x * bend;
   shear.rest.setZero();
   if (mesh_.curved()) {
     const auto N =
@@ -229,14 +199,9 @@ PlateShear<S> ElementNumbers<S>::plate_shear(int i, int j) const {
 template <class S>
 void ElementNumbers<S>::add_shear(PlateMesh::Element& element, const PlateShear<S>& shear) const {
   add_square(element.bending, S(-shear.compliance), shear.along);
-  add_square(element.bending, S(-shear.compliance), shear.across);
   if (mesh_.curved()) add_square(element.bending, shear.compliance, shear.rest);
-  for (int k = 0; k < 16; ++k) {
-    element.shear.force(k, 0) = part_of(S(shear.along[k] - shear.rest[k]));
-    element.shear.force(k, 1) = part_of(shear.across[k]);
-  }
+  for (int k = 0; k < 16; ++k) element.shear.force[k] = part_of(S(shear.along[k] - shear.rest[k]));
   element.shear.per_x = part_of(S(shear.compliance * shear.per_x));
-  element.shear.per_y = part_of(S(shear.compliance * shear.per_y));
 }
 
 template <class S>
@@ -374,7 +339,6 @@ PlateShear<S> ElementNumbers<S>::beam_shear(int i) const {
   S stiffness(0), compliance(0);
   PlateShear<S> shear;
   shear.along.setZero();
-  shear.across.setZero();
   shear.rest.setZero();
   for (int a = 0; a < 4; ++a) {
     const HermiteValuesT<S> X = hermite<S>(full.point[a], h);
@@ -387,7 +351,6 @@ PlateShear<S> ElementNumbers<S>::beam_shear(int i) const {
     compliance += full.weight[a] / (e.shear * e.area);
   }
   shear.per_x = 12.0 / (h * h * h);
-  shear.per_y = S(0);
   shear.compliance = h * compliance / (1.0 + compliance * stiffness * h * shear.per_x);
   shear.along = (shear.per_x * shear.along).eval();
   if (mesh_.curved()) {
@@ -462,44 +425,23 @@ PlateMesh::Element ElementNumbers<S>::beam_element(int i) const {
   return element;
 }
 
-namespace {
-
-template <class S>
-SectionTurn<S> turn_by(const Vector3<S>& along, const Vector3<S>& across, const S& x, const S& y) {
-  return {x * along, y * across, 0.5 * (y * along + x * across)};
-}
-
-}  // namespace
-
-SectionTurn<double> section_turn(const PlateMesh& mesh, int i, int j,
-                                 const Eigen::Matrix<double, 16, 3>& U, double along,
-                                 double across) {
+Vector3d section_turn(const PlateMesh& mesh, int i, int j, const Eigen::Matrix<double, 16, 3>& U,
+                      double along) {
   const PlateMesh::Element::Shear& shear = mesh.element(i, j).shear;
-  const HermiteValues at = hermite(along, mesh.x()[i + 1] - mesh.x()[i]);
-  const PlateMesh::LineWidth &a = mesh.line_width(i), &b = mesh.line_width(i + 1);
-  const double f = at.value[0] * a.factor + at.value[1] * a.slope + at.value[2] * b.factor +
-                   at.value[3] * b.slope;
-  const Eigen::Matrix<double, 3, 2> force = U.transpose() * shear.force;
-  return turn_by<double>(force.col(0), force.col(1),
-                         shear.per_x * (along - 0.5) * (mesh.x()[i + 1] - mesh.x()[i]),
-                         shear.per_y * (across - 0.5) * (mesh.y()[j + 1] - mesh.y()[j]) * f);
+  const double dx = (along - 0.5) * (mesh.x()[i + 1] - mesh.x()[i]);
+  return shear.per_x * dx * (U.transpose() * shear.force);
 }
 
-SectionTurn<Dual1> section_turn(const MeshNumbers<Dual1>& mesh, int i, int j,
-                                const Eigen::Matrix<Dual1, 16, 3>& U, double along, double across) {
+Vector3<Dual1> section_turn(const MeshNumbers<Dual1>& mesh, int i, int j,
+                            const Eigen::Matrix<Dual1, 16, 3>& U, double along) {
   const ElementNumbers<Dual1> elements(mesh);
-  if (!elements.has_shear()) return {};
+  Vector3<Dual1> turn = Vector3<Dual1>::Zero();
+  if (!elements.has_shear()) return turn;
   const PlateShear<Dual1> shear = elements.plate_shear(i, j);
-  const auto sum = [&](const Eigen::Matrix<Dual1, 16, 1>& row) {
-    Vector3<Dual1> force = Vector3<Dual1>::Zero();
-    for (int f = 0; f < 16; ++f)
-      for (int c = 0; c < 3; ++c) force[c] += row[f] * U(f, c);
-    return force;
-  };
-  const Dual1 dx = (along - 0.5) * (mesh.x[i + 1] - mesh.x[i]),
-              dy = (across - 0.5) * (mesh.y[j + 1] - mesh.y[j]) * mesh.map(i, along).factor;
-  return turn_by<Dual1>(sum(shear.along - shear.rest), sum(shear.across),
-                        shear.compliance * shear.per_x * dx, shear.compliance * shear.per_y * dy);
+  const Dual1 per = shear.compliance * shear.per_x * (along - 0.5) * (mesh.x[i + 1] - mesh.x[i]);
+  for (int f = 0; f < 16; ++f)
+    for (int c = 0; c < 3; ++c) turn[c] += per * (shear.along[f] - shear.rest[f]) * U(f, c);
+  return turn;
 }
 
 template class ElementNumbers<double>;

@@ -13,10 +13,10 @@ inline constexpr double free_edge_layer = 0.7;
 /// core/elements/README.md. The rows stand against the element's nodal values.
 template <class S>
 struct PlateShear {
-  Eigen::Matrix<S, 16, 1> along, across;
+  Eigen::Matrix<S, 16, 1> along;
   Eigen::Matrix<S, 16, 1> rest;  ///< of a curved leaf at rest, in the axes of its middle
   S compliance;                  ///< C: U = −½ C |Q|²
-  S per_x, per_y;                ///< over the second moments of the element's area
+  S per_x;                       ///< over the second moment of the element's area
 };
 
 template <class S>
@@ -63,18 +63,12 @@ class ElementNumbers {
   const MeshNumbers<S>& mesh_;
 };
 
-/// By what the second derivatives of the deflected surface differ from those of its sections at a
-/// place in an element: equation (E11).
-template <class S>
-struct SectionTurn {
-  Vector3<S> xx = Vector3<S>::Zero(), yy = xx, xy = xx;
-};
-/// At (along, across) in [0, 1]² of element (i, j) with the nodal values U.
-SectionTurn<double> section_turn(const PlateMesh& mesh, int i, int j,
-                                 const Eigen::Matrix<double, 16, 3>& U, double along,
-                                 double across);
-SectionTurn<Dual1> section_turn(const MeshNumbers<Dual1>& mesh, int i, int j,
-                                const Eigen::Matrix<Dual1, 16, 3>& U, double along, double across);
+/// By what r,xx of the deflected surface differs from that of its sections, at the share `along` of
+/// element (i, j) with the nodal values U: equation (E11).
+Vector3d section_turn(const PlateMesh& mesh, int i, int j, const Eigen::Matrix<double, 16, 3>& U,
+                      double along);
+Vector3<Dual1> section_turn(const MeshNumbers<Dual1>& mesh, int i, int j,
+                            const Eigen::Matrix<Dual1, 16, 3>& U, double along);
 
 extern template class ElementNumbers<double>;
 extern template class ElementNumbers<Dual1>;

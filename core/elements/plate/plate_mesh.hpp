@@ -124,11 +124,11 @@ class PlateMesh {
     Eigen::ArrayXd curvature_weight;
     /// Of a curved leaf: what makes its undeflected energy zero.
     double rest_energy = 0;
-    /// How the transverse force turns the sections: (E11). Of nodal values the forces along and
-    /// across, and the compliance over the second moments of the element. A beam: along alone.
+    /// How the transverse force along turns the sections: (E11). Of nodal values the force, and the
+    /// compliance over the second moment of the element.
     struct Shear {
-      Eigen::Matrix<double, 16, 2> force = Eigen::Matrix<double, 16, 2>::Zero();
-      double per_x = 0, per_y = 0;
+      Eigen::Matrix<double, 16, 1> force = Eigen::Matrix<double, 16, 1>::Zero();
+      double per_x = 0;
     } shear;
   };
 

@@ -38,7 +38,7 @@ RestT<S> rest_of(const MeshNumbers<S>& numbers, int i, double s) {
 template <class S>
 StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X,
                     const HermiteValuesT<S>& Y, const RestT<S>& rest, const WidthMap<S>* map,
-                    const S& y0, const SectionTurn<S>& turn) {
+                    const S& y0, const Vector3<S>& turn) {
   const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
     Vector3<S> r = Vector3<S>::Zero();
     for (int f = 0; f < 16; ++f) {
@@ -52,14 +52,14 @@ StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X
                                   at(X.value, Y.curvature)};
   if (map) r = mapped<S, Vector3<S>>(*map, y0, r.x, r.y, r.xx, r.xy, r.yy);
   const Vector3<S>&a1 = r.x, &a2 = r.y;
-  const Vector3<S> r11 = r.xx - turn.xx, r12 = r.xy - turn.xy, r22 = r.yy - turn.yy;
+  const Vector3<S> r11 = r.xx - turn;
   const Vector3<S> m = a1.cross(a2);
   using std::sqrt;
   const Vector3<S> n = m / sqrt(m.squaredNorm());
   StrainsT<S> e;
   // a fibre on the side of the normal is stretched by −r,ab · n
   e << 0.5 * (a1.squaredNorm() - rest.metric), 0.5 * (a2.squaredNorm() - 1.0), a1.dot(a2),
-      -r11.dot(n) - rest.curvature, -r22.dot(n), -2.0 * r12.dot(n);
+      -r11.dot(n) - rest.curvature, -r.yy.dot(n), -2.0 * r.xy.dot(n);
   return e;
 }
 
@@ -107,9 +107,9 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
         const Gradient U = dofs(nodal, i, j);
         const double hy = mesh.y()[j + 1] - mesh.y()[j];
         for (const double b : station)
-          values.push_back(strains<double>(
-              U, X, hermite(b, hy), rest_of(numbers, i, a), numbers.width_varies() ? &map : nullptr,
-              mesh.y()[j] + b * hy, section_turn(mesh, i, j, U, a, b)));
+          values.push_back(strains<double>(U, X, hermite(b, hy), rest_of(numbers, i, a),
+                                           numbers.width_varies() ? &map : nullptr,
+                                           mesh.y()[j] + b * hy, section_turn(mesh, i, j, U, a)));
       }
     }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
@@ -483,7 +483,7 @@ MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd
     const StrainsT<Dual1> e =
         strains<Dual1>(U, hermite<Dual1>(sx, hx), hermite<Dual1>(sy, hy), rest_of(numbers, ei, sx),
                        numbers.width_varies() ? &map : nullptr, numbers.y[ej] + sy * hy,
-                       section_turn(numbers, ei, ej, U, sx, sy));
+                       section_turn(numbers, ei, ej, U, sx));
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = e[k].value;

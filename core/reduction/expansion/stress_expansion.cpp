@@ -108,11 +108,7 @@ MatrixXd expand_stress(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const 
       operators.row(3) = hermite_products(X.value, Y.curvature).transpose();
       operators.row(4) = hermite_products(X.slope, Y.slope).transpose();
       const PlateMesh::Element::Shear& shear = mesh.element(i, j).shear;  // (E11)
-      const double dx = shear.per_x * (station[s % 2] - 0.5) * hx,
-                   dy = shear.per_y * (station[t % 2] - 0.5) * hy;
-      operators.row(2) -= dx * shear.force.col(0).transpose();
-      operators.row(3) -= dy * shear.force.col(1).transpose();
-      operators.row(4) -= 0.5 * (dy * shear.force.col(0) + dx * shear.force.col(1)).transpose();
+      operators.row(2) -= shear.per_x * (station[s % 2] - 0.5) * hx * shear.force.transpose();
       U << lines[i].middleRows<8>(4 * j), lines[i + 1].middleRows<8>(4 * j);
       D.noalias() = operators * U;
       put_strains(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),

@@ -126,7 +126,7 @@ constexpr double strain_station[2] = {0.21132486540518713, 0.7886751345948129};
 // Linear strains of a superelement of length `a` over L, its dofs over that length.
 template <class S>
 StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
-                           const HermiteValuesT<S>& Y, double a, const SectionTurn<S>& turn) {
+                           const HermiteValuesT<S>& Y, double a, const Vector3<S>& turn) {
   const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
     const Eigen::Matrix<S, 16, 1> N = hermite_products(x, y);
     Vector3<S> r = Vector3<S>::Zero();
@@ -135,8 +135,8 @@ StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues
     return r;
   };
   const Vector3<S> d1 = at(X.slope, Y.value), d2 = at(X.value, Y.slope),
-                   d11 = at(X.curvature, Y.value) - turn.xx,
-                   d22 = at(X.value, Y.curvature) - turn.yy, d12 = at(X.slope, Y.slope) - turn.xy;
+                   d11 = at(X.curvature, Y.value) - turn, d22 = at(X.value, Y.curvature),
+                   d12 = at(X.slope, Y.slope);
   StrainsT<S> e;
   e << d1[0], d2[1], d1[1] + d2[0], -d11[2] / a, -d22[2] / a, -2.0 * d12[2] / a;
   return e;
@@ -182,9 +182,9 @@ StrainField SuperelementGrid::strains(const State& state) const {
         for (int r = 0; r < 2; ++r)
           for (int s = 0; s < 2; ++s)
             values[(2 * (i * nx + p) + r) * y.size() + 2 * (j * ny + q) + s] =
-                linear_strains<double>(
-                    U, hermite(strain_station[r], hx), hermite(strain_station[s], hy), 1.0 / along_,
-                    section_turn(mesh, p, q, U, strain_station[r], strain_station[s]));
+                linear_strains<double>(U, hermite(strain_station[r], hx),
+                                       hermite(strain_station[s], hy), 1.0 / along_,
+                                       section_turn(mesh, p, q, U, strain_station[r]));
       }
   }
   return {std::move(x), std::move(y), std::move(values)};
@@ -209,7 +209,7 @@ MovingStations SuperelementGrid::moving_stations(const State& state,
     const StrainsT<Dual1> strains = linear_strains<Dual1>(
         U, hermite(strain_station[x % 2], mesh.x()[p + 1] - mesh.x()[p]),
         hermite<Dual1>(strain_station[y % 2], (mesh.y()[q + 1] - mesh.y()[q]) * per_width),
-        1.0 / along_, section_turn(numbers, p, q, U, strain_station[x % 2], strain_station[y % 2]));
+        1.0 / along_, section_turn(numbers, p, q, U, strain_station[x % 2]));
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = strains[k].value;

