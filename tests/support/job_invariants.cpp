@@ -97,15 +97,21 @@ double rounding_of_energy(const Mechanism& mechanism) {
   return sum;
 }
 
-// From 0.9 to 1 of the stroke: work of the drive against the change of stored energy and potential
-// of the loads. Nothing where the drive's load does other work, or the way is not smooth.
-std::optional<double> energy_error(const Job& job, const Mechanism& mechanism, double stroke) {
+// From 0.9 to 1 of a point's stroke: work of the drive against the change of stored energy and
+// potential of the loads, on full leaves where the point has them. Nothing where the drive's load
+// does other work, or the way is not smooth.
+std::optional<double> energy_error(const Job& job, const Mechanism& mechanism,
+                                   const PathPoint& far) {
+  const double stroke = far.stroke;
   const auto& request = job.request;
   if (mechanism.drives.size() != 1 || !request.loads.driven() || stroke == 0) return std::nullopt;
   auto leaves = job.model.accuracy == Accuracy::full
                     ? make_full_leaves(mechanism, job.model)
                     : make_reduced_leaves(mechanism, job.model, std::abs(stroke), request.loads);
   System system(mechanism, std::move(leaves), request.loads);
+  for (int i = 0; i < system.leaves(); ++i)
+    if (far.leaves.at(static_cast<std::size_t>(i)).model == "full" && !system.leaf(i).is_full())
+      system.replace_leaf(i, system.leaf(i).full_model("as on the path"));
   const NewtonOptions& newton = request.newton;
   if (system.loaded_at_rest() && !step_load(system, {.constant = 1}, newton).converged)
     return std::nullopt;
@@ -169,7 +175,7 @@ void check_energy(const Job& job, const Mechanism& mechanism, const StrokeRespon
         (!far || std::abs(point.stroke) > std::abs(far->stroke)))
       far = &point;
   if (!far || std::abs(far->stroke) < 1e-3 * furthest) return;
-  const std::optional<double> error = energy_error(job, mechanism, far->stroke);
+  const std::optional<double> error = energy_error(job, mechanism, *far);
   if (!error) return;
   verdict.energy_checked = true;
   verdict.energy_error = *error;
