@@ -91,7 +91,7 @@ set(tested_by
   core/spec/formula_functions core/spec/test_formula
   core/spec/formula_parser core/spec/test_formula
   core/spec/formula_tokens core/spec/test_formula
-  core/spec/json_schema optim/job/test_job
+  core/spec/json_schema optim/job/test_job_schema
   core/spec/spec_error core/spec/test_json_file
   optim/compare/comparison optim/compare/test_compare
   optim/job/expression optim/job/test_job
@@ -99,11 +99,10 @@ set(tested_by
   optim/job/job_capacity optim/job/test_job_wrong
   optim/job/job_compare optim/compare/test_samples
   optim/job/job_design optim/job/test_job
-  optim/job/job_goals optim/job/test_job
+  optim/job/job_goals optim/job/test_job_optimise
   optim/job/job_loads optim/job/test_job
   optim/job/job_maps optim/maps/test_response_map
   optim/job/job_numbers optim/job/test_job
-  optim/job/job_optimise optim/job/test_job
   optim/job/job_shape optim/job/test_job
   optim/job/job_tables optim/job/test_job
   optim/job/job_tolerances optim/tolerances/test_tolerance_study

@@ -6,11 +6,11 @@
 
 #include "core/reduction/atlas/atlas_file.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
-#include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
 #include "optim/job/job_atlas.hpp"
 #include "optim/problem/evaluation_log.hpp"
+#include "support/base_jobs.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -34,8 +34,7 @@ struct AtlasPlace {
 };
 
 json job_with(const json& model) {
-  json document =
-      read_json_file(FLEXOPT_SOURCE_DIR "/tests/jobs/wrong/cases.json")["bases"]["evaluate"];
+  json document = base_job("evaluate");
   document["model"] = model;
   return document;
 }

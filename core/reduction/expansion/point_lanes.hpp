@@ -1,0 +1,82 @@
+#pragma once
+// Numbers at the eight membrane points of an element at once, with derivatives or without.
+#include <array>
+
+#include "core/math/dual.hpp"
+
+namespace flexopt {
+
+/// A number at the eight membrane points of an element.
+using Lanes8 = double __attribute__((vector_size(64)));
+
+/// And one with derivatives.
+template <int n>
+struct DualLanes8 {
+  Lanes8 value;
+  std::array<Lanes8, n> derivatives;
+
+  DualLanes8& operator+=(const DualLanes8& b) {
+    value += b.value;
+    for (int k = 0; k < n; ++k) derivatives[k] += b.derivatives[k];
+    return *this;
+  }
+  DualLanes8& operator-=(double b) {
+    value -= b;
+    return *this;
+  }
+  DualLanes8& operator-=(const DualLanes8& b) {
+    value -= b.value;
+    for (int k = 0; k < n; ++k) derivatives[k] -= b.derivatives[k];
+    return *this;
+  }
+  DualLanes8& operator*=(double b) {
+    value *= b;
+    for (int k = 0; k < n; ++k) derivatives[k] *= b;
+    return *this;
+  }
+  friend DualLanes8 operator+(DualLanes8 a, const DualLanes8& b) { return a += b; }
+  friend DualLanes8 operator*(const DualLanes8& a, const DualLanes8& b) {
+    DualLanes8 c;
+    c.value = a.value * b.value;
+    for (int k = 0; k < n; ++k)
+      c.derivatives[k] = a.value * b.derivatives[k] + a.derivatives[k] * b.value;
+    return c;
+  }
+  friend DualLanes8 operator*(const Dual<n>& a, const DualLanes8& b) {
+    DualLanes8 c;
+    c.value = a.value * b.value;
+    for (int k = 0; k < n; ++k)
+      c.derivatives[k] = a.value * b.derivatives[k] + a.derivatives[k] * b.value;
+    return c;
+  }
+};
+
+template <class S>
+struct PointLanes;
+template <>
+struct PointLanes<double> {
+  using type = Lanes8;
+  static type constant(double value) { return Lanes8{} + value; }
+  static void set(type& lanes, int g, double value) { lanes[g] = value; }
+  static double get(const type& lanes, int g) { return lanes[g]; }
+};
+template <int n>
+struct PointLanes<Dual<n>> {
+  using type = DualLanes8<n>;
+  static type constant(double value) {
+    type lanes{};
+    lanes.value += value;
+    return lanes;
+  }
+  static void set(type& lanes, int g, const Dual<n>& value) {
+    lanes.value[g] = value.value;
+    for (int k = 0; k < n; ++k) lanes.derivatives[k][g] = value.derivatives[k];
+  }
+  static Dual<n> get(const type& lanes, int g) {
+    Dual<n> value(lanes.value[g]);
+    for (int k = 0; k < n; ++k) value.derivatives[k] = lanes.derivatives[k][g];
+    return value;
+  }
+};
+
+}  // namespace flexopt
