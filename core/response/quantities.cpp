@@ -283,8 +283,7 @@ std::vector<QuantityRow> room_taken() {
        .value = [](const PathPoint& p, int k) { return size_of(p.envelope, k); },
        .gradient = [](const PathPoint&, const PointGradients& g,
                       int k) { return row_of(g.envelope, k); },
-       .of_design = true,
-       .in_csv = false},
+       .of_design = true},
       {.name = "envelope.moving",
        .components = sizes(),
        .layout = Layout::object,
@@ -294,16 +293,14 @@ std::vector<QuantityRow> room_taken() {
        .value = [](const PathPoint& p, int k) { return size_of(p.moving_envelope, k); },
        .gradient = [](const PathPoint&, const PointGradients& g,
                       int k) { return row_of(g.moving_envelope, k); },
-       .of_design = true,
-       .in_csv = false},
+       .of_design = true},
       {.name = "leaf_mass",
        .label = "mass of the leaves",
        .needs = {Output::envelope},
        .unit = kilogram,
        .value = [](const PathPoint& p, int) { return p.leaf_mass; },
        .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.leaf_mass; },
-       .of_design = true,
-       .in_csv = false},
+       .of_design = true},
       {.name = "clearance",
        .label = "clearance",
        .meaning = "smallest distance between leaves, and between leaves and boxes of bodies that "
@@ -410,6 +407,7 @@ QuantityRow load_capacity() {
           .gradient = [](const PathPoint&, const PointGradients& g,
                          int d) { return g.load_capacity[static_cast<std::size_t>(d)]; },
           .error = ErrorKind::stress,  // which often ends it
+          .of_supports = true,
           .in_report = true};
 }
 
@@ -520,7 +518,7 @@ std::vector<Quantity> quantities(const DriveList& drives) {
       continue;
     }
     for (int k = 0; k < components_of(row); ++k) {
-      if (row.of_supports && drives.prescribed[static_cast<std::size_t>(k)]) continue;
+      if (row.of_supports && drives.prescribed[static_cast<std::size_t>(k % 6)]) continue;
       list.push_back(named(row, k));
       list.back().unit = row.unit(drives.first(), k);
     }

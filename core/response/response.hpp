@@ -200,6 +200,9 @@ struct PathPoint {
   std::optional<FatigueCycle> fatigue_safety;  ///< likewise
   std::optional<FatigueCycle> fatigue_life;    ///< nothing above longest_life
   std::string fatigue_fault;                   ///< why there is no safety or life
+  /// σ11 along the leaf, σ22, σ12 [Pa], fillet in, at the one place of the path's least safety (or
+  /// least life); where the history of stress is looked at.
+  std::optional<Vector3d> fatigue_stress;
   /// Of every leaf a SectionStress for each of StrokeResponse::stress_places, in columns, until the
   /// path has ended; empty in what is returned.
   std::vector<MatrixXd> sections;

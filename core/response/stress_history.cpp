@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/response/fatigue_law.hpp"
@@ -188,6 +189,7 @@ class Points {
     if (use.value * no_critical_factor <= 1) return;
     auto& safety = response_.path[k].fatigue_safety;
     const double value = 1 / use.value;
+    by_safety_.note(value, found.spot);
     if (safety && value >= safety->value * (1 - 1e-9)) return;
     safety = history_.cycle_of(found, k);
     safety->value = value;
@@ -199,6 +201,7 @@ class Points {
     if (found.measure <= 0) return;
     const Life life = life_at(law.curve(), found.measure);
     if (life.log10_cycles >= longest_life) return;
+    by_life_.note(life.log10_cycles, found.spot);
     auto& least = response_.path[k].fatigue_life;
     if (least && life.log10_cycles >= least->value - 1e-9) return;
     least = history_.cycle_of(found, k);
@@ -210,7 +213,25 @@ class Points {
           life.slope / (found.measure * std::numbers::ln10) * chain(*reversed, rates(found, k));
   }
 
+  /// Of every point the stress at the place of the path's least safety, or least life.
+  void add_stress() {
+    const std::optional<Spot>& spot = by_safety_.spot ? by_safety_.spot : by_life_.spot;
+    if (!spot) return;
+    for (std::size_t k = 0; k < response_.path.size(); ++k)
+      response_.path[k].fatigue_stress = History::on_side(*spot, history_.section(k, *spot));
+  }
+
  private:
+  struct Least {
+    double value = std::numeric_limits<double>::infinity();
+    std::optional<Spot> spot;
+    void note(double of, const Spot& at) {
+      if (spot && of >= value * (1 - 1e-9)) return;  // of equal ones but for rounding the first
+      value = of;
+      spot = at;
+    }
+  };
+
   History::CycleRates rates(const Found& found, std::size_t k) const {
     return history_.cycle_rates(found, k, *directions_, *gradients_);
   }
@@ -219,6 +240,7 @@ class Points {
   const std::vector<Mechanism>* directions_;
   StrokeResponse& response_;
   StrokeGradients* gradients_;
+  Least by_safety_, by_life_;
 };
 
 // Why the path has no cycle; empty where it has.
@@ -262,6 +284,7 @@ void add_fatigue(const Mechanism& mechanism, const StressRules& rules,
         if (rules.life && worst.broken == 0) points.add_life(worst.reversed[k], k, law);
       }
     }
+    points.add_stress();
   }
   for (PathPoint& point : response.path) {
     if (!fault.empty()) {

@@ -19,54 +19,50 @@ using OrderedJson = nlohmann::ordered_json;
 
 namespace {
 
-OrderedJson optional_json(const std::optional<double>& value) {
-  return value ? OrderedJson(*value) : OrderedJson();
-}
+using Quantities = std::vector<ComparedQuantity>;
 
-std::optional<double> read_optional(const json& value) {
-  return value.is_null() ? std::nullopt : std::optional(value.get<double>());
-}
-
-OrderedJson point_json(const ComparedPoint& p) {
+OrderedJson point_json(const Quantities& quantities, const ComparedPoint& p) {
   if (!p.converged) return {{"stroke", p.stroke}};
-  OrderedJson stiffness = OrderedJson::array();
-  for (const auto& k : p.support_stiffness) stiffness.push_back(optional_json(k));
+  OrderedJson numbers = OrderedJson::object(), reasons = OrderedJson::object();
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
+    OrderedJson& list = numbers[quantities[q].name] = OrderedJson::array();
+    for (const auto& value : p.numbers[q]) list.push_back(value ? OrderedJson(*value) : nullptr);
+    if (std::ranges::any_of(p.reasons[q], [](const std::string& r) { return !r.empty(); }))
+      reasons[quantities[q].name] = p.reasons[q];
+  }
   OrderedJson json{{"stroke", p.stroke},
-                   {"drive_load", p.drive_load},
-                   {"displacement", {p.displacement[0], p.displacement[1], p.displacement[2]}},
-                   {"support_stiffness", std::move(stiffness)},
-                   {"frequencies_free", p.frequencies_free},
-                   {"frequencies_locked", p.frequencies_locked},
-                   {"parasitic_frequency", optional_json(p.parasitic_frequency)},
-                   {"max_stress", optional_json(p.max_stress)},
+                   {"numbers", std::move(numbers)},
                    {"stable", p.stable},
                    {"fallback", p.fallback}};
-  if (!p.other_drive_loads.empty()) json["other_drive_loads"] = p.other_drive_loads;
+  if (!reasons.empty()) json["reasons"] = std::move(reasons);
   return json;
 }
 
-ComparedPoint read_point(const json& j) {
+ComparedPoint read_point(const Quantities& quantities, const json& j) {
   ComparedPoint p;
   j.at("stroke").get_to(p.stroke);
-  p.converged = j.contains("drive_load");
+  p.converged = j.contains("numbers");
   if (!p.converged) return p;
-  j.at("drive_load").get_to(p.drive_load);
-  if (j.contains("other_drive_loads")) j.at("other_drive_loads").get_to(p.other_drive_loads);
-  for (int i = 0; i < 3; ++i) p.displacement[i] = j.at("displacement").at(i);
-  for (std::size_t d = 0; d < 6; ++d)
-    p.support_stiffness[d] = read_optional(j.at("support_stiffness").at(d));
-  j.at("frequencies_free").get_to(p.frequencies_free);
-  j.at("frequencies_locked").get_to(p.frequencies_locked);
-  p.parasitic_frequency = read_optional(j.at("parasitic_frequency"));
-  p.max_stress = read_optional(j.at("max_stress"));
+  for (const ComparedQuantity& quantity : quantities) {
+    auto& numbers = p.numbers.emplace_back();
+    for (const json& value : j.at("numbers").at(quantity.name))
+      numbers.push_back(value.is_null() ? std::nullopt : std::optional(value.get<double>()));
+    if (numbers.size() != quantity.numbers.size())
+      throw std::out_of_range("other numbers of " + quantity.name);
+    auto& reasons = p.reasons.emplace_back(numbers.size());
+    if (j.contains("reasons") && j["reasons"].contains(quantity.name))
+      reasons = j["reasons"][quantity.name].get<std::vector<std::string>>();
+    if (reasons.size() != numbers.size())
+      throw std::out_of_range("other reasons of " + quantity.name);
+  }
   j.at("stable").get_to(p.stable);
   j.at("fallback").get_to(p.fallback);
   return p;
 }
 
-std::string line_of(const ComparedPath& path) {
+std::string line_of(const Quantities& quantities, const ComparedPath& path) {
   OrderedJson points = OrderedJson::array();
-  for (const ComparedPoint& p : path.points) points.push_back(point_json(p));
+  for (const ComparedPoint& p : path.points) points.push_back(point_json(quantities, p));
   return log_line({{"design", path.design},
                    {"model", path.model},
                    {"message", path.message},
@@ -74,25 +70,29 @@ std::string line_of(const ComparedPath& path) {
                    {"points", std::move(points)}});
 }
 
-ComparedPath parse_line(const std::string& line) {
+ComparedPath parse_line(const Quantities& quantities, const std::string& line) {
   const json j = json::parse(line);
   ComparedPath path;
   j.at("design").get_to(path.design);
   j.at("model").get_to(path.model);
   j.at("message").get_to(path.message);
   j.at("fallback_reason").get_to(path.fallback_reason);
-  for (const json& point : j.at("points")) path.points.push_back(read_point(point));
+  for (const json& point : j.at("points")) path.points.push_back(read_point(quantities, point));
   return path;
 }
 
 /// All design and model pairs of a job, known or not: design × (models + 1) + model.
 struct Book {
+  Quantities quantities;
   std::size_t width = 0;
   std::vector<std::optional<ComparedPath>> paths;
   std::vector<std::optional<EvaluationSeconds>> seconds;
 
   Book(const Job& job, std::size_t designs)
-      : width(job.compare->models.size() + 1), paths(designs * width), seconds(designs * width) {}
+      : quantities(compared_quantities(job)),
+        width(job.compare->models.size() + 1),
+        paths(designs * width),
+        seconds(designs * width) {}
 
   std::size_t place(int design, int model) const {
     const auto d = static_cast<std::size_t>(design), m = static_cast<std::size_t>(model);
@@ -101,7 +101,7 @@ struct Book {
     return d * width + m;
   }
   void read_path(const std::string& line) {
-    ComparedPath path = parse_line(line);
+    ComparedPath path = parse_line(quantities, line);
     paths[place(path.design, path.model)] = std::move(path);
   }
   void read_seconds(const std::string& line) {
@@ -140,7 +140,8 @@ void append(StrokeResponse of_case, const std::string& name, StrokeResponse& who
 }
 
 ComparedPath evaluate(const Job& job, const Sample& sample, int design, int model,
-                      const StrokeEvaluator& evaluator, EvaluationSeconds& seconds) {
+                      const Quantities& quantities, const StrokeEvaluator& evaluator,
+                      EvaluationSeconds& seconds) {
   if (!sample.refused.empty()) return failed_path(design, model, sample.refused);
   const CompareSpec& spec = *job.compare;
   const ModelChoice& choice =
@@ -156,13 +157,11 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
       request.points.assign(first, last);
       first = last;
       request.newton = choice.newton;
-      request.outputs.remove({Output::shapes, Output::frequency_derivatives, Output::envelope,
-                              Output::moving_envelope, Output::clearance, Output::buckling,
-                              Output::load_capacity, Output::dynamics, Output::state_space});
+      request.outputs = needs_of(quantities);
       append(evaluator(mechanism, choice.model, request), one.name, whole);
     }
     seconds = {whole.seconds_path, seconds_since(begin)};
-    return compared_path(design, model, whole);
+    return compared_path(design, model, quantities, whole);
   } catch (const SpecError& error) {
     return failed_path(design, model, error.what());
   }
@@ -217,8 +216,8 @@ CompareRun compare(const Job& job, const CompareOptions& options) {
     const int design = k / width, model = k % width;
     EvaluationSeconds seconds;
     const ComparedPath path = evaluate(job, samples[static_cast<std::size_t>(design)], design,
-                                       model, options.evaluator, seconds);
-    return seconds_line(design, model, seconds) + line_of(path);
+                                       model, book.quantities, options.evaluator, seconds);
+    return seconds_line(design, model, seconds) + line_of(book.quantities, path);
   };
   const auto keep = [&](int k, const std::string& lines) {
     const std::size_t second = lines.find('\n') + 1;
@@ -240,7 +239,7 @@ CompareRun compare(const Job& job, const CompareOptions& options) {
   run.seconds.resize(book.width);
   std::vector<std::string> values, seconds;
   for (std::size_t k = 0; k < book.paths.size(); ++k) {
-    values.push_back(line_of(*book.paths[k]));
+    values.push_back(line_of(book.quantities, *book.paths[k]));
     if (!book.seconds[k]) continue;
     run.seconds[k % book.width].path += book.seconds[k]->path;
     run.seconds[k % book.width].total += book.seconds[k]->total;

@@ -5,14 +5,27 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <functional>
+#include <iterator>
 
 #include "core/spec/spec_error.hpp"
 
 namespace flexopt {
 namespace {
 
-ComparedPoint compared_point(const PathPoint& p) {
+/// Why a point has no such number, where it says so.
+std::string reason_of(const ComparedQuantity::Number& number, const PathPoint& p) {
+  const Outputs& needs = number.row->needs;
+  if (needs.has(Output::buckling) && p.buckling)
+    return (number.component == 0 ? p.buckling->drive_locked : p.buckling->drive_free).reason;
+  if (needs.has(Output::load_capacity)) {
+    const auto& capacity = p.load_capacity[static_cast<std::size_t>(number.component)];
+    return capacity ? capacity->reason : "";
+  }
+  if (!needs.has(Output::stress)) return "";
+  return p.fatigue_fault.empty() ? p.fillet_fault : p.fatigue_fault;
+}
+
+ComparedPoint compared_point(const std::vector<ComparedQuantity>& quantities, const PathPoint& p) {
   ComparedPoint c;
   c.stroke = p.stroke;
   c.converged = p.status == PointStatus::converged;
@@ -20,59 +33,70 @@ ComparedPoint compared_point(const PathPoint& p) {
   c.stable = p.stable;
   c.fallback = std::any_of(p.leaves.begin(), p.leaves.end(),
                            [](const LeafReport& leaf) { return leaf.replaced; });
-  c.drive_load = p.drive_load;
-  if (p.drive_loads.size() > 1)
-    c.other_drive_loads.assign(p.drive_loads.begin() + 1, p.drive_loads.end());
-  c.displacement = p.displacement;
-  c.support_stiffness = p.support_stiffness;
-  c.frequencies_free = p.frequencies_free;
-  c.frequencies_locked = p.frequencies_locked;
-  c.parasitic_frequency = p.parasitic_frequency;
-  if (p.max_stress) c.max_stress = p.max_stress->value;
+  for (const ComparedQuantity& quantity : quantities) {
+    auto& numbers = c.numbers.emplace_back();
+    auto& reasons = c.reasons.emplace_back();
+    for (const ComparedQuantity::Number& number : quantity.numbers) {
+      numbers.push_back(number.row->value(p, number.component));
+      reasons.push_back(numbers.back() ? "" : reason_of(number, p));
+    }
+  }
   return c;
 }
 
-/// Compares one number over the path, with the floor that its largest value gives.
-class OneNumber {
+/// Compares two paths, quantity by quantity, with the floor that the largest value gives.
+class TwoPaths {
  public:
-  using Value = std::function<std::optional<double>(const ComparedPoint&)>;
+  TwoPaths(const ComparedPath& model, const ComparedPath& full, PathErrors& found)
+      : model_(model), full_(full), found_(found) {
+    for (std::size_t i = 0; i < std::min(full.points.size(), model.points.size()); ++i)
+      if (full.points[i].converged && model.points[i].converged) both_.push_back(i);
+  }
 
-  OneNumber(const ComparedPath& model, const ComparedPath& full, std::vector<PointError>& errors)
-      : model_(model), full_(full), errors_(errors) {}
-
-  void add(Compared quantity, int direction, const Value& value) {
-    constexpr double nothing = 1e-6;  // of the largest: rounding of what is zero by symmetry
+  void add_number(const ComparedQuantity& of, std::size_t quantity, std::size_t k) {
+    const auto value = [&](const ComparedPoint& p) { return p.numbers[quantity][k]; };
     double largest = 0;
     for (const ComparedPoint& p : full_.points)
       if (p.converged) largest = std::max(largest, std::abs(value(p).value_or(0)));
     const double floor = nothing * largest;
-    for (std::size_t i = 0; i < std::min(full_.points.size(), model_.points.size()); ++i) {
-      if (!full_.points[i].converged || !model_.points[i].converged) continue;
+    const int q = static_cast<int>(quantity), part = of.numbers[k].part;
+    for (const std::size_t i : both_) {
       const std::optional<double> f = value(full_.points[i]), m = value(model_.points[i]);
+      const int point = static_cast<int>(i);
+      if (f.has_value() != m.has_value())
+        found_.missing.push_back({q, part, model_.design, point, !m,
+                                  (m ? full_ : model_).points[i].reasons[quantity][k]});
       if (!f || !m || (std::abs(*f) <= floor && std::abs(*m) <= floor)) continue;
-      errors_.push_back({quantity, direction, model_.design, static_cast<int>(i),
-                         std::abs(*m - *f) / std::max(std::abs(*f), floor)});
+      found_.errors.push_back(
+          {q, part, model_.design, point, std::abs(*m - *f) / std::max(std::abs(*f), floor)});
+      if (of.of_design) return;
     }
   }
 
-  void add_displacement() {
+  void add_motion(std::size_t quantity) {
+    const auto vector = [&](const ComparedPoint& p) {
+      Vector3d u;
+      for (std::size_t k = 0; k < 3; ++k)
+        u[static_cast<Eigen::Index>(k)] = p.numbers[quantity][k].value_or(0);
+      return u;
+    };
     double largest = 0;
     for (const ComparedPoint& p : full_.points)
-      if (p.converged) largest = std::max(largest, p.displacement.norm());
+      if (p.converged) largest = std::max(largest, vector(p).norm());
     if (largest == 0) return;
-    for (std::size_t i = 0; i < std::min(full_.points.size(), model_.points.size()); ++i) {
-      const ComparedPoint &f = full_.points[i], &m = model_.points[i];
-      if (!f.converged || !m.converged) continue;
-      if (f.displacement.norm() <= 1e-6 * largest && m.displacement.norm() <= 1e-6 * largest)
-        continue;
-      errors_.push_back({Compared::displacement, -1, model_.design, static_cast<int>(i),
-                         (m.displacement - f.displacement).norm() / largest});
+    for (const std::size_t i : both_) {
+      const Vector3d f = vector(full_.points[i]), m = vector(model_.points[i]);
+      if (f.norm() <= nothing * largest && m.norm() <= nothing * largest) continue;
+      found_.errors.push_back({static_cast<int>(quantity), -1, model_.design, static_cast<int>(i),
+                               (m - f).norm() / largest});
     }
   }
 
  private:
+  static constexpr double nothing = 1e-6;  // of the largest: rounding of what is zero by symmetry
   const ComparedPath &model_, &full_;
-  std::vector<PointError>& errors_;
+  PathErrors& found_;
+  std::vector<std::size_t> both_;
 };
 
 /// Linear between the sorted values, as most statistics programs have it.
@@ -108,12 +132,13 @@ int ComparedPath::fallbacks() const {
                                         [](const ComparedPoint& p) { return p.fallback; }));
 }
 
-ComparedPath compared_path(int design, int model, const StrokeResponse& response) {
+ComparedPath compared_path(int design, int model, const std::vector<ComparedQuantity>& quantities,
+                           const StrokeResponse& response) {
   ComparedPath path;
   path.design = design;
   path.model = model;
   for (const PathPoint& p : response.path) {
-    path.points.push_back(compared_point(p));
+    path.points.push_back(compared_point(quantities, p));
     for (const LeafReport& leaf : p.leaves)
       if (path.fallback_reason.empty() && leaf.replaced) path.fallback_reason = leaf.reason;
   }
@@ -133,44 +158,27 @@ ComparedPath failed_path(int design, int model, std::string message) {
   return path;
 }
 
-std::vector<PointError> errors_of(const ComparedPath& model, const ComparedPath& full) {
+PathErrors errors_of(const std::vector<ComparedQuantity>& quantities, const ComparedPath& model,
+                     const ComparedPath& full) {
   assert(model.design == full.design);
-  std::vector<PointError> errors;
-  OneNumber number(model, full, errors);
-  using Optional = std::optional<double>;
-  number.add(Compared::drive_load, -1,
-             [](const ComparedPoint& p) -> Optional { return p.drive_load; });
-  std::size_t others = 0;
-  for (const ComparedPoint& p : full.points) others = std::max(others, p.other_drive_loads.size());
-  for (std::size_t k = 0; k < others; ++k)
-    number.add(Compared::drive_load, -1, [k](const ComparedPoint& p) -> Optional {
-      return k < p.other_drive_loads.size() ? Optional(p.other_drive_loads[k]) : std::nullopt;
-    });
-  for (int d = 0; d < 6; ++d)
-    number.add(Compared::support_stiffness, d, [d](const ComparedPoint& p) {
-      return p.support_stiffness[static_cast<std::size_t>(d)];
-    });
-  number.add_displacement();
-  for (const auto list : {&ComparedPoint::frequencies_free, &ComparedPoint::frequencies_locked}) {
-    std::size_t most = 0;
-    for (const ComparedPoint& p : full.points) most = std::max(most, (p.*list).size());
-    for (std::size_t k = 0; k < most; ++k)
-      number.add(Compared::frequencies, -1, [list, k](const ComparedPoint& p) -> Optional {
-        return k < (p.*list).size() ? Optional((p.*list)[k]) : std::nullopt;
-      });
+  PathErrors found;
+  TwoPaths paths(model, full, found);
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
+    if (quantities[q].motion)
+      paths.add_motion(q);
+    else
+      for (std::size_t k = 0; k < quantities[q].numbers.size(); ++k)
+        paths.add_number(quantities[q], q, k);
   }
-  number.add(Compared::parasitic_frequency, -1,
-             [](const ComparedPoint& p) { return p.parasitic_frequency; });
-  number.add(Compared::max_stress, -1, [](const ComparedPoint& p) { return p.max_stress; });
-  return errors;
+  return found;
 }
 
-std::optional<ErrorFigures> error_figures(const std::vector<PointError>& errors, Compared quantity,
-                                          std::optional<int> direction) {
+std::optional<ErrorFigures> error_figures(const std::vector<PointError>& errors, int quantity,
+                                          std::optional<int> part) {
   std::vector<double> values;
   ErrorFigures figures;
   for (const PointError& e : errors) {
-    if (e.quantity != quantity || (direction && e.direction != *direction)) continue;
+    if (e.quantity != quantity || (part && e.part != *part)) continue;
     if (values.empty() || e.value > figures.worst) {
       figures.worst = e.value;
       figures.worst_design = e.design;
@@ -192,6 +200,7 @@ Comparison make_comparison(const Job& job, const std::vector<std::optional<Compa
   const std::size_t width = job.compare->models.size() + 1;
   Comparison result;
   result.evaluations = static_cast<int>(paths.size());
+  result.quantities = compared_quantities(job);
   for (const auto& path : paths)
     if (path) ++result.evaluated;
   for (Sample& sample : make_samples(job)) {
@@ -228,7 +237,9 @@ Comparison make_comparison(const Job& job, const std::vector<std::optional<Compa
       if (design.failed) ++model.failures;
       if (design.fallback_points > 0) ++model.fallback_designs;
       model.fallback_points += design.fallback_points;
-      for (PointError& e : errors_of(*path, *full)) model.errors.push_back(e);
+      PathErrors found = errors_of(result.quantities, *path, *full);
+      std::ranges::move(found.errors, std::back_inserter(model.errors));
+      std::ranges::move(found.missing, std::back_inserter(model.missing));
       const auto &full_time = seconds[d * width], &own_time = seconds[d * width + m];
       if (full->whole() && path->whole() && full_time && own_time) {
         full_seconds.path += full_time->path;

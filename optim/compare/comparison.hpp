@@ -1,12 +1,12 @@
 #pragma once
 // What a comparison with full accuracy returns, and its errors. Plain data.
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/response/response.hpp"
 #include "optim/compare/samples.hpp"
+#include "optim/job/compared_quantity.hpp"
 
 namespace flexopt {
 
@@ -16,12 +16,10 @@ struct ComparedPoint {
   bool converged = false;
   bool stable = true;     ///< with the drive held
   bool fallback = false;  ///< a leaf was evaluated at full accuracy instead of its own model
-  double drive_load = 0;
-  std::vector<double> other_drive_loads;  ///< of several drives, those after the first
-  Vector3d displacement = Vector3d::Zero();
-  std::array<std::optional<double>, 6> support_stiffness;
-  std::vector<double> frequencies_free, frequencies_locked;
-  std::optional<double> parasitic_frequency, max_stress;
+  /// Of each of the job's compared quantities its numbers, in their order.
+  std::vector<std::vector<std::optional<double>>> numbers;
+  /// Likewise why there is no number, where that is said.
+  std::vector<std::vector<std::string>> reasons;
 };
 
 /// One design with one model; a line of evaluations.jsonl.
@@ -43,36 +41,38 @@ struct EvaluationSeconds {
   double total = 0;  ///< with building the mechanism and the leaves' coefficients
 };
 
-ComparedPath compared_path(int design, int model, const StrokeResponse& response);
+ComparedPath compared_path(int design, int model, const std::vector<ComparedQuantity>& quantities,
+                           const StrokeResponse& response);
 /// Where not even a mechanism could be made.
 ComparedPath failed_path(int design, int model, std::string message);
 
-enum class Compared {
-  drive_load,
-  support_stiffness,
-  displacement,
-  frequencies,
-  parasitic_frequency,
-  max_stress
-};
-inline constexpr std::array<const char*, 6> compared_names{
-    "drive_load",  "support_stiffness",   "displacement",
-    "frequencies", "parasitic_frequency", "max_stress"};
-inline constexpr int index(Compared quantity) { return static_cast<int>(quantity); }
-
 /// One number's relative error, ≥ 0.
 struct PointError {
-  Compared quantity = Compared::drive_load;
-  int direction = -1;  ///< of a support stiffness
+  int quantity = 0;  ///< place among the compared ones
+  int part = -1;     ///< of those with parts
   int design = 0, point = 0;
   double value = 0;
 };
 
+/// A number that only one of the two has.
+struct MissingNumber {
+  int quantity = 0, part = -1;
+  int design = 0, point = 0;
+  bool in_model = false;  ///< the model lacks it; otherwise full accuracy does
+  std::string reason;     ///< of the one that lacks it, where it gives one
+};
+
+struct PathErrors {
+  std::vector<PointError> errors;
+  std::vector<MissingNumber> missing;
+};
+
 /// Errors of all numbers at all points that both reached:
 ///     |model − full| / max(|full|, 1e-6 of the path's largest |full|),
-/// displacement: |u − u_full| / the path's largest |u_full|. Where both are below that floor, as
-/// the drive load of the undeflected guide is, there is nothing to compare and no entry.
-std::vector<PointError> errors_of(const ComparedPath& model, const ComparedPath& full);
+/// of a motion: |u − u_full| / the path's largest |u_full|. Where both are below that floor, as the
+/// drive load of the undeflected guide is, there is nothing to compare and no entry.
+PathErrors errors_of(const std::vector<ComparedQuantity>& quantities, const ComparedPath& model,
+                     const ComparedPath& full);
 
 struct ErrorFigures {
   int count = 0;               ///< of compared numbers
@@ -81,9 +81,9 @@ struct ErrorFigures {
   int worst_design = 0, worst_point = 0;
 };
 
-/// Of the errors of one quantity, of one direction where it is given; nothing where there are none.
-std::optional<ErrorFigures> error_figures(const std::vector<PointError>& errors, Compared quantity,
-                                          std::optional<int> direction = {});
+/// Of the errors of one quantity, of one part where it is given; nothing where there are none.
+std::optional<ErrorFigures> error_figures(const std::vector<PointError>& errors, int quantity,
+                                          std::optional<int> part = {});
 
 /// One design with one of the job's models.
 struct ModelDesign {
@@ -101,6 +101,7 @@ struct ModelComparison {
   std::optional<double> speed_up, speed_up_with_reduction;
   std::vector<ModelDesign> designs;
   std::vector<PointError> errors;
+  std::vector<MissingNumber> missing;
 };
 
 struct ComparedDesign {
@@ -115,6 +116,7 @@ struct ComparedDesign {
 struct Comparison {
   int failed_designs = 0;
   int evaluated = 0, evaluations = 0;  ///< design and model pairs known so far; of how many
+  std::vector<ComparedQuantity> quantities;
   std::vector<ComparedDesign> designs;
   std::vector<ModelComparison> models;
 };

@@ -240,16 +240,14 @@ void JobReader::read_sections() {
   };
   for (const auto& [section, owner] : {std::pair{"optimise", JobKind::optimise},
                                        {"samples", JobKind::compare},
-                                       {"models", JobKind::compare}})
+                                       {"models", JobKind::compare},
+                                       {"quantities", JobKind::compare}})
     if (read_.contains(section) && job_.kind != owner && !looked_at(section))
       job_.notes.push_back(
           fmt::format("The section {} is not used by \"job\": \"{}\".", section, kind));
-  if (job_.kind == JobKind::compare)
-    for (const char* section : {"dynamics", "export"})
-      if (read_.contains(section))
-        faults_.add("/" + std::string(section), shown(document_[section]),
-                    "a job \"compare\" looks at models, and these are of full leaves whatever the "
-                    "model");
+  if (job_.kind == JobKind::compare && read_.contains("export"))
+    faults_.add("/export", shown(document_["export"]),
+                "a job \"compare\" looks at models and exports nothing");
   if (read_.contains("maps") && job_.kind == JobKind::compare)
     faults_.add("/maps", shown(document_["maps"]),
                 "a job \"compare\" looks at models and draws no maps");

@@ -168,6 +168,8 @@ struct CompareSpec {
   SamplesSpec samples;
   ModelChoice full;                 ///< the reference: the job's model at full accuracy
   std::vector<ModelChoice> models;  ///< what is compared with it
+  /// By their names; empty: those of compared_quantities.
+  std::vector<std::string> quantities;
 };
 
 struct Expectation {

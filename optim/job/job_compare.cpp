@@ -2,12 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/compared_quantity.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_shape.hpp"
@@ -311,6 +313,27 @@ std::vector<ModelChoice> read_models(json& read, const DesignSpec& design, Fault
   return models;
 }
 
+/// The names in "quantities", each of what the job answers.
+std::vector<std::string> read_quantities(const json& read, const Job& job, FaultList& faults) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const std::string at = (Pointer("/quantities") / i).to_string();
+    if (!faults.sound(at)) continue;
+    const std::string name = read[i];
+    if (std::ranges::find(names, name) != names.end())
+      faults.add(at, shown(read[i]), "it is listed before");
+    names.push_back(name);
+    const bool sound =
+        std::ranges::all_of(std::array{"/design", "/stroke", "/buckling", "/load_capacity",
+                                       "/dynamics", "/fillet", "/fatigue", "/frequencies"},
+                            [&](const char* section) { return faults.sound(section); });
+    if (!sound) continue;  // what is missing may be what is wrong
+    if (const std::string missing = missing_for_comparison(name, job.request); !missing.empty())
+      faults.add(at, shown(read[i]), missing);
+  }
+  return names;
+}
+
 }  // namespace
 
 CompareSpec read_compare(json& read, const Family& family, const Job& job, FaultList& faults) {
@@ -327,6 +350,8 @@ CompareSpec read_compare(json& read, const Family& family, const Job& job, Fault
   if (!read.contains("models"))
     read["models"] = json::array({{{"name", "default"}, {"accuracy", "reduced"}}});
   spec.models = read_models(read, job.design, faults);
+  if (read.contains("quantities") && faults.sound("/quantities"))
+    spec.quantities = read_quantities(read["quantities"], job, faults);
   return spec;
 }
 

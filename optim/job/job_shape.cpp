@@ -6,6 +6,7 @@
 #include "core/response/quantities.hpp"
 #include "designs/design_shape.hpp"
 #include "designs/library.hpp"
+#include "optim/job/compared_quantity.hpp"
 #include "optim/job/job_assembly.hpp"
 #include "optim/job/job_capacity.hpp"
 #include "optim/job/job_cases.hpp"
@@ -276,6 +277,9 @@ Shape job_shape(const Family* family) {
       optional("models", list(model_entry_shape(), 1, 20),
                "what is compared with full accuracy, for job compare; keys left out are those of "
                "model; default: the reduced one"),
+      optional("quantities", list(choice(comparable_quantities()), 1, 100),
+               "whose errors are wanted, for job compare; default: drive load, motion, stiffness, "
+               "stress, frequencies, and what other sections of the job ask for"),
       with_default("expect", list(expectation_table().shape(), 0, 1000), json::array(),
                    "values the result must have; a job in the repository is a test"),
   };

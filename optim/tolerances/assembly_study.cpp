@@ -28,6 +28,8 @@ constexpr double same_place = 1e-2, as_bad_as = 1e-7;
 // found.
 constexpr int most_rounds = 4;
 constexpr double same_scale = 1e-3, scale_accuracy = 1e-7;
+// Far beyond a bifurcation Newton's method may find a branch that is stable again.
+constexpr double growth = 1.2;
 
 /// A number that is the worse the larger it is.
 struct Reading {
@@ -300,7 +302,7 @@ std::pair<double, Reading> end_along(Box& box, const Read& of, const VectorXd& z
   while (!beyond(at_high) && high < largest) {
     low = high;
     at_low = at_high;
-    high = std::min(2 * high, largest);
+    high = std::min(growth * high, largest);
     at_high = box.read(z, high, of);
   }
   if (!beyond(at_high)) return {largest, {}};

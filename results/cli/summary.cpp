@@ -192,8 +192,10 @@ std::string comparison_lines(const Comparison& comparison) {
         text +=
             line(name, {percent(figures->p99), percent(figures->worst), percent(figures->median)});
     };
-    for (std::size_t q = 0; q < compared_names.size(); ++q)
-      add(compared_names[q], error_figures(model.errors, static_cast<Compared>(q)));
+    for (std::size_t q = 0; q < comparison.quantities.size(); ++q)
+      add(comparison.quantities[q].name, error_figures(model.errors, static_cast<int>(q)));
+    if (!model.missing.empty())
+      text += line("numbers that only one has", {fmt::format("{}", model.missing.size())});
     text += line("failures", {fmt::format("{}", model.failures)});
     if (model.fallback_designs > 0)
       text += line("full leaves instead", {fmt::format("{} points", model.fallback_points),

@@ -154,17 +154,41 @@ std::vector<std::string> history_header(const Job& job, const Family& family,
 }
 
 /// Worst error of a quantity at one design; nothing where none was compared.
-std::optional<double> worst_at(const std::vector<PointError>& errors, int design, Compared quantity,
-                               int direction = -1) {
+std::optional<double> worst_at(const std::vector<PointError>& errors, int design, int quantity,
+                               int part = -1) {
   std::optional<double> worst;
   for (const PointError& e : errors)
-    if (e.design == design && e.quantity == quantity &&
-        (direction < 0 || e.direction == direction) && (!worst || e.value > *worst))
+    if (e.design == design && e.quantity == quantity && (part < 0 || e.part == part) &&
+        (!worst || e.value > *worst))
       worst = e.value;
   return worst;
 }
 
-std::vector<std::string> comparison_header(const Job& job, const DriveList& drives) {
+/// Whether a part has a column: not a support that a drive holds, nor a load nobody asked for.
+bool has_column(const Job& job, const DriveList& drives, const ComparedQuantity& quantity,
+                std::size_t part) {
+  const ComparedQuantity::Number& number = quantity.numbers[part];
+  const auto component = static_cast<std::size_t>(number.component);
+  if (number.row->of_supports && drives.prescribed[component % 6]) return false;
+  return !number.row->needs.has(Output::load_capacity) ||
+         job.request.capacity.directions[component];
+}
+
+/// Calls take(quantity, part, name) for each column of errors: a part is −1 for all together.
+template <class Take>
+void each_error_column(const Job& job, const DriveList& drives,
+                       const std::vector<ComparedQuantity>& quantities, const Take& take) {
+  for (std::size_t q = 0; q < quantities.size(); ++q)
+    take(static_cast<int>(q), -1, quantities[q].name);
+  for (std::size_t q = 0; q < quantities.size(); ++q)
+    for (std::size_t k = 0; k < quantities[q].parts.size(); ++k)
+      if (has_column(job, drives, quantities[q], k))
+        take(static_cast<int>(q), static_cast<int>(k),
+             quantities[q].name + "." + quantities[q].parts[k]);
+}
+
+std::vector<std::string> comparison_header(const Job& job, const DriveList& drives,
+                                           const std::vector<ComparedQuantity>& quantities) {
   std::vector<std::string> cells{"design", "model", "status"};
   for (const Parameter& p : parameters_of(job)) cells.push_back(headed(p.name, p.unit));
   for (const SampleRange& range : job.compare->samples.ranges)
@@ -173,13 +197,10 @@ std::vector<std::string> comparison_header(const Job& job, const DriveList& driv
                {headed("largest stroke", stroke_unit(drives, job.request)), "length/width [1]",
                 "thickness/length [1]", "width^2/(length thickness) [1]", "points",
                 "points at full accuracy", "fallback points"});
-  for (const char* name : compared_names)
-    cells.push_back(headed(std::string("error: ") + name, "1"));
-  for (int d = 0; d < 6; ++d)
-    if (!drives.prescribed[static_cast<std::size_t>(d)])
-      cells.push_back(headed(
-          fmt::format("error: support_stiffness.{}", direction_names[static_cast<std::size_t>(d)]),
-          "1"));
+  each_error_column(job, drives, quantities, [&](int, int, const std::string& name) {
+    cells.push_back(headed("error: " + name, "1"));
+  });
+  cells.push_back("numbers that only one has");
   cells.insert(cells.end(), {"fallback reason", "message"});
   return cells;
 }
@@ -296,7 +317,8 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList
 
 std::string comparison_csv(const Job& job, const Comparison& comparison, const DriveList& drives) {
   assert(job.compare);
-  std::string text = row(comparison_header(job, drives));
+  const std::vector<ComparedQuantity>& quantities = comparison.quantities;
+  std::string text = row(comparison_header(job, drives, quantities));
   for (std::size_t d = 0; d < comparison.designs.size(); ++d) {
     const ComparedDesign& design = comparison.designs[d];
     const Sample& sample = design.sample;
@@ -322,11 +344,11 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
       for (const int count : {result.points, design.points, result.fallback_points})
         cells.push_back(fmt::format("{}", count));
       const int at = static_cast<int>(d);
-      for (int q = 0; q < static_cast<int>(compared_names.size()); ++q)
-        cells.push_back(number_cell(worst_at(model.errors, at, static_cast<Compared>(q))));
-      for (int k = 0; k < 6; ++k)
-        if (!drives.prescribed[static_cast<std::size_t>(k)])
-          cells.push_back(number_cell(worst_at(model.errors, at, Compared::support_stiffness, k)));
+      each_error_column(job, drives, quantities, [&](int q, int part, const std::string&) {
+        cells.push_back(number_cell(worst_at(model.errors, at, q, part)));
+      });
+      cells.push_back(
+          fmt::format("{}", std::ranges::count(model.missing, at, &MissingNumber::design)));
       cells.push_back(text_cell(result.fallback_reason));
       cells.push_back(text_cell(design.failed ? design.message : result.message));
       text += row(cells);

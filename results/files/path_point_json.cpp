@@ -274,6 +274,9 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
         safety_place_json(*point.fatigue_safety, mechanism, request.stress.fatigue_rule);
   if (point.fatigue_life)
     json["fatigue_life_place"] = life_place_json(*point.fatigue_life, mechanism);
+  if (const auto& stress = point.fatigue_stress)
+    json["fatigue_stress"] = {
+        {"along", (*stress)[0]}, {"across", (*stress)[1]}, {"shear", (*stress)[2]}};
   if (!point.fatigue_fault.empty()) json["fatigue_fault"] = point.fatigue_fault;
   if (!point.fillet_fault.empty()) json["fillet_fault"] = point.fillet_fault;
   json["clearance_place"] = clearance_place_json(point.clearance);

@@ -94,6 +94,7 @@ set(tested_by
   core/spec/json_schema optim/job/test_job_schema
   core/spec/spec_error core/spec/test_json_file
   optim/compare/comparison optim/compare/test_compare
+  optim/job/compared_quantity optim/compare/test_compare
   optim/job/expression optim/job/test_job
   optim/job/job_assembly optim/tolerances/test_assembly_study
   optim/job/job_capacity optim/job/test_job_wrong
@@ -127,7 +128,6 @@ set(tested_by
   results/cli/run_command results/run/test_shard
   results/cli/run_json results/cli/test_terminal
   results/cli/stroke_table results/cli/test_summary
-  results/cli/quantity_list results/cli/test_command_line
   results/drawing/dimension_lines results/drawing/test_design_drawing
   results/drawing/parts_picture results/drawing/test_design_drawing
   results/drawing/placed_design results/drawing/test_measures

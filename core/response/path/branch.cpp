@@ -11,7 +11,9 @@
 #include "core/equilibrium/edge_compliance.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
+#include "core/response/modes/frequencies.hpp"
 #include "core/response/path/full_finish.hpp"
+#include "core/response/path/misassembly.hpp"
 #include "core/response/path/stable_branch.hpp"
 
 namespace flexopt {
@@ -157,6 +159,18 @@ bool contradicts_itself(const PathPoint& point) {
          f.front() < -rounding * std::abs(f.back());
 }
 
+// Whether errors of assembly buckle reduced leaves between their edges: forces do not tell that.
+bool buckles_inside(System& system, const ModelOptions& model, const StrokeRequest& request,
+                    const PathPoint& point) {
+  if (point.status != PointStatus::converged || !point.stable || model.leaf_modes == 0 ||
+      !point.frequencies_locked.empty() || misassembly(system.mechanism(), request.loads) < 0.5 ||
+      has_full_leaves(system))
+    return false;
+  const Frequencies lowest =
+      natural_frequencies(system, {.count = 1, .leaf_modes = model.leaf_modes, .motions = false});
+  return !lowest.locked.empty() && lowest.locked.front().frequency < 0;
+}
+
 // Evaluates point k. Where exact modes and derivatives are wanted that the leaves do not have, full
 // ones take over, which are returned; the equilibrium is then theirs.
 std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model,
@@ -169,6 +183,8 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
   if (gap.empty()) gap = outputs.evaluate(system, equilibrium, k, point, gradients);
   if (gap.empty() && contradicts_itself(point) && !has_full_leaves(system))
     gap = "reduced leaves are stable with a negative frequency";
+  if (gap.empty() && buckles_inside(system, model, request, point))
+    gap = "reduced leaves buckle between their edges";
   if (gap.empty()) return nullptr;
   point = before;
   auto full = finish_on_full_leaves(system, model, request, k, gap, equilibrium);

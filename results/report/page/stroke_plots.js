@@ -177,6 +177,20 @@ function motion_charts() {
 }
 
 /// All charts over the stroke, the most asked for first.
+/// The stress behind the worst cycle, with its sign, beside the largest one, which has none.
+function signed_stress_chart() {
+  const points = converged.filter((p) => p.fatigue_stress);
+  if (points.length === 0) return [];
+  const key = points.some((p) => typeof p.fatigue_safety === "number") ? "fatigue_safety" : "fatigue_life";
+  const worst = points.filter((p) => typeof p[key] === "number").reduce((a, p) => p[key] < a[key] ? p : a), place = worst[`${key}_place`];
+  const MPa = 1e-6, where = `${place.leaf}, ${number_text(100 * place.along)} % along, ${number_text(100 * place.across)} % across, ${place.surface === "positive_normal" ? "on the side of the normal" : "on the side away from the normal"}`;
+  const parts = [["along", "along the leaf", 0], ["across", "across the leaf", 1], ["shear", "shear", 2]];
+  return [chart({title: "Stress behind the worst cycle", y: "stress [MPa]", note: `at one place, with its sign and the fillet: ${where}; the largest von Mises stress is that of any place`,
+    lines: [...parts.map(([part, name, k]) => ({name, color: palette[k], points: over_stroke((p) => p.fatigue_stress?.[part], MPa)})),
+      {name: "largest von Mises stress", color: "var(--soft)", dashed: true, dots: false, points: over_stroke((p) => p.notch_stress ?? p.max_stress, MPa)}],
+    marks: [Plot.ruleY([0], {strokeOpacity: 0.35})]})];
+}
+
 export function stroke_charts() {
   if (converged.length === 0) return [];
   const done = new Set(["support_stiffness", "principal_stiffness", "max_stress", "drive_load", "displacement", "rotation", "frequencies"]);
@@ -184,6 +198,6 @@ export function stroke_charts() {
     const some = quantities.filter((q) => q.at[0] === key);
     return some.length === 0 || (load_path && key === "drive_load") ? [] : [...group(some, (q) => q.unit).values()].map((list) => quantity_chart(list, undefined, extra));
   };
-  return [...of("max_stress"), ...stiffness_charts(), ...frequency_chart("locked"), ...of("drive_load"), ...motion_charts(),
+  return [...of("max_stress"), ...signed_stress_chart(), ...stiffness_charts(), ...frequency_chart("locked"), ...of("drive_load"), ...motion_charts(),
     ...principal_charts(), ...retention_chart(), ...frequency_chart("free"), ...other_charts(done), ...foretold_chart()];
 }

@@ -92,6 +92,31 @@ TEST_CASE("a leaf to and fro is worse than one from rest to one side, by Goodman
   CHECK(r.stress_places.empty());
 }
 
+TEST_CASE("the stress behind the worst cycle has its sign, at one place of the whole stroke",
+          "[fatigue]") {
+  constexpr double x = 0.5e-3;
+  const StrokeResponse r =
+      path_of(strong_guide(), models::coarse(Flexure::beam), cycles({-x, 0, 0.5 * x, x}));
+  for (const PathPoint& p : r.path) REQUIRE(p.fatigue_stress);
+  const Vector3d &from = *r.path[0].fatigue_stress, &to = *r.path[3].fatigue_stress;
+  // bent to and fro: the sign turns with the stroke, and the stress is that of the hand formula
+  CHECK(std::abs(from[0]) == Approx(bending(x)).epsilon(5e-3));
+  CHECK(to[0] == Approx(-from[0]).epsilon(5e-3));
+  CHECK(r.path[2].fatigue_stress->x() == Approx(0.5 * to[0]).epsilon(5e-3));
+  CHECK(std::abs(r.path[1].fatigue_stress->x()) < 1e-6 * std::abs(to[0]));
+  // the cycle of the worst point is that of these stresses
+  const FatigueCycle& worst = *r.path[0].fatigue_safety;
+  const EffectiveCycle again =
+      effective_cycle(from, *r.path[static_cast<std::size_t>(*worst.other)].fatigue_stress);
+  CHECK(worst.amplitude == Approx(again.amplitude).epsilon(1e-12));
+  CHECK(std::abs(worst.mean - again.mean) < 1e-9 * again.amplitude);
+  // a stress ratio looks at no history
+  StrokeRequest stated = cycles({0, x});
+  stated.stress.fatigue_rule.stress_ratio = -1;
+  CHECK_FALSE(
+      path_of(strong_guide(), models::coarse(Flexure::beam), stated).path[1].fatigue_stress);
+}
+
 TEST_CASE("a dead load is a mean stress", "[fatigue]") {
   // 10 N at O along the leaves: 5 N on 15 mm² each
   StrokeRequest request = cycles({-0.2e-3, 0.2e-3});

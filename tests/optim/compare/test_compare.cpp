@@ -49,18 +49,35 @@ CompareRun run(const json& document, const fs::path& log = {}, int threads = 1,
   return compare(parse_job(document), options);
 }
 
+/// Of the guide's job, in the order of the contract.
+enum Place { drive_load, support_stiffness, displacement, frequencies, parasitic, max_stress };
+
+const std::vector<ComparedQuantity>& compared() {
+  static const std::vector<ComparedQuantity> list = compared_quantities(parse_job(job_document()));
+  return list;
+}
+
 ComparedPath path_of(std::initializer_list<double> loads) {
   ComparedPath path;
   for (const double load : loads) {
     ComparedPoint p;
     p.converged = true;
-    p.drive_load = load;
-    p.displacement = Vector3d(load, 0, 0);
-    p.support_stiffness[0] = 1000 + load;
-    p.frequencies_locked = {10, 20 + load};
+    for (const ComparedQuantity& quantity : compared()) {
+      p.numbers.emplace_back(quantity.numbers.size());
+      p.reasons.emplace_back(quantity.numbers.size());
+    }
+    p.numbers[drive_load] = {load};
+    p.numbers[displacement] = {load, 0, 0};
+    p.numbers[support_stiffness][0] = 1000 + load;
+    p.numbers[frequencies][3] = 10;  // the drive locked
+    p.numbers[frequencies][4] = 20 + load;
     path.points.push_back(p);
   }
   return path;
+}
+
+std::vector<PointError> errors_between(const ComparedPath& model, const ComparedPath& full) {
+  return errors_of(compared(), model, full).errors;
 }
 
 }  // namespace
@@ -68,43 +85,112 @@ ComparedPath path_of(std::initializer_list<double> loads) {
 TEST_CASE("errors are relative to full accuracy, with a floor where it vanishes",
           "[optim][compare]") {
   const ComparedPath full = path_of({0, 1, 2});
-  CHECK(errors_of(full, full).size() == 2 + 3 + 2 + 6);  // loads and motion not at rest
-  for (const PointError& e : errors_of(full, full)) CHECK(e.value == 0);
+  CHECK(errors_between(full, full).size() == 2 + 3 + 2 + 6);  // loads and motion not at rest
+  for (const PointError& e : errors_between(full, full)) CHECK(e.value == 0);
 
   ComparedPath model = path_of({0, 1.01, 2});
-  const std::vector<PointError> errors = errors_of(model, full);
-  const auto worst = [&](Compared quantity) { return error_figures(errors, quantity)->worst; };
-  CHECK(worst(Compared::drive_load) == Approx(0.01));
-  CHECK(worst(Compared::displacement) == Approx(0.01 / 2));  // of the largest of the path
-  CHECK(worst(Compared::support_stiffness) == Approx(0.01 / 1001));
-  CHECK(worst(Compared::frequencies) == Approx(0.01 / 21));
-  CHECK_FALSE(error_figures(errors, Compared::max_stress));
-  CHECK(error_figures(errors, Compared::drive_load)->worst_point == 1);
-  CHECK(error_figures(errors, Compared::support_stiffness, 0)->count == 3);
-  CHECK_FALSE(error_figures(errors, Compared::support_stiffness, 1));
+  const std::vector<PointError> errors = errors_between(model, full);
+  const auto worst = [&](Place quantity) { return error_figures(errors, quantity)->worst; };
+  CHECK(worst(drive_load) == Approx(0.01));
+  CHECK(worst(displacement) == Approx(0.01 / 2));  // of the largest of the path
+  CHECK(worst(support_stiffness) == Approx(0.01 / 1001));
+  CHECK(worst(frequencies) == Approx(0.01 / 21));
+  CHECK_FALSE(error_figures(errors, max_stress));
+  CHECK(error_figures(errors, drive_load)->worst_point == 1);
+  CHECK(error_figures(errors, support_stiffness, 0)->count == 3);
+  CHECK_FALSE(error_figures(errors, support_stiffness, 1));
 
   model = path_of({0.5, 1, 2});  // where full accuracy vanishes and the model does not
-  CHECK(error_figures(errors_of(model, full), Compared::drive_load)->worst ==
-        Approx(0.5 / (1e-6 * 2)));
-  // of several drives the load of each, with its own floor
-  ComparedPath two = full, two_model = full;
-  for (std::size_t i = 0; i < 3; ++i) {
-    two.points[i].other_drive_loads = {100};
-    two_model.points[i].other_drive_loads = {i == 2 ? 103.0 : 100.0};
-  }
-  const auto of_two = error_figures(errors_of(two_model, two), Compared::drive_load);
-  CHECK(of_two->worst == Approx(0.03));
-  CHECK(of_two->worst_point == 2);
-  CHECK(of_two->count == 2 + 3);
-
+  CHECK(error_figures(errors_between(model, full), drive_load)->worst == Approx(0.5 / (1e-6 * 2)));
   model.points[2].converged = false;  // only points that both reach
-  CHECK(error_figures(errors_of(model, full), Compared::frequencies)->count == 4);
+  CHECK(error_figures(errors_between(model, full), frequencies)->count == 4);
+}
+
+TEST_CASE("of several drives the load of each has its own floor", "[optim][compare]") {
+  json document = job_document();
+  document["design"] = json::parse(R"({"family": "tip_tilt_stage", "material": "stavax"})");
+  document["stroke"] =
+      json::parse(R"({"at": [{"tip": 0, "tilt": 0}, {"tip": 0.01, "tilt": 0.01}]})");
+  document["samples"]["vary"][0] = {{"parameter", "thickness"}, {"min", 2e-4}, {"max", 3e-4}};
+  const auto list = compared_quantities(parse_job(document));
+  REQUIRE(list[drive_load].parts.size() == 2);
+  CHECK(list[drive_load].part_key == "by_component");
+  ComparedPath full;
+  for (int i = 0; i < 3; ++i) {
+    ComparedPoint p;
+    p.converged = true;
+    for (const ComparedQuantity& quantity : list) {
+      p.numbers.emplace_back(quantity.numbers.size());
+      p.reasons.emplace_back(quantity.numbers.size());
+    }
+    p.numbers[drive_load] = {i, 100};
+    full.points.push_back(p);
+  }
+  ComparedPath model = full;
+  model.points[2].numbers[drive_load][1] = 103;
+  const std::vector<PointError> errors = errors_of(list, model, full).errors;
+  CHECK(error_figures(errors, drive_load)->worst == Approx(0.03));
+  CHECK(error_figures(errors, drive_load)->worst_point == 2);
+  CHECK(error_figures(errors, drive_load)->count == 2 + 3);
+  CHECK(error_figures(errors, drive_load, 0)->worst == 0);
+  CHECK(error_figures(errors, drive_load, 1)->worst == Approx(0.03));
+}
+
+TEST_CASE("a number that only one of both has is missing, with its reason", "[optim][compare]") {
+  const ComparedPath full = path_of({0, 1, 2});
+  ComparedPath model = full;
+  model.points[1].numbers[support_stiffness][0].reset();
+  model.points[1].reasons[support_stiffness][0] = "it fell off";
+  model.points[2].numbers[max_stress] = {5};
+  const PathErrors found = errors_of(compared(), model, full);
+  REQUIRE(found.missing.size() == 2);
+  CHECK(found.missing[0].quantity == support_stiffness);
+  CHECK(found.missing[0].part == 0);
+  CHECK(found.missing[0].point == 1);
+  CHECK(found.missing[0].in_model);
+  CHECK(found.missing[0].reason == "it fell off");
+  CHECK(found.missing[1].quantity == max_stress);
+  CHECK_FALSE(found.missing[1].in_model);
+  CHECK(error_figures(found.errors, support_stiffness)->count == 2);
+}
+
+TEST_CASE("what is compared is what the job asks for", "[optim][compare]") {
+  const auto names = [](const json& document) {
+    std::vector<std::string> list;
+    for (const ComparedQuantity& q : compared_quantities(parse_job(document)))
+      list.push_back(q.name);
+    return list;
+  };
+  const std::vector<std::string> plain{
+      "drive_load",          "support_stiffness", "displacement",    "frequencies",
+      "parasitic_frequency", "max_stress",        "drive_stiffness", "rotation",
+      "principal_stiffness"};
+  CHECK(names(job_document()) == plain);
+  json more = job_document();
+  more["loads"] = json::parse(R"([{"name": "payload", "force": [-1, 0, 0]}])");
+  more["buckling"] = {{"load", "payload"}};
+  more["load_capacity"] = {{"directions", {"uz"}}};
+  more["dynamics"] = json::object();
+  std::vector<std::string> all = plain;
+  all.insert(all.end(), {"buckling_load_factor", "buckling", "bandwidth", "load_capacity"});
+  CHECK(names(more) == all);
+  const auto outputs = [](const json& document) {
+    return needs_of(compared_quantities(parse_job(document)));
+  };
+  for (const Output output : {Output::buckling, Output::load_capacity, Output::dynamics}) {
+    CHECK(outputs(more).has(output));
+    CHECK_FALSE(outputs(job_document()).has(output));
+  }
+  // a list stands instead: nothing else is evaluated
+  more["quantities"] = {"clearance", "drive_load"};
+  CHECK(names(more) == std::vector<std::string>{"drive_load", "clearance"});
+  CHECK(outputs(more) == Outputs{Output::equilibrium, Output::clearance});
 }
 
 TEST_CASE("percentiles are linear between the sorted errors", "[optim][compare]") {
   std::vector<PointError> errors;
-  for (int i = 100; i >= 0; --i) errors.push_back({Compared::drive_load, -1, i, 0, i * 1e-3});
-  const auto figures = error_figures(errors, Compared::drive_load);
+  for (int i = 100; i >= 0; --i) errors.push_back({drive_load, -1, i, 0, i * 1e-3});
+  const auto figures = error_figures(errors, drive_load);
   REQUIRE(figures);
   CHECK(figures->count == 101);
   CHECK(figures->worst == Approx(0.1));
@@ -112,7 +198,7 @@ TEST_CASE("percentiles are linear between the sorted errors", "[optim][compare]"
   CHECK(figures->p99 == Approx(0.099));
   CHECK(figures->median == Approx(0.05));
   errors.resize(2);  // 0.1, 0.099
-  CHECK(error_figures(errors, Compared::drive_load)->p99 == Approx(0.09999));
+  CHECK(error_figures(errors, drive_load)->p99 == Approx(0.09999));
 }
 
 TEST_CASE("a model 1 % below full accuracy has that error everywhere", "[optim][compare]") {
@@ -124,15 +210,14 @@ TEST_CASE("a model 1 % below full accuracy has that error everywhere", "[optim][
   REQUIRE(c.models.size() == 2);
   for (const ModelComparison& model : c.models) {
     CHECK(model.failures == 0);
-    for (const Compared quantity :
-         {Compared::drive_load, Compared::support_stiffness, Compared::frequencies,
-          Compared::parasitic_frequency, Compared::max_stress}) {
+    for (const Place quantity :
+         {drive_load, support_stiffness, frequencies, parasitic, max_stress}) {
       const auto figures = error_figures(model.errors, quantity);
       REQUIRE(figures);
       CHECK(figures->worst == Approx(0.01 / 1.01));
       CHECK(figures->median == Approx(0.01 / 1.01));
     }
-    CHECK_FALSE(error_figures(model.errors, Compared::displacement));  // the guide has none
+    CHECK_FALSE(error_figures(model.errors, displacement));  // the guide has none
   }
   const LeafSpring leaf = make_mechanism(parse_job(job_document()), c.designs[0].sample).leaves[0];
   CHECK(c.designs[0].length_over_width == Approx(leaf.length / leaf.width));
@@ -156,7 +241,7 @@ TEST_CASE("failures are accounted for one by one and spoil no figure", "[optim][
   CHECK(r.comparison.failed_designs == expected);
   const ModelComparison& model = r.comparison.models[0];
   CHECK(model.failures == 0);  // it goes as far as full accuracy does
-  CHECK(error_figures(model.errors, Compared::drive_load)->worst == Approx(0.01 / 1.01));
+  CHECK(error_figures(model.errors, drive_load)->worst == Approx(0.01 / 1.01));
 
   json refused = job_document();
   refused["samples"]["vary"].push_back(

@@ -58,7 +58,8 @@ TEST_CASE("A comparison is written as the contract names it", "[results][compare
   CHECK(standard["name"] == "default");
   CHECK(standard["failures"] == 0);
   CHECK(standard["speed_up"].get<double>() > 0);
-  for (const char* name : compared_names) {
+  for (const ComparedQuantity& quantity : record.comparison->quantities) {
+    const std::string& name = quantity.name;
     CAPTURE(name);
     const OrderedJson& errors = standard["errors"][name];
     CHECK(errors["median"].get<double>() >= 0);
@@ -87,6 +88,81 @@ TEST_CASE("A comparison is written as the contract names it", "[results][compare
   CHECK_THAT(summary_of(record), Contains("default, errors:") && Contains("support_stiffness") &&
                                      Contains("1 design not to the end at full accuracy"));
   CHECK_THAT(make_report(result, nullptr), Contains("against full accuracy"));
+}
+
+TEST_CASE("Every quantity of the table can be compared, and stands in all files",
+          "[results][compare][slow]") {
+  nlohmann::json document = *batch().as_read;
+  document["design"]["material"] = nlohmann::json::parse(R"({"name": "strong",
+    "youngs_modulus": 2e11, "poissons_ratio": 0.3, "density": 7800, "yield_strength": 1.4e9,
+    "ultimate_strength": 1.7e9, "endurance_limit": 5e8,
+    "s_n_curve": {"coefficient": 1.758e9, "exponent": -0.0977, "knee": 1e6}})");
+  document["loads"] = nlohmann::json::parse(R"([{"name": "payload", "force": [-5, 0, 0]}])");
+  document["buckling"] = {{"load", "payload"}};
+  document["load_capacity"] = {{"directions", {"-ux", "uz"}}};
+  document["dynamics"] =
+      nlohmann::json::parse(R"({"transmissibility": {"direction": "uz", "from": 10, "to": 400}})");
+  document["fillet"] = 3e-4;
+  document["stroke"] = {{"to", 4e-3}, {"points", 3}};
+  document["end_effector"]["center_of_mass"] = {0.02, 0.005, 0};  // the drive's mass line ends
+  document["samples"]["designs"] = nlohmann::json::parse(R"([{}, {"width": 0.02}])");
+  document["models"] = nlohmann::json::parse(R"([{"name": "beam", "flexure": "beam"}])");
+  document["quantities"] = comparable_quantities();
+  const test::TemporaryFolder folder;
+  RunRecord record;
+  record.job = parse_job(document);
+  record.mechanism = make_mechanism(record.job, record.job.design.parameters);
+  record.comparison = compare(record.job).comparison;
+  conclude(record);
+  const WrittenRun written = write_run(folder.path(), record);
+  const OrderedJson& model = (*written.result)["comparison"]["models"][0];
+  const std::string table = test::content_of(folder.path() / "comparison.csv");
+  for (const QuantityRow& row : quantity_rows()) {
+    CAPTURE(row.name);
+    const std::string name = row.name.starts_with("frequencies.") ? "frequencies" : row.name;
+    const OrderedJson& errors = model["errors"][name];
+    CHECK(errors["missing"] == 0);
+    CHECK(model["points"].contains(name));
+    CHECK_THAT(table, Contains("error: " + name + " [1]"));
+    CHECK_THAT(summary_of(record), Contains(name));
+    CHECK(errors["count"].get<int>() > 0);
+    CHECK(errors["worst"].get<double>() < 0.5);
+    if (!row.of_design) CHECK(errors["worst"].get<double>() > 0);
+  }
+  CHECK(model["errors"]["load_capacity"]["by_direction"].size() == 2);
+  CHECK(model["errors"]["buckling"]["by_component"].size() == 2);
+  CHECK_THAT(table,
+             Contains("error: load_capacity.-ux [1]") && !Contains("error: load_capacity.rx [1]"));
+}
+
+TEST_CASE("Numbers that a model lacks are counted, and named with the reason",
+          "[results][compare]") {
+  RunRecord record;
+  record.job = batch();
+  record.mechanism = make_mechanism(record.job, record.job.design.parameters);
+  CompareOptions options;
+  options.evaluator = [](const Mechanism& mechanism, const ModelOptions& model,
+                         const StrokeRequest& request) {
+    StrokeResponse response = evaluate_stroke(mechanism, model, request);
+    if (model.accuracy != Accuracy::full && model.free_edge_torsion)
+      for (PathPoint& point : response.path) {
+        point.max_stress.reset();
+        point.fillet_fault = "no factor";
+      }
+    return response;
+  };
+  record.comparison = compare(record.job, options).comparison;
+  conclude(record);
+  const OrderedJson result = make_result(record);
+  const OrderedJson& model = result["comparison"]["models"][0];
+  CHECK(model["errors"]["max_stress"]["count"] == 0);
+  CHECK(model["errors"]["max_stress"]["missing"].get<int>() >= 6);
+  REQUIRE(model["exceptions"].size() >= 2);
+  CHECK(model["exceptions"][0]["status"] == "missing_numbers");
+  CHECK_THAT(model["exceptions"][0]["missing"].get<std::string>(),
+             Contains("max_stress at point 0, which the model lacks: no factor"));
+  CHECK(result["comparison"]["models"][1]["errors"]["max_stress"]["missing"] == 0);
+  CHECK_THAT(summary_of(record), Contains("numbers that only one has"));
 }
 
 TEST_CASE("An interrupted comparison's report tells what its log holds", "[results][compare]") {

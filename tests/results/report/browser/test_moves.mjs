@@ -228,7 +228,11 @@ async function changes(page, act) {
   const before = await chart();
   await page.$eval("select[aria-label=Parameter]", (e) => { e.value = "width"; e.dispatchEvent(new Event("change")); });
   check(await chart() !== before, "errors are drawn against the parameter chosen");
-  check(/Error against cost/.test(await page.$eval("main", (m) => m.textContent)), "and against cost");
+  const text = await page.$eval("main", (m) => m.textContent);
+  check(/Error against cost/.test(text), "and against cost");
+  check(/buckling drive locked/.test(text) && /load capacity -ux/.test(text) && /fatigue safety/.test(text), "with what the job's sections ask for");
+  const titles = await page.$$eval("figure", (all) => all.map((f) => f.dataset.title));
+  check(titles.includes("Error against stroke, 1 of 2") && titles.includes("Error against stroke, 2 of 2"), "a chart has as many quantities as colours", titles);
   check(faults.length === 0, "a comparison makes no error", faults);
   await page.close();
 }
@@ -311,6 +315,18 @@ async function changes(page, act) {
   await page.evaluate(() => window.flexopt_report.set({stroke: 0.004}));
   check(left.startsWith("at -2 mm") || left.startsWith("at −2 mm"), "the cycle of the stroke that is shown is told", left);
   check(await told() !== left, "it follows the stroke", left);
+  // the stress behind it, with its sign, over the stroke
+  const signed = await page.$eval('figure[data-title="Stress behind the worst cycle"]', (f) => ({
+    curves: [...f.querySelectorAll("g[aria-label=line] path")].map((p) => p.getAttribute("d").match(/-?[\d.]+,-?[\d.]+/g).map((xy) => Number(xy.split(",")[1]))),
+    legend: [...f.querySelectorAll(".legend span")].map((e) => e.textContent)}));
+  check(signed.legend.join() === "along the leaf,across the leaf,shear,largest von Mises stress", "each part has its name", signed.legend);
+  const parts = ["along", "across", "shear"].map((part) => path.map((p) => p.fatigue_stress[part])), [along] = parts;
+  check(Math.min(...along) < 0 && Math.max(...along) > 0, "bent to and fro it changes its sign", along);
+  const drawn_along = signed.curves[0], scale = (drawn_along.at(-1) - drawn_along[0]) / (along.at(-1) - along[0]);
+  check(along.every((s, k) => Math.abs(drawn_along[k] - drawn_along[0] - scale * (s - along[0])) < 0.5), "it is drawn as it is", drawn_along);
+  const {other_point} = worst.fatigue_safety_place, [from, to] = [worst, path[other_point]].map((p) => p.fatigue_stress);
+  const half = (part) => (from[part] - to[part]) / 2, [s1, s2, s3] = ["along", "across", "shear"].map(half);
+  check(Math.abs(Math.sqrt(s1 * s1 - s1 * s2 + s2 * s2 + 3 * s3 * s3) / amplitude - 1) < 1e-9, "its ends make the amplitude", [from, to, amplitude]);
   check(faults.length === 0, "the fatigue section makes no error", faults);
   await page.close();
 }

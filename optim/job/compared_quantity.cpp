@@ -1,0 +1,114 @@
+#include "optim/job/compared_quantity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "optim/job/job_dynamics.hpp"
+#include "optim/job/job_stress.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr const char* both_lists = "frequencies";
+
+// Surfaces, or an expansion at rest, for one number: compared where they are listed.
+const Outputs dear{Output::envelope, Output::moving_envelope, Output::clearance,
+                   Output::frequency_derivatives};
+
+std::string name_of(const QuantityRow& row) {
+  return row.name.starts_with("frequencies.") ? both_lists : row.name;
+}
+
+std::vector<const QuantityRow*> rows_of(const std::string& name) {
+  std::vector<const QuantityRow*> rows;
+  for (const QuantityRow& row : quantity_rows())
+    if (name_of(row) == name) rows.push_back(&row);
+  return rows;
+}
+
+// How many numbers of a row a point has at most.
+int count_of(const QuantityRow& row, const Job& job, const DriveList& drives) {
+  if (row.of_drives) return std::max(1, static_cast<int>(drives.items.size()));
+  if (name_of(row) == both_lists) return job.request.frequencies;
+  return std::max(1, static_cast<int>(row.components.size()));
+}
+
+ComparedQuantity compared(const std::string& name, const Job& job, const DriveList& drives) {
+  ComparedQuantity quantity;
+  quantity.name = name;
+  for (const QuantityRow* row : rows_of(name)) {
+    quantity.motion = row->error == ErrorKind::motion;
+    quantity.of_design = row->of_design;
+    for (int k = 0; k < count_of(*row, job, drives); ++k) quantity.numbers.push_back({row, k, -1});
+    if (name == both_lists || quantity.motion) continue;
+    if (row->of_drives && drives.named())
+      for (const DriveList::Item& drive : drives.items) quantity.parts.push_back(drive.name);
+    else if (!row->of_drives)
+      quantity.parts = row->components;
+    const bool directions = row->of_supports || row->needs.has(Output::load_capacity);
+    if (!quantity.parts.empty()) quantity.part_key = directions ? "by_direction" : "by_component";
+  }
+  if (!quantity.parts.empty())
+    for (std::size_t k = 0; k < quantity.numbers.size(); ++k)
+      quantity.numbers[k].part = static_cast<int>(k);
+  return quantity;
+}
+
+bool is_answered(const std::string& name, const Job& job) {
+  const std::vector<const QuantityRow*> rows = rows_of(name);
+  return std::ranges::any_of(cases_of(job), [&](const JobCase& one) {
+    return std::ranges::any_of(rows, [&](const QuantityRow* row) {
+      return flexopt::is_answered(*row, one.request) && !row->needs.has_any(dear);
+    });
+  });
+}
+
+}  // namespace
+
+std::vector<std::string> comparable_quantities() {
+  std::vector<std::string> names{"drive_load",  "support_stiffness",   "displacement",
+                                 "frequencies", "parasitic_frequency", "max_stress"};
+  for (const QuantityRow& row : quantity_rows())
+    if (std::ranges::find(names, name_of(row)) == names.end()) names.push_back(name_of(row));
+  return names;
+}
+
+std::vector<ComparedQuantity> compared_quantities(const Job& job) {
+  assert(job.compare);
+  const DriveList drives = resolve(job.design)->family().drives;
+  std::vector<ComparedQuantity> list;
+  const std::vector<std::string>& listed = job.compare->quantities;
+  for (const std::string& name : comparable_quantities()) {
+    const bool wanted =
+        listed.empty() ? is_answered(name, job) : std::ranges::find(listed, name) != listed.end();
+    if (wanted) list.push_back(compared(name, job, drives));
+  }
+  return list;
+}
+
+Outputs needs_of(const std::vector<ComparedQuantity>& quantities) {
+  Outputs needs{Output::equilibrium};
+  for (const ComparedQuantity& quantity : quantities)
+    for (const ComparedQuantity::Number& number : quantity.numbers) needs.add(number.row->needs);
+  return needs;
+}
+
+std::string missing_for_comparison(const std::string& name, const StrokeRequest& request) {
+  const std::vector<const QuantityRow*> rows = rows_of(name);
+  assert(!rows.empty());
+  const Outputs& needs = rows.front()->needs;
+  if (needs.need_frequencies() && request.frequencies == 0)
+    return "it needs \"frequencies\" of at least 1";
+  if (needs.has(Output::frequency_derivatives) && !request.loads.driven())
+    return "nothing is driven along a load_path: expected a stroke";
+  if (needs.has(Output::buckling) && request.buckling_load.empty())
+    return "it needs \"buckling\": {\"load\": …}, which says which load grows";
+  if (needs.has(Output::load_capacity) && !request.capacity.any())
+    return "it needs \"load_capacity\": {\"directions\": […]}";
+  if (const char* missing = missing_for_stress(name, request); *missing) return missing;
+  return missing_for_dynamics(name, request);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,148 @@
+// Every number that `flexopt quantities` lists, everywhere: goals, their derivatives, result.json,
+// path.csv. The table of quantities drives these tests: a new row is in them by itself.
+#include "results/cli/quantity_list.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "optim/problem/design_problem.hpp"
+#include "results/files/csv.hpp"
+#include "results/files/result_json.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+/// A guide of a material with strengths, that is shaken, loaded, and pressed until it gives way;
+/// coarse beams, so that it takes little time.
+json document() {
+  return json::parse(R"({
+    "name": "guide", "job": "evaluate",
+    "design": {"family": "parallel_guide",
+      "parameters": {"length": 0.1, "width": 0.03, "thickness": 5e-4, "spacing": 0.06},
+      "material": {"youngs_modulus": 2e11, "poissons_ratio": 0.3, "density": 7800,
+        "yield_strength": 1.4e9, "ultimate_strength": 1.7e9, "endurance_limit": 5e8,
+        "s_n_curve": {"coefficient": 1.758e9, "exponent": -0.0977, "knee": 1e6}}},
+    "end_effector": {"mass": 0.5, "inertia": [4e-4, 4e-4, 4e-4], "center_of_mass": [0.02, 0.005, 0]},
+    "loads": [{"name": "payload", "force": [-5, 0, 0]}],
+    "buckling": {"load": "payload"},
+    "load_capacity": {"directions":
+      ["ux", "uz", "rx", "ry", "rz", "-ux", "-uz", "-rx", "-ry", "-rz"]},
+    "dynamics": {"transmissibility": {"direction": "uz", "from": 10, "to": 400}},
+    "fillet": 3e-4, "frequencies": 12,
+    "stroke": {"from": 0, "to": 2e-3, "points": 2},
+    "model": {"flexure": "beam", "mesh": [6, 2]}
+  })");
+}
+
+std::vector<Quantity> all_quantities() {
+  const Job job = parse_job(document());
+  return quantities(DriveList(make_mechanism(job, job.design.parameters)));
+}
+
+/// The document with an optimisation whose constraints are all these quantities.
+json with_goals(const std::vector<Quantity>& wanted) {
+  json job = document();
+  job["job"] = "optimise";
+  json& goals = job["optimise"];
+  goals["variables"] = {{{"parameter", "thickness"}, {"min", 3e-4}, {"max", 8e-4}}};
+  goals["objective"] = {{"maximise", wanted.front().name}, {"over_stroke", "min"}};
+  goals["algorithm"] = {{"library", "ipopt"}};
+  goals["constraints"] = json::array();
+  for (const Quantity& q : wanted)
+    goals["constraints"].push_back({{"quantity", q.name}, {"over_stroke", "first"}, {"min", -1}});
+  return job;
+}
+
+/// "load_capacity.-ux" → "/load_capacity/-ux"
+json::json_pointer pointer_of(const Quantity& q) {
+  std::string text = "/" + q.name;
+  std::ranges::replace(text, '.', '/');
+  if (q.row->layout == Layout::list && !q.row->components.empty())
+    text = text.substr(0, text.rfind('/') + 1) + std::to_string(q.component);
+  if (q.row->direction) text += "/value";
+  return json::json_pointer(text);
+}
+
+}  // namespace
+
+TEST_CASE("every row of the table is listed with unit, meaning and what it costs",
+          "[results][quantities]") {
+  const Job job = parse_job(document());
+  const std::string list =
+      describe_quantities(DriveList(make_mechanism(job, job.design.parameters)));
+  CHECK(std::ranges::count(list, '\n') == 1 + static_cast<int>(quantity_rows().size()));
+  std::istringstream lines(list);
+  std::string line;
+  std::getline(lines, line);
+  for (const QuantityRow& row : quantity_rows()) {
+    std::getline(lines, line);
+    CHECK_THAT(line, Catch::Matchers::StartsWith(row.name));
+    CHECK(line.size() > 96);  // name, unit, needs, estimate and a meaning behind them
+  }
+}
+
+TEST_CASE("every quantity may be an objective and a constraint", "[results][quantities]") {
+  const std::vector<Quantity> all = all_quantities();
+  CHECK(all.size() > 60);
+  for (const Quantity& q : all) {
+    CAPTURE(q.name);
+    json job = with_goals({q});
+    for (const char* sense : {"maximise", "minimise"}) {
+      job["optimise"]["objective"] = {{sense, q.name}, {"over_stroke", "min"}};
+      const Job read = parse_job(job);
+      CHECK(read.optimise->objective.quantity == q.name);
+      CHECK(read.optimise->constraints.front().quantity == q.name);
+    }
+  }
+}
+
+TEST_CASE("every quantity has a value and an exact derivative as a goal",
+          "[results][quantities][gradients][slow]") {
+  const std::vector<Quantity> all = all_quantities();
+  const DesignProblem problem(parse_job(with_goals(all)));
+  const DesignValues values = problem.evaluate({5e-4}, true);
+  INFO(values.message);
+  REQUIRE(values.ok);
+  INFO(values.no_gradient);
+  REQUIRE(values.gradient.rows() > static_cast<Eigen::Index>(all.size()));
+  CHECK(values.gradient.allFinite());
+  REQUIRE(values.goals.size() == 1 + all.size());
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    CAPTURE(all[k].name);
+    REQUIRE_FALSE(values.goals[k + 1].empty());
+    CHECK(std::isfinite(values.goals[k + 1].front()));
+  }
+}
+
+TEST_CASE("every quantity stands in result.json and in path.csv", "[results][quantities]") {
+  RunRecord record;
+  record.job = parse_job(document());
+  record.mechanism = make_mechanism(record.job, record.job.design.parameters);
+  StrokeRequest request = record.job.request;
+  request.outputs = Outputs::numbers();
+  record.response = evaluate_stroke(record.mechanism, record.job.model, request);
+  conclude(record);
+  const json result = make_result(record);
+  const std::string table =
+      path_csv(record.response, DriveList(record.mechanism), record.job.request);
+  const std::string header = "," + table.substr(0, table.find('\n')) + ",";
+  const PathPoint& point = record.response.path[1];
+  for (const Quantity& q : all_quantities()) {
+    CAPTURE(q.name);
+    CHECK_THAT(header, Contains("," + q.name + " [" + q.unit + "],"));
+    const json::json_pointer pointer = pointer_of(q);
+    CAPTURE(pointer.to_string());
+    const std::optional<double> value = q.value(point);
+    if (value) {
+      REQUIRE(result["path"][1].contains(pointer));
+      CHECK(result["path"][1][pointer].get<double>() == *value);
+    }
+    // none at this point: a pull bears any load, a deflected guide gives way without a bifurcation
+    const bool may_lack = q.name.starts_with("load_capacity.") || q.name.starts_with("buckling.");
+    if (!may_lack) CHECK(value);
+  }
+}
