@@ -110,6 +110,7 @@ set(tested_by
   optim/search/answer optim/search/test_optimise
   optim/problem/assembly_box optim/problem/test_misassembled_goals
   optim/problem/check_gradients results/cli/test_command_line
+  optim/problem/gradient_checker results/cli/test_command_line
   optim/problem/crew_evaluation results/mpi/test_mpi_crew
   optim/problem/design_problem optim/search/test_exact_gradients
   optim/problem/evaluation_book optim/problem/test_evaluation_log

@@ -1,0 +1,69 @@
+#pragma once
+// The derivatives of one load case of a design against differences, parameter by parameter.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/math/ridders.hpp"
+#include "core/response/quantities.hpp"
+#include "optim/job/job.hpp"
+#include "optim/problem/check_gradients.hpp"
+#include "optim/problem/frequency_groups.hpp"
+#include "optim/problem/stroke_sensitivity.hpp"
+
+namespace flexopt {
+
+/// A design with its exact derivatives and all that their differences are compared by.
+class GradientChecker {
+ public:
+  /// The parameters that may move, then those that are formulas of them and what these change by.
+  struct Columns {
+    std::vector<std::string> parameters, all;
+    std::vector<VectorXd> chain;  ///< of each parameter: derivatives of the formulas
+
+    /// Along parameter p, the formulas following, from the derivatives along all columns.
+    double total(const VectorXd& gradient, std::size_t p) const {
+      return gradient[static_cast<Eigen::Index>(p)] + chain[p].dot(gradient.tail(chain[p].size()));
+    }
+  };
+
+  GradientChecker(const Job& job, std::size_t load_case, double tolerance);
+
+  const std::vector<std::string>& parameters() const { return columns_.parameters; }
+
+  /// Why nothing can be compared, if so.
+  std::optional<std::string> prepare();
+  /// Quantities that have values but no exact derivatives.
+  std::vector<std::string> without_exact() const;
+  /// Along a parameter: the worst of each quantity over the points, no name where there is none.
+  std::vector<GradientCheck> check(std::size_t parameter) const;
+
+ private:
+  MaybeNumbers values(const StrokeResponse& response) const;
+  /// Throws SpecError where the moved design has no equilibrium.
+  std::vector<double> values_at(const std::string& parameter, double value) const;
+  MaybeNumbers slopes_along(std::size_t parameter, const StrokeSensitivity& exact) const;
+  std::vector<double> rounding_of_slopes(std::size_t parameter) const;
+  std::vector<FrequencyGroup> groups_along(double step, MaybeNumbers& slopes) const;
+  double size_of(std::size_t i, double x, double difference, double steepest) const;
+  GradientCheck compare(std::size_t i, const std::string& parameter, double slope,
+                        const Derivatives& differences, double size) const;
+
+  const Job& job_;
+  double tolerance_;
+  StrokeRequest request_;
+  int listed_;
+  Columns columns_;
+  std::vector<Quantity> names_;
+  bool turns_;
+  StrokeSensitivity exact_;
+  // the lowest of the screening frequencies has kinks: that of the mode which is the lowest here
+  std::vector<std::optional<std::size_t>> screened_;
+  MaybeNumbers here_;            ///< point by point, the quantities of each
+  std::vector<double> noise_;    ///< of the differences' numbers
+  std::vector<double> largest_;  ///< of each quantity along the path
+  double stroke_ = 0, leaf_length_ = 0;
+  double load_at_rest_ = 0;  ///< of a small stroke, where the path is the state at rest alone
+};
+
+}  // namespace flexopt
