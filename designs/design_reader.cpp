@@ -80,7 +80,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
   p.name = name;
   p.unit = from["unit"];
   const std::optional<Measure> unit = measured(1, p.unit);
-  if (p.unit != "1" && (!unit || unit->value != 1))
+  if (p.unit != "1" && (!unit || unit->value != 1 || !is_known_unit(p.unit)))  // " m" is none
     throw SpecError((at / "unit").to_string(), shown(from["unit"]),
                     "expected an SI unit such as \"m\", \"rad\", \"kg\", or \"1\"");
   p.meaning = from.value("meaning", "");

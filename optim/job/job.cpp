@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "core/reduction/superelement/superelement_grid.hpp"
+#include "core/reduction/superelement/superelement_rule.hpp"
 #include "core/response/accuracy/error_estimate.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"

@@ -6,11 +6,12 @@
 namespace flexopt {
 
 /// Throws SpecError (pointer --out) unless files can be made in the folder, or the folder itself in
-/// its nearest existing parent. Leaves nothing behind.
+/// its nearest existing parent. Leaves nothing behind, and removes what killed processes left of
+/// this.
 void check_writable(const std::filesystem::path& folder);
 
-/// Writes beside the file and renames: a reader sees the old content or the new one. Throws
-/// SpecError (pointer --out) if that fails; the old file then stands untouched.
+/// As write_whole (core/files/draft.hpp). Throws SpecError (pointer --out) if that fails; the old
+/// file then stands untouched.
 void write_file(const std::filesystem::path& file, std::string_view content);
 
 /// The content of a file. Throws SpecError if it cannot be read.

@@ -63,6 +63,8 @@ set(tested_by
   core/reduction/superelement/superelement_grid core/reduction/superelement/test_superelement_points
   core/reduction/superelement/superelement_leaf_results
     core/reduction/superelement/test_superelement_leaf_stress
+  core/reduction/superelement/superelement_rule
+    core/reduction/superelement/test_superelement_points
   core/response/dynamics/harmonic_answer core/response/dynamics/test_dynamics_measures
   core/response/dynamics/rigid_motion core/response/dynamics/test_dynamics_measures
   core/response/buckling/branch_tracer core/response/buckling/test_critical_load

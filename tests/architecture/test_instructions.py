@@ -1,12 +1,13 @@
 """The two sets of instructions of the packages find the same numbers.
 
 test_instructions.py PACKAGES SOURCE WORK
+test_instructions.py PROGRAM OTHER SOURCE WORK
 
 Unpacks the .deb files of PACKAGES, runs jobs of the gallery with the set for every processor and with
 the one that the loader takes here, and compares all numbers of result.json. Two builds of one program
-round differently, and an equilibrium stops elsewhere within Newton's tolerance: most numbers agree
-within 1e-9, drive loads and stiffness of soft mechanisms within 4e-7, derivatives of frequencies, which
-differ where the compliance of a mode is almost nothing, within 1e-6, optima within their stopping rules.
+round differently. Values agree within 1e-9, but for those of BEYOND; derivatives of frequencies, which are
+small differences where a mode has next to no compliance, within 1e-6, optima within their stopping rules.
+The second form compares two builds.
 """
 import json
 import pathlib
@@ -15,7 +16,9 @@ import shutil
 import subprocess
 import sys
 
-VALUES, DERIVATIVES, OPTIMA_WITHIN = 1e-6, 2e-6, 1e-5
+VALUES, DERIVATIVES, OPTIMA_WITHIN = 1e-9, 1e-6, 1e-5
+# Measured: docs/robustness.md. Of curved_hinge it is the place that an envelope's search ends at.
+BEYOND = {"bridge_amplifier": 1e-7, "tip_tilt_stage": 1e-7, "curved_hinge": 1e-7, "folded_leaf": 1e-8}
 ZERO = 1e-12  # by symmetry: what is left is rounding [SI]
 JOBS = ["parallel_guide", "cross_hinge", "double_parallelogram", "crooked_guide", "wire_flexure",
         "cartwheel_hinge", "butterfly_hinge", "infinity_hinge", "curved_hinge", "curved_leaf",
@@ -64,13 +67,11 @@ def difference(one, other):
     return found[False], found[True]
 
 
-def main():
-    packages, source, work = (pathlib.Path(word).resolve() for word in sys.argv[1:])
+def programs_of(packages, work):
+    """Two ways to start the program of the packages; none where this processor has one set alone."""
     if "x86-64-v3 (supported, searched)" not in subprocess.run(
             [LOADER, "--help"], capture_output=True, text=True).stdout:
-        print("this processor has one set of instructions")
-        return 77
-    shutil.rmtree(work, ignore_errors=True)
+        return None
     root = work / "root"
     for pattern in ("flexopt_*.deb", "libflexopt0*.deb"):
         subprocess.run(["dpkg-deb", "-x", next(packages.glob(pattern)), root], check=True)
@@ -85,17 +86,30 @@ def main():
         path = re.search(r"libflexopt\.so\S* => (\S+)", listed)[1]
         print(name, path)
         assert ("glibc-hwcaps" in path) == (name == "chosen"), path
+    return {name: [*way, program] for name, way in ways.items()}
+
+
+def main():
+    *programs, source, work = (pathlib.Path(word).resolve() for word in sys.argv[1:])
+    shutil.rmtree(work, ignore_errors=True)
+    if len(programs) == 2:
+        ways = {"first": [programs[0]], "other": [programs[1]]}
+    else:
+        ways = programs_of(programs[0], work)
+    if not ways:
+        print("this processor has one set of instructions")
+        return 77
     failed = 0
     for job in JOBS + OPTIMA:
         results = []
         for name, way in ways.items():
             out = work / f"{job}.{name}"
-            ran = subprocess.run([*way, program, "run", source / f"designs/jobs/{job}.json", "--quiet",
+            ran = subprocess.run([*way, "run", source / f"designs/jobs/{job}.json", "--quiet",
                                   "--out", out], stdout=subprocess.DEVNULL)
             assert ran.returncode == 0, (job, name)
             results.append(json.loads((out / "result.json").read_text()))
         optimum = job in OPTIMA
-        for (most, where), limit in zip(difference(*results), (VALUES, DERIVATIVES)):
+        for (most, where), limit in zip(difference(*results), (BEYOND.get(job, VALUES), DERIVATIVES)):
             print(f"{job:32} {most:.1e} {where}", flush=True)
             failed += most > (OPTIMA_WITHIN if optimum else limit)
     # the comparison itself must be able to fail

@@ -1,10 +1,11 @@
 #!/bin/sh
-# tests/fuzz/run.sh BUILD SECONDS [TARGET...]: every fuzzer that was built in BUILD, so long each, from the corpus.
+# tests/fuzz/run.sh BUILD SECONDS [TARGET...]: every fuzzer that was built in BUILD, so long each, from the corpus;
+# of jobs and designs from the gallery and the library too.
 # Exit code 1 where one has found something; its input stands beside the log that is named.
 set -u
 build=$1 seconds=$2
 shift 2
-corpus=$(cd "$(dirname "$0")/corpus" && pwd) || exit 2
+root=$(cd "$(dirname "$0")/../.." && pwd) || exit 2
 [ $# -gt 0 ] || set -- job design log formula unit set request
 found=0 ran=0
 for target; do
@@ -14,8 +15,13 @@ for target; do
   mkdir -p "$work/texts"
   words=
   [ ! -x "$build/fuzz_dictionary" ] || { "$build/fuzz_dictionary" >"$work/words" && words=-dict=$work/words; }
+  case $target in
+    job) more=$root/designs/jobs ;;
+    design) more=$root/designs/families ;;
+    *) more= ;;
+  esac
   if "$build/fuzz_$target" $words -max_total_time="$seconds" -timeout=10 -print_final_stats=1 \
-    -artifact_prefix="$work/" "$work/texts" "$corpus/$target" >"$work/log" 2>&1; then
+    -artifact_prefix="$work/" "$work/texts" "$root/tests/fuzz/corpus/$target" $more >"$work/log" 2>&1; then
     sed -n "s/^stat::number_of_executed_units: */$target: texts /p" "$work/log"
   else
     echo "$target: see $work/log"

@@ -202,6 +202,15 @@ std::map<std::string, double> sizes_of(const StrokeResponse& response,
   return largest;
 }
 
+// The series of frequencies from rest, where the frequency itself tells that it does not hold any
+// more: its powers of the stroke make any number of it.
+bool out_of_range(const Quantity& quantity, const PathPoint& point) {
+  constexpr double holds = 0.1;
+  if (quantity.name != "parasitic_frequency_screening" || !point.parasitic_frequency) return false;
+  const auto value = quantity.value(point);
+  return value && !(std::abs(*value / *point.parasitic_frequency - 1) <= holds);
+}
+
 // Another way to the same answer, but for the signs that a mirror reverses.
 struct Twin {
   const char* name;   // of what is done to the mechanism
@@ -249,7 +258,7 @@ Differences differences(const StrokeResponse& one, const StrokeResponse& other, 
         continue;
       }
       const double size = largest.at(q.row->name);
-      if (!small || size == 0 || is_rounding(q.row->error)) continue;
+      if (!small || size == 0 || is_rounding(q.row->error) || out_of_range(q, a)) continue;
       const double error =
           std::abs(plain(*big / growth_of(q.unit, twin.growth)) - plain(*small)) / size;
       const bool sought = q.name == "clearance";

@@ -46,6 +46,7 @@ const std::vector<WrongDesign>& wrong_designs() {
       {"/parameters/sin", {{"unit", "m"}}, "/parameters/sin", "meaning of its own"},
       {"/parameters/a b", {{"unit", "m"}}, "/parameters/a b", "letters, digits"},
       {"/parameters/length/unit", "mm", "/parameters/length/unit", "SI unit"},
+      {"/parameters/length/unit", " m", "/parameters/length/unit", "SI unit"},
       {"/parameters/length/default", -1, "/parameters/length/default", "0 < value"},
       {"/parameters/length/example", "1 cm", "/parameters/length/example", "there is a default"},
       {"/parameters/more",

@@ -11,9 +11,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/files/draft.hpp"
 #include "core/math/polynomial.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
@@ -247,21 +247,13 @@ fs::path default_atlas_file(const std::array<int, 2>& mesh) {
   return cache / "flexopt" / fmt::format("tubes-{}x{}.atlas", mesh[0], mesh[1]);
 }
 
-namespace {
-fs::path draft_of(const fs::path& file) {
-  return file.string() + fmt::format(".{}.part", ::getpid());
-}
-}  // namespace
-
 std::string obstacle(const fs::path& file) {
   std::error_code failed;
   if (fs::is_directory(file, failed)) return "it is a folder";
   if (file.has_parent_path()) fs::create_directories(file.parent_path(), failed);
   if (failed) return failed.message();
-  const fs::path draft = draft_of(file);
-  const bool writable = std::ofstream(draft).good();
-  fs::remove(draft, failed);
-  return writable ? std::string() : "it cannot be written";
+  const int error = try_writing(file);
+  return error ? fmt::format("it cannot be written: {}", std::strerror(error)) : std::string();
 }
 
 std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
@@ -299,20 +291,9 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
   std::memcpy(contents.data(), &head, sizeof head);
 
   if (std::string problem = obstacle(file); !problem.empty()) return problem;
-  std::error_code failed;
-  const fs::path draft = draft_of(file);
-  {
-    std::ofstream out(draft, std::ios::binary);
-    out.write(contents.data(), static_cast<std::streamsize>(contents.size()));
-    out.close();
-    if (!out) {
-      const std::string problem = fmt::format("{} cannot be written", draft.string());
-      fs::remove(draft, failed);
-      return problem;
-    }
-  }
-  fs::rename(draft, file, failed);
-  return failed ? failed.message() : std::string();
+  const int error = write_whole(file, contents);
+  return error ? fmt::format("{} cannot be written: {}", file.string(), std::strerror(error))
+               : std::string();
 }
 
 OpenedAtlas open_atlas(const fs::path& file) {

@@ -12,7 +12,8 @@ namespace flexopt {
 /// that mesh) in the user's cache, $XDG_CACHE_HOME/flexopt or ~/.cache/flexopt.
 std::filesystem::path default_atlas_file(const std::array<int, 2>& mesh);
 
-/// Why `file` cannot be written; empty if it can. Makes its folder.
+/// Why `file` cannot be written; empty if it can. Makes its folder, and removes drafts of it that
+/// killed processes left there.
 std::string obstacle(const std::filesystem::path& file);
 /// Writes beside `file` and renames; makes its folder. Returns what went wrong; empty if nothing.
 std::string write_atlas(const TubeAtlas& atlas, const std::filesystem::path& file);

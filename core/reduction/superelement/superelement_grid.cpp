@@ -1,7 +1,5 @@
 #include "core/reduction/superelement/superelement_grid.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,6 +8,7 @@
 #include "core/math/dual.hpp"
 #include "core/reduction/superelement/beam_body.hpp"
 #include "core/reduction/superelement/superelement_model_rate.hpp"
+#include "core/reduction/superelement/superelement_rule.hpp"
 
 namespace flexopt {
 
@@ -273,15 +272,6 @@ std::vector<double> SuperelementGrid::stations_across() const {
   return repeated(kinds_[0]->mesh->y(), rows());
 }
 
-namespace {
-/// The interface node at a place, if one is there: place × intervals is whole.
-std::optional<int> node_at(double place, int intervals) {
-  const double node = place * intervals;
-  if (std::abs(node - std::round(node)) > 1e-6) return std::nullopt;
-  return static_cast<int>(std::round(node));
-}
-}  // namespace
-
 std::vector<NodeShare> point_shares(const LeafSpring& leaf, const SuperelementGrid& grid) {
   if (!leaf.point) return {};
   const int k = grid.nodes_per_line();
@@ -297,34 +287,6 @@ std::vector<NodeShare> point_shares(const LeafSpring& leaf, const SuperelementGr
     shares.push_back({{line, node}, 1.0});
   }
   return shares;
-}
-
-std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOptions& model) {
-  if (leaf.curve)
-    return "it is curved, and this method takes flat leaves alone: expected \"mixed_potential\", "
-           "or "
-           "\"accuracy\": \"full\"";
-  if (leaf.fold)
-    return "it is folded, and this method takes flat leaves alone: expected \"mixed_potential\", "
-           "or \"accuracy\": \"full\"";
-  if (leaf.has_profile())
-    return "its width or thickness varies, and this method takes leaves of one width and thickness "
-           "alone: expected \"mixed_potential\", or \"accuracy\": \"full\"";
-  if (model.method != Reduction::linear_craig_bampton) return std::nullopt;
-  if (flexure_of(leaf, model) == Flexure::beam && model.superelements[1] != 0)
-    return "a beam is cut along only: expected the number of superelements along";
-  if (!leaf.point || leaf.point->spread_over_tip) return std::nullopt;
-  const auto [along, across] = model.superelements;
-  const bool on_line = node_at(leaf.point->along, along).has_value();
-  const bool on_node = across == 0 ? std::abs(leaf.point->across - 0.5) < 1e-6
-                                   : node_at(leaf.point->across, across).has_value();
-  if (on_line && on_node) return std::nullopt;
-  return fmt::format(
-      "the material point at ({:g}, {:g}) of the leaf's length and width is no node of {} "
-      "superelements: a multiple of 1/{} along and {} across",
-      leaf.point->along, leaf.point->across,
-      across == 0 ? fmt::format("{}", along) : fmt::format("[{}, {}]", along, across), along,
-      across == 0 ? std::string("the middle") : fmt::format("of 1/{}", across));
 }
 
 }  // namespace flexopt

@@ -5,7 +5,6 @@
 #include <array>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -108,9 +107,5 @@ struct NodeShare {
 /// Shares of the nodes in the material point of a leaf, empty where it has none. A force spread
 /// over a free tip goes to its nodes by their share of the width.
 std::vector<NodeShare> point_shares(const LeafSpring& leaf, const SuperelementGrid& grid);
-
-/// Why a leaf cannot be made of these superelements, or nothing: its material point must be one of
-/// their nodes.
-std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOptions& model);
 
 }  // namespace flexopt

@@ -1,17 +1,15 @@
 #include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <fstream>
 #include <iterator>
 #include <string>
-#include <vector>
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
 #include "support/fixture.hpp"
+#include "support/left_draft.hpp"
 
 using namespace flexopt;
 namespace fs = std::filesystem;
@@ -98,39 +96,23 @@ TEST_CASE("A folder made for a run goes away unless it is kept", "[results][fold
   CHECK(fs::is_directory(deep));
 }
 
-TEST_CASE("Drafts of killed processes go, those of others stay", "[results][folder]") {
-  const pid_t gone = ::fork();
-  if (gone == 0) ::_exit(0);
-  REQUIRE(::waitpid(gone, nullptr, 0) == gone);
-  char name[256] = {};
-  REQUIRE(::gethostname(name, sizeof name - 1) == 0);
-  const std::string host = name, dead = std::to_string(gone), alive = std::to_string(::getppid());
+TEST_CASE("Drafts of killed processes go from the output folder, and probes from its parent",
+          "[results][folder]") {
   const test::TemporaryFolder folder;
-  const fs::path out = folder.path() / "out";
-  fs::create_directories(out / "deeper");
-  const std::string left = ".result.json." + host + "." + dead + ".part";
-  const std::vector<std::string> others{
-      ".result.json." + host + "." + alive + ".part",    // of a run that goes on
-      ".result.json.not" + host + "." + dead + ".part",  // of another machine
-      "result.json." + host + "." + dead + ".part",      // no draft
-      "." + host + "." + dead + ".part",
-      ".result.json." + host + "." + dead,
-      ".result.json." + host + ".x" + dead + ".part",
-      ".result.json." + host + ".-1.part",
-      ".part",
-      "deeper/" + left};  // in another folder
-  for (const std::string& file : others) std::ofstream(out / file) << "x";
-  std::ofstream(out / left) << "x";
-  std::ofstream(out / (".shapes." + host + "." + dead + ".part")) << "x";
-  std::ofstream(folder.path() / left) << "x";
+  const fs::path out = folder.path() / "out", deeper = out / "deeper";
+  const std::string result = test::left_draft("result.json"), probe = test::left_draft("flexopt");
+  for (const std::string& file : {result, probe}) std::ofstream(folder.path() / file) << "x";
+  // before there is an output folder, its parent is tried; what is another folder's stays there
+  check_writable(out);
+  CHECK_FALSE(fs::exists(folder.path() / probe));
+  CHECK(fs::exists(folder.path() / result));
+
+  fs::create_directories(deeper);
+  for (const fs::path& in : {out, deeper})
+    for (const std::string& file : {result, probe}) std::ofstream(in / file) << "x";
   { const OutputFolder opened(out); }
-  CHECK_FALSE(fs::exists(out / left));
-  for (const std::string& file : others) {
-    CAPTURE(file);
-    CHECK(fs::exists(out / file));
-  }
-  CHECK(entries(out) == others.size());
-  CHECK(fs::exists(folder.path() / left));
+  CHECK(entries(out) == 1);
+  CHECK(entries(deeper) == 2);
 }
 
 TEST_CASE("A file in a folder that has gone is wrong input", "[results][folder]") {

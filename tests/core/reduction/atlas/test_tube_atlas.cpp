@@ -16,6 +16,7 @@
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
 #include "support/gradient_checks.hpp"
+#include "support/left_draft.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
@@ -503,6 +504,12 @@ TEST_CASE("an atlas is read from its file as it was made, or not at all", "[core
   changed[14] = '9';
   CHECK(refused(changed) == "it is an atlas of another format");
   CHECK(refused(std::string(500, 'x')) == "it is no atlas");
+  // what a killed process left of this file goes before it is made anew
+  const fs::path left = file.parent_path() / test::left_draft(file.filename().string());
+  std::ofstream(left) << "x";
+  CHECK(obstacle(file).empty());
+  CHECK_FALSE(fs::exists(left));
+  CHECK(std::distance(fs::directory_iterator(file.parent_path()), {}) == 1);
   fs::remove_all(folder);
   CHECK_FALSE(obstacle("/proc/no/such/folder/a.atlas").empty());
   CHECK_FALSE(write_atlas(atlas, "/proc/no/such/folder/a.atlas").empty());
