@@ -26,6 +26,8 @@ constexpr double least_step = 1e-7;
 // is rounding, or as small, makes it miss that by a little; it has missed it
 // where the factor is so far beyond.
 constexpr double agreement = 0.02, missed = 1.01;
+// As near to it, over the size of the factor, its factor is the bifurcation's but for rounding.
+constexpr double nearly_met = 1e-7;
 // Beyond it, where the tangent must have become indefinite.
 constexpr double beyond = 1e-4;
 // Motions of the bodies by the factor that are not rounding, lengths over the
@@ -223,7 +225,7 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
   CriticalLoad result;
   const double begin = branch_->factor();
   Heading heading;
-  at_limit_ = false;
+  at_limit_ = missed_ = false;
   if (limit_) heading.longest = first_step;
   for (int count = 0;; ++count) {
     const double at = branch_->factor(), size = std::max(1.0, std::abs(at));
@@ -237,6 +239,7 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
     }
     if (const auto& nearest = heading.nearest;
         nearest && std::abs(at - begin) > missed * std::abs(nearest->factor - begin)) {
+      missed_ = nearest->distance > nearly_met * size;
       branch_->restore(nearest->state);
       here = {};
       return critical_at(nearest->factor, look(side, &nearest->along, nearest->mode),
@@ -287,7 +290,9 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
 }
 
 // (S25): the stiffness of the critical mode stays zero.
-VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& drive_load_rates) {
+std::optional<VectorXd> BranchTracer::gradient(const DesignDirections& design,
+                                               const MatrixXd& drive_load_rates) {
+  if (missed_) return std::nullopt;
   const MechanismFactor& factor = *critical_->factor;
   // by inverse iteration, which leaves no rounding along stiff motions
   VectorXd mode = critical_->rate->times(critical_->ahead->mode);
@@ -316,7 +321,7 @@ VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& 
         state.row(factor.size() - factor.conditions() + *row) = -drive_load_rates.row(k);
   critical_->rate->set_direction(moved.col(count), 1);
   const double along = critical_->rate->forms(mode)(0, 0);
-  return -rates.quadratic(mode, VectorXd::Zero(1), state).row(0).transpose() / along;
+  return VectorXd(-rates.quadratic(mode, VectorXd::Zero(1), state).row(0).transpose() / along);
 }
 
 }  // namespace flexopt

@@ -56,8 +56,10 @@ class BranchTracer {
   /// Motions of the bodies by the factor where the branch began, lengths over the longest leaf.
   double first_rate() const { return first_rate_; }
 
-  /// Of the factor of a singular state that was followed to.
-  VectorXd gradient(const DesignDirections& design, const MatrixXd& drive_load_rates);
+  /// Of the factor of a singular state that was followed to; nothing where the branch misses a
+  /// bifurcation, whose factor is an estimate from its nearest state then.
+  std::optional<VectorXd> gradient(const DesignDirections& design,
+                                   const MatrixXd& drive_load_rates);
 
  private:
   struct Stride {
@@ -94,7 +96,7 @@ class BranchTracer {
   BranchLimit* limit_;
   StiffnessRate::Shared shared_;
   double first_rate_ = 0, weight_ = 0;
-  bool at_limit_ = false;
+  bool at_limit_ = false, missed_ = false;
   std::optional<Look> critical_;
 };
 

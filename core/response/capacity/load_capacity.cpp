@@ -107,7 +107,8 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
     capacity.reason = fmt::format(
         "the tangent becomes singular ({})",
         end.fold ? "the load is the largest of its branch" : "branches of equilibria meet");
-    if (design) result.gradient = size * tracer.gradient(design->design, {});
+    if (design) result.gradient = tracer.gradient(design->design, {});
+    if (result.gradient) *result.gradient *= size;
   }
   capacity.value = reached * size;
   return result;

@@ -196,9 +196,10 @@ TEST_CASE("two values of one evaluation are refused", "[shard]") {
   const fs::path file = runs.path() / "again/evaluations.jsonl";
   std::vector<std::string> lines = read_log_lines(file);
   REQUIRE(!lines.empty());
-  const auto at = lines.front().find("\"drive_load\":");
+  const std::string before = "\"drive_load\":[";
+  const auto at = lines.front().find(before);
   REQUIRE(at != std::string::npos);
-  lines.front().insert(at + 13, "1");
+  lines.front().insert(at + before.size(), "1");
   const std::string fitting = log_text(log_identity_of(file), lines);
   std::ofstream(file) << fitting;
   const Outcome outcome = runs.flexopt("merge shard.1 shard.2 again --out merged");
@@ -206,7 +207,7 @@ TEST_CASE("two values of one evaluation are refused", "[shard]") {
   CHECK_THAT(outcome.err, Catch::Contains("expected the same values as in"));
   // what does not fit its checksum is no value
   std::string spoilt = runs.content("again/evaluations.jsonl");
-  spoilt.erase(spoilt.find("\"drive_load\":") + 13, 1);
+  spoilt.erase(spoilt.find(before) + before.size(), 1);
   std::ofstream(file) << spoilt;
   const Outcome refused = runs.flexopt("merge shard.1 shard.2 again --out merged");
   CHECK(refused.code == 2);

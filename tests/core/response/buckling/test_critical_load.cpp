@@ -313,6 +313,33 @@ TEST_CASE("an imperfection that is next to nothing does not hide a bifurcation",
   CHECK(*r.load.factor == Approx(perfect).epsilon(1e-4));
 }
 
+TEST_CASE("a bifurcation that an error of assembly makes the branch miss has no derivative",
+          "[buckling]") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  Mechanism thicker = m;
+  each_number(thicker, [](double& x) { x = 0; });
+  for (LeafSpring& leaf : thicker.leaves) leaf.thickness = 1;
+  const std::vector<Mechanism> directions{thicker};
+  const auto traced = [&](double turn) {
+    LoadCase loads;
+    loads.constant = {along_x(-5)};
+    loads.assembly = {{0, 0, {}, {0, turn, 0}}};
+    System system(m, make_full_leaves(m, {}), loads);
+    REQUIRE(step_load(system, {.constant = 1}, {}).converged);
+    LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
+    LeafRates rates(ProfileDirections(m, directions));
+    const DesignDirections design{&directions, &rates};
+    return find_critical_load(branch, {}, &design);
+  };
+  const CriticalLoadResult perfect = traced(0), crooked = traced(1e-3);
+  REQUIRE(perfect.load.factor);
+  REQUIRE(crooked.load.factor);
+  CHECK(perfect.gradient);
+  CHECK_FALSE(crooked.load.fold);
+  CHECK_FALSE(crooked.gradient);
+  CHECK(*crooked.load.factor == Approx(*perfect.load.factor).epsilon(0.1));
+}
+
 TEST_CASE("derivatives of the factor are exact at bifurcations and at folds",
           "[buckling][gradient][slow]") {
   const std::vector<double> numbers{0.1, 0.03, 5e-4};
