@@ -1,6 +1,7 @@
 #!/bin/sh
 # tests/fuzz/run.sh BUILD SECONDS [TARGET...]: every fuzzer that was built in BUILD, so long each, from the corpus;
 # of jobs and designs from the gallery and the library too.
+# FUZZ_SEED: of the random changes, for the same texts again on a machine as fast.
 # Exit code 1 where one has found something; its input stands beside the log that is named.
 set -u
 build=$1 seconds=$2
@@ -20,7 +21,7 @@ for target; do
     design) more=$root/designs/families ;;
     *) more= ;;
   esac
-  if "$build/fuzz_$target" $words -max_total_time="$seconds" -timeout=10 -print_final_stats=1 \
+  if "$build/fuzz_$target" $words -max_total_time="$seconds" -seed="${FUZZ_SEED:-0}" -timeout=10 -print_final_stats=1 \
     -artifact_prefix="$work/" "$work/texts" "$root/tests/fuzz/corpus/$target" $more >"$work/log" 2>&1; then
     sed -n "s/^stat::number_of_executed_units: */$target: texts /p" "$work/log"
   else

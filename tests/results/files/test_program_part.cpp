@@ -15,8 +15,7 @@ TEST_CASE("a part that is not there is named") {
 }
 
 TEST_CASE("a file beside the program that is no library says what the loader says") {
-  const fs::path file =
-      fs::read_symlink("/proc/self/exe").parent_path() / "flexopt_spoilt_part.so";
+  const fs::path file = fs::read_symlink("/proc/self/exe").parent_path() / "flexopt_spoilt_part.so";
   std::ofstream(file) << "no library";
   const PartFunction spoilt = part_function(file.filename().string(), "anything");
   fs::remove(file);
