@@ -144,9 +144,15 @@ LowestPairs lowest_pairs(int n, int count, int width, const LinearMap& solve, co
   const int most = std::min(n, 6 * count + 20 * width + 40);
   const MatrixXd start = start_columns(n, width);
   BlockKrylov krylov(single ? start : solve(mass(start)), most, solve, mass);
+  constexpr int most_fruitless = 3;
+  int known = -1, fruitless = 0;
   for (int step = 1;; ++step) {
     const bool more = krylov.extend();
     if (!more && krylov.columns() < count) {
+      // where nothing is left of other columns either, the rest is rounded away
+      fruitless = krylov.columns() == known ? fruitless + 1 : 0;
+      if (fruitless == most_fruitless) return pairs;
+      known = krylov.columns();
       krylov.go_on(start_columns(n, width, step * width));
       continue;
     }

@@ -34,6 +34,16 @@ TEST_CASE("random jobs of all families break no invariant", "[jobs][random][slow
   CHECK(full > count / 3);
 }
 
+TEST_CASE("notches of micrometres under heavy bodies have derivatives of their frequencies",
+          "[jobs][random]") {
+  const int seed = GENERATE(11997, 12402, 12537);
+  const Job job = parse_job(random_job(static_cast<unsigned long long>(seed)));
+  const StrokeResponse response =
+      evaluate_stroke(make_mechanism(job, job.design.parameters), job.model, job.request);
+  CAPTURE(seed, response.message);
+  CHECK(response.frequency_derivatives.size() == 4);
+}
+
 TEST_CASE("numbers of a point do not depend on the other points of its stroke", "[jobs][random]") {
   const int seed = GENERATE(2, 12, 13);
   Job job = parse_job(random_job(static_cast<unsigned long long>(seed)));

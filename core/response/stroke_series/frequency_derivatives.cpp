@@ -61,7 +61,15 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
   for (int guard = modes_needed(count) - count; guard <= most; guard *= 2) {
     const int wanted = std::min(count + guard, factor.size());
     Modes modes;
-    if (for_gradients) {
+    bool found = false;
+    if (!for_gradients) {
+      const int width = std::min(std::max(3, static_cast<int>(factor.leaves().size())), wanted);
+      LowestPairs pairs = lowest_pairs(factor.size(), wanted, width, solve, mass, 1e-6);
+      found = pairs.converged;
+      if (found) modes = {std::move(pairs.values), std::move(pairs.vectors), {}, count};
+    }
+    // modes of leaves that are so far above the mechanism's that K⁻¹ M rounds them away
+    if (!found) {
       std::optional<FullModeLists> own;
       if (!known || known->converged < wanted) {
         own = full_modes(factor, wanted, 0, ModeMotions::no);
@@ -70,11 +78,6 @@ std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool
       const FullModes& lowest = own ? own->free : *known;
       modes = {
           lowest.lambda.head(lowest.converged), lowest.phi.leftCols(lowest.converged), {}, count};
-    } else {
-      const int width = std::min(std::max(3, static_cast<int>(factor.leaves().size())), wanted);
-      LowestPairs pairs = lowest_pairs(factor.size(), wanted, width, solve, mass, 1e-6);
-      if (!pairs.converged) return std::nullopt;
-      modes = {std::move(pairs.values), std::move(pairs.vectors), {}, count};
     }
     const VectorXd& l = modes.lambda;
     int& kept = modes.kept;

@@ -91,6 +91,20 @@ double unit_of(const Mechanism& m) {
 
 }  // namespace
 
+TEST_CASE("modes that rounding hides are told to be lost, not looked for without end",
+          "[derivatives]") {
+  // a notch of 3 um under a mass that is thousands of times as heavy as the leaf
+  ModelOptions model;
+  model.accuracy = Accuracy::full;
+  model.mesh = {6, 2};
+  Mechanism m = models::single_leaf(1.14e-3, 4e-3, 2.85e-6);
+  m.leaves[0].thickness_profile = {123, 52, 12, 1, 12, 52, 123};
+  m.bodies = {models::body({1.14e-3, 0, 0}, 6e-3, 8e-10)};
+  const FrequencyDerivativesResult lost = frequency_derivatives(m, model, {}, {}, 4, {}, nullptr);
+  CHECK_FALSE(lost.ok);
+  CHECK_THAT(lost.message, Catch::Contains("were not found"));
+}
+
 TEST_CASE("frequency derivatives agree with differences of the path") {
   int compared = 0;
   for (const Case& c : families()) {
