@@ -176,7 +176,6 @@ function motion_charts() {
   return charts;
 }
 
-/// All charts over the stroke, the most asked for first.
 /// The stress behind the worst cycle, with its sign, beside the largest one, which has none.
 function signed_stress_chart() {
   const points = converged.filter((p) => p.fatigue_stress);
@@ -187,10 +186,11 @@ function signed_stress_chart() {
   const parts = [["along", "along the leaf", 0], ["across", "across the leaf", 1], ["shear", "shear", 2]];
   return [chart({title: "Stress behind the worst cycle", y: "stress [MPa]", note: `at one place, with its sign and the fillet: ${where}; the largest von Mises stress is that of any place`,
     lines: [...parts.map(([part, name, k]) => ({name, color: palette[k], points: over_stroke((p) => p.fatigue_stress?.[part], MPa)})),
-      {name: "largest von Mises stress", color: "var(--soft)", dashed: true, dots: false, points: over_stroke((p) => p.notch_stress ?? p.max_stress, MPa)}],
+      {name: points.some((p) => p.notch_stress) ? "largest von Mises stress, with the fillet" : "largest von Mises stress", color: "var(--soft)", dashed: true, dots: false, points: over_stroke((p) => p.notch_stress ?? p.max_stress, MPa)}],
     marks: [Plot.ruleY([0], {strokeOpacity: 0.35})]})];
 }
 
+/// All charts over the stroke, the most asked for first.
 export function stroke_charts() {
   if (converged.length === 0) return [];
   const done = new Set(["support_stiffness", "principal_stiffness", "max_stress", "drive_load", "displacement", "rotation", "frequencies"]);

@@ -319,7 +319,7 @@ async function changes(page, act) {
   const signed = await page.$eval('figure[data-title="Stress behind the worst cycle"]', (f) => ({
     curves: [...f.querySelectorAll("g[aria-label=line] path")].map((p) => p.getAttribute("d").match(/-?[\d.]+,-?[\d.]+/g).map((xy) => Number(xy.split(",")[1]))),
     legend: [...f.querySelectorAll(".legend span")].map((e) => e.textContent)}));
-  check(signed.legend.join() === "along the leaf,across the leaf,shear,largest von Mises stress", "each part has its name", signed.legend);
+  check(signed.legend.join() === "along the leaf,across the leaf,shear,largest von Mises stress, with the fillet", "each part has its name", signed.legend);
   const parts = ["along", "across", "shear"].map((part) => path.map((p) => p.fatigue_stress[part])), [along] = parts;
   check(Math.min(...along) < 0 && Math.max(...along) > 0, "bent to and fro it changes its sign", along);
   const drawn_along = signed.curves[0], scale = (drawn_along.at(-1) - drawn_along[0]) / (along.at(-1) - along[0]);
