@@ -43,7 +43,9 @@ struct Draft {
 
 /// A draft of this machine, read from its name; nothing of other files and other machines'.
 std::optional<Draft> draft_named(std::string_view name, std::string_view host) {
-  if (!name.starts_with('.') || !name.ends_with(ending)) return std::nullopt;
+  // the dot of ".part" alone is both its first and that of its ending
+  if (name.size() <= ending.size() || !name.starts_with('.') || !name.ends_with(ending))
+    return std::nullopt;
   name.remove_prefix(1);
   name.remove_suffix(ending.size());
   const std::size_t dot = name.rfind('.');
