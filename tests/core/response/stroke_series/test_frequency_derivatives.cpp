@@ -92,9 +92,7 @@ double unit_of(const Mechanism& m) {
 
 }  // namespace
 
-TEST_CASE(
-    "modes far above those of a heavy body are found, or told to be lost, and never sought on",
-    "[derivatives]") {
+TEST_CASE("modes of a leaf far above those of a heavy body are found", "[derivatives]") {
   // a notch of 3 um under a body that is thousands of times as heavy as the leaf
   ModelOptions model;
   model.accuracy = Accuracy::full;
@@ -107,8 +105,8 @@ TEST_CASE(
     const FrequencyDerivativesResult found =
         frequency_derivatives(m, model, {}, {}, 4, {}, nullptr);
     CAPTURE(deep, found.message);
-    CHECK((found.ok ? found.modes.size() == 4
-                    : found.message.find("were not found") != std::string::npos));
+    REQUIRE(found.ok);
+    CHECK(found.modes.size() == 4);
   }
 }
 
