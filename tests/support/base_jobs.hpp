@@ -2,12 +2,15 @@
 // Jobs that tests of their readers begin with, and those of the library.
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "core/spec/json_file.hpp"
 
 namespace flexopt {
+
+inline constexpr double degree = std::numbers::pi / 180;
 
 /// "evaluate" or "optimise": a job that is right.
 inline nlohmann::json base_job(const std::string& name) {

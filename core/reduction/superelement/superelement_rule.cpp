@@ -15,8 +15,7 @@ std::optional<int> node_at(double place, int intervals) {
 std::optional<std::string> broken_rule(const LeafSpring& leaf, const ModelOptions& model) {
   if (leaf.curve)
     return "it is curved, and this method takes flat leaves alone: expected \"mixed_potential\", "
-           "or "
-           "\"accuracy\": \"full\"";
+           "or \"accuracy\": \"full\"";
   if (leaf.fold)
     return "it is folded, and this method takes flat leaves alone: expected \"mixed_potential\", "
            "or \"accuracy\": \"full\"";

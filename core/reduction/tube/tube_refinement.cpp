@@ -111,7 +111,7 @@ std::string TubeLeaf::doubt(const Compliance& compliance) {
                                                               : largest_change_under_load;
   const double next = axial_offset() * axial_offset();
   const std::optional<double> alone = degree_change();
-  doubted_alone_ = !alone || *alone > std::min(largest, largest_next_change / next);
+  doubted_alone_ = !alone || *alone > largest || next * *alone > largest_next_change;
   if (!doubted_alone_) return {};
   const std::optional<Matrix12d> C = compliance();
   if (!C) return "it is not stable, nor is the mechanism";

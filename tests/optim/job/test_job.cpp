@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
@@ -12,12 +11,6 @@
 using namespace flexopt;
 using Catch::Matchers::Contains;
 using nlohmann::json;
-
-namespace {
-
-constexpr double degree = std::numbers::pi / 180;
-
-}  // namespace
 
 TEST_CASE("an evaluate job is read into SI", "[optim][job]") {
   const Job job = parse_job(base_job("evaluate"));

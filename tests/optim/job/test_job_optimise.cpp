@@ -1,6 +1,5 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "core/response/quantities.hpp"
 #include "core/spec/quantity.hpp"
@@ -11,12 +10,6 @@
 using namespace flexopt;
 using Catch::Matchers::Contains;
 using nlohmann::json;
-
-namespace {
-
-constexpr double degree = std::numbers::pi / 180;
-
-}  // namespace
 
 TEST_CASE("an optimise job is read with names, units and defaults", "[optim][job]") {
   const Job job = parse_job(base_job("optimise"));
