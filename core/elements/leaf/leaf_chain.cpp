@@ -305,6 +305,12 @@ Answer<LeafLinear> LeafChain::linearise() {
   return {std::make_unique<LeafChainLinear>(*this, std::move(segments))};
 }
 
+std::string LeafChain::rebuilt_gap() const {
+  for (const auto& segment : segments_)
+    if (std::string gap = segment->rebuilt_gap(); !gap.empty()) return gap;
+  return {};
+}
+
 std::string LeafChain::interior_gap(InteriorUse use) {
   for (const auto& segment : segments_)
     if (std::string gap = segment->interior_gap(use); !gap.empty()) return gap;

@@ -44,6 +44,7 @@ class LeafChain final : public LeafElement {
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;
   std::string interior_gap(InteriorUse use) override;
+  std::string rebuilt_gap() const override;
 
   int segments() const { return static_cast<int>(segments_.size()); }
 

@@ -125,6 +125,9 @@ class LeafElement {
   /// Why linearise() has no answer for this use, with exact derivatives, at the present state;
   /// empty where it has.
   virtual std::string interior_gap(InteriorUse use);
+  /// Why the full leaf that a reduced one rebuilt at its present state, for frequencies or stress,
+  /// is not to be believed; empty where it is, or where none was rebuilt.
+  virtual std::string rebuilt_gap() const { return {}; }
 
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;

@@ -278,6 +278,7 @@ void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   state_number_ = 0;
   stress_.reset();
   internal_.reset();
+  rebuilt_gap_.clear();
 }
 
 EdgePoses TubeLeaf::chord_edges() const {
@@ -331,6 +332,7 @@ void TubeLeaf::restore(const LeafState& state) {
   state_number_ = 0;
   stress_.reset();
   internal_.reset();
+  rebuilt_gap_.clear();
 }
 
 PlateLeaf::State TubeLeaf::rebuilt() const {
@@ -370,9 +372,9 @@ PlateLeaf& TubeLeaf::condensed() {
   if (plate_is_corrected_) plate.assemble();
   // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
   // can tell, and so does a leaf under more than it carries alone: the steps that are left then.
-  const bool far = shape.curve || !reason_.empty() || doubted_alone_;
-  constexpr double good = 1e-4;
-  constexpr int most = 4;
+  constexpr double good = 1e-4, one_step_will_do = 1e-2, believed = 1e-3;
+  constexpr int most = 12;
+  const bool far = shape.curve || !reason_.empty() || doubted_alone_ || check_ > one_step_will_do;
   double change = check_;
   for (int k = 0; far && change > good && k < most; ++k) {
     if (!plate_is_corrected_) plate.assemble();
@@ -384,6 +386,10 @@ PlateLeaf& TubeLeaf::condensed() {
     plate.set_state(state);
     plate.assemble();
   }
+  // written so that what is no number is not believed either
+  if (far && !(change <= believed))
+    rebuilt_gap_ =
+        fmt::format("its full state, rebuilt, still moves by {:.1e} of its length", change);
   full_state_ = plate.state();
   return plate;
 }

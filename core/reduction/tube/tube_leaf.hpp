@@ -196,6 +196,7 @@ class TubeLeaf final : public LeafElement {
   void restore(const LeafState& state) override;
   void expect_dynamics(int states) override { model_->expect_dynamics(states); }
   LeafDynamics dynamics(DynamicsRequest request) override;
+  std::string rebuilt_gap() const override { return rebuilt_gap_; }
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
@@ -245,8 +246,8 @@ class TubeLeaf final : public LeafElement {
   EdgePoses chord_edges() const;
   /// State of the full leaf rebuilt from the fields, edges at their present poses.
   PlateLeaf::State rebuilt() const;
-  /// The full leaf at that state, moved on by one Newton step with the edges held; assembled there
-  /// where the step is large.
+  /// The full leaf at that state, moved on by one Newton step with the edges held, or by several;
+  /// assembled there where the step is large. Where these do not end rebuilt_gap() says so.
   PlateLeaf& condensed();
   /// Condensed with its dynamics, or taken from a leaf in the same deformation.
   LeafDynamics condensed_dynamics(DynamicsRequest request);
@@ -292,6 +293,7 @@ class TubeLeaf final : public LeafElement {
   std::shared_ptr<const TubeStress::Answer> stress_;  ///< at this state, where it was asked for
   /// Likewise; its reason tells what is doubted.
   std::shared_ptr<const TubeDynamics::Answer> internal_;
+  std::string rebuilt_gap_;        ///< of condensed() at this state
   std::string rebuilt_because_;    ///< why the last stress was not from tables that exist
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was

@@ -215,7 +215,7 @@ LeafDynamics TubeLeaf::condensed_dynamics(DynamicsRequest request) {
     }
   PlateLeaf& plate = condensed();
   LeafDynamics dynamics = plate_dynamics(plate, leaf_, scale_, request);
-  if (others > 0)
+  if (others > 0 && rebuilt_gap_.empty())
     states.keep(here, request, {full_state_->x, check_, plate_is_corrected_, dynamics},
                 static_cast<std::size_t>(std::min(others, most_kept)));
   return dynamics;

@@ -150,6 +150,14 @@ bool has_full_leaves(const System& system) {
   return true;
 }
 
+// Why what a reduced leaf rebuilt is not believed; empty where all are.
+std::string rebuilt_gap(const System& system) {
+  for (int i = 0; i < system.leaves(); ++i)
+    if (const std::string gap = system.leaf(i).rebuilt_gap(); !gap.empty())
+      return fmt::format("leaf {}: {}", i, gap);
+  return {};
+}
+
 // Whether frequencies and equilibrium of reduced leaves contradict each other: then they are
 // expanded about a state that is none of the full leaves'.
 bool contradicts_itself(const PathPoint& point) {
@@ -181,6 +189,7 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
   const PathPoint before = point;
   std::string gap = differentiable ? interior_gap(system, request, k) : std::string();
   if (gap.empty()) gap = outputs.evaluate(system, equilibrium, k, point, gradients);
+  if (gap.empty()) gap = rebuilt_gap(system);
   if (gap.empty() && contradicts_itself(point) && !has_full_leaves(system))
     gap = "reduced leaves are stable with a negative frequency";
   if (gap.empty() && buckles_inside(system, model, request, point))
