@@ -20,10 +20,6 @@ nlohmann::json mechanisms() {
   return nlohmann::json::parse(file);
 }
 
-bool elastic_fold(const nlohmann::json& solid) {
-  return solid.at("job").at("design").value("fold", "rigid") == "elastic";
-}
-
 // A number, or one for each drive by name.
 double of_drive(const nlohmann::json& numbers, const PathPoint& point, std::size_t drive) {
   return numbers.is_object() ? numbers.at(point.drive_names.at(drive)).get<double>()
@@ -74,19 +70,18 @@ void compare(const nlohmann::json& solid, Accuracy accuracy, double bar) {
 
 }  // namespace
 
-TEST_CASE("families on 20 x 6 elements are within 0.25 % of solids, elastic folds within 1.5 %",
-          "[slow]") {
+TEST_CASE("families on 20 x 6 elements are within 0.25 % of solids", "[slow]") {
   const nlohmann::json all = mechanisms();
   for (const auto& [name, solid] : all.items()) {
     CAPTURE(name);
-    compare(solid, Accuracy::full, elastic_fold(solid) ? 0.015 : 0.0025);
+    compare(solid, Accuracy::full, 0.0025);
   }
 }
 
-TEST_CASE("families by default are within 0.25 % of solids, elastic folds within 1.5 %", "[slow]") {
+TEST_CASE("families by default are within 0.25 % of solids", "[slow]") {
   const nlohmann::json all = mechanisms();
   for (const auto& [name, solid] : all.items()) {
     CAPTURE(name);
-    compare(solid, Accuracy::reduced, elastic_fold(solid) ? 0.015 : 0.0025);
+    compare(solid, Accuracy::reduced, 0.0025);
   }
 }

@@ -3,6 +3,7 @@
 #include "core/elements/plate/element_numbers.hpp"
 
 #include <cmath>
+#include <numbers>
 #include <type_traits>
 
 #include "core/elements/plate/beam_section.hpp"
@@ -96,10 +97,13 @@ S ElementNumbers<S>::excess_of_bending_in_plane(const S& at_thickness,
   if (mesh_.shape().linear) return S(0);
   S ratio = at_thickness / (mesh_.width * width_factor);
   if (ratio > 0.5) ratio = S(0.5);
-  const S &nu = mesh_.poissons_ratio, square = ratio * ratio;
-  const S bending = (3.0 - 2.0 * nu + 3.0 * nu * nu) / (12.0 * (1.0 - nu * nu));
+  const S &nu = mesh_.poissons_ratio, plane = 1.0 / (1.0 - nu * nu);
   const double edge = mesh_.shape().free_edge_torsion ? free_edge_coefficient : 0;
-  return square * (bending - edge / (1.0 + nu) * ratio);
+  const S bending = (3.0 - 2.0 * nu + 3.0 * nu * nu) / 12.0 * plane,
+          held = ratio * ratio * (bending - edge / (1.0 + nu) * ratio);
+  // what the section gives way by in layers along its edges
+  const S layers = nu * nu * plane / (3 * std::numbers::sqrt3) * (1.0 + 15.0 * held);
+  return held - ratio * ratio * ratio * layers;
 }
 
 template <class S>

@@ -41,8 +41,22 @@ S profile(const std::vector<double>& numbers, const std::vector<double>& rates, 
   }
 }
 
-/// g of the mesh towards the clamps and the free edges: core/elements/README.md.
+/// g of the mesh towards the free edges, and of a wide leaf towards its clamps.
 constexpr double grading = 0.7;
+
+// (E13), by the mean width over the length between the clamps
+template <class S>
+S grading_along(const S& aspect) {
+  const S square = aspect * aspect / (0.06 * 0.06), fourth = square * square;
+  return grading + (1 - grading) / (1.0 + fourth * fourth);
+}
+
+/// Lines at equal shares of ξ from 0 to 1, closer together towards both.
+template <class S>
+S graded_place(const S& xi, const S& g) {
+  using std::cos;
+  return 0.5 * (1.0 + (1.0 - g) * (2.0 * xi - 1.0) - g * cos(std::numbers::pi * xi));
+}
 
 }  // namespace
 
@@ -106,23 +120,36 @@ std::vector<S> MeshNumbers<S>::lines_along() const {
   using std::numbers::pi, std::pow;
   const int n = shape_->mesh[0];
   constexpr int terms = 12, samples = 256;
-  const std::vector<double> graded = graded_points(0, 1, n, grading);
-  std::vector<S> lines(graded.begin(), graded.end());
-  if (folded()) {  // both legs alike
-    lines.clear();
-    for (const double place : graded) lines.push_back(place * fold.place);
-    for (const double place : graded) lines.push_back(fold.place + place * (1.0 - fold.place));
+  const bool constant_grading = shape_->is_beam() || shape_->linear;
+  S mean_width = width;
+  if (width_varies()) {
+    const std::vector<double>& by = rate_->width_profile;
+    mean_width *= number<S>(profile_mean(shape_->width_profile), by.empty() ? 0 : profile_mean(by));
+  }
+  const auto grading_of = [&](const S& length) {
+    return constant_grading ? S(grading) : grading_along<S>(mean_width / length);
+  };
+  const auto graded = [n](const S& from, const S& length, const S& g) {
+    std::vector<S> lines(n + 1, from);
+    for (int i = 1; i < n; ++i) lines[i] += length * graded_place(S(static_cast<double>(i) / n), g);
+    lines[n] += length;
+    return lines;
+  };
+  if (folded()) {
+    const S other = 1.0 - fold.place;
+    std::vector<S> lines = graded(S(0), fold.place, grading_of(fold.place));
+    const std::vector<S> second = graded(fold.place, other, grading_of(other));
+    lines.insert(lines.end(), second.begin(), second.end());
+    lines.back() = S(1);
     return lines;
   }
+  const S g = grading_of(S(1));
+  std::vector<S> lines = graded(S(0), S(1), g);
   if (shape_->thickness_profile.empty()) return lines;
-  const auto place = [](const auto& xi) {
-    using std::cos;
-    return 0.5 * (1.0 + (1 - grading) * (2.0 * xi - 1.0) - grading * cos(pi * xi));
-  };
   std::array<S, terms + 1> a{};
   for (int m = 0; m < samples; ++m) {
     const double xi = (m + 0.5) / samples;
-    const S density = pow(thickness_factor(S(place(xi))), -0.75);
+    const S density = pow(thickness_factor(graded_place(S(xi), g)), -0.75);
     for (int k = 0; k <= terms; ++k) a[k] += density * std::cos(k * pi * xi);
   }
   constexpr int N = terms + 1;
@@ -156,7 +183,7 @@ std::vector<S> MeshNumbers<S>::lines_along() const {
       const auto [sum, rate] = share(value_of(xi));
       xi = value_of(xi) - (sum - wanted) / rate;
     }
-    lines[i] = place(xi);
+    lines[i] = graded_place(xi, g);
   }
   return lines;
 }

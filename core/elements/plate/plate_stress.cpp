@@ -149,6 +149,9 @@ std::vector<double> stations(double a, double b, int intervals, double zone) {
 std::vector<double> strain_stations(const std::vector<double>& lines) {
   return gauss_stations(lines);
 }
+std::vector<Dual1> strain_stations(const std::vector<Dual1>& lines) {
+  return gauss_stations(lines);
+}
 
 StrainField::StrainField(std::vector<double> x, std::vector<double> y,
                          const std::vector<Strains>& values, FoldSplit split)

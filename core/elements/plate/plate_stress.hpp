@@ -18,6 +18,7 @@ inline constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
 
 /// The stations along one direction of a mesh with these lines: two between each pair.
 std::vector<double> strain_stations(const std::vector<double>& lines);
+std::vector<Dual1> strain_stations(const std::vector<Dual1>& lines);
 
 /// e11, e22, 2 e12 and κ11, κ22, 2 κ12 of the mid-surface, lengths over L.
 template <class S>

@@ -299,10 +299,14 @@ ModalModelRate::ModalModelRate(const ModalModel& model, std::shared_ptr<const Pl
     for (int i = 0; i < count; ++i)
       for (int j = 0; j < of.nodes_per_line(); ++j) {
         const double y = leaf.widening() * of.y()[j];
-        if (plate.is_rigid_edge(i))
+        if (plate.is_rigid_edge(i)) {
           r.edges_at_rest[(i == 0 ? 0 : n3) + functions + 4 * j] = y;
-        else
-          r.rest[plate.block_offset(i) + functions + 4 * j] = y;
+          continue;
+        }
+        const Eigen::Index block = plate.block_offset(i);
+        r.rest[block + functions + 4 * j] = y;
+        if (!mesh->shape[p].undeflected.empty())  // the lines move
+          r.rest[block + 4 * j] = mesh->shape[p].undeflected[i](4 * j, 0);
       }
 
     r.follow.resize(inner, 2 * n3);

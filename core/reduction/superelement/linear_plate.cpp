@@ -193,7 +193,7 @@ using MatrixX = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
 template <class S>
 struct Shape {
   S poissons_ratio, A11;
-  std::vector<S> y;
+  std::vector<S> x, y;
 };
 
 template <class S>
@@ -362,17 +362,14 @@ MatrixX<S> motion_of_middle(const PlateMesh& mesh, const Shape<S>& shape) {
   };
   const Dofs dof(mesh);
   const int i = locate(mesh.x(), 0.5), side = mesh.functions_per_side();
-  const double hx = mesh.x()[i + 1] - mesh.x()[i];
-  const HermiteValues X = hermite((0.5 - mesh.x()[i]) / hx, hx);
+  const S hx = shape.x[i + 1] - shape.x[i];  // the middle keeps its share of it, by symmetry
+  const HermiteValuesT<S> X = hermite<S>((0.5 - mesh.x()[i]) / (mesh.x()[i + 1] - mesh.x()[i]), hx);
   Eigen::Matrix<S, 16, 1> N, Nx, Ny;
   int j = 0;
   if (mesh.shape().is_beam()) {
-    const auto set = [](Eigen::Matrix<S, 16, 1>& to, const Eigen::Matrix<double, 16, 1>& of) {
-      for (int f = 0; f < 16; ++f) to[f] = S(of[f]);
-    };
-    set(N, beam_functions(X.value, 1, 0));
-    set(Nx, beam_functions(X.slope, 1, 0));
-    set(Ny, beam_functions(X.value, 0, 1));
+    N = beam_functions(X.value, 1, 0);
+    Nx = beam_functions(X.slope, 1, 0);
+    Ny = beam_functions(X.value, 0, 1);
   } else {
     j = locate(mesh.y(), 0);
     const HermiteValuesT<S> Y =
@@ -425,7 +422,7 @@ Interfaces part_of(const InterfacesOf<S>& all, const Part& part) {
 
 Interfaces interfaces(const PlateMesh& mesh, const PlateCondensation& condensation,
                       FreeDofs& free) {
-  const Shape<double> shape{mesh.shape().poissons_ratio, mesh.membrane().A11, mesh.y()};
+  const Shape<double> shape{mesh.shape().poissons_ratio, mesh.membrane().A11, mesh.x(), mesh.y()};
   return part_of(interfaces_of(mesh, shape, condensation, free), [](double x) { return x; });
 }
 
@@ -436,7 +433,10 @@ std::array<Interfaces, 3> interface_rates(const PlateMesh& mesh,
       Dual3::variable(mesh.shape().poissons_ratio, ShapeParameter::poissons_ratio),
       Dual3(mesh.membrane().A11,
             {rate.shape[0].membrane.A11, rate.shape[1].membrane.A11, rate.shape[2].membrane.A11}),
+      {},
       {}};
+  for (const Dual1& x : MeshNumbers<Dual1>(mesh.shape(), rate.direction[ShapeParameter::width]).x)
+    shape.x.push_back({x.value, {x.derivatives[0], 0, 0}});
   for (const double y : mesh.y()) shape.y.push_back({y, {y / mesh.shape().width, 0, 0}});
   FreeDofs free(mesh);
   const InterfacesOf<Dual3> all = interfaces_of(mesh, shape, condensation, free);

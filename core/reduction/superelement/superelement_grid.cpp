@@ -124,9 +124,9 @@ constexpr double strain_station[2] = {0.21132486540518713, 0.7886751345948129};
 
 // Linear strains of a superelement of length `a` over L, its dofs over that length.
 template <class S>
-StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValues& X,
+StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X,
                            const HermiteValuesT<S>& Y, double a, const Vector3<S>& turn) {
-  const auto at = [&](const std::array<double, 4>& x, const std::array<S, 4>& y) {
+  const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
     const Eigen::Matrix<S, 16, 1> N = hermite_products(x, y);
     Vector3<S> r = Vector3<S>::Zero();
     for (int f = 0; f < 16; ++f)
@@ -206,7 +206,7 @@ MovingStations SuperelementGrid::moving_stations(const State& state,
     Eigen::Matrix<Dual1, 16, 3> U;
     for (int k = 0; k < 48; ++k) U.data()[k] = {value.data()[k], {moving.data()[k]}};
     const StrainsT<Dual1> strains = linear_strains<Dual1>(
-        U, hermite(strain_station[x % 2], mesh.x()[p + 1] - mesh.x()[p]),
+        U, hermite<Dual1>(strain_station[x % 2], numbers.x[p + 1] - numbers.x[p]),
         hermite<Dual1>(strain_station[y % 2], (mesh.y()[q + 1] - mesh.y()[q]) * per_width),
         1.0 / along_, section_turn(numbers, p, q, U, strain_station[x % 2]));
     StrainRate result;
@@ -216,8 +216,11 @@ MovingStations SuperelementGrid::moving_stations(const State& state,
     }
     return result;
   };
-  const std::vector<double> along = strain_stations_along();
-  return {{along.begin(), along.end()}, strain_stations_across(), strains_at};
+  std::vector<Dual1> along;
+  for (int i = 0; i < along_; ++i)
+    for (const Dual1& s : strain_stations(numbers.x))
+      along.push_back((1.0 / along_) * (s + static_cast<double>(i)));
+  return {along, strain_stations_across(), strains_at};
 }
 
 double SuperelementGrid::stress_rate(const State& state, const std::vector<VectorXd>& fields,

@@ -396,8 +396,11 @@ Vector3d SuperelementLeafGradient::place_rate(double along, double across, const
     for (int c = 0; c < 3; ++c) {
       const int dof = 3 * n * w.line + n * c + w.function;
       place[c] += w.weight * field[dof];
-      moves[c] += w.weight * rate[dof] + widening * width_slope(mesh, w) * field[dof];
+      moves[c] += w.weight * rate[dof];
     }
+  const ShapeRate own(Vector3d(widening, 0, 0));
+  for (const NodalWeight& w : point_weight_rates(mesh, own, at.along, at.across))
+    for (int c = 0; c < 3; ++c) moves[c] += w.weight * field[3 * n * w.line + n * c + w.function];
   Vector6d frame = elements_[at.element].frame_rates(gather(at.element, nodes));
   for (int p = 0; p < 3; ++p) frame += variation.shape[p] * elements_[at.element].frame_rate(p);
   const double length = 1.0 / grid.along();

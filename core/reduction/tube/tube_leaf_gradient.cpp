@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/elements/leaf/leaf_fields.hpp"
+#include "core/elements/plate/mesh_numbers.hpp"
 #include "core/elements/plate/section_stress.hpp"
 
 namespace flexopt {
@@ -295,10 +296,9 @@ class TubeFields final : public LeafFields {
       slopes_ = model_->kept().strain_slopes.at(place_, [this] {
         return TubeStress::Slopes(*model_->stress(), place_, model_->stress_rates());
       });
-    const StressPlaces& places = model_->stress()->places();
+    const ShapeRate rate(Vector3d(rates_.col(p).tail<3>()));
     return {
-        {places.x.begin(), places.x.end()},
-        places.y,
+        strain_stations(MeshNumbers<Dual1>(model_->shape(), rate).x), model_->stress()->places().y,
         [this, p](int along, int across) -> StrainRate {
           auto station = known_.find({along, across});
           if (station == known_.end())

@@ -98,12 +98,12 @@ CASES = {c.name: (c, mesh) for c, mesh in [
      Mesh(24, 12, 2)),
     (curved_leaf("curved_leaf_90_wide", 0.08, 90 * DEG, 0.04, 0.4e-3, [-20 * DEG, -10 * DEG]),
      Mesh(24, 16, 2)),
-    (folded_leaf("folded_leaf", 0.06, 0.03, 0.5e-3, [0.1e-3, 3e-3, 10e-3]), Mesh(24, 14, 2)),
-    (folded_leaf("wide_folded_leaf", 0.04, 0.04, 0.3e-3, [2e-3, 6e-3]), Mesh(24, 16, 2)),
+    (folded_leaf("folded_leaf", 0.06, 0.03, 0.5e-3, [0.1e-3, 3e-3, 10e-3]), Mesh(20, 12, 2)),
+    (folded_leaf("wide_folded_leaf", 0.04, 0.04, 0.3e-3, [2e-3, 6e-3]), Mesh(20, 12, 2)),
     (folded("acute_fold", 0.05, 0.04, 130 * DEG, 0.02, 0.4e-3, [0.1e-3, 3e-3]),
-     Mesh(24, 12, 2)),
+     Mesh(20, 10, 2)),
     (folded("obtuse_wide_fold", 0.03, 0.03, 50 * DEG, 0.04, 0.4e-3, [0.1e-3, 1e-3]),
-     Mesh(20, 16, 2)),
+     Mesh(20, 10, 2)),
 ]}
 
 

@@ -38,11 +38,11 @@ CASES = {
                     [0.001, 0.003], Mesh(16, 10, 1)),
     "folded_leaf_elastic": (
         "folded_leaf", {"length": 0.06, "width": 0.03, "thickness": 5e-4}, [0.001, 0.003],
-        Mesh(16, 10, 1), {"fold": "elastic"}),
+        Mesh(16, 10, 2), {"fold": "elastic"}),
     "spherical_joint_elastic": (
         "spherical_joint", {"length": 0.04, "width": 0.02, "thickness": 4e-4, "radius": 0.05},
         [0.02],
-        Mesh(20, 12, 1), {"fold": "elastic"}),
+        Mesh(16, 8, 2), {"fold": "elastic"}),
     "cartwheel_hinge": ("cartwheel_hinge", {
         "length": 0.04, "width": 0.02, "thickness": 4e-4, "half_angle": 0.6, "hub_mass": 0.01},
         [0.06, 0.12], Mesh(14, 8, 1)),

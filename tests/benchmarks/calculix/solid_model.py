@@ -76,14 +76,16 @@ def mesh_leaf(leaf, thickness, mesh, first_node, skew=(0.0, 0.0)):
     ez /= np.linalg.norm(ez)
     ey = np.cross(ez, ex)
     xs = graded(mesh.along, mesh.grade) * length
-    tip_width = leaf.width if leaf.tip_width is None else leaf.tip_width
-    widths = leaf.width + (tip_width - leaf.width) * xs / length
     zs = graded(mesh.across, mesh.grade) - 0.5
     ys = (np.linspace(0, 1, 2 * mesh.through + 1) - 0.5) * thickness
 
     lean = np.zeros(len(xs))
-    lean[[0, 1]] += skew[0] * np.array([1, 0.5])
-    lean[[-1, -2]] += skew[1] * np.array([1, 0.5])
+    for end, by in enumerate(skew):
+        if by:
+            xs, lean = corner_lines(xs, thickness, by, end)
+
+    tip_width = leaf.width if leaf.tip_width is None else leaf.tip_width
+    widths = leaf.width + (tip_width - leaf.width) * xs / length
 
     def place(i, y):
         if not leaf.curve:
@@ -107,10 +109,35 @@ def mesh_leaf(leaf, thickness, mesh, first_node, skew=(0.0, 0.0)):
              (0, 2, 2), (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2),
              (1, 2, 2), (0, 1, 2), (0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
     elements = [[number[2 * i + a, 2 * j + b, 2 * k + c] for a, b, c in order]
-                for i in range(mesh.along) for j in range(mesh.through)
+                for i in range(len(xs) // 2) for j in range(mesh.through)
                 for k in range(mesh.across)]
     ends = [[n for (i, j, k), n in number.items() if i == end] for end in (0, len(xs) - 1)]
     return nodes, elements, ends[0], ends[1], (ex, ey, ez)
+
+
+def corner_lines(xs, thickness, skew, end):
+    """Lines of a leg whose face at the base (end 0) or tip (1) is mitred, and how far each leans.
+
+    Near the corner elements are a quarter of the thickness long, beyond 2 t each next one half as
+    long again, until those of the leg are as short. Lines lean less and less over 2 t.
+    """
+    length = xs[-1]
+    corners = xs[::2] if end == 0 else length - xs[::-2]
+    places, step = [0.0], thickness / 4
+    while True:
+        rest = corners[corners > places[-1] + 0.5 * step]
+        if places[-1] > 3 * thickness and rest[0] - places[-1] < 1.5 * step:
+            break
+        places.append(places[-1] + step)
+        if places[-1] > 2 * thickness:
+            step *= 1.5
+    places = np.concatenate([places, rest])
+    every = np.empty(2 * len(places) - 1)
+    every[::2] = places
+    every[1::2] = 0.5 * (places[1:] + places[:-1])
+    lean = np.interp(places, [0, 2 * thickness * max(1, abs(skew))], [skew, 0.0])
+    lean = np.interp(every, places, lean)
+    return (every, lean) if end == 0 else (length - every[::-1], lean[::-1])
 
 
 def mesh_folded(legs, thickness, mesh, first_node):

@@ -111,6 +111,17 @@ TEST_CASE("derivatives of all numbers of a hinge on looked-up leaves agree with 
   CHECK(compared >= 3 * 20 * static_cast<int>(family.along.size()));
 }
 
+TEST_CASE("derivatives of narrow looked-up leaves, whose mesh lines move, agree with differences",
+          "[response][gradients][slow]") {
+  AtlasSettings s = box();
+  s.width = {0.045, 0.12};
+  test::Family family = hinge();
+  family.numbers[2].value = 0.0052;
+  family.numbers[3].value = 0.0064;
+  family.along = {0, 2, 3};
+  test::check_gradients(family, with_atlas(s), sweep(), 0.02, 0.95);
+}
+
 TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
           "[response][gradients][slow]") {
   const test::Family family = hinge();

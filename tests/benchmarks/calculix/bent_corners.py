@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""Folded leaves whose corner is bent about an inner radius, in solid elements, against flexopt's
+leaves that fold on a line. See README.md, "Corners of folds".
+
+bent_corners.py --flexopt build/release/flexopt --work /tmp/calculix [--case NAME] [--radius R]...
+"""
+import argparse
+import dataclasses
+import math
+import os
+
+import numpy as np
+
+from make_and_compare import CASES, differences, print_table, run_flexopt, solve_case
+from solid_model import FIRST_MASS, Leaf, Mesh, Model, graded
+
+FOLDS = [name for name in CASES if "fold" in name]
+# As in mesh_leaf: corners 1-8 of a C3D20, then mid-sides 9-20.
+ORDER = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2),
+         (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2), (1, 2, 2), (0, 1, 2),
+         (0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
+Z = np.array([0.0, 0.0, 1.0])
+
+
+def lines_to_arc(length, thickness, mesh):
+    """Places from a clamp to the arc: elements of t/3 beside the arc, longer away from it until
+    those of the graded mesh are as short."""
+    back = np.sort(length - graded(mesh.along, mesh.grade)[::2] * length)
+    places, step = [0.0], thickness / 3
+    while True:
+        rest = back[back > places[-1] + 0.5 * step]
+        if places[-1] > 2 * thickness and rest[0] - places[-1] < 1.5 * step:
+            break
+        places.append(places[-1] + step)
+        if places[-1] > thickness:
+            step *= 1.5
+    return length - np.concatenate([places, rest])[::-1]
+
+
+class BentModel(Model):
+    """The first leg along x, an arc about z, the second leg; the lines on which the legs meet are
+    those of the case."""
+
+    def __init__(self, case, mesh, material, radius):
+        super().__init__(dataclasses.replace(case, leaves=[]), mesh, material)
+        self.case = case
+        first, second = case.leaves[0].legs
+        t, width, corner = case.thickness, first.width, np.array(first.tip)
+        along = np.array(second.tip) - corner
+        self.turn, middle_radius = math.atan2(along[1], along[0]), radius + t / 2
+        cut = middle_radius * math.tan(self.turn / 2)
+        self.arc_start = corner - [cut, 0, 0]
+        self.centre = self.arc_start + [0, middle_radius, 0]
+        self.radius, self.along = middle_radius, along / np.linalg.norm(along)
+        self.across_second = np.cross(Z, self.along)
+        self.arc_end = corner + cut * self.along
+        count = max(4, math.ceil(middle_radius * self.turn / (t / 3)))
+        to_arc = lines_to_arc(self.arc_start[0], t, mesh)
+        length = np.linalg.norm(along) - cut
+        from_arc = length - lines_to_arc(length, t, mesh)[::-1]
+        angles = np.linspace(0, self.turn, count + 1)
+        self.lines = ([("first", x) for x in to_arc[:-1]] + [("arc", a) for a in angles[:-1]]
+                      + [("second", x) for x in from_arc])
+        self.ends = {"first": to_arc[-1], "arc": self.turn}
+        self.add_solids(mesh, t, width)
+        chord = self.arc_end - self.arc_start
+        chord /= np.linalg.norm(chord)
+        x, y = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
+        self.leaves = [(self.cells["first"], (x, y, Z)),
+                       (self.cells["arc"], (chord, np.cross(Z, chord), Z)),
+                       (self.cells["second"], (self.along, self.across_second, Z))]
+        self.solids = [Leaf(first.base, tuple(self.arc_start), width),
+                       Leaf(tuple(self.arc_start), tuple(self.arc_end), width, curve=-self.turn),
+                       Leaf(tuple(self.arc_end), second.tip, width)]
+        self.unknowns = 3 * len(self.nodes)
+
+    def line(self, i):
+        """Of corner nodes (i even) and mid-sides: the part, and the place in it."""
+        part, at = self.lines[i // 2]
+        if i % 2 == 0:
+            return part, at
+        next_part, following = self.lines[i // 2 + 1]
+        return part, 0.5 * (at + (following if next_part == part else self.ends[part]))
+
+    def place(self, i, y):
+        part, at = self.line(i)
+        if part == "first":
+            return np.array([at, y, 0])
+        if part == "arc":
+            return self.centre + (self.radius - y) * np.array([math.sin(at), -math.cos(at), 0])
+        return self.arc_end + self.along * at + self.across_second * y
+
+    def add_solids(self, mesh, thickness, width):
+        zs = (graded(mesh.across, mesh.grade) - 0.5) * width
+        ys = (np.linspace(0, 1, 2 * mesh.through + 1) - 0.5) * thickness
+        last, number = 2 * len(self.lines) - 2, {}
+        for i in range(last + 1):
+            for j, y in enumerate(ys):
+                for k, z in enumerate(zs):
+                    if (i % 2) + (j % 2) + (k % 2) > 1:
+                        continue
+                    number[i, j, k] = FIRST_MASS + 6 + len(number)
+                    self.nodes[number[i, j, k]] = self.place(i, y) + z * Z
+        self.cells = {"first": [], "arc": [], "second": []}
+        for i in range(len(self.lines) - 1):
+            for j in range(mesh.through):
+                for k in range(mesh.across):
+                    self.cells[self.lines[i][0]].append(
+                        [number[2 * i + a, 2 * j + b, 2 * k + c] for a, b, c in ORDER])
+        self.base = [n for (i, _, _), n in number.items() if i == 0]
+        self.tip = [n for (i, _, _), n in number.items() if i == last]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--flexopt", required=True)
+    parser.add_argument("--work", required=True, help="scratch folder")
+    parser.add_argument("--case", action="append", choices=FOLDS)
+    parser.add_argument("--radius", type=float, action="append", help="inner, over the thickness")
+    options = parser.parse_args()
+    for name in options.case or FOLDS:
+        case = CASES[name][0]
+        case = dataclasses.replace(case, strokes=case.strokes[:1], steps_per_stroke=1)
+        folder = os.path.join(options.work, "bent_" + name)
+        ours = run_flexopt(options.flexopt, case, "reduced", None, os.path.join(folder, "flexopt"))
+        for ratio in options.radius or [0.5, 1, 2]:
+            solid = solve_case(case, Mesh(16, 8, 2), "plate", folder,
+                               make_model=lambda *a: BentModel(*a, ratio * case.thickness))
+            print_table(f"{name}, r = {ratio:g} t", case, case.strokes,
+                        differences(case, ours, solid["path"]))
+
+
+if __name__ == "__main__":
+    main()
