@@ -483,3 +483,19 @@ TEST_CASE("of frequencies below very many equal ones there are derivatives") {
     CHECK(many.modes[k].d2_omega2 == Approx(one.modes[k].d2_omega2).epsilon(1e-5));
   }
 }
+
+TEST_CASE("a path says why it has no frequency derivatives, and is whole without them") {
+  StrokeRequest request;
+  request.points = {0, 0.005};
+  request.frequencies = 60;  // more than the mesh has unknowns
+  const ModelOptions model{.accuracy = Accuracy::full, .mesh = {2, 1}, .flexure = Flexure::beam};
+  const StrokeResponse response = evaluate_stroke(models::guide(0.1, 0.03, 5e-4), model, request);
+  CHECK(response.status == Status::ok);
+  CHECK(response.frequency_derivatives.empty());
+  REQUIRE_FALSE(response.no_frequency_derivatives.empty());
+  CHECK(response.message == "all 2 stroke points converged; no frequency derivatives: " +
+                                response.no_frequency_derivatives);
+  request.frequencies = 3;
+  CHECK(evaluate_stroke(models::guide(0.1, 0.03, 5e-4), model, request)
+            .no_frequency_derivatives.empty());
+}
