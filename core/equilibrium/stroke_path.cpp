@@ -105,7 +105,7 @@ std::string dependence(const System& system, bool driven) {
 class Prospect {
  public:
   enum class Says { go_on, too_far, stretched, no_progress };
-  explicit Prospect(const System& system) : full_(all_full(system)) {}
+  explicit Prospect(const System& system) : full_(system.all_full()) {}
 
   Says look(int iteration, double step, double strain) {
     steps_.push_back(step);
@@ -122,12 +122,6 @@ class Prospect {
   }
 
  private:
-  static bool all_full(const System& system) {
-    for (int i = 0; i < system.leaves(); ++i)
-      if (!system.leaf(i).is_full()) return false;
-    return true;
-  }
-
   static constexpr int window = 8;
   bool full_;
   std::vector<double> steps_;

@@ -35,6 +35,10 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
   set_factors({});
 }
 
+bool System::all_full() const {
+  return std::ranges::all_of(leaves_, [](const auto& leaf) { return leaf->is_full(); });
+}
+
 std::vector<int> System::driven_coordinates() const {
   std::vector<int> driven;
   for (const DriveRow& drive : drives_)

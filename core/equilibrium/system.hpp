@@ -33,6 +33,7 @@ class System {
   LeafElement& leaf(int i) { return *leaves_[i]; }
   const LeafElement& leaf(int i) const { return *leaves_[i]; }
   int leaves() const { return static_cast<int>(leaves_.size()); }
+  bool all_full() const;  ///< every leaf is at full accuracy
   /// Puts another model of the same leaf in its place, at the present state.
   void replace_leaf(int i, std::unique_ptr<LeafElement> leaf) {
     leaves_[i] = std::move(leaf);

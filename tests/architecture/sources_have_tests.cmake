@@ -80,8 +80,14 @@ set(tested_by
   core/response/capacity/capacity_limits core/response/capacity/test_load_capacity
   core/response/path/stiffness core/response/path/test_response
   core/response/stroke_series/stroke_ways core/response/stroke_series/test_mode_tracking
+  core/response/space/clearance core/response/space/test_room_taken
+  core/response/space/extents core/response/space/test_room_taken
+  core/response/space/leaf_mass core/response/space/test_room_taken
+  core/response/space/solid_rates core/response/space/test_solids
+  core/response/space/undeflected_place core/response/space/test_solids
   core/response/probe core/response/path/test_material_points
   core/response/quantities core/response/path/test_response
+  core/response/quantity_rows core/response/path/test_response
   core/response/request core/response/path/test_response
   core/response/gradients/load_gradients core/equilibrium/test_dead_loads
   core/response/path/branch core/response/path/test_response
@@ -108,6 +114,8 @@ set(tested_by
   optim/job/job_numbers optim/job/test_job
   optim/job/job_shape optim/job/test_job
   optim/job/job_tables optim/job/test_job
+  optim/job/model_table optim/job/test_job
+  optim/job/search_tables optim/job/test_job_optimise
   optim/job/job_tolerances optim/tolerances/test_tolerance_study
   optim/search/answer optim/search/test_optimise
   optim/problem/assembly_box optim/problem/test_misassembled_goals
@@ -115,6 +123,8 @@ set(tested_by
   optim/problem/gradient_checker results/cli/test_command_line
   optim/problem/crew_evaluation results/mpi/test_mpi_crew
   optim/problem/design_problem optim/search/test_exact_gradients
+  optim/problem/goal_bounds optim/search/test_optimise
+  optim/problem/goal_readings optim/search/test_exact_gradients
   optim/problem/evaluation_book optim/problem/test_evaluation_log
   optim/problem/line_log optim/problem/test_evaluation_log
   optim/problem/posing optim/search/test_exact_gradients
@@ -128,6 +138,7 @@ set(tested_by
   optim/solvers/trials optim/solvers/test_optimiser
   results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
+  results/cli/new_command results/start/test_new_job
   results/cli/run_command results/run/test_shard
   results/cli/run_json results/cli/test_terminal
   results/cli/stroke_table results/cli/test_summary
@@ -161,6 +172,9 @@ set(tested_by
   results/library/results results/library/test_flexopt
   results/library/runs results/python/test_runs
   results/report/page_text results/report/test_report
+  results/start/first_goals results/start/test_new_job
+  results/start/first_stroke results/start/test_new_job
+  results/start/start_design results/start/test_new_job
   results/server/local_server results/server/test_serve
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files

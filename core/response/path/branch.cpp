@@ -144,12 +144,6 @@ std::string interior_gap(System& system, const StrokeRequest& request, std::size
   return {};
 }
 
-bool has_full_leaves(const System& system) {
-  for (int i = 0; i < system.leaves(); ++i)
-    if (!system.leaf(i).is_full()) return false;
-  return true;
-}
-
 // Why what a reduced leaf rebuilt is not believed; empty where all are.
 std::string rebuilt_gap(const System& system) {
   for (int i = 0; i < system.leaves(); ++i)
@@ -172,7 +166,7 @@ bool buckles_inside(System& system, const ModelOptions& model, const StrokeReque
                     const PathPoint& point) {
   if (point.status != PointStatus::converged || !point.stable || model.leaf_modes == 0 ||
       !point.frequencies_locked.empty() || misassembly(system.mechanism(), request.loads) < 0.5 ||
-      has_full_leaves(system))
+      system.all_full())
     return false;
   const Frequencies lowest =
       natural_frequencies(system, {.count = 1, .leaf_modes = model.leaf_modes, .motions = false});
@@ -190,7 +184,7 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
   std::string gap = differentiable ? interior_gap(system, request, k) : std::string();
   if (gap.empty()) gap = outputs.evaluate(system, equilibrium, k, point, gradients);
   if (gap.empty()) gap = rebuilt_gap(system);
-  if (gap.empty() && contradicts_itself(point) && !has_full_leaves(system))
+  if (gap.empty() && contradicts_itself(point) && !system.all_full())
     gap = "reduced leaves are stable with a negative frequency";
   if (gap.empty() && buckles_inside(system, model, request, point))
     gap = "reduced leaves buckle between their edges";
@@ -207,7 +201,7 @@ std::string leave_branch(std::unique_ptr<System>& system, const ModelOptions& mo
                          VectorXd& motion) {
   std::unique_ptr<System> whole;
   Equilibrium here = equilibrium;
-  if (!has_full_leaves(*system)) {
+  if (!system->all_full()) {
     whole = finish_on_full_leaves(*system, model, request, point, {}, here);
     if (!here.converged) return here.message;
     if (negative_pivots(*whole, request.loads.driven()) ==
@@ -324,7 +318,7 @@ void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::si
                                PathPoint& point, PointGradients* own) {
   System* loaded = &system;
   std::unique_ptr<System> whole;  // reduced leaves do not reach so far
-  if (!has_full_leaves(*loaded)) {
+  if (!loaded->all_full()) {
     whole = finish_on_full_leaves(*loaded, model_, request_, k, {}, equilibrium);
     loaded = whole.get();
   }
