@@ -236,6 +236,8 @@ enum class Status { ok, no_equilibrium, limit_reached };
 struct StrokeResponse {
   Status status = Status::ok;
   std::string message;
+  /// Why `frequency_derivatives` are missing that were asked for; the message has it too.
+  std::string no_frequency_derivatives;
   std::vector<PathPoint> path;  ///< one for each requested point, in that order
   std::vector<FrequencyDerivatives> frequency_derivatives;
   std::vector<FrequencyWay> frequency_ways;  ///< to every point of several drives but rest

@@ -20,12 +20,10 @@ std::pair<std::string, std::string> conclusion(const StrokeResponse& response, A
   const auto converged = static_cast<std::size_t>(std::ranges::count(
       path, PointStatus::converged, [](const PathPoint& point) { return point.status; }));
   if (response.status == Status::ok && converged == path.size()) {
-    // why the frequencies' derivatives are not there ends the response's own message
-    const std::size_t missing = response.message.find("no frequency derivatives: ");
-    return {"ok", fmt::format(
-                      "Equilibrium found at {}, {} accuracy{}.",
-                      plural(path.size(), "stroke point"), name_of(accuracy),
-                      missing == std::string::npos ? "" : "; " + response.message.substr(missing))};
+    const std::string& why = response.no_frequency_derivatives;
+    return {"ok", fmt::format("Equilibrium found at {}, {} accuracy{}.",
+                              plural(path.size(), "stroke point"), name_of(accuracy),
+                              why.empty() ? "" : "; no frequency derivatives: " + why)};
   }
   const char* status =
       response.status == Status::limit_reached ? "limit_reached" : "no_equilibrium";

@@ -65,6 +65,11 @@ void add_screening(const StrokeRequest& request, DifferentiablePath* differentia
   }
 }
 
+void miss_frequency_derivatives(const std::string& why, StrokeResponse& response) {
+  response.no_frequency_derivatives = why;
+  response.message = "no frequency derivatives: " + why;
+}
+
 void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request, DifferentiablePath* differentiable,
                                StrokeResponse& response) {
@@ -84,7 +89,7 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
     response.seconds_path -= differentiable->seconds_along_stroke;
   }
   if (!found.ok) {
-    response.message = "no frequency derivatives: " + found.message;
+    miss_frequency_derivatives(found.message, response);
     return;
   }
   if (!found.message.empty()) response.message = found.message;
@@ -220,7 +225,7 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
       add_frequency_derivatives(mechanism, model, request, differentiable, response);
     } catch (const WorkLimitReached& reached) {
       cut_short = true;
-      response.message = fmt::format("no frequency derivatives: {}", reached.what());
+      miss_frequency_derivatives(reached.what(), response);
     }
   add_room_taken(mechanism, request, differentiable, response);
   if (path)

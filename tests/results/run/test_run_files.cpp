@@ -58,6 +58,17 @@ TEST_CASE("The report made again from the folder is the report of the run", "[re
   CHECK((test::content_of(folder.path() / "report.html") == first));
 }
 
+TEST_CASE("A run says why frequency derivatives are missing", "[results][run]") {
+  RunRecord record = test::evaluated_hinge();
+  const std::string whole = record.message;
+  CHECK(whole.find("no frequency derivatives") == std::string::npos);
+  record.response.no_frequency_derivatives = "60 modes of 18 unknowns";
+  conclude(record);
+  CHECK(record.status == "ok");
+  CHECK(record.message ==
+        whole.substr(0, whole.size() - 1) + "; no frequency derivatives: 60 modes of 18 unknowns.");
+}
+
 TEST_CASE("A failed expectation is in the result file", "[results][run]") {
   const test::TemporaryFolder folder;
   RunRecord record = test::evaluated_hinge();

@@ -483,3 +483,30 @@ TEST_CASE("of frequencies below very many equal ones there are derivatives") {
     CHECK(many.modes[k].d2_omega2 == Approx(one.modes[k].d2_omega2).epsilon(1e-5));
   }
 }
+
+TEST_CASE("a path says why it has no frequency derivatives") {
+  StrokeRequest request;
+  request.points = {0};
+  request.frequencies = 3;
+  request.loads.constant = {{.force = {20, 1, -3}}};
+  const ModelOptions model{.accuracy = Accuracy::full, .mesh = {4, 2}};
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  const StrokeResponse whole = evaluate_stroke(m, model, request);
+  CHECK(whole.no_frequency_derivatives.empty());
+  CHECK_FALSE(whole.frequency_derivatives.empty());
+  // the derivatives come last: among all limits there are those that end them alone
+  int cut = 0;
+  for (int most = 1; most < 30; ++most) {
+    request.limits.iterations = most;
+    const StrokeResponse response = evaluate_stroke(m, model, request);
+    if (response.path[0].status != PointStatus::converged ||
+        response.status != Status::limit_reached)
+      continue;
+    ++cut;
+    CHECK(response.frequency_derivatives.empty());
+    CHECK_FALSE(response.no_frequency_derivatives.empty());
+    CHECK(response.message == "all 1 stroke points converged; no frequency derivatives: " +
+                                  response.no_frequency_derivatives);
+  }
+  CHECK(cut > 0);
+}
