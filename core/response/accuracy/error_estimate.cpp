@@ -124,10 +124,27 @@ void add_matrices(const PathPoint& point, std::vector<EstimatedError>& numbers) 
     }
 }
 
+constexpr const char* displacements = "displacement";
+constexpr const char* rotations = "rotation";
+
 /// Numbers of one scale: the components of a vector share that of the vector.
 std::string scale_key(const EstimatedError& number) {
   if (number.kind != ErrorKind::motion) return number.name;
   return number.name.substr(0, number.name.find('.'));
+}
+
+/// What motions are relative to: the largest of the path, and at least a thousandth of what the
+/// other kind of motion does over the longest leaf. A hinge whose axis stays where it is has
+/// displacements of rounding alone.
+double motion_scale(const std::map<std::string, double>& largest, const std::string& key,
+                    double length) {
+  const auto of = [&](const char* kind) {
+    const auto found = largest.find(kind);
+    return found == largest.end() ? 0 : found->second;
+  };
+  if (length == 0) return of(key.c_str());
+  return key == displacements ? std::max(of(displacements), least_share * length * of(rotations))
+                              : std::max(of(rotations), least_share * of(displacements) / length);
 }
 
 struct MeanSquare {
@@ -265,10 +282,10 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
       return !set_differences(own, along, across, full, number);
     });
     for (EstimatedError& number : errors.path[k]) {
-      const double most = largest[scale_key(number)];
+      const std::string key = scale_key(number);
       number.scale = number.kind == ErrorKind::motion
-                         ? most
-                         : std::max(std::abs(number.value), least_share * most);
+                         ? motion_scale(largest, key, full.length)
+                         : std::max(std::abs(number.value), least_share * largest[key]);
       if (number.scale > 0) differences.add(number, k);
     }
   }
@@ -289,6 +306,12 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
       number.across = share * mesh * number.scale;
     }
   return errors;
+}
+
+double longest_leaf(const Mechanism& mechanism) {
+  double length = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  return length;
 }
 
 bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model) {
@@ -312,8 +335,8 @@ StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& mod
   if (reduced) own = with_mesh(model.mesh);
   const StrokeResponse longer = with_mesh(more_along(model.mesh));
   if (across) wider = with_mesh(more_across(model.mesh));
-  return errors_of(response,
-                   {reduced ? &own : &response, &longer, across ? &wider : nullptr, model.mesh});
+  return errors_of(response, {reduced ? &own : &response, &longer, across ? &wider : nullptr,
+                              model.mesh, longest_leaf(mechanism)});
 }
 
 std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_stresses) {

@@ -37,6 +37,7 @@ struct FullPaths {
   const StrokeResponse *own = nullptr, *along = nullptr;
   const StrokeResponse* across = nullptr;  ///< null where no leaf has elements across
   std::array<int, 2> mesh{};               ///< own
+  double length = 0;                       ///< longest_leaf of the mechanism [m]
 };
 
 /// Errors of a response by some model on that mesh.
@@ -46,6 +47,9 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full);
 /// other arguments. As dear as some five paths of full leaves.
 StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& model,
                              const StrokeRequest& request, const StrokeResponse& response);
+
+/// Length of the longest leaf [m].
+double longest_leaf(const Mechanism& mechanism);
 
 /// Whether some leaf of the mechanism has elements across.
 bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model);

@@ -40,7 +40,8 @@ class Paths {
 
   KeptFullPaths full(const std::array<int, 2>& mesh, std::size_t k, bool across) {
     return {get(Accuracy::full, mesh, k), get(Accuracy::full, more_along(mesh), k),
-            across ? get(Accuracy::full, more_across(mesh), k) : nullptr, mesh};
+            across ? get(Accuracy::full, more_across(mesh), k) : nullptr, mesh,
+            longest_leaf(*mechanism_)};
   }
 
  private:

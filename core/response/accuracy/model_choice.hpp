@@ -23,8 +23,9 @@ struct TriedModel {
 struct KeptFullPaths {
   std::shared_ptr<const StrokeResponse> own, along, across;
   std::array<int, 2> mesh{};
+  double length = 0;  ///< longest_leaf [m]
 
-  FullPaths view() const { return {own.get(), along.get(), across.get(), mesh}; }
+  FullPaths view() const { return {own.get(), along.get(), across.get(), mesh, length}; }
 };
 
 /// Which model was chosen, and why.

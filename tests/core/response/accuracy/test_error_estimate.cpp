@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <vector>
 
 #include "core/response/quantities.hpp"
@@ -90,6 +91,35 @@ TEST_CASE("what every mesh has exactly has no error") {
   }
   CHECK(errors.find(2, "displacement.x")->relative() > 1e-7);
   CHECK_FALSE(errors.find(0, "leaf_mass"));  // exact: no estimate
+}
+
+TEST_CASE("a motion that is zero but for rounding is relative to what the mechanism does") {
+  // a hub between three arms, a third of a turn apart, moves along their axis and does not turn
+  constexpr double length = 0.04, hub = 0.01;
+  Mechanism m = models::single_leaf(length, 0.008, 3e-4, Direction::uz);
+  m.bodies[0].reference.setZero();
+  m.bodies[0].center_of_mass.setZero();
+  const LeafSpring arm = m.leaves[0];
+  m.leaves.clear();
+  for (int i = 0; i < 3; ++i) {
+    const double angle = 2 * std::numbers::pi / 3 * i;
+    const Vector3d outward(std::cos(angle), std::sin(angle), 0);
+    LeafSpring& leaf = m.leaves.emplace_back(arm);
+    leaf.origin = (hub + length) * outward;
+    leaf.axes.col(0) = -outward;
+    leaf.axes.col(2) = Vector3d::UnitZ();
+    leaf.axes.col(1) = leaf.axes.col(2).cross(leaf.axes.col(0));
+  }
+  const StrokeErrors errors = errors_on(m, {}, to(4e-4));
+  for (std::size_t k = 0; k < errors.path.size(); ++k)
+    for (const char* name : {"rotation.x", "rotation.y", "rotation.z"}) {
+      CAPTURE(k, name);
+      const EstimatedError* turn = errors.find(k, name);
+      REQUIRE(turn);
+      CHECK(turn->value == Approx(0).margin(1e-9));
+      CHECK(turn->scale == Approx(1e-3 * 4e-4 / length));
+      CHECK(turn->relative() < 1e-3);
+    }
 }
 
 TEST_CASE("the reduction's part is the distance from full leaves on the same mesh") {
