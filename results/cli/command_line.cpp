@@ -109,6 +109,14 @@ void declare(CLI::App& app, CommandLine& line) {
       ->type_name("FAMILY");
   draws(designs, "draw it with dimensions, into a file or on stdout");
 
+  CLI::App* fresh = command("new", "Write a job to start from, ready to run", Command::new_job);
+  fresh->add_option("FAMILY", line.family, "a family, or a design file of your own (.json)")
+      ->required()
+      ->type_name("FAMILY");
+  fresh->add_flag("--optimise", line.optimise, "look for the best dimensions");
+  fresh->add_option("--out", line.file, "the job file [stdout]")->type_name("FILE");
+  fresh->add_flag("--overwrite", line.overwrite, "replace the file if it is there already");
+
   command("quantities", "List the numbers that goals may name", Command::quantities)
       ->add_option("FAMILY", line.family, "with the units and directions of its drives")
       ->type_name("FAMILY");

@@ -22,6 +22,7 @@ enum class Command {
   explore,
   watch,
   show,
+  new_job,
   completion
 };
 
@@ -32,17 +33,19 @@ struct CommandLine {
   std::vector<std::string> overrides;  ///< --set /pointer=value
   int threads = 1;
   bool quiet = false;
-  bool json = false;                       ///< of run, merge: one JSON object on stdout
-  std::string shard;                       ///< of run: "3/16"; empty: the whole
-  std::vector<std::string> folders;        ///< of merge: those of the shards
-  bool compute = false;                    ///< of merge: what is missing
-  std::optional<std::string> family;       ///< of designs, quantities
-  bool export_file = false;                ///< of designs: print the family's file
-  bool svg = false;                        ///< of designs, show: a drawing with dimensions
-  std::string svg_file;                    ///< its file; empty: stdout
-  bool of_design = false;                  ///< of schema: that of a design file
-  double tolerance = 1e-6;                 ///< of check-gradients
-  std::string file;                        ///< --out of atlas; empty: where jobs look for it
+  bool json = false;                  ///< of run, merge: one JSON object on stdout
+  std::string shard;                  ///< of run: "3/16"; empty: the whole
+  std::vector<std::string> folders;   ///< of merge: those of the shards
+  bool compute = false;               ///< of merge: what is missing
+  std::optional<std::string> family;  ///< of designs, quantities, new (or a design file)
+  bool export_file = false;           ///< of designs: print the family's file
+  bool svg = false;                   ///< of designs, show: a drawing with dimensions
+  std::string svg_file;               ///< its file; empty: stdout
+  bool of_design = false;             ///< of schema: that of a design file
+  double tolerance = 1e-6;            ///< of check-gradients
+  std::string file;        ///< --out of atlas; empty: where jobs look for it; of new; empty: stdout
+  bool optimise = false;   ///< of new
+  bool overwrite = false;  ///< of new: the file may be there already
   std::optional<std::array<int, 2>> mesh;  ///< of atlas
   bool show = false;                       ///< of atlas: what a file holds, nothing is made
   std::string formats;                     ///< of export: names with commas

@@ -28,6 +28,7 @@ int make_atlas_file(const CommandLine& line);
 int explore_job(const CommandLine& line);
 int watch_run(const CommandLine& line);
 int show_mechanism(const CommandLine& line);
+int write_new_job(const CommandLine& line);
 int print_completion(const CommandLine& line);
 
 }  // namespace flexopt

@@ -44,6 +44,8 @@ int carry_out(const CommandLine& line) {
       return watch_run(line);
     case Command::show:
       return show_mechanism(line);
+    case Command::new_job:
+      return write_new_job(line);
     case Command::completion:
       return print_completion(line);
   }

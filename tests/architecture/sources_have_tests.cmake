@@ -128,6 +128,7 @@ set(tested_by
   optim/solvers/trials optim/solvers/test_optimiser
   results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
+  results/cli/new_command results/start/test_new_job
   results/cli/run_command results/run/test_shard
   results/cli/run_json results/cli/test_terminal
   results/cli/stroke_table results/cli/test_summary
@@ -161,6 +162,9 @@ set(tested_by
   results/library/results results/library/test_flexopt
   results/library/runs results/python/test_runs
   results/report/page_text results/report/test_report
+  results/start/first_goals results/start/test_new_job
+  results/start/first_stroke results/start/test_new_job
+  results/start/start_design results/start/test_new_job
   results/server/local_server results/server/test_serve
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files

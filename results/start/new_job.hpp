@@ -1,0 +1,21 @@
+#pragma once
+// A job to start from, for a design that has none yet.
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "results/files/json_text.hpp"
+
+namespace flexopt {
+
+/// An evaluation of the design at its defaults and examples, to be run and edited: of steel, with a
+/// payload of some thirty times the mass of the leaves, over the largest round stroke at which the
+/// stress stays below half of what the steel may see, accuracy and mesh chosen by estimated errors.
+/// With `optimise`, a search for the dimensions that raise the parasitic frequency within the
+/// allowable stress and some more than the room of that design.
+///
+/// `design`: {"family": NAME}, or {"file": FILE} relative to `folder`. Throws SpecError where the
+/// design is wrong, has no drive or parameters without default and example, and where no stroke of
+/// it can be followed.
+OrderedJson new_job(const nlohmann::json& design, const std::string& folder, bool optimise);
+
+}  // namespace flexopt

@@ -1,0 +1,177 @@
+// Jobs to start from, of every family and of design files: they are right, and worth running.
+#include "results/start/new_job.hpp"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/spec/spec_error.hpp"
+#include "designs/describe.hpp"
+#include "optim/job/job_in_folder.hpp"
+#include "results/run/run.hpp"
+#include "results/start/start_design.hpp"
+#include "support/program.hpp"
+
+using namespace flexopt;
+using Catch::Contains;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+namespace {
+
+class Quiet : public RunListener {
+  void say(const std::string&) override {}
+  void step(const RunStep&) override {}
+};
+
+json job_of(const std::string& family, bool optimise) {
+  return json::parse(new_job({{"family", family}}, "", optimise).dump());
+}
+
+double largest_stress(const StrokeResponse& response) {
+  double largest = 0;
+  for (const PathPoint& point : response.path)
+    if (point.max_stress) largest = std::max(largest, point.max_stress->value);
+  return largest;
+}
+
+}  // namespace
+
+TEST_CASE("the new job of every family runs to the end of its stroke, within its stress",
+          "[results][new]") {
+  for (const Family& family : families()) {
+    CAPTURE(family.name);
+    json written = job_of(family.name, false);
+    CHECK(written["model"]["accuracy"] ==
+          (family.has_end_effector(default_choices(family)) ? "auto" : "full"));
+    // the mesh is chosen in jobs that are tests of their own
+    written["model"]["accuracy"] = "reduced";
+    written["model"].erase("tolerance");
+    written["model"]["mesh"] = {6, 3};
+    const Job job = parse_job(written);
+    CHECK(job.notes.empty());
+    Quiet listener;
+    const RunRecord record = run_evaluation(job, {}, 1, listener);
+    CAPTURE(record.message);
+    CHECK(record.status == "ok");
+    const PathPoint& last = record.response.path.back();
+    CHECK(last.parasitic_frequency);
+    // no larger round stroke would do, but where the path ends otherwise
+    const double allowed = *job.design.material.allowable_stress,
+                 stress = largest_stress(record.response);
+    CHECK(stress < 0.55 * allowed);
+    CHECK(stress > 0.05 * allowed);
+  }
+}
+
+TEST_CASE("every family has its numbers at their defaults and examples, as they are read back",
+          "[results][new]") {
+  for (const Family& family : families()) {
+    CAPTURE(family.name);
+    const Job job = parse_job(job_of(family.name, false));
+    const ParameterValues usual = usual_values(family);
+    for (const Parameter& p : family.parameters) {
+      CAPTURE(p.name);
+      CHECK(job.design.parameters.at(p.name) == Approx(usual.at(p.name)).epsilon(1e-9));
+    }
+    CHECK(job.design.choices == default_choices(family));
+  }
+}
+
+TEST_CASE("the new optimisation of every family begins within its bounds, sound at all corners",
+          "[results][new]") {
+  for (const Family& family : families()) {
+    CAPTURE(family.name);
+    const Job job = parse_job(job_of(family.name, true));
+    REQUIRE(job.kind == JobKind::optimise);
+    REQUIRE_FALSE(job.optimise->variables.empty());
+    const Mechanism start = make_mechanism(job, job.design.parameters);
+    for (const Variable& v : job.optimise->variables) {
+      CAPTURE(v.parameter);
+      const double value = job.design.parameters.at(v.parameter);
+      CHECK(v.min < value);
+      CHECK(v.max > value);
+      for (const double end : {v.min, v.max}) {
+        ParameterValues values = job.design.parameters;
+        values[v.parameter] = end;
+        CHECK_NOTHROW(make_mechanism(job, values));
+      }
+    }
+    CHECK(job.optimise->constraints.size() >= 2);  // stress and room
+  }
+}
+
+TEST_CASE("a new optimisation improves on its start within stress and room", "[results][new]") {
+  json written = job_of("parallel_guide", true);
+  written["model"] = {{"mesh", {6, 3}}};
+  written["stroke"]["points"] = 2;
+  written["optimise"]["starts"] = 1;
+  Quiet listener;
+  const Job job = parse_job(written);
+  json evaluated = written;
+  evaluated.erase("optimise");
+  evaluated["job"] = "evaluate";
+  const RunRecord start = run_evaluation(parse_job(evaluated), {}, 1, listener);
+  const RunRecord found = run_optimisation(job, {}, 1, listener);
+  CAPTURE(found.message);
+  REQUIRE(found.optimum);
+  CHECK(found.status == "ok");
+  CHECK(found.optimum->objective > 1.5 * *start.response.path.back().parasitic_frequency);
+}
+
+TEST_CASE("round numbers and readable ones", "[results][new]") {
+  CHECK(round_below(1) == 1);
+  CHECK(round_below(9.99) == 5);
+  CHECK(round_below(0.02) == Approx(0.02));
+  CHECK(round_below(0.0199) == Approx(0.01));
+  CHECK(readable(4e-4, "m") == "0.4 mm");
+  CHECK(readable(2, "m") == "2 m");
+  CHECK(readable(5e-6, "m") == "5 um");
+  CHECK(readable(0.78539816339744831, "rad") == "45 deg");
+  CHECK(readable(0.02, "kg") == "20 g");
+  CHECK(readable(0, "kg") == 0.0);
+  CHECK(readable(0.5, "1") == 0.5);
+}
+
+TEST_CASE("flexopt new prints a job or writes it, and replaces none unasked", "[results][new]") {
+  const test::TemporaryFolder folder;
+  const test::Outcome printed = test::run_program(folder.path(), "new parallel_guide");
+  CHECK(printed.code == 0);
+  CHECK(json::parse(printed.out)["model"] == json{{"accuracy", "auto"}, {"tolerance", 0.003}});
+  const test::Outcome written =
+      test::run_program(folder.path(), "new parallel_guide --out guide.json");
+  CHECK(written.code == 0);
+  CHECK(written.out == "guide.json\n");
+  CHECK(test::content_of(folder.path() / "guide.json") == printed.out);
+  CHECK(test::run_program(folder.path(), "validate guide.json").code == 0);
+
+  const test::Outcome again = test::run_program(folder.path(), "new cross_hinge --out guide.json");
+  CHECK(again.code == 2);
+  CHECK_THAT(again.err, Contains("guide.json") && Contains("--overwrite"));
+  CHECK(test::content_of(folder.path() / "guide.json") == printed.out);
+  CHECK(test::run_program(folder.path(), "new cross_hinge --optimise --out guide.json --overwrite")
+            .code == 0);
+  CHECK(json::parse(test::content_of(folder.path() / "guide.json"))["job"] == "optimise");
+  CHECK_THAT(test::run_program(folder.path(), "new hinge").err, Contains("cross_hinge"));
+}
+
+TEST_CASE("a new job of a design file names it from where the job stands", "[results][new]") {
+  const test::TemporaryFolder folder;
+  fs::create_directories(folder.path() / "designs");
+  fs::create_directories(folder.path() / "jobs");
+  const test::Outcome design = test::run_program(folder.path(), "designs --export curved_leaf");
+  std::ofstream(folder.path() / "designs/mine.json") << design.out;
+  const test::Outcome written =
+      test::run_program(folder.path(), "new designs/mine.json --out jobs/first.json");
+  CAPTURE(written.err);
+  CHECK(written.code == 0);
+  const json job = json::parse(test::content_of(folder.path() / "jobs/first.json"));
+  CHECK(job["design"]["file"] == "../designs/mine.json");
+  CHECK(test::run_program(folder.path(), "validate jobs/first.json").code == 0);
+
+  json bare = json::parse(design.out);
+  bare["parameters"]["chord"].erase("default");
+  std::ofstream(folder.path() / "designs/mine.json") << bare;
+  const test::Outcome wrong = test::run_program(folder.path(), "new designs/mine.json");
+  CHECK(wrong.code == 2);
+  CHECK_THAT(wrong.err, Contains("chord"));
+}
