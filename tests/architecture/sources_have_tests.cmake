@@ -80,8 +80,14 @@ set(tested_by
   core/response/capacity/capacity_limits core/response/capacity/test_load_capacity
   core/response/path/stiffness core/response/path/test_response
   core/response/stroke_series/stroke_ways core/response/stroke_series/test_mode_tracking
+  core/response/space/clearance core/response/space/test_room_taken
+  core/response/space/extents core/response/space/test_room_taken
+  core/response/space/leaf_mass core/response/space/test_room_taken
+  core/response/space/solid_rates core/response/space/test_solids
+  core/response/space/undeflected_place core/response/space/test_solids
   core/response/probe core/response/path/test_material_points
   core/response/quantities core/response/path/test_response
+  core/response/quantity_rows core/response/path/test_response
   core/response/request core/response/path/test_response
   core/response/gradients/load_gradients core/equilibrium/test_dead_loads
   core/response/path/branch core/response/path/test_response

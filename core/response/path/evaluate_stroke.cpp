@@ -13,6 +13,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
 #include "core/response/space/room_taken.hpp"
+#include "core/response/space/undeflected_place.hpp"
 #include "core/response/stress_history.hpp"
 #include "core/response/stroke_series/stroke_ways.hpp"
 

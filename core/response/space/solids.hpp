@@ -133,13 +133,4 @@ class Solids {
   std::vector<Solid> solids_;
 };
 
-/// Place of a point of a leaf's undeflected mid-surface [m].
-Vector3d undeflected_place(const LeafSpring& leaf, double along, double across);
-/// What it changes by while the leaf's numbers change by those of `direction`, and the point moves
-/// along it by `along_rate`.
-Vector3d undeflected_place_rate(const LeafSpring& leaf, const LeafSpring& direction, double along,
-                                double across, double along_rate = 0);
-/// Of all places of the undeflected mechanism, which must outlive this as `directions` must.
-PlaceRates undeflected_rates(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
-
 }  // namespace flexopt

@@ -1,0 +1,188 @@
+#include "core/response/space/extents.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/response/space/solid_search.hpp"
+
+namespace flexopt {
+namespace {
+
+// The point of a solid, from a start, that makes a function of its place least. `f` adds value,
+// derivative and second derivative of the function to its arguments.
+template <class F>
+SolidPoint least_point(const Solids& solids, const SolidPoint& start, const F& f) {
+  const int solid = start.solid;
+  const VectorXd u = local_minimum(
+      [&](const VectorXd& at) {
+        const Solids::Local here = solids.local({solid, at});
+        LocalValue result;
+        Vector3d slope;
+        Matrix3d curvature;
+        f(here.place, result.value, slope, curvature);
+        result.gradient = here.slopes.transpose() * slope;
+        result.curvature = here.slopes.transpose() * curvature * here.slopes;
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j)
+            result.curvature(i, j) +=
+                slope.dot(here.curvatures[static_cast<std::size_t>(symmetric_index(i, j))]);
+        return result;
+      },
+      solids.lower(solid), solids.upper(solid), start.at);
+  return {solid, u};
+}
+
+// Of the solids whose bound lets them reach further than those before, the point that reaches
+// furthest. `reach` of a place; `bound` of a solid; `f` as in least_point, of the negative reach.
+using SamplesOfSolids = std::vector<std::vector<Solids::Sample>>;
+template <class Reach, class Bound, class F>
+SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, double size,
+                    const Reach& reach, const Bound& bound, const F& f) {
+  SolidPoint best;
+  double most = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < solids.count(); ++i) {
+    if (best.solid >= 0 && bound(i) <= most + equal * size) continue;
+    SolidPoint start{i};
+    double of_sample = -std::numeric_limits<double>::infinity();
+    for (const Solids::Sample& sample : samples[static_cast<std::size_t>(i)])
+      if (const double here = reach(sample.place); here > of_sample)
+        of_sample = here, start.at = sample.at;
+    const SolidPoint point = least_point(solids, start, f);
+    const double here = reach(solids.place(point));
+    if (best.solid < 0 || here > most + equal * size) most = here, best = point;
+  }
+  return best;
+}
+
+Vector3d off_axis(const CylinderAxis& axis, const Vector3d& place) {
+  const Vector3d from = place - axis.through;
+  return from - axis.along * axis.along.dot(from);
+}
+
+const Drive* turning_drive(const Mechanism& mechanism) {
+  for (const Drive& drive : mechanism.drives)
+    if (is_rotation(drive.direction)) return &drive;
+  return nullptr;
+}
+
+}  // namespace
+
+CylinderAxis cylinder_axis(const Mechanism& mechanism) {
+  CylinderAxis axis;
+  axis.through = mechanism.bodies[static_cast<std::size_t>(mechanism.end_effector)].reference;
+  if (const Drive* drive = turning_drive(mechanism))
+    axis.along = drive->axes.col(index(drive->direction) - 3);
+  return axis;
+}
+
+Extents extents_of(const Solids& solids) {
+  Extents extents;
+  const double size = size_of(solids.mechanism());
+  SamplesOfSolids samples;
+  for (int i = 0; i < solids.count(); ++i) samples.push_back(solids.surface_samples(i));
+  for (int side = 0; side < 2; ++side)
+    for (int k = 0; k < 3; ++k) {
+      const double sign = side == 0 ? -1 : 1;
+      SolidPoint& at = extents.at[static_cast<std::size_t>(3 * side + k)];
+      at = furthest(
+          solids, samples, size, [&](const Vector3d& place) { return sign * place[k]; },
+          [&](int i) { return side == 0 ? -solids.lowest(i)[k] : solids.highest(i)[k]; },
+          [&](const Vector3d& place, double& value, Vector3d& slope, Matrix3d& curvature) {
+            value = -sign * place[k];
+            slope = -sign * Vector3d::Unit(k);
+            curvature.setZero();
+          });
+      (side == 0 ? extents.low : extents.high)[k] = solids.place(at)[k];
+    }
+  const CylinderAxis axis = cylinder_axis(solids.mechanism());
+  const Matrix3d across = Matrix3d::Identity() - axis.along * axis.along.transpose();
+  extents.at[6] = furthest(
+      solids, samples, size, [&](const Vector3d& place) { return off_axis(axis, place).norm(); },
+      [&](int i) {
+        double most = 0;
+        for (int k = 0; k < 8; ++k) {
+          Vector3d corner;
+          for (int d = 0; d < 3; ++d)
+            corner[d] = (k >> d & 1) != 0 ? solids.highest(i)[d] : solids.lowest(i)[d];
+          most = std::max(most, off_axis(axis, corner).norm());
+        }
+        return most;
+      },
+      [&](const Vector3d& place, double& value, Vector3d& slope, Matrix3d& curvature) {
+        const Vector3d r = off_axis(axis, place) / size;
+        value = -0.5 * r.squaredNorm();
+        slope = -r / size;
+        curvature = -across / (size * size);
+      });
+  extents.radius = off_axis(axis, solids.place(extents.at[6])).norm();
+  return extents;
+}
+
+MatrixXd extent_rates(const Solids& solids, const Extents& extents, const PlaceRates& rates) {
+  const auto count = static_cast<Eigen::Index>(rates.directions->size());
+  MatrixXd result(7, count);
+  for (int k = 0; k < 6; ++k)
+    result.row(k) = solids.place_rates(extents.at[static_cast<std::size_t>(k)], rates).row(k % 3);
+  const Mechanism& mechanism = solids.mechanism();
+  const CylinderAxis axis = cylinder_axis(mechanism);
+  const Vector3d place = solids.place(extents.at[6]), r = off_axis(axis, place),
+                 away = r.norm() > 0 ? Vector3d(r.normalized()) : Vector3d(Vector3d::Zero());
+  const MatrixXd moves = solids.place_rates(extents.at[6], rates);
+  for (Eigen::Index p = 0; p < count; ++p) {
+    const Mechanism& d = (*rates.directions)[static_cast<std::size_t>(p)];
+    const Vector3d through = d.bodies[static_cast<std::size_t>(mechanism.end_effector)].reference;
+    Vector3d turns = Vector3d::Zero();
+    if (const Drive* drive = turning_drive(mechanism)) {
+      const auto i = static_cast<std::size_t>(drive - mechanism.drives.data());
+      turns = d.drives[i].axes.col(index(drive->direction) - 3);
+    }
+    result(6, p) = away.dot(Vector3d(moves.col(p)) - through) -
+                   axis.along.dot(place - axis.through) * away.dot(turns);
+  }
+  return result;
+}
+
+namespace {
+
+// The states that reach furthest: low x, y, z, high x, y, z, radius.
+std::array<std::size_t, 7> furthest_states(const std::vector<const Extents*>& states) {
+  std::array<std::size_t, 7> of{};
+  for (std::size_t i = 1; i < states.size(); ++i) {
+    const auto further = [&](std::size_t k, double a, double b) {
+      if (a > b + equal * std::abs(b)) of[k] = i;
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto axis = static_cast<Eigen::Index>(k);
+      further(k, -states[i]->low[axis], -states[of[k]]->low[axis]);
+      further(3 + k, states[i]->high[axis], states[of[3 + k]]->high[axis]);
+    }
+    further(6, states[i]->radius, states[of[6]]->radius);
+  }
+  return of;
+}
+
+}  // namespace
+
+Envelope envelope_of(const std::vector<const Extents*>& states) {
+  const auto of = furthest_states(states);
+  Envelope envelope;
+  for (int k = 0; k < 3; ++k)
+    envelope.box[k] = states[of[static_cast<std::size_t>(3 + k)]]->high[k] -
+                      states[of[static_cast<std::size_t>(k)]]->low[k];
+  envelope.cylinder = 2 * states[of[6]]->radius;
+  return envelope;
+}
+
+MatrixXd envelope_rates(const std::vector<const Extents*>& states,
+                        const std::vector<const MatrixXd*>& rates) {
+  const auto of = furthest_states(states);
+  MatrixXd result(4, rates.front()->cols());
+  for (int k = 0; k < 3; ++k)
+    result.row(k) = rates[of[static_cast<std::size_t>(3 + k)]]->row(3 + k) -
+                    rates[of[static_cast<std::size_t>(k)]]->row(k);
+  result.row(3) = 2 * rates[of[6]]->row(6);
+  return result;
+}
+
+}  // namespace flexopt
