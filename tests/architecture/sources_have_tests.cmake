@@ -121,6 +121,8 @@ set(tested_by
   optim/problem/gradient_checker results/cli/test_command_line
   optim/problem/crew_evaluation results/mpi/test_mpi_crew
   optim/problem/design_problem optim/search/test_exact_gradients
+  optim/problem/goal_bounds optim/search/test_optimise
+  optim/problem/goal_readings optim/search/test_exact_gradients
   optim/problem/evaluation_book optim/problem/test_evaluation_log
   optim/problem/line_log optim/problem/test_evaluation_log
   optim/problem/posing optim/search/test_exact_gradients

@@ -1,0 +1,135 @@
+// How far designs are from the bounds of goals, of formulas before anything is evaluated.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "core/spec/spec_error.hpp"
+#include "optim/problem/design_problem.hpp"
+
+namespace flexopt {
+
+double excess(double value, const std::optional<double>& min, const std::optional<double>& max,
+              double scale) {
+  double most = -std::numeric_limits<double>::infinity();
+  if (max) most = std::max(most, (value - *max) / scale);
+  if (min) most = std::max(most, (*min - value) / scale);
+  return most;
+}
+
+std::optional<double> DesignProblem::formula_value(const Goal& goal,
+                                                   const ParameterValues& parameters) const {
+  const std::optional<double> value = goal.expression->value(parameters);
+  if (!goal.margin || !value) return value;
+  const std::optional<VectorXd> gradient = goal.expression->gradient(parameters);
+  if (!gradient) return std::nullopt;
+  const std::vector<Tolerance>& entries = job_.tolerances->entries;
+  const MatrixXd changes = tolerance_changes(entries, goal.expression->names(), parameters);
+  const double margin = tolerance_margin(goal.margin, entries, changes.transpose() * *gradient);
+  return *value + (goal.least ? -margin : margin);
+}
+
+std::optional<double> DesignProblem::formula(std::size_t goal, const Variables& variables) const {
+  assert(goals_[goal].expression);
+  try {
+    return formula_value(goals_[goal], parameters(variables));
+  } catch (const SpecError&) {
+    return std::nullopt;
+  }
+}
+
+std::optional<double> DesignProblem::formula_violation(const Variables& variables,
+                                                       const Scales& scales) const {
+  double most = 0;
+  for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
+    if (!goals_[i + 1].expression) continue;
+    const std::optional<double> value = formula(i + 1, variables);
+    if (!value) return std::nullopt;
+    const Constraint& c = spec().constraints[i];
+    most = std::max(most, excess(*value, c.min, c.max, scales.constraints[i]));
+  }
+  return most;
+}
+
+std::optional<std::string> DesignProblem::ruled_out(const Variables& variables,
+                                                    const Scales& scales) const {
+  constexpr double far = 0.5;  // nearer than that the mechanics still tell where to go
+  for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
+    if (!goals_[i + 1].expression) continue;
+    const Constraint& c = spec().constraints[i];
+    const std::optional<double> value = formula(i + 1, variables);
+    if (!value) return fmt::format("not evaluated: {} has no value", c.label);
+    const double by = excess(*value, c.min, c.max, scales.constraints[i]);
+    if (by > far)
+      return fmt::format("not evaluated: {} = {:.6g} misses its bound by {:.0f} %", c.label, *value,
+                         100 * by);
+  }
+  return std::nullopt;
+}
+
+Scales DesignProblem::scales(const DesignValues* reference) const {
+  Scales scales;
+  const auto largest = [&](std::size_t goal) {
+    double most = 0;
+    if (reference && reference->ok)
+      for (const double v : reference->goals[goal]) most = std::max(most, std::abs(v));
+    return most;
+  };
+  scales.objective = reference && reference->ok ? std::abs(objective(*reference)) : 0.0;
+  if (scales.objective == 0) scales.objective = largest(0);
+  if (scales.objective == 0) scales.objective = 1;
+  for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
+    const Constraint& c = spec().constraints[i];
+    double scale = std::max(std::abs(c.min.value_or(0)), std::abs(c.max.value_or(0)));
+    if (scale == 0 && goals_[i + 1].expression) {  // the middle of each side of the box
+      for (int j = 0; j < size(); ++j)
+        for (const double end : {0.0, 1.0}) {
+          VectorXd x = VectorXd::Constant(size(), 0.5);
+          x[j] = end;
+          scale = std::max(scale, std::abs(formula(i + 1, variables(x)).value_or(0)));
+        }
+    }
+    if (scale == 0) scale = largest(i + 1);
+    scales.constraints.push_back(scale == 0 ? 1.0 : scale);
+  }
+  return scales;
+}
+
+double DesignProblem::objective(const DesignValues& values) const {
+  assert(values.ok);
+  return aggregate(goals_[0], values.goals[0]);
+}
+
+std::vector<double> DesignProblem::constraints(const DesignValues& values) const {
+  assert(values.ok);
+  std::vector<double> numbers;
+  for (std::size_t i = 1; i < goals_.size(); ++i)
+    numbers.push_back(aggregate(goals_[i], values.goals[i]));
+  return numbers;
+}
+
+double DesignProblem::violation(const DesignValues& values, const Scales& scales) const {
+  return violation(constraints(values), scales);
+}
+
+double DesignProblem::violation(const std::vector<double>& constraints,
+                                const Scales& scales) const {
+  const auto worst = worst_constraint(constraints, scales);
+  return worst ? std::max(0.0, worst->excess) : 0;
+}
+
+std::optional<WorstConstraint> DesignProblem::worst_constraint(
+    const std::vector<double>& constraints, const Scales& scales) const {
+  std::optional<WorstConstraint> worst;
+  for (std::size_t i = 0; i < constraints.size(); ++i) {
+    const Constraint& c = spec().constraints[i];
+    if (!c.min && !c.max) continue;  // the second objective of a front
+    const double by = excess(constraints[i], c.min, c.max, scales.constraints[i]);
+    if (!worst || by > worst->excess) worst = {i, by};
+  }
+  return worst;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,177 @@
+// What evaluations say of goals, and what that changes by along the variables.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/spec/spec_error.hpp"
+#include "optim/problem/design_problem.hpp"
+
+namespace flexopt {
+
+std::optional<MatrixXd> DesignProblem::parameter_derivatives(
+    const ParameterValues& parameters) const {
+  const std::vector<Variable>& variables = spec().variables;
+  const ParametricDesign& design = *job_.design.resolved;
+  const std::optional<MatrixXd> slopes = design.derivatives(design.slots(parameters));
+  if (!slopes) return std::nullopt;
+  MatrixXd derivatives = MatrixXd::Zero(static_cast<Eigen::Index>(parameters.size()), size());
+  Eigen::Index row = 0;
+  for (const auto& [name, value] : parameters) {
+    const int slot = design.slot(name);
+    for (Eigen::Index j = 0; j < size(); ++j) {
+      const std::string& along = variables[static_cast<std::size_t>(j)].parameter;
+      if (const int by = design.slot(along); slot >= 0 && by >= 0)
+        derivatives(row, j) = (*slopes)(slot, by);
+      else if (name == along)
+        derivatives(row, j) = 1;
+    }
+    ++row;
+  }
+  return derivatives;
+}
+
+namespace {
+
+/// Rows of `all` (one for each of `parameters`) of the named ones.
+MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
+                 const std::vector<std::string>& names) {
+  MatrixXd rows(static_cast<Eigen::Index>(names.size()), all.cols());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    rows.row(static_cast<Eigen::Index>(i)) =
+        all.row(std::distance(parameters.begin(), parameters.find(names[i])));
+  return rows;
+}
+
+}  // namespace
+
+GoalReading DesignProblem::read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
+                                      const std::vector<StrokeRequest>& requests) const {
+  GoalReading whole;
+  whole.ok = true;
+  bool differentiated = true;
+  for (const GoalPart& part : goal.parts) {
+    const StrokeSensitivity& of = found[part.load_case];
+    GoalReading reading = read_goal(goal, of.response, requests[part.load_case],
+                                    of.gradients ? &*of.gradients : nullptr);
+    if (!reading.ok) {
+      if (!job_.cases.empty())
+        reading.message += fmt::format(" (load case {})", job_.cases[part.load_case].name);
+      return reading;
+    }
+    differentiated = differentiated &&
+                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
+    whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
+    const Eigen::Index before = whole.gradient.rows();
+    if (!differentiated) continue;
+    whole.gradient.conservativeResize(before + reading.gradient.rows(), reading.gradient.cols());
+    whole.gradient.bottomRows(reading.gradient.rows()) = reading.gradient;
+  }
+  if (!differentiated) whole.gradient.resize(0, 0);
+  return whole;
+}
+
+GoalReading DesignProblem::read_assembled(std::size_t goal,
+                                          const std::vector<StrokeSensitivity>& found,
+                                          const std::vector<StrokeRequest>& requests) const {
+  const Goal& plain = misassembled_->plain(goal);
+  GoalReading reading = read_parts(plain, found, requests);
+  const auto own = static_cast<std::size_t>(plain.branches),
+             wanted = static_cast<std::size_t>(goals_[goal].branches);
+  if (!reading.ok || own == wanted) return reading;
+  GoalReading repeated{.ok = true};
+  for (std::size_t k = 0; k < reading.values.size(); k += own)
+    for (std::size_t b = 0; b < wanted; ++b)
+      repeated.values.push_back(reading.values[k + std::min(b, own - 1)]);
+  return repeated;
+}
+
+GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
+                                     const std::vector<StrokeSensitivity>& found,
+                                     const std::vector<StrokeRequest>& requests,
+                                     const MisassembledGoals::Found* worst) const {
+  GoalSlopes slopes;
+  std::string& why = slopes.no_gradient;
+  if (worst && !worst->ok) return {.message = worst->message, .reason = worst->reason};
+  for (std::size_t g = 0; g < goals_.size(); ++g) {
+    const Goal& goal = goals_[g];
+    GoalReading reading = goal.expression      ? read_goal(goal, parameters)
+                          : !goal.misassembled ? read_parts(goal, found, requests)
+                          : worst              ? worst->goals[g]
+                                               : read_assembled(g, found, requests);
+    if (!reading.ok)
+      return {.message = std::move(reading.message), .reason = std::move(reading.reason)};
+    const std::string name = goal.label.find(goal.quantity) != std::string::npos
+                                 ? goal.label
+                                 : fmt::format("{} ({})", goal.label, goal.quantity);
+    if (why.empty() && reading.gradient.rows() != static_cast<Eigen::Index>(reading.values.size()))
+      why = fmt::format("{} has no exact derivatives", name);
+    if (why.empty()) {
+      const std::vector<std::string> along =
+          goal.expression              ? goal.expression->names()
+          : worst && goal.misassembled ? worst->parameters
+                                       : found[goal.parts.front().load_case].gradients->parameters;
+      MatrixXd& all = slopes.by_parameter;
+      const Eigen::Index before = all.rows(), count = reading.gradient.rows();
+      all.conservativeResize(before + count, static_cast<Eigen::Index>(names_.size()));
+      all.bottomRows(count).setZero();
+      for (std::size_t j = 0; j < along.size(); ++j) {
+        const auto column = reading.gradient.col(static_cast<Eigen::Index>(j));
+        if (!column.allFinite())
+          why = fmt::format("the derivative of {} along {} is not finite", name, along[j]);
+        if (const auto at = std::ranges::find(names_, along[j]); at != names_.end())
+          all.col(at - names_.begin()).tail(count) = column;
+      }
+    }
+    slopes.goals.push_back(std::move(reading.values));
+  }
+  if (!why.empty()) slopes.by_parameter.resize(0, 0);
+  slopes.ok = true;
+  return slopes;
+}
+
+DesignValues DesignProblem::chained(GoalSlopes goals, const ParameterValues& parameters) const {
+  DesignValues values{.ok = goals.ok,
+                      .message = std::move(goals.message),
+                      .reason = std::move(goals.reason),
+                      .reached = goals.reached,
+                      .goals = std::move(goals.goals),
+                      .gradient = {},
+                      .no_gradient = std::move(goals.no_gradient),
+                      .of_reduced_leaves = goals.of_reduced_leaves};
+  if (!values.ok) values.no_gradient.clear();
+  if (!values.ok || !values.no_gradient.empty()) return values;
+  const std::optional<MatrixXd> moved = parameter_derivatives(parameters);
+  if (!moved)
+    values.no_gradient = "a formula among the parameters has no derivative";
+  else if (goals.by_parameter.rows() > 0)
+    values.gradient = goals.by_parameter * rows_of(*moved, parameters, names_);
+  if (!values.gradient.allFinite()) {
+    values.no_gradient = "the derivative of a formula among the parameters is not finite";
+    values.gradient.resize(0, 0);
+  }
+  return values;
+}
+
+DesignValues DesignProblem::read(const Variables& variables,
+                                 const std::vector<StrokeSensitivity>& found,
+                                 const std::vector<StrokeRequest>& requests) const {
+  const ParameterValues all = parameters(variables);
+  return chained(read_goals(all, found, requests), all);
+}
+
+std::optional<VectorXd> DesignProblem::formula_gradient(std::size_t goal,
+                                                        const Variables& variables) const {
+  const Expression& formula = *goals_[goal].expression;
+  if (goals_[goal].margin) return std::nullopt;
+  try {
+    const ParameterValues all = parameters(variables);
+    const std::optional<VectorXd> gradient = formula.gradient(all);
+    const std::optional<MatrixXd> moved = parameter_derivatives(all);
+    if (!gradient || !moved) return std::nullopt;
+    return VectorXd(rows_of(*moved, all, formula.names()).transpose() * *gradient);
+  } catch (const SpecError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace flexopt
