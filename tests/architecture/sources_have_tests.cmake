@@ -114,6 +114,8 @@ set(tested_by
   optim/job/job_numbers optim/job/test_job
   optim/job/job_shape optim/job/test_job
   optim/job/job_tables optim/job/test_job
+  optim/job/model_table optim/job/test_job
+  optim/job/search_tables optim/job/test_job_optimise
   optim/job/job_tolerances optim/tolerances/test_tolerance_study
   optim/search/answer optim/search/test_optimise
   optim/problem/assembly_box optim/problem/test_misassembled_goals

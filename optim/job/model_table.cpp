@@ -1,0 +1,118 @@
+// The table of "model".
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "optim/job/job_tables.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using namespace shape;
+
+namespace {
+
+const EnumNames<Reduction> reduction_names{
+    {"mixed_potential", Reduction::mixed_potential},
+    {"linear_craig_bampton", Reduction::linear_craig_bampton},
+    {"modal_derivatives", Reduction::modal_derivatives},
+    {"quadratic_manifold", Reduction::quadratic_manifold}};
+
+/// Leads to a member of a ModelChoice's model.
+template <class Member>
+auto in_model(Member ModelOptions::*member) {
+  return [member](auto& choice) -> auto& { return choice.model.*member; };
+}
+
+}  // namespace
+
+std::string name_in_job(Reduction method) { return name_of(reduction_names, method); }
+
+const RecordTable<ModelChoice>& model_table() {
+  const auto read_superelements = [](const json& read, ModelChoice& choice) {
+    if (read.is_array())
+      read_member(read, choice.model.superelements);
+    else
+      choice.model.superelements = {read.get<int>(), 0};
+  };
+  const auto written_superelements = [](const ModelChoice& choice) {
+    const std::array<int, 2>& cut = choice.model.superelements;
+    return cut[1] == 0 ? json(cut[0]) : json(cut);
+  };
+  const auto read_accuracy = [](const json& read, ModelChoice& choice) {
+    choice.model.accuracy = read == "full" ? Accuracy::full : Accuracy::reduced;
+    choice.accuracy.automatic = read == "auto";
+  };
+  const auto written_accuracy = [](const ModelChoice& choice) -> json {
+    if (choice.accuracy.automatic) return "auto";
+    return choice.model.accuracy == Accuracy::full ? "full" : "reduced";
+  };
+  static const auto table =
+      RecordTable<ModelChoice>()
+          .choice<Flexure>(
+              "flexure", {{"plate", Flexure::plate}, {"beam", Flexure::beam}},
+              in_model(&ModelOptions::flexure),
+              "kinematics of a leaf: a thin plate, or a beam with straight lines across")
+          .choice<Warping>("warping", {{"clamped", Warping::clamped}, {"free", Warping::free}},
+                           in_model(&ModelOptions::warping),
+                           "whether the ends of a beam hold the warping of its section")
+          .row(shape::with_default(
+                   "accuracy", shape::choice({"reduced", "full", "auto"}), "reduced",
+                   "superelements, or the discretisation they were made from; auto: that and the "
+                   "mesh are chosen so that estimated errors are below the tolerance"),
+               read_accuracy, written_accuracy)
+          .with_default(
+              "estimate", boolean(), [](auto& choice) -> auto& { return choice.accuracy.estimate; },
+              "estimated errors beside the numbers; auto has them anyway")
+          .choice<Reduction>("method", reduction_names, in_model(&ModelOptions::method),
+                             "the reduction")
+          .optional_choice<ModalDerivativeSet>(
+              "modal_derivatives",
+              {{"bending", ModalDerivativeSet::bending},
+               {"all", ModalDerivativeSet::all},
+               {"third_order", ModalDerivativeSet::third_order}},
+              in_model(&ModelOptions::modal_derivatives),
+              "of the method modal_derivatives, the fields beside the boundary modes: derivatives "
+              "of the bending modes, of all modes, or third-order fields too; default all")
+          .row(shape::optional("superelements",
+                               one_of({integer(1, 100), list(integer(1, 100), 2, 2)}),
+                               "n of two edges along a leaf, between rigid lines; of "
+                               "linear_craig_bampton also [along, across] of four nodes; default "
+                               "1, as mixed_potential has it"),
+               read_superelements, written_superelements)
+          .with_default("mesh", list(integer(2, 128), 2, 2), in_model(&ModelOptions::mesh),
+                        "elements of a leaf, [along, across]")
+          .with_default(
+              "free_edge_torsion", boolean(), in_model(&ModelOptions::free_edge_torsion),
+              "the three-dimensional torsion layer of the free edges; off: the thin-shell "
+              "limit")
+          .with_default("transverse_shear", boolean(), in_model(&ModelOptions::transverse_shear),
+                        "of leaves and wires; off: thin plates and slender beams")
+          .with_default("degree", integer(5, 7), in_model(&ModelOptions::degree),
+                        "of the reduced potential: 5 or 7")
+          .choice<LeafMass>(
+              "mass", {{"consistent", LeafMass::consistent}, {"constant", LeafMass::constant}},
+              in_model(&ModelOptions::mass),
+              "of the leaves in the frequencies: of the deflected leaf; or of the undeflected "
+              "one, turned with its chord")
+          .choice<AtlasUse>("atlas",
+                            {{"off", AtlasUse::off},
+                             {"auto", AtlasUse::automatic},
+                             {"required", AtlasUse::required}},
+                            in_model(&ModelOptions::atlas_use),
+                            "whether the coefficients of reduced leaves are looked up in the atlas "
+                            "that flexopt atlas makes: never; where there is one; or the job is "
+                            "wrong without it")
+          .with_default(
+              "leaf_modes", integer(0, 40), in_model(&ModelOptions::leaf_modes),
+              "modes of a leaf between fixed edges kept for the frequencies, at least; 0: "
+              "leaves move only as their edges make them")
+          .with_default(
+              "tolerance", quantity("1", 0, 1e-3, true),
+              [](auto& choice) -> auto& { return choice.newton.tolerance; },
+              "Newton's largest last correction, lengths divided by the leaf length; of "
+              "\"accuracy\": "
+              "\"auto\" the largest estimated error");
+  return table;
+}
+
+}  // namespace flexopt
