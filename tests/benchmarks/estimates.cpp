@@ -247,48 +247,71 @@ std::vector<Values> truth_of(const Mechanism& mechanism, const StrokeRequest& re
 
 struct Paths {
   StrokeResponse reduced, own, along, across;
+  double length = 0;  ///< longest_leaf
 };
+
+/// Numbers that have an estimate and are not zero, with their truth.
+template <class Visit>
+void each_with_truth(const StrokeErrors& errors, const std::vector<Values>& truth,
+                     const Visit& visit) {
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    for (const EstimatedError& number : errors.path[k])
+      if (const auto found = truth[k].find(number.name);
+          found != truth[k].end() && number.scale > 0)
+        visit(number, found->second, k);
+}
+
+/// The same with their values on full leaves.
+struct OnMeshes {
+  double own, along, across;
+};
+template <class Visit>
+void each_on_meshes(const StrokeResponse& response, const Paths& paths,
+                    const std::array<int, 2>& mesh, const std::vector<Values>& truth,
+                    const Visit& visit) {
+  std::vector<std::array<Values, 3>> values;
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    values.push_back({values_of(paths.own.path[k]), values_of(paths.along.path[k]),
+                      values_of(paths.across.path[k])});
+  each_with_truth(
+      errors_of(response, {&paths.own, &paths.along, &paths.across, mesh, paths.length}), truth,
+      [&](const EstimatedError& number, double true_value, std::size_t k) {
+        const auto& [own, along, across] = values[k];
+        visit(number, OnMeshes{own.at(number.name), along.at(number.name), across.at(number.name)},
+              true_value, k);
+      });
+}
 
 /// The numbers of one path, a line each: what estimates are made of, and the truth.
 void write_csv(std::FILE* file, int design, const std::string& family, const Paths& paths,
                const std::array<int, 2>& mesh, const std::vector<Values>& truth) {
-  const StrokeErrors errors = errors_of(paths.own, {&paths.own, &paths.along, &paths.across, mesh});
-  for (std::size_t k = 0; k < truth.size(); ++k) {
-    const Values own = values_of(paths.own.path[k]), along = values_of(paths.along.path[k]),
-                 across = values_of(paths.across.path[k]);
-    for (const EstimatedError& number : errors.path[k]) {
-      const auto found = truth[k].find(number.name);
-      if (found == truth[k].end() || number.scale == 0) continue;
-      fmt::print(file, "{},{},{},{},{},{},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", design,
-                 family, mesh[0], mesh[1], k, number.name, static_cast<int>(number.kind),
-                 number.scale, own.at(number.name), along.at(number.name), across.at(number.name),
-                 found->second);
-    }
-  }
+  each_on_meshes(
+      paths.own, paths, mesh, truth,
+      [&](const EstimatedError& number, const OnMeshes& on, double true_value, std::size_t k) {
+        fmt::print(file, "{},{},{},{},{},{},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", design,
+                   family, mesh[0], mesh[1], k, number.name, static_cast<int>(number.kind),
+                   number.scale, on.own, on.along, on.across, true_value);
+      });
 }
 
 void judge(const StrokeResponse& response, const Paths& paths, const std::array<int, 2>& mesh,
            const std::vector<Values>& truth, const std::string& family,
            std::vector<Judged>& numbers) {
-  const StrokeErrors errors = errors_of(response, {&paths.own, &paths.along, &paths.across, mesh});
-  for (std::size_t k = 0; k < truth.size(); ++k) {
-    const Values own = values_of(paths.own.path[k]), along = values_of(paths.along.path[k]),
-                 across = values_of(paths.across.path[k]);
-    for (const EstimatedError& number : errors.path[k]) {
-      const auto found = truth[k].find(number.name);
-      if (found == truth[k].end() || number.scale == 0) continue;
-      // (S26) with its sign, of the order that errors mostly have
-      constexpr double order = 2.7;
-      const auto rest = [&](int elements, int more) {
-        return 1 / (1 - std::pow(static_cast<double>(more) / elements, -order));
-      };
-      const double at = own.at(number.name);
-      const double better = at + rest(mesh[0], more_along(mesh)[0]) * (along.at(number.name) - at) +
-                            rest(mesh[1], more_across(mesh)[1]) * (across.at(number.name) - at);
-      numbers.push_back({number.kind, family, std::abs(number.value - found->second) / number.scale,
-                         number.relative(), std::abs(better - found->second) / number.scale});
-    }
-  }
+  // (S26) with its sign, of the order that errors mostly have
+  constexpr double order = 2.7;
+  const auto rest = [](int elements, int more) {
+    return 1 / (1 - std::pow(static_cast<double>(more) / elements, -order));
+  };
+  const double of_along = rest(mesh[0], more_along(mesh)[0]),
+               of_across = rest(mesh[1], more_across(mesh)[1]);
+  each_on_meshes(
+      response, paths, mesh, truth,
+      [&](const EstimatedError& number, const OnMeshes& on, double true_value, std::size_t) {
+        const double better =
+            on.own + of_along * (on.along - on.own) + of_across * (on.across - on.own);
+        numbers.push_back({number.kind, family, std::abs(number.value - true_value) / number.scale,
+                           number.relative(), std::abs(better - true_value) / number.scale});
+      });
 }
 
 double percentile(std::vector<double> sorted, double share) {
@@ -370,16 +393,13 @@ void choose(const Mechanism& mechanism, const StrokeRequest& request,
   const StrokeResponse response = evaluate_stroke(mechanism, chosen.model, request);
   const StrokeErrors errors = errors_of(response, chosen.full.front().view());
   bool kept = true;
-  for (std::size_t k = 0; k < truth.size(); ++k)
-    for (const EstimatedError& number : errors.path[k]) {
-      const auto found = truth[k].find(number.name);
-      if (found == truth[k].end() || number.scale == 0 || number.kind == ErrorKind::stress)
-        continue;
-      const bool within = std::abs(number.value - found->second) <= of.tolerance * number.scale;
-      kept = kept && within;
-      ++of.numbers;
-      of.within += within;
-    }
+  each_with_truth(errors, truth, [&](const EstimatedError& number, double true_value, std::size_t) {
+    if (number.kind == ErrorKind::stress) return;
+    const bool within = std::abs(number.value - true_value) <= of.tolerance * number.scale;
+    kept = kept && within;
+    ++of.numbers;
+    of.within += within;
+  });
   of.kept += kept;
 }
 
@@ -474,7 +494,7 @@ int main(int argc, char** argv) {
           return response;
         };
         for (const std::array<int, 2>& mesh : {default_mesh, finer_mesh}) {
-          Paths paths;
+          Paths paths{.length = longest_leaf(mechanism)};
           paths.own = run(Accuracy::full, mesh);
           paths.along = run(Accuracy::full, more_along(mesh));
           paths.across = run(Accuracy::full, more_across(mesh));

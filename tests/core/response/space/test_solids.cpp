@@ -8,6 +8,7 @@
 
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
+#include "core/response/space/undeflected_place.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
