@@ -44,6 +44,22 @@ TEST_CASE("notches of micrometres under heavy bodies have derivatives of their f
   CHECK(response.frequency_derivatives.size() == 4);
 }
 
+TEST_CASE("frequencies of wires of two elements depend on no rounding", "[jobs][random]") {
+  const auto at_rest = [](const json& document) {
+    Job job = parse_job(document);
+    job.model.accuracy = Accuracy::full;
+    job.request.points = {0};
+    return evaluate_stroke(make_mechanism(job, job.design.parameters), job.model, job.request);
+  };
+  const json job = random_job(1010462);
+  REQUIRE(job["model"]["mesh"][0] == 2);
+  const StrokeResponse one = at_rest(job), other = at_rest(scaled_job(job, 1 + 0x1p-42));
+  REQUIRE(one.path[0].frequencies_free.size() == 4);
+  for (std::size_t i = 0; i < 4; ++i)
+    CHECK(other.path[0].frequencies_free[i] ==
+          Approx(one.path[0].frequencies_free[i]).epsilon(1e-9));
+}
+
 TEST_CASE("numbers of a point do not depend on the other points of its stroke", "[jobs][random]") {
   const int seed = GENERATE(2, 12, 13);
   Job job = parse_job(random_job(static_cast<unsigned long long>(seed)));

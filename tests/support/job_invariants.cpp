@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <utility>
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
@@ -77,11 +76,12 @@ void check_compliance(const PathPoint& point, double length, JobVerdict& verdict
                                          point.stroke, point.frequencies_locked.front()));
 }
 
-// Gauss's rule of eight points on [0, 1].
-constexpr std::array<double, 4> gauss_place{0.1834346424956498, 0.5255324099163290,
-                                            0.7966664774136267, 0.9602898564975363};
-constexpr std::array<double, 4> gauss_weight{0.3626837833783620, 0.3137066458778873,
-                                             0.2223810344533745, 0.1012285362903763};
+// Kronrod's rule of seven points on [-1, 1], its half, and Gauss's of three of them.
+constexpr std::array<std::array<double, 3>, 4> kronrod{
+    {{0.9604912687080203, 0.1046562260264673, 0},
+     {0.7745966692414834, 0.2684880898683334, 5.0 / 9},
+     {0.4342437493468026, 0.4013974147759622, 0},
+     {0, 0.4509165386584741, 8.0 / 9}}};
 
 // The energy of bending is that of the places of the nodes: the rigid part of these cancels, which
 // leaves some eps (L/h)³ of the bending stiffness D.
@@ -121,8 +121,6 @@ std::optional<double> energy_error(const Job& job, const Mechanism& mechanism,
   };
   const auto at = [&](double share) {
     const Equilibrium e = step_to(system, share * stroke, newton);
-    // the system stands where the last correction began: two more steps are the end of it
-    for (int again = 0; again < 2; ++again) solve_equilibrium(system, share * stroke, newton);
     const BodyPose& pose = system.pose(mechanism.drives[0].body);
     bool pure = true;  // a rotation about another axis is no turn by the stroke
     if (const int d = index(mechanism.drives[0].direction); d >= 3)
@@ -134,24 +132,22 @@ std::optional<double> energy_error(const Job& job, const Mechanism& mechanism,
   if (!at(0.5).smooth && !at(0.9).smooth) return std::nullopt;
   const At first = at(0.9);
   if (!first.smooth) return std::nullopt;
-  // by more and more panels, until their number makes no difference
-  double work = 0, turnover = 0, before = 0;
+  // by more and more panels, until the rule of fewer points says the same
   constexpr int most_panels = 64;
-  int panels = 1;
-  for (;; panels *= 2) {
-    before = std::exchange(work, 0.0);
-    turnover = 0;
+  double work = 0, turnover = 0, coarse = 0;
+  for (int panels = 1;; panels *= 2) {
+    work = turnover = coarse = 0;
     for (int panel = 0; panel < panels; ++panel)
-      for (std::size_t k = 0; k < 8; ++k) {
-        const double place = k < 4 ? -gauss_place[3 - k] : gauss_place[k - 4];
-        const At here = at(0.9 + 0.1 * (panel + 0.5 + 0.5 * place) / panels);
+      for (int i = -3; i <= 3; ++i) {
+        const auto& [place, weight, of_three] = kronrod[static_cast<std::size_t>(3 - std::abs(i))];
+        const At here = at(0.9 + 0.1 * (panel + 0.5 + (i < 0 ? -0.5 : 0.5) * place) / panels);
         if (!here.smooth) return std::nullopt;
-        const double part =
-            0.5 * gauss_weight[k < 4 ? 3 - k : k - 4] * here.load * 0.1 * stroke / panels;
-        work += part;
-        turnover += std::abs(part);
+        const double whole = 0.5 * here.load * 0.1 * stroke / panels;
+        work += weight * whole;
+        coarse += of_three * whole;
+        turnover += weight * std::abs(whole);
       }
-    if (panels > 1 && std::abs(work - before) <= 0.1 * limit * turnover) break;
+    if (std::abs(work - coarse) <= 0.1 * limit * turnover) break;
     if (panels == most_panels) return std::nullopt;
     at(0.9);
   }
@@ -199,6 +195,12 @@ std::map<std::string, double> sizes_of(const StrokeResponse& response,
     for (const PathPoint& point : response.path)
       if (const auto value = q.value(point)) size = std::max(size, std::abs(*value));
   }
+  // the place of a drive is known to some 1e-13
+  for (const Quantity& q : all)
+    if (q.row->name == "drive_load") {
+      const double known = 1e-13 * (q.unit == "N" ? length : 1) * largest["drive_stiffness"];
+      largest["drive_load"] = std::max(largest["drive_load"], known / limit);
+    }
   return largest;
 }
 
@@ -218,8 +220,7 @@ struct Twin {
   bool mirror = false;
 };
 
-// Of all numbers of the stable points: an unstable state has others beside it, which rounding may
-// lead to.
+// Of all numbers of the stable points: rounding may lead to another state beside an unstable one.
 struct Difference {
   std::string quantity;
   double size;

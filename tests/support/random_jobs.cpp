@@ -31,7 +31,9 @@ bool is_thin(const std::string& name) {
 class JobWriter {
  public:
   explicit JobWriter(unsigned long long seed)
-      : random_(seed * 7919 + 17), family_(families()[seed % families().size()]) {}
+      : random_(seed * 7919 + 17),
+        quick_(seed >= first_quick_job),
+        family_(families()[seed % families().size()]) {}
 
   json write();
 
@@ -40,10 +42,13 @@ class JobWriter {
   json number_of(const Parameter& p);
   json parameters();
   json stroke();
+  json mesh();
+  int points() { return quick_ ? random_.whole(1, 3) + 1 : 4; }
   json model(bool wires, bool flat);
   json force(double least, double most);
 
   RandomNumbers random_;
+  bool quick_;
   const Family& family_;
   double size_ = 1;                           // over the usual one
   double length_ = 0, thin_ = 0, width_ = 0;  // of a leaf [m]
@@ -97,12 +102,13 @@ json JobWriter::stroke() {
   };
   if (!family_.drives.named()) {
     const double to = furthest(family_.drives.first());
-    return {{"from", random_.chance(0.3) ? -0.5 * to : 0.0}, {"to", to}, {"points", 4}};
+    return {{"from", random_.chance(0.3) ? -0.5 * to : 0.0}, {"to", to}, {"points", points()}};
   }
   json at = json::array();
   std::vector<double> most;
   for (const auto& item : family_.drives.items) most.push_back(furthest(item.direction));
-  for (int k = 0; k < 4; ++k) {
+  const int count = points();
+  for (int k = 0; k < count; ++k) {
     json point = json::object();
     for (std::size_t j = 0; j < most.size(); ++j)
       point[family_.drives.items[j].name] = most[j] * random_.between(-1, 1);
@@ -118,15 +124,23 @@ json JobWriter::force(double least, double most) {
   return json::array({f[0], f[1], f[2]});
 }
 
+// Coarse and odd ones cost little, and try the same code.
+json JobWriter::mesh() {
+  if (!quick_ || random_.chance(0.03)) return random_.chance(0.2) ? json{10, 4} : json{6, 2};
+  const int along = random_.whole(2, 6), other = random_.whole(2, 6);
+  return {std::min(along, other), random_.chance(0.25) ? 3 : 2};
+}
+
 // Wires are beams, and what is not flat leaves alone is reduced by the default method.
 json JobWriter::model(bool wires, bool flat) {
-  json model{{"mesh", random_.chance(0.2) ? json{10, 4} : json{6, 2}}};
+  json model{{"mesh", mesh()}};
+  if (quick_ && random_.chance(0.01)) model.erase("mesh");  // that of the family
   model["accuracy"] = random_.chance(0.5) ? "full" : "reduced";
   if (random_.chance(0.25) || wires) model["flexure"] = "beam";
   if (model["accuracy"] == "reduced" && flat && random_.chance(0.3)) {
     constexpr std::array methods{"linear_craig_bampton", "modal_derivatives", "quadratic_manifold"};
     model["method"] = methods[static_cast<std::size_t>(random_.whole(0, 2))];
-  } else if (model["accuracy"] == "reduced" && random_.chance(0.2)) {
+  } else if (model["accuracy"] == "reduced" && random_.chance(quick_ ? 0.05 : 0.2)) {
     model["degree"] = 7;
   }
   return model;
@@ -154,7 +168,7 @@ json JobWriter::write() {
     job["end_effector"] = {{"mass", mass}, {"inertia", json::array({inertia, inertia, inertia})}};
   }
   if (family_.drives.items.empty() || random_.chance(0.1))
-    job["load_path"] = {{"force", force(-2, 1.5)}, {"points", 4}};
+    job["load_path"] = {{"force", force(-2, 1.5)}, {"points", points()}};
   else
     job["stroke"] = stroke();
   if (random_.chance(0.5)) job["loads"] = json::array({{{"force", force(-3, 1)}}});

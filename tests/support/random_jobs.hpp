@@ -5,6 +5,10 @@
 
 namespace flexopt {
 
+/// Seeds from here on have meshes of 2 x 2 to 6 x 3 elements, some finer ones, and paths of two to
+/// four points: a campaign of them takes a fraction of the time.
+constexpr unsigned long long first_quick_job = 1000000;
+
 /// The same for the same seed; the families take turns. Not every one is a sensible design: its
 /// reader may refuse it.
 nlohmann::json random_job(unsigned long long seed);

@@ -178,12 +178,23 @@ namespace {
 
 // M-orthonormal Ritz shapes of span(Y), Y M-orthogonal to the modes; KY = K Y. Directions that Y
 // hardly has are left out, and with them what cancellation leaves of others: beside the lowest
-// modes nothing is slower than the last of them, `least`.
+// modes nothing is slower than the last of them, `least`. Columns that consisted of the modes
+// alone, as those of coarse wires do, are nothing but rounding: `before`, the sizes that they had.
 struct RitzShapes {
   VectorXd omega2;
   MatrixXd shapes, mass;  ///< Y, M Y
 };
-RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY, double least) {
+RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY, const VectorXd& before,
+                       double least) {
+  constexpr double nothing = 1e-6;
+  std::vector<int> left;
+  for (int k = 0; k < static_cast<int>(Y.cols()); ++k)
+    if (Y.col(k).norm() > nothing * before[k]) left.push_back(k);
+  if (left.empty()) return {VectorXd(0), MatrixXd(Y.rows(), 0), MatrixXd(Y.rows(), 0)};
+  if (left.size() < static_cast<std::size_t>(Y.cols())) {
+    Y = MatrixXd(Y(Eigen::all, left));
+    KY = MatrixXd(KY(Eigen::all, left));
+  }
   const VectorXd size = Y.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   Y *= size.asDiagonal();
   KY *= size.asDiagonal();
@@ -236,11 +247,12 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   if (request.modes > 0) {
     MatrixXd KY = MX.topRows(n), Y = KY;
     plate.solve(Y);
+    const VectorXd before = Y.colwise().norm();
     const MatrixXd share = MPsi.transpose() * Y;
     Y -= Psi * share;
     KY -= MPsi * (omega2.asDiagonal() * share);
     const double least = m > 0 ? omega2[m - 1] - 1e-6 * std::abs(omega2[m - 1]) : 0;
-    ritz = ritz_shapes(plate, std::move(Y), std::move(KY), least);
+    ritz = ritz_shapes(plate, std::move(Y), std::move(KY), before, least);
   }
   const int r = static_cast<int>(ritz.omega2.size()), internal = m + r;
 
