@@ -261,6 +261,9 @@ class TubeLeaf final : public LeafElement {
   double axial_offset() const;
   /// What the highest degree adds to the stiffness of the deformations.
   Matrix6d highest_degree() const;
+  /// What the highest degree adds to the stiffness along the ray, the one against the drive, over
+  /// that of the unloaded flat leaf: (R19). Zero of leaves without dead load, beams and arcs.
+  double change_along_ray() const;
   /// Why the potential is not believed here; empty where it is.
   std::string doubt(const Compliance& of_edges);
   /// The leaf with a better potential, at the same state; null where there is none.

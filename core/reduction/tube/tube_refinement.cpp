@@ -78,6 +78,9 @@ constexpr double largest_change_under_load = 0.02;
 /// buckling load, (R18).
 constexpr double largest_next_change = 0.0004;
 
+/// Of leaves that a dead load presses, (R19).
+constexpr double largest_change_along_ray = 0.003;
+
 }  // namespace
 
 double TubeLeaf::axial_offset() const {
@@ -104,6 +107,17 @@ double TubeLeaf::degree_change(const Matrix12d& compliance) const {
   return std::sqrt(std::max(0.0, (X * X).trace()));
 }
 
+double TubeLeaf::change_along_ray() const {
+  const PlateShape& shape = model_->shape();
+  if (shape.is_beam() || shape.curve || model_->range().centre().isZero(0)) return 0;
+  const Eigen::Vector2d ray = model_->range().ray;
+  const Eigen::Matrix2d bending{{4, 2}, {2, 4}};
+  const Matrix6d all = highest_degree();
+  const Eigen::Matrix2d change{{all(theta1y, theta1y), all(theta1y, theta2y)},
+                               {all(theta2y, theta1y), all(theta2y, theta2y)}};
+  return std::abs(ray.dot(change * ray)) / (shape.mean_width() * ray.dot(bending * ray));
+}
+
 std::string TubeLeaf::doubt(const Compliance& compliance) {
   const int degree = model_->potential().degree();
   const double largest = degree == 7                          ? largest_change_of_degree_7
@@ -113,6 +127,11 @@ std::string TubeLeaf::doubt(const Compliance& compliance) {
   const std::optional<double> alone = degree_change();
   doubted_alone_ = !alone || *alone > largest || next * *alone > largest_next_change;
   if (!doubted_alone_) return {};
+  if (const double along_ray = change_along_ray(); along_ray > largest_change_along_ray)
+    return fmt::format(
+        "its potential has not converged: degree {} changes its stiffness against the drive by "
+        "{:.2g} > {:.2g} of what it is without load",
+        degree, along_ray, largest_change_along_ray);
   const std::optional<Matrix12d> C = compliance();
   if (!C) return "it is not stable, nor is the mechanism";
   const double held = degree_change(*C);
