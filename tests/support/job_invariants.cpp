@@ -230,7 +230,18 @@ struct Differences {
   double worst = 0;
   std::vector<Difference> beyond;    ///< the limit
   std::vector<std::string> unequal;  ///< what no rounding explains
+  std::vector<std::string> modelled_otherwise;
 };
+// Where Newton's method fails with reduced leaves on the way, full ones take over from there:
+// rounding may decide whether it does.
+bool modelled_alike(const PathPoint& a, const PathPoint& b) {
+  const auto gave_up = [](const PathPoint& point) {
+    return std::ranges::any_of(point.leaves, [](const LeafReport& leaf) {
+      return leaf.reason.starts_with("no equilibrium");
+    });
+  };
+  return gave_up(a) == gave_up(b);
+}
 Differences differences(const StrokeResponse& one, const StrokeResponse& other, const Twin& twin,
                         const std::vector<Quantity>& all, double length, double allowed = limit) {
   Differences found;
@@ -252,6 +263,11 @@ Differences differences(const StrokeResponse& one, const StrokeResponse& other, 
       return found;
     }
     if (a.status != PointStatus::converged || !a.stable || !b.stable) continue;
+    if (!modelled_alike(a, b)) {
+      found.modelled_otherwise.push_back(
+          fmt::format("{} point {} has full leaves in the place of reduced ones", twin.name, k));
+      continue;
+    }
     for (const Quantity& q : all) {
       const auto small = q.value(a), big = q.value(b);
       if (small.has_value() != big.has_value()) {
@@ -338,6 +354,7 @@ void check_twins(const json& document, const Job& job, const StrokeResponse& res
       verdict.scale_checked = true;
       const Differences found = differences(response, other, as_modelled, all, length);
       verdict.scale_error = found.worst;
+      verdict.rounded = found.modelled_otherwise;
       for (const Difference& d : found.beyond) verdict.broken.push_back(d.words);
       verdict.broken.insert(verdict.broken.end(), found.unequal.begin(), found.unequal.end());
     }
