@@ -214,7 +214,7 @@ bool TubeModel::extend(double sigma) {
   stand_at(from);
   if (bend(leaf(), range_.ray, from.sigma, sigma) != sigma || !add(sigma)) return false;
   if (dynamics_) add_dynamics(sigma);
-  if (stress_) add_stress(below ? expansions_.front() : expansions_.back());
+  stress_.reset();  // made anew at its next use, of all states in their order
   const TubeExpansion& added = below ? expansions_.front() : expansions_.back();
   potential_->add_node({sigma, added.W});
   lower_->add_node({sigma, added.W});
