@@ -18,6 +18,14 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 // the others are counted.
 constexpr double next_to = 1e-3, largest_residual = 1e-12, beyond = 1e-7;
 
+// How many of these are the first `count` and those next to the last of them.
+Eigen::Index with_neighbours(const VectorXd& values, int count) {
+  Eigen::Index n = std::min<Eigen::Index>(count, values.size());
+  while (n > 0 && n < values.size() && values[n] - values[n - 1] <= next_to * std::abs(values[n]))
+    ++n;
+  return n;
+}
+
 struct Pair {
   double value = 0;
   VectorXd border, inside;            ///< x, of unit mass
@@ -95,10 +103,7 @@ void Iteration::shift(double sigma) {
 std::vector<Pair> Iteration::begin(const EigenPairs& found, const std::vector<Eigen::Index>& modes,
                                    int wanted) const {
   const auto border = K_.rows();
-  Eigen::Index count = std::min<Eigen::Index>(wanted, found.values.size());
-  while (count < found.values.size() &&
-         found.values[count] - found.values[count - 1] <= next_to * std::abs(found.values[count]))
-    ++count;
+  const Eigen::Index count = with_neighbours(found.values, wanted);
   std::vector<Pair> pairs(static_cast<std::size_t>(count));
   for (Eigen::Index k = 0; k < count; ++k) {
     Pair& pair = pairs[static_cast<std::size_t>(k)];
@@ -212,7 +217,10 @@ EigenPairs pairs_with(const BorderedPencil& pencil, const std::vector<Eigen::Ind
 }
 
 EigenPairs whole(const BorderedPencil& pencil, int count) {
-  return lowest_dense_pairs(pencil.dense_stiffness(), pencil.dense_mass(), count);
+  const EigenPairs all =
+      lowest_dense_pairs(pencil.dense_stiffness(), pencil.dense_mass(), pencil.size());
+  const Eigen::Index n = with_neighbours(all.values, count);
+  return {all.values.head(n), all.vectors.leftCols(n)};
 }
 
 // Nothing where a pair is missing.
@@ -230,9 +238,9 @@ std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPair
   const double sigma =
       last.value + beyond * std::abs(last.value) + iteration.rounding(last) / beyond;
   if (iteration.below(sigma) != static_cast<int>(pairs.size())) return std::nullopt;
-  count = std::min(count, static_cast<int>(pairs.size()));
-  EigenPairs found{VectorXd(count), MatrixXd(pencil.size(), count)};
-  for (int k = 0; k < count; ++k) {
+  EigenPairs found{VectorXd(static_cast<Eigen::Index>(pairs.size())),
+                   MatrixXd(pencil.size(), static_cast<Eigen::Index>(pairs.size()))};
+  for (Eigen::Index k = 0; k < found.values.size(); ++k) {
     const Pair& pair = pairs[static_cast<std::size_t>(k)];
     found.values[k] = pair.value;
     found.vectors.col(k) << pair.border.cwiseProduct(iteration.unit()), pair.inside;
@@ -248,40 +256,51 @@ bool is_small(const BorderedPencil& pencil, const std::vector<Eigen::Index>& mod
 }  // namespace
 
 EigenPairs lowest_pairs(const BorderedPencil& pencil, int count) {
-  return lowest_pairs(pencil, {}, count).free;
+  const EigenPairs found = lowest_pairs(pencil, {}, {count, 0}).free;
+  const Eigen::Index n = std::min<Eigen::Index>(count, found.values.size());
+  return {found.values.head(n), found.vectors.leftCols(n)};
 }
 
 FreeAndHeldPairs lowest_pairs(const BorderedPencil& pencil, const std::vector<int>& held,
-                              int count) {
+                              PairCounts counts) {
+  if (held.empty()) {
+    counts.free = std::max(counts.free, counts.held);
+    counts.held = 0;
+  }
   std::vector<int> kept;  // rows of the pairs with the others held
   for (int k = 0; k < pencil.size(); ++k)
     if (std::find(held.begin(), held.end(), k) == held.end()) kept.push_back(k);
-  std::vector<int> border(kept.begin(), kept.end() - pencil.modes.size());
-  const BorderedPencil rest = held.empty() ? BorderedPencil{} : pencil.kept(border);
-  const std::vector<Eigen::Index> modes = low_modes(pencil.modes, count);
+  const std::vector<int> border(kept.begin(), kept.end() - pencil.modes.size());
+  const BorderedPencil rest = counts.held > 0 ? pencil.kept(border) : BorderedPencil{};
+  const std::vector<Eigen::Index> modes =
+      low_modes(pencil.modes, std::max(counts.free, counts.held));
   std::optional<EigenPairs> free, at_rest;
   if (!is_small(pencil, modes)) {
-    EigenPairs start = pairs_with(pencil, modes);
-    free = iterated(pencil, start, modes, count);
-    for (std::size_t k = 0; k < held.size(); ++k)
-      start = held_pairs(start, held[k], k + 1 == held.size() ? count + 2 : pencil.size());
-    if (!held.empty()) {
-      std::vector<int> rows = border;  // of the vectors that lead to those of the rest
-      for (std::size_t k = 0; k < modes.size(); ++k)
-        rows.push_back(pencil.border() + static_cast<int>(k));
-      const EigenPairs left{start.values, start.vectors(rows, Eigen::all)};
-      at_rest = iterated(rest, left, modes, count);
+    if (counts.free == 0) {
+      at_rest = iterated(rest, pairs_with(rest, modes), modes, counts.held);
+    } else {
+      EigenPairs start = pairs_with(pencil, modes);
+      free = iterated(pencil, start, modes, counts.free);
+      if (counts.held > 0) {
+        for (std::size_t k = 0; k < held.size(); ++k)
+          start =
+              held_pairs(start, held[k], k + 1 == held.size() ? counts.held + 2 : pencil.size());
+        std::vector<int> rows = border;  // of the vectors that lead to those of the rest
+        for (std::size_t k = 0; k < modes.size(); ++k)
+          rows.push_back(pencil.border() + static_cast<int>(k));
+        const EigenPairs left{start.values, start.vectors(rows, Eigen::all)};
+        at_rest = iterated(rest, left, modes, counts.held);
+      }
     }
   }
   FreeAndHeldPairs found;
-  found.free = free ? std::move(*free) : whole(pencil, count);
-  if (held.empty()) {
-    found.held = found.free;
-    return found;
+  if (counts.free > 0) found.free = free ? std::move(*free) : whole(pencil, counts.free);
+  if (held.empty()) found.held = found.free;
+  if (counts.held > 0) {
+    const EigenPairs inner = at_rest ? std::move(*at_rest) : whole(rest, counts.held);
+    found.held = {inner.values, MatrixXd::Zero(pencil.size(), inner.vectors.cols())};
+    found.held.vectors(kept, Eigen::all) = inner.vectors;
   }
-  const EigenPairs inner = at_rest ? std::move(*at_rest) : whole(rest, count);
-  found.held = {inner.values, MatrixXd::Zero(pencil.size(), inner.vectors.cols())};
-  found.held.vectors(kept, Eigen::all) = inner.vectors;
   return found;
 }
 

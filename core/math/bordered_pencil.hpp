@@ -36,11 +36,15 @@ int eigenvalues_below(const BorderedPencil& pencil, double sigma);
 /// decomposition takes their place.
 EigenPairs lowest_pairs(const BorderedPencil& pencil, int count);
 
-/// The same, and with these coordinates of the border held besides.
+/// The same, and with these coordinates of the border held besides: so many of either, and those
+/// whose values are next to the last one's. Of a list of which none are wanted there are none.
 struct FreeAndHeldPairs {
   EigenPairs free, held;  ///< zero at the coordinates that are held
 };
+struct PairCounts {
+  int free = 0, held = 0;
+};
 FreeAndHeldPairs lowest_pairs(const BorderedPencil& pencil, const std::vector<int>& held,
-                              int count);
+                              PairCounts counts);
 
 }  // namespace flexopt

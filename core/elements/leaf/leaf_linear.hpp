@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/elements/leaf/answer.hpp"
+#include "core/elements/leaf/leaf_element.hpp"
 #include "core/elements/leaf/leaf_rates.hpp"
 #include "core/elements/leaf/leaf_rows.hpp"
 #include "core/elements/leaf/leaf_scale.hpp"
@@ -14,6 +15,13 @@ namespace flexopt {
 template <class S>
 class LeafGradient;
 class LeafSeries;
+
+/// The interior of a leaf that has a few motions between held edges, and follows them and the edges
+/// by static shapes.
+struct InternalMotions {
+  LeafDynamics dynamics;  ///< without stations and shapes
+  MatrixXd unknowns;      ///< of the leaf, per unit of each motion: unknowns × motions
+};
 
 /// The leaf that it was made of must outlive it, and everything that it makes.
 class LeafLinear {
@@ -28,6 +36,8 @@ class LeafLinear {
   virtual MatrixXd static_shapes(const std::vector<int>& columns) const = 0;
   /// M V for rates V of the unknowns and the edges (+ 12 rows).
   virtual MatrixXd mass_times(const MatrixXd& V) const = 0;
+  /// None of a leaf with many unknowns.
+  virtual std::optional<InternalMotions> internal_motions() const { return std::nullopt; }
   /// Below it every mode between held edges is one of the unknowns [Hz]. None: they tell all that
   /// the leaf has.
   virtual std::optional<double> highest_mode() const { return std::nullopt; }

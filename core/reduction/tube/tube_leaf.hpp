@@ -235,6 +235,8 @@ class TubeLeaf final : public LeafElement {
   /// By increments of the edges (scaled): the rates of TubeDynamics::Answer::mass, but those of the
   /// amplitudes.
   Matrix12d edge_rates() const;
+  /// What the tables' answer at this state makes of the leaf, without stations.
+  LeafDynamics dynamics_of(const TubeDynamics::Answer& local) const;
   /// Motion of stations by the tables for all these rates, the amplitudes' too: six rows each, axes
   /// of the leaf.
   MatrixXd tabulated_stations() const;

@@ -135,19 +135,7 @@ const TubeDynamics::Answer* TubeLeaf::tabulated() {
   return nullptr;
 }
 
-std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(const DynamicsRequest& request) {
-  condensed_because_.clear();
-  if (request.modes == 0) return std::nullopt;
-  if (request.modes > tabulated_modes && model_->dynamics()) {
-    condensed_because_ =
-        "frequencies of the full leaf: they take more internal modes than the tables have";
-    return std::nullopt;
-  }
-  const TubeDynamics::Answer* const found = tabulated();
-  if (!found) return std::nullopt;
-  const TubeDynamics::Answer& local = *found;
-
-  check_ = 0;  // nothing is condensed
+LeafDynamics TubeLeaf::dynamics_of(const TubeDynamics::Answer& local) const {
   const Matrix12d T = edge_rates().lazyProduct(scale_.transformation().transpose());
   const double root = std::sqrt(scale_.mass);  // unit modal mass in SI
   LeafDynamics dynamics;
@@ -170,14 +158,31 @@ std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(const DynamicsRequest& 
                      .cwiseQuotient(local.mass.bottomRightCorner<internal, internal>().diagonal())
                      .cwiseSqrt();
   dynamics.highest_mode = to_hertz * std::sqrt(local.reach);
+  return dynamics;
+}
+
+std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(const DynamicsRequest& request) {
+  condensed_because_.clear();
+  if (request.modes == 0) return std::nullopt;
+  if (request.modes > tabulated_modes && model_->dynamics()) {
+    condensed_because_ =
+        "frequencies of the full leaf: they take more internal modes than the tables have";
+    return std::nullopt;
+  }
+  const TubeDynamics::Answer* const found = tabulated();
+  if (!found) return std::nullopt;
+  check_ = 0;  // nothing is condensed
+  LeafDynamics dynamics = dynamics_of(*found);
   if (!request.stations) return dynamics;
 
   // from chord axes to the leaf's, and to what leaf_station_motion() calls motion
+  const Matrix12d T = edge_rates().lazyProduct(scale_.transformation().transpose());
   const MatrixXd stations = tabulated_stations();
   const double weight = station_weight(stations.rows());
   dynamics.stations.resize(stations.rows(), 12 + internal);
   dynamics.stations.leftCols(12) = weight * (stations.leftCols<12>() * T);
-  dynamics.stations.rightCols(internal) = weight / root * stations.rightCols(internal);
+  dynamics.stations.rightCols(internal) =
+      weight / std::sqrt(scale_.mass) * stations.rightCols(internal);
   return dynamics;
 }
 

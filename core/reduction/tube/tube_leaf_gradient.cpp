@@ -82,6 +82,13 @@ MatrixXd TubeLeafLinear::station_motion(const MatrixXd& V) const {
                    stations.rightCols<P>() * V.middleRows<P>(3));
 }
 
+std::optional<InternalMotions> TubeLeafLinear::internal_motions() const {
+  if (!internal_) return std::nullopt;
+  InternalMotions motions{leaf_->dynamics_of(*internal_), MatrixXd::Zero(unknowns(), P)};
+  motions.unknowns.bottomRows<P>().diagonal().setConstant(1 / std::sqrt(scale().mass));
+  return motions;
+}
+
 std::optional<double> TubeLeafLinear::highest_mode() const {
   if (!internal_) return std::nullopt;
   return std::sqrt(scale().energy / scale().mass * internal_->reach) / (2 * std::numbers::pi);

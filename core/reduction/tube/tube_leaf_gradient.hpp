@@ -29,6 +29,7 @@ class TubeLeafLinear final : public LeafLinear {
   void solve(Eigen::Ref<MatrixXd> b) const override;
   MatrixXd static_shapes(const std::vector<int>& columns) const override;
   MatrixXd mass_times(const MatrixXd& V) const override;
+  std::optional<InternalMotions> internal_motions() const override;
   std::optional<double> highest_mode() const override;
   MatrixXd station_motion(const MatrixXd& V) const override;
   Answer<LeafGradient<double>> gradient(LeafRates& rates, const LeafRows& rows) const override;

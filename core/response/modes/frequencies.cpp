@@ -49,25 +49,6 @@ EigenPairs jointed_pairs(const System& system, const MechanismPencil& pencil,
   return {found.values, modes.expanded(pencil, Z * found.vectors.topRows(Z.cols()), found.vectors)};
 }
 
-// Of all others: drive free and held.
-std::array<EigenPairs, 2> free_pairs(const System& system, const MechanismPencil& pencil,
-                                     const LeafModes& modes, int count) {
-  const std::vector<int> driven = system.driven_coordinates();
-  std::vector<int> kept, held;  // of the bodies' coordinates, and of those
-  for (int i = 0; i < pencil.bodies; ++i) {
-    if (system.is_held(i)) continue;
-    if (std::ranges::find(driven, i) != driven.end()) held.push_back(static_cast<int>(kept.size()));
-    kept.push_back(i);
-  }
-  const FreeAndHeldPairs found = lowest_pairs(modes.pencil.kept(kept), held, count);
-  const auto all = [&](const EigenPairs& pairs) -> EigenPairs {
-    MatrixXd bodies = MatrixXd::Zero(pencil.bodies, pairs.vectors.cols());
-    bodies(kept, Eigen::all) = pairs.vectors.topRows(static_cast<Eigen::Index>(kept.size()));
-    return {pairs.values, modes.expanded(pencil, bodies, pairs.vectors)};
-  };
-  return {all(found.free), all(found.held)};
-}
-
 double hertz(double omega2) {
   return std::copysign(std::sqrt(std::abs(omega2)), omega2) / (2 * std::numbers::pi);
 }
@@ -201,18 +182,25 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options)
   const auto by_krylov = [&](const MechanismPencil& pencil) {
     return system.analyses() || pencil.size >= krylov_from;
   };
-  // drive free and held
+  // drive free, where that is wanted, and held
   const auto pairs = [&](const MechanismPencil& pencil) -> std::array<EigenPairs, 2> {
     if (by_krylov(pencil)) {
       const int count = std::min(options.count, unknowns(pencil));
-      return {solve_by_krylov(system, pencil, false, count),
+      return {options.free ? solve_by_krylov(system, pencil, false, count) : EigenPairs(),
               solve_by_krylov(system, pencil, true, count)};
     }
     const LeafModes modes(pencil);
     if (conditions)
-      return {jointed_pairs(system, pencil, modes, false, options.count),
-              jointed_pairs(system, pencil, modes, true, options.count)};
-    return free_pairs(system, pencil, modes, options.count);
+      return {
+          options.free ? jointed_pairs(system, pencil, modes, false, options.count) : EigenPairs(),
+          jointed_pairs(system, pencil, modes, true, options.count)};
+    auto found = free_and_held_pairs(system, pencil, modes,
+                                     {options.free ? options.count : 0, options.count});
+    for (EigenPairs& list : found) {
+      const auto count = std::min<Eigen::Index>(options.count, list.values.size());
+      list = {list.values.head(count).eval(), list.vectors.leftCols(count).eval()};
+    }
+    return found;
   };
   for (;;) {
     const MechanismPencil pencil = mechanism_pencil(system, leaf_modes, options);
@@ -221,12 +209,13 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options)
     if (options.leaf_modes > 0 &&
         grow(leaf_modes, pencil.highest, highest, options.count - unknowns(pencil), options))
       continue;
-    result.free = classify(pencil, system, free.values, free.vectors,
-                           drive_shapes_of(pencil, system), options.motions);
+    if (options.free)
+      result.free = classify(pencil, system, free.values, free.vectors,
+                             drive_shapes_of(pencil, system), options.motions);
     result.locked = classify(pencil, system, locked.values, locked.vectors,
                              MatrixXd(pencil.size, 0), options.motions);
     if (options.shapes) {
-      for (int k = 0; k < free.values.size(); ++k)
+      for (int k = 0; k < static_cast<int>(result.free.size()); ++k)
         pencil.add_shape(free.vectors.col(k), result.free[static_cast<std::size_t>(k)]);
       for (int k = 0; k < locked.values.size(); ++k)
         pencil.add_shape(locked.vectors.col(k), result.locked[static_cast<std::size_t>(k)]);

@@ -8,6 +8,7 @@
 #include "core/math/lanczos.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/response/modes/frequencies.hpp"
+#include "core/response/modes/mechanism_pencil.hpp"
 
 namespace flexopt {
 namespace {
@@ -285,9 +286,47 @@ std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int 
 
 }  // namespace
 
+namespace {
+
+// Of leaves that know their internal motions; nothing of others, and of large mechanisms.
+std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int free, int locked,
+                                             ModeMotions motions) {
+  constexpr int largest = 150;  // coordinates
+  const System& system = factor.system();
+  if (factor.conditions() > 0 || system.analyses()) return std::nullopt;
+  const std::optional<InternalPencil> internal = internal_pencil(factor);
+  if (!internal || internal->pencil.size > largest) return std::nullopt;
+  const MechanismPencil& pencil = internal->pencil;
+  const auto [of_free, of_held] =
+      free_and_held_pairs(system, pencil, LeafModes(pencil), {free, locked});
+  const auto list = [&](const EigenPairs& pairs, bool drive_locked, int count) {
+    FullModes found;
+    found.converged = std::min(count, static_cast<int>(pairs.values.size()));
+    found.lambda = pairs.values;
+    found.phi = factor.static_motion(pairs.vectors.topRows(pencil.bodies));
+    for (std::size_t i = 0; i < pencil.leaves.size(); ++i) {
+      const MatrixXd& unknowns = internal->unknowns[i];
+      found.phi.middleRows(factor.leaves()[i].offset, unknowns.rows()).noalias() +=
+          unknowns * pairs.vectors.middleRows(pencil.leaves[i].first(), unknowns.cols());
+    }
+    const MatrixXd listed = found.phi.leftCols(found.converged);
+    found.modes = classified_modes(factor, drive_locked, found.lambda.head(found.converged), listed,
+                                   factor.mass(listed), motions);
+    return found;
+  };
+  FullModeLists found;
+  if (free > 0) found.free = list(of_free, false, free);
+  if (locked > 0) found.locked = list(of_held, true, locked);
+  return found;
+}
+
+}  // namespace
+
 std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked,
                                         ModeMotions motions) {
   if (free == 0 && locked == 0) return FullModeLists();
+  if (std::optional<FullModeLists> lists = modes_of_border(factor, free, locked, motions))
+    return lists;
   if (const std::optional<MatrixXd> R = root_of_mass(factor))
     return modes_of_root(factor, *R, free, locked, motions);
   return modes_of_krylov(factor, free, locked, motions);

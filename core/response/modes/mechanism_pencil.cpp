@@ -41,62 +41,93 @@ void MechanismPencil::add_shape(const VectorXd& phi, Mode& mode) const {
                                                      : VectorXd());
 }
 
-MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_modes,
-                                 const FrequencyOptions& options) {
-  const Mechanism& m = system.mechanism();
-  int n = system.size();
+namespace {
+
+MechanismPencil without_leaves(const System& system) {
   MechanismPencil pencil;
-  pencil.bodies = n;
-  pencil.group = rigid_groups(m);
+  pencil.bodies = pencil.size = system.size();
+  pencil.group = rigid_groups(system.mechanism());
   pencil.highest.resize(system.leaves());
   pencil.K_bodies = system.tangent();
   pencil.M_bodies = system.body_mass();
-  for (int i = 0; i < system.leaves(); ++i) {
-    const DynamicsRequest request(leaf_modes[i], options.shapes, options.motions);
-    LeafDynamics leaf = options.constant_mass ? options.constant_mass->dynamics(system, i, request)
-                                              : system.leaf(i).dynamics(request);
-    const int k = static_cast<int>(leaf.mode_frequencies.size());
-    pencil.highest[i] = leaf.highest_mode;
-    pencil.check = std::max(pencil.check, leaf.check);
-    // rows (edge and point coordinates, k modes) of the leaf from those of the pencil
-    const LeafSpring& l = m.leaves[i];
-    const int boundary = l.point ? 15 : 12;
-    MechanismPencil::Leaf part;
-    part.modes = k;
-    MatrixXd T = MatrixXd::Zero(boundary + k, boundary + k);
-    std::vector<int> sides;  // first rows of its edges that move
-    int columns = 0;
-    const auto put = [&](int row, int size, int coordinate, const MatrixXd& map) {
-      T.block(row, columns, size, size) = map;
-      for (int d = 0; d < size; ++d) part.coordinates.push_back(coordinate + d);
-      columns += size;
-    };
-    for (int end = 0; end < 2; ++end)
-      if (const int b = end == 0 ? l.base : l.tip; b >= 0) {
-        put(6 * end, 6, 6 * b, system.edge_map(i, end));
-        sides.push_back(end);
-      }
-    if (l.point) put(12, 3, 6 * l.point->body, Matrix3d::Identity());
-    put(boundary, k, n, MatrixXd::Identity(k, k));
-    T.conservativeResize(Eigen::NoChange, columns);
-    part.mass = T.transpose() * leaf.mass * T;
-    part.stiffness = leaf.stiffness.bottomRightCorner(k, k);
-    if (options.motions && leaf.stations.rows() > 0) part.stations = leaf.stations * T;
-    if (leaf.shape_motion.rows() > 0) part.shape = leaf.shape_motion * T;
-    // a condensed full leaf is nearer the truth than the reduced one it stands in for
-    const Matrix12d better =
-        leaf.stiffness.topLeftCorner<12, 12>() - system.leaf(i).evaluation().tangent;
+  return pencil;
+}
+
+// The next leaf.
+void add_leaf(const System& system, const LeafDynamics& leaf, bool motions,
+              MechanismPencil& pencil) {
+  const int i = static_cast<int>(pencil.leaves.size()),
+            k = static_cast<int>(leaf.mode_frequencies.size());
+  pencil.highest[i] = leaf.highest_mode;
+  pencil.check = std::max(pencil.check, leaf.check);
+  const LeafSpring& l = system.mechanism().leaves[static_cast<std::size_t>(i)];
+  const int boundary = l.point ? 15 : 12;
+  MechanismPencil::Leaf part;
+  part.modes = k;
+  std::vector<int> kept, sides;  // coordinates of the leaf that move, edges among them
+  const auto keep = [&](int row, int size, int coordinate) {
+    for (int d = 0; d < size; ++d) {
+      kept.push_back(row + d);
+      part.coordinates.push_back(coordinate + d);
+    }
+  };
+  for (int end = 0; end < 2; ++end)
+    if (const int b = end == 0 ? l.base : l.tip; b >= 0) {
+      keep(6 * end, 6, 6 * b);
+      sides.push_back(end);
+    }
+  if (l.point) keep(12, 3, 6 * l.point->body);
+  keep(boundary, k, pencil.size);
+  // columns of the bodies in place of those of the edges
+  const auto of_bodies = [&](MatrixXd columns) {
+    for (const int a : sides)
+      columns.middleCols<6>(6 * a) =
+          columns.middleCols<6>(6 * a).lazyProduct(system.edge_map(i, a)).eval();
+    return MatrixXd(columns(Eigen::all, kept));
+  };
+  part.mass = of_bodies(of_bodies(leaf.mass).transpose());
+  part.stiffness = leaf.stiffness.bottomRightCorner(k, k);
+  if (motions && leaf.stations.rows() > 0) part.stations = of_bodies(leaf.stations);
+  if (leaf.shape_motion.rows() > 0) part.shape = of_bodies(leaf.shape_motion);
+  // a condensed full leaf is nearer the truth than the reduced one it stands in for
+  const Matrix12d better =
+      leaf.stiffness.topLeftCorner<12, 12>() - system.leaf(i).evaluation().tangent;
+  if (!better.isZero(0))
     for (const int a : sides)
       for (const int b : sides) {
         const Matrix6d Qa = system.edge_map(i, a), Qb = system.edge_map(i, b);
         pencil.K_bodies.block(a == 0 ? l.base : l.tip, b == 0 ? l.base : l.tip) +=
             Qa.transpose() * better.block<6, 6>(6 * a, 6 * b) * Qb;
       }
-    pencil.leaves.push_back(std::move(part));
-    n += k;
+  pencil.leaves.push_back(std::move(part));
+  pencil.size += k;
+}
+
+}  // namespace
+
+MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_modes,
+                                 const FrequencyOptions& options) {
+  MechanismPencil pencil = without_leaves(system);
+  for (int i = 0; i < system.leaves(); ++i) {
+    const DynamicsRequest request(leaf_modes[static_cast<std::size_t>(i)], options.shapes,
+                                  options.motions);
+    add_leaf(system,
+             options.constant_mass ? options.constant_mass->dynamics(system, i, request)
+                                   : system.leaf(i).dynamics(request),
+             options.motions, pencil);
   }
-  pencil.size = n;
   return pencil;
+}
+
+std::optional<InternalPencil> internal_pencil(const MechanismFactor& factor) {
+  InternalPencil found{without_leaves(factor.system()), {}};
+  for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
+    std::optional<InternalMotions> motions = leaf.linear->internal_motions();
+    if (!motions) return std::nullopt;
+    add_leaf(factor.system(), motions->dynamics, false, found.pencil);
+    found.unknowns.push_back(std::move(motions->unknowns));
+  }
+  return found;
 }
 
 LeafModes::LeafModes(const MechanismPencil& of) {
@@ -134,6 +165,25 @@ MatrixXd LeafModes::expanded(const MechanismPencil& to, const MatrixXd& of_bodie
       rows = (shapes[i] * rows).eval();
     }
   return phi;
+}
+
+std::array<EigenPairs, 2> free_and_held_pairs(const System& system, const MechanismPencil& pencil,
+                                              const LeafModes& modes, PairCounts counts) {
+  const std::vector<int> driven = system.driven_coordinates();
+  std::vector<int> kept, held;  // of the bodies' coordinates, and of those
+  for (int i = 0; i < pencil.bodies; ++i) {
+    if (system.is_held(i)) continue;
+    if (std::ranges::find(driven, i) != driven.end()) held.push_back(static_cast<int>(kept.size()));
+    kept.push_back(i);
+  }
+  const FreeAndHeldPairs found = lowest_pairs(modes.pencil.kept(kept), held, counts);
+  const auto all = [&](const EigenPairs& pairs) -> EigenPairs {
+    if (pairs.values.size() == 0) return pairs;
+    MatrixXd bodies = MatrixXd::Zero(pencil.bodies, pairs.vectors.cols());
+    bodies(kept, Eigen::all) = pairs.vectors.topRows(static_cast<Eigen::Index>(kept.size()));
+    return {pairs.values, modes.expanded(pencil, bodies, pairs.vectors)};
+  };
+  return {all(found.free), all(found.held)};
 }
 
 }  // namespace flexopt

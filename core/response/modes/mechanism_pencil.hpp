@@ -1,10 +1,13 @@
 #pragma once
 // K and M of a mechanism over its bodies and the internal motions of its leaves.
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "core/equilibrium/system.hpp"
 #include "core/math/bordered_pencil.hpp"
 #include "core/response/modes/frequencies.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
 
@@ -38,6 +41,12 @@ struct MechanismPencil {
 /// The system must be assembled at an equilibrium. `leaf_modes`: of each leaf.
 MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_modes,
                                  const FrequencyOptions& options);
+/// Of a mechanism whose leaves all know their internal motions; else nothing.
+struct InternalPencil {
+  MechanismPencil pencil;
+  std::vector<MatrixXd> unknowns;  ///< InternalMotions::unknowns of each leaf
+};
+std::optional<InternalPencil> internal_pencil(const MechanismFactor& factor);
 
 /// The same with every leaf's motions between held edges for its internal ones.
 struct LeafModes {
@@ -50,5 +59,10 @@ struct LeafModes {
   MatrixXd expanded(const MechanismPencil& to, const MatrixXd& of_bodies,
                     const MatrixXd& vectors) const;
 };
+
+/// The lowest pairs of a mechanism without conditions, drive free and held, in its coordinates;
+/// those next to the last ones too.
+std::array<EigenPairs, 2> free_and_held_pairs(const System& system, const MechanismPencil& pencil,
+                                              const LeafModes& modes, PairCounts counts);
 
 }  // namespace flexopt

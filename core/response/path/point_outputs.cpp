@@ -178,6 +178,7 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
 void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
   const Frequencies f =
       natural_frequencies(system, {.count = request_->frequencies,
+                                   .free = request_->frequencies_of(DriveState::free) > 0,
                                    .leaf_modes = model_->leaf_modes,
                                    .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
                                    .motions = wants_mode_motions(*request_),

@@ -75,7 +75,7 @@ TEST_CASE("a pencil is solved with coordinates held at the same time") {
     std::vector<int> kept;
     for (int i = 0; i < 6; ++i)
       if (std::find(held.begin(), held.end(), i) == held.end()) kept.push_back(i);
-    const FreeAndHeldPairs found = lowest_pairs(p, held, 8);
+    const FreeAndHeldPairs found = lowest_pairs(p, held, {8, 8});
     check_pairs(p, found.free, exact_values(p, 8), 1e-12);
     CHECK(found.held.vectors(held, Eigen::all).norm() == 0);
     std::vector<int> rows = kept;
@@ -83,6 +83,43 @@ TEST_CASE("a pencil is solved with coordinates held at the same time") {
     check_pairs(p.kept(kept), {found.held.values, found.held.vectors(rows, Eigen::all)},
                 exact_values(p.kept(kept), 8), 1e-12);
   }
+}
+
+TEST_CASE("one of both lists alone is the same") {
+  std::srand(12);
+  const BorderedPencil p = pencil(6, 3, 10, 0.1);
+  const std::vector<int> held{1, 4};
+  const FreeAndHeldPairs both = lowest_pairs(p, held, {7, 5}), free = lowest_pairs(p, held, {7, 0}),
+                         inner = lowest_pairs(p, held, {0, 5});
+  CHECK(free.held.values.size() == 0);
+  CHECK(inner.free.values.size() == 0);
+  CHECK((free.free.values - both.free.values).norm() <= 1e-12 * both.free.values.norm());
+  CHECK((inner.held.values - both.held.values).norm() <= 1e-12 * both.held.values.norm());
+}
+
+TEST_CASE("lists end with whole clusters") {
+  std::srand(13);
+  BorderedPencil p = pencil(6, 2, 10, 0.3);
+  for (int j = 0; j < 10; ++j) {  // of two equal leaves, one's image the other
+    p.modes[10 + j] = p.modes[j];
+    p.C.col(10 + j) = p.C.col(j);
+    p.C.col(10 + j).head(3) *= -1;
+  }
+  p.C *= 1e-4;  // next to no coupling: pairs of values
+  const VectorXd values = exact_values(p, p.size());
+  int split = 0;
+  for (int count = 1; count < 9; ++count) {
+    const auto next_to_last = [&](const VectorXd& of, Eigen::Index n) {
+      return of[n] - of[n - 1] <= 1e-3 * std::abs(of[n]);
+    };
+    const EigenPairs found = lowest_pairs(p, {0}, {count, 0}).free;
+    const Eigen::Index n = found.values.size();
+    CHECK(n >= count);
+    split += n > count;
+    CHECK_FALSE(next_to_last(values, n));
+    CHECK((found.values - values.head(n)).norm() <= 1e-11 * values[n]);
+  }
+  CHECK(split > 0);
 }
 
 TEST_CASE("equal leaves have equal frequencies, also those that move no body") {

@@ -3,7 +3,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/equilibrium/stroke_path.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "core/response/modes/full_modes.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
 
@@ -93,6 +96,33 @@ StrokeRequest sweep() {
 }
 
 }  // namespace
+
+TEST_CASE("modes of looked-up leaves are those of the linearised mechanism",
+          "[response][gradients][slow]") {
+  const test::Family family = hinge();
+  const Mechanism m = family.make(test::values_of(family.numbers));
+  System system(m, make_reduced_leaves(m, looked_up(), 0.2));
+  for (int i = 0; i < system.leaves(); ++i) system.leaf(i).expect_dynamics(2);
+  for (const double stroke : {0.0, 0.15}) {
+    REQUIRE(step_to(system, stroke, {}).converged);
+    const auto factor = MechanismFactor::of(system).value;
+    REQUIRE(factor);
+    const auto both = full_modes(*factor, 6, 5), locked = full_modes(*factor, 0, 5);
+    REQUIRE((both && locked));
+    CHECK((both->locked.lambda - locked->locked.lambda).norm() <=
+          1e-11 * locked->locked.lambda.norm());
+    for (const FullModes* list : {&both->free, &both->locked}) {
+      const bool held = list == &both->locked;
+      REQUIRE(list->modes.size() == (held ? 5u : 6u));
+      const MatrixXd& phi = list->phi;
+      const MatrixXd M_phi = factor->mass(phi), unit = phi.transpose() * M_phi;
+      CHECK((unit - MatrixXd::Identity(unit.rows(), unit.cols())).norm() < 1e-9);
+      const MatrixXd b = M_phi * list->lambda.asDiagonal(),
+                     off = (held ? factor->solve_locked(b) : factor->solve(b)) - phi;
+      CHECK(off.cwiseProduct(factor->mass(off)).colwise().sum().maxCoeff() < 1e-18);
+    }
+  }
+}
 
 TEST_CASE("derivatives of all numbers of a hinge on looked-up leaves agree with differences",
           "[response][gradients][slow]") {
