@@ -10,7 +10,7 @@ namespace {
 using chord::edge_turn;
 using chord::FrameRate;
 using chord::Turn;
-using Turns = std::vector<Turn<double>>;
+using Turns = std::array<Turn<double>, 2>;
 
 // Second derivative in q of chord::sine_factor(q, m).
 double sine_factor_curvature(double q, int m) {
@@ -97,14 +97,14 @@ ChordGradient::ChordGradient(const ChordFrame& frame, const EdgePoses& edges, co
       edges_(edges),
       rows_(rows),
       energy_(std::move(energy)),
-      turns_{Turn<double>(edge_turn(0) * frame.e), Turn<double>(edge_turn(1) * frame.e)},
+      turns_({Turn<double>(edge_turn(0) * frame.e), Turn<double>(edge_turn(1) * frame.e)}),
       edge_force_(frame.B.transpose() * energy_.force.head<6>()),
       edge_stiffness_(geometric_stiffness(frame, energy_.force.head<6>())) {
   for (int a = 0; a < 2; ++a) {
     // increments do not commute
     edge_stiffness_.block<3, 3>(6 * a + 3, 6 * a + 3) -=
         0.5 * hat(Vector3d(edge_force_.segment<3>(6 * a + 3)));
-    const double q = turns_[static_cast<std::size_t>(a)].theta.squaredNorm();
+    const double q = (*turns_)[static_cast<std::size_t>(a)].theta.squaredNorm();
     curvature_[static_cast<std::size_t>(a)] = {sine_factor_curvature(q, 2),
                                                sine_factor_curvature(q, 3)};
   }
@@ -158,7 +158,7 @@ auto ChordGradient::column(const Vector12d& y) const -> Column {
   for (int a = 0; a < 2; ++a) c.spin[a] = Et * y.segment<3>(6 * a + 3);
   c.base = Et * y.head<3>();
   c.apart = Et * y.segment<3>(6) - c.base;
-  c.path = chord::frame_path<double>({turns_[0], turns_[1]}, frame_->chord, c.spin, c.apart);
+  c.path = chord::frame_path<double>(*turns_, frame_->chord, c.spin, c.apart);
   c.e1 = c.path.first.e();
   c.e2 = c.path.second.e();
   return c;
@@ -169,11 +169,12 @@ auto ChordGradient::seen(const Column& c, const std::array<Vector6d, 3>& of_e,
   const FrameRate<double>& first = c.path.first;
   const Vector3d& w = first.spin;
   const double chord = frame_->chord;
+  const Turns& turns = *turns_;
   // the second rate, and how its arguments come from the first
   std::array<Vector3d, 2> spin2;
-  for (int a = 0; a < 2; ++a) spin2[a] = c.spin[a].cross(w) - turns_[a].spin_rate(first.theta[a]);
+  for (int a = 0; a < 2; ++a) spin2[a] = c.spin[a].cross(w) - turns[a].spin_rate(first.theta[a]);
   Arguments to2;
-  pull_back(turns_, chord, spin2, c.path.second, of_rates(of_e[2]), to2);
+  pull_back(turns, chord, spin2, c.path.second, of_rates(of_e[2]), to2);
   Arguments to;
   to.inverse = to2.inverse;
   to.chord = to2.chord;
@@ -182,7 +183,7 @@ auto ChordGradient::seen(const Column& c, const std::array<Vector6d, 3>& of_e,
   std::array<Vector3d, 2> of_theta;
   for (int a = 0; a < 2; ++a) {
     const SpinRateCovector turned =
-        spin_rate_covector(turns_[a], first.theta[a], to2.spin[a], curvature_[a]);
+        spin_rate_covector(turns[a], first.theta[a], to2.spin[a], curvature_[a]);
     of.theta[a] -= turned.along;
     of_theta[a] = -turned.theta;
     to.spin[a] += w.cross(to2.spin[a]);
@@ -193,7 +194,7 @@ auto ChordGradient::seen(const Column& c, const std::array<Vector6d, 3>& of_e,
   of.stretch += to2.apart[2] * w[1] - to2.apart[1] * w[2];
   of.spin[2] -= to2.apart[1] * first.stretch;
   of.spin[1] += to2.apart[2] * first.stretch;
-  pull_back(turns_, chord, c.spin, first, of, to);
+  pull_back(turns, chord, c.spin, first, of, to);
 
   Seen result;
   result << of_e[0], to.spin[0], to.spin[1], to.apart;
@@ -202,7 +203,7 @@ auto ChordGradient::seen(const Column& c, const std::array<Vector6d, 3>& of_e,
     result.head<6>() +=
         edge_turn(a).transpose() *
         (of_theta[a] +
-         inverse_covector(turns_[a].theta, {frame_->gamma[a], frame_->dgamma[a]}, to.inverse[a]));
+         inverse_covector(turns[a].theta, {frame_->gamma[a], frame_->dgamma[a]}, to.inverse[a]));
   return result;
 }
 
@@ -220,12 +221,12 @@ void ChordGradient::add(const MatrixXd& Y, int k, const Column& c, const Seen& h
     const Vector3d w = Y.block<3, 1>(rows_.body(a) + 3, k);
     turning.segment<3>(6 * a) = w.cross(w.cross(rows_.lever[a]));
   }
-  const Vector6d of_e = frame_->B * turning;
-  const VectorXd of_force = energy_.tangent.leftCols<6>() * of_e;
+  const Vector6d of_e = frame_->B * turning,
+                 of_force = energy_.tangent.topLeftCorner<6, 6>() * of_e;
   q.stiffness[k] += edge_force_.dot(turning);
-  pose += edge_stiffness_.transpose() * turning + frame_->B.transpose() * of_force.head<6>();
-  q.shape.col(k).head<3>() += energy_.shape_force.topRows<6>().transpose() * of_e;
-  q.state.col(k).head(m) += of_force.tail(m);
+  pose += edge_stiffness_.transpose() * turning + frame_->B.transpose() * of_force;
+  q.shape.col(k).head<3>() += energy_.shape_force.topLeftCorner<6, 3>().transpose() * of_e;
+  q.state.col(k).head(m).noalias() += energy_.tangent.bottomLeftCorner(m, 6) * of_e;
   const std::array<Vector3d, 2> by_displacement{E * (by_base - ha), E * ha},
       by_edge_spin{E * h1, E * h2};
   for (int a = 0; a < 2; ++a) {

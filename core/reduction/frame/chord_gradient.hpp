@@ -3,6 +3,7 @@
 // deformations e of the chord frame and of unknowns a of its own. Equations (M12), (M13) of
 // core/reduction/modal/README.md. Leaf axes, lengths over L; vectors are those of LeafRows.
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "core/elements/leaf/leaf_gradient.hpp"
@@ -60,7 +61,8 @@ class ChordGradient {
   EdgePoses edges_;
   LeafRows rows_;
   Energy energy_;
-  std::vector<chord::Turn<double>> turns_;  ///< of both edges in the frame
+  /// Of both edges in the frame; of a default one none.
+  std::optional<std::array<chord::Turn<double>, 2>> turns_;
   /// Second derivatives of Turn::a and Turn::b in |θ|², of both edges.
   std::array<std::array<double, 2>, 2> curvature_{};
   Vector12d edge_force_;

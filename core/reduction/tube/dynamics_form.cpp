@@ -16,7 +16,7 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
   const StateWeightSlopes w = state_weight_slopes(left.sigma, right.sigma, at.sigma, at.z);
 
   const DynamicsLayout& layout = DynamicsLayout::get();
-  slopes_.resize(9, static_cast<Eigen::Index>(layout.even.size() + layout.odd.size()));
+  slopes_.resize(static_cast<Eigen::Index>(layout.even.size() + layout.odd.size()), 9);
   const auto read = [&](MatrixXd StateTable::*part, const auto& weights,
                         const std::vector<DynamicsEntries::Slot>& slots, Eigen::Index first) {
     const auto count = static_cast<Eigen::Index>(slots.size());
@@ -27,7 +27,7 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
       for (const std::size_t end : {a, b})
         add_table_sums(rates[p][end].*part, weights[end - a].col(0).eval(), 1,
                        x.middleCols<1>(static_cast<Eigen::Index>(7 + p)));
-    slopes_.middleCols(first, count) = x.rightCols<9>().transpose();
+    slopes_.middleRows(first, count) = x.rightCols<9>();
     for (Eigen::Index s = 0; s < count; ++s)
       entries_.put(slots[static_cast<std::size_t>(s)], x(s, 0));
   };
@@ -36,7 +36,7 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
   mirror_.setOnes();
   if (at.mirrored) {
     mirror_ = layout.mirror;
-    slopes_.topRows<3>() *= -1;
+    slopes_.leftCols<3>() *= -1;
   }
 
   F_inverse_ = entries_.F.inverse();
@@ -72,7 +72,6 @@ auto DynamicsForm::at(Rates r, double mu) const -> Value {
   of.k = eta * eta.transpose();
   of.G = 2 * x * eta.transpose();
   of.F = -x * x.transpose();
-  of.mass = -mu * fields * fields.transpose();
   Eigen::Matrix<double, P, 1> pulled = -2 * mu * moved.tail<P>();
   solve_lower(factor_, pulled);
   solve_upper(factor_, pulled);
@@ -81,12 +80,17 @@ auto DynamicsForm::at(Rates r, double mu) const -> Value {
   of.G += along.tail<3>() * pulled.transpose() + held * eta.transpose();
   of.k -= pulled * (static_ * along).transpose();
   of.F -= held * x.transpose();
+  const Rates weighted = -mu * fields;
   const DynamicsLayout& layout = DynamicsLayout::get();
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, R*(R + 1), 1> covector(slopes_.cols());
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, R*(R + 1), 1> covector(slopes_.rows());
   Eigen::Index n = 0;
   for (const auto* slots : {&layout.even, &layout.odd})
-    for (const DynamicsEntries::Slot& slot : *slots) covector[n++] = of.taken(slot);
-  const Eigen::Matrix<double, 9, 1> by = slopes_ * covector;
+    for (const DynamicsEntries::Slot& slot : *slots)
+      covector[n++] =
+          slot.matrix == DynamicsEntries::mass_part
+              ? (slot.row == slot.column ? 1 : 2) * fields[slot.row] * weighted[slot.column]
+              : of.taken(slot);
+  const Eigen::Matrix<double, 9, 1> by = slopes_.transpose() * covector;
   value.state = by.head<6>();
   value.shape = by.tail<3>();
   return value;

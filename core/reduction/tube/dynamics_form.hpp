@@ -31,7 +31,7 @@ class DynamicsForm {
   Eigen::Matrix<double, P, 6> static_;  ///< k⁻¹ (g, Gᵀ)
   Rates mirror_;                        ///< from the leaf to the tables
   /// Of every number of the layout, the even ones first: by the state, then by the shape.
-  Eigen::Matrix<double, 9, Eigen::Dynamic> slopes_;
+  Eigen::Matrix<double, Eigen::Dynamic, 9> slopes_;
 };
 
 }  // namespace flexopt
