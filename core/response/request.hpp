@@ -94,9 +94,9 @@ enum class PathValues {
   /// above those of the whole mechanism.
   as_modelled,
   /// What exact derivatives belong to. Points of the mixed potential are finished on full leaves,
-  /// to which the reduced ones only lead; where all leaves are looked up and load, motion and
-  /// stiffness alone are wanted, they stay those of the reduced leaves. Frequencies are those of
-  /// the whole mechanism to rounding.
+  /// to which the reduced ones only lead; where all leaves are looked up and their tables hold,
+  /// they stay those of the reduced leaves. Frequencies are those of the whole mechanism to
+  /// rounding.
   differentiable
 };
 

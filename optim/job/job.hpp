@@ -269,6 +269,9 @@ struct Job {
   std::vector<JobCase> cases;
   ModelOptions model;
   AccuracySpec accuracy;
+  /// Of a run that chose `model` by estimated errors: leaves that are looked up in place of it
+  /// while an optimisation searches. What it finds is corrected on full leaves of `model`.
+  std::optional<ModelOptions> search_model;
   std::optional<OptimiseSpec> optimise;
   std::optional<CompareSpec> compare;
   std::optional<TolerancesSpec> tolerances;

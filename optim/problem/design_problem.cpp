@@ -101,6 +101,7 @@ DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
   if (evaluators_.gradients && (searched || robust())) {
     for (StrokeRequest& request : requests_) {
       request.values = PathValues::differentiable;
+      request.frequencies = frequencies_needed(goals_, request);
       if (searched && bears_repetition(optimiser_options(*job_.optimise)))
         add_stress_branches(goals_, request);
     }
@@ -234,7 +235,7 @@ GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
 DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
                                      std::optional<Accuracy> accuracy) const {
   try {
-    ModelOptions model = job_.model;
+    ModelOptions model = !accuracy && job_.search_model ? *job_.search_model : job_.model;
     if (accuracy) model.accuracy = *accuracy;
     const ParameterValues all = parameters(variables);
     GoalSlopes slopes = look(all, gradient || robust(), model);

@@ -102,6 +102,7 @@ json log_identity(const Job& job, const std::string& version) {
     if (model.atlas) whole["atlases"].push_back(model.atlas->fingerprint());
   };
   add_atlas(job.model);
+  if (job.search_model) add_atlas(*job.search_model);
   if (job.compare)
     for (const ModelChoice& choice : job.compare->models) add_atlas(choice.model);
   return whole;

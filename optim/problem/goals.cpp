@@ -211,6 +211,17 @@ StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals,
   return request;
 }
 
+int frequencies_needed(const std::vector<Goal>& goals, const StrokeRequest& request) {
+  // with the drive held no mode is one of the drive's
+  const bool lowest_count = locked(request) && request.parasitic.skipped.empty();
+  for (const Goal& goal : goals) {
+    if (goal.quantity == "parasitic_frequency" && lowest_count) continue;
+    if (!goal.expression && needs_of(goal.quantity).need_frequencies())
+      return request.frequencies;
+  }
+  return std::min(request.frequencies, most_branches);
+}
+
 std::size_t Goal::points() const {
   if (expression) return 1;
   std::size_t count = 0;

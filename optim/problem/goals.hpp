@@ -46,6 +46,11 @@ std::vector<Goal> make_goals(const Job& job);
 /// Largest stresses get several candidates a point: for exact evaluations, which know them.
 void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request);
 
+/// So many of the request's frequencies tell these goals: all, or the candidates alone where the
+/// parasitic frequency is the lowest one with the drive held. For exact modes, which do not depend
+/// on their number.
+int frequencies_needed(const std::vector<Goal>& goals, const StrokeRequest& request);
+
 /// The request of one of the job's load cases with only what the goals need of it.
 StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals,
                                std::size_t load_case = 0);

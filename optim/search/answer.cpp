@@ -144,6 +144,15 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
     optimum.cases = std::move(own_paths);
     for (StrokeSensitivity& of : full_paths) v.cases.push_back(std::move(of.response));
   }
+  DesignValues told = own;
+  if (job.search_model) {  // the values of the model that is told, not of that of the search
+    std::vector<StrokeSensitivity> paths(count);
+    const std::vector<StrokeResponse>& of =
+        job.cases.empty() ? std::vector{optimum.response} : optimum.cases;
+    for (std::size_t k = 0; k < count; ++k) paths[k].response = of[k];
+    if (DesignValues of_paths = problem.read(variables, paths, requests); of_paths.ok)
+      told = std::move(of_paths);
+  }
   if (!full.ok) {
     if (v.response.message.empty()) v.response.message = full.message;
     return;
@@ -151,8 +160,8 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
   v.objective = problem.objective(full);
   v.constraints = problem.constraints(full);
   v.constraints.resize(problem.own_constraints());
-  v.objective_difference = difference(problem.objective(own), v.objective);
-  const std::vector<double> own_constraints = problem.constraints(own);
+  v.objective_difference = difference(problem.objective(told), v.objective);
+  const std::vector<double> own_constraints = problem.constraints(told);
   for (std::size_t i = 0; i < v.constraints.size(); ++i)
     v.constraint_differences.push_back(difference(own_constraints[i], v.constraints[i]));
 }

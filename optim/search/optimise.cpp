@@ -329,7 +329,7 @@ void Optimisation::finish(Start& start, Chosen answer) {
   std::optional<VerificationLoop> loop;
   // a search on reduced leaves is finished on full ones, that the answer be optimal for these
   std::optional<VerifySpec> rules = spec_.verify;
-  if (!rules && own_values.of_reduced_leaves) rules.emplace();
+  if (!rules && (own_values.of_reduced_leaves || problem_.job().search_model)) rules.emplace();
   if (rules && feasible()) loop = correct(*rules, start, answer);
   add(later_, stock_);
 

@@ -71,7 +71,8 @@ struct Designs {
 
 /// The job as it is screened.
 Job screened_job(Job job) {
-  job.model = on_reduced_leaves(job.model);
+  job.model = on_reduced_leaves(job.search_model.value_or(job.model));
+  job.search_model.reset();
   job.optimise = without_margins(*job.optimise);  // each would cost derivatives
   return job;
 }

@@ -293,6 +293,12 @@ Json history_json(const Optimum& optimum) {
   return {{"start", start}, {"number", number}, {"objective", objective}, {"violation", violation}};
 }
 
+// The leaves of the search, where these are not those of the job's model.
+Json searched_on_json(const Job& job) {
+  if (!job.search_model) return nullptr;
+  return {{"accuracy", "reduced"}, {"mesh", job.search_model->mesh}};
+}
+
 }  // namespace
 
 OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
@@ -323,6 +329,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
                            : optimum.of_reduced_leaves  ? Json("reduced")
                                                         : Json("full")},
           {"gradients_message", optimum.gradients_message},
+          {"searched_on", searched_on_json(job)},
           {"evaluations", optimum.evaluations},
           {"failed_evaluations", optimum.failed_evaluations},
           {"best_start", optimum.best_start},

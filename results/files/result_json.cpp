@@ -217,7 +217,7 @@ OrderedJson make_result(const RunRecord& record) {
   if (record.optimum)
     result["optimum"] = make_optimum(record.job, *record.optimum, record.mechanism);
   if (!record.errors.empty()) result["accuracy"] = accuracy_json(record);
-  if (const auto& atlas = record.job.model.atlas)
+  if (const auto& atlas = record.job.search_model.value_or(record.job.model).atlas)
     result["atlas"] = {{"contents", atlas->fingerprint()}, {"mesh", atlas->settings().mesh}};
   if (record.comparison)
     result["comparison"] = make_comparison_json(*record.comparison, record.mechanism);

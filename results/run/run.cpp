@@ -12,6 +12,7 @@
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/answer.hpp"
 #include "optim/search/optimise.hpp"
+#include "optim/search/stock.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
 #include "results/files/version.hpp"
 #include "results/run/run_files.hpp"
@@ -57,6 +58,21 @@ void choose_accuracy(RunListener& listener, RunRecord& record) {
   record.chosen = choose_model(make_mechanism(record.job, record.job.design.parameters),
                                record.job.model, requests, record.job.accuracy.tolerance);
   record.job.model = record.chosen->model;
+}
+
+/// Whether every number that an optimisation tells is one of its optimum: points of a front,
+/// designs in stock sizes and those beside a robust one are not corrected on full leaves.
+bool tells_one_design(const Job& job) {
+  return !job.optimise->pareto && !has_stock(*job.optimise) && !job.tolerances &&
+         !job.assembly_tolerances;
+}
+
+/// Where the model that was chosen is not that of the job, and the leaves of that can be looked up,
+/// the search goes on with these.
+void choose_search_model(const ModelOptions& asked, RunRecord& record) {
+  const ModelOptions& chosen = record.job.model;
+  const bool other = chosen.mesh != asked.mesh || chosen.accuracy != asked.accuracy;
+  if (other && asked.atlas && tells_one_design(record.job)) record.job.search_model = asked;
 }
 
 /// Of the paths that the run is about, evaluated by this model. The full paths of the choice are
@@ -246,6 +262,7 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
   RunRecord record;
   record.job = asked;
   choose_accuracy(listener, record);
+  choose_search_model(asked.model, record);
   const Job job = record.job;
   OptimiseOptions options;
   keep_log(job, folder, options);

@@ -50,7 +50,12 @@ bool is_stubby(const LeafSpring& leaf) {
   return leaf.section != Section::circular && leaf.length < 20 * leaf.thickness;
 }
 
-OrderedJson model_for(const StartDesign& start, bool beams) {
+// Such leaves may be looked up.
+bool is_flat_plate(const LeafSpring& leaf) {
+  return leaf.section != Section::circular && !leaf.curve && !leaf.fold && !leaf.has_profile();
+}
+
+OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
   OrderedJson model = OrderedJson::object();
   if (beams) model["flexure"] = "beam";
   if (!start.family->has_end_effector(start.choices)) {
@@ -61,6 +66,8 @@ OrderedJson model_for(const StartDesign& start, bool beams) {
   model["accuracy"] = "auto";
   model["tolerance"] =
       !beams && std::ranges::any_of(start.mechanism.leaves, is_stubby) ? 0.01 : 0.003;
+  if (optimise && !beams && std::ranges::any_of(start.mechanism.leaves, is_flat_plate))
+    model["atlas"] = "auto";
   return model;
 }
 
@@ -80,7 +87,7 @@ OrderedJson new_job(const nlohmann::json& design, const std::string& folder, boo
   if (start.family->has_end_effector(start.choices)) job["end_effector"] = payload_for(start);
   job["stroke"] = first_stroke(start, model, 0.5 * *start.material.allowable_stress);
   job["frequencies"] = 6;
-  job["model"] = model_for(start, beams);
+  job["model"] = model_for(start, beams, optimise);
   if (optimise) job["optimise"] = first_goals(start);
   return job;
 }

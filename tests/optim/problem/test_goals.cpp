@@ -54,6 +54,26 @@ TEST_CASE("the parasitic frequency brings its next modes, without those that do 
   CHECK(read_goal(g, response, job.request).values == GoalValues{60, 99, 120});
 }
 
+TEST_CASE("goals ask for the frequencies that tell them", "[optim]") {
+  Job job = parse_job(guide::crossing_modes());
+  job.request.frequencies = 8;
+  const auto needed = [&](const std::string& quantity) {
+    job.optimise->constraints = {Constraint{.quantity = quantity}};
+    return frequencies_needed(make_goals(job), job.request);
+  };
+  REQUIRE(job.optimise->objective.quantity == "parasitic_frequency");
+  CHECK(needed("max_stress") == 3);
+  CHECK(needed("frequencies.drive_locked.4") == 8);
+  CHECK(needed("parasitic_frequency_screening") == 8);
+  job.request.frequencies = 2;
+  CHECK(needed("max_stress") == 2);
+  job.request.frequencies = 8;
+  job.request.parasitic.skipped = {ModeKind::leaf};
+  CHECK(needed("max_stress") == 8);  // leaf modes may lie below
+  job.request.parasitic = {DriveState::free, {}};
+  CHECK(needed("max_stress") == 8);
+}
+
 TEST_CASE("a point without equilibrium or value is a reading with a reason", "[optim]") {
   const Job job = parse_job(guide::stiff_guide());
   const std::vector<Goal> goals = make_goals(job);
