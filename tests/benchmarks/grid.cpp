@@ -1,4 +1,4 @@
-// The best design of a grid over the variables of a job, by default fast_guide.json (no table).
+// The best design of a grid over the variables of a job, by default stiff_guide.json (no table).
 //
 // What an optimiser must at least reach.
 //   bench_grid [JOB.json] [N1 N2 …]      points per variable, ends included (7)
@@ -17,7 +17,7 @@ using namespace flexopt;
 
 int main(int argc, char** argv) {
   const DesignProblem problem(
-      read_job(argc > 1 ? argv[1] : FLEXOPT_SOURCE_DIR "/designs/jobs/fast_guide.json"));
+      read_job(argc > 1 ? argv[1] : FLEXOPT_SOURCE_DIR "/designs/jobs/stiff_guide.json"));
   const int n = problem.size();
   std::vector<int> points(n, 7);
   for (int k = 0; k < n && k + 2 < argc; ++k) points[k] = std::max(2, std::atoi(argv[k + 2]));
