@@ -9,7 +9,7 @@ enum class ErrorKind {
   none,  ///< not estimated
   load,
   stiffness,  ///< and compliance
-  motion,     ///< relative to the largest of the path
+  motion,     ///< of the end-effector: displacement, rotation
   frequency,
   stress  ///< and safeties against it
 };
@@ -22,8 +22,9 @@ struct EstimatedError {
   double value = 0;  ///< the number itself, SI
   /// What too few elements along the leaves, too few across and the reduction do, ≥ 0, SI.
   double along = 0, across = 0, reduction = 0;
-  /// What it is relative to, SI: |value|, at least a thousandth of the largest of the path; of
-  /// motions that largest. Zero where the number is zero along the whole path.
+  /// What it is relative to, SI: |value|, at least a thousandth of the largest of the path. Of
+  /// motions the largest component of the path, at least a thousandth of what the other kind of
+  /// motion does over the longest leaf. Zero where all that is zero.
   double scale = 0;
 
   double absolute() const { return along + across + reduction; }

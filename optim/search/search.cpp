@@ -61,6 +61,8 @@ class Search {
   void take(const Posing& posing, const OptimiserSummary& summary);
   OptimiserSummary run(Posing& posing, const OptimiserOptions& how);
   OptimiserSummary least_violation();
+  /// The optimiser on the objective, and again from designs that it passed by.
+  void improve(OptimiserOptions how);
   /// Towards the bounds where they are violated, then towards the best objective.
   void approach();
   /// Multipliers and the residual of optimality, of the best design itself.
@@ -74,6 +76,7 @@ class Search {
   bool slack_;
   int before_;  ///< evaluations in the book when the search began
   Posing objective_;
+  bool passed_by_ = false;  ///< the last run met a better design than the optimum where it ended
   SearchResult result_;
 };
 
@@ -88,10 +91,12 @@ void Search::take(const Posing& posing, const OptimiserSummary& summary) {
   std::optional<Candidate> found = posing.best();
   if (!found) return;
   // an optimum where the gradients balance, unless a clearly better design came by
+  passed_by_ = false;
   if (summary.reason == StopReason::converged && needs_gradients(choice_)) {
     int cost = 0;
     const auto end = posing.assess(posing.design(summary.x), cost);
-    if (end && posing.as_good(*end, *found)) found = end;
+    passed_by_ = end && !posing.as_good(*end, *found);
+    if (end && !passed_by_) found = end;
   }
   // the same design as the objective sees it, whatever the aim was
   if (objective_.better(*found, *result_.best)) result_.best = found;
@@ -110,6 +115,22 @@ OptimiserSummary Search::least_violation() {
   return run(posing, choice_);
 }
 
+// A long first step may lead from one valley into a worse one.
+void Search::improve(OptimiserOptions how) {
+  for (;;) {
+    const Candidate from = *result_.best;
+    const bool again = how.warm;
+    result_.summary = run(objective_, how);
+    if (!passed_by_ || is_global()) return;
+    if (left() <= 0 || (again && objective_.as_good(from, *result_.best))) break;
+    how.warm = true;
+    how.multipliers.resize(0);
+  }
+  OptimiserSummary& summary = result_.summary;
+  summary.reason = left() > 0 ? StopReason::stalled : StopReason::max_evaluations;
+  summary.message = "better than where the optimiser ended: " + summary.message;
+}
+
 void Search::approach() {
   std::optional<OptimiserSummary> nearest;
   if (!feasible() && !is_global()) nearest = least_violation();
@@ -118,10 +139,10 @@ void Search::approach() {
     if (left() > 0) {
       OptimiserOptions how = choice_;
       if (!nearest) how.multipliers = options_.multipliers;
-      result_.summary = run(objective_, how);
+      improve(how);
       if (!feasible() && left() > 0) {
         nearest = least_violation();
-        if (feasible() && left() > 0) result_.summary = run(objective_, choice_), nearest.reset();
+        if (feasible() && left() > 0) improve(choice_), nearest.reset();
       }
     } else {
       result_.summary.reason = StopReason::max_evaluations;

@@ -51,7 +51,7 @@ struct OptimiserOptions {
 enum class StopReason {
   converged,        ///< the first-order conditions hold, or the library's own test is met
   max_evaluations,  ///< x is the best feasible point seen, or the least violated one
-  stalled,          ///< rounding or failed evaluations kept it from going on
+  stalled,          ///< rounding or failures kept it from going on, or it ended worse than at x
   failed            ///< not one evaluation worked out
 };
 

@@ -34,12 +34,11 @@ set(tested_by
   core/math/deflated_solve core/reduction/modal/test_modal_derivatives
   core/math/nearest_rotation core/math/test_rotation
   core/math/chebyshev core/reduction/atlas/test_tube_atlas
-  core/reduction/atlas/atlas_file core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/make_atlas core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/ray_interpolation core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/atlas_dynamics core/reduction/atlas/test_dynamics_atlas
   core/reduction/atlas/compressed_table core/reduction/atlas/test_dynamics_atlas
-  core/reduction/atlas/expanded_leaf core/reduction/atlas/test_tube_atlas
+  core/reduction/atlas/expanded_leaf core/reduction/atlas/test_looked_up_mechanism
   core/reduction/atlas/table_parts core/reduction/atlas/test_dynamics_atlas
   core/reduction/frame/chord_gradient core/reduction/tube/test_tube_leaf_gradient
   core/reduction/tube/bent_states core/reduction/atlas/test_tube_atlas

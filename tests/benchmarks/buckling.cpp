@@ -1,5 +1,4 @@
-// Critical factors of a payload over the stroke: followed along the equilibria against the linear
-// estimate, and what they take.
+// Critical factors of a payload over the stroke: followed, against the linear estimate; times.
 #include <fmt/format.h>
 
 #include <ctime>

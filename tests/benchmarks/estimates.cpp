@@ -13,185 +13,20 @@
 #include <functional>
 #include <map>
 #include <numbers>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "core/math/memory.hpp"
 #include "core/response/accuracy/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
-#include "designs/family.hpp"
+#include "tests/benchmarks/estimates/drawn_designs.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
-constexpr double L = 0.1;  ///< [m] of most leaves
-
 constexpr std::array<int, 2> finer_mesh{16, 7};
-
-/// A design and the largest stroke, drawn at random.
-struct Drawn {
-  std::string family;
-  ParameterValues values;
-  FamilyChoices choices;
-  double stroke = 0, mass = 0;
-};
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double between(double low, double high) {
-    constexpr double range = 4294967296.0;
-    return low + (high - low) * static_cast<double>(engine_()) / range;
-  }
-  double even_in_logarithm(double low, double high) {
-    return std::exp(between(std::log(low), std::log(high)));
-  }
-  bool coin() { return between(0, 1) < 0.5; }
-
- private:
-  std::mt19937 engine_;
-};
-
-/// Width and thickness of a leaf: L/w 0.4 … 10, L/t 50 … 700.
-struct Sizes {
-  double width = 0, thickness = 0;
-};
-Sizes leaf_sizes(Random& random, double length, double thinnest = 5) {
-  const double width = length / random.even_in_logarithm(0.4, 10);
-  const double thickness = length / random.even_in_logarithm(50, 700);
-  return {width, std::min(thickness, width / thinnest)};
-}
-
-using Draw = std::function<Drawn(Random&)>;
-
-const std::vector<Draw>& draws() {
-  static const std::vector<Draw> all{
-      [](Random& r) -> Drawn {
-        const Sizes s = leaf_sizes(r, L);
-        return {"leaf_spring",
-                {{"length", L}, {"width", s.width}, {"thickness", s.thickness}},
-                {{"tip", r.coin() ? "rigid" : "guided"}},
-                L * r.between(0.05, 0.25)};
-      },
-      [](Random& r) -> Drawn {
-        const Sizes s = leaf_sizes(r, L);
-        return {"parallel_guide",
-                {{"length", L},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"spacing", L * r.between(0.3, 2)}},
-                {},
-                L * r.between(0.05, 0.3)};
-      },
-      [](Random& r) -> Drawn {
-        const Sizes s = leaf_sizes(r, L);
-        return {"cross_hinge",
-                {{"length", L},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"half_angle", degree * r.between(25, 65)},
-                 {"crossing_fraction", r.between(0.1, 0.9)},
-                 {"gap", 0.005}},
-                {},
-                degree * r.between(5, 40)};
-      },
-      [](Random& r) -> Drawn {
-        const Sizes s = leaf_sizes(r, L, 10);
-        return {"three_flexure_cross_hinge",
-                {{"length", L},
-                 {"outer_width", s.width / 2 * r.between(0.8, 1.5)},
-                 {"inner_width", s.width},
-                 {"thickness", s.thickness},
-                 {"half_angle", degree * r.between(25, 65)},
-                 {"crossing_fraction", r.between(0.2, 0.8)},
-                 {"gap", 0.005}},
-                {},
-                degree * r.between(5, 40)};
-      },
-      [](Random& r) -> Drawn {
-        const Sizes s = leaf_sizes(r, L, 10);
-        return {"tapered_leaf",
-                {{"length", L},
-                 {"base_width", s.width},
-                 {"tip_width", s.width * r.between(0.4, 1.2)},
-                 {"thickness", s.thickness}},
-                {},
-                L * r.between(0.05, 0.25)};
-      },
-      [](Random& r) -> Drawn {
-        const Sizes s = leaf_sizes(r, L);
-        return {"curved_leaf",
-                {{"chord", L},
-                 {"angle", degree * r.between(15, 120)},
-                 {"width", s.width},
-                 {"thickness", s.thickness}},
-                {},
-                degree * r.between(5, 30)};
-      },
-      [](Random& r) -> Drawn {
-        const Sizes s = leaf_sizes(r, L);
-        return {"folded_leaf",
-                {{"length", L}, {"width", s.width}, {"thickness", s.thickness}},
-                {{"fold", r.coin() ? "rigid" : "elastic"}},
-                L * r.between(0.02, 0.15)};
-      },
-      [](Random& r) -> Drawn {
-        const Sizes s = leaf_sizes(r, L);
-        const double outer = L * r.between(0.6, 1.5);
-        return {"double_parallelogram",
-                {{"length", L},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"outer_spacing", outer},
-                 {"inner_spacing", outer * r.between(0.4, 0.8)},
-                 {"stage_mass", 0.1}},
-                {},
-                L * r.between(0.05, 0.3)};
-      },
-      [](Random& r) -> Drawn {
-        const Sizes s = leaf_sizes(r, 0.05);
-        return {"cartwheel_hinge",
-                {{"length", 0.05},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"half_angle", degree * r.between(25, 65)},
-                 {"hub_mass", 0.05}},
-                {},
-                degree * r.between(3, 25)};
-      },
-      [](Random& r) -> Drawn {
-        const double fraction = r.between(0.2, 0.6);
-        const Sizes s = leaf_sizes(r, L * (1 - fraction) / 2);
-        return {"reinforced_guide",
-                {{"length", L},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"spacing", L * r.between(0.4, 1.5)},
-                 {"fraction", fraction},
-                 {"reinforcement_thickness", 8 * s.thickness}},
-                {},
-                L * r.between(0.05, 0.2)};
-      }};
-  return all;
-}
-
-Mechanism mechanism_of(const Drawn& drawn) {
-  const Family& family = find_family(drawn.family, "");
-  FamilyChoices choices = default_choices(family);
-  for (const auto& [name, value] : drawn.choices) choices[name] = value;
-  const Material material{"steel", 200e9, 0.3, 7800, {}};
-  EndEffector payload;
-  payload.mass = drawn.mass;
-  payload.inertia = 4e-4 * drawn.mass * Matrix3d::Identity();
-  ParameterValues values = drawn.values;
-  for (const Parameter& p : family.parameters)
-    if (!values.contains(p.name) && p.default_value) values[p.name] = *p.default_value;
-  return family.make(values, choices, material, payload);
-}
 
 StrokeRequest request_of(const Drawn& drawn) {
   StrokeRequest request;
@@ -438,7 +273,7 @@ void cost_table() {
              {"thickness", 4e-4},
              {"gap", 1e-3}},
             {},
-            30 * degree,
+            std::numbers::pi / 6,
             1};
   for (const Drawn& drawn : {guide, hinge})
     for (const Accuracy accuracy : {Accuracy::reduced, Accuracy::full}) {

@@ -1,7 +1,7 @@
-// The best design of a grid over the variables of an optimisation job (arguments, no table).
+// The best design of a grid over the variables of a job, by default stiff_guide.json (no table).
 //
 // What an optimiser must at least reach.
-//   bench_grid JOB.json N1 N2 …      points per variable, ends included
+//   bench_grid [JOB.json] [N1 N2 …]      points per variable, ends included (7)
 #include <fmt/format.h>
 
 #include <atomic>
@@ -16,11 +16,8 @@
 using namespace flexopt;
 
 int main(int argc, char** argv) {
-  if (argc < 2) {
-    fmt::print(stderr, "usage: bench_grid JOB.json N1 N2 …\n");
-    return 2;
-  }
-  const DesignProblem problem(read_job(argv[1]));
+  const DesignProblem problem(
+      read_job(argc > 1 ? argv[1] : FLEXOPT_SOURCE_DIR "/designs/jobs/stiff_guide.json"));
   const int n = problem.size();
   std::vector<int> points(n, 7);
   for (int k = 0; k < n && k + 2 < argc; ++k) points[k] = std::max(2, std::atoi(argv[k + 2]));

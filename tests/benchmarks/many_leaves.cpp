@@ -1,5 +1,6 @@
-// Time per stroke point and memory against the number of leaves, in series and in parallel; where
-// sparse pays; a stage on six legs with 36 leaves.
+// Time and memory against the number of leaves, in series and in parallel; where sparse pays.
+//
+// And a stage on six legs with 36 leaves.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <sys/resource.h>

@@ -1,5 +1,6 @@
-// Jobs of random designs of all families against the invariants of
-// tests/support/job_invariants.hpp. Arguments: how many instead of 2000, the first.
+// Jobs of random designs of all families against invariants that each must keep.
+//
+// Those of tests/support/job_invariants.hpp. Arguments: how many instead of 2000, the first.
 // "show SEED [FACTOR]": the job of a seed, so many times as large. "paths COUNT [FIRST]": a line a
 // job of how its points ended and after how many Newton iterations, to compare two programs.
 //

@@ -1,6 +1,6 @@
-// Changed texts against every reader of texts from outside. Arguments: how many for each instead of
-// 20 000, the seed.
+// Changed texts against every reader of texts from outside.
 //
+// Arguments: how many for each instead of 20 000, the seed.
 // What is no answer and no refusal in words ends the program, with the text on stderr.
 #include <fmt/format.h>
 

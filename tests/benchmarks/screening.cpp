@@ -1,5 +1,6 @@
-// A global search of the gallery: how fast it screens, with leaves built and looked up, and what it
-// finds. The second row needs an atlas (flexopt atlas).
+// A global search of the gallery: how fast it screens, with leaves built and looked up.
+//
+// And what it finds. The second row needs an atlas (flexopt atlas).
 #include <fmt/format.h>
 
 #include <string>

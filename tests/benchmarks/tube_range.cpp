@@ -1,7 +1,8 @@
-// Reduced leaves that are believed everywhere, against full ones: what the range test (R5) of
-// core/reduction/README.md is calibrated on (arguments: jobs of kind compare; no table).
+// Reduced leaves that are believed everywhere, against full ones, of sampled designs (no table).
 //
-//   bench_tube_range THREADS [believed] JOB.json… > states.csv
+// What the range test (R5) of core/reduction/README.md is calibrated on.
+//   bench_tube_range [THREADS [believed] JOB.json…] > states.csv
+// Without arguments one thread and compare_parallel_guide.json. Jobs are of kind compare.
 //
 // A row for each stroke point, of leaves as the program evaluates them ("degree" 0, "held" their
 // highest degree, "tubes" whether none was replaced) and, where asked for, of leaves of degree 5
@@ -175,19 +176,20 @@ std::string rows(const Job& job, const Sample& sample, int design, bool all) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3) {
-    fmt::print(stderr, "usage: bench_tube_range THREADS [believed] JOB.json…\n");
-    return 2;
-  }
+  const int threads = argc > 1 ? std::atoi(argv[1]) : 1;
+  std::vector<std::string> jobs(argv + std::min(argc, 2), argv + argc);
+  const bool all = !jobs.empty() && jobs.front() == "believed";
+  if (all) jobs.erase(jobs.begin());
+  if (jobs.empty())
+    jobs.emplace_back(FLEXOPT_SOURCE_DIR "/designs/jobs/compare_parallel_guide.json");
   fmt::print(
       "job,design,point,degree,w/L,t/"
       "L,stable,found,tubes,alone,held,sum,support,direction,drive,axial,moment\n");
-  const bool all = argv[2] == std::string("believed");
-  for (int j = all ? 3 : 2; j < argc; ++j) {
-    const Job job = read_job(argv[j]);
+  for (const std::string& path : jobs) {
+    const Job job = read_job(path);
     const std::vector<Sample> samples = make_samples(job);
     std::mutex mutex;
-    parallel_for(static_cast<int>(samples.size()), std::atoi(argv[1]), [&](int i) {
+    parallel_for(static_cast<int>(samples.size()), threads, [&](int i) {
       const Sample& sample = samples[static_cast<std::size_t>(i)];
       if (!sample.refused.empty()) {
         fmt::print(stderr, "{} {}: {}\n", job.name, i, sample.refused);

@@ -204,14 +204,14 @@ Mobility mobility(const Mechanism& mechanism) {
   const int coordinates = 6 * static_cast<int>(mechanism.bodies.size());
   const Conditions conditions(mechanism);
   const int count = static_cast<int>(conditions.all().size());
-  const auto rows = [&](int without) {
-    return dependent_rows(count, coordinates, conditions.entries(without), Mobility::tolerance);
-  };
-  const DependentRows all = rows(ground);
+  const DependentRows all =
+      dependent_rows(count, coordinates, conditions.entries(ground), Mobility::tolerance);
   result.degrees_of_freedom = coordinates - all.rank;
   result.overconstraints = count - all.rank;
   // motions of all bodies less those that leave the end-effector where it is
-  result.end_effector_degrees_of_freedom = 6 - all.rank + rows(mechanism.end_effector).rank;
+  result.end_effector_degrees_of_freedom =
+      6 - all.rank +
+      rank_of(count, coordinates, conditions.entries(mechanism.end_effector), Mobility::tolerance);
   for (const auto& sum : all.sums)
     result.redundant.push_back(redundancy(mechanism, conditions, sum));
   return result;

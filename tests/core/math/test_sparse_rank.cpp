@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 
 using namespace flexopt;
 
@@ -63,6 +64,52 @@ TEST_CASE("rank and sums of rows are those of the dense matrix", "[math][sparse]
   factors.colwise().normalize();
   CHECK((unit.transpose() * factors).norm() < 1e-12);
   CHECK(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(factors).rank() == n - found.rank);
+}
+
+// Rows of three that tie neighbours of six columns each, or all of them to the first six, as
+// conditions tie bodies; some repeat earlier ones of the same columns.
+TEST_CASE("ranks of chains and stars are those of the dense matrix", "[math][sparse]") {
+  const bool star = GENERATE(false, true);
+  const unsigned seed = GENERATE(1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u);
+  const int bodies = 40;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  std::vector<SparseEntry> entries;
+  int row = 0;
+  const auto add = [&](int body, int other, int free) {
+    for (int k = 0; k < 3; ++k, ++row) {
+      const double size = std::pow(10, 6 * number(random));
+      for (int c = 0; c < 6; ++c) {
+        const double value = c < free ? 0 : number(random);  // nothing holds the first columns
+        entries.push_back({row, 6 * body + c, size * value});
+        if (other >= 0) entries.push_back({row, 6 * other + c, -size * value});
+      }
+    }
+  };
+  for (int b = 1; b < bodies; ++b) {
+    add(b, star ? -1 : b - 1, b % 3);
+    if (star || b % 2 == 0) add(b, star ? 0 : b - 1, b % 3);
+    if (b % 5 == 0) add(b, -1, 4);  // of rank two
+  }
+  const Eigen::MatrixXd A = written_out(row, 6 * bodies, entries);
+  const Eigen::MatrixXd unit = A.rowwise().normalized();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(unit);
+  qr.setThreshold(1e-10);
+  const DependentRows found = dependent_rows(row, 6 * bodies, entries, 1e-10);
+  CHECK(found.rank == qr.rank());
+  CHECK(found.rank < row);
+  CHECK(rank_of(row, 6 * bodies, entries, 1e-10) == found.rank);
+  REQUIRE(static_cast<int>(found.sums.size()) == row - found.rank);
+  for (const auto& sum : found.sums) {
+    Eigen::RowVectorXd zero = Eigen::RowVectorXd::Zero(6 * bodies);
+    double sizes = 0;
+    for (const auto& [r, factor] : sum) {
+      CHECK(r <= sum.back().first);
+      zero += factor * A.row(r);
+      sizes += std::abs(factor) * A.row(r).norm();
+    }
+    CHECK(zero.norm() < 1e-12 * sizes);
+  }
 }
 
 TEST_CASE("a matrix without rows or entries has rank zero", "[math][sparse]") {

@@ -221,9 +221,10 @@ TEST_CASE("the whole turned, in other units or with other reference points count
   CHECK(std::abs(found.redundant[0].axis.dot(R.col(1))) == Approx(1));
 }
 
-TEST_CASE("a chain of 250 guides has an overconstraint for each", "[mobility]") {
+// Linear in their number: a cubic law would not come to an end.
+TEST_CASE("a chain of 4000 guides has an overconstraint for each", "[mobility]") {
   Mechanism m;
-  const int n = 250;
+  const int n = 4000;
   for (int b = 0; b < n; ++b) {
     m.bodies.push_back(named("stage " + std::to_string(b), {0.1 * (b + 1), 0, 0}));
     for (const double y : {0.03, -0.03})
@@ -235,4 +236,61 @@ TEST_CASE("a chain of 250 guides has an overconstraint for each", "[mobility]") 
   CHECK(found.degrees_of_freedom == n);
   CHECK(found.end_effector_degrees_of_freedom == 1);
   CHECK(found.overconstraints == n);
+}
+
+TEST_CASE("guides of a millimetre to a metre in one chain count like equal ones", "[mobility]") {
+  Mechanism m;
+  const int n = 256;
+  const double spacing = GENERATE(1.0, 1e-2, 1e-4);  // over the length
+  double x = 0;
+  for (int b = 0; b < n; ++b) {
+    const double length = std::pow(10, 1.5 * std::sin(1.0 + b * b) - 1.5);
+    m.bodies.push_back(named("stage " + std::to_string(b),
+                             {x + length, std::cos(b), std::sin(3.0 * b)}));  // far from its leaves
+    for (const double y : {0.5, -0.5})
+      m.leaves.push_back(
+          named("leaf " + std::to_string(b) + (y > 0 ? "+" : "-"),
+                models::leaf({x, y * spacing * length, 0}, {1, 0, 0}, length, 0.03, 5e-4),
+                b == 0 ? ground : b - 1, b));
+    x += length;
+  }
+  m.end_effector = n - 1;
+  const Mobility found = mobility(m);
+  CHECK(found.degrees_of_freedom == n);
+  CHECK(found.end_effector_degrees_of_freedom == 1);
+  REQUIRE(found.overconstraints == n);
+  for (int b = 0; b < n; ++b) {
+    const std::string name = "leaf " + std::to_string(b);
+    CHECK(found.redundant[b].shared_by == std::vector<std::string>{name + "+", name + "-"});
+    CHECK(found.redundant[b].direction == Direction::ry);
+  }
+}
+
+TEST_CASE("folded legs hold a body in their plane, those beyond three once too often each",
+          "[mobility]") {
+  Mechanism m;
+  const int n = 200;
+  m.bodies = {named("end_effector", {0, 0, 0})};
+  for (int i = 0; i < n; ++i) {
+    const std::string leg = std::to_string(i);
+    const double angle = 2.4 * i;
+    const Vector3d out(std::cos(angle), std::sin(angle), 0);
+    const Vector3d along_fold = Vector3d::UnitZ().cross(out);
+    m.bodies.push_back(named("fold " + leg, 0.2 * out));
+    LeafSpring low = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4), up = low;
+    low.origin = 0.2 * out - 0.1 * Vector3d::UnitZ();
+    low.axes << Vector3d::UnitZ(), along_fold, Vector3d::UnitZ().cross(along_fold);
+    up.origin = 0.2 * out;
+    up.axes << -out, along_fold, -out.cross(along_fold);
+    m.leaves.push_back(named("low " + leg, low, ground, i + 1));
+    m.leaves.push_back(named("up " + leg, up, i + 1, 0));
+  }
+  const Mobility found = mobility(m);
+  CHECK(found.end_effector_degrees_of_freedom == 3);
+  CHECK(found.degrees_of_freedom == 3 + n);  // each fold turns about itself
+  REQUIRE(found.overconstraints == n - 3);
+  for (const Redundancy& r : found.redundant) {
+    CHECK(r.shared_by.size() <= 8);  // four legs
+    CHECK(std::abs(r.axis.z()) < 1e-6);
+  }
 }

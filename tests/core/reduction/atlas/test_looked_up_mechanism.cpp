@@ -1,0 +1,176 @@
+// Mechanisms of looked-up leaves against those of built and of full ones.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/response/response.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
+#include "support/small_atlas.hpp"
+
+using namespace flexopt;
+using test::small_atlas;
+using test::small_settings;
+
+namespace {
+
+StrokeResponse guide(const std::shared_ptr<const TubeAtlas>& atlas, double size, double modulus,
+                     int frequencies) {
+  Mechanism m = models::guide(0.1 * size, 0.03 * size, 0.0005 * size, 0.1 * size);
+  for (LeafSpring& leaf : m.leaves) leaf.material.youngs_modulus *= modulus;
+  ModelOptions model;
+  model.mesh = small_settings().mesh;
+  model.atlas = atlas;
+  StrokeRequest request;
+  request.points = {0, 0.005 * size, 0.012 * size};
+  request.frequencies = frequencies;
+  return evaluate_stroke(m, model, request);
+}
+
+}  // namespace
+
+TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas]") {
+  const StrokeResponse found = guide(small_atlas().atlas, 1, 1, 4), built = guide(nullptr, 1, 1, 4);
+  REQUIRE(found.status == Status::ok);
+  REQUIRE(built.status == Status::ok);
+  for (std::size_t k = 0; k < built.path.size(); ++k) {
+    const PathPoint &a = found.path[k], &b = built.path[k];
+    for (const LeafReport& leaf : a.leaves) CHECK(leaf.source == "atlas");
+    for (const LeafReport& leaf : b.leaves) CHECK(leaf.source == "built");
+    CHECK(a.drive_load == Approx(b.drive_load).epsilon(1e-4).margin(1e-9));
+    for (int d = 0; d < 6; ++d)
+      if (b.support_stiffness[d])
+        CHECK(*a.support_stiffness[d] == Approx(*b.support_stiffness[d]).epsilon(2e-3));
+    CHECK(a.max_stress->value == Approx(b.max_stress->value).epsilon(2e-3).margin(1));
+    REQUIRE(a.frequencies_locked.size() == b.frequencies_locked.size());
+    for (std::size_t i = 0; i < b.frequencies_locked.size(); ++i)
+      CHECK(a.frequencies_locked[i] == Approx(b.frequencies_locked[i]).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[core][atlas]") {
+  const double size = 0.37, modulus = 1.0 / 3;
+  const StrokeResponse one = guide(small_atlas().atlas, 1, 1, 0),
+                       other = guide(small_atlas().atlas, size, modulus, 0);
+  REQUIRE(one.status == Status::ok);
+  REQUIRE(other.status == Status::ok);
+  for (std::size_t k = 1; k < one.path.size(); ++k) {
+    CHECK(other.path[k].drive_load ==
+          Approx(modulus * size * size * one.path[k].drive_load).epsilon(1e-9));
+    for (int d = 0; d < 6; ++d)
+      if (one.path[k].support_stiffness[d])
+        CHECK(*other.path[k].support_stiffness[d] ==
+              Approx(modulus * (d < 3 ? size : size * size * size) *
+                     *one.path[k].support_stiffness[d])
+                  .epsilon(1e-8));
+  }
+}
+
+namespace {
+
+// Numbers of a guide or of a hinge whose rays symmetry holds.
+const std::vector<test::Number> numbers{{"length", 0.1},        {"width", 0.031},
+                                        {"thickness", 0.52e-3}, {"modulus", 2e11},
+                                        {"poisson", 0.305},     {"place", 0.05}};
+
+Mechanism symmetric(bool hinge, const test::Values& p) {
+  const Material material{"steel", p[3], p[4], 7800, {}};
+  if (!hinge) {
+    Mechanism m = models::guide(p[0], p[1], p[2], 2 * p[5]);
+    for (LeafSpring& leaf : m.leaves) leaf.material = material;
+    return m;
+  }
+  Mechanism m;
+  m.drives = {make_drive<double>(Direction::rz)};
+  m.bodies = {models::body({0, 0, 0}, 0.4, 3e-4)};
+  for (const models::Crossing& c :
+       {models::Crossing{1, p[5], p[1]}, {-1, 0, p[1]}, {1, -p[5], p[1]}}) {
+    const Vector3d along(1, c.side, 0);
+    m.leaves.push_back(models::leaf(Vector3d(0, 0, c.z) - 0.5 * p[0] * along.normalized(), along,
+                                    p[0], c.width, p[2], material));
+  }
+  return m;
+}
+
+StrokeRequest statics(bool hinge) {
+  StrokeRequest request;
+  request.points = {0, hinge ? 0.25 : 0.012};
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  Vector6d load;  // in the plane of symmetry: the rays stay
+  load << 3, 0, -2, 0, 0, 0;
+  request.loads.constant = {load_at_O(load)};
+  return request;
+}
+
+ModelOptions looked_up() {
+  ModelOptions model;
+  model.mesh = small_settings().mesh;
+  model.atlas = small_atlas().atlas;
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("derivatives of a mechanism of looked-up leaves agree with differences of it",
+          "[core][atlas]") {
+  for (const bool hinge : {false, true}) {
+    const test::Family family{[&](const test::Values& p) { return symmetric(hinge, p); },
+                              numbers,
+                              {0, 1, 2, 3, 4, 5},
+                              hinge ? 0.1 : 10.0};
+    CHECK(test::check_gradients(family, looked_up(), statics(hinge)) >= 2 * 14 * 6);
+  }
+}
+
+TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
+          "[core][atlas]") {
+  for (const bool hinge : {false, true}) {
+    const test::Family family{[&](const test::Values& p) { return symmetric(hinge, p); },
+                              numbers,
+                              {0, 1, 2, 4, 5},
+                              hinge ? 0.1 : 10.0};
+    const test::Values p = test::values_of(numbers);
+    std::vector<MechanismDirection> directions;
+    for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+    ModelOptions full = looked_up();
+    full.accuracy = Accuracy::full;
+    const StrokeRequest request = statics(hinge);
+    const StrokeSensitivity a = evaluate_stroke_gradients(family.make(p), directions, looked_up(),
+                                                          request),
+                            b = evaluate_stroke_gradients(family.make(p), directions, full,
+                                                          request);
+    REQUIRE(a.gradients);
+    REQUIRE(b.gradients);
+    for (std::size_t k = 0; k < request.points.size(); ++k) {
+      for (const LeafReport& leaf : a.response.path[k].leaves) CHECK(leaf.source == "atlas");
+      const PathPoint &pa = a.response.path[k], &pb = b.response.path[k];
+      const PointGradients &ga = a.gradients->path[k], &gb = b.gradients->path[k];
+      for (Eigen::Index j = 0; j < 5; ++j) {
+        const double by = p[family.along[static_cast<std::size_t>(j)]];
+        for (int d = 0; d < 6; ++d) {
+          if (!pb.support_stiffness[d]) continue;
+          INFO("direction " << d << ", along " << j << " at point " << k);
+          CHECK(by * (*ga.support_stiffness[d])[j] / *pa.support_stiffness[d] ==
+                Approx(by * (*gb.support_stiffness[d])[j] / *pb.support_stiffness[d])
+                    .margin(2e-2));  // of this coarse grid
+        }
+        CHECK(by * ga.drive_load[j] == Approx(by * gb.drive_load[j]).epsilon(1e-3).margin(1e-4));
+      }
+    }
+  }
+}
+
+TEST_CASE("where a point is asked for more, full leaves take over from looked-up ones",
+          "[core][atlas]") {
+  const test::Family family{
+      [&](const test::Values& p) { return symmetric(false, p); }, numbers, {0}, 10.0};
+  StrokeRequest request = statics(false);
+  request.outputs.add(Output::moving_envelope);
+  const StrokeSensitivity found = evaluate_stroke_gradients(
+      family.make(test::values_of(numbers)), {test::direction(family, 2)}, looked_up(), request);
+  REQUIRE(found.gradients);
+  CHECK(found.gradients->path[1].extents.size() > 0);
+  for (const LeafReport& leaf : found.response.path[1].leaves) {
+    CHECK(leaf.model == "full");
+    CHECK(leaf.reason == "exact: leaf 0: places inside it are those of the full leaf");
+  }
+}
