@@ -26,8 +26,11 @@ constexpr double least_step = 1e-7;
 // is rounding, or as small, makes it miss that by a little; it has missed it
 // where the factor is so far beyond.
 constexpr double agreement = 0.02, missed = 1.01;
-// As near to it, over the size of the factor, its factor is the bifurcation's but for rounding.
-constexpr double nearly_met = 1e-7;
+// As near to it, over the size of the factor, what makes the branch miss it is rounding, or as
+// small, and its factor and the derivatives of that are the bifurcation's.
+constexpr double nearly_met = 1e-5;
+// So many estimates in a row, for next to a fold one may agree by chance.
+constexpr int straight_states = 3;
 // Beyond it, where the tangent must have become indefinite.
 constexpr double beyond = 1e-4;
 // Motions of the bodies by the factor that are not rounding, lengths over the
@@ -130,6 +133,31 @@ bool BranchTracer::crosses(const Look& at) {
   return found;
 }
 
+// Whether the branch turned away from a bifurcation that it met but for rounding: straight on from
+// the state nearest to it there is an equilibrium with an indefinite tangent. Of a fold there is
+// none with so much of the load.
+bool BranchTracer::turned_away(Heading& heading) {
+  const double size = std::max(1.0, std::abs(branch_->factor())), far = beyond * size;
+  if (!next_to(heading, size) || heading.at_nearest || heading.nearest->tried) return false;
+  Nearest& nearest = *heading.nearest;
+  nearest.tried = true;
+  const LoadBranch::State kept = branch_->save();
+  branch_->restore(nearest.state);
+  const double from = branch_->factor();
+  const bool converged =
+      branch_->advance(nearest.along, far / std::abs(nearest.along.factor), weight_).converged;
+  const bool crossed =
+      converged && std::abs(branch_->factor() - from) > 0.9 * far && branch_->negative_pivots() > 0;
+  branch_->restore(kept);
+  return crossed;
+}
+
+// Whether a bifurcation that the branch was heading for straight on is met but for rounding.
+bool BranchTracer::next_to(const Heading& heading, double size) {
+  return heading.nearest && heading.nearest->straight >= straight_states &&
+         heading.nearest->distance < nearly_met * size;
+}
+
 // The motion that is known, or next to a singular state the answer to any
 // force.
 VectorXd BranchTracer::nearly_singular_motion(const MechanismFactor& factor,
@@ -139,12 +167,13 @@ VectorXd BranchTracer::nearly_singular_motion(const MechanismFactor& factor,
   return branch_->locked() ? factor.solve_locked(force) : factor.solve(force);
 }
 
-CriticalLoad BranchTracer::critical_at(double factor, Look here, const VectorXd& mode) {
+CriticalLoad BranchTracer::critical_at(double factor, Look here, const VectorXd& mode,
+                                       bool straight) {
   if (!here.ahead) here.ahead = SoftMode{0, nearly_singular_motion(*here.factor, mode)};
   CriticalLoad result;
   result.factor = factor;
-  result.fold =
-      measure(here.along.bodies) > fold_motion * first_rate_ * std::abs(here.along.factor);
+  result.fold = !straight && measure(here.along.bodies) >
+                                 fold_motion * first_rate_ * std::abs(here.along.factor);
   result.mode = motions(*here.factor, here.ahead->mode);
   critical_ = std::move(here);
   return result;
@@ -175,6 +204,7 @@ BranchTracer::Look BranchTracer::look_on(int side, Look last, double at, double 
   const BranchDirection before = last.along;
   last = {};  // before its leaves move on
   Look here = look(side, &before, heading.mode);
+  heading.at_nearest = false;
   if (!foretold || !here.ahead) {
     heading.trust = 0.5;
     weigh_anew(here);
@@ -182,12 +212,14 @@ BranchTracer::Look BranchTracer::look_on(int side, Look last, double at, double 
   }
   const double left = here.ahead->step / foretold->step,
                error = std::abs(step + here.ahead->step - foretold->step) / foretold->step;
-  const double now = here.estimate(branch_->factor(), *here.ahead),
-               distance = here.ahead->step * std::abs(here.along.factor);
+  const double now = here.estimate(branch_->factor(), *here.ahead), distance = here.distance();
   const bool straight =
       std::abs(now - last_estimate) < agreement * std::abs(branch_->factor() - at);
-  if (straight && (!heading.nearest || distance < heading.nearest->distance))
-    heading.nearest = Nearest{branch_->save(), here.along, here.ahead->mode, now, distance};
+  heading.straight = straight ? heading.straight + 1 : 0;
+  heading.at_nearest = straight && (!heading.nearest || distance < heading.nearest->distance);
+  if (heading.at_nearest)
+    heading.nearest =
+        Nearest{branch_->save(), here.along, here.ahead->mode, now, distance, heading.straight};
   // an estimate that keeps its distance is that of a branch that bends away
   heading.trust =
       left > 0.8 ? std::min(2 * heading.trust, 32.0) : std::clamp(1 - 3 * error, 0.5, 0.999);
@@ -232,18 +264,19 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
     if (here.ahead && here.ahead->step < reached * size) {
       if (crosses(here)) {
         const double factor = here.estimate(at, *here.ahead);
-        return critical_at(factor, std::move(here), heading.mode);
+        return critical_at(factor, std::move(here), heading.mode, next_to(heading, size));
       }
       heading.longest = std::numeric_limits<double>::infinity();
-      heading.trust = 2;  // it only touches
+      heading.trust = std::max(2.0, heading.trust);  // it only touches
     }
     if (const auto& nearest = heading.nearest;
-        nearest && std::abs(at - begin) > missed * std::abs(nearest->factor - begin)) {
-      missed_ = nearest->distance > nearly_met * size;
+        turned_away(heading) ||
+        (nearest && std::abs(at - begin) > missed * std::abs(nearest->factor - begin))) {
+      missed_ = !next_to(heading, size);
       branch_->restore(nearest->state);
       here = {};
-      return critical_at(nearest->factor, look(side, &nearest->along, nearest->mode),
-                         nearest->mode);
+      return critical_at(nearest->factor, look(side, &nearest->along, nearest->mode), nearest->mode,
+                         true);
     }
     if (std::abs(at - begin) > bound || count == most_states) {
       result.none = std::abs(at - begin) > std::min(bound, enough);
@@ -279,8 +312,10 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
     // the estimate is rounded where stiff motions hide the soft one; the
     // inertia is not
     if (went.crossed) {
-      const double factor = at + 0.5 * step * here.along.factor;
-      return critical_at(factor, std::move(here), heading.mode);
+      const bool straight = next_to(heading, size);
+      const double factor =
+          straight ? heading.nearest->factor : at + 0.5 * step * here.along.factor;
+      return critical_at(factor, std::move(here), heading.mode, straight);
     }
     result.none = went.stretched;
     result.reason =

@@ -43,6 +43,8 @@ class BranchTracer {
     std::optional<SoftMode> ahead, behind;
 
     double estimate(double at, const SoftMode& mode) const { return at + mode.step * along.factor; }
+    /// Of the factor to that of the singular state ahead.
+    double distance() const { return ahead->step * std::abs(along.factor); }
   };
   /// Where the branch stands, to larger factors (`side` 1) or smaller ones (-1), or on along
   /// `before`. `start`: near the mode, or empty.
@@ -72,6 +74,8 @@ class BranchTracer {
     BranchDirection along;
     VectorXd mode;
     double factor = 0, distance = 0;
+    int straight = 0;    ///< as in Heading
+    bool tried = false;  ///< whether its other side was looked for
   };
   /// How far the estimates are trusted, by what the last ones were wrong by.
   struct Heading {
@@ -79,15 +83,20 @@ class BranchTracer {
     double longest = std::numeric_limits<double>::infinity();
     VectorXd mode;  ///< the last that is known
     std::optional<Nearest> nearest;
+    int straight = 0;         ///< states in a row whose estimates agree with those before
+    bool at_nearest = false;  ///< whether the branch stands there
   };
   Stride stride(const BranchDirection& along, double step);
   Look look_on(int side, Look last, double at, double step, Heading& heading);
-  CriticalLoad critical_at(double factor, Look here, const VectorXd& mode);
+  /// `straight`: the branch led straight to it, which makes it no fold.
+  CriticalLoad critical_at(double factor, Look here, const VectorXd& mode, bool straight);
   bool close_in(const LoadBranch::State& from, const BranchDirection& along, double step);
 
   double measure(const VectorXd& bodies) const;
   double product(const BranchDirection& a, const BranchDirection& b) const;
-  bool crosses(const Look& look);
+  bool crosses(const Look& at);
+  bool turned_away(Heading& heading);
+  static bool next_to(const Heading& heading, double size);
   VectorXd nearly_singular_motion(const MechanismFactor& factor, const VectorXd& known) const;
   void weigh_anew(Look& look);
 

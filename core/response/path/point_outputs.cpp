@@ -14,6 +14,7 @@
 #include "core/response/path/stiffness.hpp"
 #include "core/response/space/room_taken.hpp"
 #include "core/response/stress_safety.hpp"
+#include "core/response/stroke_series/low_modes.hpp"
 #include "core/response/stroke_series/stroke_ways.hpp"
 
 namespace flexopt {

@@ -10,17 +10,15 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/math/lanczos.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/full_modes.hpp"
+#include "core/response/stroke_series/low_modes.hpp"
 #include "core/response/stroke_series/mechanism_series.hpp"
 
 namespace flexopt {
 namespace {
 
-// Frequencies nearer than this (relative, squared) are one repeated frequency.
-constexpr double repeated = 1e-7;
 // First derivatives nearer than this share of ω², over a stroke of a leaf length or 1 rad, are
 // equal; below it they are zero by symmetry: what is left of them is the error of the modes.
 constexpr double rounding = 1e-6;
@@ -38,70 +36,11 @@ std::vector<Range> clusters(const VectorXd& values, int first, int last, double 
   return runs;
 }
 
-struct Modes {
-  VectorXd lambda;
-  MatrixXd phi, M_phi;
-  int kept = 0;  ///< the lowest of them; the others are guards
-};
-
-// Whether the frequencies up to this one are equal to none above.
-bool ends_cluster(const VectorXd& lambda, int count) {
-  return lambda[count] - lambda[count - 1] > 10 * repeated * std::abs(lambda[count]);
-}
-
-// Enough modes to solve for those asked for: a few above, and whole clusters. Where more equal
-// frequencies follow than can be kept, those below them alone.
-std::optional<Modes> lowest_modes(const MechanismFactor& factor, int count, bool for_gradients,
-                                  const FullModes* known) {
-  const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
-  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
-  // modes of equal leaves come in clusters of as many: larger ones are given up at once
-  const int most = factor.leaves().size() > 64 ? 8 : 64;
-  std::optional<Modes> last;
-  for (int guard = modes_needed(count) - count; guard <= most; guard *= 2) {
-    const int wanted = std::min(count + guard, factor.size());
-    Modes modes;
-    bool found = false;
-    if (!for_gradients) {
-      const int width = std::min(std::max(3, static_cast<int>(factor.leaves().size())), wanted);
-      LowestPairs pairs = lowest_pairs(factor.size(), wanted, width, solve, mass, 1e-6);
-      found = pairs.converged;
-      if (found) modes = {std::move(pairs.values), std::move(pairs.vectors), {}, count};
-    }
-    // modes of leaves that are so far above the mechanism's that K⁻¹ M rounds them away
-    if (!found) {
-      std::optional<FullModeLists> own;
-      if (!known || known->converged < wanted) {
-        own = full_modes(factor, wanted, 0, ModeMotions::no);
-        if (!own) return std::nullopt;
-      }
-      const FullModes& lowest = own ? own->free : *known;
-      modes = {
-          lowest.lambda.head(lowest.converged), lowest.phi.leftCols(lowest.converged), {}, count};
-    }
-    const VectorXd& l = modes.lambda;
-    int& kept = modes.kept;
-    while (kept < l.size() && !ends_cluster(l, kept)) ++kept;
-    if (kept + 2 <= l.size() && l[l.size() - 1] > 1.05 * l[kept - 1]) {
-      modes.M_phi = mass(modes.phi);
-      return modes;
-    }
-    last = std::move(modes);
-  }
-  if (!last) return std::nullopt;
-  const VectorXd& l = last->lambda;
-  int& kept = last->kept = std::min(count, static_cast<int>(l.size()) - 1);
-  while (kept > 0 && (!ends_cluster(l, kept) || l[l.size() - 1] <= 1.05 * l[kept - 1])) --kept;
-  if (kept == 0) return std::nullopt;
-  last->M_phi = mass(last->phi);
-  return last;
-}
-
 // y_i of (K − λ_i M) y_i = b_i without the modes of i's cluster: the known modes by their
 // amplitudes, the rest by conjugate gradients preconditioned with K⁻¹ (all columns in step), until
 // b·y + r·y, r being the residual left, is known to `tolerance` or to the share `relative` of the
 // energy.
-std::optional<MatrixXd> solve_shifted(const MechanismFactor& factor, const Modes& modes,
+std::optional<MatrixXd> solve_shifted(const MechanismFactor& factor, const LowModes& modes,
                                       const std::vector<Range>& cluster_of, const MatrixXd& B,
                                       const VectorXd& tolerance, double relative) {
   const int p = static_cast<int>(B.cols());
@@ -157,7 +96,7 @@ MatrixXd shifted_residual(const MechanismFactor& factor, const MechanismSeries& 
 
 // The same to rounding, in two rounds that gain 7 digits each.
 std::optional<MatrixXd> solve_shifted_exactly(const MechanismFactor& factor,
-                                              const MechanismSeries& series, const Modes& modes,
+                                              const MechanismSeries& series, const LowModes& modes,
                                               const std::vector<Range>& cluster_of,
                                               const MatrixXd& B) {
   MatrixXd y = MatrixXd::Zero(B.rows(), B.cols());
@@ -173,7 +112,7 @@ std::optional<MatrixXd> solve_shifted_exactly(const MechanismFactor& factor,
 
 // The lowest modes along the stroke: coefficients of λ(s) and φ(s), M-orthonormal at the start.
 struct ModeSeries {
-  Modes modes;
+  LowModes modes;
   std::vector<Range> cluster_of;  ///< equal frequencies, mode by mode
   VectorXd first, second;         ///< λ1, λ2
   MatrixXd rate;                  ///< φ1, without the modes of the cluster
@@ -184,10 +123,10 @@ struct ModeSeries {
 
 // (S3), (S4)
 std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const MechanismSeries& series,
-                                      double unit, Modes found, bool for_gradients,
+                                      double unit, LowModes found, bool for_gradients,
                                       std::string& message) {
   ModeSeries result{std::move(found), {}, {}, {}, {}, {}, {}};
-  Modes& modes = result.modes;
+  LowModes& modes = result.modes;
   const int p = modes.kept;
   // (S3), cluster by cluster
   Series<MatrixXd>&K = result.K_phi, &M = result.M_phi;
@@ -215,7 +154,8 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
                     M[1].middleCols(a, size) * modes.lambda.segment(a, size).asDiagonal());
   };
   std::vector<Range> families;  // equal frequency and equal first derivative
-  for (const Range& c : clusters(modes.lambda, 0, p, repeated * modes.lambda.cwiseAbs()[p - 1])) {
+  for (const Range& c :
+       clusters(modes.lambda, 0, p, repeated_frequency * modes.lambda.cwiseAbs()[p - 1])) {
     const int a = c.first, size = c.second - a;
     MatrixXd A = modes.phi.middleCols(a, size).transpose() * B1(a, size);
     A = (0.5 * (A + A.transpose())).eval();
@@ -337,7 +277,7 @@ struct AlongStrokes {
 // Along strokes that grow in step, from rest to these at 1. Nothing where it was not found;
 // `message` then says why.
 std::optional<AlongStrokes> along_strokes(const MechanismFactor& factor, const VectorXd& strokes,
-                                          int count, const ExactDerivatives* exact, Modes found,
+                                          int count, const ExactDerivatives* exact, LowModes found,
                                           std::string& message) {
   const Answer<MechanismSeries> made = MechanismSeries::of(factor);
   if (!made.value) {
@@ -411,10 +351,10 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
     result.message = "nothing is driven";
     return result;
   }
-  const std::optional<Modes> found = lowest_modes(factor, count, exact != nullptr, known);
+  const Answer<LowModes> low = low_modes(factor, count, exact != nullptr, known);
+  const LowModes* found = low.value.get();
   if (!found) {
-    result.message =
-        fmt::format("the lowest {} modes of {} unknowns were not found", count, factor.size());
+    result.message = low.reason;
     return result;
   }
   if (found->kept < count)

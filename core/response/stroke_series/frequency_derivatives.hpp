@@ -30,9 +30,6 @@ struct FrequencyDerivativesResult {
   std::vector<std::vector<FrequencyDerivativeGradients>> way_gradients;
 };
 
-/// Modes that the derivatives of the lowest `count` ones take, at least.
-constexpr int modes_needed(int count) { return count + 3; }
-
 /// Of the lowest `count` modes, drives free, along each stroke and along `ways` of all of them, at
 /// the equilibrium that the factor stands at. Leaves must have a series, as full leaves do.
 /// `known`: modes of the factor with the drive free, if there are some.

@@ -320,22 +320,37 @@ TEST_CASE("a bifurcation that an error of assembly makes the branch miss has no 
   each_number(thicker, [](double& x) { x = 0; });
   for (LeafSpring& leaf : thicker.leaves) leaf.thickness = 1;
   const std::vector<Mechanism> directions{thicker};
-  LoadCase loads;
-  loads.constant = {along_x(-5)};
-  loads.assembly = {{0, 0, {}, {0, 1e-3, 0}}};
-  System system(m, make_full_leaves(m, {}), loads);
-  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
-  LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
-  LeafRates rates(ProfileDirections(m, directions));
-  const DesignDirections design{&directions, &rates};
-  const CriticalLoadResult crooked = find_critical_load(branch, {}, &design),
-                           perfect = critical(m, {}, along_x(-5), DriveState::free, 0, &directions);
-  REQUIRE(perfect.load.factor);
-  REQUIRE(crooked.load.factor);
-  CHECK(perfect.gradient);
-  CHECK_FALSE(crooked.load.fold);
-  CHECK_FALSE(crooked.gradient);
-  CHECK(*crooked.load.factor == Approx(*perfect.load.factor).epsilon(0.1));
+  const auto traced = [&](double turn) {
+    LoadCase loads;
+    loads.constant = {along_x(-5)};
+    loads.assembly = {{0, 0, {}, {0, turn, 0}}};
+    System system(m, make_full_leaves(m, {}), loads);
+    REQUIRE(step_load(system, {.constant = 1}, {}).converged);
+    LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
+    LeafRates rates(ProfileDirections(m, directions));
+    const DesignDirections design{&directions, &rates};
+    return find_critical_load(branch, {}, &design);
+  };
+  // one that is zero, or next to nothing, is rounding: on the other side the tangent is indefinite
+  const CriticalLoadResult perfect = critical(m, {}, along_x(-5), DriveState::free, 0, &directions);
+  REQUIRE(perfect.gradient);
+  for (const double turn : {0.0, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7}) {
+    const CriticalLoadResult r = traced(turn);
+    CAPTURE(turn, r.load.reason);
+    REQUIRE(r.load.factor);
+    CHECK(*r.load.factor == Approx(*perfect.load.factor).epsilon(1e-8));
+    CHECK_FALSE(r.load.fold);
+    REQUIRE(r.gradient);
+    CHECK((*r.gradient)[0] == Approx((*perfect.gradient)[0]).epsilon(1e-6));
+  }
+  for (const double turn : {7e-5, 3e-4, 1e-3}) {
+    const CriticalLoadResult crooked = traced(turn);
+    CAPTURE(turn, crooked.load.reason);
+    REQUIRE(crooked.load.factor);
+    CHECK_FALSE(crooked.load.fold);
+    CHECK_FALSE(crooked.gradient);
+    CHECK(*crooked.load.factor == Approx(*perfect.load.factor).epsilon(100 * turn));
+  }
 }
 
 TEST_CASE("derivatives of the factor are exact at bifurcations and at folds",
