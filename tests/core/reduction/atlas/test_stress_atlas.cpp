@@ -45,7 +45,7 @@ TubeModel looked_up(const PlateShape& shape, const Eigen::Vector2d& ray) {
                              {},
                              TubeAtlas::view(ray),
                              [&, shape, ray](double) { return atlas.look_up_stress(shape, ray); },
-                             atlas.stress()->patterns().rows()});
+                             atlas.stress()->patterns()});
 }
 
 }  // namespace
