@@ -38,6 +38,17 @@ inline Wide load_wide(const std::int16_t* from) {
   return __builtin_convertvector(__builtin_convertvector(x, Whole), Wide);
 #endif
 }
+inline Wide load_wide(const std::int8_t* from) {
+#ifdef __AVX512F__
+  return (Wide)_mm512_cvtepi32_pd(
+      _mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
+#else
+  using Whole = std::int32_t __attribute__((vector_size(4 * wide)));
+  std::int8_t __attribute__((vector_size(wide))) x;
+  std::memcpy(&x, from, sizeof x);
+  return __builtin_convertvector(__builtin_convertvector(x, Whole), Wide);
+#endif
+}
 inline void store_wide(const Wide& x, double* to) { std::memcpy(to, &x, sizeof x); }
 
 }  // namespace flexopt

@@ -6,7 +6,6 @@
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/math/wide.hpp"
 
 namespace flexopt {
 namespace {
@@ -19,40 +18,6 @@ std::array<double, 2 * most_power + 1> half_powers(double log_size) {
   for (int k = -most_power; k <= most_power; ++k)
     powers[k + most_power] = std::exp(0.5 * k * log_size);
   return powers;
-}
-
-// Σ_k x_k (column k of the basis) for several x at once, of the rows of so many registers: their
-// sums stay there until the last column.
-template <int several, int registers>
-void combine_block(const std::int16_t* rows, int directions, const double* x, double* y,
-                   Eigen::Index stride) {
-  Wide sums[several][registers] = {};
-  for (int k = 0; k < directions; ++k, rows += CompressedTable::block, x += several)
-    for (int r = 0; r < registers; ++r) {
-      const Wide numbers = load_wide(rows + wide * r);
-      for (int j = 0; j < several; ++j) sums[j][r] += x[j] * numbers;
-    }
-  for (int r = 0; r < registers; ++r)
-    for (int j = 0; j < several; ++j) store_wide(sums[j][r], y + stride * j + wide * r);
-}
-
-template <int several>
-using Combinations = Eigen::Matrix<double, Eigen::Dynamic, several>;
-
-// Its first `count` rows, and those that fill the last block. `x`: a column for each direction.
-template <int several>
-Combinations<several> combinations(const CompressedTable& table, int count,
-                                   const Eigen::Matrix<double, several, Eigen::Dynamic>& x) {
-  constexpr int block = CompressedTable::block, registers = several == 1 ? 8 : 4,
-                at_once = wide * registers;
-  const int blocks = CompressedTable::blocks(count);
-  Combinations<several> y(block * blocks, several);
-  for (int b = 0; b < blocks; ++b)
-    for (int first = 0; first < block; first += at_once)
-      combine_block<several, registers>(
-          table.basis + static_cast<std::size_t>(b) * block * table.directions + first,
-          table.directions, x.data(), y.data() + block * b + first, y.rows());
-  return y;
 }
 
 }  // namespace
@@ -124,11 +89,11 @@ VectorXd CompressedTable::coordinates_at(const VectorXd& weights) const {
 
 VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first) const {
   const int count = count_of(first);
-  const Combinations<1> y =
-      combinations<1>(*this, count, coordinates_at(weights.value).transpose());
+  const MatrixXd y = direction_sums<1>(basis, directions, blocks(count),
+                                       coordinates_at(weights.value).transpose());
   VectorXd numbers_in_place = VectorXd::Zero(first);
   put_in_place(*this, weights, count,
-               [&](int i, int place, double size) { numbers_in_place[place] = y[i] * size; });
+               [&](int i, int place, double size) { numbers_in_place[place] = y(i, 0) * size; });
   return numbers_in_place;
 }
 
@@ -137,7 +102,7 @@ Eigen::MatrixX4d CompressedTable::look_up_slopes(const ShapeWeights& weights, in
   Eigen::Matrix4Xd x(4, directions);
   x.row(0) = coordinates_at(weights.value).transpose();
   for (int a = 0; a < 3; ++a) x.row(1 + a) = coordinates_at(weights.slope[a]).transpose();
-  const Combinations<4> y = combinations<4>(*this, count, x);
+  const MatrixXd y = direction_sums<4>(basis, directions, blocks(count), x);
   Eigen::MatrixX4d in_place = Eigen::MatrixX4d::Zero(first, 4);
   put_in_place(*this, weights, count, [&](int i, int place, double size) {
     for (int a = 0; a < 4; ++a) in_place(place, a) = size * y(i, a);

@@ -7,6 +7,7 @@
 
 #include "core/elements/plate/plate_mesh.hpp"
 #include "core/math/types.hpp"
+#include "core/reduction/atlas/direction_sums.hpp"
 
 namespace flexopt {
 
@@ -54,7 +55,7 @@ struct CompressedTable {
   const std::int16_t* basis = nullptr;
   const float* coordinates = nullptr;  ///< directions × shapes, column by column
 
-  static constexpr int block = 64;
+  static constexpr int block = direction_block;
   /// So many whole blocks have room for these numbers.
   static int blocks(int numbers) { return (numbers + block - 1) / block; }
 

@@ -224,7 +224,7 @@ double frequency_difference(std::vector<DynamicsNode> found, std::vector<Dynamic
 // Worst error of the largest stress, on the ray and off it.
 double stress_error(const TubeAtlas& atlas, const PlateShape& shape, double rho,
                     std::vector<StateTable> truth) {
-  TubeStress a(shape, 0, TubeAtlas::view({1, rho}), atlas.stress()->patterns().rows()), b(shape, 0);
+  TubeStress a(shape, 0, TubeAtlas::view({1, rho}), atlas.stress()->patterns()), b(shape, 0);
   for (StateTable& node : atlas.look_up_stress(shape, {1, rho})) a.add(std::move(node));
   for (StateTable& node : truth) b.add(std::move(node));
   const double turn = 0.4 * std::numbers::pi / 180,

@@ -17,25 +17,29 @@ namespace {
 constexpr Eigen::Index even_columns = StateTable::even_monomials,
                        odd_columns = StateTable::odd_monomials;
 
-// One for each monomial, the even ones first: how much of the stress about a bent state an error of
-// 1 in the coefficient of a pattern is, where states lie as far from it as they usually do.
-VectorXd monomial_weights(double sigma) {
-  constexpr double least = 0.015;  // [rad], of a state near the flat leaf
-  const double bent = std::max(sigma, least), along = 0.3 * bent + 0.01;
+constexpr double least_bending = 0.015;  // [rad], of a state near the flat leaf
+
+// One for each monomial, the even ones first: how large it is where states lie as far from a bent
+// state as they usually do.
+VectorXd monomial_sizes(double sigma) {
+  const double along = 0.3 * std::max(sigma, least_bending) + 0.01;
   const std::array<double, 5> far{0.02 + 0.1 * sigma, 0.01, 4, 2, 2};  // τ, φ, N, M1, M2
-  VectorXd weights(even_columns + odd_columns);
+  VectorXd sizes(even_columns + odd_columns);
   Eigen::Index row = 0;
   const auto fill = [&](const auto& monomials) {
     for (const StateMonomial& m : monomials) {
-      double x = std::pow(along, m.along) / (2 * bent);
+      double x = std::pow(along, m.along);
       for (int f = 0; f < m.off_ray; ++f) x *= far[m.variable[f]];
-      weights[row++] = x;
+      sizes[row++] = x;
     }
   };
   fill(even_monomials());
   fill(odd_monomials());
-  return weights;
+  return sizes;
 }
+
+// Of strains over the thickness: what of the largest stress they make.
+double per_stress(double sigma) { return 1 / (2 * std::max(sigma, least_bending)); }
 
 // Both parts side by side, and apart again.
 MatrixXd columns_of(const StateTable& t) {
@@ -53,80 +57,74 @@ StressPlaces places_of(std::array<int, 2> mesh) {
   return StressPlaces(shape);
 }
 
+// The `count` leading eigenvectors.
+MatrixXd leading(const MatrixXd& gram, Eigen::Index count) {
+  return SymmetricEigen(gram).eigenvectors().rowwise().reverse().leftCols(
+      std::min(count, gram.rows()));
+}
+
+// Rows of folded() and, as most, patterns of a family.
+std::array<int, 2> pattern_counts(const StressAtlasSettings& settings, const StressPlaces& places,
+                                  int family) {
+  if (family == StrainPatterns::places_family) {
+    const int nodes = (places.rows() - places.strain_rows()) / 3;
+    return {3 * nodes, std::min(settings.place_patterns, 2 * nodes) +
+                           std::min(settings.place_patterns, nodes)};
+  }
+  const int rows = places.strain_rows() / 4;
+  return {rows, std::min(settings.patterns, rows)};
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------- patterns
 
-StressPatterns::StressPatterns(std::array<int, 2> mesh, MatrixXd P)
-    : rows_(places_of(mesh).rows()),
-      half_(places_of(mesh).strain_rows() / 2),
-      P_(std::move(P)),
-      rows_of_P_(std::make_shared<PatternRows>(P_)) {}
-
-StressPatterns::StressPatterns(const StressAtlasSettings& settings)
-    : StressPatterns(settings.mesh, MatrixXd()) {
+StrainPatterns find_patterns(const StressAtlasSettings& settings) {
   std::mt19937 random(11);
   const auto in = [&](double a, double b) {
     return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
   };
   const auto inside = [&](const std::vector<double>& x) { return in(x.front(), x.back()); };
   const ShapeGrid& grid = settings.grid;
-  MatrixXd gram = MatrixXd::Zero(rows_, rows_);
+  const StressPlaces places = places_of(settings.mesh);
+  std::array<MatrixXd, StrainPatterns::families> grams;
+  for (int f = 0; f < StrainPatterns::families; ++f) {
+    const int rows = pattern_counts(settings, places, f)[0];
+    grams[static_cast<std::size_t>(f)] = MatrixXd::Zero(rows, rows);
+  }
   for (int s = 0; s < settings.samples; ++s) {
     const Vector3d place(inside(grid.log_width), inside(grid.log_thickness),
                          inside(grid.poissons_ratios));
     const PlateShape shape{std::exp(place[0]), std::exp(place[1]), place[2], settings.mesh,
                            settings.free_edge_torsion};
-    const VectorXd per_row = scale(shape.thickness).cwiseInverse();
     const double rho = inside(settings.rays);
     const BentStates states =
         bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas, {.stress = true});
     for (const StateTable& node : states.stress) {
-      const MatrixXd weighted =
-          per_row.asDiagonal() * columns_of(node) * monomial_weights(node.sigma).asDiagonal();
-      gram += weighted * weighted.transpose();
+      const MatrixXd all = columns_of(node) * monomial_sizes(node.sigma).asDiagonal();
+      for (int f = 0; f < StrainPatterns::families; ++f) {
+        const double scale = f == StrainPatterns::places_family
+                                 ? 1
+                                 : (f < 2 ? 1 / shape.thickness : 0.5) * per_stress(node.sigma);
+        const MatrixXd rows = scale * StrainPatterns::folded(places, f, all);
+        grams[static_cast<std::size_t>(f)].noalias() += rows * rows.transpose();
+      }
     }
   }
-  P_ = SymmetricEigen(gram).eigenvectors().rowwise().reverse().leftCols(
-      std::min<Eigen::Index>(settings.patterns, rows_));
-  rows_of_P_ = std::make_shared<PatternRows>(P_);
-}
-
-VectorXd StressPatterns::scale(double thickness) const {
-  VectorXd scale = VectorXd::Ones(rows_);
-  scale.head(half_).setConstant(thickness);
-  scale.segment(half_, half_).setConstant(2);
-  return scale;
-}
-
-StateTable StressPatterns::coefficients(const StateTable& node, double thickness) const {
-  const VectorXd per_row = scale(thickness).cwiseInverse();
-  return {node.sigma, P_.transpose() * (per_row.asDiagonal() * node.even),
-          P_.transpose() * (per_row.asDiagonal() * node.odd)};
-}
-
-void StressPatterns::add_rates(const StateTable& coefficients,
-                               const std::array<StateTable, 3>& by_shape, double thickness,
-                               const StateWeights<double>& weights, std::size_t end,
-                               StressRates& to) const {
-  const auto add = [&](const auto& monomials, std::size_t part, MatrixXd StateTable::*table,
-                       const auto& all, bool bending, MatrixXd& sum) {
-    auto w = all;
-    if (coefficients.sigma == 0) {  // as TubeStress has it
-      for (std::size_t k = 0; k < monomials.size(); ++k)
-        if (monomials[k].turned() != bending) w[static_cast<Eigen::Index>(k)] = 0;
-      if (part == 0) w[0] = 0;
-    }
-    const double scale = bending ? 2 : thickness;
-    for (std::size_t p = 0; p < 3; ++p)
-      sum.col(static_cast<Eigen::Index>(p)).noalias() += scale * (by_shape[p].*table * w);
-    if (!bending) sum.col(1).noalias() += coefficients.*table * w;
-  };
-  for (const bool bending : {false, true}) {
-    std::array<MatrixXd, 2>& sum = bending ? to.bending : to.membrane;
-    add(even_monomials(), 0, &StateTable::even, weights.even[end], bending, sum[0]);
-    add(odd_monomials(), 1, &StateTable::odd, weights.odd[end], bending, sum[1]);
-  }
+  std::array<MatrixXd, StrainPatterns::families> P;
+  for (int f = 0; f < StrainPatterns::places_family; ++f)  // half of a pattern of norm 1
+    P[static_cast<std::size_t>(f)] =
+        std::sqrt(0.5) * leading(grams[static_cast<std::size_t>(f)], settings.patterns);
+  // places in the plane and off it apart: of a flat leaf the mirror in the thickness keeps one kind
+  const MatrixXd& gram = grams.back();
+  std::array<std::vector<Eigen::Index>, 2> rows;
+  for (Eigen::Index i = 0; i < gram.rows(); ++i) rows[i % 3 == 2 ? 1 : 0].push_back(i);
+  const std::array<MatrixXd, 2> apart{leading(gram(rows[0], rows[0]), settings.place_patterns),
+                                      leading(gram(rows[1], rows[1]), settings.place_patterns)};
+  P.back() = MatrixXd::Zero(gram.rows(), apart[0].cols() + apart[1].cols());
+  P.back()(rows[0], Eigen::seqN(0, apart[0].cols())) = apart[0];
+  P.back()(rows[1], Eigen::seqN(apart[0].cols(), apart[1].cols())) = apart[1];
+  return {settings.mesh, P};
 }
 
 // ---------------------------------------------------------------------------- look-up
@@ -140,7 +138,7 @@ StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& lo
   const double a = rays[left], b = rays[left + 1], sigma = settings_.sigmas[n];
   const auto of_ray = [&](std::size_t ray) {
     const VectorXd numbers = look_up(tables_[ray * settings_.sigmas.size() + n]);
-    return table_of(sigma, numbers.reshaped(patterns_.P().cols(), even_columns + odd_columns));
+    return table_of(sigma, numbers.reshaped(patterns_->all(), even_columns + odd_columns));
   };
   if (rho == a || rho == b) return of_ray(rho == a ? left : left + 1);
   return blended(of_ray(left), of_ray(left + 1), blend_between_rays(a, b, sigma, rho));
@@ -151,8 +149,7 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
       shape_weights(settings_.grid, place_in_grid(shape), ShapeSlopes::none);
   std::vector<StateTable> found;
   for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n)
-    found.push_back(
-        coefficients(rho, n, [&](const CompressedTable& t) { return t.look_up(weights, t.all); }));
+    found.push_back(coefficients(rho, n, [&](const PackedTable& t) { return t.look_up(weights); }));
   return found;
 }
 
@@ -164,16 +161,16 @@ StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSl
   return [this, shape, rho, known = std::map<std::size_t, Known>(),
           at = shape_weights(settings_.grid, place_in_grid(shape), slopes)](
              std::size_t interval, const StateWeights<double>& weights) mutable {
-    const MatrixXd none = MatrixXd::Zero(patterns_.P().cols(), 3);
-    StressRates rates{{none, none}, {none, none}};
+    const Eigen::Index strains = patterns_->strains(), stretching = patterns_->stretching();
+    StressRates rates{MatrixXd::Zero(strains, 3), MatrixXd::Zero(strains, 3)};
     for (const std::size_t end : {0, 1}) {
       Known& node = known[interval + end];
       if (node.coefficients.even.size() == 0) {
-        std::map<const CompressedTable*, Eigen::MatrixX4d> of_ray;
+        std::map<const PackedTable*, Eigen::MatrixX4d> of_ray;
         const auto column = [&](int c) {
-          return coefficients(rho, interval + end, [&](const CompressedTable& t) {
+          return coefficients(rho, interval + end, [&](const PackedTable& t) {
             const auto [found, fresh] = of_ray.try_emplace(&t);
-            if (fresh) found->second = t.look_up_slopes(at, t.all);
+            if (fresh) found->second = t.look_up_slopes(at);
             return VectorXd(found->second.col(c));
           });
         };
@@ -186,7 +183,17 @@ StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSl
           rate.odd *= per[p];
         }
       }
-      patterns_.add_rates(node.coefficients, node.by_shape, shape.thickness, weights, end, rates);
+      const auto add = [&](const auto& w, MatrixXd StateTable::*part, MatrixXd& sum) {
+        for (std::size_t p = 0; p < 3; ++p) {
+          const VectorXd by = (node.by_shape[p].*part).topRows(strains) * w;
+          auto to = sum.col(static_cast<Eigen::Index>(p));
+          to.head(stretching) += shape.thickness * by.head(stretching);
+          to.tail(strains - stretching) += 2 * by.tail(strains - stretching);
+        }
+        sum.col(1).head(stretching) += (node.coefficients.*part).topRows(stretching) * w;
+      };
+      add(weights.even[end], &StateTable::even, rates.even);
+      add(weights.odd[end], &StateTable::odd, rates.odd);
     }
     return rates;
   };
@@ -196,18 +203,17 @@ StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSl
 
 std::string StressAtlas::pack() const {
   std::string block;
-  std::vector<std::int32_t> counts{static_cast<std::int32_t>(patterns_.P().rows()),
-                                   static_cast<std::int32_t>(patterns_.P().cols()),
-                                   static_cast<std::int32_t>(tables_.size())};
-  for (const CompressedTable& t : tables_) {
+  std::vector<std::int32_t> counts;
+  for (const PackedTable& t : tables_) {
     counts.push_back(t.numbers);
     counts.push_back(t.directions);
   }
-  append_part(block, counts.data(), 3);
-  append_part(block, counts.data() + 3, 2 * tables_.size());
-  const Eigen::MatrixXf P = patterns_.P().cast<float>();
-  append_part(block, P.data(), static_cast<std::uint64_t>(P.size()));
-  for (const CompressedTable& t : tables_) append_table(block, t);
+  append_part(block, counts.data(), counts.size());
+  for (int f = 0; f < StrainPatterns::families; ++f) {
+    const Eigen::MatrixXf P = patterns_->P(f).cast<float>();
+    append_part(block, P.data(), static_cast<std::uint64_t>(P.size()));
+  }
+  for (const PackedTable& t : tables_) append_table(block, t);
   return block;
 }
 
@@ -216,38 +222,37 @@ std::shared_ptr<const StressAtlas> StressAtlas::unpack(const StressAtlasSettings
                                                        std::shared_ptr<const void> owner) {
   PartReader read{data, size};
   const std::size_t tables = settings.rays.size() * settings.sigmas.size();
-  const auto* counts = read.next<std::int32_t>(3);
-  const int rows = places_of(settings.mesh).rows();
-  if (!counts || counts[0] != rows || counts[1] != std::min(settings.patterns, rows) ||
-      counts[2] != static_cast<std::int32_t>(tables))
-    return nullptr;
-  const int patterns = counts[1],
-            all_numbers = patterns * static_cast<int>(even_columns + odd_columns);
+  const StressPlaces places = places_of(settings.mesh);
   const auto* sizes = read.next<std::int32_t>(2 * tables);
-  const auto* P = read.next<float>(static_cast<std::size_t>(rows) * patterns);
-  if (!sizes || !P) return nullptr;
-  std::vector<CompressedTable> all;
+  std::array<MatrixXd, StrainPatterns::families> P;
+  int coefficients = 0;
+  for (int f = 0; f < StrainPatterns::families; ++f) {
+    const auto [rows, patterns] = pattern_counts(settings, places, f);
+    const auto* numbers = read.next<float>(static_cast<std::size_t>(rows) * patterns);
+    if (!numbers) return nullptr;
+    P[static_cast<std::size_t>(f)] =
+        Eigen::Map<const Eigen::MatrixXf>(numbers, rows, patterns).cast<double>();
+    coefficients += patterns;
+  }
+  std::vector<PackedTable> all;
   for (std::size_t k = 0; k < tables; ++k) {
-    CompressedTable& t = all.emplace_back();
-    t.all = all_numbers;
+    PackedTable& t = all.emplace_back();
+    t.all = coefficients * static_cast<int>(even_columns + odd_columns);
     t.numbers = sizes[2 * k];
     t.directions = sizes[2 * k + 1];
     t.shapes = settings.grid.size();
     if (!read_table(read, t)) return nullptr;
   }
   if (read.at != size) return nullptr;
-  return std::make_shared<StressAtlas>(
-      settings,
-      StressPatterns(settings.mesh,
-                     Eigen::Map<const Eigen::MatrixXf>(P, rows, patterns).cast<double>()),
-      std::move(all), std::move(owner));
+  return std::make_shared<StressAtlas>(settings, std::make_shared<StrainPatterns>(settings.mesh, P),
+                                       std::move(all), std::move(owner));
 }
 
 // ---------------------------------------------------------------------------- making
 
 StressAtlasMaker::StressAtlasMaker(const StressAtlasSettings& settings)
-    : settings_(settings), patterns_(settings) {
-  const Eigen::Index numbers = patterns_.P().cols() * (even_columns + odd_columns);
+    : settings_(settings), patterns_(std::make_shared<StrainPatterns>(find_patterns(settings))) {
+  const Eigen::Index numbers = patterns_->all() * (even_columns + odd_columns);
   values_.assign(settings.sigmas.size(), MatrixXd(numbers, settings.grid.size()));
 }
 
@@ -255,24 +260,27 @@ void StressAtlasMaker::put(int k, const std::vector<StateTable>& nodes) {
   assert(nodes.size() == settings_.sigmas.size());
   const double thickness = std::exp(settings_.grid.shape(k)[1]);
   for (std::size_t n = 0; n < nodes.size(); ++n)
-    values_[n].col(k) = columns_of(patterns_.coefficients(nodes[n], thickness)).reshaped();
+    values_[n].col(k) = columns_of(patterns_->coefficients(nodes[n], thickness)).reshaped();
 }
 
 void StressAtlasMaker::end_ray() {
+  const StressPlaces places = places_of(settings_.mesh);
   for (std::size_t n = 0; n < values_.size(); ++n) {
-    const VectorXd w = monomial_weights(settings_.sigmas[n]);
-    const MatrixXd of_leaf = VectorXd::Ones(patterns_.P().cols()) * w.transpose();
-    made_->push_back(
-        compress(settings_.grid, values_[n], of_leaf.reshaped().replicate(1, settings_.grid.size()),
-                 std::vector<bool>(static_cast<std::size_t>(settings_.grid.size()), true),
-                 settings_.tolerance));
+    const double sigma = settings_.sigmas[n];
+    VectorXd share(patterns_->all());
+    share.head(patterns_->strains())
+        .setConstant(per_stress(sigma) / std::sqrt(0.5 * places.strain_rows()));
+    share.tail(patterns_->count(StrainPatterns::places_family))
+        .setConstant(1 / std::sqrt(places.rows() - places.strain_rows()));
+    const MatrixXd weights = share * monomial_sizes(sigma).transpose();
+    made_->push_back(flexopt::pack(values_[n], weights.reshaped(), settings_.tolerance));
   }
 }
 
 std::shared_ptr<const StressAtlas> StressAtlasMaker::finish() {
   assert(made_->size() == settings_.rays.size() * settings_.sigmas.size());
-  std::vector<CompressedTable> tables;
-  for (const CompressedNumbers& numbers : *made_) tables.push_back(numbers.table());
+  std::vector<PackedTable> tables;
+  for (const PackedNumbers& numbers : *made_) tables.push_back(numbers.table());
   return std::make_shared<StressAtlas>(settings_, patterns_, std::move(tables), made_);
 }
 

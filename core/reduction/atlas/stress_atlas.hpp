@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/reduction/atlas/compressed_table.hpp"
+#include "core/reduction/atlas/packed_table.hpp"
 #include "core/reduction/tube/tube_stress.hpp"
 
 namespace flexopt {
@@ -18,51 +18,29 @@ struct StressAtlasSettings {
   std::vector<double> rays, sigmas;
   std::array<int, 2> mesh = default_mesh;
   bool free_edge_torsion = true;
-  int patterns = 120;       ///< of strains and places over the leaf
+  int patterns = 80;        ///< of each family of strains (StrainPatterns)
+  int place_patterns = 16;  ///< of places in the plane of the flat leaf, and of those off it
   int samples = 150;        ///< leaves that they are found from
-  double tolerance = 5e-3;  ///< of a coefficient's part in the largest stress, on the grid
+  double tolerance = 7e-5;  ///< of a coefficient's share in the stress, root mean square over the
+                            ///< leaf, over the largest stress; on the grid
 };
 
-/// Patterns of the rows of StressPlaces: strains e = t P a, κ = 2 P a, places P a.
-class StressPatterns {
- public:
-  /// `P`: rows × patterns, orthonormal columns.
-  StressPatterns(std::array<int, 2> mesh, MatrixXd P);
-  /// From leaves at random places of the box.
-  explicit StressPatterns(const StressAtlasSettings& settings);
-
-  const MatrixXd& P() const { return P_; }
-  /// P for the tables that look_up() answers with.
-  const std::shared_ptr<const PatternRows>& rows() const { return rows_of_P_; }
-  /// A table of coefficients a, from one of a leaf.
-  StateTable coefficients(const StateTable& node, double thickness) const;
-  /// Adds what the strains of a table, `end` of two put together with these weights, change by with
-  /// (w/L, t/L, ν), from what its coefficients do.
-  void add_rates(const StateTable& coefficients, const std::array<StateTable, 3>& by_shape,
-                 double thickness, const StateWeights<double>& weights, std::size_t end,
-                 StressRates& to) const;
-
- private:
-  VectorXd scale(double thickness) const;
-
-  Eigen::Index rows_, half_;  ///< all, and so many of e and of κ
-  MatrixXd P_;
-  std::shared_ptr<const PatternRows> rows_of_P_;
-};
+/// The patterns that carry most of the tables of leaves at random places of the box.
+StrainPatterns find_patterns(const StressAtlasSettings& settings);
 
 class StressAtlas {
  public:
   /// `tables`: of each ray all bent states. `owner`: keeps their numbers alive.
-  StressAtlas(StressAtlasSettings settings, StressPatterns patterns,
-              std::vector<CompressedTable> tables, std::shared_ptr<const void> owner)
+  StressAtlas(StressAtlasSettings settings, std::shared_ptr<const StrainPatterns> patterns,
+              std::vector<PackedTable> tables, std::shared_ptr<const void> owner)
       : settings_(std::move(settings)),
         patterns_(std::move(patterns)),
         tables_(std::move(tables)),
         owner_(std::move(owner)) {}
 
   const StressAtlasSettings& settings() const { return settings_; }
-  const StressPatterns& patterns() const { return patterns_; }
-  const std::vector<CompressedTable>& tables() const { return tables_; }
+  const std::shared_ptr<const StrainPatterns>& patterns() const { return patterns_; }
+  const std::vector<PackedTable>& tables() const { return tables_; }
   /// Coefficients of the patterns about the first `nodes` bent states of a leaf in the box on the
   /// ray (1, rho), rho within the rays.
   std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;
@@ -82,8 +60,8 @@ class StressAtlas {
   StateTable coefficients(double rho, std::size_t n, const LookUp& look_up) const;
 
   StressAtlasSettings settings_;
-  StressPatterns patterns_;
-  std::vector<CompressedTable> tables_;
+  std::shared_ptr<const StrainPatterns> patterns_;
+  std::vector<PackedTable> tables_;
   std::shared_ptr<const void> owner_;
 };
 
@@ -101,10 +79,10 @@ class StressAtlasMaker {
 
  private:
   StressAtlasSettings settings_;
-  StressPatterns patterns_;
+  std::shared_ptr<const StrainPatterns> patterns_;
   std::vector<MatrixXd> values_;  ///< of each bent state: numbers × shapes
-  std::shared_ptr<std::vector<CompressedNumbers>> made_ =
-      std::make_shared<std::vector<CompressedNumbers>>();
+  std::shared_ptr<std::vector<PackedNumbers>> made_ =
+      std::make_shared<std::vector<PackedNumbers>>();
 };
 
 }  // namespace flexopt

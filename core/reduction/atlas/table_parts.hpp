@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "core/reduction/atlas/compressed_table.hpp"
+#include "core/reduction/atlas/packed_table.hpp"
 
 namespace flexopt {
 
@@ -35,8 +36,10 @@ struct PartReader {
 };
 
 void append_table(std::string& block, const CompressedTable& table);
+void append_table(std::string& block, const PackedTable& table);
 /// Fills in the numbers of a table whose counts are known. False where they are not whole, or the
 /// counts are none.
 bool read_table(PartReader& reader, CompressedTable& table);
+bool read_table(PartReader& reader, PackedTable& table);
 
 }  // namespace flexopt

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
@@ -93,8 +94,16 @@ std::array<int, 2> term_counts(const std::vector<AtlasTerm>& terms) {
 StressAtlasSettings stress_settings(const AtlasSettings& s) {
   StressAtlasSettings stress;
   stress.grid = shape_grid(s);
-  const std::size_t step = s.rays.size() % 2 == 1 ? 2 : 1;
-  for (std::size_t k = 0; k < s.rays.size(); k += step) stress.rays.push_back(s.rays[k]);
+  // every other one, those that turn by nearly equal angles
+  const std::size_t wanted = s.rays.size() % 2 == 1 ? s.rays.size() / 2 + 1 : s.rays.size();
+  for (std::size_t k = 0; k < wanted; ++k) {
+    const double angle =
+        std::numbers::pi / 2 * (static_cast<double>(k) / static_cast<double>(wanted - 1) - 0.5);
+    const double nearest = *std::min_element(s.rays.begin(), s.rays.end(), [&](double a, double b) {
+      return std::abs(std::atan(a) - angle) < std::abs(std::atan(b) - angle);
+    });
+    if (stress.rays.empty() || nearest > stress.rays.back()) stress.rays.push_back(nearest);
+  }
   stress.sigmas = s.sigmas;
   stress.mesh = s.mesh;
   stress.free_edge_torsion = s.free_edge_torsion;

@@ -28,9 +28,9 @@ struct AtlasSettings {
   std::vector<double> rays{-1,   -0.92, -0.70, -0.38, 0,  // ρ, ascending, both ends ±1
                            0.38, 0.70,  0.92,  1};
   std::vector<double> sigmas{0, 0.03, 0.1, 0.22, 0.45, 0.8};  ///< bent states [rad], from 0
-  bool dynamics = true;       ///< with tables of the internal dynamics
-  int stress_patterns = 120;  ///< StressAtlasSettings::patterns; 0: no tables of stress
-  int stress_samples = 150;   ///< StressAtlasSettings::samples
+  bool dynamics = true;      ///< with tables of the internal dynamics
+  int stress_patterns = 80;  ///< StressAtlasSettings::patterns; 0: no tables of stress
+  int stress_samples = 150;  ///< StressAtlasSettings::samples
 
   int shapes() const { return points[0] * points[1]; }
   int tables() const { return static_cast<int>(poissons_ratios.size() * rays.size()); }

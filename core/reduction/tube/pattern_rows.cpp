@@ -66,10 +66,6 @@ void PatternRows::add_times(Eigen::Index first, Eigen::Index count, const Matrix
     put(at, block_times<columns, 1>(numbers_.data() + at * patterns_, patterns_, of), 0);
 }
 
-double PatternRows::largest_norm(Eigen::Index first, Eigen::Index count) const {
-  return by_rows_.middleCols(first, count).colwise().norm().maxCoeff();
-}
-
 MatrixXd PatternRows::times(Eigen::Index first, Eigen::Index count, const MatrixXd& A) const {
   assert(first >= 0 && first + count <= rows_ && A.rows() == patterns_ && A.cols() > 0);
   MatrixXd product(count, A.cols());

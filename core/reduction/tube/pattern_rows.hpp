@@ -16,8 +16,6 @@ class PatternRows {
   Eigen::Index patterns() const { return patterns_; }
   /// `count` rows of P from `first` on, times A; sums are double.
   MatrixXd times(Eigen::Index first, Eigen::Index count, const MatrixXd& A) const;
-  /// The largest norm of so many rows of P from `first` on.
-  double largest_norm(Eigen::Index first, Eigen::Index count) const;
   /// A row of P, pattern by pattern, as it was given.
   const double* row(Eigen::Index i) const { return by_rows_.col(i).data(); }
 

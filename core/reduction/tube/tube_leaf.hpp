@@ -38,7 +38,7 @@ struct KnownTube {
   /// Tables of stress, likewise.
   std::function<std::vector<StateTable>(double sigma)> stress;
   /// P of (A6) where these are over patterns; else null.
-  std::shared_ptr<const PatternRows> stress_patterns = nullptr;
+  std::shared_ptr<const StrainPatterns> stress_patterns = nullptr;
   /// Derivatives of the expansions, the ray held. None: the leaf has no exact derivatives.
   std::function<TubeNodeRates()> rates = {};
   /// The same of the tables of the dynamics that reach a sigma.
@@ -173,7 +173,7 @@ class TubeModel {
   MatrixXd amplitude_units_;
   std::unique_ptr<TubeDynamics> dynamics_;
   std::function<std::vector<StateTable>(double)> known_stress_;
-  std::shared_ptr<const PatternRows> stress_patterns_;
+  std::shared_ptr<const StrainPatterns> stress_patterns_;
   std::unique_ptr<TubeStress> stress_;
   std::vector<std::weak_ptr<TubeModel>> successors_;
   int expected_ = 0;  ///< states at which the dynamics are wanted

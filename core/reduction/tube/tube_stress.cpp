@@ -46,17 +46,12 @@ struct TubeStress::Local {
 };
 
 TubeStress::TubeStress(const PlateShape& shape, double force_centre, TubeView view,
-                       std::shared_ptr<const PatternRows> patterns)
+                       std::shared_ptr<const StrainPatterns> patterns)
     : shape_(shape),
       places_(shape),
       view_(view),
       force_centre_(force_centre),
-      patterns_(std::move(patterns)) {
-  assert(!patterns_ || patterns_->rows() == places_.rows());
-  const Eigen::Index half = places_.strain_rows() / 2;
-  if (patterns_)
-    pattern_norms_ = {patterns_->largest_norm(0, half), patterns_->largest_norm(half, half)};
-}
+      patterns_(std::move(patterns)) {}
 
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                        const MatrixXd& fields) {
@@ -72,7 +67,7 @@ StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2
 
 void TubeStress::add(StateTable node) {
   assert(nodes_.empty() ? node.sigma == 0 : node.sigma > nodes_.back().sigma);
-  assert(node.even.rows() == (patterns_ ? patterns_->patterns() : places_.rows()));
+  assert(node.even.rows() == (patterns_ ? patterns_->all() : places_.rows()));
   nodes_.push_back(std::move(node));
 }
 
@@ -95,20 +90,10 @@ TubeStress::Weights TubeStress::weights(const Local& at, int total) const {
                        total);
 }
 
-// About a flat leaf the mirror in the thickness forbids half of the monomials, which compression
-// leaves a little of; and it is not strained. `weights`: a row for each monomial.
-template <class Monomials, class W>
-void TubeStress::keep_flat(const Monomials& monomials, Kind kind, W& weights) {
-  for (std::size_t k = 0; k < monomials.size(); ++k)
-    if (monomials[k].turned() != (kind == Kind::bending))
-      weights.row(static_cast<Eigen::Index>(k)).setZero();
-  if (monomials[0].number == 0 && kind != Kind::place) weights.row(0).setZero();
-}
-
 template <std::size_t sets>
 MatrixXd TubeStress::coefficients(const Local& at, const std::array<Weights, sets>& weights,
-                                  Kind kind) const {
-  MatrixXd sum = MatrixXd::Zero(nodes_[at.interval].even.rows(), 2 * sets);
+                                  Eigen::Index first, Eigen::Index count) const {
+  MatrixXd sum = MatrixXd::Zero(count, 2 * sets);
   for (const std::size_t end : {0, 1}) {
     const StateTable& node = nodes_[at.interval + end];
     Eigen::Matrix<double, StateTable::even_monomials, sets> even;
@@ -117,48 +102,25 @@ MatrixXd TubeStress::coefficients(const Local& at, const std::array<Weights, set
       even.col(static_cast<Eigen::Index>(k)) = weights[k].even[end];
       odd.col(static_cast<Eigen::Index>(k)) = weights[k].odd[end];
     }
-    if (node.sigma == 0) {
-      keep_flat(even_monomials(), kind, even);
-      keep_flat(odd_monomials(), kind, odd);
-    }
-    add_table_sums(node.even, even, 1, sum.leftCols(sets));
-    add_table_sums(node.odd, odd, 1, sum.rightCols(sets));
+    add_table_sums(node.even.middleRows(first, count), even, 1, sum.leftCols(sets));
+    add_table_sums(node.odd.middleRows(first, count), odd, 1, sum.rightCols(sets));
   }
   return sum;
 }
 
 MatrixXd TubeStress::read(const Local& at, const Weights& w, Eigen::Index first,
                           Eigen::Index rows) const {
-  MatrixXd parts(rows, 2);
-  if (!patterns_) {
-    const StateTable &a = nodes_[at.interval], &b = nodes_[at.interval + 1];
-    auto even = parts.col(0), odd = parts.col(1);
-    even.noalias() = a.even.middleRows(first, rows) * w.even[0];
-    even.noalias() += b.even.middleRows(first, rows) * w.even[1];
-    odd.noalias() = a.odd.middleRows(first, rows) * w.odd[0];
-    odd.noalias() += b.odd.middleRows(first, rows) * w.odd[1];
-    return parts;
-  }
   const std::array<Weights, 1> weights{w};
-  const Eigen::Index half = places_.strain_rows() / 2;
-  const auto fill = [&](Eigen::Index begin, Eigen::Index end, Kind kind, double scale) {
-    begin = std::max(begin, first);
-    end = std::min(end, first + rows);
-    if (begin >= end) return;
-    parts.middleRows(begin - first, end - begin) =
-        patterns_->times(begin, end - begin, scale * coefficients(at, weights, kind));
-  };
-  fill(0, half, Kind::stretching, shape_.thickness);
-  fill(half, 2 * half, Kind::bending, 2);
-  fill(2 * half, places_.rows(), Kind::place, 1);
-  if (first + rows <= 2 * half) return parts;
-  const Eigen::Index places = std::max(first, 2 * half), end = first + rows;
-  const MatrixXd turned =
-      patterns_->times(places, end - places, coefficients(at, weights, Kind::bending));
-  for (Eigen::Index row = places; row < end; ++row)
-    if ((row - 2 * half) % 3 == 2)
-      parts.row(row - first) = turned.row(row - places);  // off the plane
-  return parts;
+  if (!patterns_) return coefficients(at, weights, first, rows);
+  const Eigen::Index strains = places_.strain_rows();
+  if (first < strains) {
+    assert(first == 0 && rows == strains);
+    return patterns_->strains_of(coefficients(at, weights, 0, patterns_->strains()),
+                                 shape_.thickness);
+  }
+  return patterns_->places_of(
+      first - strains, rows,
+      coefficients(at, weights, patterns_->strains(), patterns_->all() - patterns_->strains()));
 }
 
 // Of the whole leaf, as of StrainField.
@@ -185,7 +147,8 @@ MatrixXd TubeStress::strains(const Local& at, const Parts& parts) const {
 double TubeStress::stress_bound(double stretching, double bending) const {
   const double nu = shape_.poissons_ratio, plus = 1 / ((1 + nu) * (1 + nu)),
                minus = 1 / ((1 - nu) * (1 - nu)),
-               most = pattern_norms_[0] * stretching + pattern_norms_[1] * bending;
+               most = patterns_->largest_norm(false) * stretching +
+                      patterns_->largest_norm(true) * bending;
   return shape_.thickness * most * std::sqrt(std::max(minus, 3 * plus) + 0.75 * plus);
 }
 
@@ -203,7 +166,7 @@ TubeStress::Answer TubeStress::evaluate(const Place& place) const {
     w[1].even[end] = w[0].even[end] - w[1].even[end];
     w[1].odd[end] = w[0].odd[end] - w[1].odd[end];
   }
-  const Eigen::Index rows = places_.strain_rows(), half = rows / 2;
+  const Eigen::Index rows = places_.strain_rows();
   const auto true_change = [&](double size) {
     return largest(strains(at, read(at, w[1], 0, rows))) / size;
   };
@@ -212,18 +175,15 @@ TubeStress::Answer TubeStress::evaluate(const Place& place) const {
     const double change = true_change(largest(here) + rounding);
     return {{places_.x, places_.y, std::move(here)}, change};
   }
-  MatrixXd parts(rows, 2);
-  std::array<double, 2> last{};  // of the coefficients of the last degree: their norms
-  for (const Kind kind : {Kind::stretching, Kind::bending}) {
-    const bool bending = kind == Kind::bending;
-    const MatrixXd a = coefficients(at, w, kind);  // even, even, odd, odd
-    parts.middleRows(bending ? half : 0, half) = patterns_->times(
-        bending ? half : 0, half, (bending ? 2 : shape_.thickness) * a(Eigen::all, {0, 2}));
-    // κ: 2 P a, at half the thickness
-    last[bending ? 1 : 0] = a.col(1).norm() + a.col(3).norm();
-  }
-  MatrixXd here = strains(at, parts);
-  const double bound = stress_bound(last[0], last[1]);
+  const MatrixXd a = coefficients(at, w, 0, patterns_->strains());  // even, even, odd, odd
+  MatrixXd here = strains(at, patterns_->strains_of(a(Eigen::all, {0, 2}), shape_.thickness));
+  const auto last = [&](const auto& rows_of) {  // of the last degree: the coefficients' norms
+    return rows_of.col(1).norm() + rows_of.col(3).norm();
+  };
+  const Eigen::Index stretching = patterns_->stretching();
+  // κ: 2 P a, at half the thickness
+  const double bound =
+      stress_bound(last(a.topRows(stretching)), last(a.bottomRows(a.rows() - stretching)));
   // at its ends a leaf is often stressed most: as bounds go, that will do
   const Eigen::Index n = places_.stations_along(), across = here.rows() / n;
   MatrixXd ends(2 * across, 6);
@@ -249,45 +209,24 @@ TubeStress::Slopes::Slopes(const TubeStress& tables, const Place& place,
   const StateWeightSlopes weights = state_weight_slopes(
       tables.nodes_[at.interval].sigma, tables.nodes_[at.interval + 1].sigma, at.sigma, at.z);
   const StressRates by_shape = rates(at.interval, tables.weights(at, 2));
-  const Eigen::Index patterns = tables.patterns_->patterns();
-  for (const bool bending : {false, true}) {
-    const std::array<MatrixXd, 2>& shape = bending ? by_shape.bending : by_shape.membrane;
-    const double scale = bending ? 2 : tables.shape_.thickness;
-    std::array<MatrixXd, 2> sum{MatrixXd::Zero(patterns, 7), MatrixXd::Zero(patterns, 7)};
-    for (const std::size_t end : {0, 1}) {
-      const StateTable& node = tables.nodes_[at.interval + end];
-      auto even = weights.even[end];
-      auto odd = weights.odd[end];
-      if (node.sigma == 0) {
-        keep_flat(even_monomials(), bending ? Kind::bending : Kind::stretching, even);
-        keep_flat(odd_monomials(), bending ? Kind::bending : Kind::stretching, odd);
-      }
-      add_table_sums(node.even, even, scale, sum[0]);
-      add_table_sums(node.odd, odd, scale, sum[1]);
-    }
-    for (const bool image : {false, true}) {
-      Terms& terms = terms_[image][bending];
-      const double odd = image ? -1 : 1;
-      terms.resize(10, patterns);
-      terms.topRows<7>() = (sum[0] + odd * sum[1]).transpose();
-      terms.bottomRows<3>() = (shape[0] + odd * shape[1]).transpose();
-    }
+  const Eigen::Index all = tables.patterns_->strains(), stretching = tables.patterns_->stretching();
+  std::array<MatrixXd, 2> sum{MatrixXd::Zero(all, 10), MatrixXd::Zero(all, 10)};
+  for (const std::size_t end : {0, 1}) {
+    const StateTable& node = tables.nodes_[at.interval + end];
+    add_table_sums(node.even.topRows(all), weights.even[end], 1, sum[0].leftCols<7>());
+    add_table_sums(node.odd.topRows(all), weights.odd[end], 1, sum[1].leftCols<7>());
   }
-}
-
-auto TubeStress::Slopes::rows(const Terms& terms, Eigen::Index first, Eigen::Index step) const
-    -> Eigen::Matrix<double, 10, 3> {
-  const PatternRows& P = *tables_->patterns_;
-  const std::array<const double*, 3> row{P.row(first), P.row(first + step),
-                                         P.row(first + 2 * step)};
-  // even and odd patterns apart: one sum need not wait for the other
-  std::array<Eigen::Matrix<double, 10, 3>, 2> sums{Eigen::Matrix<double, 10, 3>::Zero(),
-                                                   Eigen::Matrix<double, 10, 3>::Zero()};
-  for (Eigen::Index k = 0; k < P.patterns(); ++k)
-    for (int j = 0; j < 3; ++j)
-      sums[static_cast<std::size_t>(k % 2)].col(j) +=
-          row[static_cast<std::size_t>(j)][k] * terms.col(k);
-  return sums[0] + sums[1];
+  for (MatrixXd& part : sum) {
+    part.topRows(stretching) *= tables.shape_.thickness;
+    part.bottomRows(all - stretching) *= 2;
+  }
+  sum[0].rightCols<3>() = by_shape.even;
+  sum[1].rightCols<3>() = by_shape.odd;
+  for (const bool image : {false, true}) {
+    const Terms terms = (sum[0] + (image ? -1.0 : 1.0) * sum[1]).transpose();
+    terms_[image][false] = terms.leftCols(stretching);
+    terms_[image][true] = terms.rightCols(all - stretching);
+  }
 }
 
 auto TubeStress::Slopes::at(int along, int across) const -> Station {
@@ -301,10 +240,10 @@ auto TubeStress::Slopes::at(int along, int across) const -> Station {
   const bool image = across >= half;
   Eigen::Matrix<double, 6, 10> all;  // value, by the state of the tables, by the shape
   for (const bool bending : {false, true}) {
-    const Eigen::Index step = static_cast<Eigen::Index>(n) * half,
-                       first = along + n * (image ? 2 * half - 1 - across : across) +
-                               (bending ? 3 * step : 0);
-    all.middleRows<3>(bending ? 3 : 0) = rows(terms_[image][bending], first, step).transpose();
+    all.middleRows<3>(bending ? 3 : 0) =
+        tables_->patterns_
+            ->at<10>(along, image ? 2 * half - 1 - across : across, bending, terms_[image][bending])
+            .transpose();
   }
   for (int k = 0; k < 6; ++k) {
     if (mirrored_ != view.mirrored) all.row(k) *= strain_in_thickness[static_cast<std::size_t>(k)];

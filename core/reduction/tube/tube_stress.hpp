@@ -8,8 +8,8 @@
 
 #include "core/elements/plate/plate_stress.hpp"
 #include "core/reduction/expansion/stress_expansion.hpp"
-#include "core/reduction/tube/pattern_rows.hpp"
 #include "core/reduction/tube/state_table.hpp"
+#include "core/reduction/tube/strain_patterns.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_view.hpp"
 
@@ -24,10 +24,10 @@ inline constexpr double largest_stress_change = 0.05;
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                        const MatrixXd& fields);
 
-/// What the rows of strains of two neighbouring tables, put together with the weights of a state,
-/// change by with (w/L, t/L, ν): a row of the tables' patterns times these coefficients.
+/// What the coefficients of strains of two neighbouring tables, put together with the weights of a
+/// state, change by with (w/L, t/L, ν), those of e times t, those of κ times 2: × 3.
 struct StressRates {
-  std::array<MatrixXd, 2> membrane, bending;  ///< of the even part and of the odd one: × 3
+  MatrixXd even, odd;
 };
 /// Of the tables about the bent states `interval` and `interval` + 1.
 using StressRateSource =
@@ -41,7 +41,7 @@ class TubeStress {
   /// answers are those of the leaf. `patterns`: P of (A6), of which the tables have coefficients;
   /// null where they have the rows themselves.
   TubeStress(const PlateShape& shape, double force_centre, TubeView view = {},
-             std::shared_ptr<const PatternRows> patterns = nullptr);
+             std::shared_ptr<const StrainPatterns> patterns = nullptr);
 
   /// A bent state beyond the others.
   void add(StateTable node);
@@ -72,11 +72,6 @@ class TubeStress {
 
    private:
     using Terms = Eigen::Matrix<double, 10, Eigen::Dynamic>;
-    /// Σ over the patterns for three rows of StressPlaces, those of a station's strains of one
-    /// kind.
-    Eigen::Matrix<double, 10, 3> rows(const Terms& terms, Eigen::Index first,
-                                      Eigen::Index step) const;
-
     const TubeStress* tables_;
     bool mirrored_;
     /// What a pattern is multiplied with for the value, its slopes by the state of the tables and
@@ -98,19 +93,16 @@ class TubeStress {
   /// Of rows on the half that is tabulated: even + odd; on the other one they follow from
   /// even − odd.
   using Parts = Eigen::Ref<const MatrixXd>;  ///< even, odd
-  /// Rows that the mirror in the thickness treats alike.
-  enum class Kind { stretching, bending, place };
-
-  template <class Monomials, class W>
-  static void keep_flat(const Monomials& monomials, Kind kind, W& weights);
   Local locate(const Place& place) const;
   Weights weights(const Local& at, int total) const;
   /// Both parts of some rows.
   MatrixXd read(const Local& at, const Weights& weights, Eigen::Index first,
                 Eigen::Index rows) const;
-  /// Of the patterns: the even parts for each of the weights, then the odd ones.
+  /// Of `count` rows of the tables from `first` on: the even parts for each of the weights, then
+  /// the odd ones.
   template <std::size_t sets>
-  MatrixXd coefficients(const Local& at, const std::array<Weights, sets>& weights, Kind kind) const;
+  MatrixXd coefficients(const Local& at, const std::array<Weights, sets>& weights,
+                        Eigen::Index first, Eigen::Index count) const;
   MatrixXd strains(const Local& at, const Parts& parts) const;
   /// Over Young's modulus: no von Mises stress is larger where the coefficients of stretching and
   /// bending, even and odd, have norms of these sums.
@@ -125,8 +117,7 @@ class TubeStress {
   StressPlaces places_;
   TubeView view_;
   double force_centre_;
-  std::shared_ptr<const PatternRows> patterns_;
-  std::array<double, 2> pattern_norms_{};  ///< largest of the rows of stretching, of bending
+  std::shared_ptr<const StrainPatterns> patterns_;
   std::vector<StateTable> nodes_;
 };
 

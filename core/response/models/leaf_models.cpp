@@ -84,7 +84,7 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
     };
   }
   if (const auto stress = model.atlas->stress()) {
-    known.stress_patterns = stress->patterns().rows();
+    known.stress_patterns = stress->patterns();
     known.stress = [atlas = model.atlas, shape, ray = range.ray](double sigma) {
       return atlas->look_up_stress(shape, ray, atlas->nodes_to(sigma));
     };

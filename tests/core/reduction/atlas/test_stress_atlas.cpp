@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "core/reduction/atlas/make_atlas.hpp"
+#include "core/reduction/atlas/ray_interpolation.hpp"
 #include "core/reduction/atlas/stress_atlas.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
@@ -45,7 +46,7 @@ TubeModel looked_up(const PlateShape& shape, const Eigen::Vector2d& ray) {
                              {},
                              TubeAtlas::view(ray),
                              [&, shape, ray](double) { return atlas.look_up_stress(shape, ray); },
-                             atlas.stress()->patterns().rows()});
+                             atlas.stress()->patterns()});
 }
 
 }  // namespace
@@ -90,6 +91,41 @@ TEST_CASE("stress that is looked up is that of the leaf itself, on every ray and
     const Vector3d p = model.stress()->material_point(at, 0.3, 0.2),
                    q = truth.material_point(at, 0.3, 0.2) - origin;
     CHECK((p - q).norm() < 1e-3);
+  }
+}
+
+TEST_CASE("patterns carry the stress of leaves of every shape and ray", "[slow]") {
+  const AtlasSettings box;
+  StressAtlasSettings settings = stress_settings(box);
+  CHECK(settings.rays == std::vector<double>{-1, -0.38, 0, 0.38, 1});  // by nearly equal angles
+  const auto patterns = std::make_shared<StrainPatterns>(find_patterns(settings));
+  struct Leaf {
+    double width, thickness, poissons_ratio, rho;
+  };
+  for (const Leaf& leaf : {Leaf{0.13, 1.0 / 60, 0.27, 1}, Leaf{0.4, 1.0 / 150, 0.33, -1},
+                           Leaf{0.9, 1.0 / 450, 0.29, 0.3}, Leaf{2.1, 1.0 / 250, 0.34, -0.6}}) {
+    const PlateShape shape{leaf.width, leaf.thickness, leaf.poissons_ratio, settings.mesh, true};
+    TubeStress found(shape, 0, {}, patterns), truth(shape, 0);
+    for (StateTable& node : bent_states(shape, {1, leaf.rho}, ray_directions(leaf.rho),
+                                        settings.sigmas, {.stress = true})
+                                .stress) {
+      found.add(patterns->coefficients(node, shape.thickness));
+      truth.add(std::move(node));
+    }
+    for (const TubeStress::Place& at : {TubeStress::Place{0.05, 0, 0, Vector3d::Zero()},
+                                        TubeStress::Place{0.5, 0.02, 0.003, {1, 0.5, -0.3}}}) {
+      const StrainField a = found.evaluate(at).strains, b = truth.evaluate(at).strains;
+      const Eigen::ArrayXd thickness = Eigen::ArrayXd::Constant(b.values().rows(), shape.thickness);
+      const auto stresses = [&](const MatrixXd& strains) {
+        return surface_stresses(strains, thickness, shape.poissons_ratio, 1).positive;
+      };
+      INFO(leaf.width);
+      CHECK(stresses(a.values() - b.values()).maxCoeff() <
+            2.5e-3 * stresses(b.values()).maxCoeff());
+      CHECK((found.nodes(at)[30] - truth.nodes(at)[30]).norm() < 2e-4);
+      CHECK(largest_stress(a, shape, 1, 0).value ==
+            Approx(largest_stress(b, shape, 1, 0).value).epsilon(6e-4));
+    }
   }
 }
 

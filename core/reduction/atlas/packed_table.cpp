@@ -1,0 +1,122 @@
+#include "core/reduction/atlas/packed_table.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "core/math/decompositions.hpp"
+
+namespace flexopt {
+
+VectorXd PackedTable::coordinates_at(const VectorXd& weights) const {
+  assert(weights.size() == shapes);
+  using Whole = Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic>;
+  const Eigen::Map<const Whole> at_shapes(coordinates, directions, shapes);
+  VectorXd x = VectorXd::Zero(directions);
+  for (int k = 0; k < shapes; ++k)
+    if (weights[k] != 0) x += weights[k] * at_shapes.col(k).cast<double>();
+  return x.cwiseProduct(Eigen::Map<const Eigen::VectorXf>(units, directions).cast<double>());
+}
+
+template <int several>
+Eigen::Matrix<double, Eigen::Dynamic, several> PackedTable::in_place(
+    const Eigen::Matrix<double, several, Eigen::Dynamic>& x) const {
+  const int blocks = CompressedTable::blocks(numbers), first = coarse_directions();
+  const MatrixXd y = direction_sums<several>(coarse, first, blocks, x.leftCols(first)),
+                 z = direction_sums<several>(fine, fine_directions(), blocks,
+                                             x.rightCols(fine_directions()));
+  Eigen::Matrix<double, Eigen::Dynamic, several> found =
+      Eigen::Matrix<double, Eigen::Dynamic, several>::Zero(all, several);
+  for (int j = 0; j < several; ++j)
+    for (int i = 0; i < numbers; ++i)
+      found(places[i], j) = static_cast<double>(sizes[i]) * y(i, j) +
+                            static_cast<double>(sizes[numbers + i]) * z(i, j);
+  return found;
+}
+
+VectorXd PackedTable::look_up(const ShapeWeights& weights) const {
+  return in_place<1>(coordinates_at(weights.value).transpose());
+}
+
+Eigen::MatrixX4d PackedTable::look_up_slopes(const ShapeWeights& weights) const {
+  Eigen::Matrix4Xd x(4, directions);
+  x.row(0) = coordinates_at(weights.value).transpose();
+  for (int a = 0; a < 3; ++a) x.row(1 + a) = coordinates_at(weights.slope[a]).transpose();
+  return in_place<4>(x);
+}
+
+namespace {
+
+// Rows of numbers to whole ones, each in a unit of its own: the unit, the numbers by `put`.
+template <class Whole, class Row, class Put>
+float to_whole(const Row& row, const Put& put) {
+  const double most = row.size() > 0 ? row.cwiseAbs().maxCoeff() : 0,
+               unit = most > 0 ? most / std::numeric_limits<Whole>::max() : 1;
+  for (Eigen::Index k = 0; k < row.size(); ++k)
+    put(k, static_cast<Whole>(std::lround(row[k] / unit)));
+  return static_cast<float>(unit);
+}
+
+// Of the columns of `values`: V of the directions, values ≈ values V Vᵀ.
+MatrixXd directions_of(const MatrixXd& values, double tolerance) {
+  const MatrixXd V = SymmetricEigen(values.transpose() * values).eigenvectors().rowwise().reverse();
+  MatrixXd rest = values;
+  Eigen::Index directions = 0;
+  while (directions < V.cols() && (directions == 0 || rest.cwiseAbs().maxCoeff() > tolerance)) {
+    const Eigen::Index more = std::min<Eigen::Index>(4, V.cols() - directions);
+    const MatrixXd W = V.middleCols(directions, more);
+    rest.noalias() -= (rest * W) * W.transpose();
+    directions += more;
+  }
+  return V.leftCols(directions);
+}
+
+}  // namespace
+
+PackedNumbers pack(MatrixXd values, const VectorXd& weights, double tolerance) {
+  constexpr double negligible = 0.3;  // of the tolerance: such a number is left out
+  assert(values.rows() == weights.size() && values.rows() <= 65536);
+  PackedNumbers made;
+  made.all = static_cast<int>(values.rows());
+  made.shapes = static_cast<int>(values.cols());
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    if (weights[i] * values.row(i).cwiseAbs().maxCoeff() < negligible * tolerance) continue;
+    values.row(static_cast<Eigen::Index>(made.places.size())) = weights[i] * values.row(i);
+    made.places.push_back(static_cast<std::uint16_t>(i));
+  }
+  made.numbers = static_cast<int>(made.places.size());
+  const auto kept = values.topRows(made.numbers);
+  const MatrixXd V = directions_of(kept, tolerance), basis = kept * V;
+  made.directions = static_cast<int>(V.cols());
+
+  const int coarse = made.table().coarse_directions(), fine = made.table().fine_directions();
+  constexpr Eigen::Index block = direction_block;
+  const auto rows = static_cast<std::size_t>(CompressedTable::blocks(made.numbers) * block);
+  made.coarse.resize(rows * static_cast<std::size_t>(coarse));
+  made.fine.resize(rows * static_cast<std::size_t>(fine));
+  made.sizes.resize(2 * made.places.size());
+  for (Eigen::Index i = 0; i < made.numbers; ++i) {
+    const auto to = [&](auto& numbers, int directions) {
+      return [&numbers, directions, i](Eigen::Index k, auto x) {
+        numbers[static_cast<std::size_t>((i / block * directions + k) * block + i % block)] = x;
+      };
+    };
+    const auto row = static_cast<std::size_t>(i);
+    const double per_weight = 1 / weights[made.places[row]];
+    const VectorXd all = per_weight * basis.row(i).transpose();
+    made.sizes[row] = to_whole<std::int16_t>(all.head(coarse), to(made.coarse, coarse));
+    made.sizes[made.places.size() + row] =
+        to_whole<std::int8_t>(all.tail(fine), to(made.fine, fine));
+  }
+  made.units.resize(static_cast<std::size_t>(made.directions));
+  made.coordinates.resize(static_cast<std::size_t>(V.size()));
+  for (Eigen::Index k = 0; k < V.cols(); ++k)
+    made.units[static_cast<std::size_t>(k)] =
+        to_whole<std::int16_t>(V.col(k), [&](Eigen::Index shape, std::int16_t x) {
+          made.coordinates[static_cast<std::size_t>(k + V.cols() * shape)] = x;
+        });
+  return made;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,57 @@
+#pragma once
+// Many numbers of one size that depend smoothly on the shape of a leaf, packed tightly: the first
+// directions in 16 bits, the others, which add little, in 8. Equation (A6) of
+// core/reduction/README.md.
+#include <cstdint>
+#include <vector>
+
+#include "core/reduction/atlas/compressed_table.hpp"
+
+namespace flexopt {
+
+/// c = s (U x) + s′ (U′ x′),  (x, x′) the interpolated coordinates of the shape. Numbers that
+/// matter nowhere are left out.
+struct PackedTable {
+  static constexpr int most_coarse = 8;  ///< directions in 16 bits
+
+  int all = 0;  ///< numbers of a shape, those left out too
+  int numbers = 0, directions = 0, shapes = 0;
+  const std::uint16_t* places = nullptr;      ///< of each number among all, ascending
+  const float* sizes = nullptr;               ///< s of each number, then s′ of each
+  const std::int16_t* coarse = nullptr;       ///< U, in blocks as of direction_sums()
+  const std::int8_t* fine = nullptr;          ///< U′, likewise
+  const float* units = nullptr;               ///< of the coordinates, one for each direction
+  const std::int16_t* coordinates = nullptr;  ///< directions × shapes, column by column
+
+  int coarse_directions() const { return directions < most_coarse ? directions : most_coarse; }
+  int fine_directions() const { return directions - coarse_directions(); }
+
+  VectorXd look_up(const ShapeWeights& weights) const;
+  /// The numbers (first column), and their derivatives by log w/L, log t/L and ν.
+  Eigen::MatrixX4d look_up_slopes(const ShapeWeights& weights) const;
+
+ private:
+  VectorXd coordinates_at(const VectorXd& weights) const;
+  template <int several>
+  Eigen::Matrix<double, Eigen::Dynamic, several> in_place(
+      const Eigen::Matrix<double, several, Eigen::Dynamic>& x) const;
+};
+
+/// A packed table with its numbers.
+struct PackedNumbers {
+  int all = 0, numbers = 0, directions = 0, shapes = 0;
+  std::vector<std::uint16_t> places;
+  std::vector<float> sizes, units;
+  std::vector<std::int16_t> coarse, coordinates;
+  std::vector<std::int8_t> fine;
+  PackedTable table() const {
+    return {all,          numbers,       directions,  shapes,       places.data(),
+            sizes.data(), coarse.data(), fine.data(), units.data(), coordinates.data()};
+  }
+};
+/// `values`: numbers × shapes, fewer than 65536 numbers. `weights`: of each number, a weight times
+/// it being what counts. So many directions that no number is off by more than about `tolerance` of
+/// that.
+PackedNumbers pack(MatrixXd values, const VectorXd& weights, double tolerance);
+
+}  // namespace flexopt
