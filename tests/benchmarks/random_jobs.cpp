@@ -1,6 +1,8 @@
 // Jobs of random designs of all families against invariants that each must keep.
 //
 // Those of tests/support/job_invariants.hpp. Arguments: how many instead of 2000, the first.
+// A third one is a log, to which every job adds a line as it ends; jobs that are in it already are
+// not run again. "table LOG...": the table of all jobs in these, of each seed the last.
 // "show SEED [FACTOR]": the job of a seed, so many times as large. "paths COUNT [FIRST]": a line a
 // job of how its points ended and after how many Newton iterations, to compare two programs.
 //
@@ -13,7 +15,9 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,8 +49,9 @@ double now() {
 }
 
 // Jobs [first, last), a line for each: what is begun, then how it ended.
-[[noreturn]] void run_batch(int first, int last, std::FILE* out) {
+[[noreturn]] void run_batch(int first, int last, const std::set<int>& done, std::FILE* out) {
   for (int seed = first; seed < last; ++seed) {
+    if (done.contains(seed)) continue;
     fmt::print(out, "{}\n", seed);
     std::fflush(out);
     json job = random_job(static_cast<unsigned long long>(seed));
@@ -72,6 +77,11 @@ double now() {
 }
 
 void add(const json& line, Count& count) {
+  ++count.jobs;
+  if (line.contains("crashed")) {
+    ++count.crashed;
+    return;
+  }
   switch (static_cast<JobVerdict::End>(line["end"].get<int>())) {
     case JobVerdict::End::refused:
       ++count.refused;
@@ -141,65 +151,69 @@ std::string read_line(std::FILE* in) {
   return line;
 }
 
+void print_findings(int seed, const json& line) {
+  if (line.contains("crashed")) {
+    fmt::print(stderr, "seed {}: crashed\n", seed);
+    return;
+  }
+  if (line["end"] == static_cast<int>(JobVerdict::End::limit_reached))
+    fmt::print(stderr, "seed {}: more than {} iterations\n", seed, longest);
+  for (const char* list : {"broken", "rounded"})
+    for (std::size_t k = 0; k < std::min<std::size_t>(line[list].size(), 3); ++k)
+      fmt::print(stderr, "seed {}, {}: {}\n", seed, list, line[list][k].get<std::string>());
+}
+
+// How the jobs ended, by their seeds.
+using Lines = std::map<int, json>;
+
+Lines read_log(const std::string& name) {
+  Lines lines;
+  std::ifstream in(name);
+  for (std::string line; std::getline(in, line);) {
+    json one = json::parse(line, nullptr, false);
+    if (one.is_discarded()) continue;  // its end was not written
+    const int seed = one["seed"];
+    lines[seed] = std::move(one);
+  }
+  return lines;
+}
+
 // The first job that has not run.
-int run_until_crash(int first, int last, std::map<std::string, Count>& counts) {
+int run_until_crash(int first, int last, const std::set<int>& done, std::FILE* log, Lines& lines) {
   int ends[2];
   if (pipe(ends) != 0) std::abort();
   const pid_t child = fork();
   if (child == 0) {
     close(ends[0]);
-    run_batch(first, last, fdopen(ends[1], "w"));
+    run_batch(first, last, done, fdopen(ends[1], "w"));
   }
   close(ends[1]);
   std::FILE* in = fdopen(ends[0], "r");
-  int next = first;
+  int next = last;
   for (std::string begun = read_line(in); !begun.empty(); begun = read_line(in)) {
     const int seed = std::atoi(begun.c_str());
     const std::string ended = read_line(in);
-    Count& count = counts[families()[static_cast<std::size_t>(seed) % families().size()].name];
-    ++count.jobs;
-    next = seed + 1;
-    if (ended.empty()) {
-      ++count.crashed;
-      fmt::print(stderr, "seed {}: crashed\n", seed);
-      break;
+    json line = ended.empty() ? json{{"crashed", true}} : json::parse(ended);
+    line["seed"] = seed;
+    if (log) {
+      fmt::print(log, "{}\n", line.dump());
+      std::fflush(log);
     }
-    const json line = json::parse(ended);
-    add(line, count);
-    if (line["end"] == static_cast<int>(JobVerdict::End::limit_reached))
-      fmt::print(stderr, "seed {}: more than {} iterations\n", seed, longest);
-    for (const char* list : {"broken", "rounded"})
-      for (std::size_t k = 0; k < std::min<std::size_t>(line[list].size(), 3); ++k)
-        fmt::print(stderr, "seed {}, {}: {}\n", seed, list, line[list][k].get<std::string>());
+    print_findings(seed, line);
+    lines[seed] = std::move(line);
+    if (!ended.empty()) continue;
+    next = seed + 1;
+    break;
   }
   std::fclose(in);
   waitpid(child, nullptr, 0);
   return next;
 }
 
-}  // namespace
-
-int main(int arguments, char** values) {
-  const std::string mode = arguments > 2 ? values[1] : "";
-  if (mode == "show") {
-    const double factor = arguments > 3 ? std::atof(values[3]) : 1;
-    const json job = random_job(std::strtoull(values[2], nullptr, 10));
-    fmt::print("{}\n", scaled_job(job, factor).dump(2));
-    return 0;
-  }
-  if (mode == "paths") {
-    const int first = arguments > 3 ? std::atoi(values[3]) : 0;
-    for (int seed = first; seed < first + std::atoi(values[2]); ++seed) print_path(seed);
-    return 0;
-  }
-  const int count = arguments > 1 ? std::atoi(values[1]) : 2000;
-  const int begin = arguments > 2 ? std::atoi(values[2]) : 0;
+void print_table(const Lines& lines) {
   std::map<std::string, Count> counts;
-  for (int seed = begin; seed < begin + count;) {
-    const int last = std::min(begin + count, seed + batch);
-    while (seed < last) seed = run_until_crash(seed, last, counts);
-    fmt::print(stderr, "{} done\n", seed - begin);
-  }
+  for (const auto& [seed, line] : lines)
+    add(line, counts[families()[static_cast<std::size_t>(seed) % families().size()].name]);
   const PageTable page("random_jobs invariants");
   fmt::print(
       "| family | jobs | refused | no equilibrium | ok | crashed | above {} iterations | points | "
@@ -230,5 +244,51 @@ int main(int arguments, char** values) {
       all.*member = std::max(all.*member, c.*member);
   }
   row("all", all);
+}
+
+}  // namespace
+
+int main(int arguments, char** values) {
+  const std::string mode = arguments > 2 ? values[1] : "";
+  if (mode == "show") {
+    const double factor = arguments > 3 ? std::atof(values[3]) : 1;
+    const json job = random_job(std::strtoull(values[2], nullptr, 10));
+    fmt::print("{}\n", scaled_job(job, factor).dump(2));
+    return 0;
+  }
+  if (mode == "paths") {
+    const int first = arguments > 3 ? std::atoi(values[3]) : 0;
+    for (int seed = first; seed < first + std::atoi(values[2]); ++seed) print_path(seed);
+    return 0;
+  }
+  if (mode == "table") {
+    Lines lines;
+    for (int k = 2; k < arguments; ++k)
+      for (auto& [seed, line] : read_log(values[k])) lines[seed] = line;
+    for (const auto& [seed, line] : lines) print_findings(seed, line);
+    print_table(lines);
+    return 0;
+  }
+  const int count = arguments > 1 ? std::atoi(values[1]) : 2000;
+  const int begin = arguments > 2 ? std::atoi(values[2]) : 0;
+  Lines lines;
+  std::set<int> done;
+  std::FILE* log = nullptr;
+  if (arguments > 3) {
+    for (auto& [seed, line] : read_log(values[3]))
+      if (seed >= begin && seed < begin + count) {
+        done.insert(seed);
+        lines[seed] = std::move(line);
+      }
+    log = std::fopen(values[3], "a");
+    if (!log) std::abort();
+  }
+  for (int seed = begin; seed < begin + count;) {
+    const int last = std::min(begin + count, seed + batch);
+    while (seed < last) seed = run_until_crash(seed, last, done, log, lines);
+    fmt::print(stderr, "{} done\n", seed - begin);
+  }
+  if (log) std::fclose(log);
+  print_table(lines);
   return 0;
 }

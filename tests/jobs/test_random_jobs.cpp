@@ -60,6 +60,39 @@ TEST_CASE("frequencies of wires of two elements depend on no rounding", "[jobs][
           Approx(one.path[0].frequencies_free[i]).epsilon(1e-9));
 }
 
+TEST_CASE("coarse superelements with a free tip have no modes of motions without mass",
+          "[jobs][random]") {
+  const int seed = GENERATE(1043010, 1047627, 1048653);
+  const json document = random_job(static_cast<unsigned long long>(seed));
+  REQUIRE(document["model"]["method"] == "linear_craig_bampton");
+  const auto at_rest = [&](double size) {
+    Job job = parse_job(scaled_job(document, size));
+    job.request.points = {0};
+    return evaluate_stroke(make_mechanism(job, job.design.parameters), job.model, job.request);
+  };
+  const StrokeResponse one = at_rest(1);
+  for (const double size : {2.0, 4.0, 8.0, 16.0}) {
+    const StrokeResponse other = at_rest(size);
+    CAPTURE(seed, size);
+    REQUIRE(other.path[0].frequencies_free.size() == 4);
+    CHECK(other.path[0].leaves[0].model == "linear_craig_bampton");
+    for (std::size_t i = 0; i < 4; ++i)
+      CHECK(other.path[0].frequencies_free[i] * size ==
+            Approx(one.path[0].frequencies_free[i]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("series of frequencies are the same for a mechanism four times as large",
+          "[jobs][random]") {
+  // unstable at rest in ways of higher frequency than the lowest modes; a notch of 1.2 µm under a
+  // heavy body; a wire of two elements under a heavy body
+  const int seed = GENERATE(1020100, 1020474, 1037103);
+  const JobVerdict verdict = verdict_of(random_job(static_cast<unsigned long long>(seed)));
+  CAPTURE(seed);
+  CHECK(verdict.scale_checked);
+  CHECK(verdict.broken == std::vector<std::string>());
+}
+
 TEST_CASE("numbers of a point do not depend on the other points of its stroke", "[jobs][random]") {
   const int seed = GENERATE(2, 12, 13);
   Job job = parse_job(random_job(static_cast<unsigned long long>(seed)));
