@@ -9,32 +9,69 @@
 namespace flexopt {
 namespace {
 
-// The point of a solid, from a start, that makes a function of its place least. `f` adds value,
-// derivative and second derivative of the function to its arguments.
+// A function of the place of a point of a solid, which `f` gives with its derivative and second
+// derivative, along the coordinates of the point.
+template <class F>
+LocalValue value_at(const Solids& solids, const SolidPoint& point, const F& f) {
+  const Solids::Local here = solids.local(point);
+  LocalValue result;
+  Vector3d slope;
+  Matrix3d curvature;
+  f(here.place, result.value, slope, curvature);
+  result.gradient = here.slopes.transpose() * slope;
+  result.curvature = here.slopes.transpose() * curvature * here.slopes;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      result.curvature(i, j) +=
+          slope.dot(here.curvatures[static_cast<std::size_t>(symmetric_index(i, j))]);
+  return result;
+}
+
+// The point of a solid, from a start, that makes the function least.
 template <class F>
 SolidPoint least_point(const Solids& solids, const SolidPoint& start, const F& f) {
   const int solid = start.solid;
-  const VectorXd u = local_minimum(
-      [&](const VectorXd& at) {
-        const Solids::Local here = solids.local({solid, at});
-        LocalValue result;
-        Vector3d slope;
-        Matrix3d curvature;
-        f(here.place, result.value, slope, curvature);
-        result.gradient = here.slopes.transpose() * slope;
-        result.curvature = here.slopes.transpose() * curvature * here.slopes;
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j)
-            result.curvature(i, j) +=
-                slope.dot(here.curvatures[static_cast<std::size_t>(symmetric_index(i, j))]);
-        return result;
-      },
-      solids.lower(solid), solids.upper(solid), start.at);
-  return {solid, u};
+  return {solid, local_minimum(
+                     [&](const VectorXd& at) {
+                       return value_at(solids, {solid, at}, f);
+                     },
+                     solids.lower(solid), solids.upper(solid), start.at)};
+}
+
+// What the function loses at its slope across all of the box, as far as the point may move there.
+template <class F>
+double descent(const Solids& solids, const SolidPoint& point, const F& f) {
+  const VectorXd gradient = value_at(solids, point, f).gradient;
+  const Vector3d lower = solids.lower(point.solid), upper = solids.upper(point.solid);
+  double sum = 0;
+  for (int k = 0; k < 3; ++k)
+    if (gradient[k] > 0 ? point.at[k] > lower[k] : point.at[k] < upper[k])
+      sum += std::abs(gradient[k]) * (upper[k] - lower[k]);
+  return sum;
+}
+
+// The sample that reaches furthest. Of a plane leaf's many are equal but for rounding, which must
+// not tell which of the places beside them is found: the one with the most to gain.
+template <class Reach, class F>
+SolidPoint furthest_sample(const Solids& solids, int solid,
+                           const std::vector<Solids::Sample>& samples, double size,
+                           const Reach& reach, const F& f) {
+  std::vector<double> reached;
+  for (const Solids::Sample& sample : samples) reached.push_back(reach(sample.place));
+  const double most = *std::ranges::max_element(reached) - equal * size;
+  SolidPoint best{solid};
+  double most_gain = -1;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (reached[k] < most) continue;
+    const SolidPoint here{solid, samples[k].at};
+    if (const double gain = descent(solids, here, f); gain > most_gain)
+      most_gain = gain, best = here;
+  }
+  return best;
 }
 
 // Of the solids whose bound lets them reach further than those before, the point that reaches
-// furthest. `reach` of a place; `bound` of a solid; `f` as in least_point, of the negative reach.
+// furthest. `reach` of a place; `bound` of a solid; `f` as in value_at, of the negative reach.
 using SamplesOfSolids = std::vector<std::vector<Solids::Sample>>;
 template <class Reach, class Bound, class F>
 SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, double size,
@@ -43,11 +80,8 @@ SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, double
   double most = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < solids.count(); ++i) {
     if (best.solid >= 0 && bound(i) <= most + equal * size) continue;
-    SolidPoint start{i};
-    double of_sample = -std::numeric_limits<double>::infinity();
-    for (const Solids::Sample& sample : samples[static_cast<std::size_t>(i)])
-      if (const double here = reach(sample.place); here > of_sample)
-        of_sample = here, start.at = sample.at;
+    const SolidPoint start =
+        furthest_sample(solids, i, samples[static_cast<std::size_t>(i)], size, reach, f);
     const SolidPoint point = least_point(solids, start, f);
     const double here = reach(solids.place(point));
     if (best.solid < 0 || here > most + equal * size) most = here, best = point;
