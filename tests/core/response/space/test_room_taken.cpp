@@ -232,3 +232,27 @@ TEST_CASE("each leg of a folded leaf is a solid of its own", "[response][fold]")
   CHECK(c->value == Approx(0.012 - 5e-4).epsilon(1e-12));
   CHECK(c->names[0] == m.leaves[0].name);
 }
+
+TEST_CASE("rounding does not tell which of equally far ends of a leaf is searched", "[response]") {
+  // An edge that rises towards d/24 beside one end, and falls at once from the other.
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.leaves.resize(1);
+  const double L = m.leaves[0].length, w = m.leaves[0].width, d = 1e-5;
+  for (const double rounding : {-1e-16, 0.0, 1e-16})
+    for (const bool turned : {false, true}) {
+      const auto edge = [&](double along) {
+        const auto station = std::lround(20 * (turned ? 1 - along : along));
+        return station == 0 ? 0 : station == 1 ? -d : station == 20 ? rounding : -5 * d;
+      };
+      const auto places = [&](int, const std::vector<std::array<double, 2>>& points) {
+        std::vector<Vector3d> result;
+        for (const auto& [along, across] : points)
+          result.emplace_back(along * L, (across - 0.5) * w + edge(along), 0);
+        return result;
+      };
+      std::vector<BodyPlace> bodies;
+      for (const RigidBody& body : m.bodies) bodies.push_back({body.reference});
+      const Extents extents = extents_of(Solids(m, places, bodies));
+      CHECK(extents.high[1] == Approx(0.5 * w + d / 24).epsilon(1e-12));
+    }
+}
