@@ -311,12 +311,13 @@ std::optional<Job> grown(const json& document, double factor) {
 // How far each quantity moves where all sizes grow by some 1e-13: what its rounding is multiplied
 // by. Thin leaves, nearly equal modes and series beyond their range make it large.
 std::map<std::string, double> rounding_of(const json& document, const StrokeResponse& exact,
-                                          const std::vector<Quantity>& all, double length) {
+                                          const std::vector<Quantity>& all, double length,
+                                          Accuracy accuracy) {
   std::map<std::string, double> rounding;
   for (const double change : {-0x1p-42, -0x1p-43, 0x1p-43, 0x1p-42}) {
     const auto beside = grown(document, 1 + change);
     if (!beside) continue;
-    const StrokeResponse other = evaluate(*beside, Accuracy::full);
+    const StrokeResponse other = evaluate(*beside, accuracy);
     if (other.path.size() != exact.path.size()) continue;
     for (const Difference& d : differences(exact, other, {"", 1 + change}, all, length, 0).beyond)
       rounding[d.quantity] = std::max(rounding[d.quantity], d.size);
@@ -326,11 +327,12 @@ std::map<std::string, double> rounding_of(const json& document, const StrokeResp
 
 // Differences of twins that rounding does not explain.
 void judge(const json& document, const StrokeResponse& exact, const Differences& found,
-           const std::vector<Quantity>& all, double length, JobVerdict& verdict) {
+           const std::vector<Quantity>& all, double length, Accuracy accuracy,
+           JobVerdict& verdict) {
   constexpr double of_rounding = 10;
   verdict.broken.insert(verdict.broken.end(), found.unequal.begin(), found.unequal.end());
   if (found.beyond.empty()) return;
-  const auto rounding = rounding_of(document, exact, all, length);
+  const auto rounding = rounding_of(document, exact, all, length, accuracy);
   for (const Difference& d : found.beyond) {
     const auto own = rounding.find(d.quantity);
     const double left = own == rounding.end() ? 0 : own->second;
@@ -355,8 +357,7 @@ void check_twins(const json& document, const Job& job, const StrokeResponse& res
       const Differences found = differences(response, other, as_modelled, all, length);
       verdict.scale_error = found.worst;
       verdict.rounded = found.modelled_otherwise;
-      for (const Difference& d : found.beyond) verdict.broken.push_back(d.words);
-      verdict.broken.insert(verdict.broken.end(), found.unequal.begin(), found.unequal.end());
+      judge(document, response, found, all, length, job.model.accuracy, verdict);
     }
   const bool full = job.model.accuracy == Accuracy::full;
   const StrokeResponse exact = full ? response : evaluate(job, Accuracy::full);
@@ -365,7 +366,7 @@ void check_twins(const json& document, const Job& job, const StrokeResponse& res
   verdict.full_checked = true;
   const auto compare = [&](const StrokeResponse& other, const Twin& twin) {
     const Differences found = differences(exact, other, twin, all, length);
-    judge(document, exact, found, all, length, verdict);
+    judge(document, exact, found, all, length, Accuracy::full, verdict);
     return found.worst;
   };
   verdict.mirror_error = compare(image, {"mirrored", 1, true});
