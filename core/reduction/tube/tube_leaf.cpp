@@ -44,7 +44,7 @@ namespace {
 std::vector<double> flat_nodes(const TubeRange& range, double slenderness) {
   // Rounding of the plate's forces goes into the stiffness between two nodes over their distance,
   // that of its energy over the square.
-  constexpr double least = 0.05;  // [rad]
+  constexpr double least = 0.03;  // [rad]
   std::vector<double> sigma{0};
   // the transition to a stiffened, wide leaf lies at small curvature
   if (slenderness > 20 && range.sigma_max > 0.05) sigma.push_back(0.03);
