@@ -216,8 +216,7 @@ int frequencies_needed(const std::vector<Goal>& goals, const StrokeRequest& requ
   const bool lowest_count = locked(request) && request.parasitic.skipped.empty();
   for (const Goal& goal : goals) {
     if (goal.quantity == "parasitic_frequency" && lowest_count) continue;
-    if (!goal.expression && needs_of(goal.quantity).need_frequencies())
-      return request.frequencies;
+    if (!goal.expression && needs_of(goal.quantity).need_frequencies()) return request.frequencies;
   }
   return std::min(request.frequencies, most_branches);
 }
