@@ -23,9 +23,10 @@ template <int several>
 Eigen::Matrix<double, Eigen::Dynamic, several> PackedTable::in_place(
     const Eigen::Matrix<double, several, Eigen::Dynamic>& x) const {
   const int blocks = CompressedTable::blocks(numbers), first = coarse_directions();
-  const MatrixXd y = direction_sums<several>(coarse, first, blocks, x.leftCols(first)),
-                 z = direction_sums<several>(fine, fine_directions(), blocks,
-                                             x.rightCols(fine_directions()));
+  const MatrixXd y = direction_sums<several>(coarse, first, blocks, x.leftCols(first));
+  MatrixXd z = MatrixXd::Zero(y.rows(), several);  // tables of few directions have no fine ones
+  if (fine_directions() > 0)
+    z = direction_sums<several>(fine, fine_directions(), blocks, x.rightCols(fine_directions()));
   Eigen::Matrix<double, Eigen::Dynamic, several> found =
       Eigen::Matrix<double, Eigen::Dynamic, several>::Zero(all, several);
   for (int j = 0; j < several; ++j)

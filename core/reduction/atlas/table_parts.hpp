@@ -15,6 +15,7 @@ inline std::uint64_t padded(std::uint64_t size) { return (size + 63) / 64 * 64; 
 /// Adds `count` numbers to a block whose size is a multiple of 64.
 template <class T>
 void append_part(std::string& block, const T* data, std::uint64_t count) {
+  if (count == 0) return;
   const std::size_t at = block.size();
   block.resize(at + padded(count * sizeof(T)), '\0');
   std::memcpy(block.data() + at, data, count * sizeof(T));
