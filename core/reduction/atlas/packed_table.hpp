@@ -49,9 +49,9 @@ struct PackedNumbers {
             sizes.data(), coarse.data(), fine.data(), units.data(), coordinates.data()};
   }
 };
-/// `values`: numbers × shapes, fewer than 65536 numbers. `weights`: of each number, a weight times
-/// it being what counts. So many directions that no number is off by more than about `tolerance` of
-/// that.
+/// `values`: numbers × shapes, at most 65536 numbers. `weights`: of each number, a weight times it
+/// being what counts, 1 or less. So many directions that no number is off by more than about
+/// `tolerance` of that; rounding adds about 1/254 of what the directions in 8 bits do.
 PackedNumbers pack(MatrixXd values, const VectorXd& weights, double tolerance);
 
 }  // namespace flexopt
