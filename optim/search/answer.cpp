@@ -138,20 +138,18 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
   const DesignValues full = problem.robust() || problem.misassembled()
                                 ? problem.evaluate(variables, false, Accuracy::full)
                                 : problem.read(variables, full_paths, requests);
+  DesignValues told = own;
+  if (job.search_model) {  // the values of the model that is told, not of that of the search
+    std::vector<StrokeSensitivity> paths(count);
+    for (std::size_t k = 0; k < count; ++k) paths[k].response = own_paths[k];
+    if (DesignValues of_paths = problem.read(variables, paths, requests); of_paths.ok)
+      told = std::move(of_paths);
+  }
   optimum.response = own_paths.front();
   v.response = full_paths.front().response;
   if (!job.cases.empty()) {
     optimum.cases = std::move(own_paths);
     for (StrokeSensitivity& of : full_paths) v.cases.push_back(std::move(of.response));
-  }
-  DesignValues told = own;
-  if (job.search_model) {  // the values of the model that is told, not of that of the search
-    std::vector<StrokeSensitivity> paths(count);
-    const std::vector<StrokeResponse>& of =
-        job.cases.empty() ? std::vector{optimum.response} : optimum.cases;
-    for (std::size_t k = 0; k < count; ++k) paths[k].response = of[k];
-    if (DesignValues of_paths = problem.read(variables, paths, requests); of_paths.ok)
-      told = std::move(of_paths);
   }
   if (!full.ok) {
     if (v.response.message.empty()) v.response.message = full.message;

@@ -14,9 +14,6 @@
 namespace flexopt {
 namespace {
 
-// From this many coordinates on the lowest pairs alone are sought.
-constexpr int krylov_from = 150;
-
 // The same, the lowest alone: the modes of leaves have a diagonal block each.
 EigenPairs solve_by_krylov(const System& system, const MechanismPencil& pencil, bool drive_locked,
                            int count) {

@@ -291,11 +291,10 @@ namespace {
 // Of leaves that know their internal motions; nothing of others, and of large mechanisms.
 std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int free, int locked,
                                              ModeMotions motions) {
-  constexpr int largest = 150;  // coordinates
   const System& system = factor.system();
   if (factor.conditions() > 0 || system.analyses()) return std::nullopt;
   const std::optional<InternalPencil> internal = internal_pencil(factor);
-  if (!internal || internal->pencil.size > largest) return std::nullopt;
+  if (!internal || internal->pencil.size >= krylov_from) return std::nullopt;
   const MechanismPencil& pencil = internal->pencil;
   const auto [of_free, of_held] =
       free_and_held_pairs(system, pencil, LeafModes(pencil), {free, locked});

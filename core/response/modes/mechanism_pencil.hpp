@@ -11,6 +11,9 @@
 
 namespace flexopt {
 
+/// From this many coordinates on the lowest pairs are sought by Krylov spaces.
+inline constexpr int krylov_from = 150;
+
 /// Coordinates: those of the bodies, internal ones of leaf 0, of leaf 1, …
 struct MechanismPencil {
   int size = 0;
