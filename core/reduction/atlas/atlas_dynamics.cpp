@@ -101,7 +101,7 @@ std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& t
   const auto [a, b] = on_rays(tables, ray, [&](const CompressedTable& table) {
     return table.look_up(weights, numbers_of(sigmas.size()));
   });
-  std::array<VectorXd, 2> moving;
+  std::array<MatrixXd, 2> moving;
   if (!stations.empty())
     moving = on_rays(stations, ray, [&](const CompressedTable& table) {
       return table.look_up(weights, static_cast<int>(sigmas.size()) * motions);
@@ -111,10 +111,11 @@ std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& t
   std::vector<DynamicsNode> found;
   for (StateTable& table : tables_of(a.data(), b.data(), ray, sigmas)) {
     const auto first = static_cast<Eigen::Index>(found.size()) * motions;
-    const VectorXd motion = ray.on_left    ? stations_a.segment(first, motions)
-                            : ray.on_right ? stations_b.segment(first, motions)
-                                           : VectorXd((1 - t) * stations_a.segment(first, motions) +
-                                                      t * stations_b.segment(first, motions));
+    const auto of = [&](const MatrixXd& all) { return all.col(0).segment(first, motions); };
+    const VectorXd motion = ray.on_left ? of(stations_a)
+                            : ray.on_right
+                                ? of(stations_b)
+                                : VectorXd((1 - t) * of(stations_a) + t * of(stations_b));
     found.push_back({std::move(table), motion.reshaped(motions / 2, 2)});
   }
   return found;
@@ -124,14 +125,14 @@ DynamicsRates look_up_dynamics_rates(const std::vector<CompressedTable>& tables,
                                      const ShapeWeights& weights, const RayNeighbours& ray,
                                      const std::vector<double>& sigmas) {
   const auto [a, b] = on_rays(tables, ray, [&](const CompressedTable& table) {
-    return table.look_up_slopes(weights, numbers_of(sigmas.size()));
+    return table.look_up(weights, numbers_of(sigmas.size()));
   });
-  const auto column = [](const Eigen::MatrixX4d& all, int p) {
-    return all.rows() == 0 ? nullptr : all.col(1 + p).data();
+  const auto column = [](const MatrixXd& all, std::size_t p) {
+    return all.rows() == 0 ? nullptr : all.col(static_cast<Eigen::Index>(1 + p)).data();
   };
   DynamicsRates rates;
-  for (int p = 0; p < 3; ++p)
-    rates[static_cast<std::size_t>(p)] = tables_of(column(a, p), column(b, p), ray, sigmas);
+  for (std::size_t p = 0; p < weights.slope.size(); ++p)
+    rates.push_back(tables_of(column(a, p), column(b, p), ray, sigmas));
   return rates;
 }
 

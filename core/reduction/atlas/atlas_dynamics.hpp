@@ -26,7 +26,7 @@ std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& t
                                            const std::vector<CompressedTable>& stations,
                                            const ShapeWeights& weights, const RayNeighbours& ray,
                                            const std::vector<double>& sigmas, int all_nodes);
-/// What these tables change by with log w/L, log t/L and ν. `weights`: with slopes.
+/// What these tables change by, as many slopes as the weights have.
 DynamicsRates look_up_dynamics_rates(const std::vector<CompressedTable>& tables,
                                      const ShapeWeights& weights, const RayNeighbours& ray,
                                      const std::vector<double>& sigmas);

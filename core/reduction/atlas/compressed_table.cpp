@@ -46,10 +46,7 @@ ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, ShapeSl
     return all;
   };
   ShapeWeights weights{place, product(-1), {}};
-  if (slopes == ShapeSlopes::none) return weights;
-  for (int a = 0; a < 2; ++a) weights.slope[a] = product(a);
-  weights.slope[2] =
-      slopes == ShapeSlopes::all ? product(2) : VectorXd(VectorXd::Zero(grid.size()));
+  for (int a = 0; a < slope_count(slopes); ++a) weights.slope.push_back(product(a));
   return weights;
 }
 
@@ -58,57 +55,24 @@ Vector3d place_in_grid(const PlateShape& shape) {
 }
 Vector3d slope_units(const PlateShape& shape) { return {1 / shape.width, 1 / shape.thickness, 1}; }
 
-namespace {
-
-// A power law and the size of each number, in the places of all.
-template <class Put>
-void put_in_place(const CompressedTable& table, const ShapeWeights& weights, int count,
-                  const Put& put) {
-  const auto width = half_powers(weights.place[0]), thickness = half_powers(weights.place[1]);
-  for (int i = 0; i < count; ++i)
-    put(i, table.places[i],
-        static_cast<double>(table.sizes[i]) * width[table.exponents[2 * i] + most_power] *
-            thickness[table.exponents[2 * i + 1] + most_power]);
-}
-
-}  // namespace
-
-int CompressedTable::count_of(int first) const {
+MatrixXd CompressedTable::look_up(const ShapeWeights& weights, int first) const {
   assert(first <= all);
-  return static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
-}
-
-VectorXd CompressedTable::coordinates_at(const VectorXd& weights) const {
-  assert(weights.size() == shapes);
-  const Eigen::Map<const Eigen::MatrixXf> at_shapes(coordinates, directions, shapes);
-  VectorXd x = VectorXd::Zero(directions);
-  for (int k = 0; k < shapes; ++k)
-    if (weights[k] != 0) x += weights[k] * at_shapes.col(k).cast<double>();
-  return x;
-}
-
-VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first) const {
-  const int count = count_of(first);
-  const MatrixXd y = direction_sums<1>(basis, directions, blocks(count),
-                                       coordinates_at(weights.value).transpose());
-  VectorXd numbers_in_place = VectorXd::Zero(first);
-  put_in_place(*this, weights, count,
-               [&](int i, int place, double size) { numbers_in_place[place] = y(i, 0) * size; });
-  return numbers_in_place;
-}
-
-Eigen::MatrixX4d CompressedTable::look_up_slopes(const ShapeWeights& weights, int first) const {
-  const int count = count_of(first);
-  Eigen::Matrix4Xd x(4, directions);
-  x.row(0) = coordinates_at(weights.value).transpose();
-  for (int a = 0; a < 3; ++a) x.row(1 + a) = coordinates_at(weights.slope[a]).transpose();
-  const MatrixXd y = direction_sums<4>(basis, directions, blocks(count), x);
-  Eigen::MatrixX4d in_place = Eigen::MatrixX4d::Zero(first, 4);
-  put_in_place(*this, weights, count, [&](int i, int place, double size) {
-    for (int a = 0; a < 4; ++a) in_place(place, a) = size * y(i, a);
-    for (int a = 0; a < 2; ++a)
-      in_place(place, 1 + a) += 0.5 * exponents[2 * i + a] * in_place(place, 0);
-  });
+  const auto count = static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
+  const MatrixXd y = direction_sums(
+      basis, directions, blocks(count),
+      weights.between(Eigen::Map<const Eigen::MatrixXf>(coordinates, directions, shapes)));
+  // a power law and the size of each number, in the places of all
+  const auto width = half_powers(weights.place[0]), thickness = half_powers(weights.place[1]);
+  MatrixXd in_place = MatrixXd::Zero(first, y.cols());
+  for (int i = 0; i < count; ++i) {
+    const std::int8_t p = exponents[2 * i], q = exponents[2 * i + 1];
+    const double size =
+        static_cast<double>(sizes[i]) * width[p + most_power] * thickness[q + most_power];
+    for (Eigen::Index a = 0; a < y.cols(); ++a) in_place(places[i], a) = size * y(i, a);
+    if (y.cols() == 1) continue;
+    in_place(places[i], 1) += 0.5 * p * in_place(places[i], 0);
+    in_place(places[i], 2) += 0.5 * q * in_place(places[i], 0);
+  }
   return in_place;
 }
 

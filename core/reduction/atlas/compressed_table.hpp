@@ -2,6 +2,7 @@
 // Many numbers that depend smoothly on the shape of a leaf, known on a grid of shapes: few
 // directions carry all of them. Equation (A5) of core/reduction/README.md.
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <vector>
 
@@ -23,16 +24,34 @@ struct ShapeGrid {
   Vector3d shape(int k) const;
 };
 
-/// Which derivatives of a number by a shape are wanted: none, those by the sizes (those by ν are
-/// then zero), or all.
+/// Which derivatives of a number by a shape are wanted: none, those by the sizes, or those by ν,
+/// too.
 enum class ShapeSlopes { none, sizes, all };
+/// So many.
+constexpr int slope_count(ShapeSlopes slopes) {
+  return slopes == ShapeSlopes::none ? 0 : slopes == ShapeSlopes::sizes ? 2 : 3;
+}
 
 /// Weights of the shapes of a grid for a number at a place between them, and for its derivatives by
 /// log w/L, log t/L and ν.
 struct ShapeWeights {
   Vector3d place;  ///< log w/L, log t/L, ν
   VectorXd value;
-  std::array<VectorXd, 3> slope;  ///< empty where none are wanted
+  std::vector<VectorXd> slope;  ///< those that are wanted
+
+  /// Coordinates of a shape from those of all shapes of the grid (directions × shapes): a row each
+  /// for the number and its slopes.
+  template <class Coordinates>
+  MatrixXd between(const Coordinates& at_shapes) const {
+    MatrixXd x = MatrixXd::Zero(1 + static_cast<Eigen::Index>(slope.size()), at_shapes.rows());
+    for (Eigen::Index row = 0; row < x.rows(); ++row) {
+      const VectorXd& w = row == 0 ? value : slope[static_cast<std::size_t>(row - 1)];
+      assert(w.size() == at_shapes.cols());
+      for (Eigen::Index k = 0; k < w.size(); ++k)
+        if (w[k] != 0) x.row(row) += w[k] * at_shapes.col(k).template cast<double>().transpose();
+    }
+    return x;
+  }
 };
 ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, ShapeSlopes slopes);
 
@@ -59,14 +78,8 @@ struct CompressedTable {
   /// So many whole blocks have room for these numbers.
   static int blocks(int numbers) { return (numbers + block - 1) / block; }
 
-  /// The first `first` of all numbers.
-  VectorXd look_up(const ShapeWeights& weights, int first) const;
-  /// These (first column), and their derivatives by log w/L, log t/L and ν.
-  Eigen::MatrixX4d look_up_slopes(const ShapeWeights& weights, int first) const;
-
- private:
-  int count_of(int first) const;
-  VectorXd coordinates_at(const VectorXd& weights) const;
+  /// The first `first` of all numbers, then their slopes that the weights have, a column each.
+  MatrixXd look_up(const ShapeWeights& weights, int first) const;
 };
 
 /// A compressed table with its numbers.

@@ -1,7 +1,7 @@
 #pragma once
 // Many numbers as sums over few directions whose shares are whole numbers.
+#include <cassert>
 #include <cstddef>
-#include <type_traits>
 
 #include "core/math/types.hpp"
 #include "core/math/wide.hpp"
@@ -28,22 +28,34 @@ void direction_block_sums(const Whole* rows, int directions, const double* x, do
     for (int j = 0; j < several; ++j) store_wide(sums[j][r], y + stride * j + wide * r);
 }
 
-}  // namespace detail
-
-/// The numbers of the first `blocks` blocks, a column for each row of x; `basis`: blocks of
-/// direction_block × directions. `x`: several × directions.
 template <int several, class Whole>
-MatrixXd direction_sums(
-    const Whole* basis, int directions, int blocks,
-    const std::type_identity_t<Eigen::Matrix<double, several, Eigen::Dynamic>>& x) {
+MatrixXd direction_sums(const Whole* basis, int directions, int blocks, const MatrixXd& x) {
   constexpr int registers = several == 1 ? 8 : 4, at_once = wide * registers;
   MatrixXd y(direction_block * blocks, several);
   for (int b = 0; b < blocks; ++b)
     for (int first = 0; first < direction_block; first += at_once)
-      detail::direction_block_sums<several, registers>(
+      direction_block_sums<several, registers>(
           basis + static_cast<std::size_t>(b) * direction_block * directions + first, directions,
           x.data(), y.data() + direction_block * b + first, y.rows());
   return y;
+}
+
+}  // namespace detail
+
+/// The numbers of the first `blocks` blocks, a column for each row of x; `basis`: blocks of
+/// direction_block × directions. `x`: 1, 3 or 4 rows, a column for each direction.
+template <class Whole>
+MatrixXd direction_sums(const Whole* basis, int directions, int blocks, const MatrixXd& x) {
+  assert(x.cols() == directions);
+  switch (x.rows()) {
+    case 1:
+      return detail::direction_sums<1>(basis, directions, blocks, x);
+    case 3:
+      return detail::direction_sums<3>(basis, directions, blocks, x);
+    default:
+      assert(x.rows() == 4);
+      return detail::direction_sums<4>(basis, directions, blocks, x);
+  }
 }
 
 }  // namespace flexopt

@@ -9,42 +9,22 @@
 
 namespace flexopt {
 
-VectorXd PackedTable::coordinates_at(const VectorXd& weights) const {
-  assert(weights.size() == shapes);
+MatrixXd PackedTable::look_up(const ShapeWeights& weights) const {
   using Whole = Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic>;
-  const Eigen::Map<const Whole> at_shapes(coordinates, directions, shapes);
-  VectorXd x = VectorXd::Zero(directions);
-  for (int k = 0; k < shapes; ++k)
-    if (weights[k] != 0) x += weights[k] * at_shapes.col(k).cast<double>();
-  return x.cwiseProduct(Eigen::Map<const Eigen::VectorXf>(units, directions).cast<double>());
-}
-
-template <int several>
-Eigen::Matrix<double, Eigen::Dynamic, several> PackedTable::in_place(
-    const Eigen::Matrix<double, several, Eigen::Dynamic>& x) const {
+  const MatrixXd x =
+      weights.between(Eigen::Map<const Whole>(coordinates, directions, shapes)) *
+      Eigen::Map<const Eigen::VectorXf>(units, directions).cast<double>().asDiagonal();
   const int blocks = CompressedTable::blocks(numbers), first = coarse_directions();
-  const MatrixXd y = direction_sums<several>(coarse, first, blocks, x.leftCols(first));
-  MatrixXd z = MatrixXd::Zero(y.rows(), several);  // tables of few directions have no fine ones
+  const MatrixXd y = direction_sums(coarse, first, blocks, x.leftCols(first));
+  MatrixXd z = MatrixXd::Zero(y.rows(), y.cols());  // tables of few directions have no fine ones
   if (fine_directions() > 0)
-    z = direction_sums<several>(fine, fine_directions(), blocks, x.rightCols(fine_directions()));
-  Eigen::Matrix<double, Eigen::Dynamic, several> found =
-      Eigen::Matrix<double, Eigen::Dynamic, several>::Zero(all, several);
-  for (int j = 0; j < several; ++j)
+    z = direction_sums(fine, fine_directions(), blocks, x.rightCols(fine_directions()));
+  MatrixXd found = MatrixXd::Zero(all, y.cols());
+  for (Eigen::Index j = 0; j < y.cols(); ++j)
     for (int i = 0; i < numbers; ++i)
       found(places[i], j) = static_cast<double>(sizes[i]) * y(i, j) +
                             static_cast<double>(sizes[numbers + i]) * z(i, j);
   return found;
-}
-
-VectorXd PackedTable::look_up(const ShapeWeights& weights) const {
-  return in_place<1>(coordinates_at(weights.value).transpose());
-}
-
-Eigen::MatrixX4d PackedTable::look_up_slopes(const ShapeWeights& weights) const {
-  Eigen::Matrix4Xd x(4, directions);
-  x.row(0) = coordinates_at(weights.value).transpose();
-  for (int a = 0; a < 3; ++a) x.row(1 + a) = coordinates_at(weights.slope[a]).transpose();
-  return in_place<4>(x);
 }
 
 namespace {

@@ -26,15 +26,8 @@ struct PackedTable {
   int coarse_directions() const { return directions < most_coarse ? directions : most_coarse; }
   int fine_directions() const { return directions - coarse_directions(); }
 
-  VectorXd look_up(const ShapeWeights& weights) const;
-  /// The numbers (first column), and their derivatives by log w/L, log t/L and ν.
-  Eigen::MatrixX4d look_up_slopes(const ShapeWeights& weights) const;
-
- private:
-  VectorXd coordinates_at(const VectorXd& weights) const;
-  template <int several>
-  Eigen::Matrix<double, Eigen::Dynamic, several> in_place(
-      const Eigen::Matrix<double, several, Eigen::Dynamic>& x) const;
+  /// The numbers, then their slopes that the weights have, a column each.
+  MatrixXd look_up(const ShapeWeights& weights) const;
 };
 
 /// A packed table with its numbers.

@@ -137,7 +137,7 @@ StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& lo
   while (left + 2 < rays.size() && rho > rays[left + 1]) ++left;
   const double a = rays[left], b = rays[left + 1], sigma = settings_.sigmas[n];
   const auto of_ray = [&](std::size_t ray) {
-    const VectorXd numbers = look_up(tables_[ray * settings_.sigmas.size() + n]);
+    const auto& numbers = look_up(tables_[ray * settings_.sigmas.size() + n]);
     return table_of(sigma, numbers.reshaped(patterns_->all(), even_columns + odd_columns));
   };
   if (rho == a || rho == b) return of_ray(rho == a ? left : left + 1);
@@ -156,35 +156,34 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
 StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSlopes slopes) const {
   struct Known {  // of a bent state
     StateTable coefficients;
-    std::array<StateTable, 3> by_shape;
+    std::vector<StateTable> by_shape;
   };
-  return [this, shape, rho, known = std::map<std::size_t, Known>(),
+  return [this, shape, rho, slopes, known = std::map<std::size_t, Known>(),
           at = shape_weights(settings_.grid, place_in_grid(shape), slopes)](
              std::size_t interval, const StateWeights<double>& weights) mutable {
     const Eigen::Index strains = patterns_->strains(), stretching = patterns_->stretching();
     StressRates rates{MatrixXd::Zero(strains, 3), MatrixXd::Zero(strains, 3)};
     for (const std::size_t end : {0, 1}) {
       Known& node = known[interval + end];
-      if (node.coefficients.even.size() == 0) {
-        std::map<const PackedTable*, Eigen::MatrixX4d> of_ray;
-        const auto column = [&](int c) {
+      if (node.by_shape.empty()) {
+        std::map<const PackedTable*, MatrixXd> of_ray;
+        const auto column = [&](Eigen::Index c) {
           return coefficients(rho, interval + end, [&](const PackedTable& t) {
             const auto [found, fresh] = of_ray.try_emplace(&t);
-            if (fresh) found->second = t.look_up_slopes(at);
-            return VectorXd(found->second.col(c));
+            if (fresh) found->second = t.look_up(at);
+            return found->second.col(c);
           });
         };
         node.coefficients = column(0);
         const Vector3d per = slope_units(shape);
-        for (int p = 0; p < 3; ++p) {
-          StateTable& rate = node.by_shape[static_cast<std::size_t>(p)];
-          rate = column(1 + p);
+        for (Eigen::Index p = 0; p < slope_count(slopes); ++p) {
+          StateTable& rate = node.by_shape.emplace_back(column(1 + p));
           rate.even *= per[p];
           rate.odd *= per[p];
         }
       }
       const auto add = [&](const auto& w, MatrixXd StateTable::*part, MatrixXd& sum) {
-        for (std::size_t p = 0; p < 3; ++p) {
+        for (std::size_t p = 0; p < node.by_shape.size(); ++p) {
           const VectorXd by = (node.by_shape[p].*part).topRows(strains) * w;
           auto to = sum.col(static_cast<Eigen::Index>(p));
           to.head(stretching) += shape.thickness * by.head(stretching);

@@ -160,22 +160,18 @@ std::string TubeAtlas::gap(const PlateShape& shape, const TubeRange& range) cons
 struct TubeAtlas::Weights {
   PointWeights width, thickness, poissons_ratio;
   double log_width = 0, log_thickness = 0;
-  bool slopes =
-      false;  ///< whether derivatives by log w/L, log t/L and ν are wanted beside the value
-  std::size_t wanted() const { return slopes ? 4 : 1; }
+  int slopes = 0;  ///< so many of the derivatives by log w/L, log t/L and ν beside the value
+  std::size_t wanted() const { return static_cast<std::size_t>(1 + slopes); }
 };
 
 TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, ShapeSlopes slopes) const {
   const double width = std::log(shape.width), thickness = std::log(shape.thickness);
-  Weights found{polynomial_weights(grid_.log_width, width),
-                polynomial_weights(grid_.log_thickness, thickness),
-                polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio),
-                width,
-                thickness,
-                slopes != ShapeSlopes::none};
-  if (slopes == ShapeSlopes::sizes)
-    std::fill(found.poissons_ratio.slope.begin(), found.poissons_ratio.slope.end(), 0.0);
-  return found;
+  return {polynomial_weights(grid_.log_width, width),
+          polynomial_weights(grid_.log_thickness, thickness),
+          polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio),
+          width,
+          thickness,
+          slope_count(slopes)};
 }
 
 namespace {
@@ -200,11 +196,11 @@ std::vector<std::vector<double>> TubeAtlas::sums(const Number* numbers, int all_
                                        std::vector<double>(static_cast<std::size_t>(padded), 0.0));
   const PointWeights &x = weights.width, &y = weights.thickness, &nu = weights.poissons_ratio;
   for (std::size_t n = 0; n < nu.value.size(); ++n) {
-    const double v = nu.value[n], dv = weights.slopes ? nu.slope[n] : 0;
+    const double v = nu.value[n], dv = weights.slopes == 3 ? nu.slope[n] : 0;
     if (v == 0 && dv == 0) continue;
     const Number* table = numbers + (n * rays + ray) * static_cast<std::size_t>(count) * stride;
     for (std::size_t i = 0; i < x.value.size(); ++i) {
-      const double w = x.value[i], dw = weights.slopes ? x.slope[i] : 0;
+      const double w = x.value[i], dw = weights.slopes > 0 ? x.slope[i] : 0;
       if (w == 0 && dw == 0) continue;
       const Number* shapes = table + i * static_cast<std::size_t>(thicknesses) * stride;
       for (int first = 0; first < padded; first += wide) {
@@ -212,16 +208,16 @@ std::vector<std::vector<double>> TubeAtlas::sums(const Number* numbers, int all_
         for (int j = 0; j < thicknesses; ++j) {
           const Wide c = load_wide(shapes + static_cast<std::size_t>(j) * stride + first);
           value += y.value[static_cast<std::size_t>(j)] * c;
-          if (v != 0 && weights.slopes) slope += y.slope[static_cast<std::size_t>(j)] * c;
+          if (v != 0 && weights.slopes > 0) slope += y.slope[static_cast<std::size_t>(j)] * c;
         }
         const auto at = static_cast<std::size_t>(first);
         if (v != 0) add(v * w, value, &all[0][at]);
-        if (!weights.slopes) continue;
+        if (weights.slopes == 0) continue;
         if (v != 0) {
           add(v * dw, value, &all[1][at]);
           add(v * w, slope, &all[2][at]);
         }
-        add(dv * w, value, &all[3][at]);
+        if (dv != 0) add(dv * w, value, &all[3][at]);
       }
     }
   }
@@ -326,10 +322,10 @@ DynamicsRates TubeAtlas::dynamics_rates(const PlateShape& shape, const Eigen::Ve
                              ray_neighbours(settings_.rays, place_of(ray).rho),
                              {all.begin(), all.begin() + nodes_to(sigma)});
   const Vector3d per = slope_units(shape);
-  for (int p = 0; p < 2; ++p)
-    for (StateTable& table : rates[static_cast<std::size_t>(p)]) {
-      table.even *= per[p];
-      table.odd *= per[p];
+  for (std::size_t p = 0; p < 2; ++p)
+    for (StateTable& table : rates[p]) {
+      table.even *= per[static_cast<Eigen::Index>(p)];
+      table.odd *= per[static_cast<Eigen::Index>(p)];
     }
   return rates;
 }
@@ -367,10 +363,13 @@ TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vec
   std::vector<Tube> found =
       assemble(weights(shape, slopes), ray, nodes > 0 ? std::min(nodes, all) : all);
   const Vector3d per = slope_units(shape);
-  for (std::size_t p = 0; p < 3; ++p)
+  TubeNodeRates rates;
+  for (std::size_t p = 0; p + 1 < found.size(); ++p) {
     for (TubeNode& node : found[p + 1].nodes)
       for (double& c : node.W) c *= per[static_cast<Eigen::Index>(p)];
-  return {std::move(found[1].nodes), std::move(found[2].nodes), std::move(found[3].nodes)};
+    rates.push_back(std::move(found[p + 1].nodes));
+  }
+  return rates;
 }
 
 }  // namespace flexopt

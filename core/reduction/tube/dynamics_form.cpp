@@ -11,7 +11,7 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
                            const DynamicsRates& rates) {
   const TubeDynamics::Local at = tables.locate(place);
   const auto a = at.interval, b = a + 1;
-  assert(rates[0].size() > b);
+  assert(rates.size() <= 3 && rates.front().size() > b);
   const StateTable &left = tables.node(a).table, &right = tables.node(b).table;
   const StateWeightSlopes w = state_weight_slopes(left.sigma, right.sigma, at.sigma, at.z);
 
@@ -23,7 +23,7 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
     MatrixXd x = MatrixXd::Zero(count, 10);  // value, by the state, by the shape
     add_table_sums(left.*part, weights[0], 1, x.leftCols<7>());
     add_table_sums(right.*part, weights[1], 1, x.leftCols<7>());
-    for (std::size_t p = 0; p < 3; ++p)
+    for (std::size_t p = 0; p < rates.size(); ++p)
       for (const std::size_t end : {a, b})
         add_table_sums(rates[p][end].*part, weights[end - a].col(0).eval(), 1,
                        x.middleCols<1>(static_cast<Eigen::Index>(7 + p)));

@@ -28,8 +28,8 @@ enum class StationsWanted { no, yes };
 DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                            const InternalLoads& loads, MatrixXd& units);
 
-/// What the tables about every bent state change by with (w/L, t/L, ν).
-using DynamicsRates = std::array<std::vector<StateTable>, 3>;
+/// What the tables about every bent state change by, parameter by parameter as in TubeNodeRates.
+using DynamicsRates = std::vector<std::vector<StateTable>>;
 
 struct DynamicsEntries;
 

@@ -64,8 +64,8 @@ void TubeModel::look_up_dynamics(double sigma, StationsWanted stations) {
 
 const DynamicsRates& TubeModel::dynamics_rates() {
   assert(differentiable_dynamics());
-  if (known_dynamics_rates_[0].empty() ||
-      known_dynamics_rates_[0].back().sigma != dynamics_->last_sigma())
+  if (known_dynamics_rates_.empty() ||
+      known_dynamics_rates_.front().back().sigma != dynamics_->last_sigma())
     known_dynamics_rates_ = dynamics_rates_(dynamics_->last_sigma());
   return known_dynamics_rates_;
 }

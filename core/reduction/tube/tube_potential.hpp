@@ -17,8 +17,9 @@ struct TubeNode {
   std::vector<double> W;
 };
 
-/// What the coefficients of all bent states change by with (w/L, t/L, ν), one after the other.
-using TubeNodeRates = std::array<std::vector<TubeNode>, 3>;
+/// What the coefficients of all bent states change by with w/L, t/L, ν, one after the other; of a
+/// last one that does not move nothing is there.
+using TubeNodeRates = std::vector<std::vector<TubeNode>>;
 
 /// Value and derivatives in (θ1y, θ2y, φx, N, M1, M2), forces over their scale.
 struct PotentialValue {

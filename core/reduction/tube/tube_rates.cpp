@@ -142,11 +142,12 @@ TubeRates::TubeRates(const TubePotential& potential, const TubeNodeRates& rates)
       for (const std::size_t end : {i, i + 1})
         for (int j = 0; j + term.degree <= potential.degree(); ++j) {
           const auto at = static_cast<std::size_t>(term.place[static_cast<std::size_t>(j)]);
+          const auto rate = [&](std::size_t p) {
+            return p < rates.size() ? rates[p][end].W[at] : 0.0;
+          };
           const bool forbidden =
               potential.mirrored() && nodes[end].sigma == 0 && term.odd != (j % 2 != 0);
-          all.push_back(forbidden ? Four{}
-                                  : Four{nodes[end].W[at], rates[0][end].W[at], rates[1][end].W[at],
-                                         rates[2][end].W[at]});
+          all.push_back(forbidden ? Four{} : Four{nodes[end].W[at], rate(0), rate(1), rate(2)});
         }
     }
   }

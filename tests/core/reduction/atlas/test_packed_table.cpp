@@ -66,10 +66,12 @@ TEST_CASE("slopes of a packed table are those of what it looks up") {
   const PackedTable table = packed().table();
   const ShapeGrid grid = grid_of_table();
   const Vector3d p(std::log(0.6), std::log(0.006), 0.31);
-  const Eigen::MatrixX4d slopes = table.look_up_slopes(shape_weights(grid, p, ShapeSlopes::all));
+  const MatrixXd slopes = table.look_up(shape_weights(grid, p, ShapeSlopes::all));
+  REQUIRE(slopes.cols() == 4);
+  CHECK(table.look_up(shape_weights(grid, p, ShapeSlopes::sizes)) == slopes.leftCols<3>());
   for (int a = 0; a < 3; ++a) {
     constexpr double h = 1e-5;
-    const auto at = [&](double step) {
+    const auto at = [&](double step) -> VectorXd {
       return table.look_up(shape_weights(grid, p + step * Vector3d::Unit(a), ShapeSlopes::none));
     };
     CHECK((slopes.col(0) - at(0)).norm() < 1e-13 * at(0).norm());

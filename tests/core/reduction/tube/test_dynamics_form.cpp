@@ -18,7 +18,7 @@ constexpr int P = TubeDynamics::amplitudes, R = TubeDynamics::rates;
 // Tables of a leaf, each number of which changes with the shape at a slope of its own.
 struct ChangingTables {
   std::vector<DynamicsNode> nodes;
-  DynamicsRates rates;
+  DynamicsRates rates = DynamicsRates(3);
 
   ChangingTables() {
     TubeModel model(std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {6, 2}, true}), {});

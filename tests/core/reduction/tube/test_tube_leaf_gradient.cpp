@@ -34,7 +34,7 @@ struct KnownTubes {
     return all;
   }
   TubeNodeRates rates() const {
-    TubeNodeRates all;
+    TubeNodeRates all(3);
     for (int p = 0; p < 3; ++p)
       for (const double sigma : sigmas) {
         TubeNode& node =
