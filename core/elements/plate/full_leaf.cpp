@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/elements/plate/deformed_plate.hpp"
 #include "core/elements/plate/section_stress.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/profile.hpp"

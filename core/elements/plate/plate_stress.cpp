@@ -1,67 +1,14 @@
 #include "core/elements/plate/plate_stress.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cassert>
 #include <cmath>
-#include <utility>
 
 #include "core/elements/plate/beam_stress.hpp"
-#include "core/elements/plate/element_numbers.hpp"
-#include "core/elements/plate/full_leaf.hpp"
-#include "core/math/dual.hpp"
+#include "core/elements/plate/deformed_plate.hpp"
 #include "core/mechanism/profile.hpp"
 
 namespace flexopt {
 namespace {
-
-using Gradient = Eigen::Matrix<double, 16, 3>;
-
-Gradient dofs(const std::vector<MatrixXd>& nodal, int i, int j) {
-  Gradient U;
-  U << nodal[i].middleRows<8>(4 * j), nodal[i + 1].middleRows<8>(4 * j);
-  return U;
-}
-
-// |r,x|² and the curvature along of the undeflected leaf.
-template <class S>
-struct RestT {
-  S metric = S(1), curvature = S(0);
-};
-template <class S>
-RestT<S> rest_of(const MeshNumbers<S>& numbers, int i, double s) {
-  if (!numbers.curved()) return {};
-  return {numbers.rest(i, s).metric, numbers.rest_curvature(i, s)};
-}
-
-// `map` and `y0`: null where the width does not vary.
-template <class S>
-StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X,
-                    const HermiteValuesT<S>& Y, const RestT<S>& rest, const WidthMap<S>* map,
-                    const S& y0, const Vector3<S>& turn) {
-  const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
-    Vector3<S> r = Vector3<S>::Zero();
-    for (int f = 0; f < 16; ++f) {
-      const S N = y[2 * (f / 4 % 2) + f % 4 / 2] * x[2 * (f / 8) + f % 2];
-      for (int c = 0; c < 3; ++c) r[c] += N * U(f, c);
-    }
-    return r;
-  };
-  MappedDerivatives<Vector3<S>> r{at(X.slope, Y.value), at(X.value, Y.slope),
-                                  at(X.curvature, Y.value), at(X.slope, Y.slope),
-                                  at(X.value, Y.curvature)};
-  if (map) r = mapped<S, Vector3<S>>(*map, y0, r.x, r.y, r.xx, r.xy, r.yy);
-  const Vector3<S>&a1 = r.x, &a2 = r.y;
-  const Vector3<S> r11 = r.xx - turn;
-  const Vector3<S> m = a1.cross(a2);
-  using std::sqrt;
-  const Vector3<S> n = m / sqrt(m.squaredNorm());
-  StrainsT<S> e;
-  // a fibre on the side of the normal is stretched by −r,ab · n
-  e << 0.5 * (a1.squaredNorm() - rest.metric), 0.5 * (a2.squaredNorm() - 1.0), a1.dot(a2),
-      -r11.dot(n) - rest.curvature, -r.yy.dot(n), -2.0 * r.xy.dot(n);
-  return e;
-}
 
 // Of strains e11, e22 and 2 e12: numbers, or arrays of them.
 template <class S, class A>
@@ -79,125 +26,7 @@ S von_mises(const Vector3<S>& strain, const S& nu, const S& modulus) {
   return square > 0.0 ? S(sqrt(square)) : S(0.0 * square);  // no stress has no slope
 }
 
-template <class S>
-std::vector<S> gauss_stations(const std::vector<S>& points) {
-  std::vector<S> s;
-  for (std::size_t i = 0; i + 1 < points.size(); ++i)
-    for (const double a : station)
-      if (value_of(points[i + 1]) > value_of(points[i]))  // none between the lines of a fold
-        s.push_back(points[i] + a * (points[i + 1] - points[i]));
-  return s;
-}
-
-FoldSplit split_of(const PlateShape& shape);
-
 }  // namespace
-
-// Those of a cubic are superconvergent there. (Second derivatives jump from element to element;
-// read anywhere else they are a saw-tooth.)
-StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal) {
-  std::vector<Strains> values;
-  const MeshNumbers<double> numbers(mesh.shape(), mesh.x());
-  for (int i = 0; i < mesh.elements_along(); ++i)
-    for (const double a : station) {
-      if (i == mesh.fold_line()) continue;
-      const HermiteValues X = hermite(a, mesh.x()[i + 1] - mesh.x()[i]);
-      const WidthMap<double> map = numbers.map(i, a);
-      for (int j = 0; j < mesh.elements_across(); ++j) {
-        const Gradient U = dofs(nodal, i, j);
-        const double hy = mesh.y()[j + 1] - mesh.y()[j];
-        for (const double b : station)
-          values.push_back(strains<double>(U, X, hermite(b, hy), rest_of(numbers, i, a),
-                                           numbers.width_varies() ? &map : nullptr,
-                                           mesh.y()[j] + b * hy, section_turn(mesh, i, j, U, a)));
-      }
-    }
-  return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
-          split_of(mesh.shape())};
-}
-
-namespace {
-
-// Stations before the fold: strains jump there.
-FoldSplit split_of(const PlateShape& shape) {
-  if (!shape.fold) return {};
-  return {2 * shape.mesh[0], shape.fold->place};
-}
-
-// Interval of the stations (the first or last one beyond them) and the place in it.
-std::pair<int, double> bracket(const std::vector<double>& points, double s,
-                               const FoldSplit& split = {}) {
-  const bool behind = split.stations > 0 && s > split.place;
-  const int end = split.stations > 0 && !behind ? split.stations : static_cast<int>(points.size()),
-            last = end - 2;
-  int i = behind ? split.stations : 0;
-  while (i < last && s > points[i + 1]) ++i;
-  return {i, (s - points[i]) / (points[i + 1] - points[i])};
-}
-
-// Stations from a to b with the ends, and those at the border of the corner zones.
-std::vector<double> stations(double a, double b, int intervals, double zone) {
-  std::vector<double> s = graded_points(a, b, intervals, 0.5);
-  s.push_back(a + zone);
-  s.push_back(b - zone);
-  std::sort(s.begin(), s.end());
-  return s;
-}
-
-}  // namespace
-
-std::vector<double> strain_stations(const std::vector<double>& lines) {
-  return gauss_stations(lines);
-}
-std::vector<Dual1> strain_stations(const std::vector<Dual1>& lines) {
-  return gauss_stations(lines);
-}
-
-StrainField::StrainField(std::vector<double> x, std::vector<double> y,
-                         const std::vector<Strains>& values, FoldSplit split)
-    : x_(std::move(x)), y_(std::move(y)), values_(x_.size() * y_.size(), 6), split_(split) {
-  assert(values.size() == x_.size() * y_.size());
-  for (std::size_t i = 0; i < x_.size(); ++i)
-    for (std::size_t j = 0; j < y_.size(); ++j)
-      values_.row(static_cast<Eigen::Index>(i + x_.size() * j)) =
-          values[i * y_.size() + j].transpose();
-}
-
-StrainField::StrainField(std::vector<double> x, std::vector<double> y, MatrixXd values,
-                         FoldSplit split)
-    : x_(std::move(x)), y_(std::move(y)), values_(std::move(values)), split_(split) {
-  assert(values_.rows() == static_cast<Eigen::Index>(x_.size() * y_.size()) && values_.cols() == 6);
-}
-
-Strains StrainField::at(double x, double y) const {
-  const auto [i, s] = bracket(x_, x, split_);
-  const auto [j, t] = bracket(y_, y);
-  const auto n = static_cast<Eigen::Index>(x_.size()), low = i + n * j, high = low + n;
-  return (1 - s) * ((1 - t) * values_.row(low) + t * values_.row(high)) +
-         s * ((1 - t) * values_.row(low + 1) + t * values_.row(high + 1));
-}
-
-MatrixXd StrainField::on(const std::vector<double>& x, const std::vector<double>& y) const {
-  const auto n = static_cast<Eigen::Index>(x_.size()),
-             places_x = static_cast<Eigen::Index>(x.size()),
-             places_y = static_cast<Eigen::Index>(y.size());
-  MatrixXd across(n, 6 * places_y);  // at the places across, component by component
-  for (Eigen::Index b = 0; b < places_y; ++b) {
-    const auto [j, t] = bracket(y_, y[static_cast<std::size_t>(b)]);
-    for (Eigen::Index k = 0; k < 6; ++k) {
-      const auto low = values_.col(k).segment(n * j, n),
-                 high = values_.col(k).segment(n * (j + 1), n);
-      across.col(k * places_y + b) = (1 - t) * low + t * high;
-    }
-  }
-  MatrixXd values(places_x * places_y, 6);
-  auto by_place = values.reshaped(places_x, 6 * places_y);
-  for (Eigen::Index a = 0; a < places_x; ++a) {
-    const auto [i, s] = bracket(x_, x[static_cast<std::size_t>(a)], split_);
-    by_place.row(a) = (1 - s) * across.row(i) + s * across.row(i + 1);
-  }
-  return values;
-}
 
 SurfaceStresses surface_stresses(const MatrixXd& strains, const Eigen::ArrayXd& thickness,
                                  double poissons_ratio, double youngs_modulus) {
@@ -222,8 +51,14 @@ SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double y
 
 namespace {
 
-/// The nearest place that is read in the second leg.
-double behind(double fold) { return fold + 1e-9; }
+// Stations from a to b with the ends, and those at the border of the corner zones.
+std::vector<double> stations(double a, double b, int intervals, double zone) {
+  std::vector<double> s = graded_points(a, b, intervals, 0.5);
+  s.push_back(a + zone);
+  s.push_back(b - zone);
+  std::sort(s.begin(), s.end());
+  return s;
+}
 
 /// Stations of a plate's stress, and what is not to be read there.
 struct Stations {
@@ -243,7 +78,7 @@ struct Stations {
       x.push_back(zone);
       x.push_back(1 - zone);
       for (const double place : graded_points(fold, 1, 16, 0.5))
-        x.push_back(place == fold ? behind(fold) : place);
+        x.push_back(place == fold ? behind_fold(fold) : place);
       std::sort(x.begin(), x.end());
     }
     y = stations(-width / 2, width / 2, 8, side);
@@ -429,8 +264,8 @@ MovingSection moving_section(const PlateShape& shape, const std::vector<Dual1>& 
 
   std::vector<double> at_x;
   for (const Dual1& place : xs) at_x.push_back(place.value);
-  const auto [i, s0] = bracket(at_x, along, split_of(shape));
-  const auto [j, t0] = bracket(ys, across);
+  const auto [i, s0] = station_interval(at_x, along, fold_split(shape));
+  const auto [j, t0] = station_interval(ys, across);
   const Dual1 per_width = width / shape.width;
   const Dual1 s = (x - xs[i]) / (xs[i + 1] - xs[i]),
               t = (y - ys[j] * per_width) / ((ys[j + 1] - ys[j]) * per_width);
@@ -469,84 +304,12 @@ double stress_rate(const PlateShape& shape, const std::vector<Dual1>& xs,
   return von_mises<Dual1>(strain, nu, modulus).derivatives[0];
 }
 
-MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                               const StressRate& rate) {
-  const PlateShape& shape = mesh.shape();
-  const MeshNumbers<Dual1> numbers(shape, rate.shape);
-  const auto strains_at = [&nodal, &rate, &shape, numbers](int a, int b) {
-    const int ei = a / 2 + (shape.fold && a / 2 >= shape.mesh[0] ? 1 : 0), ej = b / 2;
-    Eigen::Matrix<Dual1, 16, 3> U;
-    for (int f = 0; f < 16; ++f)
-      for (int c = 0; c < 3; ++c)
-        U(f, c) = {nodal[ei + f / 8](4 * ej + f % 8, c),
-                   {rate.nodal[ei + f / 8](4 * ej + f % 8, c)}};
-    const Dual1 hx = numbers.x[ei + 1] - numbers.x[ei], hy = numbers.y[ej + 1] - numbers.y[ej];
-    const double sx = station[a % 2], sy = station[b % 2];
-    const WidthMap<Dual1> map = numbers.map(ei, sx);
-    const StrainsT<Dual1> e =
-        strains<Dual1>(U, hermite<Dual1>(sx, hx), hermite<Dual1>(sy, hy), rest_of(numbers, ei, sx),
-                       numbers.width_varies() ? &map : nullptr, numbers.y[ej] + sy * hy,
-                       section_turn(numbers, ei, ej, U, sx));
-    StrainRate result;
-    for (int k = 0; k < 6; ++k) {
-      result.value[k] = e[k].value;
-      result.rate[k] = e[k].derivatives[0];
-    }
-    return result;
-  };
-  return {gauss_stations(numbers.x), gauss_stations(mesh.y()), strains_at};
-}
-
 double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                          const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
   const PlateShape& shape = mesh.shape();
   if (shape.is_beam()) return beam_stress_rate(mesh, nodal, peak, youngs_modulus, rate);
   const MovingStations at = moving_stations(mesh, nodal, rate);
   return stress_rate(shape, at.x, at.y, at.strains, peak, youngs_modulus, rate);
-}
-
-LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                               const LeafSpring& leaf, const LeafScale& scale) {
-  if (mesh.shape().is_beam()) return beam_deformed_shape(mesh, nodal, leaf, scale);
-  LeafShape shape;
-  const StrainField field = recovered_strains(mesh, nodal);
-  const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  shape.points_along = nx + 1;
-  shape.points_across = ny + 1;
-  for (int j = 0; j <= ny; ++j)
-    for (int i = 0; i <= nx; ++i) {
-      const Vector3d r = nodal[i].row(4 * j).transpose();
-      const EdgePose& line = mesh.line_pose(i);
-      const Vector3d place = line.position + line.axes * mesh.reference_node(i, j)[0];
-      shape.undeflected.push_back(scale.origin +
-                                  scale.axes * place * (scale.length / scale.growth));
-      shape.deflected.push_back(scale.origin + scale.axes * r * scale.length);
-      const bool second = mesh.fold_line() >= 0 && i == mesh.fold_line() + 1;
-      const double x = second ? behind(mesh.x()[i]) : mesh.x()[i];
-      const SurfaceStress s = surface_stress(mesh.shape(), field.at(x, mesh.y()[j]),
-                                             leaf.material.youngs_modulus, mesh.x()[i]);
-      shape.von_mises.push_back(std::max(s.positive, s.negative));
-    }
-  return shape;
-}
-
-Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                              const LeafScale& scale, double along, double across) {
-  Vector3d r = Vector3d::Zero();
-  for (const NodalWeight& w : point_weights(mesh, along, across))
-    r += w.weight * nodal[w.line].row(w.function).transpose();
-  return scale.origin + scale.axes * r * scale.length;
-}
-
-std::vector<Vector3d> plate_material_points(const PlateMesh& mesh,
-                                            const std::vector<MatrixXd>& nodal,
-                                            const LeafScale& scale,
-                                            const std::vector<std::array<double, 2>>& places) {
-  std::vector<Vector3d> points;
-  points.reserve(places.size());
-  for (const auto& [along, across] : places)
-    points.push_back(plate_material_point(mesh, nodal, scale, along, across));
-  return points;
 }
 
 }  // namespace flexopt

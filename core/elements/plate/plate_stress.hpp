@@ -1,56 +1,16 @@
 #pragma once
-// Stresses and shape of a plate leaf from its nodal dofs, whichever model they came from.
+// Stresses of a plate leaf from its strains, whichever model they came from.
 #include <array>
 #include <functional>
 #include <vector>
 
 #include "core/elements/leaf/leaf_element.hpp"
-#include "core/elements/plate/plate_mesh.hpp"
-#include "core/math/dual.hpp"
+#include "core/elements/plate/strain_field.hpp"
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
 
 struct LeafScale;
-
-/// Places in an element, each in [0, 1], where its strains are most accurate: Gauss points.
-inline constexpr double station[2] = {0.21132486540518713, 0.7886751345948129};
-
-/// The stations along one direction of a mesh with these lines: two between each pair.
-std::vector<double> strain_stations(const std::vector<double>& lines);
-std::vector<Dual1> strain_stations(const std::vector<Dual1>& lines);
-
-/// e11, e22, 2 e12 and κ11, κ22, 2 κ12 of the mid-surface, lengths over L.
-template <class S>
-using StrainsT = Eigen::Matrix<S, 6, 1>;
-using Strains = StrainsT<double>;
-
-/// Of a folded leaf: how many stations along stand before the fold, and its place. Nothing is
-/// interpolated across it; it belongs to the first leg.
-struct FoldSplit {
-  int stations = 0;
-  double place = 0;
-};
-
-/// Strains known at a tensor grid of stations over the leaf, and between them by bilinear
-/// interpolation. Places over L: x from 0, y from −w/2; where the width varies, the y0 of (P2).
-class StrainField {
- public:
-  /// `values`: stations across run fastest.
-  StrainField(std::vector<double> x, std::vector<double> y, const std::vector<Strains>& values,
-              FoldSplit split = {});
-  /// `values`: a row for each station, stations along run fastest.
-  StrainField(std::vector<double> x, std::vector<double> y, MatrixXd values, FoldSplit split = {});
-  Strains at(double x, double y) const;
-  /// At all places of a grid: a row for each, those along run fastest.
-  MatrixXd on(const std::vector<double>& x, const std::vector<double>& y) const;
-  const MatrixXd& values() const { return values_; }
-
- private:
-  std::vector<double> x_, y_;
-  MatrixXd values_;
-  FoldSplit split_;
-};
 
 /// Von Mises stress [Pa] on the side of the normal, and opposite.
 struct SurfaceStress {
@@ -66,9 +26,6 @@ struct SurfaceStresses {
 };
 SurfaceStresses surface_stresses(const MatrixXd& strains, const Eigen::ArrayXd& thickness,
                                  double poissons_ratio, double youngs_modulus);
-
-/// The strains of a plate at the 2 × 2 Gauss stations of every element.
-StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal);
 
 /// The stations at which stresses of a plate are read, corners left out.
 std::vector<StressPlace> plate_stress_places(const PlateShape& shape);
@@ -113,12 +70,6 @@ std::vector<StressPeak> plate_clamp_stresses(const PlateMesh& mesh,
                                              const LeafSpring& leaf, const LeafScale& scale,
                                              int index, const ClampFactors& factors);
 
-/// How a leaf changes along a design parameter, for the stress in it.
-struct StressRate {
-  std::vector<MatrixXd> nodal;  ///< of the nodal dofs, per line
-  ShapeRate shape;
-  double youngs_modulus = 0;
-};
 /// Derivative of the stress at a peak found by plate_max_stress or plate_clamp_stresses: at the
 /// same station, which keeps its place in [0, 1]² unless it stands at the border of a corner zone.
 /// The notch factors of the peak are constants here.
@@ -127,22 +78,9 @@ double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nod
 
 /// The same in any strain field: its stations and, at a pair of them, the strains and their rates.
 /// The stations across move with the width.
-struct StrainRate {
-  Strains value, rate;
-};
 double stress_rate(const PlateShape& shape, const std::vector<Dual1>& x,
                    const std::vector<double>& y, const std::function<StrainRate(int, int)>& strains,
                    const StressPeak& peak, double youngs_modulus, const StressRate& rate);
-
-/// The same of a plate: its stations along with how they move, those across, and what is there.
-struct MovingStations {
-  std::vector<Dual1> x;
-  std::vector<double> y;
-  std::function<StrainRate(int, int)> strains;
-};
-/// `mesh`, `nodal` and `rate` must outlive it.
-MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                               const StressRate& rate);
 
 /// Strains at a place, and half the thickness there over L, as they move.
 struct MovingSection {
@@ -153,18 +91,5 @@ MovingSection moving_section(const PlateShape& shape, const std::vector<Dual1>& 
                              const std::vector<double>& y,
                              const std::function<StrainRate(int, int)>& strains, double along,
                              double across, const ShapeRate& rate);
-
-/// Deflected mid-surface at the mesh nodes with the larger von Mises stress of both surfaces.
-LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                               const LeafSpring& leaf, const LeafScale& scale);
-
-/// Deflected place of the point (along, across) in [0, 1]² of the mid-surface.
-Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                              const LeafScale& scale, double along, double across);
-/// Of several (along, across).
-std::vector<Vector3d> plate_material_points(const PlateMesh& mesh,
-                                            const std::vector<MatrixXd>& nodal,
-                                            const LeafScale& scale,
-                                            const std::vector<std::array<double, 2>>& places);
 
 }  // namespace flexopt

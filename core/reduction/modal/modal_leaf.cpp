@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/elements/plate/deformed_plate.hpp"
 #include "core/elements/plate/full_model.hpp"
 #include "core/elements/plate/section_stress.hpp"
 #include "core/math/decompositions.hpp"

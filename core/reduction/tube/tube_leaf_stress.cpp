@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/elements/plate/deformed_plate.hpp"
 #include "core/elements/plate/section_stress.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 
