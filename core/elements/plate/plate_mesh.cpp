@@ -41,6 +41,24 @@ double PlateShape::thickness_at(double x) const {
 double PlateShape::mean_thickness() const { return thickness * profile_mean(thickness_profile); }
 double PlateShape::mean_width() const { return width * profile_mean(width_profile); }
 
+bool alike(double a, double b) {
+  constexpr double rounding = 1e-13;
+  return std::abs(a - b) <= rounding * std::abs(a);
+}
+bool alike(const PlateShape& a, PlateShape b) {
+  const auto take = [](double from, double& to) {
+    if (alike(from, to)) to = from;
+  };
+  take(a.width, b.width);
+  take(a.thickness, b.thickness);
+  if (a.curve && b.curve) take(*a.curve, *b.curve);
+  if (a.fold && b.fold) {
+    take(a.fold->place, b.fold->place);
+    take(a.fold->angle, b.fold->angle);
+  }
+  return a == b;
+}
+
 PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
   if (shape.is_beam()) shape_.mesh[1] = 1;
   assert(shape.mesh[0] >= 2 && shape.mesh[1] >= 1);

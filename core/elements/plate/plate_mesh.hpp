@@ -46,6 +46,10 @@ struct PlateShape {
   double mean_thickness() const;
   auto operator<=>(const PlateShape&) const = default;
 };
+/// Whether rounding alone tells two numbers or shapes apart, as of leaves between bodies that stand
+/// otherwise: what is made of the one then serves the other.
+bool alike(double a, double b);
+bool alike(const PlateShape& a, PlateShape b);
 
 /// How a shape changes along one direction.
 struct ShapeRate {

@@ -98,9 +98,9 @@ int SuperelementGrid::kind(int row) const {
 }
 
 bool SuperelementGrid::fits(const LeafSpring& leaf, const ModelOptions& model) const {
-  return model.superelements == std::array{along_, across_} && length_ == leaf.length &&
-         shape_ == leaf_shape(leaf, model) && youngs_modulus_ == leaf.material.youngs_modulus &&
-         density_ == leaf.material.density &&
+  return model.superelements == std::array{along_, across_} && alike(length_, leaf.length) &&
+         alike(shape_, leaf_shape(leaf, model)) &&
+         youngs_modulus_ == leaf.material.youngs_modulus && density_ == leaf.material.density &&
          modes_ == (model.leaf_modes + elements() - 1) / elements();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <map>
 #include <numbers>
 
@@ -23,15 +24,32 @@ namespace flexopt {
 
 namespace {
 
-using Meshes = std::map<PlateShape, std::shared_ptr<const PlateMesh>>;  // shared by equal leaves
+// Shapes and meshes of leaves, shared by those that are equal.
+class Meshes {
+ public:
+  // That of the first of all leaves that are alike.
+  const PlateShape& shape(const LeafSpring& leaf, const ModelOptions& model) {
+    return entry(leaf, model).shape;
+  }
+  const std::shared_ptr<const PlateMesh>& mesh(const LeafSpring& leaf, const ModelOptions& model) {
+    Entry& of = entry(leaf, model);
+    if (!of.mesh) of.mesh = std::make_shared<PlateMesh>(of.shape);
+    return of.mesh;
+  }
 
-std::shared_ptr<const PlateMesh> mesh_of(const LeafSpring& leaf, const ModelOptions& model,
-                                         Meshes& meshes) {
-  const PlateShape shape = leaf_shape(leaf, model);
-  auto& mesh = meshes[shape];
-  if (!mesh) mesh = std::make_shared<PlateMesh>(shape);
-  return mesh;
-}
+ private:
+  struct Entry {
+    PlateShape shape;
+    std::shared_ptr<const PlateMesh> mesh;
+  };
+  Entry& entry(const LeafSpring& leaf, const ModelOptions& model) {
+    PlateShape shape = leaf_shape(leaf, model);
+    for (Entry& known : entries_)
+      if (alike(known.shape, shape)) return known;
+    return entries_.emplace_back(Entry{std::move(shape), nullptr});
+  }
+  std::deque<Entry> entries_;  // they stay where they are
+};
 
 // The leaves as their elements see them: edges on bodies that rigid joints tie to the ground are
 // grounded.
@@ -51,8 +69,7 @@ std::vector<std::unique_ptr<LeafElement>> full_leaves(const std::vector<LeafSpri
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<FullLeaf*> first;  // of each kind
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
-    auto leaf =
-        std::make_unique<FullLeaf>(springs[i], mesh_of(springs[i], model, meshes), i, reason);
+    auto leaf = std::make_unique<FullLeaf>(springs[i], meshes.mesh(springs[i], model), i, reason);
     if (std::none_of(first.begin(), first.end(), [&](FullLeaf* f) { return leaf->start_as(*f); }))
       first.push_back(leaf.get());
     leaves.push_back(std::move(leaf));
@@ -107,14 +124,14 @@ std::vector<std::unique_ptr<LeafElement>> leaves_at_rest(const std::vector<LeafS
   std::map<PlateShape, std::shared_ptr<TubeModel>> tubes;
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
-    const PlateShape shape = leaf_shape(leaf, model);
+    const PlateShape& shape = meshes.shape(leaf, model);
     auto [tube, unknown] = tubes.try_emplace(shape);
     if (unknown) tube->second = known_tube(shape, {.sigma_max = 0}, model, 2);
     if (tube->second && !leaf.point && leaf.tip != free_edge && leaf.growth == 1 &&
         leaf.clamp_growth == std::array<double, 2>{1, 1})
       leaves.push_back(std::make_unique<TubeLeaf>(leaf, tube->second, i));
     else
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i));
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, meshes.mesh(leaf, model), i));
   }
   return leaves;
 }
@@ -220,7 +237,7 @@ std::vector<std::unique_ptr<LeafElement>> linear_leaves(const std::vector<LeafSp
     auto rule = broken_rule(leaf, model);
     if (!rule) rule = acts_inside(leaf, loads);
     if (rule) {
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i, *rule));
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, meshes.mesh(leaf, model), i, *rule));
       continue;
     }
     std::shared_ptr<const SuperelementGrid> grid;
@@ -245,11 +262,11 @@ std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpr
     auto rule = broken_rule(leaf, model);
     if (!rule) rule = acts_inside(leaf, loads);
     if (rule || !held) {
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i,
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, meshes.mesh(leaf, model), i,
                                                   rule.value_or("it has no two rigid edges")));
       continue;
     }
-    const auto mesh = mesh_of(n == 1 ? leaf : leaf_segment(leaf, 0, n), own, meshes);
+    const auto mesh = meshes.mesh(n == 1 ? leaf : leaf_segment(leaf, 0, n), own);
     auto& modal = models[mesh->shape()];
     if (!modal) modal = std::make_shared<ModalModel>(mesh, model.method, model.modal_derivatives);
     if (n == 1) {
@@ -319,7 +336,7 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
     const auto full = [&](const std::string& reason) {
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, mesh_of(leaf, model, meshes), i, reason));
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, meshes.mesh(leaf, model), i, reason));
     };
     if (leaf.point || leaf.fold) {
       full(leaf.fold ? "it is folded" : "it has no two rigid edges");
@@ -329,7 +346,7 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
       full(*rule);
       continue;
     }
-    const PlateShape shape = leaf_shape(leaf, model);
+    const PlateShape& shape = meshes.shape(leaf, model);
     TubeRange range;
     range.order = model.degree == 7 ? 3 : 2;
     Eigen::Vector2d b = motion[i].bending;
@@ -348,7 +365,7 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
     if (driven && motion[i].axial != 0) {
       const double stiffness = model.atlas && is_uniform_plate(shape)
                                    ? shape.width
-                                   : mesh_of(leaf, model, meshes)->bending_stiffness();
+                                   : meshes.mesh(leaf, model)->bending_stiffness();
       const double buckling = 4 * std::numbers::pi * std::numbers::pi * stiffness;
       if (std::abs(motion[i].axial) > 0.01 * buckling) range.force_centre = motion[i].axial / scale;
     }
@@ -363,7 +380,7 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
       tube = known_tube(shape, range, model, 0,
                         poissons_ratio_moves ? ShapeSlopes::all : ShapeSlopes::sizes);
       if (!tube) {
-        const auto mesh = mesh_of(leaf, model, meshes);
+        const auto mesh = meshes.mesh(leaf, model);
         auto& pool = pools[mesh.get()];
         if (!pool) pool = std::make_shared<PlatePool>(mesh);
         tube = std::make_shared<TubeModel>(mesh, range, pool);
