@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -223,15 +224,15 @@ struct Twin {
 // Of all numbers of the stable points: rounding may lead to another state beside an unstable one.
 struct Difference {
   std::string quantity;
-  double size;
+  double size;  // infinite: there or not, or a point that ends otherwise
   std::string words;
 };
 struct Differences {
-  double worst = 0;
-  std::vector<Difference> beyond;    ///< the limit
-  std::vector<std::string> unequal;  ///< what no rounding explains
+  double worst = 0;                // of numbers
+  std::vector<Difference> beyond;  // the limit
   std::vector<std::string> modelled_otherwise;
 };
+constexpr double infinite = std::numeric_limits<double>::infinity();
 // Where Newton's method fails with reduced leaves on the way, full ones take over from there:
 // rounding may decide whether it does.
 bool modelled_alike(const PathPoint& a, const PathPoint& b) {
@@ -258,8 +259,9 @@ Differences differences(const StrokeResponse& one, const StrokeResponse& other, 
   for (std::size_t k = 0; k < one.path.size(); ++k) {
     const PathPoint &a = one.path[k], &b = other.path[k];
     if (a.status != b.status) {
-      found.unequal.push_back(fmt::format("{} point {} ends otherwise: \"{}\" and \"{}\"",
-                                          twin.name, k, a.message, b.message));
+      found.beyond.push_back({fmt::format("end of point {}", k), infinite,
+                              fmt::format("{} point {} ends otherwise: \"{}\" and \"{}\"",
+                                          twin.name, k, a.message, b.message)});
       return found;
     }
     if (a.status != PointStatus::converged || !a.stable || !b.stable) continue;
@@ -271,7 +273,8 @@ Differences differences(const StrokeResponse& one, const StrokeResponse& other, 
     for (const Quantity& q : all) {
       const auto small = q.value(a), big = q.value(b);
       if (small.has_value() != big.has_value()) {
-        found.unequal.push_back(fmt::format("{} {} is there or not", twin.name, q.name));
+        found.beyond.push_back(
+            {q.name, infinite, fmt::format("{} {} is there or not", twin.name, q.name)});
         continue;
       }
       const double size = largest.at(q.row->name);
@@ -309,7 +312,9 @@ std::optional<Job> grown(const json& document, double factor) {
 }
 
 // How far each quantity moves where all sizes grow by some 1e-13: what its rounding is multiplied
-// by. Thin leaves, nearly equal modes and series beyond their range make it large.
+// by. Thin leaves, nearly equal modes and series beyond their range make it large. Steps of
+// Newton's method that are thrown about multiply it by any number: then it decides whether a point
+// is found.
 std::map<std::string, double> rounding_of(const json& document, const StrokeResponse& exact,
                                           const std::vector<Quantity>& all, double length,
                                           Accuracy accuracy) {
@@ -330,14 +335,15 @@ void judge(const json& document, const StrokeResponse& exact, const Differences&
            const std::vector<Quantity>& all, double length, Accuracy accuracy,
            JobVerdict& verdict) {
   constexpr double of_rounding = 10;
-  verdict.broken.insert(verdict.broken.end(), found.unequal.begin(), found.unequal.end());
   if (found.beyond.empty()) return;
   const auto rounding = rounding_of(document, exact, all, length, accuracy);
   for (const Difference& d : found.beyond) {
     const auto own = rounding.find(d.quantity);
     const double left = own == rounding.end() ? 0 : own->second;
     if (d.size <= of_rounding * left)
-      verdict.rounded.push_back(fmt::format("{}, of which rounding makes {:.1e}", d.words, left));
+      verdict.rounded.push_back(
+          std::isinf(d.size) ? fmt::format("{}, as rounding decides", d.words)
+                             : fmt::format("{}, of which rounding makes {:.1e}", d.words, left));
     else
       verdict.broken.push_back(d.words);
   }

@@ -21,8 +21,8 @@ struct JobVerdict {
   /// one, both on full leaves.
   double scale_error = 0, twice_error = 0, mirror_error = 0;
   std::vector<std::string> broken;  ///< with the figures
-  /// Differences of the last two beyond the limit that are no more than ten times what the numbers
-  /// move by where all sizes grow by 1e-13.
+  /// Differences beyond the limit that are no more than ten times what the numbers move by where
+  /// all sizes grow by 1e-13, and points that are found or not as they are then.
   std::vector<std::string> rounded;
   std::string message;  ///< of the reader or the evaluation
 };

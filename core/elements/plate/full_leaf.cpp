@@ -177,6 +177,28 @@ MatrixXd leaf_shape_motion(const PlateLeaf& plate, const LeafScale& scale, const
 
 namespace {
 
+// Shapes with M and K times them.
+struct Shapes {
+  MatrixXd U, MU, KU;
+};
+
+// The modes, M-orthonormal, after one more inverse iteration: K times them then is known to
+// rounding, however far the iteration that found them went.
+struct LeafModeShapes {
+  VectorXd omega2;
+  Shapes shapes;
+};
+LeafModeShapes iterated(const PlateLeaf& plate, const VectorXd& omega2, const MatrixXd& M_Psi,
+                        MatrixXd Psi) {
+  if (omega2.size() == 0) return {omega2, {Psi, Psi, Psi}};
+  Psi *= omega2.asDiagonal();
+  const MatrixXd K_Psi = M_Psi * omega2.asDiagonal(), M = plate.mass_times(Psi),
+                 A = Psi.transpose() * K_Psi, G = Psi.transpose() * M;
+  const SymmetricEigen ritz(0.5 * (A + A.transpose()), 0.5 * (G + G.transpose()));
+  const MatrixXd& Z = ritz.eigenvectors();
+  return {ritz.eigenvalues(), {Psi * Z, M * Z, K_Psi * Z}};
+}
+
 // M-orthonormal Ritz shapes of span(Y), Y M-orthogonal to the modes; KY = K Y. Directions that Y
 // hardly has are left out, and with them what cancellation leaves of others: beside the lowest
 // modes nothing is slower than the last of them, `least`. Columns that consisted of the modes
@@ -244,16 +266,31 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
     omega2[k] = modes[k].omega2;
   }
   RitzShapes ritz;
-  const MatrixXd MX = plate.mass_times(X), MPsi = m > 0 ? plate.mass_times(Psi) : MatrixXd(n, 0);
+  const MatrixXd MX = plate.mass_times(X);
+  MatrixXd MPsi(n, m);
   if (request.modes > 0) {
-    MatrixXd KY = MX.topRows(n), Y = KY;
+    // what the modes share of Y is left out before K⁻¹: beside it the rest would be rounded
+    MatrixXd B(n, m + a);
+    if (m > 0) B.leftCols(m) = plate.mass_times(Psi);
+    B.rightCols(a) = MX.topRows(n);
+    B.rightCols(a) -= B.leftCols(m) * (Psi.transpose() * B.rightCols(a)).eval();
+    MatrixXd Y = B;
     plate.solve(Y);
-    const VectorXd before = Y.colwise().norm();
-    const MatrixXd share = MPsi.transpose() * Y;
-    Y -= Psi * share;
-    KY -= MPsi * (omega2.asDiagonal() * share);
+    LeafModeShapes iteration = iterated(plate, omega2, B.leftCols(m), Y.leftCols(m));
+    Y = Y.rightCols(a).eval();
+    B = B.rightCols(a).eval();
+    omega2 = std::move(iteration.omega2);
+    Shapes& own = iteration.shapes;
+    const MatrixXd of_modes = omega2.cwiseInverse().asDiagonal() *
+                              (own.U.transpose() * MX.topRows(n)).eval(),
+                   share = own.MU.transpose() * Y;
+    const VectorXd before = (Y + own.U * of_modes).colwise().norm();
+    Y -= own.U * share;
+    B -= own.KU * share;
     const double least = m > 0 ? omega2[m - 1] - 1e-6 * std::abs(omega2[m - 1]) : 0;
-    ritz = ritz_shapes(plate, std::move(Y), std::move(KY), before, least);
+    ritz = ritz_shapes(plate, std::move(Y), std::move(B), before, least);
+    Psi = std::move(own.U);
+    MPsi = std::move(own.MU);
   }
   const int r = static_cast<int>(ritz.omega2.size()), internal = m + r;
 

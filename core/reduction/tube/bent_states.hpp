@@ -4,6 +4,11 @@
 
 namespace flexopt {
 
+/// How far states stand apart at least [rad], those of arcs about the straightened leaf but for:
+/// rounding of the plate's forces goes into the stiffness between two over their distance, that of
+/// its energy over the square.
+inline constexpr double least_distance_of_states = 0.03;
+
 /// Bends `leaf` to (θ1y, θ2y) = ray σ without twist, under the forces that it has, in one step or,
 /// where that does not lead there, in smaller ones. Returns how far it came: `to`, or less where no
 /// stable equilibrium was found beyond; the leaf then stands at the last one. `from`: σ of its

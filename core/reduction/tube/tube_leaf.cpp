@@ -42,15 +42,12 @@ std::vector<double> curved_nodes(const TubeRange& range, double angle, double sl
 namespace {
 /// Where the nodes of a flat leaf stand.
 std::vector<double> flat_nodes(const TubeRange& range, double slenderness) {
-  // Rounding of the plate's forces goes into the stiffness between two nodes over their distance,
-  // that of its energy over the square.
-  constexpr double least = 0.03;  // [rad]
   std::vector<double> sigma{0};
   // the transition to a stiffened, wide leaf lies at small curvature
   if (slenderness > 20 && range.sigma_max > 0.05) sigma.push_back(0.03);
   if (slenderness > 5 && range.sigma_max > 0.16) sigma.push_back(0.1);
   if (range.sigma_max > 0.32) sigma.push_back(0.22);
-  sigma.push_back(std::max(range.sigma_max, least));
+  sigma.push_back(std::max(range.sigma_max, least_distance_of_states));
   return sigma;
 }
 

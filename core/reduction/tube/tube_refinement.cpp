@@ -13,6 +13,14 @@
 
 namespace flexopt {
 
+namespace {
+/// Of a leaf at sigma, beyond the state `last`.
+double state_beyond(double sigma, double last) {
+  return sigma > 0 ? std::max(1.1 * sigma, last + least_distance_of_states)
+                   : std::min(1.1 * sigma, last - least_distance_of_states);
+}
+}  // namespace
+
 TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
     : shape_(other.shape_),
       mesh_(other.mesh()),
@@ -24,8 +32,8 @@ TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
   const std::vector<double> planned = planned_states();
   const auto above = std::upper_bound(planned.begin(), planned.end(), sigma);
   const bool last = above == planned.end();
-  const double from = above == planned.begin() ? 1.1 * sigma : *std::prev(above),
-               to = last ? 1.1 * sigma : *above;
+  const double from = above == planned.begin() ? state_beyond(sigma, *above) : *std::prev(above),
+               to = last ? state_beyond(sigma, planned.back()) : *above;
   // by the nearest state of the other one, if it has any
   leaf().reset();
   if (!other.expansions_.empty())
@@ -38,11 +46,12 @@ TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
 
 double TubeModel::next_state(double sigma) const {
   const std::vector<double> planned = planned_states();
-  const bool up = sigma > potential_->nodes().front().sigma;
+  const std::vector<TubeNode>& nodes = potential_->nodes();
+  const bool up = sigma > nodes.front().sigma;
   const auto above = std::lower_bound(planned.begin(), planned.end(), sigma);
   if (up && above != planned.end()) return *above;
   if (!up && above != planned.begin()) return *std::prev(above);
-  return 1.1 * sigma;
+  return state_beyond(sigma, (up ? nodes.back() : nodes.front()).sigma);
 }
 
 std::shared_ptr<TubeModel> TubeModel::successor(int order, const Vector3d& forces, double sigma) {
@@ -151,7 +160,12 @@ std::string TubeLeaf::doubt(const Compliance& compliance) {
 LeafElement::Refinement TubeLeaf::refine(const Compliance& compliance) {
   const TubeLocation& at = response_.location;
   const double sigma = model_->potential().mirrored() ? std::abs(at.sigma) : at.sigma;
-  if (at.beyond > 1e-9 * std::abs(sigma)) {
+  const double slight = 1e-9 * std::abs(sigma);
+  if (at.beyond > slight) {
+    // an equal leaf may have added a state since: another beside it would be nothing but rounding
+    const std::vector<TubeNode>& nodes = model_->potential().nodes();
+    if (sigma <= nodes.back().sigma + slight && sigma >= nodes.front().sigma - slight)
+      return {.changed = true, .replacement = {}};
     if (std::abs(sigma) < 1.0 && model_->extend(model_->next_state(sigma)))
       return {.changed = true, .replacement = {}};
     return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};

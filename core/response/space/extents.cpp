@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "core/response/space/solid_search.hpp"
@@ -9,8 +10,8 @@
 namespace flexopt {
 namespace {
 
-// A function of the place of a point of a solid, which `f` gives with its derivative and second
-// derivative, along the coordinates of the point.
+// A function of the place of a point of a solid, which `f` gives over a size, with its derivative
+// and second derivative, along the coordinates of the point.
 template <class F>
 LocalValue value_at(const Solids& solids, const SolidPoint& point, const F& f) {
   const Solids::Local here = solids.local(point);
@@ -38,53 +39,78 @@ SolidPoint least_point(const Solids& solids, const SolidPoint& start, const F& f
                      solids.lower(solid), solids.upper(solid), start.at)};
 }
 
-// What the function loses at its slope across all of the box, as far as the point may move there.
+// What the function may lose between a sample and its neighbours by its slope there: of a cubic
+// between two samples the slope at one of them is worth 4/27 of a step along its tangent, those at
+// both a quarter; half is taken.
 template <class F>
-double descent(const Solids& solids, const SolidPoint& point, const F& f) {
+double descent(const Solids& solids, const Solids::SampleGrid& grid, const SolidPoint& point,
+               const F& f) {
   const VectorXd gradient = value_at(solids, point, f).gradient;
   const Vector3d lower = solids.lower(point.solid), upper = solids.upper(point.solid);
   double sum = 0;
   for (int k = 0; k < 3; ++k)
     if (gradient[k] > 0 ? point.at[k] > lower[k] : point.at[k] < upper[k])
-      sum += std::abs(gradient[k]) * (upper[k] - lower[k]);
+      sum += 0.5 * std::abs(gradient[k]) * grid.steps[k];
   return sum;
 }
 
-// The sample that reaches furthest. Of a plane leaf's many are equal but for rounding, which must
-// not tell which of the places beside them is found: the one with the most to gain.
-template <class Reach, class F>
-SolidPoint furthest_sample(const Solids& solids, int solid,
-                           const std::vector<Solids::Sample>& samples, double size,
-                           const Reach& reach, const F& f) {
-  std::vector<double> reached;
-  for (const Solids::Sample& sample : samples) reached.push_back(reach(sample.place));
-  const double most = *std::ranges::max_element(reached) - equal * size;
-  SolidPoint best{solid};
-  double most_gain = -1;
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (reached[k] < most) continue;
-    const SolidPoint here{solid, samples[k].at};
-    if (const double gain = descent(solids, here, f); gain > most_gain)
-      most_gain = gain, best = here;
+// By how much a sample differs at most from its neighbours, summed over the coordinates.
+double change_beside(const Solids::SampleGrid& grid, const std::vector<double>& reached,
+                     std::size_t sample) {
+  double sum = 0;
+  std::size_t stride = 1;
+  for (std::size_t axis = 3; axis-- > 0;) {
+    const auto count = static_cast<std::size_t>(grid.counts[axis]), place = sample / stride % count;
+    double most = 0;
+    const auto compare = [&](std::size_t neighbour) {
+      most = std::max(most, std::abs(reached[neighbour] - reached[sample]));
+    };
+    if (place > 0) compare(sample - stride);
+    if (place + 1 < count) compare(sample + stride);
+    sum += most;
+    stride *= count;
   }
-  return best;
+  return sum;
 }
 
 // Of the solids whose bound lets them reach further than those before, the point that reaches
-// furthest. `reach` of a place; `bound` of a solid; `f` as in value_at, of the negative reach.
-using SamplesOfSolids = std::vector<std::vector<Solids::Sample>>;
-template <class Reach, class Bound, class F>
-SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, double size,
-                    const Reach& reach, const Bound& bound, const F& f) {
+// furthest: by searches from all samples beside which it may lie, the furthest first. One search
+// alone would leave to rounding which of several places is found. The reach is −f, as in value_at,
+// over a size; `bound` of a solid likewise.
+using SamplesOfSolids = std::vector<Solids::SampleGrid>;
+template <class Bound, class F>
+SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, const Bound& bound,
+                    const F& f) {
   SolidPoint best;
   double most = -std::numeric_limits<double>::infinity();
-  for (int i = 0; i < solids.count(); ++i) {
-    if (best.solid >= 0 && bound(i) <= most + equal * size) continue;
-    const SolidPoint start =
-        furthest_sample(solids, i, samples[static_cast<std::size_t>(i)], size, reach, f);
-    const SolidPoint point = least_point(solids, start, f);
+  const auto reach = [&](const Vector3d& place) {
+    double value;
+    Vector3d slope;
+    Matrix3d curvature;
+    f(place, value, slope, curvature);
+    return -value;
+  };
+  const auto take = [&](const SolidPoint& point) {
     const double here = reach(solids.place(point));
-    if (best.solid < 0 || here > most + equal * size) most = here, best = point;
+    if (best.solid < 0 || here > most + equal) most = here, best = point;
+  };
+  for (int i = 0; i < solids.count(); ++i) {
+    if (best.solid >= 0 && bound(i) <= most + equal) continue;
+    const Solids::SampleGrid& grid = samples[static_cast<std::size_t>(i)];
+    std::vector<double> reached;
+    std::vector<std::size_t> order;
+    for (const Solids::Sample& sample : grid.samples) {
+      order.push_back(reached.size());
+      reached.push_back(reach(sample.place));
+    }
+    std::ranges::stable_sort(order, std::greater(), [&](std::size_t k) { return reached[k]; });
+    take({i, grid.samples[order.front()].at});
+    for (const std::size_t k : order) {
+      if (reached[k] + change_beside(grid, reached, k) <= most + equal) continue;
+      const SolidPoint start{i, grid.samples[k].at};
+      if (reached[k] + descent(solids, grid, start, f) > most + equal)
+        take(least_point(solids, start, f));
+    }
   }
   return best;
 }
@@ -120,11 +146,11 @@ Extents extents_of(const Solids& solids) {
       const double sign = side == 0 ? -1 : 1;
       SolidPoint& at = extents.at[static_cast<std::size_t>(3 * side + k)];
       at = furthest(
-          solids, samples, size, [&](const Vector3d& place) { return sign * place[k]; },
-          [&](int i) { return side == 0 ? -solids.lowest(i)[k] : solids.highest(i)[k]; },
+          solids, samples,
+          [&](int i) { return (side == 0 ? -solids.lowest(i)[k] : solids.highest(i)[k]) / size; },
           [&](const Vector3d& place, double& value, Vector3d& slope, Matrix3d& curvature) {
-            value = -sign * place[k];
-            slope = -sign * Vector3d::Unit(k);
+            value = -sign * place[k] / size;
+            slope = -sign / size * Vector3d::Unit(k);
             curvature.setZero();
           });
       (side == 0 ? extents.low : extents.high)[k] = solids.place(at)[k];
@@ -132,14 +158,14 @@ Extents extents_of(const Solids& solids) {
   const CylinderAxis axis = cylinder_axis(solids.mechanism());
   const Matrix3d across = Matrix3d::Identity() - axis.along * axis.along.transpose();
   extents.at[6] = furthest(
-      solids, samples, size, [&](const Vector3d& place) { return off_axis(axis, place).norm(); },
+      solids, samples,
       [&](int i) {
         double most = 0;
         for (int k = 0; k < 8; ++k) {
           Vector3d corner;
           for (int d = 0; d < 3; ++d)
             corner[d] = (k >> d & 1) != 0 ? solids.highest(i)[d] : solids.lowest(i)[d];
-          most = std::max(most, off_axis(axis, corner).norm());
+          most = std::max(most, 0.5 * (off_axis(axis, corner) / size).squaredNorm());
         }
         return most;
       },

@@ -170,6 +170,7 @@ Vector3d Solids::upper(int solid) const {
 
 std::vector<Solids::Weight> Solids::weights(const SolidPoint& point) const {
   std::vector<Weight> list;
+  list.reserve(32);
   const Vector3d& u = point.at;
   if (!is_leaf(point.solid)) {
     list.push_back({0, 1});
@@ -226,7 +227,7 @@ Solids::Local Solids::local(const SolidPoint& point) const {
 std::vector<Solids::Sample> Solids::inner_samples(int solid) const {
   std::vector<Sample> samples;
   const std::vector<Vector3d>& nodes = solids_[static_cast<std::size_t>(solid)].nodes;
-  if (!is_leaf(solid)) return surface_samples(solid);
+  if (!is_leaf(solid)) return surface_samples(solid).samples;
   for (int i = 0; i < stations_along; i += sample_step) {
     if (is_wire(solid)) {
       samples.push_back({{along_of(i), 0, 0}, nodes[static_cast<std::size_t>(i)]});
@@ -241,26 +242,32 @@ std::vector<Solids::Sample> Solids::inner_samples(int solid) const {
   return samples;
 }
 
-std::vector<Solids::Sample> Solids::surface_samples(int solid) const {
-  std::vector<Sample> samples;
+Solids::SampleGrid Solids::surface_samples(int solid) const {
+  SampleGrid grid;
   const std::vector<Vector3d>& nodes = solids_[static_cast<std::size_t>(solid)].nodes;
-  const auto add = [&](const Vector3d& u) { samples.push_back({u, place({solid, u})}); };
+  const auto add = [&](const Vector3d& u) { grid.samples.push_back({u, place({solid, u})}); };
   if (!is_leaf(solid)) {
+    grid.counts = {3, 3, 3};
+    grid.steps = {1, 1, 1};
     for (const double z : {-1, 0, 1})
       for (const double y : {-1, 0, 1})
         for (const double x : {-1, 0, 1}) add({x, y, z});
   } else if (is_wire(solid)) {
+    grid.counts = {1, stations_along, 4};
+    grid.steps = {1.0 / along_intervals, 0.5 * std::numbers::pi, 0};
     for (int i = 0; i < stations_along; ++i)
       for (int k = 0; k < 4; ++k) add({along_of(i), 0.5 * std::numbers::pi * k, 1});
   } else {
+    grid.counts = {2, stations_along, stations_across};
+    grid.steps = {1.0 / along_intervals, 1.0 / across_intervals, 2};
     for (int side = 0; side < 2; ++side)
       for (int i = 0; i < stations_along; ++i)
         for (int j = 0; j < stations_across; ++j)
-          samples.push_back(
+          grid.samples.push_back(
               {{along_of(i), across_of(j), 2.0 * side - 1},
                nodes[static_cast<std::size_t>(side * surface_size + mid_index(i, j))]});
   }
-  return samples;
+  return grid;
 }
 
 }  // namespace flexopt

@@ -88,7 +88,14 @@ class Solids {
   };
   /// Of a leaf on its mid-surface, of a wire on its centre line.
   std::vector<Sample> inner_samples(int solid) const;
-  std::vector<Sample> surface_samples(int solid) const;
+  /// So many along three coordinates; neighbours along the last one follow each other. `steps`:
+  /// from one to the next along each of the coordinates of a point.
+  struct SampleGrid {
+    std::array<int, 3> counts{};
+    Vector3d steps = Vector3d::Zero();
+    std::vector<Sample> samples;
+  };
+  SampleGrid surface_samples(int solid) const;
   /// Points of the solid are not farther than half of this from a sample.
   double spacing(int solid) const;
   /// Of a leaf; `along` is the first coordinate of its solid.

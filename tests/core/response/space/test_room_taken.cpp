@@ -233,16 +233,18 @@ TEST_CASE("each leg of a folded leaf is a solid of its own", "[response][fold]")
   CHECK(c->names[0] == m.leaves[0].name);
 }
 
-TEST_CASE("rounding does not tell which of equally far ends of a leaf is searched", "[response]") {
+TEST_CASE(
+    "of a leaf with nearly equally far ends the one beside which it reaches furthest is found",
+    "[response]") {
   // An edge that rises towards d/24 beside one end, and falls at once from the other.
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.leaves.resize(1);
   const double L = m.leaves[0].length, w = m.leaves[0].width, d = 1e-5;
-  for (const double rounding : {-1e-16, 0.0, 1e-16})
+  for (const double other : {-1e-16, 0.0, 1e-16, 2e-9, 2e-7})
     for (const bool turned : {false, true}) {
       const auto edge = [&](double along) {
         const auto station = std::lround(20 * (turned ? 1 - along : along));
-        return station == 0 ? 0 : station == 1 ? -d : station == 20 ? rounding : -5 * d;
+        return station == 0 ? 0 : station == 1 ? -d : station == 20 ? other : -5 * d;
       };
       const auto places = [&](int, const std::vector<std::array<double, 2>>& points) {
         std::vector<Vector3d> result;
