@@ -39,8 +39,11 @@ for part in internals Unspecified; do
 done
 grep -q -- '-march=x86-64 ' "$folder/build.ninja" || problem "the first set is not that of every processor"
 grep -q -- '-march=native' "$folder/build.ninja" && problem "compiled for this processor"
-grep -q 'FLEXOPT_INSTRUCTIONS=x86-64-v3' "$folder/build.ninja" || problem "no second set"
-grep -q 'glibc-hwcaps/x86-64-v3' "$folder/cmake_install.cmake" || problem "the loader will not find it"
+for set in x86-64-v3 x86-64-v4; do
+  grep -q "FLEXOPT_INSTRUCTIONS=$set " "$folder/build.ninja" || problem "no set $set"
+  [ "$(grep -c "glibc-hwcaps/$set\"" "$folder/cmake_install.cmake")" -ge 2 ] ||
+    problem "the loader will not find $set, of the library or of the Python module"
+done
 for name in KLU LDL NLopt Ipopt; do
   grep -q "$name" "$folder/copyright" || problem "the terms of $name are missing"
 done

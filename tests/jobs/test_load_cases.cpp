@@ -46,7 +46,7 @@ json result_of(const Folder& place, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("each load case has the result of a job with this case alone", "[jobs]") {
+TEST_CASE("each load case has the result of a job with this case alone", "[jobs][slow]") {
   const Folder place("flexopt_cases");
   REQUIRE(run(place, "all", job_document()) == 0);
   const json all = result_of(place, "all");

@@ -256,8 +256,10 @@ TEST_CASE("a wire's outline is looked at all around", "[fatigue]") {
 
 TEST_CASE("exact derivatives of fatigue agree with differences", "[fatigue][gradients]") {
   const auto flexure = GENERATE(Flexure::beam, Flexure::plate);
-  const auto tapered = GENERATE(false, true);
-  const auto mean = GENERATE(MeanStress::goodman, MeanStress::gerber);
+  const bool tapered = GENERATE(false, true);
+  // each law with each flexure and each profile
+  const MeanStress mean =
+      tapered == (flexure == Flexure::plate) ? MeanStress::goodman : MeanStress::gerber;
   const auto make = [tapered](const Values& p) {
     Mechanism m = models::guide(p[0], p[1], p[2]);
     for (LeafSpring& leaf : m.leaves) {

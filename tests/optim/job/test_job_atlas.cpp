@@ -1,16 +1,15 @@
 // Which atlas a job gets, and what is said where it gets none.
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "core/reduction/atlas/make_atlas.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
 #include "optim/job/job_atlas.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "support/base_jobs.hpp"
+#include "support/small_atlas.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -18,20 +17,6 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 namespace {
-
-// A file in the place of the user's atlas while it lives.
-struct AtlasPlace {
-  fs::path folder = fs::temp_directory_path() / "flexopt_test_job_atlas";
-  fs::path file = folder / "one.atlas";
-  AtlasPlace() {
-    fs::remove_all(folder);
-    ::setenv("FLEXOPT_ATLAS", file.c_str(), 1);
-  }
-  ~AtlasPlace() {
-    ::unsetenv("FLEXOPT_ATLAS");
-    fs::remove_all(folder);
-  }
-};
 
 json job_with(const json& model) {
   json document = base_job("evaluate");
@@ -54,7 +39,7 @@ std::string refusal(const json& model) {
 
 TEST_CASE("a job is the same with and without a file in the cache unless it asks for an atlas",
           "[optim][job][atlas]") {
-  const AtlasPlace place;
+  const test::AtlasPlace place;
   const Job plain = parse_job(job_with(json::object()));
   CHECK(plain.model.atlas_use == AtlasUse::off);
   CHECK_FALSE(plain.model.atlas);
@@ -63,24 +48,24 @@ TEST_CASE("a job is the same with and without a file in the cache unless it asks
 
   // no file yet
   CHECK_THAT(refusal({{"atlas", "required"}}),
-             Contains(place.file.string()) && Contains("flexopt atlas --mesh 12 5"));
+             Contains(place.file().string()) && Contains("flexopt atlas --mesh 12 5"));
   const Job automatic = parse_job(job_with({{"atlas", "auto"}}));
   CHECK_FALSE(automatic.model.atlas);
   REQUIRE(automatic.notes.size() == 1);
   CHECK_THAT(automatic.notes[0], Contains("there is none"));
 
-  AtlasSettings settings;
-  settings.mesh = {4, 2};
+  AtlasSettings settings = test::small_settings();
   settings.points = {2, 2};
   settings.width = {0.25, 0.3};
   settings.thickness = {1.0 / 220, 1.0 / 200};
   settings.poissons_ratios = {0.3};
   settings.rays = {-1, 1};
   settings.sigmas = {0, 0.1};
+  settings.dynamics = true;
   settings.stress_samples = 8;
-  const MadeAtlas made = make_atlas(settings, {.check_cells = {0, 0}});
+  const MadeAtlas made = make_atlas(settings, test::unchecked());
   REQUIRE(made.atlas);
-  REQUIRE(write_atlas(*made.atlas, place.file).empty());
+  REQUIRE(write_atlas(*made.atlas, place.file()).empty());
   const json model{{"atlas", "required"}, {"mesh", {4, 2}}};
   const Job job = parse_job(job_with(model));
   REQUIRE(job.model.atlas);
@@ -107,8 +92,8 @@ TEST_CASE("a job is the same with and without a file in the cache unless it asks
   CHECK_THAT(with("method", "linear_craig_bampton"), Contains("mixed_potential"));
 
   // a file that is not whole any more is not used, and the reader notices
-  const auto before = fs::last_write_time(place.file);
-  fs::resize_file(place.file, fs::file_size(place.file) - 100);
-  fs::last_write_time(place.file, before + std::chrono::seconds(2));
+  const auto before = fs::last_write_time(place.file());
+  fs::resize_file(place.file(), fs::file_size(place.file()) - 100);
+  fs::last_write_time(place.file(), before + std::chrono::seconds(2));
   CHECK_THAT(refusal(model), Contains("it is not whole"));
 }

@@ -156,7 +156,7 @@ TEST_CASE("goals under errors of assembly are as bad as any place of the box", "
 }
 
 TEST_CASE("derivatives of goals under errors of assembly are those of their values",
-          "[assembly][gradients]") {
+          "[assembly][gradients][slow]") {
   check_derivatives(document(), 3);  // stress may jump from place to place
 }
 
@@ -191,7 +191,7 @@ TEST_CASE("goals over load cases are as bad as the worst case at its worst error
 }
 
 TEST_CASE("goals over load cases under errors of assembly have exact derivatives",
-          "[assembly][cases][gradients]") {
+          "[assembly][cases][gradients][slow]") {
   check_derivatives(two_cases(), 3);
 }
 

@@ -2,31 +2,21 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "core/reduction/atlas/make_atlas.hpp"
 #include "optim/search/optimise.hpp"
+#include "support/small_atlas.hpp"
 
 using namespace flexopt;
 using nlohmann::json;
 
 namespace {
 
-std::shared_ptr<const TubeAtlas> small_atlas(bool tables) {
-  const auto make = [](bool with_tables) {
-    AtlasSettings s;
-    s.mesh = {4, 2};
-    s.width = {0.25, 0.4};
-    s.thickness = {1.0 / 240, 1.0 / 160};
-    s.points = {4, 3};
-    s.poissons_ratios = {0.28, 0.3, 0.32};
-    s.rays = {-1, 1};
-    s.sigmas = {0, 0.05, 0.2};
-    s.dynamics = with_tables;
-    s.stress_patterns = with_tables ? 60 : 0;
-    s.stress_samples = 20;
-    return make_atlas(s, {.check_cells = {0, 0}, .check_rays = {}}).atlas;
-  };
-  static const auto with = make(true), without = make(false);
-  return tables ? with : without;
+std::shared_ptr<const TubeAtlas> atlas_of_guides(bool tables) {
+  AtlasSettings s = test::small_settings();
+  s.rays = {-1, 1};
+  s.dynamics = tables;
+  s.stress_patterns = tables ? 60 : 0;
+  s.stress_samples = 20;
+  return test::kept_atlas(tables ? "tables" : "statics", s, test::unchecked());
 }
 
 /// Of load and stiffness, or of frequency and stress.
@@ -56,7 +46,7 @@ Job guide(const std::string& algorithm, bool dynamic, bool tables = true) {
         {"quantity", "max_stress"}, {"over_stroke", "max"}, {"max", "380 MPa"}};
   }
   Job job = parse_job(document);
-  job.model.atlas = small_atlas(tables);
+  job.model.atlas = atlas_of_guides(tables);
   return job;
 }
 

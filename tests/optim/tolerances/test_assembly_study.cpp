@@ -113,7 +113,7 @@ TEST_CASE("at the critical scale something is critical, and nothing short of it"
   CHECK(none.critical->scale == 0.01);
 }
 
-TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "[assembly]") {
+TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "[assembly][slow]") {
   json document = guide();
   document["model"] = json::object();
   document["stroke"] = {{"at", {"0.1 mm"}}};
@@ -131,7 +131,7 @@ TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "
 }
 
 TEST_CASE("over load cases the worst of them counts, at its own worst errors",
-          "[assembly][cases]") {
+          "[assembly][cases][slow]") {
   json all = guide();
   all["assembly_tolerances"]["edges"].erase(1);
   all["assembly_tolerances"]["quantities"].push_back(

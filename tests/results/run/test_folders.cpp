@@ -134,7 +134,7 @@ TEST_CASE("a finished run in a folder that has become read-only stays as it is",
   fs::permissions(folder.path() / "out", fs::perms(0755));
 }
 
-TEST_CASE("a folder that is removed while a run goes on ends it in words", "[folders]") {
+TEST_CASE("a folder that is removed while a run goes on ends it in words", "[folders][slow]") {
   const TemporaryFolder folder;
   OrderedJson job = leaf_job();  // as many points as fit into some tenths of a second
   job["stroke"]["points"] = 201;

@@ -1,15 +1,12 @@
 // Optimisations whose accuracy is chosen search on looked-up leaves of the job's own mesh, and end
 // at the optimum of the mesh that was chosen.
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "core/reduction/atlas/make_atlas.hpp"
 #include "results/files/result_json.hpp"
 #include "results/run/run.hpp"
-#include "support/program.hpp"
+#include "support/small_atlas.hpp"
 
 using namespace flexopt;
 using nlohmann::json;
@@ -23,9 +20,9 @@ class Quiet : public RunListener {
 
 // In the place of the user's atlas while it lives.
 struct SmallAtlas {
-  test::TemporaryFolder folder;
+  test::AtlasPlace place;
   SmallAtlas() {
-    AtlasSettings s;
+    AtlasSettings s = test::small_settings();
     s.mesh = {6, 2};
     s.width = {0.2, 0.5};
     s.thickness = {1.0 / 240, 1.0 / 150};
@@ -33,14 +30,11 @@ struct SmallAtlas {
     s.poissons_ratios = {0.3};
     s.rays = {-1, 1};
     s.sigmas = {0, 0.05, 0.25};
-    s.stress_patterns = 60;
+    s.dynamics = true;
     s.stress_samples = 20;
-    const auto file = folder.path() / "one.atlas";
-    REQUIRE(
-        write_atlas(*make_atlas(s, {.check_cells = {0, 0}, .check_rays = {}}).atlas, file).empty());
-    ::setenv("FLEXOPT_ATLAS", file.c_str(), 1);
+    const auto kept = test::kept_atlas("guides", s, test::unchecked());
+    REQUIRE(write_atlas(*kept, place.file()).empty());
   }
-  ~SmallAtlas() { ::unsetenv("FLEXOPT_ATLAS"); }
 };
 
 json guide(const std::string& atlas) {

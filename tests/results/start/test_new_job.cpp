@@ -37,7 +37,7 @@ double largest_stress(const StrokeResponse& response) {
 }  // namespace
 
 TEST_CASE("the new job of every family runs to the end of its stroke, within its stress",
-          "[results][new]") {
+          "[results][new][slow]") {
   for (const Family& family : families()) {
     CAPTURE(family.name);
     json written = job_of(family.name, false);
@@ -64,7 +64,7 @@ TEST_CASE("the new job of every family runs to the end of its stroke, within its
 }
 
 TEST_CASE("every family has its numbers at their defaults and examples, as they are read back",
-          "[results][new]") {
+          "[results][new][slow]") {
   for (const Family& family : families()) {
     CAPTURE(family.name);
     const Job job = parse_job(job_of(family.name, false));
@@ -78,7 +78,7 @@ TEST_CASE("every family has its numbers at their defaults and examples, as they 
 }
 
 TEST_CASE("the new optimisation of every family begins within its bounds, sound at all corners",
-          "[results][new]") {
+          "[results][new][slow]") {
   for (const Family& family : families()) {
     CAPTURE(family.name);
     const Job job = parse_job(job_of(family.name, true));

@@ -87,7 +87,7 @@ TEST_CASE("without the free edges' layer the section is right as well") {
   CHECK(section_in_plane(shape) == Approx(1).epsilon(2e-4));
 }
 
-TEST_CASE("the default mesh has narrow leaves within 0.2 % of a fine one") {
+TEST_CASE("the default mesh has narrow leaves within 0.2 % of a fine one", "[slow]") {
   for (const double width : {0.004, 0.005, 0.007, 0.01, 0.014}) {
     const StrokeResponse coarse = guided(width, default_mesh), fine = guided(width, {44, 10});
     for (std::size_t k = 0; k < coarse.path.size(); ++k) {

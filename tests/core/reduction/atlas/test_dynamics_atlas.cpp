@@ -11,30 +11,27 @@
 #include "core/math/decompositions.hpp"
 #include "core/reduction/atlas/atlas_dynamics.hpp"
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "core/reduction/atlas/make_atlas.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "support/small_atlas.hpp"
 
 using namespace flexopt;
 
 namespace {
 
 AtlasSettings small_box() {
-  AtlasSettings s;
+  AtlasSettings s = test::small_settings();
   s.mesh = {6, 2};
-  s.width = {0.25, 0.4};
-  s.thickness = {1.0 / 240, 1.0 / 160};
-  s.points = {4, 3};
-  s.poissons_ratios = {0.28, 0.3, 0.32};
-  s.rays = {-1, -0.5, 0, 0.5, 1};
   s.sigmas = {0, 0.05, 0.25};
+  s.dynamics = true;
   s.stress_patterns = 0;
   return s;
 }
 
 const std::shared_ptr<const TubeAtlas>& atlas() {
-  static const MadeAtlas made = make_atlas(small_box(), {.check_cells = {2, 2}});
-  return made.atlas;
+  static const auto kept =
+      test::kept_atlas("dynamics", small_box(), test::checked({2, 2}, AtlasOptions{}.check_rays));
+  return kept;
 }
 
 ShapeGrid small_grid() {
@@ -150,7 +147,6 @@ TEST_CASE("slopes of a compressed table are those of what it looks up") {
 }
 
 TEST_CASE("frequencies of looked-up leaves are those of built ones", "[slow]") {
-  REQUIRE(atlas());
   for (const AtlasCheck::Ray& ray : atlas()->check().rays) {
     CHECK(ray.largest().frequency > 0);
     CHECK(ray.largest().frequency < 0.02);
@@ -169,7 +165,6 @@ TEST_CASE("frequencies of looked-up leaves are those of built ones", "[slow]") {
 }
 
 TEST_CASE("a looked-up leaf vibrates the same whichever edge is called its base", "[slow]") {
-  REQUIRE(atlas());
   // one way round or the other, the ray is seen from the tip
   const double end = GENERATE(0.25, -0.25);
   const StrokeRequest request = sweep(end);
@@ -189,14 +184,15 @@ TEST_CASE("a looked-up leaf vibrates the same whichever edge is called its base"
 
 TEST_CASE("an atlas keeps its tables of dynamics in its file", "[slow]") {
   namespace fs = std::filesystem;
-  REQUIRE(atlas());
   const fs::path folder = fs::temp_directory_path() / fmt::format("dynamics_atlas_{}", ::getpid());
-  REQUIRE(write_atlas(*atlas(), folder / "a.atlas").empty());
+  const MadeAtlas made = make_atlas(test::least(small_box()), test::unchecked());
+  REQUIRE(made.atlas);
+  REQUIRE(write_atlas(*made.atlas, folder / "a.atlas").empty());
   const OpenedAtlas opened = open_atlas(folder / "a.atlas");
   REQUIRE(opened.atlas);
-  const PlateShape shape{0.31, 1.0 / 190, 0.305, small_box().mesh, true};
+  const PlateShape shape{0.31, 1.0 / 190, 0.3, small_box().mesh, true};
   for (const double rho : {1.0, 0.2}) {
-    const auto a = atlas()->dynamics(shape, {1, rho}, 0.2),
+    const auto a = made.atlas->dynamics(shape, {1, rho}, 0.2),
                b = opened.atlas->dynamics(shape, {1, rho}, 0.2);
     CHECK((table_numbers(a) - table_numbers(b)).norm() == 0);
     CHECK((station_numbers(a) - station_numbers(b)).norm() == 0);

@@ -29,7 +29,7 @@ StrokeResponse guide(const std::shared_ptr<const TubeAtlas>& atlas, double size,
 }  // namespace
 
 TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas]") {
-  const StrokeResponse found = guide(small_atlas().atlas, 1, 1, 4), built = guide(nullptr, 1, 1, 4);
+  const StrokeResponse found = guide(small_atlas(), 1, 1, 4), built = guide(nullptr, 1, 1, 4);
   REQUIRE(found.status == Status::ok);
   REQUIRE(built.status == Status::ok);
   for (std::size_t k = 0; k < built.path.size(); ++k) {
@@ -49,8 +49,8 @@ TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas
 
 TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[core][atlas]") {
   const double size = 0.37, modulus = 1.0 / 3;
-  const StrokeResponse one = guide(small_atlas().atlas, 1, 1, 0),
-                       other = guide(small_atlas().atlas, size, modulus, 0);
+  const StrokeResponse one = guide(small_atlas(), 1, 1, 0),
+                       other = guide(small_atlas(), size, modulus, 0);
   REQUIRE(one.status == Status::ok);
   REQUIRE(other.status == Status::ok);
   for (std::size_t k = 1; k < one.path.size(); ++k) {
@@ -104,7 +104,7 @@ StrokeRequest statics(bool hinge) {
 ModelOptions looked_up() {
   ModelOptions model;
   model.mesh = small_settings().mesh;
-  model.atlas = small_atlas().atlas;
+  model.atlas = small_atlas();
   return model;
 }
 

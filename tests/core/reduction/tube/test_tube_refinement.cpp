@@ -111,7 +111,7 @@ TEST_CASE("a hinge under a payload is followed by better potentials, not by full
 }
 
 TEST_CASE("frequencies of leaves under more than they carry alone are those of full ones",
-          "[tube]") {
+          "[tube][slow]") {
   // no equilibrium beyond 18 mm; at 15 mm the first step from the rebuilt state leads astray
   Mechanism guide = models::guide(0.1, 0.010204220006, 2.8105538191e-4, 0.036531182692);
   for (LeafSpring& leaf : guide.leaves) leaf.material.youngs_modulus = 210e9;

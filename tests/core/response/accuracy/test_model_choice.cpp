@@ -28,7 +28,7 @@ TEST_CASE("a tolerance that the model's own mesh meets is met by reduced leaves 
   CHECK(chosen.tried[0].largest.relative <= 0.05);
 }
 
-TEST_CASE("a smaller tolerance takes a finer mesh, and the error is below it") {
+TEST_CASE("a smaller tolerance takes a finer mesh, and the error is below it", "[slow]") {
   const Mechanism m = models::guide(0.1, 0.06, 5e-4);
   const StrokeRequest r = statics(0.015);
   const double first = choose_model(m, {}, {r}, 1).tried[0].largest.relative;

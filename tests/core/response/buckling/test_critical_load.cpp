@@ -20,6 +20,9 @@ constexpr double pi = std::numbers::pi;
 
 ModelOptions beams(int elements = 10) { return models::free_beams(elements); }
 
+/// For laws that hold on every mesh.
+ModelOptions coarse_plates() { return {.mesh = {6, 2}}; }
+
 /// The equilibrium on full leaves at a stroke under one load, then its critical factor.
 CriticalLoadResult critical(const Mechanism& mechanism, const ModelOptions& model,
                             const DeadLoad& load, DriveState drive, double stroke = 0,
@@ -256,14 +259,14 @@ TEST_CASE("the tangent is definite below the factor and indefinite above", "[buc
   NewtonOptions newton;
   LoadCase loads;
   loads.constant = {along_x(-50)};
-  System system(m, make_full_leaves(m, {}), loads);
+  System system(m, make_full_leaves(m, coarse_plates()), loads);
   REQUIRE(step_load(system, {.constant = 1}, newton).converged);
   for (const double stroke : {0.0, 0.005}) {
     const Equilibrium at = step_to(system, stroke, newton);
     REQUIRE(at.converged);
     LoadBranch branch(system, 0, 0, DriveState::locked, at.drive_loads, newton);
     const auto begin = branch.save();
-    const CriticalLoadResult r = find_critical_load(branch, {}, nullptr);
+    const CriticalLoadResult r = find_critical_load(branch, coarse_plates(), nullptr);
     REQUIRE(r.load.factor);
     branch.restore(begin);
     for (const double share : {0.5, 0.9, 0.99, 0.999}) {
@@ -301,13 +304,13 @@ TEST_CASE("a guide that is deflected gives way with its drive free, and says so"
 TEST_CASE("an imperfection that is next to nothing does not hide a bifurcation", "[buckling]") {
   // a dead force of 1e-7 N pulls the guide aside
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
-  const double perfect = *critical(m, {}, along_x(-10), DriveState::free).load.factor;
+  const double perfect = *critical(m, coarse_plates(), along_x(-10), DriveState::free).load.factor;
   LoadCase loads;
   loads.constant = {along_x(-10), {.force = {0, 1e-7, 0}}};
-  System system(m, make_full_leaves(m, {}), loads);
+  System system(m, make_full_leaves(m, coarse_plates()), loads);
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
-  const CriticalLoadResult r = find_critical_load(branch, {}, nullptr);
+  const CriticalLoadResult r = find_critical_load(branch, coarse_plates(), nullptr);
   INFO(r.load.reason);
   REQUIRE(r.load.factor);
   CHECK(*r.load.factor == Approx(perfect).epsilon(1e-4));
@@ -324,15 +327,16 @@ TEST_CASE("a bifurcation that an error of assembly makes the branch miss has no 
     LoadCase loads;
     loads.constant = {along_x(-5)};
     loads.assembly = {{0, 0, {}, {0, turn, 0}}};
-    System system(m, make_full_leaves(m, {}), loads);
+    System system(m, make_full_leaves(m, coarse_plates()), loads);
     REQUIRE(step_load(system, {.constant = 1}, {}).converged);
     LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
     LeafRates rates(ProfileDirections(m, directions));
     const DesignDirections design{&directions, &rates};
-    return find_critical_load(branch, {}, &design);
+    return find_critical_load(branch, coarse_plates(), &design);
   };
   // one that is zero, or next to nothing, is rounding: on the other side the tangent is indefinite
-  const CriticalLoadResult perfect = critical(m, {}, along_x(-5), DriveState::free, 0, &directions);
+  const CriticalLoadResult perfect =
+      critical(m, coarse_plates(), along_x(-5), DriveState::free, 0, &directions);
   REQUIRE(perfect.gradient);
   for (const double turn : {0.0, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7}) {
     const CriticalLoadResult r = traced(turn);

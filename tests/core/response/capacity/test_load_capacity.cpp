@@ -18,6 +18,9 @@ constexpr int ux = 0, uy = 1, uz = 2, rx = 3, against = 6;
 
 ModelOptions beams(int elements = 10) { return models::free_beams(elements); }
 
+/// For laws that hold on every mesh.
+ModelOptions coarse_plates() { return {.mesh = {6, 2}}; }
+
 StrokeRequest asking(std::initializer_list<int> directions, std::vector<double> strokes = {0}) {
   StrokeRequest request;
   request.points = std::move(strokes);
@@ -119,7 +122,7 @@ TEST_CASE("small loads reach the stress of linear theory", "[capacity]") {
 }
 
 TEST_CASE("under its capacity a guide is at the limit that is named", "[capacity]") {
-  ModelOptions model;
+  ModelOptions model = coarse_plates();
   model.accuracy = Accuracy::full;
   for (const auto& [stroke, strength] : {std::pair{0.0, 80e6}, {0.006, 260e6}}) {
     const Mechanism m = strong_guide(strength);
@@ -153,7 +156,7 @@ TEST_CASE("a pressed guide bears its buckling load", "[capacity]") {
   const double payload = 50;
   request.loads.constant = {{.force = {-payload, 0, 0}, .name = "payload"}};
   request.buckling_load = "payload";
-  const StrokeResponse response = evaluate_stroke(m, {}, request);
+  const StrokeResponse response = evaluate_stroke(m, coarse_plates(), request);
   for (std::size_t k = 0; k < strokes.size(); ++k) {
     const LoadCapacity& here = *response.path[k].load_capacity[against + ux];
     CAPTURE(k, here.reason);
@@ -170,7 +173,7 @@ TEST_CASE("a pressed guide bears its buckling load", "[capacity]") {
 TEST_CASE("what the stroke stresses a guide with is not left for loads", "[capacity]") {
   StrokeRequest request = asking({uz}, {0.003, 0.005, 0.007, 0.009});
   request.capacity.stress = 300e6;
-  const StrokeResponse response = evaluate_stroke(strong_guide(600e6), {}, request);
+  const StrokeResponse response = evaluate_stroke(strong_guide(600e6), coarse_plates(), request);
   double before = 1e9;
   for (const PathPoint& point : response.path) {
     const LoadCapacity& here = *point.load_capacity[uz];

@@ -127,7 +127,7 @@ TEST_CASE(
 TEST_CASE(
     "exact derivatives through joints agree with differences where reduced leaves lead to the "
     "state",
-    "[gradients][joint]") {
+    "[gradients][joint][slow]") {
   ModelOptions model = model_of(Flexure::plate);
   model.accuracy = Accuracy::reduced;
   const auto make = [](const Values& p) { return guide(JointType::prismatic, p); };

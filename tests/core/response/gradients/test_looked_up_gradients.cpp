@@ -4,39 +4,38 @@
 #include <cmath>
 
 #include "core/equilibrium/stroke_path.hpp"
-#include "core/reduction/atlas/make_atlas.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/full_modes.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
+#include "support/small_atlas.hpp"
 
 using namespace flexopt;
 
 namespace {
 
 AtlasSettings box() {
-  AtlasSettings s;
+  AtlasSettings s = test::small_settings();
   s.mesh = {6, 2};
   s.width = {0.2, 0.5};
   s.thickness = {1.0 / 240, 1.0 / 150};
   s.points = {5, 4};
-  s.poissons_ratios = {0.28, 0.3, 0.32};
   s.rays = {-1, 1};  // those of symmetric hinges and guides
   s.sigmas = {0, 0.05, 0.25};
-  s.stress_patterns = 60;
+  s.dynamics = true;
   s.stress_samples = 20;
   return s;
 }
 
-ModelOptions with_atlas(const AtlasSettings& s) {
+ModelOptions with_atlas(const std::string& name, const AtlasSettings& s) {
   ModelOptions model;
   model.mesh = s.mesh;
-  model.atlas = make_atlas(s, {.check_cells = {0, 0}, .check_rays = {}}).atlas;
+  model.atlas = test::kept_atlas(name, s, test::unchecked());
   return model;
 }
 
 const ModelOptions& looked_up() {
-  static const ModelOptions model = with_atlas(box());
+  static const ModelOptions model = with_atlas("symmetric", box());
   return model;
 }
 
@@ -149,7 +148,7 @@ TEST_CASE("derivatives of narrow looked-up leaves, whose mesh lines move, agree 
   family.numbers[2].value = 0.0052;
   family.numbers[3].value = 0.0064;
   family.along = {0, 2, 3};
-  test::check_gradients(family, with_atlas(s), sweep(), 0.02, 0.95);
+  test::check_gradients(family, with_atlas("narrow", s), sweep(), 0.02, 0.95);
 }
 
 TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
@@ -210,7 +209,7 @@ TEST_CASE("derivatives of looked-up leaves are the same whichever edge is called
   AtlasSettings s = box();
   s.rays = {-1, 0, 1};
   s.points = {4, 3};
-  const ModelOptions model = with_atlas(s);
+  const ModelOptions model = with_atlas("rays", s);
   std::vector<std::vector<test::Compared>> both;
   for (const bool turned : {false, true}) {
     const test::Family family = hinge(0.15, turned);

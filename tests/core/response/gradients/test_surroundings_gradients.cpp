@@ -246,7 +246,7 @@ int check_along_errors(const Mechanism& mechanism, const ModelOptions& model,
 }  // namespace
 
 TEST_CASE("derivatives along errors of assembly agree with differences",
-          "[surroundings][gradients][assembly]") {
+          "[surroundings][gradients][assembly][slow]") {
   const Values p = values_of(numbers);
   const bool at_rest = GENERATE(true, false);  // no errors yet, or some
   const LoadCase loads = at_rest ? LoadCase() : crooked();

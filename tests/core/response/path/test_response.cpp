@@ -114,7 +114,7 @@ TEST_CASE("a reinforced check: every quantity of a converged point has a value a
     leaf.material.yield_strength = leaf.material.endurance_limit = 1e9;
     leaf.material.s_n_curve.emplace().basquin = Basquin{1e9, -0.9};
   }
-  const StrokeResponse r = evaluate_stroke(guide, ModelOptions{}, request);
+  const StrokeResponse r = evaluate_stroke(guide, {.mesh = {6, 2}}, request);
   REQUIRE(r.status == Status::ok);
   int with_value = 0;
   for (const Quantity& q : quantities(Direction::uy)) {

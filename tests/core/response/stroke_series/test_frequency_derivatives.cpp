@@ -110,7 +110,7 @@ TEST_CASE("modes of a leaf far above those of a heavy body are found", "[derivat
   }
 }
 
-TEST_CASE("frequency derivatives agree with differences of the path") {
+TEST_CASE("frequency derivatives agree with differences of the path", "[slow]") {
   int compared = 0;
   for (const Case& c : families()) {
     // so many leaf modes that the path's own error does not show in its differences
