@@ -78,19 +78,30 @@ int CompressedTable::count_of(int first) const {
   return static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
 }
 
-VectorXd CompressedTable::coordinates_at(const VectorXd& weights) const {
-  assert(weights.size() == shapes);
-  const Eigen::Map<const Eigen::MatrixXf> at_shapes(coordinates, directions, shapes);
+VectorXd ShapeCoordinates::at(int directions, const VectorXd& weights) const {
+  using Whole = Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic>;
+  const Eigen::Map<const Whole> at_shapes(numbers, directions, weights.size());
   VectorXd x = VectorXd::Zero(directions);
-  for (int k = 0; k < shapes; ++k)
+  for (Eigen::Index k = 0; k < weights.size(); ++k)
     if (weights[k] != 0) x += weights[k] * at_shapes.col(k).cast<double>();
-  return x;
+  return x.cwiseProduct(Eigen::Map<const Eigen::VectorXf>(units, directions).cast<double>());
+}
+
+MadeCoordinates::MadeCoordinates(const MatrixXd& coordinates)
+    : numbers(static_cast<std::size_t>(coordinates.size())) {
+  for (Eigen::Index k = 0; k < coordinates.rows(); ++k) {
+    const double unit = whole_unit<std::int16_t>(coordinates.row(k));
+    units.push_back(static_cast<float>(unit));
+    for (Eigen::Index shape = 0; shape < coordinates.cols(); ++shape)
+      numbers[static_cast<std::size_t>(k + coordinates.rows() * shape)] =
+          static_cast<std::int16_t>(std::lround(coordinates(k, shape) / unit));
+  }
 }
 
 VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first) const {
   const int count = count_of(first);
   const MatrixXd y = direction_sums<1>(basis, directions, blocks(count),
-                                       coordinates_at(weights.value).transpose());
+                                       coordinates.at(directions, weights.value).transpose());
   VectorXd numbers_in_place = VectorXd::Zero(first);
   put_in_place(*this, weights, count,
                [&](int i, int place, double size) { numbers_in_place[place] = y(i, 0) * size; });
@@ -100,8 +111,9 @@ VectorXd CompressedTable::look_up(const ShapeWeights& weights, int first) const 
 Eigen::MatrixX4d CompressedTable::look_up_slopes(const ShapeWeights& weights, int first) const {
   const int count = count_of(first);
   Eigen::Matrix4Xd x(4, directions);
-  x.row(0) = coordinates_at(weights.value).transpose();
-  for (int a = 0; a < 3; ++a) x.row(1 + a) = coordinates_at(weights.slope[a]).transpose();
+  x.row(0) = coordinates.at(directions, weights.value).transpose();
+  for (int a = 0; a < 3; ++a)
+    x.row(1 + a) = coordinates.at(directions, weights.slope[a]).transpose();
   const MatrixXd y = direction_sums<4>(basis, directions, blocks(count), x);
   Eigen::MatrixX4d in_place = Eigen::MatrixX4d::Zero(first, 4);
   put_in_place(*this, weights, count, [&](int i, int place, double size) {
@@ -164,6 +176,7 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
   constexpr double share_beyond = 1e-3;  // of shapes for which nobody asks
   const int shapes = grid.size(), all = static_cast<int>(values.rows());
   assert(values.cols() == shapes && weights.rows() == all && weights.cols() == shapes);
+  assert(all <= 65536);
   MatrixXd log_shapes(shapes, 2);
   VectorXd share(shapes);
   for (int k = 0; k < shapes; ++k) {
@@ -185,7 +198,7 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
     if (most < negligible * tolerance) continue;
     const double size = std::max(most, 1.0);
     values.row(static_cast<Eigen::Index>(sizes.size())) = values.row(i) / size;
-    made.places.push_back(i);
+    made.places.push_back(static_cast<std::uint16_t>(i));
     for (const std::int8_t p : power) made.exponents.push_back(p);
     sizes.push_back(size / weight);
   }
@@ -199,15 +212,13 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
                     static_cast<std::size_t>(directions));
   for (Eigen::Index i = 0; i < numbers;
        ++i) {  // to whole numbers, the unit of each row in its size
-    constexpr double largest = 32767;
-    const double unit = found.basis.row(i).cwiseAbs().maxCoeff() / largest;
+    const double unit = whole_unit<std::int16_t>(found.basis.row(i));
     made.sizes.push_back(static_cast<float>(sizes[static_cast<std::size_t>(i)] * unit));
     for (Eigen::Index k = 0; k < directions; ++k)
       made.basis[static_cast<std::size_t>((i / block * directions + k) * block + i % block)] =
           static_cast<std::int16_t>(std::lround(found.basis(i, k) / unit));
   }
-  const Eigen::MatrixXf coordinates = found.coordinates.cast<float>();
-  made.coordinates.assign(coordinates.data(), coordinates.data() + coordinates.size());
+  made.coordinates = MadeCoordinates(found.coordinates);
   return made;
 }
 
