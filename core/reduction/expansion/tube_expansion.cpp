@@ -33,15 +33,11 @@ void ChordLeaf::reset() {
 }
 
 void ChordLeaf::stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns) {
-  move_to(s, f, unknowns);
-  plate_.assemble();
-}
-
-void ChordLeaf::move_to(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns) {
   s_ = s;
   f_ = f;
   c_ = unknowns.tail<3>();
   plate_.set_state({edges(s_, c_), unknowns.head(plate_.unknowns())});
+  plate_.assemble();
 }
 
 EdgePoses ChordLeaf::edges(const Vector3d& s, const Vector3d& c) const {

@@ -26,8 +26,6 @@ class ChordLeaf {
 
   /// To a state that is known: soft deformations, forces and unknowns() of an equilibrium.
   void stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns);
-  /// The same without assembling there: what needs no tangent.
-  void move_to(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns);
 
   struct Solution {
     bool converged = false;
@@ -74,11 +72,10 @@ struct FieldExpansion {
   MatrixXd fields, edge_nodal;
 };
 FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order);
-/// FieldExpansion::edge_nodal of fields to order 2 or 3 that are known; `leaf` may stand where it
-/// was moved to.
+/// FieldExpansion::edge_nodal of fields to order 2 or 3 that are known.
 MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields);
 
-/// The same in (σ, τ) alone to degree 3, columns 1; σ, τ; σ², στ, τ²; σ³, σ²τ, στ², τ³: from
+/// Fields and edges in (σ, τ) alone to degree 3, columns 1; σ, τ; σ², στ, τ²; σ³, σ²τ, στ², τ³: from
 /// `fields` to order 2 or more. `leaf` stands at the state.
 FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
                                      const MatrixXd& fields);

@@ -68,6 +68,7 @@ StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2
 
 void TubeStress::add(StateTable node) {
   assert(nodes_.empty() ? node.sigma == 0 : node.sigma > nodes_.back().sigma);
+  assert(node.even.cols() == StateTable::even_of_stress);
   assert(node.even.rows() == (patterns_ ? patterns_->all() : places_.rows()));
   nodes_.push_back(std::move(node));
 }
