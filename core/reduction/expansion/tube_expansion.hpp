@@ -75,8 +75,8 @@ FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, 
 /// FieldExpansion::edge_nodal of fields to order 2 or 3 that are known.
 MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields);
 
-/// Fields and edges in (σ, τ) alone to degree 3, columns 1; σ, τ; σ², στ, τ²; σ³, σ²τ, στ², τ³: from
-/// `fields` to order 2 or more. `leaf` stands at the state.
+/// Fields and edges in (σ, τ) alone to degree 3, columns 1; σ, τ; σ², στ, τ²; σ³, σ²τ, στ², τ³:
+/// from `fields` to order 2 or more. `leaf` stands at the state.
 FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
                                      const MatrixXd& fields);
 
