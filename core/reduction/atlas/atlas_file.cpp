@@ -33,7 +33,7 @@ struct Head {
   std::uint64_t text, text_size, potentials, tables, stress, stress_size, size;
   std::uint64_t contents;  ///< hash of all that follows the head
 };
-constexpr char magic[16] = "flexopt atlas 4";
+constexpr char magic[16] = "flexopt atlas 5";
 constexpr std::uint64_t byte_order = 0x0102030405060708;
 
 // Of whole 32-byte blocks; four sums that need not wait for each other.

@@ -55,12 +55,34 @@ Vector3d place_in_grid(const PlateShape& shape) {
 }
 Vector3d slope_units(const PlateShape& shape) { return {1 / shape.width, 1 / shape.thickness, 1}; }
 
+MatrixXd ShapeCoordinates::at(int directions, const ShapeWeights& weights) const {
+  using Whole = Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic>;
+  const Eigen::Map<const Whole> at_shapes(numbers, directions, weights.value.size());
+  MatrixXd x = MatrixXd::Zero(1 + static_cast<Eigen::Index>(weights.slope.size()), directions);
+  for (Eigen::Index row = 0; row < x.rows(); ++row) {
+    const VectorXd& w = row == 0 ? weights.value : weights.slope[static_cast<std::size_t>(row - 1)];
+    for (Eigen::Index k = 0; k < w.size(); ++k)
+      if (w[k] != 0) x.row(row) += w[k] * at_shapes.col(k).cast<double>().transpose();
+  }
+  return x * Eigen::Map<const Eigen::VectorXf>(units, directions).cast<double>().asDiagonal();
+}
+
+MadeCoordinates::MadeCoordinates(const MatrixXd& coordinates)
+    : numbers(static_cast<std::size_t>(coordinates.size())) {
+  for (Eigen::Index k = 0; k < coordinates.rows(); ++k) {
+    const double unit = whole_unit<std::int16_t>(coordinates.row(k));
+    units.push_back(static_cast<float>(unit));
+    for (Eigen::Index shape = 0; shape < coordinates.cols(); ++shape)
+      numbers[static_cast<std::size_t>(k + coordinates.rows() * shape)] =
+          static_cast<std::int16_t>(std::lround(coordinates(k, shape) / unit));
+  }
+}
+
 MatrixXd CompressedTable::look_up(const ShapeWeights& weights, int first) const {
   assert(first <= all);
   const auto count = static_cast<int>(std::lower_bound(places, places + numbers, first) - places);
-  const MatrixXd y = direction_sums(
-      basis, directions, blocks(count),
-      weights.between(Eigen::Map<const Eigen::MatrixXf>(coordinates, directions, shapes)));
+  const MatrixXd y =
+      direction_sums(basis, directions, blocks(count), coordinates.at(directions, weights));
   // a power law and the size of each number, in the places of all
   const auto width = half_powers(weights.place[0]), thickness = half_powers(weights.place[1]);
   MatrixXd in_place = MatrixXd::Zero(first, y.cols());
@@ -128,6 +150,7 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
   constexpr double share_beyond = 1e-3;  // of shapes for which nobody asks
   const int shapes = grid.size(), all = static_cast<int>(values.rows());
   assert(values.cols() == shapes && weights.rows() == all && weights.cols() == shapes);
+  assert(all <= 65536);
   MatrixXd log_shapes(shapes, 2);
   VectorXd share(shapes);
   for (int k = 0; k < shapes; ++k) {
@@ -149,7 +172,7 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
     if (most < negligible * tolerance) continue;
     const double size = std::max(most, 1.0);
     values.row(static_cast<Eigen::Index>(sizes.size())) = values.row(i) / size;
-    made.places.push_back(i);
+    made.places.push_back(static_cast<std::uint16_t>(i));
     for (const std::int8_t p : power) made.exponents.push_back(p);
     sizes.push_back(size / weight);
   }
@@ -163,15 +186,13 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
                     static_cast<std::size_t>(directions));
   for (Eigen::Index i = 0; i < numbers;
        ++i) {  // to whole numbers, the unit of each row in its size
-    constexpr double largest = 32767;
-    const double unit = found.basis.row(i).cwiseAbs().maxCoeff() / largest;
+    const double unit = whole_unit<std::int16_t>(found.basis.row(i));
     made.sizes.push_back(static_cast<float>(sizes[static_cast<std::size_t>(i)] * unit));
     for (Eigen::Index k = 0; k < directions; ++k)
       made.basis[static_cast<std::size_t>((i / block * directions + k) * block + i % block)] =
           static_cast<std::int16_t>(std::lround(found.basis(i, k) / unit));
   }
-  const Eigen::MatrixXf coordinates = found.coordinates.cast<float>();
-  made.coordinates.assign(coordinates.data(), coordinates.data() + coordinates.size());
+  made.coordinates = MadeCoordinates(found.coordinates);
   return made;
 }
 

@@ -2,8 +2,9 @@
 // Many numbers that depend smoothly on the shape of a leaf, known on a grid of shapes: few
 // directions carry all of them. Equation (A5) of core/reduction/README.md.
 #include <array>
-#include <cassert>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "core/elements/plate/plate_mesh.hpp"
@@ -38,20 +39,6 @@ struct ShapeWeights {
   Vector3d place;  ///< log w/L, log t/L, ν
   VectorXd value;
   std::vector<VectorXd> slope;  ///< those that are wanted
-
-  /// Coordinates of a shape from those of all shapes of the grid (directions × shapes): a row each
-  /// for the number and its slopes.
-  template <class Coordinates>
-  MatrixXd between(const Coordinates& at_shapes) const {
-    MatrixXd x = MatrixXd::Zero(1 + static_cast<Eigen::Index>(slope.size()), at_shapes.rows());
-    for (Eigen::Index row = 0; row < x.rows(); ++row) {
-      const VectorXd& w = row == 0 ? value : slope[static_cast<std::size_t>(row - 1)];
-      assert(w.size() == at_shapes.cols());
-      for (Eigen::Index k = 0; k < w.size(); ++k)
-        if (w[k] != 0) x.row(row) += w[k] * at_shapes.col(k).template cast<double>().transpose();
-    }
-    return x;
-  }
 };
 ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, ShapeSlopes slopes);
 
@@ -60,19 +47,28 @@ ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, ShapeSl
 Vector3d place_in_grid(const PlateShape& shape);
 Vector3d slope_units(const PlateShape& shape);
 
+/// Coordinates of all shapes of a grid along so many directions, in whole numbers of 16 bits.
+struct ShapeCoordinates {
+  const float* units = nullptr;           ///< one for each direction
+  const std::int16_t* numbers = nullptr;  ///< directions × shapes, column by column
+
+  /// Sums over the shapes by their weights: a row for the number, and one for each of its slopes.
+  MatrixXd at(int directions, const ShapeWeights& weights) const;
+};
+
 /// c = (w/L)^p (t/L)^q s (U a),  a the interpolated coordinates of the shape. p, q and the size s
 /// are those of each number, U its row of directions, in whole numbers of 16 bits. Numbers that
 /// matter nowhere are left out.
 struct CompressedTable {
   int all = 0;  ///< numbers of a shape, those left out too
   int numbers = 0, directions = 0, shapes = 0;
-  const std::int32_t* places = nullptr;    ///< of each number among all, ascending
+  const std::uint16_t* places = nullptr;   ///< of each number among all, ascending
   const std::int8_t* exponents = nullptr;  ///< (2 p, 2 q) of each number
   const float* sizes = nullptr;            ///< s of each number
   /// numbers × directions: `block` numbers after the other, of each block direction by direction,
   /// as it is read; the last one is filled up with zeros.
   const std::int16_t* basis = nullptr;
-  const float* coordinates = nullptr;  ///< directions × shapes, column by column
+  ShapeCoordinates coordinates;
 
   static constexpr int block = direction_block;
   /// So many whole blocks have room for these numbers.
@@ -82,21 +78,40 @@ struct CompressedTable {
   MatrixXd look_up(const ShapeWeights& weights, int first) const;
 };
 
+/// The unit in which a row of numbers becomes whole ones of 16 or 8 bits.
+template <class Whole, class Row>
+double whole_unit(const Row& row) {
+  const double most = row.size() > 0 ? row.cwiseAbs().maxCoeff() : 0;
+  return most > 0 ? most / std::numeric_limits<Whole>::max() : 1;
+}
+
+/// Coordinates with their numbers.
+struct MadeCoordinates {
+  std::vector<float> units;
+  std::vector<std::int16_t> numbers;
+
+  MadeCoordinates() = default;
+  /// `coordinates`: directions × shapes.
+  explicit MadeCoordinates(const MatrixXd& coordinates);
+  ShapeCoordinates view() const { return {units.data(), numbers.data()}; }
+};
+
 /// A compressed table with its numbers.
 struct CompressedNumbers {
   int all = 0, numbers = 0, directions = 0, shapes = 0;
-  std::vector<std::int32_t> places;
+  std::vector<std::uint16_t> places;
   std::vector<std::int8_t> exponents;
-  std::vector<float> sizes, coordinates;
+  std::vector<float> sizes;
   std::vector<std::int16_t> basis;
+  MadeCoordinates coordinates;
   CompressedTable table() const {
     return {all,          numbers,      directions,        shapes, places.data(), exponents.data(),
-            sizes.data(), basis.data(), coordinates.data()};
+            sizes.data(), basis.data(), coordinates.view()};
   }
 };
-/// `values`, `weights`: numbers × shapes, a weight times a number being what counts. So many
-/// directions that no number counts for more than about `tolerance` beside the truth at a trusted
-/// shape.
+/// `values`, `weights`: numbers × shapes, at most 65536 numbers, a weight times a number being what
+/// counts. So many directions that no number counts for more than about `tolerance` beside the
+/// truth at a trusted shape.
 CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
                            const std::vector<bool>& trusted, double tolerance);
 

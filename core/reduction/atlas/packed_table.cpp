@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 #include "core/math/decompositions.hpp"
 
 namespace flexopt {
 
 MatrixXd PackedTable::look_up(const ShapeWeights& weights) const {
-  using Whole = Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic>;
-  const MatrixXd x =
-      weights.between(Eigen::Map<const Whole>(coordinates, directions, shapes)) *
-      Eigen::Map<const Eigen::VectorXf>(units, directions).cast<double>().asDiagonal();
+  const MatrixXd x = coordinates.at(directions, weights);
   const int blocks = CompressedTable::blocks(numbers), first = coarse_directions();
   const MatrixXd y = direction_sums(coarse, first, blocks, x.leftCols(first));
   MatrixXd z = MatrixXd::Zero(y.rows(), y.cols());  // tables of few directions have no fine ones
@@ -22,22 +18,11 @@ MatrixXd PackedTable::look_up(const ShapeWeights& weights) const {
   MatrixXd found = MatrixXd::Zero(all, y.cols());
   for (Eigen::Index j = 0; j < y.cols(); ++j)
     for (int i = 0; i < numbers; ++i)
-      found(places[i], j) = static_cast<double>(sizes[i]) * y(i, j) +
-                            static_cast<double>(sizes[numbers + i]) * z(i, j);
+      found(places[i], j) = sizes[i].value() * y(i, j) + sizes[numbers + i].value() * z(i, j);
   return found;
 }
 
 namespace {
-
-// Rows of numbers to whole ones, each in a unit of its own: the unit, the numbers by `put`.
-template <class Whole, class Row, class Put>
-float to_whole(const Row& row, const Put& put) {
-  const double most = row.size() > 0 ? row.cwiseAbs().maxCoeff() : 0,
-               unit = most > 0 ? most / std::numeric_limits<Whole>::max() : 1;
-  for (Eigen::Index k = 0; k < row.size(); ++k)
-    put(k, static_cast<Whole>(std::lround(row[k] / unit)));
-  return static_cast<float>(unit);
-}
 
 // Of the columns of `values`: V of the directions, values ≈ values V Vᵀ.
 MatrixXd directions_of(const MatrixXd& values, double tolerance) {
@@ -78,25 +63,21 @@ PackedNumbers pack(MatrixXd values, const VectorXd& weights, double tolerance) {
   made.fine.resize(rows * static_cast<std::size_t>(fine));
   made.sizes.resize(2 * made.places.size());
   for (Eigen::Index i = 0; i < made.numbers; ++i) {
-    const auto to = [&](auto& numbers, int directions) {
-      return [&numbers, directions, i](Eigen::Index k, auto x) {
-        numbers[static_cast<std::size_t>((i / block * directions + k) * block + i % block)] = x;
-      };
+    const auto put = [i](const auto& row, auto& numbers) {
+      using Whole = typename std::decay_t<decltype(numbers)>::value_type;
+      const ShortNumber unit(whole_unit<Whole>(row));
+      for (Eigen::Index k = 0; k < row.size(); ++k)
+        numbers[static_cast<std::size_t>((i / block * row.size() + k) * block + i % block)] =
+            static_cast<Whole>(std::lround(row[k] / unit.value()));
+      return unit;
     };
     const auto row = static_cast<std::size_t>(i);
     const double per_weight = 1 / weights[made.places[row]];
     const VectorXd all = per_weight * basis.row(i).transpose();
-    made.sizes[row] = to_whole<std::int16_t>(all.head(coarse), to(made.coarse, coarse));
-    made.sizes[made.places.size() + row] =
-        to_whole<std::int8_t>(all.tail(fine), to(made.fine, fine));
+    made.sizes[row] = put(all.head(coarse), made.coarse);
+    made.sizes[made.places.size() + row] = put(all.tail(fine), made.fine);
   }
-  made.units.resize(static_cast<std::size_t>(made.directions));
-  made.coordinates.resize(static_cast<std::size_t>(V.size()));
-  for (Eigen::Index k = 0; k < V.cols(); ++k)
-    made.units[static_cast<std::size_t>(k)] =
-        to_whole<std::int16_t>(V.col(k), [&](Eigen::Index shape, std::int16_t x) {
-          made.coordinates[static_cast<std::size_t>(k + V.cols() * shape)] = x;
-        });
+  made.coordinates = MadeCoordinates(V.transpose());
   return made;
 }
 

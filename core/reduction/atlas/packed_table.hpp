@@ -2,12 +2,29 @@
 // Many numbers of one size that depend smoothly on the shape of a leaf, packed tightly: the first
 // directions in 16 bits, the others, which add little, in 8. Equation (A6) of
 // core/reduction/README.md.
+#include <bit>
 #include <cstdint>
 #include <vector>
 
 #include "core/reduction/atlas/compressed_table.hpp"
 
 namespace flexopt {
+
+/// A positive number in 16 bits: the upper half of a single one.
+class ShortNumber {
+ public:
+  ShortNumber() = default;
+  /// The next one that is not smaller.
+  explicit ShortNumber(double x)
+      : bits_(static_cast<std::uint16_t>(
+            (std::bit_cast<std::uint32_t>(static_cast<float>(x)) + 0xFFFFU) >> 16U)) {}
+  double value() const {
+    return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits_) << 16U));
+  }
+
+ private:
+  std::uint16_t bits_ = 0;
+};
 
 /// c = s (U x) + s′ (U′ x′),  (x, x′) the interpolated coordinates of the shape. Numbers that
 /// matter nowhere are left out.
@@ -16,12 +33,11 @@ struct PackedTable {
 
   int all = 0;  ///< numbers of a shape, those left out too
   int numbers = 0, directions = 0, shapes = 0;
-  const std::uint16_t* places = nullptr;      ///< of each number among all, ascending
-  const float* sizes = nullptr;               ///< s of each number, then s′ of each
-  const std::int16_t* coarse = nullptr;       ///< U, in blocks as of direction_sums()
-  const std::int8_t* fine = nullptr;          ///< U′, likewise
-  const float* units = nullptr;               ///< of the coordinates, one for each direction
-  const std::int16_t* coordinates = nullptr;  ///< directions × shapes, column by column
+  const std::uint16_t* places = nullptr;  ///< of each number among all, ascending
+  const ShortNumber* sizes = nullptr;     ///< s of each number, then s′ of each
+  const std::int16_t* coarse = nullptr;   ///< U, in blocks as of direction_sums()
+  const std::int8_t* fine = nullptr;      ///< U′, likewise
+  ShapeCoordinates coordinates;
 
   int coarse_directions() const { return directions < most_coarse ? directions : most_coarse; }
   int fine_directions() const { return directions - coarse_directions(); }
@@ -34,12 +50,13 @@ struct PackedTable {
 struct PackedNumbers {
   int all = 0, numbers = 0, directions = 0, shapes = 0;
   std::vector<std::uint16_t> places;
-  std::vector<float> sizes, units;
-  std::vector<std::int16_t> coarse, coordinates;
+  std::vector<ShortNumber> sizes;
+  std::vector<std::int16_t> coarse;
   std::vector<std::int8_t> fine;
+  MadeCoordinates coordinates;
   PackedTable table() const {
-    return {all,          numbers,       directions,  shapes,       places.data(),
-            sizes.data(), coarse.data(), fine.data(), units.data(), coordinates.data()};
+    return {all,           numbers,     directions,        shapes, places.data(), sizes.data(),
+            coarse.data(), fine.data(), coordinates.view()};
   }
 };
 /// `values`: numbers × shapes, at most 65536 numbers. `weights`: of each number, a weight times it

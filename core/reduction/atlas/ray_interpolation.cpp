@@ -1,7 +1,9 @@
 #include "core/reduction/atlas/ray_interpolation.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
+#include <map>
 
 #include "core/math/polynomial.hpp"
 
@@ -24,27 +26,38 @@ struct Neighbours {
   int to_sigma = -1;       ///< σ^(i+1) τ^(a−1)
   int to_tau = -1;         ///< σ^(i−1) τ^(a+1)
 };
-const std::vector<Neighbours>& neighbours() {
-  static const std::vector<Neighbours> all = [] {
-    std::vector<Neighbours> list;
-    for (int m = 0; m < table().size(); ++m) {
-      std::array<int, 6> e = exponents(m);
+
+// Polynomials in (σ, τ) and maybe more, and their neighbours.
+struct Turning {
+  const MonomialTable& table;
+  std::vector<Neighbours> neighbours;
+
+  explicit Turning(const MonomialTable& monomials) : table(monomials) {
+    for (int m = 0; m < table.size(); ++m) {
+      const auto exponents = table.exponents(m);
+      const std::vector<int> e(exponents.begin(), exponents.end());
       Neighbours n{e[0], e[1]};
       const auto shifted = [&](int by_sigma, int by_tau) {
         if (e[0] + by_sigma < 0 || e[1] + by_tau < 0) return -1;
-        std::array<int, 6> other = e;
+        std::vector<int> other = e;
         other[0] += by_sigma;
         other[1] += by_tau;
-        return table().index(other);
+        return table.index(other);
       };
       n.more_sigma = shifted(1, 0);
       n.more_tau = shifted(0, 1);
       n.to_sigma = shifted(1, -1);
       n.to_tau = shifted(-1, 1);
-      list.push_back(n);
+      neighbours.push_back(n);
     }
-    return list;
-  }();
+  }
+};
+const Turning& of_potential() {
+  static const Turning all(table());
+  return all;
+}
+const Turning& of_bending() {
+  static const Turning all(monomials<2, 3>());
   return all;
 }
 
@@ -58,11 +71,10 @@ int size_of(const MatrixXd& W) { return static_cast<int>(W.rows()); }
 
 // out += [(α σ − β τ) ∂/∂σ + (β σ + α τ) ∂/∂τ] W to a degree, σ the full value.
 template <class Coefficients>
-void add_turned(const Coefficients& W, double sigma, double alpha, double beta, int degree,
-                Coefficients& out) {
-  const std::vector<Neighbours>& near = neighbours();
-  for (int m = 0; m < table().count(degree); ++m) {
-    const Neighbours& n = near[static_cast<std::size_t>(m)];
+void add_turned(const Turning& by, const Coefficients& W, double sigma, double alpha, double beta,
+                int degree, Coefficients& out) {
+  for (int m = 0; m < by.table.count(degree); ++m) {
+    const Neighbours& n = by.neighbours[static_cast<std::size_t>(m)];
     const auto add = [&](double factor, int k) {
       if (k >= 0 && k < size_of(W)) coefficient(out, m) += factor * coefficient(W, k);
     };
@@ -76,13 +88,13 @@ void add_turned(const Coefficients& W, double sigma, double alpha, double beta, 
 
 // ∂W/∂ρ and ∂²W/∂ρ² of expansions to `degree`, added to `first`, `second`.
 template <class Coefficients>
-void add_ray_rates(const Coefficients& W, double sigma, double rho, int degree, Coefficients& first,
-                   Coefficients& second) {
+void add_ray_rates(const Turning& by, const Coefficients& W, double sigma, double rho, int degree,
+                   Coefficients& first, Coefficients& second) {
   const double q = 1 / (1 + rho * rho);
-  add_turned(W, sigma, q * rho, q, degree - 1, first);
+  add_turned(by, W, sigma, q * rho, q, degree - 1, first);
   // the field itself turns, and so does what it acts on
-  add_turned(W, sigma, q - 2 * rho * q * q * rho, -2 * rho * q * q, degree - 2, second);
-  add_turned(first, sigma, q * rho, q, degree - 2, second);
+  add_turned(by, W, sigma, q - 2 * rho * q * q * rho, -2 * rho * q * q, degree - 2, second);
+  add_turned(by, first, sigma, q * rho, q, degree - 2, second);
 }
 
 // Weights of the value and of both derivatives at either end, for the coefficients of a degree of
@@ -125,7 +137,7 @@ Eigen::Matrix2d ray_directions(double rho) {
 RayRates ray_rates(const std::vector<double>& W, double sigma, double rho) {
   assert(static_cast<int>(W.size()) == table().size());
   RayRates rates{std::vector<double>(W.size(), 0.0), std::vector<double>(W.size(), 0.0)};
-  add_ray_rates(W, sigma, rho, atlas_degree, rates.first, rates.second);
+  add_ray_rates(of_potential(), W, sigma, rho, atlas_degree, rates.first, rates.second);
   return rates;
 }
 
@@ -151,37 +163,83 @@ std::vector<double> between_rays(const std::vector<double>& W_a, double a,
 
 RayBlend blend_between_rays(double a, double b, double sigma, double rho) {
   assert(a < b);
-  constexpr int degree = 2, size = monomial_count(6, degree);
   const double h = b - a, t = (rho - a) / h;
+  const MonomialTable& bending = of_bending().table;
   RayBlend blend;
-  for (const bool left : {true, false}) {
-    MatrixXd first = MatrixXd::Zero(size, size), second = first, &out = left ? blend.a : blend.b;
-    const MatrixXd W = MatrixXd::Identity(size, size);
-    add_ray_rates(W, sigma, left ? a : b, degree, first, second);
-    out.resize(size, size);
-    for (int m = 0; m < size; ++m) {
-      const HermiteInRho weights = hermite_in_rho(degree - table().degree(m), h, t);
-      const std::array<double, 3>& w = left ? weights.a : weights.b;
-      out.row(m) = w[0] * W.row(m) + w[1] * first.row(m) + w[2] * second.row(m);
+  for (const bool left : {true, false})
+    for (int degree = 0; degree <= bending.order(); ++degree) {
+      const int size = bending.count(degree);
+      MatrixXd first = MatrixXd::Zero(size, size), second = first,
+               &out = (left ? blend.a : blend.b)[static_cast<std::size_t>(degree)];
+      const MatrixXd W = MatrixXd::Identity(size, size);
+      add_ray_rates(of_bending(), W, sigma, left ? a : b, degree, first, second);
+      out.resize(size, size);
+      for (int m = 0; m < size; ++m) {
+        const HermiteInRho weights = hermite_in_rho(degree - bending.degree(m), h, t);
+        const std::array<double, 3>& w = left ? weights.a : weights.b;
+        out.row(m) = w[0] * W.row(m) + w[1] * first.row(m) + w[2] * second.row(m);
+      }
     }
-  }
   return blend;
 }
 
-StateTable blended(const StateTable& a, const StateTable& b, const RayBlend& blend) {
-  const auto sum = [&](const MatrixXd& A, const MatrixXd& B, const auto& monomials) {
-    const auto n = static_cast<Eigen::Index>(monomials.size());
-    MatrixXd to_a(n, n), to_b(n, n);  // from the order of polynomial.hpp to that of the columns
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < n; ++j) {
-        const int row = monomials[static_cast<std::size_t>(i)].number,
-                  col = monomials[static_cast<std::size_t>(j)].number;
-        to_a(j, i) = blend.a(row, col);
-        to_b(j, i) = blend.b(row, col);
+namespace {
+
+// The columns of a table that a turn mixes: those with the same factors beside (σ, τ).
+struct Mixed {
+  int degree = 0;                     ///< of (σ, τ)
+  std::vector<Eigen::Index> columns;  ///< by the monomials of (σ, τ)
+};
+template <std::size_t N>
+std::vector<Mixed> mixed_columns(const std::array<StateMonomial, N>& monomials) {
+  const MonomialTable& bending = of_bending().table;
+  std::map<std::vector<int>, Mixed> all;  // by the other factors
+  for (std::size_t k = 0; k < N; ++k) {
+    const StateMonomial& m = monomials[k];
+    std::array<int, 2> e{m.along, 0};
+    std::vector<int> others;
+    for (int f = 0; f < m.off_ray; ++f)
+      if (m.variable[f] == 0)
+        ++e[1];
+      else
+        others.push_back(m.variable[f]);
+    Mixed& mixed = all[others];
+    const auto at = static_cast<std::size_t>(bending.index(e));
+    mixed.degree = std::max(mixed.degree, e[0] + e[1]);
+    mixed.columns.resize(std::max(mixed.columns.size(), at + 1));
+    mixed.columns[at] = static_cast<Eigen::Index>(k);
+  }
+  std::vector<Mixed> list;
+  for (const auto& [others, mixed] : all) list.push_back(mixed);
+  return list;
+}
+
+MatrixXd blended(const MatrixXd& A, const MatrixXd& B, const std::vector<Mixed>& all,
+                 const RayBlend& blend) {
+  MatrixXd sum = MatrixXd::Zero(A.rows(), A.cols());
+  for (const Mixed& mixed : all) {
+    const auto degree = static_cast<std::size_t>(mixed.degree);
+    for (std::size_t i = 0; i < mixed.columns.size(); ++i)
+      for (std::size_t j = 0; j < mixed.columns.size(); ++j) {
+        const auto row = static_cast<Eigen::Index>(i), col = static_cast<Eigen::Index>(j);
+        const double a = blend.a[degree](row, col), b = blend.b[degree](row, col);
+        if (a != 0 || b != 0)
+          sum.col(mixed.columns[i]) += a * A.col(mixed.columns[j]) + b * B.col(mixed.columns[j]);
       }
-    return MatrixXd(A * to_a + B * to_b);
-  };
-  return {a.sigma, sum(a.even, b.even, even_monomials()), sum(a.odd, b.odd, odd_monomials())};
+  }
+  return sum;
+}
+
+}  // namespace
+
+StateTable blended(const StateTable& a, const StateTable& b, const RayBlend& blend) {
+  static const std::vector<Mixed> even = mixed_columns(even_monomials()),
+                                  even_of_stress =
+                                      mixed_columns(even_monomials<StateTable::even_of_stress>()),
+                                  odd = mixed_columns(odd_monomials());
+  const bool of_stress = a.even.cols() == StateTable::even_of_stress;
+  return {a.sigma, blended(a.even, b.even, of_stress ? even_of_stress : even, blend),
+          blended(a.odd, b.odd, odd, blend)};
 }
 
 std::vector<double> from_other_end(const std::vector<double>& W, bool same_sign) {

@@ -2,6 +2,7 @@
 // Expansions of the mixed potential about the same σ of neighbouring rays. Every expansion holds
 // terms off its ray, so it knows how it changes when the ray turns. Equations (A3) and (A4) of
 // core/reduction/README.md.
+#include <array>
 #include <vector>
 
 #include "core/reduction/tube/state_table.hpp"
@@ -27,14 +28,16 @@ std::vector<double> between_rays(const std::vector<double>& W_a, double a,
                                  const std::vector<double>& W_b, double b, double sigma,
                                  double rho);
 
-/// The same for expansions of degree 2, of which many share a ray: coefficients of a number on the
-/// ray ρ = a · (those on the ray a) + b · (those on the ray b), monomials in the order of
-/// polynomial.hpp.
+/// The same for tables, of which many share a ray. A turn mixes (σ, τ) alone: the coefficients of
+/// the monomials of (σ, τ) to a degree, times any other ones, on the ray ρ are
+/// a · (those on the ray a) + b · (those on the ray b), in the order of polynomial.hpp. By that
+/// degree.
 struct RayBlend {
-  MatrixXd a, b;
+  std::array<MatrixXd, 4> a, b;
 };
 RayBlend blend_between_rays(double a, double b, double sigma, double rho);
-/// The table on that ray from those about the same σ on both.
+/// The table on that ray from those about the same σ on both: to degree 2, and one of stress to
+/// degree 3 in (σ, τ) alone.
 StateTable blended(const StateTable& a, const StateTable& b, const RayBlend& blend);
 
 /// The same leaf seen from its other end: the expansion about the ray (ρ, 1), D = ±[0, 1; 1, 0]

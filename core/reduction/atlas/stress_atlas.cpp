@@ -14,7 +14,7 @@
 namespace flexopt {
 namespace {
 
-constexpr Eigen::Index even_columns = StateTable::even_monomials,
+constexpr Eigen::Index even_columns = StateTable::even_of_stress,
                        odd_columns = StateTable::odd_monomials;
 
 constexpr double least_bending = 0.015;  // [rad], of a state near the flat leaf
@@ -24,16 +24,18 @@ constexpr double least_bending = 0.015;  // [rad], of a state near the flat leaf
 VectorXd monomial_sizes(double sigma) {
   const double along = 0.3 * std::max(sigma, least_bending) + 0.01;
   const std::array<double, 5> far{0.02 + 0.1 * sigma, 0.01, 4, 2, 2};  // τ, φ, N, M1, M2
+  const double turned = 0.02 + 0.3 * sigma;  // τ of a design that turns its rays: for slopes
   VectorXd sizes(even_columns + odd_columns);
   Eigen::Index row = 0;
   const auto fill = [&](const auto& monomials) {
     for (const StateMonomial& m : monomials) {
       double x = std::pow(along, m.along);
-      for (int f = 0; f < m.off_ray; ++f) x *= far[m.variable[f]];
+      for (int f = 0; f < m.off_ray; ++f)
+        x *= f == 0 && m.variable[f] == 0 ? turned : far[m.variable[f]];
       sizes[row++] = x;
     }
   };
-  fill(even_monomials());
+  fill(even_monomials<StateTable::even_of_stress>());
   fill(odd_monomials());
   return sizes;
 }
@@ -160,7 +162,7 @@ StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSl
   };
   return [this, shape, rho, slopes, known = std::map<std::size_t, Known>(),
           at = shape_weights(settings_.grid, place_in_grid(shape), slopes)](
-             std::size_t interval, const StateWeights<double>& weights) mutable {
+             std::size_t interval, const StressWeights& weights) mutable {
     const Eigen::Index strains = patterns_->strains(), stretching = patterns_->stretching();
     StressRates rates{MatrixXd::Zero(strains, 3), MatrixXd::Zero(strains, 3)};
     for (const std::size_t end : {0, 1}) {

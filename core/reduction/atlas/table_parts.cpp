@@ -19,9 +19,9 @@ void each_part(Table& table, const Part& part) {
     part(table.sizes, 2 * numbers);
     part(table.coarse, rows * count(table.coarse_directions()));
     part(table.fine, rows * count(table.fine_directions()));
-    part(table.units, directions);
   }
-  part(table.coordinates, directions * count(table.shapes));
+  part(table.coordinates.units, directions);
+  part(table.coordinates.numbers, directions * count(table.shapes));
 }
 
 template <class Table>

@@ -10,9 +10,9 @@
 namespace flexopt {
 
 /// Axes of the edge, and the third column of the left tangent of its rotation.
-template <int ORDER, class S>
+template <int NV, int ORDER, class S>
 struct EdgeSeries {
-  using P = Polynomial<6, ORDER, S>;
+  using P = Polynomial<NV, ORDER, S>;
 
   EdgeSeries() = default;
   /// Turned by exp(hat v).
@@ -33,7 +33,7 @@ struct EdgeSeries {
         }
         taylor[t] = term;
       }
-      return compose<6, ORDER, S>(std::span<const S>(taylor), q);
+      return compose<NV, ORDER, S>(std::span<const S>(taylor), q);
     };
     const P a = function(1), b = function(2), c = function(3);
     std::array<std::array<P, 3>, 3> K, K2;

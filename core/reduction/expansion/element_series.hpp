@@ -1,6 +1,6 @@
 #pragma once
 // Forces and energy of one element of a plate leaf whose fields are polynomials in
-// x = (σ, τ, φ, N, M1, M2): core/reduction/README.md (R2).
+// x = (σ, τ, φ, N, M1, M2), or in the first of these: core/reduction/README.md (R2).
 #include <algorithm>
 #include <array>
 #include <type_traits>
@@ -26,21 +26,21 @@ inline MatrixXd transposed_times(const PlateMesh::Matrix16& A, Eigen::Index rows
 /// Elements of a mesh, one after the other, truncated at ORDER. Nodal dofs of a line:
 /// functions_per_line × (3 · m), column c · m + k for component c, monomial k, as many monomials as
 /// the line has. Operators: as TubeSeries.
-template <int ORDER, class Operators>
+template <int ORDER, class Operators, int NV>
 class ElementSeries {
  public:
   using S = std::decay_t<decltype(std::declval<const Operators&>().membrane().A11)>;
   using Matrix = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
   using Lanes = typename PointLanes<S>::type;
   static constexpr int points = PlateMesh::points;
-  static constexpr int size = Polynomial<6, ORDER, S>::size;
+  static constexpr int size = Polynomial<NV, ORDER, S>::size;
   static Lanes lanes(double value) { return PointLanes<S>::constant(value); }
 
   /// `field_order`: degree of the fields between the edges.
   ElementSeries(const PlateMesh& mesh, const Operators& operators, int field_order)
       : mesh_(mesh),
         operators_(operators),
-        table_(monomials<6, ORDER>()),
+        table_(monomials<NV, ORDER>()),
         field_order_(field_order) {}
 
   /// Nodal forces of degrees d0 to d; the lines of `force` have all monomials.

@@ -39,86 +39,105 @@ std::vector<MatrixXd> lines_of(const ChordLeaf& leaf, const MatrixXd& fields,
   return lines;
 }
 
-constexpr int strain_order = 2;
-using StrainSeries = Polynomial<6, strain_order>;
-using SeriesVector = std::array<StrainSeries, 3>;
+// Strains and places as polynomials in so many variables.
+template <int NV, int ORDER>
+class StrainExpansion {
+ public:
+  static constexpr int size = monomial_count(NV, ORDER);
 
-StrainSeries dot(const SeriesVector& a, const SeriesVector& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+  explicit StrainExpansion(const PlateMesh& mesh) : mesh_(mesh), places_(mesh.shape()) {}
 
-// q^(−1/2).
-StrainSeries inverse_root(const StrainSeries& q) {
-  std::array<double, strain_order + 1> taylor;
-  taylor[0] = 1 / std::sqrt(q[0]);
-  for (int k = 0; k < strain_order; ++k) taylor[k + 1] = -taylor[k] * (k + 0.5) / ((k + 1) * q[0]);
-  return compose<6, strain_order, double>(std::span<const double>(taylor), q);
-}
-
-// As strains() of plate_stress.cpp, in polynomials; a row for each component, so many rows apart.
-void put_strains(const SeriesVector& a1, const SeriesVector& a2, const SeriesVector& r11,
-                 const SeriesVector& r22, const SeriesVector& r12, int row, int apart,
-                 MatrixXd& rows) {
-  SeriesVector n;
-  for (int c = 0; c < 3; ++c) {
-    const int a = (c + 1) % 3, b = (c + 2) % 3;
-    n[c] = a1[a] * a2[b] - a1[b] * a2[a];
+  /// Rows as of StressPlaces, from the nodal values of all lines.
+  MatrixXd rows(const std::vector<MatrixXd>& lines) const {
+    MatrixXd rows(places_.rows(), size);
+    const int stations = places_.stations_along() * places_.half_across();
+    Eigen::Matrix<double, 5, 16> operators;
+    MatrixXd U(16, 3 * size), D(5, 3 * size);
+    const auto derivative = [&D](int d) {
+      Vector v;
+      for (int c = 0; c < 3; ++c)
+        for (int k = 0; k < size; ++k) v[c][k] = D(d, c * size + k);
+      return v;
+    };
+    for (int s = 0; s < places_.stations_along(); ++s) {
+      const int i = s / 2;
+      const double hx = mesh_.x()[i + 1] - mesh_.x()[i];
+      const HermiteValues X = hermite(station[s % 2], hx);
+      for (int t = 0; t < places_.half_across(); ++t) {
+        const int j = t / 2;
+        const double hy = mesh_.y()[j + 1] - mesh_.y()[j];
+        const HermiteValues Y = hermite(station[t % 2], hy);
+        operators.row(0) = hermite_products(X.slope, Y.value).transpose();
+        operators.row(1) = hermite_products(X.value, Y.slope).transpose();
+        operators.row(2) = hermite_products(X.curvature, Y.value).transpose();
+        operators.row(3) = hermite_products(X.value, Y.curvature).transpose();
+        operators.row(4) = hermite_products(X.slope, Y.slope).transpose();
+        const PlateMesh::Element::Shear& shear = mesh_.element(i, j).shear;  // (E11)
+        operators.row(2) -= shear.per_x * (station[s % 2] - 0.5) * hx * shear.force.transpose();
+        U << lines[i].template middleRows<8>(4 * j), lines[i + 1].template middleRows<8>(4 * j);
+        D.noalias() = operators * U;
+        put_strains(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),
+                    s + t * places_.stations_along(), stations, rows);
+      }
+    }
+    int row = places_.strain_rows();
+    for (const MatrixXd& line : lines)
+      for (int j = 0; j < places_.half_nodes(); ++j)
+        for (int c = 0; c < 3; ++c) rows.row(row++) = line.block(4 * j, c * size, 1, size);
+    return rows;
   }
-  const StrainSeries per = inverse_root(dot(n, n));
-  for (StrainSeries& component : n) component = component * per;
-  const StrainSeries one = StrainSeries::constant(1);
-  const StrainSeries strains[6] = {
-      (dot(a1, a1) - one) * 0.5, (dot(a2, a2) - one) * 0.5, dot(a1, a2),
-      dot(r11, n) * -1.0,        dot(r22, n) * -1.0,        dot(r12, n) * -2.0};
-  for (int e = 0; e < 6; ++e)
-    for (int k = 0; k < StrainSeries::size; ++k) rows(row + e * apart, k) = strains[e][k];
-}
+
+ private:
+  using Series = Polynomial<NV, ORDER>;
+  using Vector = std::array<Series, 3>;
+
+  static Series dot(const Vector& a, const Vector& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  }
+  // q^(−1/2).
+  static Series inverse_root(const Series& q) {
+    std::array<double, ORDER + 1> taylor;
+    taylor[0] = 1 / std::sqrt(q[0]);
+    for (int k = 0; k < ORDER; ++k) taylor[k + 1] = -taylor[k] * (k + 0.5) / ((k + 1) * q[0]);
+    return compose<NV, ORDER, double>(std::span<const double>(taylor), q);
+  }
+  // As strains() of plate_stress.cpp, in polynomials; a row for each component, so many rows apart.
+  static void put_strains(const Vector& a1, const Vector& a2, const Vector& r11, const Vector& r22,
+                          const Vector& r12, int row, int apart, MatrixXd& rows) {
+    Vector n;
+    for (int c = 0; c < 3; ++c) {
+      const int a = (c + 1) % 3, b = (c + 2) % 3;
+      n[c] = a1[a] * a2[b] - a1[b] * a2[a];
+    }
+    const Series per = inverse_root(dot(n, n));
+    for (Series& component : n) component = component * per;
+    const Series one = Series::constant(1);
+    const Series strains[6] = {
+        (dot(a1, a1) - one) * 0.5, (dot(a2, a2) - one) * 0.5, dot(a1, a2),
+        dot(r11, n) * -1.0,        dot(r22, n) * -1.0,        dot(r12, n) * -2.0};
+    for (int e = 0; e < 6; ++e)
+      for (int k = 0; k < size; ++k) rows(row + e * apart, k) = strains[e][k];
+  }
+
+  const PlateMesh& mesh_;
+  StressPlaces places_;
+};
 
 }  // namespace
 
 MatrixXd expand_stress(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
-  constexpr int m = StrainSeries::size;
-  assert(fields.cols() == m);
   const PlateMesh& mesh = leaf.plate().mesh();
   [[maybe_unused]] const PlateShape& shape = mesh.shape();
   assert(!shape.curve && !shape.has_profile() && !shape.fold && !shape.is_beam());
-  const StressPlaces places(mesh.shape());
-  const std::vector<MatrixXd> lines = lines_of(leaf, fields, expand_edges(leaf, ray, fields));
-  MatrixXd rows(places.rows(), m);
-  const int stations = places.stations_along() * places.half_across();
-  Eigen::Matrix<double, 5, 16> operators;
-  MatrixXd U(16, 3 * m), D(5, 3 * m);
-  const auto derivative = [&D](int d) {
-    SeriesVector v;
-    for (int c = 0; c < 3; ++c)
-      for (int k = 0; k < m; ++k) v[c][k] = D(d, c * m + k);
-    return v;
-  };
-  for (int s = 0; s < places.stations_along(); ++s) {
-    const int i = s / 2;
-    const double hx = mesh.x()[i + 1] - mesh.x()[i];
-    const HermiteValues X = hermite(station[s % 2], hx);
-    for (int t = 0; t < places.half_across(); ++t) {
-      const int j = t / 2;
-      const double hy = mesh.y()[j + 1] - mesh.y()[j];
-      const HermiteValues Y = hermite(station[t % 2], hy);
-      operators.row(0) = hermite_products(X.slope, Y.value).transpose();
-      operators.row(1) = hermite_products(X.value, Y.slope).transpose();
-      operators.row(2) = hermite_products(X.curvature, Y.value).transpose();
-      operators.row(3) = hermite_products(X.value, Y.curvature).transpose();
-      operators.row(4) = hermite_products(X.slope, Y.slope).transpose();
-      const PlateMesh::Element::Shear& shear = mesh.element(i, j).shear;  // (E11)
-      operators.row(2) -= shear.per_x * (station[s % 2] - 0.5) * hx * shear.force.transpose();
-      U << lines[i].middleRows<8>(4 * j), lines[i + 1].middleRows<8>(4 * j);
-      D.noalias() = operators * U;
-      put_strains(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),
-                  s + t * places.stations_along(), stations, rows);
-    }
-  }
-  int row = places.strain_rows();
-  for (const MatrixXd& line : lines)
-    for (int j = 0; j < places.half_nodes(); ++j)
-      for (int c = 0; c < 3; ++c) rows.row(row++) = line.block(4 * j, c * m, 1, m);
+  assert(fields.cols() == monomial_count(6, 2));
+  const FieldExpansion bending = expand_bending_fields(leaf, ray, fields);
+  const MatrixXd to_second = StrainExpansion<6, 2>(mesh).rows(
+                     lines_of(leaf, fields, expand_edges(leaf, ray, fields))),
+                 of_bending = StrainExpansion<2, 3>(mesh).rows(
+                     lines_of(leaf, bending.fields, bending.edge_nodal));
+  constexpr int cubic = monomial_count(2, 3) - monomial_count(2, 2);
+  MatrixXd rows(to_second.rows(), to_second.cols() + cubic);
+  rows << to_second, of_bending.rightCols<cubic>();
   return rows;
 }
 

@@ -22,10 +22,10 @@ struct StressPlaces {
   int rows() const { return strain_rows() + 3 * static_cast<int>(lines.size()) * half_nodes(); }
 };
 
-/// Taylor coefficients in x = (σ, τ, φ, N, M1, M2) to degree 2, rows as of
-/// StressPlaces, columns the monomials: strains (e11, e22, 2 e12, κ11, κ22, 2 κ12 of Strains) and
-/// places in the chord frame over L. `fields`: to order 2. About the state where `leaf` stands or
-/// was moved to.
+/// Taylor coefficients in x = (σ, τ, φ, N, M1, M2), rows as of StressPlaces: strains (e11, e22,
+/// 2 e12, κ11, κ22, 2 κ12 of Strains) and places in the chord frame over L. Columns: the monomials
+/// to degree 2, then σ³, σ²τ, στ² and τ³. `fields`: to order 2. About the state where `leaf`
+/// stands.
 MatrixXd expand_stress(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields);
 
 }  // namespace flexopt

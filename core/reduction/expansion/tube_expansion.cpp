@@ -33,15 +33,11 @@ void ChordLeaf::reset() {
 }
 
 void ChordLeaf::stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns) {
-  move_to(s, f, unknowns);
-  plate_.assemble();
-}
-
-void ChordLeaf::move_to(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns) {
   s_ = s;
   f_ = f;
   c_ = unknowns.tail<3>();
   plate_.set_state({edges(s_, c_), unknowns.head(plate_.unknowns())});
+  plate_.assemble();
 }
 
 EdgePoses ChordLeaf::edges(const Vector3d& s, const Vector3d& c) const {
@@ -248,6 +244,25 @@ MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const M
   assert(fields.cols() == monomial_count(6, 2) || fields.cols() == monomial_count(6, 3));
   return fields.cols() == monomial_count(6, 2) ? edges_to<2>(leaf, ray, fields)
                                                : edges_to<3>(leaf, ray, fields);
+}
+
+FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
+                                     const MatrixXd& fields) {
+  constexpr int order = 3;
+  const MonomialTable &table = monomials<2, order>(), &all = monomials<6, 2>();
+  FieldExpansion result{MatrixXd::Zero(fields.rows(), table.size()), {}};
+  for (int m = 0; m < table.count(order - 1); ++m) {
+    const auto e = table.exponents(m);
+    result.fields.col(m) = fields.col(all.index(std::array<int, 6>{e[0], e[1], 0, 0, 0, 0}));
+  }
+  auto series =
+      std::make_unique<TubeSeries<order, PlateMesh, 2>>(leaf, leaf.plate().mesh(), ray, order);
+  series->set_fields(result.fields);
+  const MatrixXd R = series->residual(order);
+  result.fields.rightCols(R.cols()) = FieldSolver(leaf)(R);
+  series->set_fields(result.fields);
+  result.edge_nodal = series->edge_nodal();
+  return result;
 }
 
 FieldExpansion expand_fields_rate(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,

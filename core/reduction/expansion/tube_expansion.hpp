@@ -26,8 +26,6 @@ class ChordLeaf {
 
   /// To a state that is known: soft deformations, forces and unknowns() of an equilibrium.
   void stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns);
-  /// The same without assembling there: what needs no tangent.
-  void move_to(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns);
 
   struct Solution {
     bool converged = false;
@@ -74,13 +72,17 @@ struct FieldExpansion {
   MatrixXd fields, edge_nodal;
 };
 FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order);
-/// FieldExpansion::edge_nodal of fields to order 2 or 3 that are known; `leaf` may stand where it
-/// was moved to.
+/// FieldExpansion::edge_nodal of fields to order 2 or 3 that are known.
 MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields);
 
-/// Derivative of it (order 3) in one number of the shape of the leaf, the soft deformations and
-/// forces of the state and the units of x held: K y_d˙ = −(degree-d part of R˙ without y_d˙).
-/// `widening`: y˙/y of nodes across; `state_rate`: of ChordLeaf::unknowns.
+/// Fields and edges in (σ, τ) alone to degree 3, columns 1; σ, τ; σ², στ, τ²; σ³, σ²τ, στ², τ³:
+/// from `fields` to order 2 or more. `leaf` stands at the state.
+FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
+                                     const MatrixXd& fields);
+
+/// Derivative of expand_fields() (order 3) in one number of the shape of the leaf, the soft
+/// deformations and forces of the state and the units of x held: K y_d˙ = −(degree-d part of R˙
+/// without y_d˙). `widening`: y˙/y of nodes across; `state_rate`: of ChordLeaf::unknowns.
 FieldExpansion expand_fields_rate(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
                                   const MatrixXd& fields, const PlateMeshRate::Shape& by,
                                   double widening, const VectorXd& state_rate);

@@ -18,12 +18,12 @@ namespace flexopt {
 /// edges, the monomials of the fields inside.
 ///
 /// Operators: where the numbers of the mesh come from, the PlateMesh itself or one whose numbers
-/// are of another type S; so are then the fields and the residual.
-template <int ORDER, class Operators = PlateMesh>
+/// are of another type S; so are then the fields and the residual. NV: 6, or 2 for (σ, τ) alone.
+template <int ORDER, class Operators = PlateMesh, int NV = 6>
 class TubeSeries {
  public:
   using S = std::decay_t<decltype(std::declval<const Operators&>().membrane().A11)>;
-  using P = Polynomial<6, ORDER, S>;
+  using P = Polynomial<NV, ORDER, S>;
   using Matrix = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
   static constexpr int size = P::size;
 
@@ -32,7 +32,7 @@ class TubeSeries {
       : leaf_(leaf),
         mesh_(leaf.plate().mesh()),
         operators_(operators),
-        table_(monomials<6, ORDER>()),
+        table_(monomials<NV, ORDER>()),
         field_order_(field_order),
         elements_(mesh_, operators, field_order) {
     const Vector3d& s = leaf.soft();
@@ -42,8 +42,12 @@ class TubeSeries {
       soft_[k][1] = ray(k, 0);
       soft_[k][2] = ray(k, 1);
     }
-    soft_[2] = P::variable(2, s[2], 1);
-    for (int k = 0; k < 3; ++k) force_[k] = P::variable(3 + k, leaf.forces()[k], scale[k]);
+    soft_[2] = P::constant(s[2]);
+    for (int k = 0; k < 3; ++k) force_[k] = P::constant(leaf.forces()[k]);
+    if constexpr (NV == 6) {
+      soft_[2][3] = 1;
+      for (int k = 0; k < 3; ++k) force_[k][4 + k] = scale[k];
+    }
     nodal_.assign(mesh_.lines(), Matrix());
     nodal_.front() = nodal_.back() = Matrix::Zero(mesh_.functions_per_line(), 3 * size);
   }
@@ -68,7 +72,8 @@ class TubeSeries {
     const int u = leaf_.plate().unknowns();
     for (int k = 0; k < 3; ++k) stiff_[k] = row(Y, u + k);
     for (int e = 0; e < 2; ++e) {
-      edge_[e] = EdgeSeries<ORDER, S>({soft_[2] * (e == 0 ? -0.5 : 0.5), soft_[e], stiff_[1 + e]});
+      edge_[e] =
+          EdgeSeries<NV, ORDER, S>({soft_[2] * (e == 0 ? -0.5 : 0.5), soft_[e], stiff_[1 + e]});
       const int line = e == 0 ? 0 : last;
       if (mesh_.shape().curve) edge_[e].turn(mesh_.line_pose(line).axes);
       nodal_[line].setZero();
@@ -173,7 +178,7 @@ class TubeSeries {
 
   /// Π = U − f·c. Odd powers of (φ, M1, M2) are not filled where the state is mirror symmetric.
   std::vector<double> potential() {
-    using Elements = ElementSeries<ORDER, Operators>;
+    using Elements = ElementSeries<ORDER, Operators, NV>;
     std::vector<typename Elements::Lanes> sum(size, Elements::lanes(0));
     const int ny = mesh_.elements_across();
     for (int j = 0; j < (symmetric() ? (ny + 1) / 2 : ny); ++j) {
@@ -231,7 +236,8 @@ class TubeSeries {
     for (int c = 0; c < 3; ++c)
       for (int k = 0; k < monomials; ++k) {
         const auto e = table_.exponents(k);  // φ, M1 and M2 change their signs
-        const double parity = ((e[2] + e[4] + e[5]) % 2 == 0) == (c != 1) ? 1 : -1;
+        const int changes = NV == 2 ? 0 : e[2] + e[4] + e[5];
+        const double parity = (changes % 2 == 0) == (c != 1) ? 1 : -1;
         auto f = line.col(c * size + k);
         for (int j = 0; j <= nodes / 2; ++j)
           for (int s = 0; s < 4; ++s) {
@@ -253,9 +259,9 @@ class TubeSeries {
   const Operators& operators_;
   const MonomialTable& table_;
   int field_order_;
-  ElementSeries<ORDER, Operators> elements_;
+  ElementSeries<ORDER, Operators, NV> elements_;
   std::array<P, 3> soft_, stiff_, force_;
-  std::array<EdgeSeries<ORDER, S>, 2> edge_;
+  std::array<EdgeSeries<NV, ORDER, S>, 2> edge_;
   std::vector<Matrix> nodal_;
   std::vector<Matrix> load_;  ///< none, or of every line
   std::vector<int> parity_;

@@ -13,7 +13,7 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
   const auto a = at.interval, b = a + 1;
   assert(rates.size() <= 3 && rates.front().size() > b);
   const StateTable &left = tables.node(a).table, &right = tables.node(b).table;
-  const StateWeightSlopes w = state_weight_slopes(left.sigma, right.sigma, at.sigma, at.z);
+  const StateWeightSlopes<> w = state_weight_slopes(left.sigma, right.sigma, at.sigma, at.z);
 
   const DynamicsLayout& layout = DynamicsLayout::get();
   slopes_.resize(static_cast<Eigen::Index>(layout.even.size() + layout.odd.size()), 9);

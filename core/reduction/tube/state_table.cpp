@@ -20,13 +20,15 @@ std::array<StateMonomial, N> monomials_of(bool even) {
     for (int v = 0; v < 5; ++v)
       for (int p = 0; p < e[1 + v]; ++p) one.variable[factors++] = v;
   }
+  for (int tau = 0; n < N; ++n, ++tau) all[n] = {3 - tau, tau, {}, table.size() + tau};
   return all;
 }
 
 }  // namespace
 
-const std::array<StateMonomial, StateTable::even_monomials>& even_monomials() {
-  static const auto all = monomials_of<StateTable::even_monomials>(true);
+template <int evens>
+const std::array<StateMonomial, evens>& even_monomials() {
+  static const auto all = monomials_of<evens>(true);
   return all;
 }
 const std::array<StateMonomial, StateTable::odd_monomials>& odd_monomials() {
@@ -34,14 +36,15 @@ const std::array<StateMonomial, StateTable::odd_monomials>& odd_monomials() {
   return all;
 }
 
-StateWeightSlopes state_weight_slopes(double a, double b, double sigma,
-                                      const std::array<double, 5>& z) {
+template <int evens>
+StateWeightSlopes<evens> state_weight_slopes(double a, double b, double sigma,
+                                             const std::array<double, 5>& z) {
   using Dual6 = Dual<6>;
   std::array<Dual6, 5> variables;
   for (int v = 0; v < 5; ++v)
     variables[static_cast<std::size_t>(v)] = Dual6::variable(z[static_cast<std::size_t>(v)], 1 + v);
-  const StateWeights<Dual6> weights = state_weights(a, b, Dual6::variable(sigma, 0), variables);
-  StateWeightSlopes slopes;
+  const auto weights = state_weights<evens>(a, b, Dual6::variable(sigma, 0), variables);
+  StateWeightSlopes<evens> slopes;
   const auto fill = [](const auto& from, auto& to) {
     for (std::size_t end = 0; end < 2; ++end)
       for (Eigen::Index m = 0; m < from[end].size(); ++m) {
@@ -54,5 +57,14 @@ StateWeightSlopes state_weight_slopes(double a, double b, double sigma,
   fill(weights.odd, slopes.odd);
   return slopes;
 }
+
+template const std::array<StateMonomial, StateTable::even_monomials>&
+even_monomials<StateTable::even_monomials>();
+template const std::array<StateMonomial, StateTable::even_of_stress>&
+even_monomials<StateTable::even_of_stress>();
+template StateWeightSlopes<StateTable::even_monomials> state_weight_slopes(
+    double a, double b, double sigma, const std::array<double, 5>& z);
+template StateWeightSlopes<StateTable::even_of_stress> state_weight_slopes(
+    double a, double b, double sigma, const std::array<double, 5>& z);
 
 }  // namespace flexopt

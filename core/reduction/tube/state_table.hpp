@@ -10,9 +10,11 @@ namespace flexopt {
 /// Taylor coefficients of any numbers about one bent state, in (σ − sigma, τ, φ, N, M1, M2), forces
 /// over their scale and from the force centre: numbers × monomials (polynomial.hpp, 6 variables,
 /// degree ≤ 2). Numbers that the mirror across the width keeps have the monomials that are even in
-/// (φ, M1, M2), the others those that are odd.
+/// (φ, M1, M2), the others those that are odd. Tables of stress have four even ones more, behind
+/// the others: σ³, σ²τ, στ² and τ³, for the slopes across the ray.
 struct StateTable {
   static constexpr int even_monomials = 16, odd_monomials = 12;
+  static constexpr int even_of_stress = even_monomials + 4;
   double sigma = 0;
   MatrixXd even, odd;
 };
@@ -20,8 +22,15 @@ struct StateTable {
 /// A monomial σ^along (τ, φ, N, M1, M2)^… of one parity.
 struct StateMonomial {
   int along = 0, off_ray = 0;     ///< degrees
-  std::array<int, 2> variable{};  ///< its factors off the ray, so many as off_ray says
-  int number = 0;                 ///< in monomials<6, 2>()
+  std::array<int, 3> variable{};  ///< its factors off the ray, so many as off_ray says
+  int number = 0;                 ///< in monomials<6, 2>(), then σ³, σ²τ, στ² and τ³
+
+  /// Of (σ, τ) alone.
+  bool bending() const {
+    int others = 0;
+    for (int f = 0; f < off_ray; ++f) others += variable[f];
+    return others == 0;
+  }
 
   /// Whether the mirror in the thickness, which turns (σ, τ, φ), changes its sign about a flat
   /// leaf.
@@ -32,77 +41,92 @@ struct StateMonomial {
   }
 };
 /// In the order of the columns.
-const std::array<StateMonomial, StateTable::even_monomials>& even_monomials();
+template <int evens = StateTable::even_monomials>
+const std::array<StateMonomial, evens>& even_monomials();
 const std::array<StateMonomial, StateTable::odd_monomials>& odd_monomials();
 
 /// Weights of the coefficients of two neighbouring tables a, b: a number is a·even[0] + b·even[1],
 /// or with odd. Monomials off the ray of degree d are the two-point Hermite polynomials of the
-/// total + 1 − d Taylor coefficients at either end, for a total degree of 2 or, as a check of that,
-/// of 1: then coefficients of degree 2 have no weight.
-template <class S>
+/// total + 1 − d Taylor coefficients at either end, for a total degree of 2 (of stress in (σ, τ)
+/// alone 3) or, as a check of that, of 1: then coefficients of higher degree have no weight.
+template <class S, int evens = StateTable::even_monomials>
 struct StateWeights {
-  std::array<Eigen::Matrix<S, StateTable::even_monomials, 1>, 2> even;
+  std::array<Eigen::Matrix<S, evens, 1>, 2> even;
   std::array<Eigen::Matrix<S, StateTable::odd_monomials, 1>, 2> odd;
 };
+using StressWeights = StateWeights<double, StateTable::even_of_stress>;
 
 namespace detail {
 
-// Of the Taylor coefficient j (times width^j) of q at t = 0, and of that at t = 1.
+// Of the Taylor coefficient j (times width^j) of q at t = 0, and of that at t = 1:
+// tʲ (1 − t)^q Σ_k C(q − 1 + k, k) tᵏ, k < q − j, and its mirror image.
 template <class S>
 std::array<S, 2> hermite_ends(int q, int j, const S& t) {
+  const auto end = [&](const S& x, const S& y) {
+    S sum(1.0), power(1.0);
+    double binomial = 1;
+    for (int k = 1; k < q - j; ++k) {
+      power *= x;
+      binomial *= static_cast<double>(q - 1 + k) / k;
+      sum += binomial * power;
+    }
+    for (int k = 0; k < q; ++k) sum *= y;
+    for (int k = 0; k < j; ++k) sum *= x;
+    return sum;
+  };
   const S r = 1.0 - t;
-  if (q == 1) return {r, t};
-  if (q == 2 && j == 0) return {r * r * (1.0 + 2.0 * t), t * t * (1.0 + 2.0 * r)};
-  if (q == 2) return {t * r * r, -1.0 * r * t * t};
-  const S r3 = r * r * r, t3 = t * t * t;
-  if (j == 0) return {r3 * (1.0 + 3.0 * t + 6.0 * t * t), t3 * (1.0 + 3.0 * r + 6.0 * r * r)};
-  if (j == 1) return {t * r3 * (1.0 + 3.0 * t), -1.0 * r * t3 * (1.0 + 3.0 * r)};
-  return {t * t * r3, r * r * t3};
+  return {end(t, r), (j % 2 == 0 ? 1.0 : -1.0) * end(r, t)};
 }
 
 }  // namespace detail
 
 /// At (σ, z = (τ, φ, N, M1, M2)) between the bent states `a` and `b`.
-template <class S>
-StateWeights<S> state_weights(double a, double b, const S& sigma, const std::array<S, 5>& z,
-                              int total = 2) {
+template <int evens = StateTable::even_monomials, class S>
+StateWeights<S, evens> state_weights(double a, double b, const S& sigma, const std::array<S, 5>& z,
+                                     int total = 2) {
   const double width = b - a;
   const S t = (sigma - a) * (1 / width);
-  std::array<std::array<std::array<S, 2>, 3>, 3> ends;  // degree off the ray, along it, end
-  const std::array<double, 3> power{1, width, width * width};
-  for (int off = 0; off <= total; ++off)
-    for (int j = 0; j + off <= total; ++j) {
-      ends[off][j] = detail::hermite_ends(total + 1 - off, j, t);
-      for (S& x : ends[off][j]) x *= power[j];
+  constexpr bool of_stress = evens == StateTable::even_of_stress;
+  const int most = of_stress && total == 2 ? 3 : total;
+  std::array<std::array<std::array<S, 2>, 4>, 5>
+      ends;  // coefficients at an end, which of them, end
+  const std::array<double, 4> power{1, width, width * width, width * width * width};
+  for (int q = 1; q <= most + 1; ++q)
+    for (int j = 0; j < q; ++j) {
+      ends[q][j] = detail::hermite_ends(q, j, t);
+      for (S& x : ends[q][j]) x *= power[j];
     }
-  StateWeights<S> weights;
+  StateWeights<S, evens> weights;
   const auto fill = [&](const auto& monomials, auto& out) {
     for (std::size_t k = 0; k < monomials.size(); ++k) {
       const StateMonomial& m = monomials[k];
       const auto row = static_cast<Eigen::Index>(k);
+      const int degree = m.bending() ? most : total;
       for (int end = 0; end < 2; ++end) {
-        if (m.along + m.off_ray > total) {
+        if (m.along + m.off_ray > degree) {
           out[end][row] = S(0.0);
           continue;
         }
-        S x = ends[m.off_ray][m.along][end];
+        S x = ends[degree + 1 - m.off_ray][m.along][end];
         for (int f = 0; f < m.off_ray; ++f) x *= z[m.variable[f]];
         out[end][row] = x;
       }
     }
   };
-  fill(even_monomials(), weights.even);
+  fill(even_monomials<evens>(), weights.even);
   fill(odd_monomials(), weights.odd);
   return weights;
 }
 
 /// The weights for a total degree of 2, a column for their values and one for each of their
 /// derivatives along (σ, τ, φ, N, M1, M2).
+template <int evens = StateTable::even_monomials>
 struct StateWeightSlopes {
-  std::array<Eigen::Matrix<double, StateTable::even_monomials, 7>, 2> even;
+  std::array<Eigen::Matrix<double, evens, 7>, 2> even;
   std::array<Eigen::Matrix<double, StateTable::odd_monomials, 7>, 2> odd;
 };
-StateWeightSlopes state_weight_slopes(double a, double b, double sigma,
-                                      const std::array<double, 5>& z);
+template <int evens = StateTable::even_monomials>
+StateWeightSlopes<evens> state_weight_slopes(double a, double b, double sigma,
+                                             const std::array<double, 5>& z);
 
 }  // namespace flexopt

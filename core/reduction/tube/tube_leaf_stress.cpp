@@ -39,8 +39,7 @@ const StressRateSource& TubeModel::stress_rates() {
 
 void TubeModel::add_stress(const TubeExpansion& e) {
   kept_ = {};
-  leaf().move_to({range_.ray[0] * e.sigma, range_.ray[1] * e.sigma, 0},
-                 {range_.force_centre * tube_force_scale(shape_)[0], 0, 0}, e.fields.col(0));
+  stand_at(e);
   stress_->add(stress_node(leaf(), e.sigma, directions_, e.fields));
 }
 

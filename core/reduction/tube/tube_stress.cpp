@@ -56,10 +56,11 @@ TubeStress::TubeStress(const PlateShape& shape, double force_centre, TubeView vi
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                        const MatrixXd& fields) {
   const MatrixXd all = expand_stress(leaf, ray, fields.leftCols(monomial_count(6, 2)));
-  StateTable node{sigma, MatrixXd(all.rows(), StateTable::even_monomials),
+  constexpr auto& evens = even_monomials<StateTable::even_of_stress>;
+  StateTable node{sigma, MatrixXd(all.rows(), StateTable::even_of_stress),
                   MatrixXd(all.rows(), StateTable::odd_monomials)};
   for (Eigen::Index k = 0; k < node.even.cols(); ++k)
-    node.even.col(k) = all.col(even_monomials()[static_cast<std::size_t>(k)].number);
+    node.even.col(k) = all.col(evens()[static_cast<std::size_t>(k)].number);
   for (Eigen::Index k = 0; k < node.odd.cols(); ++k)
     node.odd.col(k) = all.col(odd_monomials()[static_cast<std::size_t>(k)].number);
   return node;
@@ -67,6 +68,7 @@ StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2
 
 void TubeStress::add(StateTable node) {
   assert(nodes_.empty() ? node.sigma == 0 : node.sigma > nodes_.back().sigma);
+  assert(node.even.cols() == StateTable::even_of_stress);
   assert(node.even.rows() == (patterns_ ? patterns_->all() : places_.rows()));
   nodes_.push_back(std::move(node));
 }
@@ -86,8 +88,8 @@ TubeStress::Local TubeStress::locate(const Place& place) const {
 
 // To a total degree.
 TubeStress::Weights TubeStress::weights(const Local& at, int total) const {
-  return state_weights(nodes_[at.interval].sigma, nodes_[at.interval + 1].sigma, at.sigma, at.z,
-                       total);
+  return state_weights<StateTable::even_of_stress>(
+      nodes_[at.interval].sigma, nodes_[at.interval + 1].sigma, at.sigma, at.z, total);
 }
 
 template <std::size_t sets>
@@ -96,7 +98,7 @@ MatrixXd TubeStress::coefficients(const Local& at, const std::array<Weights, set
   MatrixXd sum = MatrixXd::Zero(count, 2 * sets);
   for (const std::size_t end : {0, 1}) {
     const StateTable& node = nodes_[at.interval + end];
-    Eigen::Matrix<double, StateTable::even_monomials, sets> even;
+    Eigen::Matrix<double, StateTable::even_of_stress, sets> even;
     Eigen::Matrix<double, StateTable::odd_monomials, sets> odd;
     for (std::size_t k = 0; k < sets; ++k) {
       even.col(static_cast<Eigen::Index>(k)) = weights[k].even[end];
@@ -206,7 +208,7 @@ TubeStress::Slopes::Slopes(const TubeStress& tables, const Place& place,
   assert(tables.patterns_);
   const Local at = tables.locate(place);
   mirrored_ = at.mirrored;
-  const StateWeightSlopes weights = state_weight_slopes(
+  const auto weights = state_weight_slopes<StateTable::even_of_stress>(
       tables.nodes_[at.interval].sigma, tables.nodes_[at.interval + 1].sigma, at.sigma, at.z);
   const StressRates by_shape = rates(at.interval, tables.weights(at, 2));
   const Eigen::Index all = tables.patterns_->strains(), stretching = tables.patterns_->stretching();

@@ -31,7 +31,7 @@ struct StressRates {
 };
 /// Of the tables about the bent states `interval` and `interval` + 1.
 using StressRateSource =
-    std::function<StressRates(std::size_t interval, const StateWeights<double>& weights)>;
+    std::function<StressRates(std::size_t interval, const StressWeights& weights)>;
 
 class TubeStress {
  public:
@@ -88,7 +88,7 @@ class TubeStress {
   TubeView view() const { return view_; }
 
  private:
-  using Weights = StateWeights<double>;
+  using Weights = StressWeights;
   struct Local;
   /// Of rows on the half that is tabulated: even + odd; on the other one they follow from
   /// even − odd.

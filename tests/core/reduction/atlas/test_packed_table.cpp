@@ -62,6 +62,14 @@ TEST_CASE("a packed table is what it was made of, each number as well as it coun
   }
 }
 
+TEST_CASE("a short number is the next one in its bits that is not smaller") {
+  for (const double x : {1.0, 1.003, 0.7, 3.1e-9, 6.25e12}) {
+    CHECK(ShortNumber(x).value() >= x * (1 - 1e-7));
+    CHECK(ShortNumber(x).value() <= x * (1 + 1.0 / 128));
+    CHECK(ShortNumber(ShortNumber(x).value()).value() == ShortNumber(x).value());
+  }
+}
+
 TEST_CASE("slopes of a packed table are those of what it looks up") {
   const PackedTable table = packed().table();
   const ShapeGrid grid = grid_of_table();

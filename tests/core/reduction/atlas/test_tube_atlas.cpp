@@ -107,6 +107,52 @@ TEST_CASE("between two rays the expansion has the order of their derivatives", "
   CHECK(error(0.1, 4) < 2.5 / 16 * error(0.2, 4));
 }
 
+TEST_CASE("between two rays a table has the order of the derivatives that its degrees tell",
+          "[core][atlas]") {
+  // f(θ1y, θ2y) (1 + N), f = sin(3 θ1y + 4 θ2y), about σ of a ray
+  const double sigma = 0.3, rho = 0.4;
+  const bool of_stress = GENERATE(false, true);
+  const auto table = [&](double r) {
+    const double at = (3 + 4 * r) * sigma;
+    const std::array<double, 4> taylor{std::sin(at), std::cos(at), -std::sin(at) / 2,
+                                       -std::cos(at) / 6};
+    StateTable t{
+        sigma,
+        MatrixXd::Zero(1, of_stress ? StateTable::even_of_stress : StateTable::even_monomials),
+        MatrixXd::Zero(1, StateTable::odd_monomials)};
+    for (Eigen::Index k = 0; k < t.even.cols(); ++k) {
+      const StateMonomial& m =
+          even_monomials<StateTable::even_of_stress>()[static_cast<std::size_t>(k)];
+      int tau = 0, force = 0, others = 0;
+      for (int f = 0; f < m.off_ray; ++f)
+        ++(m.variable[f] == 0 ? tau : m.variable[f] == 2 ? force : others);
+      if (force > 1 || others > 0) continue;
+      const int n = m.along + tau;  // σ^along τ^tau of (d1 σ + d2 τ)^n
+      double binomial = 1;
+      for (int i = 0; i < tau; ++i) binomial *= static_cast<double>(n - i) / (i + 1);
+      t.even(0, k) = taylor[static_cast<std::size_t>(n)] * binomial * std::pow(3 + 4 * r, m.along) *
+                     std::pow(4 - 3 * r, tau);
+    }
+    return t;
+  };
+  const StateTable truth = table(rho);
+  const auto error = [&](double h, int column) {
+    const RayBlend blend = blend_between_rays(rho - h, rho + h, sigma, rho);
+    return std::abs(blended(table(rho - h), table(rho + h), blend).even(0, column) -
+                    truth.even(0, column));
+  };
+  // 1, σ, τ, N, σ², στ, σN, τ²; of each degree a derivative more is known than of the next one
+  const auto order = [&](int column) {
+    return std::log2(error(0.1, column) / error(0.05, column));
+  };
+  const int more = of_stress ? 2 : 0;
+  CHECK(order(0) > 5.7);
+  for (const int column : {1, 2}) CHECK(order(column) > 3.7 + more);
+  CHECK(order(3) > 3.7);
+  for (const int column : {4, 5, 7}) CHECK(order(column) > 1.7 + more);
+  CHECK(order(6) > 1.7);
+}
+
 TEST_CASE("a leaf seen from its other end has the potential of the mirrored ray", "[core][atlas]") {
   const PlateShape shape = shape_of(0.3, 1.0 / 90);
   const double sigma = 0.12;

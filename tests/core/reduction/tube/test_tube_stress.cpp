@@ -65,7 +65,9 @@ Errors compare(const Mechanism& mechanism, const StrokeRequest& request) {
 
 }  // namespace
 
-TEST_CASE("the expansion of strains and places is that of exact states to second order") {
+TEST_CASE(
+    "the expansion of strains and places is that of exact states to second order, in bending to "
+    "third") {
   const auto mesh = std::make_shared<PlateMesh>(flat);
   Eigen::Matrix2d ray;
   ray << 1, 1, 1, -1;
@@ -76,12 +78,17 @@ TEST_CASE("the expansion of strains and places is that of exact states to second
   const ChordLeaf node = leaf;
   const MatrixXd e = strains();
   const MonomialTable& table = monomials<6, 2>();
-  REQUIRE(e.cols() == table.size());
+  constexpr int cubic = 4;
+  REQUIRE(e.cols() == table.size() + cubic);
   const StressPlaces places(flat);
   double rest[2][2];
+  const bool bending = GENERATE(false, true);
   for (int n = 0; n < 2; ++n) {
-    Vector6d x;
-    x << 0.01, 0.01, 0.004, 1, 0.5, -0.3;
+    Vector6d x = Vector6d::Zero();
+    if (bending)
+      x.head<2>() << 0.02, 0.015;
+    else
+      x << 0.01, 0.01, 0.004, 1, 0.5, -0.3;
     x /= 1 << n;
     leaf = node;
     for (int again = 0; again < 2; ++again)
@@ -91,11 +98,45 @@ TEST_CASE("the expansion of strains and places is that of exact states to second
     VectorXd power(table.size());
     evaluate_monomials(table, {x.data(), 6},
                        {power.data(), static_cast<std::size_t>(power.size())});
-    const VectorXd difference = strains().col(0) - e * power;
+    VectorXd difference = strains().col(0) - e.leftCols(table.size()) * power;
+    for (int tau = 0; bending && tau < cubic; ++tau)  // σ³, σ²τ, στ², τ³
+      difference -= e.col(table.size() + tau) * std::pow(x[0], 3 - tau) * std::pow(x[1], tau);
     rest[n][0] = difference.head(places.strain_rows()).norm();
     rest[n][1] = difference.tail(places.rows() - places.strain_rows()).norm();
   }
-  for (int part = 0; part < 2; ++part) CHECK(std::log2(rest[0][part] / rest[1][part]) > 2.7);
+  for (int part = 0; part < 2; ++part)
+    CHECK(std::log2(rest[0][part] / rest[1][part]) > (bending ? 3.7 : 2.7));
+}
+
+TEST_CASE("what the strains change by across the ray is right between bent states, too") {
+  Eigen::Matrix2d ray;
+  ray << 1, 1, -1, 1;
+  ChordLeaf leaf(std::make_shared<PlateMesh>(flat));
+  TubeStress tables(flat, 0);
+  const auto node = [&](double sigma, double tau) {
+    const Eigen::Vector2d bent = ray * Eigen::Vector2d(sigma, tau);
+    REQUIRE(leaf.solve({bent[0], bent[1], 0}, Vector3d::Zero()).converged);
+    return stress_node(leaf, sigma, ray, expand_fields(leaf, ray, 2).fields);
+  };
+  for (const double sigma : {0.0, 0.03, 0.1, 0.22}) tables.add(node(sigma, 0));
+  for (const double sigma : {0.065, 0.16}) {
+    const double tau = 0.05 * sigma, h = 1e-4 * sigma;
+    const auto at = [&](double t) {
+      return tables.evaluate({sigma, t, 0, Vector3d::Zero()}).strains.values();
+    };
+    const MatrixXd found = (at(tau + h) - at(tau - h)) / (2 * h);
+    // on the half that is tabulated
+    const StateTable truth = node(sigma, tau);
+    const Eigen::Index n = found.rows() / 2;
+    double difference = 0;
+    for (Eigen::Index k = 0; k < 6; ++k)
+      difference = std::max(
+          difference,
+          (found.col(k).head(n) - truth.even.col(2).segment(k * n, n)).cwiseAbs().maxCoeff() /
+              truth.even.col(2).segment(k * n, n).norm());
+    INFO(sigma);
+    CHECK(difference < 2.5e-3);
+  }
 }
 
 TEST_CASE("a tabulated leaf is stressed as its mirror images are") {

@@ -42,7 +42,7 @@ const ModelOptions& looked_up() {
 // Three leaves that cross in their middles, or beside them by a share of the length; the outer ones
 // are equal. `turned`: the other edges are called the bases.
 test::Family hinge(double beside_middle = 0, bool turned = false) {
-  const auto make = [=](const test::Values& p) {
+  const auto make = [turned](const test::Values& p) {
     Mechanism m;
     m.drives = {make_drive<double>(Direction::rz)};
     m.bodies = {models::body({p[8], 0, 0}, p[7], p[7] * 1e-3)};
@@ -50,8 +50,8 @@ test::Family hinge(double beside_middle = 0, bool turned = false) {
     const double beside = 0.5 * (outer + inner) + gap;
     const auto add = [&](double side, double z, double width) {
       const Vector3d along(std::cos(p[4]), side * std::sin(p[4]), 0);
-      m.leaves.push_back(models::leaf(Vector3d(0, 0, z) - (0.5 - beside_middle) * length * along,
-                                      along, length, width, p[1]));
+      m.leaves.push_back(
+          models::leaf(Vector3d(0, 0, z) - p[11] * length * along, along, length, width, p[1]));
       Material& material = m.leaves.back().material;
       material.youngs_modulus = p[6];
       material.poissons_ratio = p[9];
@@ -77,7 +77,8 @@ test::Family hinge(double beside_middle = 0, bool turned = false) {
            {"mass", 0.3},
            {"x of the body", 5e-3},
            {"nu", 0.3},
-           {"rho", 7800}},
+           {"rho", 7800},
+           {"crossing", 0.5 - beside_middle}},
           {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10},
           0.3};
 }
@@ -183,6 +184,32 @@ TEST_CASE("derivatives of looked-up leaves are those of full ones within the err
       }
     }
   CHECK(compared >= 15 * static_cast<int>(family.along.size()));
+}
+
+TEST_CASE("so are those of the stress where a design turns the rays of its leaves",
+          "[response][gradients][slow]") {
+  const test::Family family = hinge();
+  const Mechanism m = family.make(test::values_of(family.numbers));
+  const std::vector<MechanismDirection> directions{test::direction(family, 11)};  // the crossing
+  StrokeRequest request;
+  request.points.clear();
+  for (int k = 1; k <= 8; ++k) request.points.push_back(0.04 * k);
+  request.outputs = {Output::equilibrium, Output::stress};
+  ModelOptions full = looked_up();
+  full.accuracy = Accuracy::full;
+  const StrokeSensitivity a = evaluate_stroke_gradients(m, directions, looked_up(), request),
+                          b = evaluate_stroke_gradients(m, directions, full, request);
+  REQUIRE(a.gradients);
+  REQUIRE(b.gradients);
+  for (std::size_t k = 0; k < request.points.size(); ++k) {
+    const double value = b.response.path[k].max_stress->value;
+    const auto of_a = gradient_of(a.response.path[k], a.gradients->path[k], "max_stress"),
+               of_b = gradient_of(b.response.path[k], b.gradients->path[k], "max_stress");
+    REQUIRE((of_a && of_b));
+    INFO("at point " << k);
+    CHECK(std::abs((*of_b)[0]) > value);
+    CHECK(0.5 * (*of_a)[0] / value == Approx(0.5 * (*of_b)[0] / value).margin(1.5e-3));
+  }
 }
 
 TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say why",
