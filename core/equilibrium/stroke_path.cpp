@@ -271,8 +271,9 @@ bool ends_stretched(double before, double strain_before, double reached, double 
   return strain > near * largest_strain && strain + slope * (1 - reached) > far * largest_strain;
 }
 
-// From parameter 0 to 1 with `solve(parameter)`, halving the step when it fails. `way`: whether
-// there is one; else a shorter step is the same one.
+// From parameter 0 to 1 with `solve(parameter)`, halving the step when it fails; after two steps in
+// succession a halving is taken back. `way`: whether there is one; else a shorter step is the same
+// one.
 template <class Solve>
 Equilibrium step_parameter(System& system, const NewtonOptions& options, const char* what,
                            bool drive_held, bool way, const Solve& solve) {
@@ -280,7 +281,8 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
   double reached = 0, step = 1;
   Overstretched overstretched;
   const int most_halvings = way ? options.max_halvings : 0;
-  int halvings = 0, far = 0, sub_steps = 0, negative = -1;
+  int halvings = 0, far = 0, sub_steps = 0, in_succession = 0, negative = -1;
+  bool halved = false;
   double strain = 0;  // of the last good state
   Equilibrium result;
   while (reached < 1) {
@@ -300,19 +302,26 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
         result.message = stretch_message(system.strain());
         result.beyond_reach =
             now <= negative && overstretched.is_believed(reached, target, system.strain());
-      } else if (now > negative && way && halvings + 2 < options.max_halvings) {
+      } else if (now > negative && way && halvings + 4 < options.max_halvings) {
         result.converged = false;  // another branch? believed only if short steps lead there too
       }
     }
     if (result.converged) {
       ++sub_steps;
-      const bool ends = halvings + far > 0 && target < 1 &&
-                        ends_stretched(reached, strain, target, system.strain());
+      const bool ends =
+          halved && target < 1 && ends_stretched(reached, strain, target, system.strain());
       reached = target;
       negative = now;
       strain = system.strain();
       if (reached < 1) good = system.save();
-      if (!ends) continue;
+      if (!ends) {
+        if (++in_succession == 2 && halvings > 0) {
+          in_succession = 0;
+          --halvings;
+          step *= 2;
+        }
+        continue;
+      }
       failed = 1;
       result.converged = false;
       result.beyond_reach = true;
@@ -332,6 +341,8 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
       break;
     }
     step /= 2;
+    halved = true;
+    in_succession = 0;
   }
   result.sub_steps = std::max(sub_steps, 1);
   return result;

@@ -81,7 +81,7 @@ inline Flexure flexure_of(const LeafSpring& leaf, const ModelOptions& model) {
 struct NewtonOptions {
   double tolerance = 1e-9;  ///< largest last correction, lengths divided by the leaf length [-]
   int max_iterations = 25;
-  int max_halvings = 6;  ///< of a stroke step before the path is given up
+  int max_halvings = 8;  ///< of a step of the stroke or of the loads before the path is given up
 };
 
 }  // namespace flexopt

@@ -87,6 +87,25 @@ TEST_CASE("a step that Newton cannot make is halved, and the path ends at the sa
         1e-6 * direct.tangent_stiffness().norm());
 }
 
+TEST_CASE("steps that were halved where a leaf swings over grow again") {
+  // a leaf pulled to its side by many times what bends it: the first steps alone are hard
+  const double L = 0.1, w = 0.03, slenderness = GENERATE(100.0, 300.0), t = L / slenderness;
+  Mechanism m = models::single_leaf(L, w, t);
+  m.drives.clear();
+  const double unit = 200e9 * w * t * t * t / 12 / (L * L);
+  const auto iterations = [&](double units, const Vector3d& direction) {
+    const LoadCase loads{.constant = {}, .growing = {{.force = units * unit * direction}}};
+    System system(m, make_full_leaves(m, models::free_beams(6)), loads);
+    const long long before = counted_iterations();
+    REQUIRE(step_load(system, {.constant = 1, .growing = 1}, {}).converged);
+    return counted_iterations() - before;
+  };
+  CAPTURE(slenderness);
+  CHECK(iterations(100, {0.1, 1, 0.3}) < 300);
+  // pressed to far beyond buckling: after six halvings Newton's method is still thrown about
+  CHECK(iterations(100, {-0.6, 0.05, 0.1}) < 500);
+}
+
 TEST_CASE("the way back ends where it began") {
   const Accuracy accuracy = GENERATE(Accuracy::full, Accuracy::reduced);
   const Mechanism m = models::three_leaf_hinge(0.06, 0.04, 4e-4);
