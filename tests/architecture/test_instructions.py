@@ -6,7 +6,7 @@ test_instructions.py PROGRAM OTHER SOURCE WORK
 Unpacks the .deb files of PACKAGES, runs jobs of the gallery with the set for every processor and with
 each other one that this processor can run, and compares all numbers of result.json with those of the
 first. Two builds of one program round differently. Values agree within 1e-9, but for those of BEYOND; derivatives of frequencies, which are
-small differences where a mode has next to no compliance, within 1e-6, optima within their stopping rules.
+small differences where a mode has next to no compliance, within 5e-7, optima within their stopping rules.
 The second form compares two builds.
 """
 import json
@@ -16,9 +16,10 @@ import shutil
 import subprocess
 import sys
 
-VALUES, DERIVATIVES, OPTIMA_WITHIN = 1e-9, 1e-6, 1e-5
-# Measured: docs/robustness.md. Of curved_hinge it is the place that an envelope's search ends at.
-BEYOND = {"bridge_amplifier": 1e-7, "tip_tilt_stage": 1e-7, "curved_hinge": 1e-7, "folded_leaf": 1e-8}
+VALUES, DERIVATIVES, OPTIMA_WITHIN = 1e-9, 5e-7, 1e-5
+# Measured: docs/robustness.md. Rounding of the stretch of full leaves, times the square of length over
+# thickness.
+BEYOND = {"folded_leaf": 3e-9}
 ZERO = 1e-12  # by symmetry: what is left is rounding [SI]
 JOBS = ["parallel_guide", "cross_hinge", "double_parallelogram", "crooked_guide", "wire_flexure",
         "cartwheel_hinge", "butterfly_hinge", "infinity_hinge", "curved_hinge", "curved_leaf",
@@ -32,6 +33,9 @@ NOT_COMPARED = re.compile(
     r"/(flexopt|newton_iterations|sub_steps|history|starts|evaluations|failed_evaluations|best_start"
     r"|expectations|screening|[a-z_]*_place|stress_peaks|direction|check"
     r"|state_space|mode|participation|margin|[a-z_]*difference|violation|kkt_residual|loop)(/|$)")
+# Leaf modes of equal legs have equal frequencies: which mixture of them a point names, and so which one
+# is followed along the path, is free.
+EQUAL_MODES = {"hexapod": re.compile("/valid_to/")}
 LOADER = "/lib64/ld-linux-x86-64.so.2"
 
 
@@ -48,10 +52,11 @@ def numbers(value, path=""):
             yield path, float(value)
 
 
-def difference(one, other):
+def difference(one, other, left_out=None):
     """Largest difference and where, of values and of derivatives: of each number over the largest of its
     kind, which is that of all places, directions and modes of the same key."""
-    a, b = dict(numbers(one)), dict(numbers(other))
+    a, b = ({path: x for path, x in numbers(result) if not (left_out and left_out.search(path))}
+            for result in (one, other))
     if a.keys() != b.keys():
         return ((float("inf"), sorted(a.keys() ^ b.keys())[0]),) * 2
     kind = lambda path: re.sub(r"/\d+", "/*", path)
@@ -116,7 +121,8 @@ def main():
         optimum = job in OPTIMA
         for name in others:
             limits = (BEYOND.get(job, VALUES), DERIVATIVES)
-            for (most, where), limit in zip(difference(results[first], results[name]), limits):
+            found = difference(results[first], results[name], EQUAL_MODES.get(job))
+            for (most, where), limit in zip(found, limits):
                 print(f"{job:26} {name:10} {most:.1e} {where}", flush=True)
                 failed += most > (OPTIMA_WITHIN if optimum else limit)
     # the comparison itself must be able to fail
