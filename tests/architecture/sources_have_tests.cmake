@@ -11,6 +11,8 @@ set(tested_by
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
   core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
   core/elements/leaf/leaf_results core/response/test_stress_history
+  core/elements/plate/strain_field core/elements/plate/test_plate_stress
+  core/elements/plate/deformed_plate core/elements/plate/test_plate_stress
   core/elements/plate/section_stress core/response/test_stress_history
   core/elements/plate/full_model core/elements/leaf/test_full_model
   core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
@@ -70,7 +72,6 @@ set(tested_by
   core/response/buckling/load_branch core/response/buckling/test_critical_load
   core/response/buckling/softening core/response/buckling/test_critical_load
   core/response/gradients/design_rates core/response/gradients/test_point_gradients
-  core/response/models/leaf_models core/reduction/tube/test_tube_leaf
   core/response/modes/constant_mass core/response/modes/test_mass_options
   core/response/modes/frequencies core/response/path/test_response
   core/response/modes/mechanism_factor core/response/modes/test_full_modes
