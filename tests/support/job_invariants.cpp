@@ -256,14 +256,16 @@ Differences differences(const StrokeResponse& one, const StrokeResponse& other, 
            (kind == ErrorKind::load || kind == ErrorKind::motion || kind == ErrorKind::stress);
   };
   const auto plain = [&](double value) { return twin.mirror ? std::abs(value) : value; };
-  for (std::size_t k = 0; k < one.path.size(); ++k) {
-    const PathPoint &a = one.path[k], &b = other.path[k];
-    if (a.status != b.status) {
+  // a point that ends otherwise takes the envelope of all points with it
+  for (std::size_t k = 0; k < one.path.size(); ++k)
+    if (const PathPoint& a = one.path[k], &b = other.path[k]; a.status != b.status) {
       found.beyond.push_back({fmt::format("end of point {}", k), infinite,
                               fmt::format("{} point {} ends otherwise: \"{}\" and \"{}\"",
                                           twin.name, k, a.message, b.message)});
       return found;
     }
+  for (std::size_t k = 0; k < one.path.size(); ++k) {
+    const PathPoint &a = one.path[k], &b = other.path[k];
     if (a.status != PointStatus::converged || !a.stable || !b.stable) continue;
     if (!modelled_alike(a, b)) {
       found.modelled_otherwise.push_back(
