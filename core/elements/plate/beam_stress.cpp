@@ -9,8 +9,8 @@
 #include <tuple>
 
 #include "core/elements/plate/beam_section.hpp"
-#include "core/elements/plate/element_numbers.hpp"
 #include "core/elements/plate/deformed_plate.hpp"
+#include "core/elements/plate/element_numbers.hpp"
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/elements/plate/strain_field.hpp"
 #include "core/math/dual.hpp"
