@@ -5,7 +5,7 @@
 #include <span>
 
 #include "core/elements/plate/mesh_numbers.hpp"
-#include "core/elements/plate/plate_stress.hpp"
+#include "core/elements/plate/strain_field.hpp"
 #include "core/math/polynomial.hpp"
 
 namespace flexopt {
@@ -101,7 +101,7 @@ class StrainExpansion {
     for (int k = 0; k < ORDER; ++k) taylor[k + 1] = -taylor[k] * (k + 0.5) / ((k + 1) * q[0]);
     return compose<NV, ORDER, double>(std::span<const double>(taylor), q);
   }
-  // As strains() of plate_stress.cpp, in polynomials; a row for each component, so many rows apart.
+  // As strains() of strain_field.cpp, in polynomials; a row for each component, so many rows apart.
   static void put_strains(const Vector& a1, const Vector& a2, const Vector& r11, const Vector& r22,
                           const Vector& r12, int row, int apart, MatrixXd& rows) {
     Vector n;

@@ -4,7 +4,7 @@
 
 namespace flexopt {
 
-/// How far states stand apart at least [rad], those of arcs about the straightened leaf but for:
+/// How far states stand apart at least [rad], but for those of arcs near the straightened leaf:
 /// rounding of the plate's forces goes into the stiffness between two over their distance, that of
 /// its energy over the square.
 inline constexpr double least_distance_of_states = 0.03;

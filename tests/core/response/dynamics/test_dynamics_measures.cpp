@@ -256,13 +256,22 @@ TEST_CASE("measures are those of the pencil solved at their frequencies") {
   }
 }
 
-TEST_CASE("derivatives of bandwidth and transmissibility agree with differences") {
+namespace {
+
+StrokeRequest dynamics_under_load() {
   StrokeRequest request;
   request.outputs = {Output::equilibrium, Output::dynamics};
   request.frequencies = 0;
   Vector6d load;
   load << 1, 0, -2, 0.01, 0.02, -0.01;
   request.loads.constant = {load_at_O(load)};
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("derivatives of bandwidth and transmissibility agree with differences") {
+  StrokeRequest request = dynamics_under_load();
   const std::vector<std::size_t> all{0, 1, 2, 3, 5, 6, 7, 8, 9};
   SECTION("a guide, the drive free") {
     request.points = {0, 0.01};
@@ -293,12 +302,7 @@ TEST_CASE("derivatives of bandwidth and transmissibility agree with differences"
 }
 
 TEST_CASE("derivatives of the bandwidth of two drives agree with differences", "[slow]") {
-  StrokeRequest request;
-  request.outputs = {Output::equilibrium, Output::dynamics};
-  request.frequencies = 0;
-  Vector6d load;
-  load << 1, 0, -2, 0.01, 0.02, -0.01;
-  request.loads.constant = {load_at_O(load)};
+  StrokeRequest request = dynamics_under_load();
   request.points = {0.004};
   request.strokes = {Eigen::Vector2d(0.004, -0.002)};
   request.dynamics = rule(0.02, Direction::ux, 20, 2000, DriveState::locked);
