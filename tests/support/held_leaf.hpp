@@ -179,8 +179,9 @@ inline void check_derivatives(const Subject& of, synthetic::Random& random) {
       const Vector3d g = unit * (A * dfi + dA * fi - (i % 6 == 0 ? v.length : 0.0) * (A * fi));
       exact.insert(exact.end(), g.begin(), g.end());
     }
+    const MatrixXd q_rates = of.gradient.rates(q, of.y, {v});
     for (int k = 0; k < mu.size(); ++k)
-      exact.push_back(scale.energy * (v.energy * q.stiffness[k] + of.gradient.rate(q, of.y, k, v) +
+      exact.push_back(scale.energy * (v.energy * q.stiffness[k] + q_rates(k, 0) +
                                       q.state.col(k).dot(state_rate)) -
                       scale.mass * v.mass * of.lambda[k] * q.mass[k]);
     const DesignRate& along = direction;

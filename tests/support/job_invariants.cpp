@@ -316,21 +316,45 @@ std::optional<Job> grown(const json& document, double factor) {
 // How far each quantity moves where all sizes grow by some 1e-13: what its rounding is multiplied
 // by. Thin leaves, nearly equal modes and series beyond their range make it large. Steps of
 // Newton's method that are thrown about multiply it by any number: then it decides whether a point
-// is found.
-std::map<std::string, double> rounding_of(const json& document, const StrokeResponse& exact,
-                                          const std::vector<Quantity>& all, double length,
-                                          Accuracy accuracy) {
-  std::map<std::string, double> rounding;
-  for (const double change : {-0x1p-42, -0x1p-43, 0x1p-43, 0x1p-42}) {
-    const auto beside = grown(document, 1 + change);
-    if (!beside) continue;
-    const StrokeResponse other = evaluate(*beside, accuracy);
-    if (other.path.size() != exact.path.size()) continue;
-    for (const Difference& d : differences(exact, other, {"", 1 + change}, all, length, 0).beyond)
-      rounding[d.quantity] = std::max(rounding[d.quantity], d.size);
+// is found, perhaps in one of twenty such sizes: for what is there or not more of them are looked
+// at.
+class Rounding {
+ public:
+  Rounding(const json& document, const StrokeResponse& exact, const std::vector<Quantity>& all,
+           double length, Accuracy accuracy)
+      : document_(&document), exact_(&exact), all_(&all), length_(length), accuracy_(accuracy) {
+    for (int i = 1; i <= few; ++i) look_at(i);
   }
-  return rounding;
-}
+
+  double of(const Difference& difference) {
+    for (; std::isinf(difference.size) && looked_at_ < many && !moves_[difference.quantity];)
+      look_at(looked_at_ + 1);
+    return moves_[difference.quantity];
+  }
+
+ private:
+  static constexpr int few = 4, many = 40;
+  // Sizes that grow and shrink by steps of 2^-43.
+  void look_at(int i) {
+    looked_at_ = i;
+    const double change = (i % 2 ? 0x1p-43 : -0x1p-43) * ((i + 1) / 2);
+    const auto beside = grown(*document_, 1 + change);
+    if (!beside) return;
+    const StrokeResponse other = evaluate(*beside, accuracy_);
+    if (other.path.size() != exact_->path.size()) return;
+    for (const Difference& d :
+         differences(*exact_, other, {"", 1 + change}, *all_, length_, 0).beyond)
+      moves_[d.quantity] = std::max(moves_[d.quantity], d.size);
+  }
+
+  const json* document_;
+  const StrokeResponse* exact_;
+  const std::vector<Quantity>* all_;
+  double length_;
+  Accuracy accuracy_;
+  int looked_at_ = 0;
+  std::map<std::string, double> moves_;
+};
 
 // Differences of twins that rounding does not explain.
 void judge(const json& document, const StrokeResponse& exact, const Differences& found,
@@ -338,10 +362,9 @@ void judge(const json& document, const StrokeResponse& exact, const Differences&
            JobVerdict& verdict) {
   constexpr double of_rounding = 10;
   if (found.beyond.empty()) return;
-  const auto rounding = rounding_of(document, exact, all, length, accuracy);
+  Rounding rounding(document, exact, all, length, accuracy);
   for (const Difference& d : found.beyond) {
-    const auto own = rounding.find(d.quantity);
-    const double left = own == rounding.end() ? 0 : own->second;
+    const double left = rounding.of(d);
     if (d.size <= of_rounding * left)
       verdict.rounded.push_back(
           std::isinf(d.size) ? fmt::format("{}, as rounding decides", d.words)

@@ -81,8 +81,9 @@ class LeafGradient {
   /// Along every variation, the state moving by a column of `rows` each. None of series.
   virtual std::unique_ptr<LeafFields> fields(
       const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const = 0;
-  /// Derivative of q of a column along a variation, scales apart.
-  S rate(const LeafQuadratic<S>& q, const Matrix& Y, int column, const LeafVariation<S>& v) const;
+  /// Derivatives of q of every column along every variation, scales apart: columns × variations.
+  Matrix rates(const LeafQuadratic<S>& q, const Matrix& Y,
+               const std::vector<LeafVariation<S>>& variations) const;
 
  protected:
   /// `width`: w/L.

@@ -142,20 +142,21 @@ MatrixXd StrainField::on(const std::vector<double>& x, const std::vector<double>
   const auto n = static_cast<Eigen::Index>(x_.size()),
              places_x = static_cast<Eigen::Index>(x.size()),
              places_y = static_cast<Eigen::Index>(y.size());
-  MatrixXd across(n, 6 * places_y);  // at the places across, component by component
+  std::vector<std::pair<int, double>> along;
+  for (const double place : x) along.push_back(station_interval(x_, place, split_));
+  MatrixXd values(places_x * places_y, 6);
+  Eigen::ArrayXd line(n);  // at a place across
   for (Eigen::Index b = 0; b < places_y; ++b) {
     const auto [j, t] = station_interval(y_, y[static_cast<std::size_t>(b)]);
     for (Eigen::Index k = 0; k < 6; ++k) {
-      const auto low = values_.col(k).segment(n * j, n),
-                 high = values_.col(k).segment(n * (j + 1), n);
-      across.col(k * places_y + b) = (1 - t) * low + t * high;
+      line = (1 - t) * values_.col(k).segment(n * j, n).array() +
+             t * values_.col(k).segment(n * (j + 1), n).array();
+      double* const to = &values(places_x * b, k);
+      for (Eigen::Index a = 0; a < places_x; ++a) {
+        const auto [i, s] = along[static_cast<std::size_t>(a)];
+        to[a] = (1 - s) * line[i] + s * line[i + 1];
+      }
     }
-  }
-  MatrixXd values(places_x * places_y, 6);
-  auto by_place = values.reshaped(places_x, 6 * places_y);
-  for (Eigen::Index a = 0; a < places_x; ++a) {
-    const auto [i, s] = station_interval(x_, x[static_cast<std::size_t>(a)], split_);
-    by_place.row(a) = (1 - s) * across.row(i) + s * across.row(i + 1);
   }
   return values;
 }

@@ -123,7 +123,7 @@ Vector12d ChordGradient::edge_moves(const LeafVariation<double>& v,
     const LeafVariation<double>::Edge& edge = v.edge[a];
     const Matrix3d& R = edges_[a].axes;
     const Matrix3d spin = edge.rotation * R.transpose();
-    lever[a] = edge.rotation * (R.transpose() * rows_.lever[a]) + R * edge.arm;
+    lever[a] = spin * rows_.lever[a] + R * edge.arm;
     moved.segment<3>(6 * a) = edge.position + lever[a];
     moved.segment<3>(6 * a + 3) =
         0.5 * Vector3d(spin(2, 1) - spin(1, 2), spin(0, 2) - spin(2, 0), spin(1, 0) - spin(0, 1));
@@ -134,21 +134,23 @@ Vector12d ChordGradient::edge_moves(const LeafVariation<double>& v,
 MatrixXd ChordGradient::force_rates(const std::vector<LeafVariation<double>>& variations) const {
   const auto columns = static_cast<Eigen::Index>(variations.size());
   const int m = rows_.unknowns;
-  MatrixXd rows = MatrixXd::Zero(rows_.size(), columns);
+  MatrixXd moved(12, columns), turning(6, columns), shape(3, columns);
   for (Eigen::Index k = 0; k < columns; ++k) {
     const LeafVariation<double>& v = variations[static_cast<std::size_t>(k)];
     std::array<Vector3d, 2> lever;
-    const Vector12d moved = edge_moves(v, lever);
-    const Vector6d de = frame_->B * moved;
-    const VectorXd rate =
-        energy_.tangent.leftCols<6>() * de + energy_.shape_force * v.shape.head<3>();
-    VectorXd f(m + 12);
-    f << rate.tail(m), frame_->B.transpose() * rate.head<6>() + edge_stiffness_ * moved;
-    rows.col(k) = rows_.body_rows(f);
+    moved.col(k) = edge_moves(v, lever);
+    shape.col(k) = v.shape.head<3>();
     for (int a = 0; a < 2; ++a)
-      rows.block<3, 1>(rows_.body(a) + 3, k) +=
-          lever[a].cross(Vector3d(edge_force_.segment<3>(6 * a)));
+      turning.block<3, 1>(3 * a, k) = lever[a].cross(Vector3d(edge_force_.segment<3>(6 * a)));
   }
+  MatrixXd rate = energy_.shape_force * shape;
+  rate += energy_.tangent.leftCols<6>() * (frame_->B * moved);
+  MatrixXd f(m + 12, columns);
+  f.topRows(m) = rate.bottomRows(m);
+  f.bottomRows<12>() = frame_->B.transpose() * rate.topRows<6>();
+  f.bottomRows<12>() += edge_stiffness_ * moved;
+  MatrixXd rows = rows_.body_rows(f);
+  for (int a = 0; a < 2; ++a) rows.middleRows<3>(rows_.body(a) + 3) += turning.middleRows<3>(3 * a);
   return rows;
 }
 

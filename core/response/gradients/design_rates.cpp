@@ -139,8 +139,8 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
     }
     const Vector3d dend = leaf.growth * dplace;
     // the same of the edge as it sits in its body, and along errors of assembly (S32)
-    const Vector3d spin = rotation_left_tangent(rotation_log(fit.turn)) * d.assembly_turn[e];
-    if (!fit.turn.isIdentity(0) || !spin.isZero(0)) {
+    if (!fit.turn.isIdentity(0) || !d.assembly_turn[e].isZero(0)) {
+      const Vector3d spin = rotation_left_tangent(rotation_log(fit.turn)) * d.assembly_turn[e];
       const Matrix3d turned = to_leaf * fit.turn * leaf.axes;
       down = (turned * down + (turning * fit.turn * leaf.axes + to_leaf * fit.turn * d.axes +
                                to_leaf * hat(spin) * fit.turn * leaf.axes) *
@@ -171,9 +171,10 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
                    reach = (L * end + to_leaf * Vector3d(fit.move - undeflected)) / held_length;
     v.edge[e].arm = own.transpose() * arm + down.transpose() * reach;
     // at.rotation is R: of (Aᵀ R A) own, where own holds Aᵀ Θ A of the fit's turn Θ
-    v.edge[e].rotation =
-        (turning * at.rotation * leaf.axes + to_leaf * at.rotation * d.axes) * own +
-        to_leaf * at.rotation * leaf.axes * down;
+    if (!d.axes.isZero(0))
+      v.edge[e].rotation =
+          (turning * at.rotation * leaf.axes + to_leaf * at.rotation * d.axes) * own;
+    if (!down.isZero(0)) v.edge[e].rotation += to_leaf * at.rotation * leaf.axes * down;
   }
   return v;
 }
@@ -257,13 +258,12 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda, const Matr
       rows += grounded_rows(factor, static_cast<int>(i), ground->translations).template cast<S>();
     const LeafQuadratic<S> q = leaves_[i]->quadratic(rows, lambda * (scale.mass / scale.energy));
     forces.add(leaf, scale.energy, q.state);
-    for (int k = 0; k < n; ++k)
-      for (Eigen::Index p = 0; p < count; ++p) {
-        const LeafVariation<S>& v = variations_[i][static_cast<std::size_t>(p)];
-        rates(k, p) +=
-            scale.energy * (v.energy * q.stiffness[k] + leaves_[i]->rate(q, rows, k, v)) -
-            scale.mass * v.mass * lambda[k] * q.mass[k];
-      }
+    rates += scale.energy * leaves_[i]->rates(q, rows, variations_[i]);
+    for (Eigen::Index p = 0; p < count; ++p) {
+      const LeafVariation<S>& v = variations_[i][static_cast<std::size_t>(p)];
+      if (v.energy != 0) rates.col(p) += (scale.energy * v.energy) * q.stiffness;
+      if (v.mass != 0) rates.col(p) -= (scale.mass * v.mass) * lambda.cwiseProduct(q.mass);
+    }
   }
   rates.noalias() += forces.sum().transpose() * state_rates;
   add_joint_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
