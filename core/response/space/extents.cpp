@@ -28,15 +28,25 @@ LocalValue value_at(const Solids& solids, const SolidPoint& point, const F& f) {
   return result;
 }
 
-// The point of a solid, from a start, that makes the function least.
+// The point of a solid, from a sample, that makes the function least: in the cell to which it falls
+// first, from inside of it. Long steps, and those by the curvature of the cell on the other side,
+// pass over what is least there.
 template <class F>
-SolidPoint least_point(const Solids& solids, const SolidPoint& start, const F& f) {
-  const int solid = start.solid;
-  return {solid, local_minimum(
-                     [&](const VectorXd& at) {
-                       return value_at(solids, {solid, at}, f);
-                     },
-                     solids.lower(solid), solids.upper(solid), start.at)};
+SolidPoint least_point(const Solids& solids, const Solids::SampleGrid& grid,
+                       const SolidPoint& sample, const F& f) {
+  constexpr double inside = 0.25;  // of the cell
+  const int solid = sample.solid;
+  const auto value = [&](const VectorXd& at) { return value_at(solids, {solid, at}, f); };
+  const Vector3d lower = solids.lower(solid), upper = solids.upper(solid);
+  const Vector3d slope = value(sample.at).gradient;
+  Vector3d low = lower.cwiseMax(sample.at - grid.steps),
+           high = upper.cwiseMin(sample.at + grid.steps), start = sample.at;
+  for (int k = 0; k < 3; ++k) {
+    if (slope[k] > 0) high[k] = sample.at[k];
+    if (slope[k] < 0) low[k] = sample.at[k];
+    if (slope[k] != 0) start[k] += inside * ((slope[k] > 0 ? low : high)[k] - start[k]);
+  }
+  return {solid, local_minimum(value, lower, upper, local_minimum(value, low, high, start))};
 }
 
 // What the function may lose between a sample and its neighbours by its slope there: of a cubic
@@ -109,7 +119,7 @@ SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, const 
       if (reached[k] + change_beside(grid, reached, k) <= most + equal) continue;
       const SolidPoint start{i, grid.samples[k].at};
       if (reached[k] + descent(solids, grid, start, f) > most + equal)
-        take(least_point(solids, start, f));
+        take(least_point(solids, grid, start, f));
     }
   }
   return best;

@@ -2,12 +2,15 @@
 #include "core/response/space/room_taken.hpp"
 
 #include <Eigen/Geometry>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
+#include "core/response/space/extents.hpp"
+#include "core/response/space/undeflected_place.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
 
@@ -86,6 +89,33 @@ TEST_CASE("over the stroke the envelope holds every state, the undeflected one t
   CHECK(moving.box == there.path[1].moving_envelope->box);
   // the reach to the far side of O grows by the stroke; the leaf's roots stay where they are
   CHECK(moving.cylinder >= there.path[0].envelope->cylinder);
+}
+
+TEST_CASE("the furthest place between samples is found from either side of it", "[response]") {
+  // The base edge is not straight: along x by so much at its samples. The largest value of the
+  // cubics lies between the second and the third, higher than the first.
+  constexpr std::array<double, 5> height{3.3e-3, 2.4e-3, 0, -0.1, -0.4};
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  const auto reach = [&](bool image) {
+    const Solids solids(m,
+                        [&](int i, const std::vector<std::array<double, 2>>& points) {
+                          std::vector<Vector3d> places;
+                          for (const auto& [along, across] : points) {
+                            const double from = image ? 1 - across : across;
+                            places.push_back(undeflected_place(
+                                m.leaves[static_cast<std::size_t>(i)], along, across));
+                            if (i == 0)
+                              places.back()[0] -=
+                                  0.1 * (1 - along) *
+                                  height[static_cast<std::size_t>(std::lround(4 * from))];
+                          }
+                          return places;
+                        },
+                        {{m.bodies[0].reference, Matrix3d::Identity()}});
+    return -extents_of(solids).low[0];
+  };
+  CHECK(reach(false) > 2 * 0.1 * height[0]);
+  CHECK(reach(true) == Approx(reach(false)).epsilon(1e-9));
 }
 
 TEST_CASE("two wires are apart by the distance of their lines less their diameter", "[response]") {
