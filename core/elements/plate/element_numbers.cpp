@@ -162,6 +162,7 @@ PlateShear<S> ElementNumbers<S>::plate_shear(int i, int j) const {
   const S &nu = mesh_.poissons_ratio, hx = mesh_.x[i + 1] - mesh_.x[i],
           hy = mesh_.y[j + 1] - mesh_.y[j];
   const GaussRule full = gauss_rule(4);
+  const S corner = mesh_.corner_stiffening(i);
   Row bend = Row::Zero();                         // moments of M_xx about the middle
   S area(0), volume(0), moment(0), stiffness(0);  // moment: I_x, stiffness: J_x
   std::array<S, 4> bent{};
@@ -173,7 +174,9 @@ PlateShear<S> ElementNumbers<S>::plate_shear(int i, int j) const {
     for (int b = 0; b < 4; ++b) {
       const HermiteValuesT<S> Y = hermite<S>(full.point[b], hy);
       const auto N = derivatives(i, full.point[a], S(mesh_.y[j] + full.point[b] * hy), X, Y);
-      const S dA = full.weight[a] * full.weight[b] * hx * hy * map.factor, w = dA * t * t * t * dx;
+      const S dA = full.weight[a] * full.weight[b] * hx * hy * map.factor;
+      S w = dA * t * t * t * dx;
+      if (mesh_.folded()) w *= corner;
       bend += w * Row(N.xx + nu * N.yy);
       bent[a] += w;
       area += dA;
@@ -265,7 +268,7 @@ template <class S>
 PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
   const S& nu = mesh_.poissons_ratio;
   const S hx = mesh_.x[i + 1] - mesh_.x[i];
-  const S hy = mesh_.y[j + 1] - mesh_.y[j];
+  const S hy = mesh_.y[j + 1] - mesh_.y[j], corner = mesh_.corner_stiffening(i);
   const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
 
   PlateMesh::Element element;
@@ -287,6 +290,8 @@ PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
       const Derivatives N = derivatives(i, full.point[a], S(mesh_.y[j] + full.point[b] * hy), X, Y);
       const S area = full.weight[a] * full.weight[b] * hx * hy * map.factor, w = area * cube;
       add_bending(element.bending, w, nu, N);
+      if (value_of(corner) != 1)
+        add_square(element.bending, S(w * (corner - 1.0)), Row(N.xx + nu * N.yy));
       if (mesh_.curved()) {
         add_natural(element, w, rest, N.x, N.y);
         const Row bend = N.xx + nu * N.yy;

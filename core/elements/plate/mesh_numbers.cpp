@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/elements/plate/beam_section.hpp"
+#include "core/mechanism/fold_corner.hpp"
 #include "core/mechanism/profile.hpp"
 
 namespace flexopt {
@@ -24,7 +25,8 @@ S number(double value, double rate) {
 template <class S>
 LeafFoldT<S> fold_of(const PlateShape& shape, const ShapeRate& rate) {
   const LeafFold fold = shape.fold.value_or(LeafFold{});
-  return {number<S>(fold.place, rate.fold.place), number<S>(fold.angle, rate.fold.angle)};
+  return {number<S>(fold.place, rate.fold.place), number<S>(fold.angle, rate.fold.angle),
+          number<S>(fold.radius, rate.fold.radius)};
 }
 
 // At a place that may move.
@@ -43,6 +45,9 @@ S profile(const std::vector<double>& numbers, const std::vector<double>& rates, 
 
 /// g of the mesh towards the free edges, and of a wide leaf towards its clamps.
 constexpr double grading = 0.7;
+
+/// How far from the fold line the corner counts, over s: there 4/5 of the compliance are missing.
+constexpr double corner_zone = 5.0 / 3;
 
 // (E13), by the mean width over the length between the clamps
 template <class S>
@@ -214,6 +219,22 @@ WidthMap<S> MeshNumbers<S>::map(int i, double s) const {
   };
   const S f = sum(X.value);
   return {f, sum(X.slope) / f, sum(X.curvature) / f};
+}
+
+template <class S>
+S MeshNumbers<S>::corner_stiffening(int i) const {
+  const int line = shape_->mesh[0];
+  if (!folded() || i == line) return S(1);
+  const S missing = corner_shortening<S>(fold.angle, fold.radius, thickness);
+  if (value_of(missing) == 0) return S(1);  // with its derivative
+  const S near = i < line ? S(fold.place - x[i + 1]) : S(x[i] - fold.place), h = x[i + 1] - x[i];
+  // of what is missing, the share up to a distance from the line; its slope falls from 4/3 to 0
+  const S zone = corner_zone * missing;
+  const auto share = [&zone](const S& distance) {
+    const S u = distance / zone;
+    return value_of(u) >= 1 ? S(1) : S(u * (4.0 - u * u * u) / 3.0);
+  };
+  return h / (h - missing * (share(S(near + h)) - share(near)));
 }
 
 template <class S>

@@ -62,6 +62,8 @@ class MeshNumbers {
   S thickness_factor(const S& x) const;
   /// In element i along, at s of it.
   WidthMap<S> map(int i, double s) const;
+  /// How many times as much energy of M_xx element i along has, for the corner of a fold: (E14).
+  S corner_stiffening(int i) const;
 
   /// Of the undeflected leaf in element i along, at s of it: r,xx = along r,x + normal n.
   struct Rest {

@@ -28,11 +28,19 @@ RestT<S> rest_of(const MeshNumbers<S>& numbers, int i, double s) {
   return {numbers.rest(i, s).metric, numbers.rest_curvature(i, s)};
 }
 
+/// What the curvature along a section has more than that of the surface of the nodal values.
+template <class S>
+struct SectionT {
+  Vector3<S> turn;  ///< (E11)
+  /// Of M_xx over that of this curvature: (E14).
+  S stiffening = S(1), poissons_ratio = S(0);
+};
+
 // `map` and `y0`: null where the width does not vary.
 template <class S>
 StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X,
                     const HermiteValuesT<S>& Y, const RestT<S>& rest, const WidthMap<S>* map,
-                    const S& y0, const Vector3<S>& turn) {
+                    const S& y0, const SectionT<S>& section) {
   const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
     Vector3<S> r = Vector3<S>::Zero();
     for (int f = 0; f < 16; ++f) {
@@ -46,7 +54,9 @@ StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X
                                   at(X.value, Y.curvature)};
   if (map) r = mapped<S, Vector3<S>>(*map, y0, r.x, r.y, r.xx, r.xy, r.yy);
   const Vector3<S>&a1 = r.x, &a2 = r.y;
-  const Vector3<S> r11 = r.xx - turn;
+  Vector3<S> r11 = r.xx - section.turn;
+  if (value_of(section.stiffening) != 1)
+    r11 += (section.stiffening - 1.0) * Vector3<S>(r11 + section.poissons_ratio * r.yy);
   const Vector3<S> m = a1.cross(a2);
   using std::sqrt;
   const Vector3<S> n = m / sqrt(m.squaredNorm());
@@ -94,13 +104,16 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
       if (i == mesh.fold_line()) continue;
       const HermiteValues X = hermite(a, mesh.x()[i + 1] - mesh.x()[i]);
       const WidthMap<double> map = numbers.map(i, a);
+      const double corner = numbers.corner_stiffening(i);
       for (int j = 0; j < mesh.elements_across(); ++j) {
         const Gradient U = dofs(nodal, i, j);
         const double hy = mesh.y()[j + 1] - mesh.y()[j];
         for (const double b : station)
           values.push_back(strains<double>(U, X, hermite(b, hy), rest_of(numbers, i, a),
                                            numbers.width_varies() ? &map : nullptr,
-                                           mesh.y()[j] + b * hy, section_turn(mesh, i, j, U, a)));
+                                           mesh.y()[j] + b * hy,
+                                           {section_turn(mesh, i, j, U, a), corner,
+                                            numbers.poissons_ratio}));
       }
     }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
@@ -177,7 +190,8 @@ MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd
     const StrainsT<Dual1> e =
         strains<Dual1>(U, hermite<Dual1>(sx, hx), hermite<Dual1>(sy, hy), rest_of(numbers, ei, sx),
                        numbers.width_varies() ? &map : nullptr, numbers.y[ej] + sy * hy,
-                       section_turn(numbers, ei, ej, U, sx));
+                       {section_turn(numbers, ei, ej, U, sx), numbers.corner_stiffening(ei),
+                        numbers.poissons_ratio});
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = e[k].value;
