@@ -25,7 +25,7 @@ S corner_reach(const S& angle, const S& radius, const S& thickness) {
   return (radius + 0.5 * thickness) * tan(S(0.5 * abs(angle)));
 }
 
-/// By how much each leg is shorter to a moment in the plane of the fold: s of (E14). Not negative.
+/// What of each leg does not bend in the plane of the fold, s of (E14). Not negative.
 template <class S>
 S corner_shortening(const S& angle, const S& radius, const S& thickness) {
   using std::abs, std::exp;
@@ -34,6 +34,17 @@ S corner_shortening(const S& angle, const S& radius, const S& thickness) {
   const S bent = R * tangent_excess(h) - (1.0 - sharp) / (6.0 + 30.0 * R * h2),
           mitred = 0.02 + 0.003 * h2 * h2 * h2;
   return thickness * h2 * (h * bent + sharp * mitred);
+}
+
+/// What of each leg is not there to be twisted, s_xy of (E14). Negative where it is a mitred corner.
+template <class S>
+S corner_shortening_of_twist(const S& angle, const S& radius, const S& thickness) {
+  using std::abs, std::exp;
+  const S h = 0.5 * abs(angle), h2 = h * h, ratio = radius / thickness, R = ratio + 0.5;
+  const S sharp = exp(S(-100.0 * ratio * ratio)), excess = tangent_excess(h);
+  const S bent = R * excess - (1.0 - sharp) / (1.5 + 60.0 * R * h2),
+          mitred = h * excess + 0.113 - 0.141 * h - 0.006 * h * h2 * h2 * h2;
+  return thickness * h2 * (h * bent - sharp * mitred);
 }
 
 }  // namespace flexopt

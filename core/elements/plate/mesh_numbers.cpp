@@ -46,8 +46,22 @@ S profile(const std::vector<double>& numbers, const std::vector<double>& rates, 
 /// g of the mesh towards the free edges, and of a wide leaf towards its clamps.
 constexpr double grading = 0.7;
 
-/// How far from the fold line the corner counts, over s: there 4/5 of the compliance are missing.
-constexpr double corner_zone = 5.0 / 3;
+/// How far from the fold line the corner counts, over s.
+constexpr double corner_zone = 80.0 / 63;
+/// The share of it that lies within u of this length, and its moment: nine tenths of what is there,
+/// and less towards its end, 9/10 (1 − u⁷).
+template <class S>
+S corner_share(const S& u) {
+  if (value_of(u) >= 1) return S(1);
+  const S u2 = u * u, u4 = u2 * u2;
+  return u * (8.0 - u * u2 * u4) / 7.0;
+}
+template <class S>
+S corner_moment(const S& u) {
+  if (value_of(u) >= 1) return S(4.0 / 9);
+  const S u2 = u * u, u4 = u2 * u2;
+  return u2 * (36.0 - 8.0 * u * u2 * u4) / 63.0;
+}
 
 // (E13), by the mean width over the length between the clamps
 template <class S>
@@ -222,19 +236,27 @@ WidthMap<S> MeshNumbers<S>::map(int i, double s) const {
 }
 
 template <class S>
-S MeshNumbers<S>::corner_stiffening(int i) const {
+auto MeshNumbers<S>::corner(int i) const -> Corner {
   const int line = shape_->mesh[0];
-  if (!folded() || i == line) return S(1);
-  const S missing = corner_shortening<S>(fold.angle, fold.radius, thickness);
-  if (value_of(missing) == 0) return S(1);  // with its derivative
-  const S near = i < line ? S(fold.place - x[i + 1]) : S(x[i] - fold.place), h = x[i + 1] - x[i];
-  // of what is missing, the share up to a distance from the line; its slope falls from 4/3 to 0
-  const S zone = corner_zone * missing;
-  const auto share = [&zone](const S& distance) {
-    const S u = distance / zone;
-    return value_of(u) >= 1 ? S(1) : S(u * (4.0 - u * u * u) / 3.0);
-  };
-  return h / (h - missing * (share(S(near + h)) - share(near)));
+  Corner corner;
+  if (!folded() || i == line) return corner;
+  const bool first = i < line;
+  const S near = first ? S(fold.place - x[i + 1]) : S(x[i] - fold.place), h = x[i + 1] - x[i],
+          far = near + h;
+  const S reach = corner_reach<S>(fold.angle, fold.radius, thickness),
+          missing = corner_shortening<S>(fold.angle, fold.radius, thickness);
+  if (value_of(missing) == 0) return corner;  // with its derivative
+  const S zone = corner_zone * missing, share = corner_share(S(far / zone)) - corner_share(S(near / zone));
+  corner.twist = 1.0 - corner_shortening_of_twist<S>(fold.angle, fold.radius, thickness) / h *
+                           (corner_share(S(far / (corner_zone * reach))) -
+                            corner_share(S(near / (corner_zone * reach))));
+  if (value_of(share) == 0) return corner;
+  const S moment = corner_moment(S(far / zone)) - corner_moment(S(near / zone)),
+          from_line = (zone * moment / share - near) / h, d = (first ? 0.5 - from_line : from_line - 0.5);
+  corner.missing = missing * share;
+  corner.place = 0.5 + d;
+  corner.stiffness = corner.missing / (1.0 - corner.missing / h * (1.0 + 12.0 * d * d));
+  return corner;
 }
 
 template <class S>

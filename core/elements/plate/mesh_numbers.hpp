@@ -62,8 +62,14 @@ class MeshNumbers {
   S thickness_factor(const S& x) const;
   /// In element i along, at s of it.
   WidthMap<S> map(int i, double s) const;
-  /// How many times as much energy of M_xx element i along has, for the corner of a fold: (E14).
-  S corner_stiffening(int i) const;
+  /// Of the corner of a fold in element i along: (E14).
+  struct Corner {
+    S missing = S(0);    ///< s, of the flexibility along
+    S place = S(0.5);    ///< where it is missing, a share of the element
+    S stiffness = S(0);  ///< what that adds for it there
+    S twist = S(1);      ///< how many times as much energy the twist has
+  };
+  Corner corner(int i) const;
 
   /// Of the undeflected leaf in element i along, at s of it: r,xx = along r,x + normal n.
   struct Rest {

@@ -28,12 +28,13 @@ RestT<S> rest_of(const MeshNumbers<S>& numbers, int i, double s) {
   return {numbers.rest(i, s).metric, numbers.rest_curvature(i, s)};
 }
 
-/// What the curvature along a section has more than that of the surface of the nodal values.
+/// What the bending of the sections differs by from that of the surface of the nodal values.
 template <class S>
 struct SectionT {
-  Vector3<S> turn;  ///< (E11)
-  /// Of M_xx over that of this curvature: (E14).
-  S stiffening = S(1), poissons_ratio = S(0);
+  Vector3<S> turn;           ///< (E11)
+  const MeshNumbers<S>* of;  ///< of a folded leaf: (E14)
+  int element = 0;           ///< along
+  double along = 0;          ///< share of it
 };
 
 // `map` and `y0`: null where the width does not vary.
@@ -55,8 +56,18 @@ StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X
   if (map) r = mapped<S, Vector3<S>>(*map, y0, r.x, r.y, r.xx, r.xy, r.yy);
   const Vector3<S>&a1 = r.x, &a2 = r.y;
   Vector3<S> r11 = r.xx - section.turn;
-  if (value_of(section.stiffening) != 1)
-    r11 += (section.stiffening - 1.0) * Vector3<S>(r11 + section.poissons_ratio * r.yy);
+  if (section.of) {
+    const auto corner = section.of->corner(section.element);
+    if (value_of(corner.stiffness) != 0) {
+      const MeshNumbers<S>& mesh = *section.of;
+      const S h = mesh.x[section.element + 1] - mesh.x[section.element], d = corner.place - 0.5;
+      const double here = section.along - 0.5;
+      const HermiteValuesT<S> there = hermite<S, S>(corner.place, h);
+      const Vector3<S> bent = at(there.curvature, Y.value) - (d / here) * section.turn +
+                              mesh.poissons_ratio * at(there.value, Y.curvature);
+      r11 += S(corner.stiffness / h * (1.0 + 12.0 * here * d)) * bent;
+    }
+  }
   const Vector3<S> m = a1.cross(a2);
   using std::sqrt;
   const Vector3<S> n = m / sqrt(m.squaredNorm());
@@ -104,7 +115,6 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
       if (i == mesh.fold_line()) continue;
       const HermiteValues X = hermite(a, mesh.x()[i + 1] - mesh.x()[i]);
       const WidthMap<double> map = numbers.map(i, a);
-      const double corner = numbers.corner_stiffening(i);
       for (int j = 0; j < mesh.elements_across(); ++j) {
         const Gradient U = dofs(nodal, i, j);
         const double hy = mesh.y()[j + 1] - mesh.y()[j];
@@ -112,8 +122,8 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
           values.push_back(strains<double>(U, X, hermite(b, hy), rest_of(numbers, i, a),
                                            numbers.width_varies() ? &map : nullptr,
                                            mesh.y()[j] + b * hy,
-                                           {section_turn(mesh, i, j, U, a), corner,
-                                            numbers.poissons_ratio}));
+                                           {section_turn(mesh, i, j, U, a),
+                                            numbers.folded() ? &numbers : nullptr, i, a}));
       }
     }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
@@ -190,8 +200,8 @@ MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd
     const StrainsT<Dual1> e =
         strains<Dual1>(U, hermite<Dual1>(sx, hx), hermite<Dual1>(sy, hy), rest_of(numbers, ei, sx),
                        numbers.width_varies() ? &map : nullptr, numbers.y[ej] + sy * hy,
-                       {section_turn(numbers, ei, ej, U, sx), numbers.corner_stiffening(ei),
-                        numbers.poissons_ratio});
+                       {section_turn(numbers, ei, ej, U, sx),
+                        numbers.folded() ? &numbers : nullptr, ei, sx});
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = e[k].value;

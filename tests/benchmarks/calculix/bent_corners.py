@@ -7,12 +7,13 @@ bent_corners.py --flexopt build/release/flexopt --work /tmp/calculix [--case NAM
 import argparse
 import copy
 import dataclasses
+import json
 import math
 import os
 
 import numpy as np
 
-from make_and_compare import CASES, differences, print_table, run_flexopt, solve_case
+from make_and_compare import CASES, differences, print_table, record, run_flexopt, solve_case
 from solid_model import FIRST_MASS, Leaf, Mesh, Model, graded
 
 FOLDS = [name for name in CASES if "fold" in name]
@@ -138,17 +139,32 @@ def main():
     parser.add_argument("--work", required=True, help="scratch folder")
     parser.add_argument("--case", action="append", choices=FOLDS)
     parser.add_argument("--radius", type=float, action="append", help="inner, over the thickness")
+    parser.add_argument("--store", help="write CalculiX's numbers here")
+    parser.add_argument("--reuse", help="take CalculiX's numbers from here")
     options = parser.parse_args()
+    stored = {"cases": {}}
+    for file_name in (options.store, options.reuse):
+        if file_name and os.path.exists(file_name):
+            with open(file_name) as file:
+                stored = json.load(file)
     for name in options.case or FOLDS:
         case = CASES[name][0]
         case = dataclasses.replace(case, strokes=case.strokes[:1], steps_per_stroke=1)
         folder = os.path.join(options.work, "bent_" + name)
         for ratio in options.radius or [0.5, 1, 2]:
-            ours = run_flexopt(options.flexopt, with_radius(case, ratio * case.thickness), "reduced",
-                               None, os.path.join(folder, "flexopt"))
-            solid = solve_case(case, Mesh(16, 8, 2), "plate", folder,
-                               make_model=lambda *a: BentModel(*a, ratio * case.thickness))
-            print_table(f"{name}, r = {ratio:g} t", case, case.strokes,
+            bent, title = with_radius(case, ratio * case.thickness), f"{name}, r = {ratio:g} t"
+            ours = run_flexopt(options.flexopt, bent, "reduced", None,
+                               os.path.join(folder, "flexopt"))
+            if options.reuse:
+                solid = stored["cases"][title]
+            else:
+                solid = solve_case(case, Mesh(16, 8, 2), "plate", folder,
+                                   make_model=lambda *a: BentModel(*a, ratio * case.thickness))
+            if options.store:
+                stored["cases"][title] = record(bent, solid)
+                with open(options.store, "w") as file:
+                    json.dump(stored, file, indent=1)
+            print_table(title, case, case.strokes,
                         differences(case, ours, solid["path"]))
 
 
