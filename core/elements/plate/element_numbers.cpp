@@ -313,7 +313,7 @@ PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
         natural.add(S(-w * rest.normal), N.x, N.y,
                     against(bend, shear, S((full.point[a] - 0.5) * hx)));
       }
-      add_square(element.mass, area * t, hermite_products(X.value, Y.value));
+      add_square(element.mass, area * t * corner.mass, hermite_products(X.value, Y.value));
     }
   }
   if (value_of(corner.stiffness) != 0)

@@ -246,10 +246,13 @@ auto MeshNumbers<S>::corner(int i) const -> Corner {
   const S reach = corner_reach<S>(fold.angle, fold.radius, thickness),
           missing = corner_shortening<S>(fold.angle, fold.radius, thickness);
   if (value_of(missing) == 0) return corner;  // with its derivative
-  const S zone = corner_zone * missing, share = corner_share(S(far / zone)) - corner_share(S(near / zone));
-  corner.twist = 1.0 - corner_shortening_of_twist<S>(fold.angle, fold.radius, thickness) / h *
-                           (corner_share(S(far / (corner_zone * reach))) -
-                            corner_share(S(near / (corner_zone * reach))));
+  const auto share_within = [&](const S& zone) {
+    return S(corner_share(S(far / zone)) - corner_share(S(near / zone)));
+  };
+  const S beside = share_within(S(corner_zone * reach)) / h;
+  corner.twist -= beside * corner_shortening_of_twist<S>(fold.angle, fold.radius, thickness);
+  corner.mass -= beside * corner_cut<S>(fold.angle, fold.radius, thickness);
+  const S zone = corner_zone * missing, share = share_within(zone);
   if (value_of(share) == 0) return corner;
   const S moment = corner_moment(S(far / zone)) - corner_moment(S(near / zone)),
           from_line = (zone * moment / share - near) / h, d = (first ? 0.5 - from_line : from_line - 0.5);

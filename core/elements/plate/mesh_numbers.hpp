@@ -68,6 +68,7 @@ class MeshNumbers {
     S place = S(0.5);    ///< where it is missing, a share of the element
     S stiffness = S(0);  ///< what that adds for it there
     S twist = S(1);      ///< how many times as much energy the twist has
+    S mass = S(1);       ///< how many times as heavy it is
   };
   Corner corner(int i) const;
 
