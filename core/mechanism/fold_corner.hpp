@@ -21,7 +21,7 @@ S tangent_excess(const S& h) {
 template <class S>
 S corner_sharpness(const S& ratio) {
   using std::exp;
-  return exp(S(-100.0 * ratio * ratio));
+  return exp(S(-200.0 * ratio * ratio));
 }
 
 /// How far from the fold line the corner begins: where the arc of a bent one does, or where the

@@ -57,17 +57,18 @@ TEST_CASE("an elastic fold is softer than a rigid one, and little so", "[fold]")
                        elastic = evaluated(folded(true), {0});
   const PathPoint &r = rigid.path[0], &e = elastic.path[0];
   const MatrixXd more = e.compliance_free - r.compliance_free;
-  // the rigid fold is the elastic one held: no load finds it softer
+  // the rigid fold is the elastic one held: no load finds it softer, but for the corner of the
+  // elastic one, which takes 0.1 % of the length of a leg from its bending
   const Eigen::Matrix<double, 6, 1> scale = r.compliance_free.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd relative = scale.asDiagonal() * more * scale.asDiagonal();
-  CHECK(Eigen::SelfAdjointEigenSolver<MatrixXd>(relative).eigenvalues()[0] > -2e-4);
+  CHECK(Eigen::SelfAdjointEigenSolver<MatrixXd>(relative).eigenvalues()[0] > -3e-3);
   for (int d = 0; d < 6; ++d) {
     if (!r.support_stiffness[d]) continue;
-    CHECK(*e.support_stiffness[d] < 1.0002 * *r.support_stiffness[d]);
+    CHECK(*e.support_stiffness[d] < 1.003 * *r.support_stiffness[d]);
     CHECK(*e.support_stiffness[d] > 0.6 * *r.support_stiffness[d]);
   }
   for (std::size_t k = 0; k < 4; ++k)
-    CHECK(e.frequencies_locked[k] < 1.0002 * r.frequencies_locked[k]);
+    CHECK(e.frequencies_locked[k] < 1.0015 * r.frequencies_locked[k]);
   CHECK(e.drive_stiffness == Approx(r.drive_stiffness).epsilon(0.03));
 }
 
