@@ -47,9 +47,9 @@ S profile(const std::vector<double>& numbers, const std::vector<double>& rates, 
 constexpr double grading = 0.7;
 
 /// How far from the fold line the corner counts, over s.
-constexpr double corner_zone = 80.0 / 63;
-/// The share of it that lies within u of this length, and its moment: nine tenths of what is there,
-/// and less towards its end, 9/10 (1 − u⁷).
+constexpr double corner_zone = 160.0 / 133;
+/// The share of it that lies within u of this length, and its moment: 19/20 of what is there,
+/// and less towards its end, 19/20 (1 − u⁷).
 template <class S>
 S corner_share(const S& u) {
   if (value_of(u) >= 1) return S(1);

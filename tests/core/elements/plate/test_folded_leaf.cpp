@@ -136,7 +136,7 @@ TEST_CASE("stiffness of an L frame in its plane", "[fold]") {
     // what the corner does not bend, in the middle of where it is missing
     const double shorter = corner_shortening(angle, radius, s.thickness);
     for (const double side : {-1.0, 1.0}) {
-      const double at = place + side * (4.0 / 9) * (80.0 / 63) * shorter;
+      const double at = place + side * (4.0 / 9) * (160.0 / 133) * shorter;
       const ArcPoint<double> p =
           at < place ? ArcPoint<double>{at, 0, 1, 0} : leg_point(place, angle, at);
       const Vector3d moment(tip[2] - p.z, -(tip[0] - p.x), 1);
