@@ -1,5 +1,5 @@
 // Elements of a plate, core/elements/README.md (E1), (E2), (E9), (E10),
-// (E14), and of a beam, beams.md
+// (E15), and of a beam, beams.md
 // (B1).
 #include "core/elements/plate/element_numbers.hpp"
 

@@ -62,7 +62,7 @@ class MeshNumbers {
   S thickness_factor(const S& x) const;
   /// In element i along, at s of it.
   WidthMap<S> map(int i, double s) const;
-  /// Of the corner of a fold in element i along: (E14).
+  /// Of the corner of a fold in element i along: (E14), (E15).
   struct Corner {
     S missing = S(0);    ///< s, of the flexibility along
     S place = S(0.5);    ///< where it is missing, a share of the element

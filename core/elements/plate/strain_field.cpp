@@ -32,7 +32,7 @@ RestT<S> rest_of(const MeshNumbers<S>& numbers, int i, double s) {
 template <class S>
 struct SectionT {
   Vector3<S> turn;           ///< (E11)
-  const MeshNumbers<S>* of;  ///< of a folded leaf: (E14)
+  const MeshNumbers<S>* of;  ///< of a folded leaf: (E15)
   int element = 0;           ///< along
   double along = 0;          ///< share of it
 };
