@@ -32,8 +32,8 @@ S corner_reach(const S& angle, const S& radius, const S& thickness) {
   return (radius + 0.5 * thickness) * tan(S(0.5 * abs(angle)));
 }
 
-/// By how much the arc of a bent corner is shorter than the way to the line, for each leg; none of a
-/// mitred one.
+/// By how much the arc of a bent corner is shorter than the way to the line, for each leg; none of
+/// a mitred one.
 template <class S>
 S corner_cut(const S& angle, const S& radius, const S& thickness) {
   using std::abs;
@@ -53,7 +53,8 @@ S corner_shortening(const S& angle, const S& radius, const S& thickness) {
   return thickness * h2 * (h * bent + sharp * mitred);
 }
 
-/// What of each leg is not there to be twisted, s_xy of (E14). Negative where it is a mitred corner.
+/// What of each leg is not there to be twisted, s_xy of (E14). Negative where it is a mitred
+/// corner.
 template <class S>
 S corner_shortening_of_twist(const S& angle, const S& radius, const S& thickness) {
   using std::abs;

@@ -94,8 +94,8 @@ TEST_CASE("the default model is within 0.25 % of solids") {
 }
 
 TEST_CASE("folds with bent corners are within 0.25 % of solids") {
-  // but one whose corner takes 5.4 t of each leg of 100 and 125 t, and the sixth frequency of a wide
-  // one, of its leaf alone
+  // but one whose corner takes 5.4 t of each leg of 100 and 125 t, and the sixth frequency of a
+  // wide one, of its leaf alone
   const nlohmann::json all = solids("calculix_bent_folds.json");
   for (const auto& [name, solid] : all.items()) {
     CAPTURE(name);

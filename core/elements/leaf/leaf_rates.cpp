@@ -24,8 +24,9 @@ bool is_shaped(const LeafSpring& leaf) { return leaf.has_profile() || leaf.curve
 
 ProfileRate profiles_of(const LeafSpring& leaf) {
   const LeafFold fold = leaf.fold.value_or(LeafFold{});
-  return {leaf.width_profile, leaf.thickness_profile, leaf.curve.value_or(0), fold.place,
-          fold.angle, fold.radius};
+  return {
+      leaf.width_profile, leaf.thickness_profile, leaf.curve.value_or(0), fold.place, fold.angle,
+      fold.radius};
 }
 
 }  // namespace

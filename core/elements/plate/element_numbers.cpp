@@ -1,6 +1,5 @@
-// Elements of a plate, core/elements/README.md (E1), (E2), (E9), (E10),
-// (E15), and of a beam, beams.md
-// (B1).
+// Elements of a plate, core/elements/README.md (E1), (E2), (E9), (E10), (E15), and of a beam,
+// beams.md (B1).
 #include "core/elements/plate/element_numbers.hpp"
 
 #include <cmath>
@@ -194,7 +193,8 @@ PlateShear<S> ElementNumbers<S>::plate_shear(int i, int j) const {
   if (const Corner corner = mesh_.corner(i); value_of(corner.stiffness) != 0) {
     const S dx = (corner.place - 0.5) * hx;
     for (int b = 0; b < 4; ++b)
-      bend += S(full.weight[b] * hy * corner.stiffness * dx) * corner_bend(corner, j, full.point[b], hx, hy);
+      bend += S(full.weight[b] * hy * corner.stiffness * dx) *
+              corner_bend(corner, j, full.point[b], hx, hy);
     stiffness += hy * corner.stiffness * dx * dx;
   }
   // A D / κ G t L² at the thickness 1

@@ -255,7 +255,8 @@ auto MeshNumbers<S>::corner(int i) const -> Corner {
   const S zone = corner_zone * missing, share = share_within(zone);
   if (value_of(share) == 0) return corner;
   const S moment = corner_moment(S(far / zone)) - corner_moment(S(near / zone)),
-          from_line = (zone * moment / share - near) / h, d = (first ? 0.5 - from_line : from_line - 0.5);
+          from_line = (zone * moment / share - near) / h,
+          d = (first ? 0.5 - from_line : from_line - 0.5);
   corner.missing = missing * share;
   corner.place = 0.5 + d;
   corner.stiffness = corner.missing / (1.0 - corner.missing / h * (1.0 + 12.0 * d * d));

@@ -119,11 +119,10 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
         const Gradient U = dofs(nodal, i, j);
         const double hy = mesh.y()[j + 1] - mesh.y()[j];
         for (const double b : station)
-          values.push_back(strains<double>(U, X, hermite(b, hy), rest_of(numbers, i, a),
-                                           numbers.width_varies() ? &map : nullptr,
-                                           mesh.y()[j] + b * hy,
-                                           {section_turn(mesh, i, j, U, a),
-                                            numbers.folded() ? &numbers : nullptr, i, a}));
+          values.push_back(strains<double>(
+              U, X, hermite(b, hy), rest_of(numbers, i, a), numbers.width_varies() ? &map : nullptr,
+              mesh.y()[j] + b * hy,
+              {section_turn(mesh, i, j, U, a), numbers.folded() ? &numbers : nullptr, i, a}));
       }
     }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
@@ -197,11 +196,10 @@ MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd
     const Dual1 hx = numbers.x[ei + 1] - numbers.x[ei], hy = numbers.y[ej + 1] - numbers.y[ej];
     const double sx = station[a % 2], sy = station[b % 2];
     const WidthMap<Dual1> map = numbers.map(ei, sx);
-    const StrainsT<Dual1> e =
-        strains<Dual1>(U, hermite<Dual1>(sx, hx), hermite<Dual1>(sy, hy), rest_of(numbers, ei, sx),
-                       numbers.width_varies() ? &map : nullptr, numbers.y[ej] + sy * hy,
-                       {section_turn(numbers, ei, ej, U, sx),
-                        numbers.folded() ? &numbers : nullptr, ei, sx});
+    const StrainsT<Dual1> e = strains<Dual1>(
+        U, hermite<Dual1>(sx, hx), hermite<Dual1>(sy, hy), rest_of(numbers, ei, sx),
+        numbers.width_varies() ? &map : nullptr, numbers.y[ej] + sy * hy,
+        {section_turn(numbers, ei, ej, U, sx), numbers.folded() ? &numbers : nullptr, ei, sx});
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = e[k].value;

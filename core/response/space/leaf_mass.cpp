@@ -41,7 +41,8 @@ double mass_of_leaf(const Mechanism& mechanism, std::size_t i,
     return profile.empty() ? 0 : profile_at(profile, s);
   };
   double mass = 0;
-  VectorXd rates = VectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+  VectorXd own = VectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+  VectorXd& rates = leaf.fold || !sum ? own : *sum;
   for (const MassStation& at : mass_stations(leaf)) {
     const double length = leaf.length, pw = profile_at(across, at.along),
                  pt = profile_at(leaf.thickness_profile, at.along), width = reference * pw,
@@ -72,8 +73,8 @@ double mass_of_leaf(const Mechanism& mechanism, std::size_t i,
       rate = of.value * rate + of.derivatives[0] * mass;
     }
     mass *= 1 - 2 * corner_cut(fold.angle, fold.radius, leaf.thickness / leaf.length);
+    if (sum) *sum += own;
   }
-  if (sum) *sum += rates;
   return mass;
 }
 

@@ -7,6 +7,7 @@
 #include "core/elements/plate/plate_fold.hpp"
 #include "core/elements/plate/plate_leaf.hpp"
 #include "core/elements/plate/plate_mesh_rate.hpp"
+#include "core/elements/plate/strain_field.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/fold_corner.hpp"
@@ -154,8 +155,8 @@ TEST_CASE("stiffness of an L frame in its plane", "[fold]") {
 }
 
 TEST_CASE("moments on both ends of a folded strip turn them by that of shorter legs", "[fold]") {
-  // of no Poisson's ratio: exact; else the line holds the section straight, and the moment is larger
-  // in its middle
+  // of no Poisson's ratio: exact; else the line holds the section straight, and the moment is
+  // larger in its middle
   for (const auto& [nu, tolerance] : {std::pair{0.0, 1e-6}, {0.3, 0.06}}) {
     const auto flexibility = [nu = nu](double radius) {
       PlateShape s = shape(0.5, 2.1, radius);
@@ -178,6 +179,28 @@ TEST_CASE("moments on both ends of a folded strip turn them by that of shorter l
       CHECK(flexibility(0) - flexibility(radius) ==
             Approx(shorter(radius) - shorter(0)).epsilon(tolerance));
     }
+  }
+}
+
+TEST_CASE("under one moment a folded strip has one curvature, also beside its corner", "[fold]") {
+  for (const double radius : {0.0, 0.004, 0.03}) {  // the last one reaches over several elements
+    PlateShape s = shape(0.45, -1.7, radius);
+    s.poissons_ratio = 0;
+    const auto mesh = std::make_shared<PlateMesh>(s);
+    PlateLeaf leaf(mesh);
+    leaf.assemble();
+    const int rows[] = {6, 8, 10};  // ux, uz and ry of the tip
+    Matrix3d K;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) K(i, j) = leaf.tangent()(rows[i], rows[j]);
+    const double moment = 1e-6;
+    const Vector3d by = K.inverse() * Vector3d(0, 0, moment);
+    Vector12d dq = Vector12d::Zero();
+    for (int i = 0; i < 3; ++i) dq[rows[i]] = by[i];
+    leaf.step(moved(leaf.state().edges, dq), leaf.internal_step(dq), dq);
+    const MatrixXd strains = recovered_strains(*mesh, leaf.nodal()).values();
+    const double curvature = moment / mesh->bending_stiffness();
+    CHECK((strains.col(3).cwiseAbs().array() - curvature).abs().maxCoeff() < 1e-4 * curvature);
   }
 }
 

@@ -97,11 +97,11 @@ TEST_CASE("a fold may be walked through from either side", "[fold]") {
   Mechanism m = folded(true, 7e-4);
   LeafSpring& l = m.leaves[0];
   l = models::leaf({length, length, 0}, {0, -1, 0}, 2 * length, width, thickness);
-  l.fold = LeafFold{0.5, M_PI / 2, 7e-4 / (2 * length)};  // the normal is −x, the second leg runs to it
+  l.fold =
+      LeafFold{0.5, M_PI / 2, 7e-4 / (2 * length)};  // the normal is −x, the second leg runs to it
   l.base = 0;
   l.tip = ground;
-  const StrokeResponse a = evaluated(folded(true, 7e-4), {0, 2e-3}),
-                       b = evaluated(m, {0, 2e-3});
+  const StrokeResponse a = evaluated(folded(true, 7e-4), {0, 2e-3}), b = evaluated(m, {0, 2e-3});
   CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-6));
   for (std::size_t k = 0; k < 4; ++k)
     CHECK(b.path[1].frequencies_locked[k] == Approx(a.path[1].frequencies_locked[k]).epsilon(1e-6));
