@@ -128,6 +128,8 @@ void PlanReader::read_leaves() {
     }
     if (from.contains("fold")) {
       leaf.fold = vector(from["fold"]["at"], "m", at / "fold" / "at");
+      if (from["fold"].contains("radius"))
+        leaf.fold_radius = number(from["fold"]["radius"], "m", at / "fold" / "radius");
       for (const char* key : {"curve", "reinforcement", "diameter"})
         if (from.contains(key))
           throw SpecError((at / key).to_string(), shown(from[key]),

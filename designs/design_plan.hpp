@@ -98,8 +98,9 @@ struct LeafItem : DesignItem {
   bool wire = false;
   DesignSize width, thickness;  ///< of a wire the diameter, as `thickness`
   std::optional<Material> material;
-  std::optional<DesignNumber> curve;  ///< subtended angle [rad]
-  std::optional<DesignVector> fold;   ///< middle of its fold line
+  std::optional<DesignNumber> curve;        ///< subtended angle [rad]
+  std::optional<DesignVector> fold;         ///< middle of its fold line
+  std::optional<DesignNumber> fold_radius;  ///< inner radius of its bend; none: sharp
   struct Reinforcement {
     DesignNumber fraction, thickness;
     bool rigid = true;  ///< a box; else an elastic plate between rigid lines

@@ -138,7 +138,9 @@ Shape leaves() {
       optional("curve", record({required("angle", number(), "subtended by the circular arc")}),
                "initially curved about its width, bulging to its normal"),
       optional(
-          "fold", record({required("at", vector(), "the middle of the fold line")}),
+          "fold",
+          record({required("at", vector(), "the middle of the fold line"),
+                  optional("radius", number(), "inner radius of the bend; 0: a mitred corner")}),
           "elastic fold: the leaf runs from its base to the fold line and from there to its tip"),
       optional("reinforcement",
                record({required("fraction", number(), "of the length, in the middle"),

@@ -83,6 +83,7 @@ class Expander {
       }
       if (leaf.curve) item["curve"] = {{"angle", *leaf.curve}};
       if (leaf.fold) item["fold"] = {{"at", numbers(*leaf.fold)}};
+      if (leaf.fold && leaf.fold_radius > 0) item["fold"]["radius"] = leaf.fold_radius;
       if (leaf.material) item["material"] = material(*leaf.material);
       list.push_back(std::move(item));
     }

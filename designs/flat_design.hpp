@@ -61,6 +61,7 @@ struct FlatLeaf {
   FlatSize<S> width, thickness;    ///< of a wire both the diameter
   std::optional<S> curve;          ///< angle of its arc, bulging to across × (base → tip) [rad]
   std::optional<Vector3<S>> fold;  ///< middle of its fold line
+  S fold_radius = S(0);            ///< inner radius of its bend [m]
   std::optional<Material> material;  ///< its own
 };
 

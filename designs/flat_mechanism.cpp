@@ -9,6 +9,7 @@
 
 #include "core/math/dual.hpp"
 #include "core/mechanism/each_number.hpp"
+#include "core/mechanism/fold_corner.hpp"
 #include "core/spec/names.hpp"
 #include "designs/flat_design.hpp"
 
@@ -56,7 +57,17 @@ void add_fold(LeafSpringT<S>& leaf, const FlatLeaf<S>& from) {
         at, fmt::format("{:.1f} deg", 180 - std::abs(angle) * degrees),
         fmt::format("the legs open by at least {:g} deg", 180 - largest_fold * degrees));
   leaf.length = first + second;
-  leaf.fold = LeafFoldT<S>{first / leaf.length, S(atan2(above, along))};
+  leaf.fold =
+      LeafFoldT<S>{first / leaf.length, S(atan2(above, along)), from.fold_radius / leaf.length};
+  // ends of a width and a thickness have one value
+  const double reach = corner_reach(angle, value_of(from.fold_radius),
+                                    value_of(from.thickness.values.front())),
+               shorter = std::min(value_of(first), value_of(second));
+  if (!(2 * reach < shorter))
+    throw SpecError(
+        from.source.pointer + (from.fold_radius == 0.0 ? "/fold" : "/fold/radius"),
+        fmt::format("a corner that takes {:.4g} m of a leg of {:.4g} m", reach, shorter),
+        "(radius + thickness/2) tan(turn/2) is less than half of each leg");
 }
 
 template <class S>

@@ -65,6 +65,13 @@ FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
                       "an arc subtends at most half a turn, to either side");
   }
   if (item.fold) leaf.fold = at.place(vector(*item.fold));
+  if (item.fold_radius) {
+    leaf.fold_radius = number(*item.fold_radius);
+    if (!(value_of(leaf.fold_radius) >= 0))
+      throw SpecError(item.pointer + "/fold/radius",
+                      fmt::format("{:g} m", value_of(leaf.fold_radius)),
+                      "the inner radius of a bend is 0 or more");
+  }
   leaf.thickness = size_along(item.thickness, thick, item.wire ? "a diameter" : "a thickness");
   leaf.width =
       item.wire ? leaf.thickness : size_along(item.width, item.pointer + "/width", "a width");

@@ -61,6 +61,7 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
     if (leaf.fold) {
       visit(leaf.fold->place);
       visit(leaf.fold->angle);
+      visit(leaf.fold->radius);
     }
     for (auto& factor : leaf.width_profile) visit(factor);
     for (auto& factor : leaf.thickness_profile) visit(factor);

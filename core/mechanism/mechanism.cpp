@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/mechanism/drive.hpp"
+#include "core/mechanism/fold_corner.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/mechanism/loose_direction.hpp"
 #include "core/mechanism/profile.hpp"
@@ -185,6 +186,11 @@ std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
       return name + ": a folded leaf is a flat one of one width and thickness, held at both edges";
     if (!(leaf.thickness < leaf.length * std::min(fold.place, 1 - fold.place)))
       return name + ": each of its legs must be thinner than long";
+    if (!(std::isfinite(fold.radius) && fold.radius >= 0))
+      return name + ": the radius of its fold must not be negative";
+    if (!(2 * leaf.length * corner_reach(fold.angle, fold.radius, leaf.thickness / leaf.length) <
+          leaf.length * std::min(fold.place, 1 - fold.place)))
+      return name + ": the corner of its fold must take less than half of each leg";
   }
   if (auto rule = broken_profile(leaf)) return rule;
   if ((leaf.axes.transpose() * leaf.axes - Matrix3d::Identity()).norm() > 1e-9 ||

@@ -64,6 +64,8 @@ template <class Scalar>
 struct LeafFoldT {
   Scalar place{};  ///< of the line: the first leg's part of the length, between 0 and 1
   Scalar angle{};  ///< of the second leg against the first, towards the normal [rad]
+  /// Inner radius of the bend over the length; 0: a mitred corner. fold_corner.hpp.
+  Scalar radius{};
   auto operator<=>(const LeafFoldT&) const = default;
 };
 

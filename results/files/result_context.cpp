@@ -86,7 +86,9 @@ Json leaf_geometry_json(const Mechanism& mechanism) {
     if (leaf.curve) leaves.back()["curve"] = -*leaf.curve;
     // the part of the length before it, and the angle by which the leaf turns there
     if (leaf.fold)
-      leaves.back()["fold"] = {{"place", leaf.fold->place}, {"angle", std::abs(leaf.fold->angle)}};
+      leaves.back()["fold"] = {{"place", leaf.fold->place},
+                               {"angle", std::abs(leaf.fold->angle)},
+                               {"radius", leaf.fold->radius * leaf.length}};
   }
   return leaves;
 }

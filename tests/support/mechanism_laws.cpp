@@ -41,7 +41,7 @@ std::string label(const Mechanism& mechanism, std::size_t k) {
   for (const RigidBody& b : mechanism.bodies) entered(b.name, b.box ? 28 : 16);
   for (const LeafSpring& l : mechanism.leaves)
     entered(l.name, 18 + l.width_profile.size() + l.thickness_profile.size() + (l.point ? 2 : 0) +
-                        (l.curve ? 1 : 0) + (l.fold ? 2 : 0));
+                        (l.curve ? 1 : 0) + (l.fold ? 3 : 0));
   for (const Joint& j : mechanism.joints) entered(j.name, 6);
   for (const Spring& s : mechanism.springs) entered(s.name, s.matrix ? 39 : 8);
   entered("drive", 9 * mechanism.drives.size());
@@ -120,7 +120,7 @@ std::vector<double> scales_of(const Mechanism& mechanism) {
     put(9, 1);
     for (const double own : {leaf.length, leaf.width, leaf.thickness}) put(1, own);
     if (leaf.curve) put(1, 1);
-    if (leaf.fold) put(2, 1);
+    if (leaf.fold) put(3, 1);
     put(leaf.width_profile.size() + leaf.thickness_profile.size(), 1);
     for (const double own :
          {leaf.material.youngs_modulus, leaf.material.poissons_ratio, leaf.material.density})
@@ -154,7 +154,7 @@ std::vector<bool> free_choices(const Mechanism& mechanism) {
     const auto first = static_cast<std::ptrdiff_t>(free.size());
     free.insert(free.end(),
                 18 + leaf.width_profile.size() + leaf.thickness_profile.size() +
-                    (leaf.point ? 2 : 0) + (leaf.curve ? 1 : 0) + (leaf.fold ? 2 : 0),
+                    (leaf.point ? 2 : 0) + (leaf.curve ? 1 : 0) + (leaf.fold ? 3 : 0),
                 false);
     if (leaf.section == Section::circular)
       std::fill(free.begin() + first + 6, free.begin() + first + 12, true);

@@ -182,6 +182,7 @@ class Writer {
     l["tip"]["at"] = numbers(to);
     l["across"] = numbers(width);
     l["fold"] = {{"at", numbers(at)}};
+    if (own.chance(0.5)) l["fold"]["radius"] = thick(own.between(1e-4, 1.5e-3));
   }
 
   json body(const std::string& name, const Vector3d& at) {

@@ -16,6 +16,7 @@ ProfileRate rate_of(const LeafSpring& direction) {
   const LeafFold fold = direction.fold.value_or(LeafFold{});
   rate.fold_place = fold.place;
   rate.fold_angle = fold.angle;
+  rate.fold_radius = fold.radius;
   return rate;
 }
 
@@ -23,8 +24,9 @@ bool is_shaped(const LeafSpring& leaf) { return leaf.has_profile() || leaf.curve
 
 ProfileRate profiles_of(const LeafSpring& leaf) {
   const LeafFold fold = leaf.fold.value_or(LeafFold{});
-  return {leaf.width_profile, leaf.thickness_profile, leaf.curve.value_or(0), fold.place,
-          fold.angle};
+  return {
+      leaf.width_profile, leaf.thickness_profile, leaf.curve.value_or(0), fold.place, fold.angle,
+      fold.radius};
 }
 
 }  // namespace

@@ -25,9 +25,10 @@ struct ShapeParameter {
 struct ProfileRate {
   std::vector<double> width, thickness;
   double curve = 0;
-  double fold_place = 0, fold_angle = 0;
+  double fold_place = 0, fold_angle = 0, fold_radius = 0;
   bool is_zero() const {
-    return width.empty() && thickness.empty() && curve == 0 && fold_place == 0 && fold_angle == 0;
+    return width.empty() && thickness.empty() && curve == 0 && fold_place == 0 && fold_angle == 0 &&
+           fold_radius == 0;
   }
   auto operator<=>(const ProfileRate&) const = default;
 };

@@ -1,5 +1,5 @@
-// Elements of a plate, core/elements/README.md (E1), (E2), (E9), (E10), and of a beam, beams.md
-// (B1).
+// Elements of a plate, core/elements/README.md (E1), (E2), (E9), (E10), (E15), and of a beam,
+// beams.md (B1).
 #include "core/elements/plate/element_numbers.hpp"
 
 #include <cmath>
@@ -138,6 +138,14 @@ auto ElementNumbers<S>::derivatives(int i, double along, const S& place, const H
   return N;
 }
 
+template <class S>
+auto ElementNumbers<S>::corner_bend(const Corner& corner, int j, double across, const S& hx,
+                                    const S& hy) const -> Row {
+  const auto N = derivatives(0, 0, S(mesh_.y[j] + across * hy), hermite<S, S>(corner.place, hx),
+                             hermite<S>(across, hy));
+  return N.xx + mesh_.poissons_ratio * N.yy;
+}
+
 // Of the undeflected leaf, n = (−t_z, t_x); b n of the middle is r,xx − Γ r,x there.
 template <class S>
 auto ElementNumbers<S>::slope_of_natural(int i, const std::array<S, 4>& weight, const Row& along,
@@ -182,6 +190,13 @@ PlateShear<S> ElementNumbers<S>::plate_shear(int i, int j) const {
       stiffness += w * dx;
     }
   }
+  if (const Corner corner = mesh_.corner(i); value_of(corner.stiffness) != 0) {
+    const S dx = (corner.place - 0.5) * hx;
+    for (int b = 0; b < 4; ++b)
+      bend += S(full.weight[b] * hy * corner.stiffness * dx) *
+              corner_bend(corner, j, full.point[b], hx, hy);
+    stiffness += hy * corner.stiffness * dx * dx;
+  }
   // A D / κ G t L² at the thickness 1
   const S compliance =
       area * area / volume * (mesh_.thickness * mesh_.thickness / (5.0 * (1.0 - nu)));
@@ -225,6 +240,7 @@ void ElementNumbers<S>::add_free_edges(PlateMesh::Element& element, CurvatureRow
   const S hx = mesh_.x[i + 1] - mesh_.x[i], hy = mesh_.y[j + 1] - mesh_.y[j];
   const S edge = 6.0 * free_edge_coefficient * (1.0 - mesh_.poissons_ratio) * mesh_.thickness;
   const GaussRule full = gauss_rule(4);
+  const S twisted = mesh_.corner(i).twist;
   for (int a = 0; a < 4; ++a) {
     const HermiteValuesT<S> X = hermite<S>(full.point[a], hx);
     const WidthMap<S> map = mesh_.map(i, full.point[a]);
@@ -241,6 +257,7 @@ void ElementNumbers<S>::add_free_edges(PlateMesh::Element& element, CurvatureRow
         const S place = mesh_.y[j] + at * hy;
         const Derivatives N = derivatives(i, full.point[a], place, X, hermite<S>(at, hy));
         S w = -edge * (full.weight[a] * hx) * (t * t * t * t) * (full.weight[b] * depth / layer);
+        if (mesh_.folded()) w *= twisted;
         Row twist = N.xy;
         S bent(0);                   // part of the bending along in it
         if (mesh_.width_varies()) {  // along the edge and normal to it: it slopes by m
@@ -266,6 +283,7 @@ PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
   const S& nu = mesh_.poissons_ratio;
   const S hx = mesh_.x[i + 1] - mesh_.x[i];
   const S hy = mesh_.y[j + 1] - mesh_.y[j];
+  const Corner corner = mesh_.corner(i);
   const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
 
   PlateMesh::Element element;
@@ -287,15 +305,21 @@ PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
       const Derivatives N = derivatives(i, full.point[a], S(mesh_.y[j] + full.point[b] * hy), X, Y);
       const S area = full.weight[a] * full.weight[b] * hx * hy * map.factor, w = area * cube;
       add_bending(element.bending, w, nu, N);
+      if (value_of(corner.twist) != 1)
+        add_square(element.bending, S(2.0 * w * (1.0 - nu) * (corner.twist - 1.0)), N.xy);
       if (mesh_.curved()) {
         add_natural(element, w, rest, N.x, N.y);
         const Row bend = N.xx + nu * N.yy;
         natural.add(S(-w * rest.normal), N.x, N.y,
                     against(bend, shear, S((full.point[a] - 0.5) * hx)));
       }
-      add_square(element.mass, area * t, hermite_products(X.value, Y.value));
+      add_square(element.mass, area * t * corner.mass, hermite_products(X.value, Y.value));
     }
   }
+  if (value_of(corner.stiffness) != 0)
+    for (int b = 0; b < 4; ++b)
+      add_square(element.bending, S(full.weight[b] * hy * corner.stiffness),
+                 corner_bend(corner, j, full.point[b], hx, hy));
   add_free_edges(element, natural, i, j);
   for (int a = 0; a < 2; ++a) {
     const HermiteValuesT<S> X = hermite<S>(membrane_x.point[a], hx);

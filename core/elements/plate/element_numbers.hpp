@@ -36,12 +36,15 @@ class ElementNumbers {
  private:
   using Row = Eigen::Matrix<S, 16, 1>;
   using Rest = typename MeshNumbers<S>::Rest;
+  using Corner = typename MeshNumbers<S>::Corner;
   using Derivatives = MappedDerivatives<Row>;
   PlateMesh::Element plate_element(int i, int j) const;
   PlateMesh::Element beam_element(int i) const;
   /// Of the functions at a place in element (i, j); `place`: y0.
   Derivatives derivatives(int i, double along, const S& place, const HermiteValuesT<S>& X,
                           const HermiteValuesT<S>& Y) const;
+  /// r,xx + ν r,yy where the corner of a fold is, at `across` of element j across.
+  Row corner_bend(const Corner& corner, int j, double across, const S& hx, const S& hy) const;
   /// U = ½ w |v|² of v = normal n, by the metric to first order, and what stays of it at rest.
   void add_natural(PlateMesh::Element& element, const S& w, const Rest& rest, const Row& Nx,
                    const Row& Ny) const;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/elements/plate/beam_section.hpp"
+#include "core/mechanism/fold_corner.hpp"
 #include "core/mechanism/profile.hpp"
 
 namespace flexopt {
@@ -24,7 +25,8 @@ S number(double value, double rate) {
 template <class S>
 LeafFoldT<S> fold_of(const PlateShape& shape, const ShapeRate& rate) {
   const LeafFold fold = shape.fold.value_or(LeafFold{});
-  return {number<S>(fold.place, rate.fold.place), number<S>(fold.angle, rate.fold.angle)};
+  return {number<S>(fold.place, rate.fold.place), number<S>(fold.angle, rate.fold.angle),
+          number<S>(fold.radius, rate.fold.radius)};
 }
 
 // At a place that may move.
@@ -43,6 +45,23 @@ S profile(const std::vector<double>& numbers, const std::vector<double>& rates, 
 
 /// g of the mesh towards the free edges, and of a wide leaf towards its clamps.
 constexpr double grading = 0.7;
+
+/// How far from the fold line the corner counts, over s.
+constexpr double corner_zone = 160.0 / 133;
+/// The share of it that lies within u of this length, and its moment: 19/20 of what is there,
+/// and less towards its end, 19/20 (1 − u⁷).
+template <class S>
+S corner_share(const S& u) {
+  if (value_of(u) >= 1) return S(1);
+  const S u2 = u * u, u4 = u2 * u2;
+  return u * (8.0 - u * u2 * u4) / 7.0;
+}
+template <class S>
+S corner_moment(const S& u) {
+  if (value_of(u) >= 1) return S(4.0 / 9);
+  const S u2 = u * u, u4 = u2 * u2;
+  return u2 * (36.0 - 8.0 * u * u2 * u4) / 63.0;
+}
 
 // (E13), by the mean width over the length between the clamps
 template <class S>
@@ -214,6 +233,34 @@ WidthMap<S> MeshNumbers<S>::map(int i, double s) const {
   };
   const S f = sum(X.value);
   return {f, sum(X.slope) / f, sum(X.curvature) / f};
+}
+
+template <class S>
+auto MeshNumbers<S>::corner(int i) const -> Corner {
+  const int line = shape_->mesh[0];
+  Corner corner;
+  if (!folded() || i == line) return corner;
+  const bool first = i < line;
+  const S near = first ? S(fold.place - x[i + 1]) : S(x[i] - fold.place), h = x[i + 1] - x[i],
+          far = near + h;
+  const S reach = corner_reach<S>(fold.angle, fold.radius, thickness),
+          missing = corner_shortening<S>(fold.angle, fold.radius, thickness);
+  if (value_of(missing) == 0) return corner;  // with its derivative
+  const auto share_within = [&](const S& zone) {
+    return S(corner_share(S(far / zone)) - corner_share(S(near / zone)));
+  };
+  const S beside = share_within(S(corner_zone * reach)) / h;
+  corner.twist -= beside * corner_shortening_of_twist<S>(fold.angle, fold.radius, thickness);
+  corner.mass -= beside * corner_cut<S>(fold.angle, fold.radius, thickness);
+  const S zone = corner_zone * missing, share = share_within(zone);
+  if (value_of(share) == 0) return corner;
+  const S moment = corner_moment(S(far / zone)) - corner_moment(S(near / zone)),
+          from_line = (zone * moment / share - near) / h,
+          d = (first ? 0.5 - from_line : from_line - 0.5);
+  corner.missing = missing * share;
+  corner.place = 0.5 + d;
+  corner.stiffness = corner.missing / (1.0 - corner.missing / h * (1.0 + 12.0 * d * d));
+  return corner;
 }
 
 template <class S>

@@ -55,6 +55,7 @@ bool alike(const PlateShape& a, PlateShape b) {
   if (a.fold && b.fold) {
     take(a.fold->place, b.fold->place);
     take(a.fold->angle, b.fold->angle);
+    take(a.fold->radius, b.fold->radius);
   }
   return a == b;
 }

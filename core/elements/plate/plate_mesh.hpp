@@ -31,7 +31,7 @@ struct PlateShape {
   /// Factors on width and thickness along the leaf: core/mechanism/profile.hpp.
   std::vector<double> width_profile{}, thickness_profile{};
   std::optional<double> curve{};  ///< angle of the arc [rad]; none: flat
-  /// Place of the fold over L, and its angle; `mesh` is then that of each leg.
+  /// Place and radius of the fold over L, and its angle; `mesh` is then that of each leg.
   std::optional<LeafFoldT<double>> fold{};
   /// Of superelements, through which constant strains must pass exactly: (E9) takes nothing back.
   bool linear = false;
@@ -57,7 +57,7 @@ struct ShapeRate {
   /// Of the factors of the profiles; empty where none of them changes.
   std::vector<double> width_profile{}, thickness_profile{};
   double curve = 0;  ///< of the angle of the arc
-  LeafFold fold;     ///< of its place and angle
+  LeafFold fold;     ///< of its place, angle and radius
 
   ShapeRate() = default;
   ShapeRate(const Vector3d& size) : size(size) {}

@@ -70,7 +70,7 @@ PlateMeshRate::PlateMeshRate(const PlateMesh& mesh, const std::vector<ProfileRat
     along.width_profile = profile.width;
     along.thickness_profile = profile.thickness;
     along.curve = profile.curve;
-    along.fold = {profile.fold_place, profile.fold_angle};
+    along.fold = {profile.fold_place, profile.fold_angle, profile.fold_radius};
   }
   for (const ShapeRate& along : direction) shape.push_back(rate_along(mesh, along));
 }
@@ -90,6 +90,7 @@ ShapeRate PlateMeshRate::along(const VectorXd& shape_rate) const {
     sum.curve += shape_rate[k] * own.curve;
     sum.fold.place += shape_rate[k] * own.fold.place;
     sum.fold.angle += shape_rate[k] * own.fold.angle;
+    sum.fold.radius += shape_rate[k] * own.fold.radius;
   }
   return sum;
 }
@@ -99,9 +100,9 @@ std::shared_ptr<const PlateMeshRate> shared_mesh_rate(
   return rates.of<PlateMeshRate>(mesh, [&] {
     const PlateShape& shape = mesh->shape();
     const LeafFold fold = shape.fold.value_or(LeafFold{});
-    return PlateMeshRate(*mesh,
-                         rates.profiles().of({shape.width_profile, shape.thickness_profile,
-                                              shape.curve.value_or(0), fold.place, fold.angle}));
+    return PlateMeshRate(
+        *mesh, rates.profiles().of({shape.width_profile, shape.thickness_profile,
+                                    shape.curve.value_or(0), fold.place, fold.angle, fold.radius}));
   });
 }
 

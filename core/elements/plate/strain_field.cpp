@@ -28,11 +28,20 @@ RestT<S> rest_of(const MeshNumbers<S>& numbers, int i, double s) {
   return {numbers.rest(i, s).metric, numbers.rest_curvature(i, s)};
 }
 
+/// What the bending of the sections differs by from that of the surface of the nodal values.
+template <class S>
+struct SectionT {
+  Vector3<S> turn;           ///< (E11)
+  const MeshNumbers<S>* of;  ///< of a folded leaf: (E15)
+  int element = 0;           ///< along
+  double along = 0;          ///< share of it
+};
+
 // `map` and `y0`: null where the width does not vary.
 template <class S>
 StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X,
                     const HermiteValuesT<S>& Y, const RestT<S>& rest, const WidthMap<S>* map,
-                    const S& y0, const Vector3<S>& turn) {
+                    const S& y0, const SectionT<S>& section) {
   const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
     Vector3<S> r = Vector3<S>::Zero();
     for (int f = 0; f < 16; ++f) {
@@ -46,7 +55,19 @@ StrainsT<S> strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X
                                   at(X.value, Y.curvature)};
   if (map) r = mapped<S, Vector3<S>>(*map, y0, r.x, r.y, r.xx, r.xy, r.yy);
   const Vector3<S>&a1 = r.x, &a2 = r.y;
-  const Vector3<S> r11 = r.xx - turn;
+  Vector3<S> r11 = r.xx - section.turn;
+  if (section.of) {
+    const auto corner = section.of->corner(section.element);
+    if (value_of(corner.stiffness) != 0) {
+      const MeshNumbers<S>& mesh = *section.of;
+      const S h = mesh.x[section.element + 1] - mesh.x[section.element], d = corner.place - 0.5;
+      const double here = section.along - 0.5;
+      const HermiteValuesT<S> there = hermite<S, S>(corner.place, h);
+      const Vector3<S> bent = at(there.curvature, Y.value) - (d / here) * section.turn +
+                              mesh.poissons_ratio * at(there.value, Y.curvature);
+      r11 += S(corner.stiffness / h * (1.0 + 12.0 * here * d)) * bent;
+    }
+  }
   const Vector3<S> m = a1.cross(a2);
   using std::sqrt;
   const Vector3<S> n = m / sqrt(m.squaredNorm());
@@ -98,9 +119,10 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
         const Gradient U = dofs(nodal, i, j);
         const double hy = mesh.y()[j + 1] - mesh.y()[j];
         for (const double b : station)
-          values.push_back(strains<double>(U, X, hermite(b, hy), rest_of(numbers, i, a),
-                                           numbers.width_varies() ? &map : nullptr,
-                                           mesh.y()[j] + b * hy, section_turn(mesh, i, j, U, a)));
+          values.push_back(strains<double>(
+              U, X, hermite(b, hy), rest_of(numbers, i, a), numbers.width_varies() ? &map : nullptr,
+              mesh.y()[j] + b * hy,
+              {section_turn(mesh, i, j, U, a), numbers.folded() ? &numbers : nullptr, i, a}));
       }
     }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
@@ -175,10 +197,10 @@ MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd
     const Dual1 hx = numbers.x[ei + 1] - numbers.x[ei], hy = numbers.y[ej + 1] - numbers.y[ej];
     const double sx = station[a % 2], sy = station[b % 2];
     const WidthMap<Dual1> map = numbers.map(ei, sx);
-    const StrainsT<Dual1> e =
-        strains<Dual1>(U, hermite<Dual1>(sx, hx), hermite<Dual1>(sy, hy), rest_of(numbers, ei, sx),
-                       numbers.width_varies() ? &map : nullptr, numbers.y[ej] + sy * hy,
-                       section_turn(numbers, ei, ej, U, sx));
+    const StrainsT<Dual1> e = strains<Dual1>(
+        U, hermite<Dual1>(sx, hx), hermite<Dual1>(sy, hy), rest_of(numbers, ei, sx),
+        numbers.width_varies() ? &map : nullptr, numbers.y[ej] + sy * hy,
+        {section_turn(numbers, ei, ej, U, sx), numbers.folded() ? &numbers : nullptr, ei, sx});
     StrainRate result;
     for (int k = 0; k < 6; ++k) {
       result.value[k] = e[k].value;

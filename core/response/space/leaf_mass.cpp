@@ -3,6 +3,8 @@
 #include <array>
 #include <numbers>
 
+#include "core/math/dual.hpp"
+#include "core/mechanism/fold_corner.hpp"
 #include "core/mechanism/profile.hpp"
 
 namespace flexopt {
@@ -39,6 +41,8 @@ double mass_of_leaf(const Mechanism& mechanism, std::size_t i,
     return profile.empty() ? 0 : profile_at(profile, s);
   };
   double mass = 0;
+  VectorXd own = VectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+  VectorXd& rates = leaf.fold || !sum ? own : *sum;
   for (const MassStation& at : mass_stations(leaf)) {
     const double length = leaf.length, pw = profile_at(across, at.along),
                  pt = profile_at(leaf.thickness_profile, at.along), width = reference * pw,
@@ -50,10 +54,26 @@ double mass_of_leaf(const Mechanism& mechanism, std::size_t i,
                         reference * rate_of(wire ? d.thickness_profile : d.width_profile, at.along),
                    dt = d.thickness * pt + leaf.thickness * rate_of(d.thickness_profile, at.along),
                    dl = d.length;
-      (*sum)[static_cast<Eigen::Index>(p)] +=
+      rates[static_cast<Eigen::Index>(p)] +=
           share * (dw * thickness * length + width * dt * length + width * thickness * dl) +
           shape * at.weight * d.material.density * width * thickness * length;
     }
+  }
+  if (leaf.fold) {  // without what a bent corner cuts off
+    const LeafFold& fold = *leaf.fold;
+    const auto left = [&](const LeafSpring& d) {
+      const LeafFold moved = d.fold.value_or(LeafFold{});
+      const Dual1 thickness = Dual1(leaf.thickness, {d.thickness}) / Dual1(leaf.length, {d.length});
+      return Dual1(1.0 - 2.0 * corner_cut<Dual1>({fold.angle, {moved.angle}},
+                                                 {fold.radius, {moved.radius}}, thickness));
+    };
+    for (std::size_t p = 0; p < directions.size(); ++p) {
+      const Dual1 of = left(directions[p].leaves[i]);
+      double& rate = rates[static_cast<Eigen::Index>(p)];
+      rate = of.value * rate + of.derivatives[0] * mass;
+    }
+    mass *= 1 - 2 * corner_cut(fold.angle, fold.radius, leaf.thickness / leaf.length);
+    if (sum) *sum += own;
   }
   return mass;
 }

@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Folded leaves whose corner is bent about an inner radius, in solid elements, against flexopt's
-leaves that fold on a line. See README.md, "Corners of folds".
+"""Folded leaves whose corner is bent about an inner radius, in solid elements, against flexopt. See
+README.md, "Corners of folds".
 
 bent_corners.py --flexopt build/release/flexopt --work /tmp/calculix [--case NAME] [--radius R]...
 """
 import argparse
+import copy
 import dataclasses
+import json
 import math
 import os
 
 import numpy as np
 
-from make_and_compare import CASES, differences, print_table, run_flexopt, solve_case
+from make_and_compare import CASES, differences, print_table, record, run_flexopt, solve_case
 from solid_model import FIRST_MASS, Leaf, Mesh, Model, graded
 
 FOLDS = [name for name in CASES if "fold" in name]
@@ -66,12 +68,21 @@ class BentModel(Model):
         chord = self.arc_end - self.arc_start
         chord /= np.linalg.norm(chord)
         x, y = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
-        self.leaves = [(self.cells["first"], (x, y, Z)),
-                       (self.cells["arc"], (chord, np.cross(Z, chord), Z)),
-                       (self.cells["second"], (self.along, self.across_second, Z))]
-        self.solids = [Leaf(first.base, tuple(self.arc_start), width),
-                       Leaf(tuple(self.arc_start), tuple(self.arc_end), width, curve=-self.turn),
-                       Leaf(tuple(self.arc_end), second.tip, width)]
+        first_leg = Leaf(first.base, tuple(self.arc_start), width)
+        second_leg = Leaf(tuple(self.arc_end), second.tip, width)
+        arc = Leaf(tuple(self.arc_start), tuple(self.arc_end), width, curve=-self.turn, corner=True)
+        self.leaves = [(self.cells["arc"], (chord, np.cross(Z, chord), Z))]
+        self.solids = [arc]
+        # the legs beside the arc belong to the corner
+        for leg, part, axes, at in ((first_leg, "first", (x, y, Z), self.arc_start),
+                                    (second_leg, "second",
+                                     (self.along, self.across_second, Z), self.arc_end)):
+            near = [abs((np.mean([self.nodes[n] for n in cell], axis=0) - at) @ axes[0]) < 1.5 * t
+                    for cell in self.cells[part]]
+            for corner in (False, True):
+                self.leaves.append(([c for c, at in zip(self.cells[part], near) if at == corner],
+                                    axes))
+                self.solids.append(dataclasses.replace(leg, corner=corner))
         self.unknowns = 3 * len(self.nodes)
 
     def line(self, i):
@@ -111,6 +122,16 @@ class BentModel(Model):
         self.tip = [n for (i, _, _), n in number.items() if i == last]
 
 
+def with_radius(case, radius):
+    """The case with a bent corner in flexopt too."""
+    flexopt = copy.deepcopy(case.flexopt)
+    if "family" in flexopt:
+        flexopt["parameters"]["fold_radius"] = radius
+    else:
+        flexopt["mechanism"]["leaves"][0]["fold"]["radius"] = radius
+    return dataclasses.replace(case, flexopt=flexopt)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -118,16 +139,32 @@ def main():
     parser.add_argument("--work", required=True, help="scratch folder")
     parser.add_argument("--case", action="append", choices=FOLDS)
     parser.add_argument("--radius", type=float, action="append", help="inner, over the thickness")
+    parser.add_argument("--store", help="write CalculiX's numbers here")
+    parser.add_argument("--reuse", help="take CalculiX's numbers from here")
     options = parser.parse_args()
+    stored = {"cases": {}}
+    for file_name in (options.store, options.reuse):
+        if file_name and os.path.exists(file_name):
+            with open(file_name) as file:
+                stored = json.load(file)
     for name in options.case or FOLDS:
         case = CASES[name][0]
         case = dataclasses.replace(case, strokes=case.strokes[:1], steps_per_stroke=1)
         folder = os.path.join(options.work, "bent_" + name)
-        ours = run_flexopt(options.flexopt, case, "reduced", None, os.path.join(folder, "flexopt"))
         for ratio in options.radius or [0.5, 1, 2]:
-            solid = solve_case(case, Mesh(16, 8, 2), "plate", folder,
-                               make_model=lambda *a: BentModel(*a, ratio * case.thickness))
-            print_table(f"{name}, r = {ratio:g} t", case, case.strokes,
+            bent, title = with_radius(case, ratio * case.thickness), f"{name}, r = {ratio:g} t"
+            ours = run_flexopt(options.flexopt, bent, "reduced", None,
+                               os.path.join(folder, "flexopt"))
+            if options.reuse:
+                solid = stored["cases"][title]
+            else:
+                solid = solve_case(case, Mesh(16, 8, 2), "plate", folder,
+                                   make_model=lambda *a: BentModel(*a, ratio * case.thickness))
+            if options.store:
+                stored["cases"][title] = record(bent, solid)
+                with open(options.store, "w") as file:
+                    json.dump(stored, file, indent=1)
+            print_table(title, case, case.strokes,
                         differences(case, ours, solid["path"]))
 
 

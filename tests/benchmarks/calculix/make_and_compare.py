@@ -258,6 +258,14 @@ def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, 
             "mesh": [mesh.along, mesh.across, mesh.through, mesh.grade], "path": path}
 
 
+def record(case, solid):
+    """What is stored of a case."""
+    return {**{k: solid[k] for k in ("unknowns", "material", "mesh", "path")},
+            "design": case.flexopt, "mass": case.mass, "inertia": case.inertia,
+            "youngs_modulus": case.youngs_modulus, "poissons_ratio": case.poissons_ratio,
+            "density": case.density}
+
+
 def run_flexopt(program, case, accuracy, mesh, folder):
     model = {"accuracy": accuracy}
     if mesh:
@@ -346,11 +354,7 @@ def main():
             print_table(f"{name}, {title}", case, case.strokes,
                         differences(case, points, solid["path"]))
         if options.store:
-            stored["cases"][name] = {
-                **{k: solid[k] for k in ("unknowns", "material", "mesh", "path")},
-                "design": case.flexopt, "mass": case.mass, "inertia": case.inertia,
-                "youngs_modulus": case.youngs_modulus, "poissons_ratio": case.poissons_ratio,
-                "density": case.density}
+            stored["cases"][name] = record(case, solid)
             with open(options.store, "w") as file:
                 json.dump(stored, file, indent=1)
 

@@ -18,8 +18,8 @@ import subprocess
 import numpy as np
 
 from make_and_compare import DIRECTIONS, eigenvalues, hat, rotation_matrix, spin_of_rate, tables
-from solid_model import (Leaf, Mesh, Wire, chunks, mesh_folded, mesh_leaf, mesh_wire, orientation,
-                         plate_material, run_ccx)
+from solid_model import (Leaf, Mesh, Wire, chunks, isotropic_material, mesh_folded, mesh_leaf,
+                         mesh_wire, orientation, plate_material, run_ccx)
 
 MATERIAL = {"youngs_modulus": 200e9, "poissons_ratio": 0.3, "density": 7800.0}
 MASS, INERTIA = 0.5, 4e-4
@@ -141,10 +141,9 @@ class Mechanism:
     def add_folded(self, leaf, mesh):
         at = [tuple(leaf["base"]["at"]), tuple(leaf["fold"]["at"]), tuple(leaf["tip"]["at"])]
         legs = [Leaf(at[k], at[k + 1], leaf["width"], tuple(leaf["across"])) for k in range(2)]
-        nodes, cells, base, tip, axes = mesh_folded(legs, leaf["thickness"], mesh,
-                                                    len(self.nodes) + 1)
+        nodes, parts, base, tip = mesh_folded(legs, leaf["thickness"], mesh, len(self.nodes) + 1)
         self.nodes.update(nodes)
-        self.leaves += zip(cells, axes, legs)
+        self.leaves += parts
         self.clamp(leaf, base, tip)
 
     def clamp(self, leaf, base, tip):
@@ -200,6 +199,7 @@ class Mechanism:
             lines, thickness = orientation(index, leaf, axes)
             out += lines
             materials.append("WIRE" if isinstance(leaf, Wire)
+                             else "CORNER" if leaf.corner
                              else {"x": "ARC", "y": "FLAT"}[thickness])
         for index, (node, mass) in enumerate(self.masses, 1):
             out += [f"*ELEMENT, TYPE=MASS, ELSET=POINT{index}", f"{element}, {node}",
@@ -208,6 +208,7 @@ class Mechanism:
         e, nu, density = (self.material[name] for name in MATERIAL)
         for name, thickness in (("FLAT", "y"), ("ARC", "x"), ("WIRE", "")):
             out += plate_material(name, e, nu, density, thickness)
+        out += isotropic_material("CORNER", e, nu, density)
         for index, material in enumerate(materials, 1):
             out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL={material}, "
                        f"ORIENTATION=AXES{index}")

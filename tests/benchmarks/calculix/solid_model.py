@@ -5,7 +5,7 @@ end-effector's reference point. SI units.
 """
 import os
 import subprocess
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ class Leaf:
     across: tuple = (0.0, 0.0, 1.0)  # direction of the width
     tip_width: float = None          # another one at the tip, linear between
     curve: float = 0.0               # angle of the arc, bulging to across x (base -> tip) [rad]
+    corner: bool = False             # beside a fold, where stress goes through the thickness
 
 
 @dataclass
@@ -141,8 +142,8 @@ def corner_lines(xs, thickness, skew, end):
 
 
 def mesh_folded(legs, thickness, mesh, first_node):
-    """Two legs that share the nodes of a mitred face: nodes, cells of each, base and tip nodes,
-    axes of each."""
+    """Two legs that share the nodes of a mitred face: nodes, parts (cells, axes, leaf), base and tip
+    nodes. Of each leg what is nearer to the fold than 2 t, or the mitre leans, is a part."""
     def normal(leg):
         along = np.array(leg.tip) - np.array(leg.base)
         along = along / np.linalg.norm(along)
@@ -161,8 +162,15 @@ def mesh_folded(legs, thickness, mesh, first_node):
     number = {**keep, **shared}
     nodes = {**first[0], **{keep[n]: p for n, p in second[0].items() if n in keep}}
     cells = [[number[n] for n in cell] for cell in second[1]]
-    return (nodes, (first[1], cells), first[2], [number[n] for n in second[3]],
-            (first[4], second[4]))
+    parts, reach = [], 2 * thickness * max(1, abs(mitre @ x1))
+    for leg, axes, own in ((legs[0], first[4], first[1]), (legs[1], second[4], cells)):
+        fold = np.array(legs[0].tip)
+        near = [abs(np.mean([nodes[n] - fold for n in cell], axis=0) @ axes[0]) < reach
+                for cell in own]
+        for corner in (False, True):
+            parts.append(([c for c, at in zip(own, near) if at == corner], axes,
+                          replace(leg, corner=corner)))
+    return nodes, parts, first[2], [number[n] for n in second[3]]
 
 
 @dataclass
@@ -255,6 +263,11 @@ def plate_material(name, e, nu, density, thickness):
             f"{g:.12g}, 293.", "*DENSITY", f"{density:.12g}"]
 
 
+def isotropic_material(name, e, nu, density):
+    return [f"*MATERIAL, NAME={name}", "*ELASTIC", f"{e:.12g}, {nu:.12g}", "*DENSITY",
+            f"{density:.12g}"]
+
+
 def chunks(numbers, size=12):
     return "\n".join(", ".join(str(n) for n in numbers[i:i + size]) + ","
                      for i in range(0, len(numbers), size))
@@ -277,9 +290,9 @@ class Model:
         first, elements = FIRST_MASS + 6, 0
         for leaf in case.leaves:
             if isinstance(leaf, Folded):
-                nodes, cells, base, tip, axes = mesh_folded(leaf.legs, case.thickness, mesh, first)
-                self.leaves += zip(cells, axes)
-                self.solids += leaf.legs
+                nodes, parts, base, tip = mesh_folded(leaf.legs, case.thickness, mesh, first)
+                self.leaves += [(cells, axes) for cells, axes, _ in parts]
+                self.solids += [leg for _, _, leg in parts]
             else:
                 nodes, cells, base, tip, axes = mesh_leaf(leaf, case.thickness, mesh, first)
                 self.leaves.append((cells, axes))
@@ -302,7 +315,8 @@ class Model:
                 element += 1
             lines, thickness = orientation(index, self.solids[index - 1], axes)
             out += lines
-            materials.append({"x": "ARC", "y": "FLAT"}[thickness])
+            materials.append("CORNER" if self.solids[index - 1].corner
+                             else {"x": "ARC", "y": "FLAT"}[thickness])
         out.append("*ELEMENT, TYPE=MASS, ELSET=POINTS")
         out += [f"{element + i}, {n}" for i, n in enumerate(self.masses)]
         out += ["*MASS, ELSET=POINTS", f"{c.mass / 6:.12g}"]
@@ -311,8 +325,8 @@ class Model:
             if self.material == "plate":
                 out += plate_material(name, e, nu, c.density, thickness)
             else:
-                out += [f"*MATERIAL, NAME={name}", "*ELASTIC", f"{e:.12g}, {nu:.12g}", "*DENSITY",
-                        f"{c.density:.12g}"]
+                out += isotropic_material(name, e, nu, c.density)
+        out += isotropic_material("CORNER", e, nu, c.density)
         for index, material in enumerate(materials, 1):
             out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL={material}, "
                        f"ORIENTATION=AXES{index}")

@@ -7,8 +7,10 @@
 #include "core/elements/plate/plate_fold.hpp"
 #include "core/elements/plate/plate_leaf.hpp"
 #include "core/elements/plate/plate_mesh_rate.hpp"
+#include "core/elements/plate/strain_field.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
+#include "core/mechanism/fold_corner.hpp"
 #include "support/plate_laws.hpp"
 
 using namespace flexopt;
@@ -16,9 +18,9 @@ using namespace flexopt::plate_laws;
 
 namespace {
 
-PlateShape shape(double place, double angle) {
+PlateShape shape(double place, double angle, double radius = 0) {
   PlateShape s{.width = 0.3, .thickness = 0.006, .mesh = {6, 3}};
-  s.fold = LeafFold{place, angle};
+  s.fold = LeafFold{place, angle, radius};
   return s;
 }
 
@@ -72,12 +74,14 @@ TEST_CASE("derivatives of the map at a fold are those of its values", "[fold]") 
 }
 
 TEST_CASE("a folded leaf is free of stress wherever it is moved rigidly", "[fold]") {
-  for (const auto& [place, angle] : {std::pair{0.5, M_PI / 2}, {0.3, -2.0}, {0.6, 0.4}})
-    check_rigid_motions(std::make_shared<PlateMesh>(shape(place, angle)));
+  for (const double radius : {0.0, 0.008})
+    for (const auto& [place, angle] : {std::pair{0.5, M_PI / 2}, {0.3, -2.0}, {0.6, 0.4}})
+      check_rigid_motions(std::make_shared<PlateMesh>(shape(place, angle, radius)));
 }
 
 TEST_CASE("force and tangent of a folded leaf are derivatives of its energy", "[fold]") {
-  const auto mesh = std::make_shared<PlateMesh>(shape(0.45, 1.2));
+  const double radius = GENERATE(0.0, 0.01);
+  const auto mesh = std::make_shared<PlateMesh>(shape(0.45, 1.2, radius));
   PlateLeaf leaf(mesh);
   const PlateLeaf::State state = random_state(*mesh, 3, 0.05);
   const VectorXd d = random_direction(state.x.size(), 4);
@@ -91,7 +95,7 @@ TEST_CASE("force and tangent of a folded leaf are derivatives of its energy", "[
 }
 
 TEST_CASE("a fold of no angle is a flat leaf", "[fold]") {
-  PlateShape folded = shape(0.5, 0), flat = folded;
+  PlateShape folded = shape(0.5, 0, 0.01), flat = folded;
   folded.mesh = {8, 4};
   flat.mesh = {16, 4};
   flat.fold.reset();
@@ -106,8 +110,9 @@ TEST_CASE("a fold of no angle is a flat leaf", "[fold]") {
 }
 
 TEST_CASE("stiffness of an L frame in its plane", "[fold]") {
-  for (const auto& [place, angle] : {std::pair{0.5, M_PI / 2}, {0.35, -1.9}}) {
-    PlateShape s = shape(place, angle);
+  for (const auto& [place, angle, radius] :
+       {std::tuple{0.5, M_PI / 2, 0.0}, {0.35, -1.9, 0.0}, {0.5, 1.9, 0.012}, {0.5, -2.3, 0.02}}) {
+    PlateShape s = shape(place, angle, radius);
     s.poissons_ratio = 0;  // no bending across
     s.free_edge_torsion = false;
     const auto mesh = std::make_shared<PlateMesh>(s);
@@ -129,6 +134,15 @@ TEST_CASE("stiffness of an L frame in its plane", "[fold]") {
             cut * cut.transpose() / GA) /
            points;
     }
+    // what the corner does not bend, in the middle of where it is missing
+    const double shorter = corner_shortening(angle, radius, s.thickness);
+    for (const double side : {-1.0, 1.0}) {
+      const double at = place + side * (4.0 / 9) * (160.0 / 133) * shorter;
+      const ArcPoint<double> p =
+          at < place ? ArcPoint<double>{at, 0, 1, 0} : leg_point(place, angle, at);
+      const Vector3d moment(tip[2] - p.z, -(tip[0] - p.x), 1);
+      C -= shorter / EI * moment * moment.transpose();
+    }
     Matrix3d K;
     const int rows[] = {6, 8, 10};
     for (int i = 0; i < 3; ++i)
@@ -140,10 +154,66 @@ TEST_CASE("stiffness of an L frame in its plane", "[fold]") {
   }
 }
 
-TEST_CASE("operators change along place and angle of a fold as their differences do", "[fold]") {
-  const PlateShape at = shape(0.4, 1.3);
+TEST_CASE("moments on both ends of a folded strip turn them by that of shorter legs", "[fold]") {
+  // of no Poisson's ratio: exact; else the line holds the section straight, and the moment is
+  // larger in its middle
+  for (const auto& [nu, tolerance] : {std::pair{0.0, 1e-6}, {0.3, 0.06}}) {
+    const auto flexibility = [nu = nu](double radius) {
+      PlateShape s = shape(0.5, 2.1, radius);
+      s.poissons_ratio = nu;
+      const PlateMesh mesh(s);
+      PlateLeaf leaf(std::make_shared<PlateMesh>(s));
+      leaf.assemble();
+      Matrix3d K;
+      const int rows[] = {6, 8, 10};  // ux, uz and ry of the tip
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) K(i, j) = leaf.tangent()(rows[i], rows[j]);
+      return Matrix3d(K.inverse())(2, 2) * mesh.bending_stiffness();
+    };
+    const auto shorter = [](double radius) {
+      return 2 * corner_shortening(2.1, radius, shape(0.5, 2.1).thickness);
+    };
+    if (nu == 0) CHECK(flexibility(0) == Approx(1 - shorter(0)).epsilon(1e-6));
+    for (const double radius : {0.004, 0.01, 0.02}) {
+      REQUIRE(shorter(radius) > 0.009);
+      CHECK(flexibility(0) - flexibility(radius) ==
+            Approx(shorter(radius) - shorter(0)).epsilon(tolerance));
+    }
+  }
+}
+
+TEST_CASE("under one moment a folded strip has one curvature, also beside its corner", "[fold]") {
+  for (const double radius : {0.0, 0.004, 0.03}) {  // the last one reaches over several elements
+    PlateShape s = shape(0.45, -1.7, radius);
+    s.poissons_ratio = 0;
+    const auto mesh = std::make_shared<PlateMesh>(s);
+    PlateLeaf leaf(mesh);
+    leaf.assemble();
+    const int rows[] = {6, 8, 10};  // ux, uz and ry of the tip
+    Matrix3d K;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) K(i, j) = leaf.tangent()(rows[i], rows[j]);
+    const double moment = 1e-6;
+    const Vector3d by = K.inverse() * Vector3d(0, 0, moment);
+    Vector12d dq = Vector12d::Zero();
+    for (int i = 0; i < 3; ++i) dq[rows[i]] = by[i];
+    leaf.step(moved(leaf.state().edges, dq), leaf.internal_step(dq), dq);
+    const MatrixXd strains = recovered_strains(*mesh, leaf.nodal()).values();
+    const double curvature = moment / mesh->bending_stiffness();
+    CHECK((strains.col(3).cwiseAbs().array() - curvature).abs().maxCoeff() < 1e-4 * curvature);
+  }
+}
+
+TEST_CASE("operators change along place, angle and radius of a fold as their differences do",
+          "[fold]") {
+  // short elements, so that the corner reaches over several of them; and long ones
+  const double radius = GENERATE(0.002, 0.03);
+  const PlateShape at = shape(0.4, 1.3, radius);
   const PlateMesh mesh(at);
-  const PlateMeshRate rate(mesh, {{.fold_place = 1.0}, {.fold_place = 0.3, .fold_angle = -0.6}});
+  const PlateMeshRate rate(mesh, {{.fold_place = 1.0},
+                                  {.fold_place = 0.3, .fold_angle = -0.6},
+                                  {.fold_radius = 1.0},
+                                  {.fold_place = -0.1, .fold_angle = 0.3, .fold_radius = 0.02}});
   for (int p = 0; p < rate.directions(); ++p) {
     const auto moved = [&](double h) {
       PlateShape s = at;
@@ -153,9 +223,10 @@ TEST_CASE("operators change along place and angle of a fold as their differences
       s.poissons_ratio += h * along.size[2];
       s.fold->place += h * along.fold.place;
       s.fold->angle += h * along.fold.angle;
+      s.fold->radius += h * along.fold.radius;
       return PlateMesh(s);
     };
-    const double h = p == 1 ? 1e-5 : 1e-4;
+    const double h = p == 1 ? 1e-5 : p >= 5 ? 2e-5 : 1e-4;
     const PlateMesh plus = moved(h), minus = moved(-h), plus2 = moved(2 * h),
                     minus2 = moved(-2 * h);
     const auto compare = [&](const MatrixXd& found, auto part) {
@@ -168,6 +239,10 @@ TEST_CASE("operators change along place and angle of a fold as their differences
       for (int j = 0; j < ny; ++j)
         compare(by.bending[i * ny + j],
                 [&](const PlateMesh& m) { return MatrixXd(m.element(i, j).bending); });
+    for (int i = 0; i < mesh.elements_along(); ++i)
+      for (int j = 0; j < ny; ++j)
+        compare(by.mass.empty() ? MatrixXd::Zero(16, 16) : MatrixXd(by.mass[i * ny + j]),
+                [&](const PlateMesh& m) { return MatrixXd(m.element(i, j).mass); });
     for (int line = 0; line < mesh.lines(); ++line)
       compare(by.undeflected.empty() ? MatrixXd::Zero(mesh.functions_per_line(), 3)
                                      : by.undeflected[line],

@@ -13,7 +13,7 @@ namespace {
 
 const std::vector<Number> parameters{{"first leg", 0.06},   {"second leg", 0.05}, {"width", 0.03},
                                      {"thickness", 0.5e-3}, {"poisson", 0.3},     {"angle", 1.3},
-                                     {"tilt", 0.2}};
+                                     {"tilt", 0.2},         {"radius", 0.6e-3}};
 
 /// Two folded leaves that open to each other, held by the ground and the end-effector.
 Mechanism stage(const Values& p) {
@@ -24,7 +24,7 @@ Mechanism stage(const Values& p) {
   for (const double side : {1.0, -1.0}) {
     LeafSpring l =
         models::leaf({0, 0.03 * side, 0}, {1, p[6] * side, 0}, p[0] + p[1], p[2], p[3], material);
-    l.fold = LeafFold{p[0] / (p[0] + p[1]), -side * p[5]};
+    l.fold = LeafFold{p[0] / (p[0] + p[1]), -side * p[5], p[7] / (p[0] + p[1])};
     m.leaves.push_back(l);
   }
   return m;
@@ -34,7 +34,7 @@ Mechanism stage(const Values& p) {
 
 TEST_CASE("gradients of leaves with an elastic fold agree with differences",
           "[fold][gradients][slow]") {
-  check_loaded_guide({stage, parameters, {0, 1, 2, 3, 4, 5, 6}, 10.0}, Flexure::plate,
+  check_loaded_guide({stage, parameters, {0, 1, 2, 3, 4, 5, 6, 7}, 10.0}, Flexure::plate,
                      Accuracy::full, 1e-3);
 }
 
@@ -53,5 +53,5 @@ TEST_CASE("gradients of crooked, warm and heavy leaves with an elastic fold agre
                                 {1, 1, {-1e-5, 3e-5, -5e-5}, {-5e-4, 5e-4, 1e-3}}},
                    .temperature = {12, -7},
                    .gravity = {8, -30, 50}};
-  CHECK(check_gradients({stage, parameters, {0, 1, 3, 5, 6}, 10.0}, model, request) > 100);
+  CHECK(check_gradients({stage, parameters, {0, 1, 3, 5, 6, 7}, 10.0}, model, request) > 100);
 }

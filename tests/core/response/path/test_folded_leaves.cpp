@@ -15,13 +15,13 @@ namespace {
 constexpr double length = 0.06, width = 0.03, thickness = 5e-4;
 
 /// A leaf along x, a fold along z, a leaf along y to O.
-Mechanism folded(bool elastic) {
+Mechanism folded(bool elastic, double radius = 0) {
   Mechanism m;
   m.drives = {make_drive<double>(Direction::ux)};
   m.bodies = {models::body({length, length, 0}, 0.5, 4e-4)};
   if (elastic) {
     m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 2 * length, width, thickness)};
-    m.leaves[0].fold = LeafFold{0.5, -M_PI / 2};  // the normal is −y
+    m.leaves[0].fold = LeafFold{0.5, -M_PI / 2, radius / (2 * length)};  // the normal is −y
     return m;
   }
   m.bodies.push_back(models::body({length, 0, 0}, 0, 0));
@@ -57,22 +57,23 @@ TEST_CASE("an elastic fold is softer than a rigid one, and little so", "[fold]")
                        elastic = evaluated(folded(true), {0});
   const PathPoint &r = rigid.path[0], &e = elastic.path[0];
   const MatrixXd more = e.compliance_free - r.compliance_free;
-  // the rigid fold is the elastic one held: no load finds it softer
+  // the rigid fold is the elastic one held: no load finds it softer, but for the corner of the
+  // elastic one, which takes 0.1 % of the length of a leg from its bending
   const Eigen::Matrix<double, 6, 1> scale = r.compliance_free.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd relative = scale.asDiagonal() * more * scale.asDiagonal();
-  CHECK(Eigen::SelfAdjointEigenSolver<MatrixXd>(relative).eigenvalues()[0] > -2e-4);
+  CHECK(Eigen::SelfAdjointEigenSolver<MatrixXd>(relative).eigenvalues()[0] > -3e-3);
   for (int d = 0; d < 6; ++d) {
     if (!r.support_stiffness[d]) continue;
-    CHECK(*e.support_stiffness[d] < 1.0002 * *r.support_stiffness[d]);
+    CHECK(*e.support_stiffness[d] < 1.003 * *r.support_stiffness[d]);
     CHECK(*e.support_stiffness[d] > 0.6 * *r.support_stiffness[d]);
   }
   for (std::size_t k = 0; k < 4; ++k)
-    CHECK(e.frequencies_locked[k] < 1.0002 * r.frequencies_locked[k]);
+    CHECK(e.frequencies_locked[k] < 1.0015 * r.frequencies_locked[k]);
   CHECK(e.drive_stiffness == Approx(r.drive_stiffness).epsilon(0.03));
 }
 
 TEST_CASE("a mechanism with an elastic fold turned in space gives the same answers", "[fold]") {
-  const Mechanism m = folded(true);
+  const Mechanism m = folded(true, 7e-4);
   Mechanism turned = m;
   const Matrix3d R = rotation_exp({0.4, -0.8, 1.1});
   const Vector3d shift(0.1, -0.2, 0.05);
@@ -93,13 +94,14 @@ TEST_CASE("a mechanism with an elastic fold turned in space gives the same answe
 
 TEST_CASE("a fold may be walked through from either side", "[fold]") {
   // the same leaf from the end-effector to the ground
-  Mechanism m = folded(true);
+  Mechanism m = folded(true, 7e-4);
   LeafSpring& l = m.leaves[0];
   l = models::leaf({length, length, 0}, {0, -1, 0}, 2 * length, width, thickness);
-  l.fold = LeafFold{0.5, M_PI / 2};  // the normal is −x, the second leg runs to it
+  l.fold =
+      LeafFold{0.5, M_PI / 2, 7e-4 / (2 * length)};  // the normal is −x, the second leg runs to it
   l.base = 0;
   l.tip = ground;
-  const StrokeResponse a = evaluated(folded(true), {0, 2e-3}), b = evaluated(m, {0, 2e-3});
+  const StrokeResponse a = evaluated(folded(true, 7e-4), {0, 2e-3}), b = evaluated(m, {0, 2e-3});
   CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-6));
   for (std::size_t k = 0; k < 4; ++k)
     CHECK(b.path[1].frequencies_locked[k] == Approx(a.path[1].frequencies_locked[k]).epsilon(1e-6));
@@ -116,7 +118,7 @@ TEST_CASE("the default method takes a folded leaf in full and says so", "[fold]"
 TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
   Mechanism flat = folded(true), none = flat;
   flat.leaves[0].fold.reset();
-  none.leaves[0].fold = LeafFold{0.5, 0};
+  none.leaves[0].fold = LeafFold{0.5, 0, 0.01};
   for (Mechanism* m : {&flat, &none}) {
     m->bodies[0] = models::body({2 * length, 0, 0}, 0.5, 4e-4);
     m->leaves[0].material.thermal_expansion = 1.2e-5;
@@ -140,10 +142,30 @@ TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
 }
 
 TEST_CASE("the mass of an undeflected folded leaf is that of the deflected one at rest", "[fold]") {
-  const StrokeResponse a = evaluated(folded(true), {0}),
-                       b = evaluated(folded(true), {0}, Accuracy::full, LeafMass::constant);
+  const StrokeResponse a = evaluated(folded(true, 5e-4), {0}),
+                       b = evaluated(folded(true, 5e-4), {0}, Accuracy::full, LeafMass::constant);
   for (std::size_t k = 0; k < 4; ++k)
     CHECK(b.path[0].frequencies_locked[k] == Approx(a.path[0].frequencies_locked[k]).epsilon(1e-9));
+}
+
+TEST_CASE("a mechanism with a bent fold of twice the size is as stiff as it is large", "[fold]") {
+  const Mechanism small = folded(true, 5e-4);
+  Mechanism large = small;
+  LeafSpring& l = large.leaves[0];
+  l.origin *= 2;
+  l.length *= 2;
+  l.width *= 2;
+  l.thickness *= 2;
+  large.bodies[0].reference *= 2;
+  large.bodies[0].center_of_mass *= 2;
+  large.bodies[0].mass *= 8;
+  large.bodies[0].inertia *= 32;
+  const StrokeResponse a = evaluated(small, {0, 2e-3}), b = evaluated(large, {0, 4e-3});
+  CHECK(b.path[1].drive_load == Approx(4 * a.path[1].drive_load).epsilon(1e-9));
+  CHECK(b.path[1].max_stress->value == Approx(a.path[1].max_stress->value).epsilon(1e-9));
+  for (std::size_t k = 0; k < 4; ++k)
+    CHECK(b.path[1].frequencies_locked[k] ==
+          Approx(a.path[1].frequencies_locked[k] / 2).epsilon(1e-8));
 }
 
 TEST_CASE("a folded leaf holds one direction, along its fold", "[fold]") {

@@ -252,6 +252,14 @@ TEST_CASE("each leg of a folded leaf is a solid of its own", "[response][fold]")
   // half the thickness beyond the fold and below the first leg
   CHECK((p.envelope->box - Vector3d(0.06 + 2.5e-4, 0.04 + 2.5e-4, 0.03)).norm() < 1e-12);
 
+  // without what an arc of 1.5 t about a right angle cuts off; a mitred corner is a whole one
+  CHECK(*p.leaf_mass == Approx(7800 * 0.1 * 0.03 * 5e-4).epsilon(1e-12));
+  Mechanism bent = m;
+  bent.leaves[0].fold->radius = 5e-4 / 0.1;
+  CHECK(
+      leaf_mass(bent) ==
+      Approx(7800 * (0.1 - 2 * 7.5e-4 * (1 - std::numbers::pi / 4)) * 0.03 * 5e-4).epsilon(1e-12));
+
   // a straight leaf 12 mm beside the second leg, far from the first
   m.leaves.push_back(models::leaf({0.072, 0.02, 0}, {0, 1, 0}, 0.05, 0.03, 5e-4));
   m.leaves[1].tip = 0;
