@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/response/principal_stiffness.hpp"
+#include "core/response/space/leaf_mass.hpp"
 #include "core/response/stroke_series/stroke_ways.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -34,7 +35,9 @@ double present(const Job& job, const std::string& name) {
 
 // Whether a number may not be less than it is: a mass of nothing, a parameter at its least value.
 bool at_lower_edge(const Job& job, const std::string& name, double x) {
-  if (find_job_number(name)) return x == 0 && name == "end_effector.mass";
+  if (find_job_number(name))
+    return x == 0 && (name == "end_effector.mass" || name == "end_effector.inertia.xx" ||
+                      name == "end_effector.inertia.yy" || name == "end_effector.inertia.zz");
   const Parameter* parameter = find_parameter(resolve(job.design)->family(), name);
   return parameter && x <= parameter->min;
 }
@@ -45,13 +48,15 @@ double unit(const Job& job, const std::string& name) {
     const Parameter* parameter = find_parameter(resolve(job.design)->family(), name);
     if (parameter && parameter->unit != "m") return parameter->unit == "kg" ? 1e-2 : 0.1;
   }
+  const Mechanism mechanism = make_mechanism(job, job.design.parameters);
   double length = 0;
-  for (const LeafSpring& l : make_mechanism(job, job.design.parameters).leaves)
-    length = std::max(length, l.length);
+  for (const LeafSpring& l : mechanism.leaves) length = std::max(length, l.length);
   if (name.starts_with("end_effector.center_of_mass")) return 0.1 * length;
-  if (name.starts_with("end_effector.inertia"))
-    return std::max(1e-2 * job.end_effector.mass * length * length,
+  if (name.starts_with("end_effector.inertia")) {
+    const double mass = std::max(job.end_effector.mass, leaf_mass(mechanism));
+    return std::max(1e-2 * mass * length * length,
                     0.1 * job.end_effector.inertia.diagonal().cwiseAbs().maxCoeff());
+  }
   if (name == "end_effector.mass") return 1e-2;
   return 0.1 * length;
 }

@@ -16,7 +16,6 @@ set(tested_by
   core/elements/plate/section_stress core/response/test_stress_history
   core/elements/plate/full_model core/elements/leaf/test_full_model
   core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
-  core/elements/leaf/leaf_rates core/response/gradients/test_profile_gradients
   core/elements/plate/element_numbers core/elements/plate/test_transverse_shear
   core/elements/plate/mesh_numbers core/elements/plate/test_leaf_profiles
   core/elements/plate/plate_gradient core/response/gradients/test_point_gradients

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/math/alike.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -36,7 +38,10 @@ ProfileDirections::ProfileDirections(const Mechanism& mechanism,
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
     if (!is_shaped(leaf)) continue;
-    std::vector<ProfileRate>& own = directions_[profiles_of(leaf)];
+    const ProfileRate profiles = profiles_of(leaf);
+    const std::size_t place = find(profiles);
+    if (place == leaves_.size()) leaves_.push_back({profiles, {}});
+    std::vector<ProfileRate>& own = leaves_[place].directions;
     for (const Mechanism& direction : directions) {
       ProfileRate rate = rate_of(direction.leaves[i]);
       if (!rate.is_zero() && std::find(own.begin(), own.end(), rate) == own.end())
@@ -45,10 +50,20 @@ ProfileDirections::ProfileDirections(const Mechanism& mechanism,
   }
 }
 
+std::size_t ProfileDirections::find(const ProfileRate& profiles) const {
+  const auto same = [&](const Leaves& known) {
+    const ProfileRate& of = known.profiles;
+    return of.width == profiles.width && of.thickness == profiles.thickness &&
+           alike(of.curve, profiles.curve) && alike(of.fold_place, profiles.fold_place) &&
+           alike(of.fold_angle, profiles.fold_angle) && alike(of.fold_radius, profiles.fold_radius);
+  };
+  return static_cast<std::size_t>(std::ranges::find_if(leaves_, same) - leaves_.begin());
+}
+
 const std::vector<ProfileRate>& ProfileDirections::of(const ProfileRate& profiles) const {
   static const std::vector<ProfileRate> none;
-  const auto found = directions_.find(profiles);
-  return found == directions_.end() ? none : found->second;
+  const std::size_t place = find(profiles);
+  return place < leaves_.size() ? leaves_[place].directions : none;
 }
 
 VectorXd ProfileDirections::coordinates(const LeafSpring& leaf, const LeafSpring& direction) const {

@@ -1,6 +1,7 @@
 #pragma once
 // Derivatives that equal leaves share, each made once in an evaluation.
 #include <compare>
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <typeindex>
@@ -41,13 +42,19 @@ class ProfileDirections {
   /// `directions`: derivative of every number of the mechanism along each parameter.
   ProfileDirections(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
 
-  /// Those of leaves that have these profiles.
+  /// Those of leaves that have these profiles but for rounding: they share what is made of a shape.
   const std::vector<ProfileRate>& of(const ProfileRate& profiles) const;
   /// Coordinates of a leaf's change along one of the parameters: 1 for its direction.
   VectorXd coordinates(const LeafSpring& leaf, const LeafSpring& direction) const;
 
  private:
-  std::map<ProfileRate, std::vector<ProfileRate>> directions_;
+  struct Leaves {
+    ProfileRate profiles;
+    std::vector<ProfileRate> directions;
+  };
+  /// Place among them; behind the last where there are none.
+  std::size_t find(const ProfileRate& profiles) const;
+  std::vector<Leaves> leaves_;
 };
 
 /// A store that leaves fill themselves: every model of a leaf keeps there what it derives from the

@@ -41,10 +41,6 @@ double PlateShape::thickness_at(double x) const {
 double PlateShape::mean_thickness() const { return thickness * profile_mean(thickness_profile); }
 double PlateShape::mean_width() const { return width * profile_mean(width_profile); }
 
-bool alike(double a, double b) {
-  constexpr double rounding = 1e-13;
-  return std::abs(a - b) <= rounding * std::abs(a);
-}
 bool alike(const PlateShape& a, PlateShape b) {
   const auto take = [](double from, double& to) {
     if (alike(from, to)) to = from;

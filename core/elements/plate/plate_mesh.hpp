@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/elements/leaf/edge_pose.hpp"
+#include "core/math/alike.hpp"
 #include "core/math/types.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
@@ -46,9 +47,8 @@ struct PlateShape {
   double mean_thickness() const;
   auto operator<=>(const PlateShape&) const = default;
 };
-/// Whether rounding alone tells two numbers or shapes apart, as of leaves between bodies that stand
-/// otherwise: what is made of the one then serves the other.
-bool alike(double a, double b);
+/// Whether rounding alone tells two shapes apart, as of leaves between bodies that stand otherwise:
+/// what is made of the one then serves the other.
 bool alike(const PlateShape& a, PlateShape b);
 
 /// How a shape changes along one direction.
