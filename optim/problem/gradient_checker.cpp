@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "core/response/principal_stiffness.hpp"
-#include "core/response/space/leaf_mass.hpp"
 #include "core/response/stroke_series/stroke_ways.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -49,11 +48,14 @@ double unit(const Job& job, const std::string& name) {
     if (parameter && parameter->unit != "m") return parameter->unit == "kg" ? 1e-2 : 0.1;
   }
   const Mechanism mechanism = make_mechanism(job, job.design.parameters);
-  double length = 0;
-  for (const LeafSpring& l : mechanism.leaves) length = std::max(length, l.length);
+  double length = 0, leaves = 0;  // longest one; about their mass
+  for (const LeafSpring& l : mechanism.leaves) {
+    length = std::max(length, l.length);
+    leaves += l.material.density * l.length * l.width * l.thickness;
+  }
   if (name.starts_with("end_effector.center_of_mass")) return 0.1 * length;
   if (name.starts_with("end_effector.inertia")) {
-    const double mass = std::max(job.end_effector.mass, leaf_mass(mechanism));
+    const double mass = std::max(job.end_effector.mass, leaves);
     return std::max(1e-2 * mass * length * length,
                     0.1 * job.end_effector.inertia.diagonal().cwiseAbs().maxCoeff());
   }
