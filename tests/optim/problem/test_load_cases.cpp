@@ -1,5 +1,6 @@
 // Goals over several load cases, against the goals of each case alone.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "optim/problem/check_gradients.hpp"
@@ -120,4 +121,25 @@ TEST_CASE("derivatives are checked in every load case", "[optim][slow]") {
   CHECK(report.ok);
   for (const char* name : {"hanging", "standing"})
     CHECK(std::ranges::count(report.checks, name, &GradientCheck::load_case) > 20);
+}
+
+TEST_CASE("derivatives by an end-effector's mass and inertia are checked where it has none",
+          "[optim]") {
+  const Job job = parse_job(json{
+      {"flexopt", 1},
+      {"name", "bare"},
+      {"job", "evaluate"},
+      {"design",
+       {{"family", "parallel_guide"},
+        {"parameters",
+         {{"length", "100 mm"}, {"width", "30 mm"}, {"thickness", "0.5 mm"}, {"spacing", "80 mm"}}},
+        {"material", "spring_steel_1.4310"}}},
+      {"model", {{"accuracy", "full"}, {"mesh", {4, 2}}}},
+      {"stroke", {{"at", {"1 mm"}}}},
+      {"frequencies", 2}});
+  const GradientReport report = check_gradients(job, 1e-6, 2);
+  CHECK(report.ok);
+  for (const char* name : {"end_effector.mass", "end_effector.inertia.zz"})
+    CHECK(std::ranges::count(report.checks, name, &GradientCheck::parameter) > 5);
+  for (const GradientCheck& check : report.checks) CHECK(std::isfinite(check.difference));
 }
