@@ -46,7 +46,7 @@ S profile(const std::vector<double>& numbers, const std::vector<double>& rates, 
 /// g of the mesh towards the free edges, and of a wide leaf towards its clamps.
 constexpr double grading = 0.7;
 
-/// How far from the fold line the corner counts, over s.
+/// How far from the fold line the corner counts, over what it takes: the shares below add up to 1.
 constexpr double corner_zone = 160.0 / 133;
 /// The share of it that lies within u of this length, and its moment: 19/20 of what is there,
 /// and less towards its end, 19/20 (1 − u⁷).
@@ -257,9 +257,9 @@ auto MeshNumbers<S>::corner(int i) const -> Corner {
   const S moment = corner_moment(S(far / zone)) - corner_moment(S(near / zone)),
           from_line = (zone * moment / share - near) / h,
           d = (first ? 0.5 - from_line : from_line - 0.5);
-  corner.missing = missing * share;
+  const S own = missing * share;
   corner.place = 0.5 + d;
-  corner.stiffness = corner.missing / (1.0 - corner.missing / h * (1.0 + 12.0 * d * d));
+  corner.stiffness = own / (1.0 - own / h * (1.0 + 12.0 * d * d));
   return corner;
 }
 

@@ -64,9 +64,8 @@ class MeshNumbers {
   WidthMap<S> map(int i, double s) const;
   /// Of the corner of a fold in element i along: (E14), (E15).
   struct Corner {
-    S missing = S(0);    ///< s, of the flexibility along
-    S place = S(0.5);    ///< where it is missing, a share of the element
-    S stiffness = S(0);  ///< what that adds for it there
+    S place = S(0.5);    ///< where flexibility along is missing, a share of the element
+    S stiffness = S(0);  ///< what is added for it there
     S twist = S(1);      ///< how many times as much energy the twist has
     S mass = S(1);       ///< how many times as heavy it is
   };
