@@ -16,7 +16,6 @@ export function watch(panel) {
 
   function show_facts(result) {
     const optimum = result.optimum, constraints = optimum?.constraints ?? [];
-    log.evaluations = optimum?.evaluations ?? 0;
     const worst = constraints.length > 0 ? constraints.reduce((a, b) => b.margin / (Math.abs(b.bound) || 1) < a.margin / (Math.abs(a.bound) || 1) ? b : a) : null;
     const rows = optimum ? [["Evaluations", `${optimum.evaluations} (${optimum.failed_evaluations} failed)`],
       ["Best so far", typeof optimum.objective !== "number" ? "none yet" : optimum.goal.unit === "SI" ? number_text(optimum.objective, 5) : quantity_text(optimum.objective, optimum.goal.unit, 5)],
@@ -38,6 +37,7 @@ export function watch(panel) {
     say.textContent = news.finished ? "The run is finished." : "The run goes on.";
     show_facts(news.result);
     await window.flexopt_report.show(news.result, news.scene);
+    log.evaluations = news.result.optimum?.evaluations ?? 0;  // once they are drawn
     log.shown += 1;
     return true;
   }
