@@ -185,4 +185,43 @@ LowestPairs lowest_pairs(int n, int count, int width, const LinearMap& solve, co
   }
 }
 
+namespace {
+
+// Pairs of motions without mass, the size and the sign of which are rounding, go.
+void leave_out_massless(LowestPairs& pairs) {
+  constexpr double nothing = 1e-12;  // of the largest 1/λ
+  const VectorXd size = pairs.values.cwiseAbs();
+  std::vector<int> kept;
+  for (int k = 0; k < size.size(); ++k)
+    if (size.minCoeff() > nothing * size[k]) kept.push_back(k);
+  if (kept.size() == static_cast<std::size_t>(size.size())) return;
+  pairs.values = pairs.values(kept).eval();
+  pairs.vectors = pairs.vectors(Eigen::all, kept).eval();
+}
+
+}  // namespace
+
+LowestPairs lowest_modes(int n, const ModesWanted& wanted, const LinearMap& solve,
+                         const LinearMap& mass) {
+  const int width = wanted.in_pairs ? 2 : 1;
+  int kept = std::min(n, wanted.count + wanted.negative);
+  LowestPairs pairs;
+  for (int asked = std::min(n, kept + width - 1);; asked = std::min(n, 2 * asked)) {
+    pairs = lowest_pairs(n, asked, width, solve, mass, wanted.tolerance);
+    if (!pairs.converged) return {};
+    leave_out_massless(pairs);
+    const auto negative = (pairs.values.array() < 0).count();  // those of large magnitude come late
+    if (negative >= wanted.negative || asked == n) break;
+  }
+  const VectorXd& lambda = pairs.values;
+  kept = std::min(kept, static_cast<int>(lambda.size()));
+  constexpr double equal = 1e-6;
+  if (wanted.in_pairs && kept > 0 && kept < lambda.size() &&
+      lambda[kept] - lambda[kept - 1] < equal * std::abs(lambda[kept]))
+    ++kept;
+  pairs.values = pairs.values.head(kept).eval();
+  pairs.vectors = pairs.vectors.leftCols(kept).eval();
+  return pairs;
+}
+
 }  // namespace flexopt

@@ -26,6 +26,20 @@ struct LowestPairs {
 LowestPairs lowest_pairs(int n, int count, int width, const LinearMap& solve, const LinearMap& mass,
                          double tolerance = 1e-7);
 
+/// What is wanted of a body's modes.
+struct ModesWanted {
+  int count = 0;     ///< stable ones, the lowest
+  int negative = 0;  ///< eigenvalues of K below zero, by its inertia: those are found, all of them
+  bool in_pairs = false;  ///< equal values come in pairs: both are found, and none stands alone
+  double tolerance = 1e-7;
+};
+
+/// The negative eigenvalues and the lowest `count` others; one more where the last is one of a
+/// pair. Motions without mass, as coarse grids have them, are no modes. solve and mass as above;
+/// without values where it did not converge.
+LowestPairs lowest_modes(int n, const ModesWanted& wanted, const LinearMap& solve,
+                         const LinearMap& mass);
+
 /// Columns to start from, n × width: reproducible and without symmetry, no mode is orthogonal to
 /// them. Those of another seed are others.
 MatrixXd start_columns(int n, int width, int seed = 0);

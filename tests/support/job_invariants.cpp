@@ -13,6 +13,7 @@
 #include "core/math/decompositions.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
+#include "core/response/path/branch.hpp"
 #include "core/response/quantities.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
@@ -116,6 +117,10 @@ std::optional<double> energy_error(const Job& job, const Mechanism& mechanism,
   const NewtonOptions& newton = request.newton;
   if (system.loaded_at_rest() && !step_load(system, {.constant = 1}, newton).converged)
     return std::nullopt;
+  // with bent states as on the path: beyond the last one rounding grows with a high power
+  constexpr int most_refinements = 12;
+  for (int round = 0; round < most_refinements; ++round)
+    if (!step_to(system, stroke, newton).converged || !refine_leaves(system)) break;
   struct At {
     double potential, load;
     bool smooth;

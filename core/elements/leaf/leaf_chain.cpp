@@ -201,22 +201,24 @@ LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
   MatrixXd S = MatrixXd::Zero(inner + 12, 12);
   S.topRows(inner) = -lu.solve(K.topRightCorner(inner, 12));
   S.bottomRows(12).setIdentity();
-  const int kept = std::min(count, inner);
-  VectorXd omega2(kept);
-  MatrixXd shapes(inner, kept);
   const MatrixXd Ki = K.topLeftCorner(inner, inner), Mi = M.topLeftCorner(inner, inner);
+  VectorXd omega2;
+  MatrixXd shapes;
   if (Cholesky(Ki).positive_definite()) {
+    const int kept = std::min(count, inner);
     const SymmetricEigen eigen(Mi, Ki);
-    for (int k = 0; k < kept; ++k) {
-      const double mu = std::max(eigen.eigenvalues()[inner - 1 - k], 1e-300);
-      omega2[k] = 1 / mu;
-      shapes.col(k) = eigen.eigenvectors().col(inner - 1 - k) / std::sqrt(mu);
-    }
+    const VectorXd mu = eigen.eigenvalues().tail(kept).reverse().cwiseMax(1e-300);
+    omega2 = mu.cwiseInverse();
+    shapes = eigen.eigenvectors().rightCols(kept).rowwise().reverse() *
+             mu.cwiseSqrt().cwiseInverse().asDiagonal();
   } else {
     const SymmetricEigen eigen(Ki, Mi);
+    const auto unstable = static_cast<int>((eigen.eigenvalues().array() < 0).count());
+    const int kept = std::min(count + unstable, inner);  // unstable ones in addition
     omega2 = eigen.eigenvalues().head(kept);
     shapes = eigen.eigenvectors().leftCols(kept);
   }
+  const auto kept = static_cast<int>(omega2.size());
   MatrixXd R = MatrixXd::Zero(inner + 12, 12 + kept);
   R.leftCols<12>() = S;
   R.topRightCorner(inner, kept) = shapes;
@@ -233,7 +235,8 @@ LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
     dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k])) / (2 * std::numbers::pi);
   }
   // half: no shapes of the boundary's own inertia, so more modes are needed
-  dynamics.highest_mode = kept > 0 ? 0.5 * dynamics.mode_frequencies.maxCoeff() : 0;
+  const bool stable = kept > 0 && omega2[kept - 1] > 0;
+  dynamics.highest_mode = stable ? 0.5 * dynamics.mode_frequencies[kept - 1] : 0;
   return dynamics;
 }
 

@@ -335,7 +335,7 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
     dynamics.stiffness(b + k, b + k) = w * scale.energy / scale.mass;
     dynamics.mode_frequencies[k] = frequency(w);
   }
-  dynamics.highest_mode = m > 0 ? dynamics.mode_frequencies.head(m).maxCoeff() : 0;
+  dynamics.highest_mode = m > 0 && omega2[m - 1] > 0 ? frequency(omega2[m - 1]) : 0;
   return dynamics;
 }
 

@@ -163,7 +163,8 @@ class PlateLeaf {
     double omega2;   ///< in D / (ρ t L⁴)
     VectorXd shape;  ///< M_ff-orthonormal
   };
-  /// Lowest fixed-interface modes about the present state; needs assemble(). Residuals to
+  /// Lowest fixed-interface modes about the present state; needs assemble(). `count` stable ones
+  /// and all unstable ones; of a beam one more where the last is one of an equal pair. Residuals to
   /// `tolerance`, values to its square.
   std::vector<Mode> modes(int count, double tolerance = 1e-7) const;
 

@@ -84,15 +84,18 @@ MatrixXd PlateLeaf::mass_times(const MatrixXd& V) const {
 std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const {
   std::vector<Mode> result;
   if (count == 0) return result;
-  const LowestPairs pairs = lowest_pairs(
-      unknowns(), count, 1,
+  // a round or square wire bends in two planes alike
+  const ModesWanted wanted{count, negative_pivots(), mesh_->shape().is_beam(), tolerance};
+  const LowestPairs pairs = lowest_modes(
+      unknowns(), wanted,
       [this](MatrixXd X) {
         solve(X);
         return X;
       },
-      [this](const MatrixXd& X) { return mass_times(X); }, tolerance);
+      [this](const MatrixXd& X) { return mass_times(X); });
   if (!pairs.converged) return result;
-  for (int k = 0; k < count; ++k) result.push_back({pairs.values[k], pairs.vectors.col(k)});
+  for (int k = 0; k < static_cast<int>(pairs.values.size()); ++k)
+    result.push_back({pairs.values[k], pairs.vectors.col(k)});
   return result;
 }
 

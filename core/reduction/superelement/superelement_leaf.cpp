@@ -233,23 +233,6 @@ void SuperelementLeaf::restore(const LeafState& state) {
   linearised_.clear();
 }
 
-namespace {
-
-// Coarse grids have motions without mass. Pairs of these, the size and the sign of which are
-// rounding, go; gives how many are left.
-int leave_out_massless(LowestPairs& pairs) {
-  constexpr double nothing = 1e-12;  // of the largest 1/λ
-  const VectorXd size = pairs.values.cwiseAbs();
-  std::vector<int> kept;
-  for (int k = 0; k < size.size(); ++k)
-    if (size.minCoeff() > nothing * size[k]) kept.push_back(k);
-  pairs.values = pairs.values(kept).eval();
-  pairs.vectors = pairs.vectors(Eigen::all, kept).eval();
-  return static_cast<int>(kept.size());
-}
-
-}  // namespace
-
 LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
   // Unknowns: the inner nodes, then the vibration modes of the superelements, which statics does
   // not move.
@@ -287,9 +270,9 @@ LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
     return result;
   };
   LowestPairs pairs;
-  const int count = std::min(request.modes, n);
-  if (count > 0) pairs = lowest_pairs(n, count, 1, solve_all, mass_times);
-  const int modes = pairs.converged ? leave_out_massless(pairs) : 0;
+  const ModesWanted wanted{request.modes, interior_.negative_pivots(), grid_->shape().is_beam()};
+  if (request.modes > 0) pairs = lowest_modes(n, wanted, solve_all, mass_times);
+  const int modes = static_cast<int>(pairs.values.size());
   // x = static shapes · (edges, point) + Ψ ξ
   const int outer = boundary();
   MatrixXd T = MatrixXd::Zero(n + 12, outer + modes);
@@ -319,7 +302,8 @@ LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
     dynamics.mode_frequencies[k] = std::sqrt(std::abs(pairs.values[k])) / (2 * std::numbers::pi);
   }
   // half: no shapes of the boundary's own inertia, so more modes are needed
-  dynamics.highest_mode = modes > 0 ? 0.5 * dynamics.mode_frequencies.maxCoeff() : 0;
+  const double top = modes > 0 ? pairs.values[modes - 1] : 0;
+  dynamics.highest_mode = top > 0 ? 0.5 * dynamics.mode_frequencies[modes - 1] : 0;
   if (modes > 0 && modes < request.modes)  // there are no others
     dynamics.highest_mode = std::numeric_limits<double>::infinity();
   return dynamics;

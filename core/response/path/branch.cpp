@@ -17,6 +17,19 @@
 #include "core/response/path/stable_branch.hpp"
 
 namespace flexopt {
+
+bool refine_leaves(System& system) {
+  bool changed = false;
+  EdgeCompliance compliance(system);
+  for (int i = 0; i < system.leaves(); ++i) {
+    LeafElement::Refinement refinement = system.leaf(i).refine([&] { return compliance.of(i); });
+    changed |= refinement.changed;
+    if (refinement.replacement) system.replace_leaf(i, std::move(refinement.replacement));
+  }
+  if (changed) system.invalidate();  // a tube has grown or was replaced
+  return changed;
+}
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -86,19 +99,6 @@ Equilibrium solve_again_on_full_leaves(System& system, const Solve& solve,
   return equilibrium;
 }
 
-// Changes the models of leaves that are beyond their range. False where there are none.
-bool refine(System& system) {
-  bool changed = false;
-  EdgeCompliance compliance(system);
-  for (int i = 0; i < system.leaves(); ++i) {
-    LeafElement::Refinement refinement = system.leaf(i).refine([&] { return compliance.of(i); });
-    changed |= refinement.changed;
-    if (refinement.replacement) system.replace_leaf(i, std::move(refinement.replacement));
-  }
-  if (changed) system.invalidate();  // a tube has grown or was replaced
-  return changed;
-}
-
 // Solves, then again as long as a leaf of limited range wants its model changed: where there is an
 // equilibrium, or where the way to it has ended.
 Equilibrium solve_refined(System& system, const Solve& solve) {
@@ -107,7 +107,7 @@ Equilibrium solve_refined(System& system, const Solve& solve) {
   int failures = 0;
   for (int round = 0; round < most_rounds; ++round) {
     if (!equilibrium.converged && (equilibrium.beyond_reach || ++failures > most_failures)) break;
-    if (!refine(system)) break;
+    if (!refine_leaves(system)) break;
     const int before = equilibrium.iterations;
     equilibrium = solve();
     equilibrium.iterations += before;

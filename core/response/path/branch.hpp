@@ -6,6 +6,10 @@
 
 namespace flexopt {
 
+/// Changes the models of leaves that are beyond their range at the present state: they get further
+/// bent states, or others take their place. False where there are none.
+bool refine_leaves(System& system);
+
 /// Follows the path from the undeflected state through the points of the response in `order` (all
 /// on one side, outward; of several drives any) and evaluates each. `differentiable`: null for
 /// points as they are modelled. After a point without equilibrium the rest is not reached; several

@@ -93,6 +93,26 @@ TEST_CASE("the whole spectrum of a small matrix is found, equal values too") {
   for (const int width : {1, 2, 4, 9}) check(p, solve(p, 6, width), lambda);
 }
 
+TEST_CASE("modes come with all unstable ones, however large, and with both of an equal pair") {
+  VectorXd lambda(60);
+  for (int i = 0; i < 30; ++i) lambda[2 * i] = lambda[2 * i + 1] = (i + 1.0) * (i + 1.0);
+  lambda[58] = -1e5;
+  lambda[59] = -2;
+  const Matrices p = matrices(lambda);
+  const Eigen::PartialPivLU<MatrixXd> lu(p.K);
+  const auto modes = [&](int count) {
+    return lowest_modes(
+        60, {.count = count, .negative = 2, .in_pairs = true},
+        [&](const MatrixXd& B) -> MatrixXd { return lu.solve(B); },
+        [&](const MatrixXd& B) -> MatrixXd { return p.M * B; });
+  };
+  VectorXd expected(6);
+  expected << -1e5, -2, 1, 1, 4, 4;
+  check(p, modes(4), expected);
+  check(p, modes(3), expected);
+  check(p, modes(2), expected.head(4));
+}
+
 TEST_CASE("a Krylov space keeps its relation, so that residuals tell the truth") {
   const Pencil p = pencil(soft_and_stiff());
   const auto solve = [&](const MatrixXd& B) { return p.solve(B); };

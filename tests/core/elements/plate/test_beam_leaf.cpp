@@ -344,6 +344,43 @@ TEST_CASE("a beam between two clamps vibrates as beams do: bending, torsion, len
   CHECK(wire_modes[1].omega2 == Approx(wire_modes[0].omega2).epsilon(5e-3));
 }
 
+TEST_CASE("a wire's bending modes come in both planes, an equal pair whole") {
+  PlateLeaf coarse(make_mesh(5e-4, 5e-4, Section::circular)),
+      fine(make_mesh(5e-4, 5e-4, Section::circular, Warping::clamped, 40));
+  coarse.assemble();
+  fine.assemble();
+  const auto two = coarse.modes(2), four = coarse.modes(4), equal = fine.modes(1);
+  REQUIRE(two.size() == 2);
+  REQUIRE(four.size() == 4);
+  REQUIRE(equal.size() == 2);
+  CHECK(two[1].omega2 == Approx(two[0].omega2).epsilon(1e-3));
+  CHECK(four[3].omega2 == Approx(four[2].omega2).epsilon(1e-2));
+  CHECK(four[2].omega2 > 5 * four[1].omega2);
+  CHECK(equal[1].omega2 == Approx(equal[0].omega2).epsilon(1e-6));
+}
+
+TEST_CASE("all unstable modes of a wire are found, and the stable ones that were asked for") {
+  PlateLeaf leaf(make_mesh(0.02, 0.02, Section::circular));
+  leaf.assemble();
+  // pushed together to many times its buckling load, still straight
+  Vector12d push = Vector12d::Zero();
+  push[6] = -0.02;
+  PlateLeaf::State state = leaf.state();
+  state.edges[1].position.x() += push[6];
+  state.x += leaf.internal_step(push);
+  leaf.set_state(state);
+  leaf.assemble();
+  REQUIRE(leaf.correction() < 1e-8);
+  const int unstable = leaf.negative_pivots();
+  REQUIRE(unstable >= 6);
+  const auto all = leaf.modes(leaf.unknowns()), lowest = leaf.modes(2);
+  REQUIRE(static_cast<int>(lowest.size()) >= unstable + 2);
+  CHECK(lowest[unstable - 1].omega2 < 0);
+  CHECK(lowest[unstable].omega2 > 0);
+  for (std::size_t k = 0; k < lowest.size(); ++k)
+    CHECK(lowest[k].omega2 == Approx(all[k].omega2).epsilon(1e-9));
+}
+
 TEST_CASE("the largest stress of a beam is that of the section formulas") {
   const double L = 0.1, w = 0.01, t = 1e-3;
   const Material steel = models::steel();
