@@ -74,7 +74,7 @@ void compare(const nlohmann::json& solid, const ModelOptions& model, double bar)
 
 }  // namespace
 
-TEST_CASE("full accuracy on 16 x 4 elements is within 0.3 % of solids") {
+TEST_CASE("full accuracy on 16 x 4 elements is within 0.3 % of solids", "[slow]") {
   ModelOptions model;
   model.accuracy = Accuracy::full;
   model.mesh = {16, 4};
@@ -85,7 +85,7 @@ TEST_CASE("full accuracy on 16 x 4 elements is within 0.3 % of solids") {
   }
 }
 
-TEST_CASE("the default model is within 0.25 % of solids") {
+TEST_CASE("the default model is within 0.25 % of solids", "[slow]") {
   const nlohmann::json all = solids();
   for (const auto& [name, solid] : all.items()) {
     CAPTURE(name);

@@ -65,7 +65,7 @@ double bending(const LeafSpring& l) {
 
 }  // namespace
 
-TEST_CASE("leaf edges tied by rigid joints behave as if clamped directly", "[joint]") {
+TEST_CASE("leaf edges tied by rigid joints behave as if clamped directly", "[joint][slow]") {
   struct Case {
     const char* name;
     Mechanism mechanism;

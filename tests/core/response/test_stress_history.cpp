@@ -254,7 +254,7 @@ TEST_CASE("a wire's outline is looked at all around", "[fatigue]") {
   CHECK(safety[2] == Approx(safety[0]).epsilon(1.3e-3));
 }
 
-TEST_CASE("exact derivatives of fatigue agree with differences", "[fatigue][gradients]") {
+TEST_CASE("exact derivatives of fatigue agree with differences", "[fatigue][gradients][slow]") {
   const auto flexure = GENERATE(Flexure::beam, Flexure::plate);
   const bool tapered = GENERATE(false, true);
   // each law with each flexure and each profile

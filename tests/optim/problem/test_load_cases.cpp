@@ -124,7 +124,7 @@ TEST_CASE("derivatives are checked in every load case", "[optim][slow]") {
 }
 
 TEST_CASE("derivatives by an end-effector's mass and inertia are checked where it has none",
-          "[optim]") {
+          "[optim][slow]") {
   const Job job = parse_job(json{
       {"flexopt", 1},
       {"name", "bare"},

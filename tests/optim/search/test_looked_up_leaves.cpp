@@ -90,7 +90,7 @@ TEST_CASE("goals that looked-up leaves do not cover are searched on full ones", 
   CHECK_FALSE(o.verified->loop);
 }
 
-TEST_CASE("a search without gradients is that of the job's model", "[optim]") {
+TEST_CASE("a search without gradients is that of the job's model", "[optim][slow]") {
   const Optimum o = optimise(guide("LN_COBYLA", false), {});
   CHECK(o.gradients == "none");
   CHECK_FALSE(o.of_reduced_leaves);

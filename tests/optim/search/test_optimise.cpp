@@ -223,7 +223,8 @@ TEST_CASE("several starts: the best feasible end wins, each is told", "[optim]")
 }
 
 // Waves of 10 mm: a step crosses several, and may end in a lower one than it crossed.
-TEST_CASE("no start ends at a design that it passed by on the way to a worse optimum", "[optim]") {
+TEST_CASE("no start ends at a design that it passed by on the way to a worse optimum",
+          "[optim][slow]") {
   const auto name = GENERATE(as<std::string>(), "ipopt", "LD_SLSQP");
   CAPTURE(name);
   nlohmann::json document = stiff_guide();

@@ -232,7 +232,7 @@ TEST_CASE("the full model of a full leaf is a copy that keeps its report",
 }
 
 TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say so",
-          "[elements][full_model]") {
+          "[elements][full_model][slow]") {
   // beyond the reach of the reduced models: stretched by more than 5 %, or without equilibrium
   struct Lost {
     const char* name;

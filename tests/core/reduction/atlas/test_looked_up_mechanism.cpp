@@ -47,7 +47,7 @@ TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas
   }
 }
 
-TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[core][atlas]") {
+TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[core][atlas][slow]") {
   const double size = 0.37, modulus = 1.0 / 3;
   const StrokeResponse one = guide(small_atlas(), 1, 1, 0),
                        other = guide(small_atlas(), size, modulus, 0);

@@ -122,7 +122,7 @@ TEST_CASE("a motion that is zero but for rounding is relative to what the mechan
     }
 }
 
-TEST_CASE("the reduction's part is the distance from full leaves on the same mesh") {
+TEST_CASE("the reduction's part is the distance from full leaves on the same mesh", "[slow]") {
   const Mechanism m = models::three_leaf_hinge(0.1, 0.04, 3.5e-4);
   const StrokeRequest r = to(0.5);
   const StrokeResponse reduced = evaluate_stroke(m, {}, r),
@@ -142,7 +142,7 @@ TEST_CASE("the reduction's part is the distance from full leaves on the same mes
     for (const EstimatedError& e : point) CHECK(e.reduction == 0);
 }
 
-TEST_CASE("the reduction's part grows as the leaves leave the range of their expansion") {
+TEST_CASE("the reduction's part grows as the leaves leave the range of their expansion", "[slow]") {
   // a payload on the hinge that the tubes are not centred on
   const Mechanism m = models::three_leaf_hinge(0.1, 0.04, 3.5e-4);
   std::vector<double> reduction;

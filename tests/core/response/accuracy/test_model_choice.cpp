@@ -49,7 +49,7 @@ TEST_CASE("a smaller tolerance takes a finer mesh, and the error is below it", "
               Approx(*fine.path[k].support_stiffness[d]).epsilon(0.4 * first));
 }
 
-TEST_CASE("full leaves take over where the reduction is what is too large") {
+TEST_CASE("full leaves take over where the reduction is what is too large", "[slow]") {
   const Mechanism m = models::three_leaf_hinge(0.1, 0.04, 3.5e-4);
   const StrokeRequest r = statics(0.6);
   const ModelOptions model;

@@ -216,7 +216,7 @@ TEST_CASE("a guide carries four times as much with its drive held", "[buckling]"
 }
 
 TEST_CASE("over the stroke the traced load stays, and the estimate comes to it as the load does",
-          "[buckling]") {
+          "[buckling][slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const double stroke : {0.0, 0.005, 0.01}) {
     double traced = 0, before = 1;
@@ -317,7 +317,7 @@ TEST_CASE("an imperfection that is next to nothing does not hide a bifurcation",
 }
 
 TEST_CASE("a bifurcation that an error of assembly makes the branch miss has no derivative",
-          "[buckling]") {
+          "[buckling][slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   Mechanism thicker = m;
   each_number(thicker, [](double& x) { x = 0; });

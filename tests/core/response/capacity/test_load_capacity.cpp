@@ -121,7 +121,7 @@ TEST_CASE("small loads reach the stress of linear theory", "[capacity]") {
   }
 }
 
-TEST_CASE("under its capacity a guide is at the limit that is named", "[capacity]") {
+TEST_CASE("under its capacity a guide is at the limit that is named", "[capacity][slow]") {
   ModelOptions model = coarse_plates();
   model.accuracy = Accuracy::full;
   for (const auto& [stroke, strength] : {std::pair{0.0, 80e6}, {0.006, 260e6}}) {
@@ -148,7 +148,7 @@ TEST_CASE("under its capacity a guide is at the limit that is named", "[capacity
   }
 }
 
-TEST_CASE("a pressed guide bears its buckling load", "[capacity]") {
+TEST_CASE("a pressed guide bears its buckling load", "[capacity][slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const std::vector<double> strokes{0, 0.005, 0.01, -0.005};
   StrokeRequest request = asking({against + ux}, strokes);

@@ -270,7 +270,7 @@ StrokeRequest dynamics_under_load() {
 
 }  // namespace
 
-TEST_CASE("derivatives of bandwidth and transmissibility agree with differences") {
+TEST_CASE("derivatives of bandwidth and transmissibility agree with differences", "[slow]") {
   StrokeRequest request = dynamics_under_load();
   const std::vector<std::size_t> all{0, 1, 2, 3, 5, 6, 7, 8, 9};
   SECTION("a guide, the drive free") {

@@ -63,7 +63,7 @@ TEST_CASE("gradients of the default method with curved leaves agree with differe
 }
 
 TEST_CASE("gradients of a driven point of a curved leaf agree with differences",
-          "[curve][gradients]") {
+          "[curve][gradients][slow]") {
   for (const Flexure flexure : {Flexure::beam, Flexure::plate}) {
     const auto make = [](const Values& p) {
       const Material material{"steel", 2e11, p[3], 7800, {}};

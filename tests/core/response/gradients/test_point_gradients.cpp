@@ -103,7 +103,7 @@ TEST_CASE(
   check({true, Flexure::plate, Accuracy::reduced, -0.3, {0, 2, 10}});
 }
 
-TEST_CASE("exact derivatives of a guide of segments agree with differences") {
+TEST_CASE("exact derivatives of a guide of segments agree with differences", "[slow]") {
   check({false, Flexure::plate, Accuracy::reduced, 0.02, {0, 1, 2, 4, 7, 10}, linear, {3, 0}});
 }
 
@@ -161,7 +161,8 @@ TEST_CASE("exact derivatives of a beam guide with third-order fields agree with 
          ModalDerivativeSet::third_order});
 }
 
-TEST_CASE("exact derivatives of a beam hinge on the quadratic manifold agree with differences") {
+TEST_CASE("exact derivatives of a beam hinge on the quadratic manifold agree with differences",
+          "[slow]") {
   check({true, Flexure::beam, Accuracy::reduced, 0.05, {0, 1, 2, 8, 9, 10}, manifold});
 }
 
@@ -204,7 +205,7 @@ TEST_CASE("a constant mass leaves the derivatives of all but the frequencies") {
         Approx(evaluate_stroke(m, model, request).path[1].frequencies_locked[3]).epsilon(1e-4));
 }
 
-TEST_CASE("every place of large stress has its derivative, whichever model the leaf is") {
+TEST_CASE("every place of large stress has its derivative, whichever model the leaf is", "[slow]") {
   struct Kind {
     Flexure flexure;
     Reduction method;

@@ -49,7 +49,8 @@ TEST_CASE("gradients of tapered leaves agree with differences", "[profile][gradi
   check(true, Flexure::plate, Accuracy::full, {1, 3, 4, 5});
 }
 
-TEST_CASE("gradients of leaves with a profile agree with differences", "[profile][gradients]") {
+TEST_CASE("gradients of leaves with a profile agree with differences",
+          "[profile][gradients][slow]") {
   check(false, Flexure::beam, Accuracy::full, {2, 4, 5, 6});
   check(false, Flexure::plate, Accuracy::full, {2, 4, 6});
 }

@@ -63,7 +63,7 @@ StrokeRequest loaded(double stroke) {
 }  // namespace
 
 TEST_CASE("exact derivatives of a beam guide with springs agree with differences",
-          "[gradients][spring]") {
+          "[gradients][spring][slow]") {
   const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {8, 1}};
   const int compared =
       check_gradients({guide, numbers, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 10.0}, model, loaded(0.02));

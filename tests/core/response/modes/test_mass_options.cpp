@@ -108,7 +108,8 @@ TEST_CASE("a constant mass only turns: its eigenvalues stay, its axes follow the
   }
 }
 
-TEST_CASE("without internal shapes every frequency is an upper bound, and leaf modes are absent") {
+TEST_CASE("without internal shapes every frequency is an upper bound, and leaf modes are absent",
+          "[slow]") {
   for (const Case& c : light()) {
     INFO(c.name);
     ModelOptions model{.accuracy = Accuracy::full, .leaf_modes = 40};

@@ -37,7 +37,8 @@ int iterations_of(const Mechanism& mechanism, const ModelOptions& model,
 
 }  // namespace
 
-TEST_CASE("a path that its limit of iterations ends keeps the points before, the same every time") {
+TEST_CASE("a path that its limit of iterations ends keeps the points before, the same every time",
+          "[slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   ModelOptions model;
   model.accuracy = Accuracy::full;

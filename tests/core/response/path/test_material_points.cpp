@@ -71,7 +71,7 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
 
 TEST_CASE(
     "superelements follow the cantilever and the clamped plate of the plate superelement paper",
-    "[literature]") {
+    "[literature][slow]") {
   StrokeRequest request;
   request.outputs.remove(Output::stress);
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {20, 6}};

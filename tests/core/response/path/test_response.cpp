@@ -98,7 +98,8 @@ TEST_CASE("a guide pushed beyond its buckling load is unstable, one that is pull
   CHECK(beyond.stable);  // the held drive supports it
 }
 
-TEST_CASE("a reinforced check: every quantity of a converged point has a value and a unit") {
+TEST_CASE("a reinforced check: every quantity of a converged point has a value and a unit",
+          "[slow]") {
   StrokeRequest request;
   request.points = {0};
   request.frequencies = 12;

@@ -146,7 +146,7 @@ TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side", 
   CHECK(std::abs(response.path[2].drive_load) > 0.01);
 }
 
-TEST_CASE("derivatives on the stable branch are exact", "[branch][gradient]") {
+TEST_CASE("derivatives on the stable branch are exact", "[branch][gradient][slow]") {
   const test::Family family{[](const test::Values& v) { return pressed_guide(v[0], v[1]); },
                             {{"length", 0.1}, {"thickness", 2e-4}},
                             {0, 1},
@@ -177,7 +177,8 @@ TEST_CASE("derivatives on the stable branch are exact", "[branch][gradient]") {
   }
 }
 
-TEST_CASE("a hinge that gives way more and more has no stable branch, and says so", "[branch]") {
+TEST_CASE("a hinge that gives way more and more has no stable branch, and says so",
+          "[branch][slow]") {
   // two beams that cross in their middles lose stiffness as they turn
   Mechanism m = models::hinge(0.1, 2e-4, {{1, 0, 0.01}, {-1, 0, 0.01}});
   m.bodies[0].held = in_plane;
