@@ -209,7 +209,7 @@ LowestPairs lowest_modes(int n, const ModesWanted& wanted, const LinearMap& solv
   for (int asked = std::min(n, kept + width - 1);; asked = std::min(n, 2 * asked)) {
     pairs = lowest_pairs(n, asked, width, solve, mass, wanted.tolerance);
     if (!pairs.converged) return {};
-    leave_out_massless(pairs);
+    if (wanted.massless) leave_out_massless(pairs);
     const auto negative = (pairs.values.array() < 0).count();  // those of large magnitude come late
     if (negative >= wanted.negative || asked == n) break;
   }

@@ -31,12 +31,12 @@ struct ModesWanted {
   int count = 0;     ///< stable ones, the lowest
   int negative = 0;  ///< eigenvalues of K below zero, by its inertia: those are found, all of them
   bool in_pairs = false;  ///< equal values come in pairs: both are found, and none stands alone
+  bool massless = false;  ///< there may be motions without mass: they are no modes
   double tolerance = 1e-7;
 };
 
 /// The negative eigenvalues and the lowest `count` others; one more where the last is one of a
-/// pair. Motions without mass, as coarse grids have them, are no modes. solve and mass as above;
-/// without values where it did not converge.
+/// pair. solve and mass as above; no values where it did not converge.
 LowestPairs lowest_modes(int n, const ModesWanted& wanted, const LinearMap& solve,
                          const LinearMap& mass);
 

@@ -85,7 +85,10 @@ std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const
   std::vector<Mode> result;
   if (count == 0) return result;
   // a round or square wire bends in two planes alike
-  const ModesWanted wanted{count, negative_pivots(), mesh_->shape().is_beam(), tolerance};
+  const ModesWanted wanted{.count = count,
+                           .negative = negative_pivots(),
+                           .in_pairs = mesh_->shape().is_beam(),
+                           .tolerance = tolerance};
   const LowestPairs pairs = lowest_modes(
       unknowns(), wanted,
       [this](MatrixXd X) {

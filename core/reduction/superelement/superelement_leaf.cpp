@@ -270,7 +270,10 @@ LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
     return result;
   };
   LowestPairs pairs;
-  const ModesWanted wanted{request.modes, interior_.negative_pivots(), grid_->shape().is_beam()};
+  const ModesWanted wanted{.count = request.modes,
+                           .negative = interior_.negative_pivots(),
+                           .in_pairs = grid_->shape().is_beam(),
+                           .massless = true};  // as coarse grids have them
   if (request.modes > 0) pairs = lowest_modes(n, wanted, solve_all, mass_times);
   const int modes = static_cast<int>(pairs.values.size());
   // x = static shapes · (edges, point) + Ψ ξ
