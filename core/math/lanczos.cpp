@@ -1,6 +1,7 @@
 #include "core/math/lanczos.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -203,6 +204,7 @@ void leave_out_massless(LowestPairs& pairs) {
 
 LowestPairs lowest_modes(int n, const ModesWanted& wanted, const LinearMap& solve,
                          const LinearMap& mass) {
+  assert(!(wanted.in_pairs && wanted.massless));
   const int width = wanted.in_pairs ? 2 : 1;
   int kept = std::min(n, wanted.count + wanted.negative);
   LowestPairs pairs;
@@ -211,7 +213,7 @@ LowestPairs lowest_modes(int n, const ModesWanted& wanted, const LinearMap& solv
     if (!pairs.converged) return {};
     if (wanted.massless) leave_out_massless(pairs);
     const auto negative = (pairs.values.array() < 0).count();  // those of large magnitude come late
-    if (negative >= wanted.negative || asked == n) break;
+    if (negative >= wanted.negative || asked == n || wanted.massless) break;
   }
   const VectorXd& lambda = pairs.values;
   kept = std::min(kept, static_cast<int>(lambda.size()));

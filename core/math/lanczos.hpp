@@ -31,7 +31,10 @@ struct ModesWanted {
   int count = 0;     ///< stable ones, the lowest
   int negative = 0;  ///< eigenvalues of K below zero, by its inertia: those are found, all of them
   bool in_pairs = false;  ///< equal values come in pairs: both are found, and none stands alone
-  bool massless = false;  ///< there may be motions without mass: they are no modes
+  /// There may be motions without mass: they are no modes. Where fewer modes exist than are looked
+  /// for, those that do are spoilt: not with pairs, and negative ones of large magnitude are not
+  /// sought.
+  bool massless = false;
   double tolerance = 1e-7;
 };
 

@@ -272,7 +272,6 @@ LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
   LowestPairs pairs;
   const ModesWanted wanted{.count = request.modes,
                            .negative = interior_.negative_pivots(),
-                           .in_pairs = grid_->shape().is_beam(),
                            .massless = true};  // as coarse grids have them
   if (request.modes > 0) pairs = lowest_modes(n, wanted, solve_all, mass_times);
   const int modes = static_cast<int>(pairs.values.size());
