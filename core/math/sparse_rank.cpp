@@ -112,7 +112,8 @@ class FrontalQr {
       all.rank = std::max(all.rank, part.rank);
     }
     std::ranges::sort(all.columns);
-    all.columns.erase(std::ranges::unique(all.columns).begin(), all.columns.end());
+    // without ranges, whose unique() clang 14 does not compile: libFuzzer is clang's
+    all.columns.erase(std::unique(all.columns.begin(), all.columns.end()), all.columns.end());
     for (std::size_t i = 0; i < all.columns.size(); ++i)
       place_[static_cast<std::size_t>(all.columns[i])] = static_cast<int>(i);
     all.values = RowMajor::Zero(rows, static_cast<Eigen::Index>(all.columns.size()));
