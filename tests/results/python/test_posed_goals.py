@@ -69,7 +69,7 @@ def test_trust_constr_of_scipy_finds_the_optimum(hinge):
     limits = optimize.NonlinearConstraint(p.g, p.g_lower, p.g_upper, jac=p.dg)
     found = optimize.minimize(
         p.f, p.x0, jac=p.df, bounds=p.bounds, constraints=[limits], method="trust-constr",
-        options={"maxiter": 200},
+        options={"maxiter": 60},  # as near as after 120, in less than half the time
     )
     assert found.constr_violation < 1e-6
     assert p.objective(found.x) == pytest.approx(256.4, abs=0.5)
