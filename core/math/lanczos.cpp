@@ -217,7 +217,7 @@ LowestPairs lowest_modes(int n, const ModesWanted& wanted, const LinearMap& solv
   }
   const VectorXd& lambda = pairs.values;
   kept = std::min(kept, static_cast<int>(lambda.size()));
-  constexpr double equal = 1e-6;
+  constexpr double equal = 1e-6;  // vectors known to 1e-7 mix those of nearer values
   if (wanted.in_pairs && kept > 0 && kept < lambda.size() &&
       lambda[kept] - lambda[kept - 1] < equal * std::abs(lambda[kept]))
     ++kept;
