@@ -85,11 +85,10 @@ void BlockKrylov::orthonormalise(MatrixXd& W, const VectorXd& removed) {
       if (!done[c] && size[c] > floor[c] && (next < 0 || size[c] > size[next])) next = c;
     if (next < 0) break;
     done[next] = true;
-    if (size[next] < 1e-6 * known[next]) {  // cancelled: once more against the block
-      const auto V = V_.middleCols(k, block_);
-      const VectorXd h = MV_.middleCols(k, block_).transpose() * W.col(next);
-      W.col(next).noalias() -= V * h;
-      rest_.col(next).head(block_) += h;
+    if (size[next] < 1e-6 * known[next]) {  // cancelled: once more against all columns
+      const VectorXd h = MV_.leftCols(k + block_).transpose() * W.col(next);
+      W.col(next).noalias() -= V_.leftCols(k + block_) * h;
+      rest_.col(next).head(block_) += h.tail(block_);
       MW.col(next) = mass_(MatrixXd(W.col(next)));
       size[next] = W.col(next).dot(MW.col(next));
     }

@@ -173,3 +173,23 @@ TEST_CASE("a space in which rounding leaves no further column is given up") {
   const auto solve = [](const MatrixXd& B) { return B; };
   for (const int width : {1, 2}) CHECK_FALSE(lowest_pairs(4, 3, width, solve, mass).converged);
 }
+
+TEST_CASE("a space that is filled stays orthonormal, where a block's columns all but cancel too") {
+  // as of a wire of few elements: no column is left, values over twelve powers of ten
+  double largest = 0;
+  for (int seed = 1; seed <= 100; ++seed)
+    for (const int width : {2, 3}) {
+      std::srand(static_cast<unsigned>(seed));
+      const int n = 6 + std::rand() % 18;
+      const VectorXd lambda = (13.8 * VectorXd::Random(n)).array().exp();
+      const Pencil p = pencil(lambda);
+      const auto solve = [&](const MatrixXd& B) { return p.solve(B); };
+      const auto mass = [&](const MatrixXd& B) { return MatrixXd(p.mass * B); };
+      BlockKrylov krylov(solve(mass(start_columns(n, width))), n, solve, mass);
+      while (krylov.extend()) {
+      }
+      const MatrixXd V = krylov.V(), G = V.transpose() * p.mass * V;
+      largest = std::max(largest, (G - MatrixXd::Identity(G.rows(), G.cols())).norm());
+    }
+  CHECK(largest < 1e-10);
+}
