@@ -93,7 +93,8 @@ TEST_CASE("series of frequencies are the same for a mechanism four times as larg
   CHECK(verdict.broken == std::vector<std::string>());
 }
 
-TEST_CASE("jobs of which rounding once chose a number keep all invariants", "[jobs][random]") {
+TEST_CASE("jobs of which rounding once chose a number keep all invariants",
+          "[jobs][random][slow]") {
   // the furthest place of a bent leaf, three times; the shapes of a thin leaf beside its modes;
   // bent states of reduced leaves that stood too close, twice; a way that needs short steps; one of
   // a pair of equal modes; modes sought in a space that is full

@@ -28,7 +28,7 @@ StrokeResponse guide(const std::shared_ptr<const TubeAtlas>& atlas, double size,
 
 }  // namespace
 
-TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas]") {
+TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas][slow]") {
   const StrokeResponse found = guide(small_atlas(), 1, 1, 4), built = guide(nullptr, 1, 1, 4);
   REQUIRE(found.status == Status::ok);
   REQUIRE(built.status == Status::ok);

@@ -118,7 +118,7 @@ TEST_CASE("exact derivatives of a plate guide with a joint agree with difference
 
 TEST_CASE(
     "exact derivatives of a hinge with joints to ground and end-effector agree with differences",
-    "[gradients][joint]") {
+    "[gradients][joint][slow]") {
   const int compared = check_gradients({hinge, numbers, {0, 2, 7, 8, 9, 10}, 0.1},
                                        model_of(Flexure::beam), loaded(0.4, true));
   CHECK(compared == 82 * 6);

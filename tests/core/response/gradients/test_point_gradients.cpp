@@ -81,7 +81,7 @@ void check(const Case& c) {
 
 }  // namespace
 
-TEST_CASE("exact derivatives of a plate guide agree with differences") {
+TEST_CASE("exact derivatives of a plate guide agree with differences", "[gradients][slow]") {
   check({false, Flexure::plate, Accuracy::full, 0.02, {0, 1, 2, 4, 7, 10}});
 }
 
