@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -28,6 +31,20 @@ std::vector<std::string> keys_in_text(const std::string& text, const char* secti
   for (const auto& [key, value] : document[section].items())
     if (std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
   return keys;
+}
+
+/// "50 N/mm" as formulas write it, "50 [N/mm]": a number and a unit of several symbols. A unit of
+/// one symbol needs no brackets.
+std::optional<std::string> compound_quantity(const std::string& text) {
+  const char* begin = text.c_str();
+  char* end = nullptr;
+  (void)std::strtod(begin, &end);
+  std::string unit = end;
+  unit.erase(0, unit.find_first_not_of(' '));
+  if (end == begin || unit.empty() || !std::isalpha(static_cast<unsigned char>(unit.front())) ||
+      unit.find_first_of(" /*^") == std::string::npos || !is_known_unit(unit))
+    return std::nullopt;
+  return fmt::format("{} [{}]", std::string(begin, static_cast<const char*>(end)), unit);
 }
 
 }  // namespace
@@ -123,10 +140,24 @@ void PlanReader::read_parameters() {
 }
 
 void PlanReader::read_options() {
+  // what a job says beside "parameters" in its design
+  constexpr std::array taken{"family", "file", "mechanism", "parameters", "material"};
   for (const auto& [name, from] : read_["options"].items()) {
-    if (!faults_.sound((Pointer("/options") / name).to_string())) continue;
-    plan_.options.push_back(
-        {name, from["choices"].get<std::vector<std::string>>(), from.value("meaning", "")});
+    const Pointer at = Pointer("/options") / name;
+    if (!faults_.sound(at.to_string())) continue;
+    const auto refuse = [&](const Pointer& where, const std::string& value, const char* rule) {
+      faults_.add(where.to_string(), shown(value), rule);
+    };
+    if (std::ranges::find(taken, name) != taken.end())
+      refuse(at, name, "it has a meaning of its own in a job's design: another name");
+    if (read_["parameters"].contains(name)) refuse(at, name, "a parameter has this name");
+    FamilyOption option{name, from["choices"].get<std::vector<std::string>>(),
+                        from.value("meaning", "")};
+    for (std::size_t k = 1; k < option.choices.size(); ++k)
+      if (std::find(option.choices.begin(), option.choices.begin() + k, option.choices[k]) !=
+          option.choices.begin() + k)
+        refuse(at / "choices" / k, option.choices[k], "it is listed already");
+    plan_.options.push_back(std::move(option));
   }
 }
 
@@ -161,7 +192,12 @@ void PlanReader::read_lets() {
         value.constant = from;
         return;
       }
-      Formula formula(from.get<std::string>(), names_, at.to_string());
+      std::string text = from;
+      const auto words = words_of(text);
+      const bool has_names =
+          std::ranges::any_of(names_, [&](const auto& n) { return words.contains(n.name); });
+      if (!has_names) text = compound_quantity(text).value_or(text);
+      Formula formula(text, names_, at.to_string());
       if (formula.dimension()) unit = unit_of(*formula.dimension());
       value.formula = std::make_shared<const Formula>(std::move(formula));
     });

@@ -141,22 +141,26 @@ SpecError broken(const Family& family, const ParameterValues& values,
                  const FlatDesign<double>& flat, const std::string& rule) {
   const ItemSource* source = nullptr;
   std::size_t longest = 0;
+  const auto look_at = [&](const std::string& name, const ItemSource& at) {
+    if (!rule.starts_with(name) || name.size() <= longest) return;
+    longest = name.size();
+    source = &at;
+  };
   const auto look = [&](const auto& items) {
-    for (const auto& item : items)
-      if (rule.starts_with(item.name) && item.name.size() > longest) {
-        longest = item.name.size();
-        source = &item.source;
-      }
+    for (const auto& item : items) look_at(item.name, item.source);
   };
   look(flat.leaves);
   look(flat.bodies);
   look(flat.joints);
+  look(flat.drives);
+  for (const FlatSpring<double>& item : flat.springs) look_at(item.spring.name, item.source);
+  for (const FlatDrive<double>& drive : flat.drives) look_at("the drive", drive.source);
   if (source != nullptr && source->source->kind != DesignSource::Kind::library)
     return located(*source, SpecError(source->pointer, "the item", rule));
   std::string given;
   for (const Parameter& p : family.parameters)
     given += (given.empty() ? "" : ", ") + p.name + " = " + with_unit(values.at(p.name), p.unit);
-  return {"/design/parameters", given, rule};
+  return {"/design/parameters", given.empty() ? "none" : given, rule};
 }
 
 }  // namespace

@@ -58,6 +58,13 @@ S Flattener<S>::positive(const DesignNumber& n, const std::string& pointer,
 }
 
 template <class S>
+void Flattener<S>::not_negative(const DesignNumber& n, const std::string& pointer,
+                                const char* what) const {
+  if (const double value = value_of(number(n)); !(value >= 0))
+    throw SpecError(pointer, fmt::format("{:g}", value), fmt::format("{} is not negative", what));
+}
+
+template <class S>
 ItemSource Flattener<S>::source_of(const DesignItem& item) const {
   std::string instance = scope_.instance;
   if (!copy_.empty()) {

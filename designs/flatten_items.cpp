@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/math/dual.hpp"
+#include "core/mechanism/body_inertia.hpp"
 #include "designs/flattener.hpp"
 
 namespace flexopt {
@@ -60,12 +61,7 @@ void Flattener<S>::add_body(const BodyItem& item) {
     body.has_mass = item.mass || item.density || !item.inertia.empty();
     body.center_of_mass = at.direction(vector(item.center_of_mass));
     if (item.mass) body.mass = number(*item.mass);
-    Matrix3<S> inertia = Matrix3<S>::Zero();
-    if (item.inertia.size() == 3)
-      for (int i = 0; i < 3; ++i) inertia(i, i) = number(item.inertia[static_cast<std::size_t>(i)]);
-    if (item.inertia.size() == 9)
-      for (int i = 0; i < 9; ++i)
-        inertia(i / 3, i % 3) = number(item.inertia[static_cast<std::size_t>(i)]);
+    Matrix3<S> inertia = inertia_of(item);
     if (item.box.size() == 9) {
       Matrix3<S>& half = body.box_half_edges.emplace();
       for (int i = 0; i < 3; ++i) {
@@ -99,6 +95,28 @@ void Flattener<S>::add_body(const BodyItem& item) {
   if (scope_.prefix.empty() && name == "end_effector")
     out_.end_effector = static_cast<int>(out_.bodies.size());
   out_.bodies.push_back(std::move(body));
+  check_mass(item);
+}
+
+template <class S>
+Matrix3<S> Flattener<S>::inertia_of(const BodyItem& item) const {
+  Matrix3<S> inertia = Matrix3<S>::Zero();
+  const auto entry = [&](int i) { return number(item.inertia[static_cast<std::size_t>(i)]); };
+  if (item.inertia.size() == 3)
+    for (int i = 0; i < 3; ++i) inertia(i, i) = entry(i);
+  if (item.inertia.size() == 9)
+    for (int i = 0; i < 9; ++i) inertia(i / 3, i % 3) = entry(i);
+  return inertia;
+}
+
+// When the body is there already: what stands on it is not to miss it.
+template <class S>
+void Flattener<S>::check_mass(const BodyItem& item) const {
+  if (item.mass) not_negative(*item.mass, item.pointer + "/mass", "a mass");
+  if (item.density) not_negative(*item.density, item.pointer + "/density", "a density");
+  const Matrix3d inertia = inertia_of(item).unaryExpr([](const S& x) { return value_of(x); });
+  if (const auto fault = inertia_fault(inertia))
+    throw SpecError(item.pointer + "/inertia" + fault->place, fault->value, fault->rule);
 }
 
 template <class S>

@@ -61,6 +61,9 @@ class Flattener {
     return {number(v[0]), number(v[1]), number(v[2])};
   }
   S positive(const DesignNumber& n, const std::string& pointer, const char* what) const;
+  void not_negative(const DesignNumber& n, const std::string& pointer, const char* what) const;
+  Matrix3<S> inertia_of(const BodyItem& item) const;
+  void check_mass(const BodyItem& item) const;  ///< throws SpecError for what no body has
   std::string instance_name(const DesignItem& item, const std::string& text) const;
   int body(const DesignItem& item, const std::string& name, const char* key) const;
   ItemSource source_of(const DesignItem& item) const;

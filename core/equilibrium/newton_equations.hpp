@@ -1,5 +1,6 @@
 #pragma once
 // One step of Newton's method for a mechanism: its tangent, bordered by strokes and conditions.
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -42,7 +43,11 @@ class NewtonEquations {
 
   // Of the solution x:
   VectorXd motion(const VectorXd& x) const { return scale_.cwiseProduct(x.head(bodies_)); }
-  double step(const VectorXd& x) const { return x.head(bodies_).cwiseAbs().maxCoeff(); }
+  /// Largest component; infinite where any of x is no number, which a maximum may pass over.
+  double step(const VectorXd& x) const {
+    return x.allFinite() ? x.head(bodies_).cwiseAbs().maxCoeff()
+                         : std::numeric_limits<double>::infinity();
+  }
   VectorXd multipliers(const VectorXd& x) const;  ///< dμ, one a condition
   /// F of the drives that are coordinates, into an entry a drive.
   void read_loads(const VectorXd& x, VectorXd& drive_loads) const;

@@ -354,7 +354,8 @@ namespace {
 std::string listed(const VectorXd& strokes) {
   std::string text;
   for (Eigen::Index k = 0; k < strokes.size(); ++k)
-    text += fmt::format("{}{:.6g}", k == 0 ? "" : ", ", strokes[k]);
+    text +=
+        fmt::format("{}{:.6g}", k == 0 ? "" : ", ", std::abs(strokes[k]) < 1e-14 ? 0 : strokes[k]);
   return strokes.size() == 1 ? text : "(" + text + ")";
 }
 }  // namespace

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/math/decompositions.hpp"
 #include "core/math/symmetric_factor.hpp"
 #include "core/math/work_limit.hpp"
 
@@ -216,13 +217,6 @@ EigenPairs pairs_with(const BorderedPencil& pencil, const std::vector<Eigen::Ind
   return lowest_dense_pairs(low.dense_stiffness(), low.dense_mass(), low.size());
 }
 
-EigenPairs whole(const BorderedPencil& pencil, int count) {
-  const EigenPairs all =
-      lowest_dense_pairs(pencil.dense_stiffness(), pencil.dense_mass(), pencil.size());
-  const Eigen::Index n = with_neighbours(all.values, count);
-  return {all.values.head(n), all.vectors.leftCols(n)};
-}
-
 // Nothing where a pair is missing.
 std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPairs& start,
                                    const std::vector<Eigen::Index>& modes, int count) {
@@ -246,6 +240,32 @@ std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPair
     found.vectors.col(k) << pair.border.cwiseProduct(iteration.unit()), pair.inside;
   }
   return found;
+}
+
+// By the Cholesky factor of M: all values to the rounding of the largest, none lost below a soft
+// one.
+std::optional<EigenPairs> pairs_by_mass(const BorderedPencil& pencil) {
+  const MatrixXd K = pencil.dense_stiffness(), M = pencil.dense_mass();
+  const VectorXd s = M.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatrixXd Ms = s.asDiagonal() * M * s.asDiagonal();
+  if (!Cholesky(Ms).positive_definite()) return std::nullopt;
+  const SymmetricEigen eigen(s.asDiagonal() * K * s.asDiagonal(), Ms);
+  return EigenPairs{eigen.eigenvalues(), s.asDiagonal() * eigen.eigenvectors()};
+}
+
+// A decomposition knows values to the rounding of the smallest or of the largest alone: each pair
+// is made exact, and counted.
+EigenPairs whole(const BorderedPencil& pencil, int count) {
+  const EigenPairs all =
+      lowest_dense_pairs(pencil.dense_stiffness(), pencil.dense_mass(), pencil.size());
+  if (pencil.size() == 0) return all;
+  std::vector<Eigen::Index> every(static_cast<std::size_t>(pencil.modes.size()));
+  std::iota(every.begin(), every.end(), 0);
+  if (auto exact = iterated(pencil, all, every, count)) return *exact;
+  if (auto start = pairs_by_mass(pencil))
+    if (auto exact = iterated(pencil, *start, every, count)) return *exact;
+  const Eigen::Index n = with_neighbours(all.values, count);
+  return {all.values.head(n), all.vectors.leftCols(n)};
 }
 
 // So few more coordinates are not worth an iteration.

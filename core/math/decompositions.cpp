@@ -7,6 +7,7 @@
 namespace flexopt {
 
 SymmetricEigen::SymmetricEigen(const Eigen::Ref<const MatrixXd>& A) {
+  if (A.size() == 0) return;  // Eigen would read beyond it
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
   values_ = eigen.eigenvalues();
   vectors_ = eigen.eigenvectors();
@@ -14,6 +15,7 @@ SymmetricEigen::SymmetricEigen(const Eigen::Ref<const MatrixXd>& A) {
 
 SymmetricEigen::SymmetricEigen(const Eigen::Ref<const MatrixXd>& A,
                                const Eigen::Ref<const MatrixXd>& B) {
+  if (A.size() == 0) return;
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(A, B);
   values_ = eigen.eigenvalues();
   vectors_ = eigen.eigenvectors();
@@ -29,6 +31,7 @@ SymmetricEigen SymmetricEigen::of_tridiagonal(const VectorXd& diagonal, const Ve
 }
 
 VectorXd symmetric_eigenvalues(const Eigen::Ref<const MatrixXd>& A) {
+  if (A.size() == 0) return {};
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues();
 }
 

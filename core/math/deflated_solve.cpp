@@ -20,10 +20,14 @@ std::optional<VectorXd> complement_solve(const DeflatedSystem& system, double sh
   VectorXd z = precondition(r), p = z, Kp = r;
   double rz = r.dot(z);
   const double first = rz;
+  if (first == 0) return y;
+  if (!(first > 0)) return std::nullopt;  // K is not positive definite beside the modes
   for (int step = 0; step < max_iterations && rz > tolerance * tolerance * first; ++step) {
     VectorXd Mp = system.mass(p);
     const VectorXd Ap = Kp - shift * Mp;
-    const double a = rz / p.dot(Ap);
+    const double curvature = p.dot(Ap);
+    if (!(curvature > 0)) return std::nullopt;
+    const double a = rz / curvature;
     y += a * p;
     r -= a * Ap;
     r -= MPhi * (Phi.transpose() * r);
@@ -33,7 +37,7 @@ std::optional<VectorXd> complement_solve(const DeflatedSystem& system, double sh
     Kp = r + next / rz * Kp;
     rz = next;
   }
-  if (!(rz <= 1e-20 * first) && first > 0) return std::nullopt;
+  if (!(rz >= 0 && rz <= 1e-20 * first)) return std::nullopt;
   return y;
 }
 

@@ -76,22 +76,26 @@ void BlockKrylov::orthonormalise(MatrixXd& W, const VectorXd& removed) {
   }
   VectorXd size = W.cwiseProduct(MW).colwise().sum();
   const VectorXd floor = 1e-24 * (size + removed);
-  VectorXd known = size;  // when M times the column was last multiplied out
-  rest_ = MatrixXd::Zero(room, columns);
+  VectorXd known = size + removed;  // before anything cancelled
+  rest_ = MatrixXd::Zero(columns, columns);
   std::vector<bool> done(columns, false);
-  for (block_ = 0; block_ < room; ++block_) {
+  block_ = 0;
+  while (block_ < room) {
     int next = -1;
     for (int c = 0; c < columns; ++c)
       if (!done[c] && size[c] > floor[c] && (next < 0 || size[c] > size[next])) next = c;
     if (next < 0) break;
     done[next] = true;
-    if (size[next] < 1e-6 * known[next]) {  // cancelled: once more against all columns
+    // what is left of a column that cancelled: once more against all others
+    while (size[next] < 1e-6 * known[next] && size[next] > floor[next]) {
+      known[next] = size[next];
       const VectorXd h = MV_.leftCols(k + block_).transpose() * W.col(next);
       W.col(next).noalias() -= V_.leftCols(k + block_) * h;
       rest_.col(next).head(block_) += h.tail(block_);
       MW.col(next) = mass_(MatrixXd(W.col(next)));
       size[next] = W.col(next).dot(MW.col(next));
     }
+    if (!(size[next] > floor[next])) continue;  // rounding alone
     const double norm = std::sqrt(size[next]);
     rest_(block_, next) = norm;
     V_.col(k + block_) = W.col(next) / norm;
@@ -104,8 +108,13 @@ void BlockKrylov::orthonormalise(MatrixXd& W, const VectorXd& removed) {
       MW.col(c) -= h * MV_.col(k + block_);
       size[c] = W.col(c).dot(MW.col(c));
     }
+    ++block_;
   }
-  rest_.conservativeResize(block_, columns);
+  // columns without room in the space count as what is left out, each for itself
+  int rows = block_;
+  for (int c = 0; c < columns; ++c)
+    if (!done[c] && size[c] > floor[c]) rest_(rows++, c) = std::sqrt(size[c]);
+  rest_.conservativeResize(rows, columns);
 }
 
 namespace {
@@ -172,15 +181,23 @@ LowestPairs lowest_pairs(int n, int count, int width, const LinearMap& solve, co
     if (more && !pairs.converged) continue;
     if (single) {
       LowestPairs found = ascending(krylov, ritz);
-      found.converged = pairs.converged;
+      found.converged = pairs.converged && ritz.values.allFinite();
       return found;
     }
     // Rayleigh–Ritz on Y = K⁻¹ M X:  (Yᵀ M X) z = λ⁻¹… with Yᵀ K Y = Yᵀ M X
     const MatrixXd MX = krylov.MV() * ritz.vectors, Y = solve(MX), MY = mass(Y);
     const MatrixXd KY = Y.transpose() * MX, G = Y.transpose() * MY;
     const SymmetricEigen last(0.5 * (KY + KY.transpose()), 0.5 * (G + G.transpose()));
-    pairs.values = last.eigenvalues();
-    pairs.vectors = Y * last.eigenvectors();
+    // eigenvalues are known to the rounding of the largest, quotients each to its own
+    const MatrixXd& Z = last.eigenvectors();
+    const VectorXd quotients =
+        Z.cwiseProduct(KY * Z).colwise().sum().cwiseQuotient(Z.cwiseProduct(G * Z).colwise().sum());
+    std::vector<int> order(static_cast<std::size_t>(quotients.size()));
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, {}, [&](int k) { return quotients[k]; });
+    pairs.values = quotients(order);
+    pairs.vectors = Y * Z(Eigen::all, order);
+    pairs.converged &= pairs.values.allFinite() && pairs.vectors.allFinite();
     return pairs;
   }
 }

@@ -20,8 +20,8 @@ Eigen::Index SymmetricFactor::choose(Eigen::Index k, int& size) const {
       below = std::abs(L_(i, k));
       r = i;
     }
-  if (here >= alpha * below) return k;
-  double beside = 0;  // in row r, off the diagonal
+  if (!(here < alpha * below)) return k;  // where nothing is a number, too
+  double beside = 0;                      // in row r, off the diagonal
   for (Eigen::Index j = k; j < r; ++j) beside = std::max(beside, std::abs(L_(r, j)));
   for (Eigen::Index i = r + 1; i < n; ++i) beside = std::max(beside, std::abs(L_(i, r)));
   if (here * beside >= alpha * below * below) return k;

@@ -135,7 +135,8 @@ std::optional<std::string> broken_profile(const LeafSpring& leaf) {
       return fmt::format("{}: the profile of its {} has {} numbers; it takes none, 2 or {}",
                          leaf.name, of, profile->size(), profile_stations().size());
     const ProfileRange range = profile_range(*profile);
-    if (!(range.smallest > 0) || !std::isfinite(range.largest))
+    // an end at zero is a rounding above it
+    if (!(range.smallest > 1e-6 * range.largest) || !std::isfinite(range.largest))
       return fmt::format("{}: its {} must be positive all along", leaf.name, of);
   }
   const double thinnest = leaf.thickness * profile_range(leaf.thickness_profile).smallest,

@@ -44,6 +44,14 @@ ComparedPoint compared_point(const std::vector<ComparedQuantity>& quantities, co
   return c;
 }
 
+/// What a number is rounded to at rest without loads, where it is nothing else [m, rad, N, N m,
+/// Pa].
+double rounding_of(const QuantityRow& row) {
+  if (row.error == ErrorKind::motion) return 1e-15;
+  if (row.error == ErrorKind::load) return 1e-11;
+  return row.name.ends_with("_stress") ? 1 : 0;
+}
+
 /// Compares two paths, quantity by quantity, with the floor that the largest value gives.
 class TwoPaths {
  public:
@@ -58,7 +66,7 @@ class TwoPaths {
     double largest = 0;
     for (const ComparedPoint& p : full_.points)
       if (p.converged) largest = std::max(largest, std::abs(value(p).value_or(0)));
-    const double floor = nothing * largest;
+    const double floor = std::max(nothing * largest, rounding_of(*of.numbers[k].row));
     const int q = static_cast<int>(quantity), part = of.numbers[k].part;
     for (const std::size_t i : both_) {
       const std::optional<double> f = value(full_.points[i]), m = value(model_.points[i]);
@@ -73,7 +81,7 @@ class TwoPaths {
     }
   }
 
-  void add_motion(std::size_t quantity) {
+  void add_motion(const ComparedQuantity& of, std::size_t quantity) {
     const auto vector = [&](const ComparedPoint& p) {
       Vector3d u;
       for (std::size_t k = 0; k < 3; ++k)
@@ -83,7 +91,7 @@ class TwoPaths {
     double largest = 0;
     for (const ComparedPoint& p : full_.points)
       if (p.converged) largest = std::max(largest, vector(p).norm());
-    if (largest == 0) return;
+    if (largest <= rounding_of(*of.numbers.front().row)) return;
     for (const std::size_t i : both_) {
       const Vector3d f = vector(full_.points[i]), m = vector(model_.points[i]);
       if (f.norm() <= nothing * largest && m.norm() <= nothing * largest) continue;
@@ -165,7 +173,7 @@ PathErrors errors_of(const std::vector<ComparedQuantity>& quantities, const Comp
   TwoPaths paths(model, full, found);
   for (std::size_t q = 0; q < quantities.size(); ++q) {
     if (quantities[q].motion)
-      paths.add_motion(q);
+      paths.add_motion(quantities[q], q);
     else
       for (std::size_t k = 0; k < quantities[q].numbers.size(); ++k)
         paths.add_number(quantities[q], q, k);

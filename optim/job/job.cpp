@@ -203,6 +203,12 @@ Job JobReader::read() {
 void JobReader::read_mechanism() {
   std::optional<Mechanism> mechanism;
   if (family_ && is_geometry_sound(*family_, faults_)) {
+    const Pointer flexure("/model/flexure");  // of wires alone, where the job does not say
+    if (!document_.contains(flexure) && read_.contains(flexure) &&
+        family_->is_of_wires(job_.design.choices)) {
+      job_.model.flexure = Flexure::beam;
+      read_[flexure] = "beam";
+    }
     if (sound("/design/material") && sound("/model/flexure"))
       faults_.attempt([&] { check_leaf_model(job_.design, job_.model, Pointer("/model")); });
     faults_.attempt([&] { mechanism = make_mechanism(job_, job_.design.parameters); });
@@ -333,6 +339,9 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
   const JsonText text = read_text(file);
   std::vector<Fault> wrong;
   json document = parse_json(text, wrong);
+  if (document.is_object() && document.contains("flexopt_design"))
+    throw SpecError("", file,
+                    "it is a design file; a job names it: \"design\": {\"file\": \"...\", ...}");
   std::vector<std::string> overridden;
   for (const std::string& assignment : overrides) try {
       overridden.push_back(apply_override(document, assignment));
@@ -350,6 +359,12 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
   if (wrong.empty()) return job;
   locate(wrong, text, overridden);
   throw SpecError(std::move(wrong));
+}
+
+const char* bound_at(const Variable& variable, double value) {
+  const double near = 1e-4 * (variable.max - variable.min);
+  if (variable.max - value <= near) return "max";
+  return value - variable.min <= near ? "min" : nullptr;
 }
 
 double Tolerance::standard_deviation() const {

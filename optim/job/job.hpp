@@ -27,6 +27,9 @@ struct Variable {
   std::vector<double> stock;
 };
 
+/// "min" or "max" where a value is within 1e-4 of the range from that bound; null between them.
+const char* bound_at(const Variable& variable, double value);
+
 /// What tolerances do to a goal, to first order, and how much of it counts: the farthest within
 /// all limits, or so many standard deviations, to the side that is worse.
 struct ToleranceMargin {

@@ -21,20 +21,6 @@ using Pointer = json::json_pointer;
 
 namespace {
 
-/// The inertia of a body, made symmetric to rounding. Throws SpecError.
-Matrix3d checked_inertia(const Matrix3d& inertia) {
-  const Pointer at("/end_effector/inertia");
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < i; ++j)
-      if (std::abs(inertia(i, j) - inertia(j, i)) > 1e-9 * inertia.cwiseAbs().maxCoeff())
-        throw SpecError((at / i / j).to_string(), fmt::format("{:g} kg m^2", inertia(i, j)),
-                        fmt::format("an inertia is symmetric: expected {:g} kg m^2 as in row {}",
-                                    inertia(j, i), j));
-  const Matrix3d symmetric = 0.5 * (inertia + inertia.transpose());
-  check_inertia(symmetric);
-  return symmetric;
-}
-
 void read_load_path(const json& read, StrokeRequest& request) {
   const LoadSpec path = load_path_table().read(read);
   request.loads.growing = {{.force = path.force, .moment = path.moment}};
@@ -165,9 +151,10 @@ void read_buckling(const json& read, StrokeRequest& request) {
 EndEffector read_end_effector(const json& read, FaultList& faults,
                               std::vector<std::string>& notes) {
   EndEffector body = end_effector_table().read(read);
-  if (!faults.attempt([&] { body.inertia = checked_inertia(body.inertia); }))
-    body.inertia.setZero();
-  else if (faults.sound("/end_effector") && body.mass > 0 && body.inertia.isZero(0))
+  if (!faults.attempt([&] { check_inertia(body.inertia); })) body.inertia.setZero();
+  body.inertia = (0.5 * (body.inertia + body.inertia.transpose())).eval();  // to rounding
+  if (!faults.sound("/end_effector/inertia")) return body;
+  if (faults.sound("/end_effector") && body.mass > 0 && body.inertia.isZero(0))
     notes.push_back("The end-effector has mass but no inertia: it is a point mass.");
   return body;
 }

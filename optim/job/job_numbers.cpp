@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "core/math/decompositions.hpp"
+#include "core/mechanism/body_inertia.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/spec_error.hpp"
 
@@ -128,14 +128,8 @@ std::pair<Material, EndEffector> numbers_set(const Job& job, const ParameterValu
 }
 
 void check_inertia(const Matrix3d& inertia) {
-  const Vector3d principal = symmetric_eigenvalues(inertia);
-  const double rounding = 1e-9 * principal.cwiseAbs().maxCoeff();
-  const std::string at = "/end_effector/inertia",
-                    values = fmt::format("principal values {:g}, {:g}, {:g} kg m^2", principal[0],
-                                         principal[1], principal[2]);
-  if (principal[0] < -rounding) throw SpecError(at, values, "expected none below zero");
-  if (principal[2] > principal[0] + principal[1] + rounding)
-    throw SpecError(at, values, "no body has these: each is at most the sum of the other two");
+  if (const auto fault = inertia_fault(inertia))
+    throw SpecError("/end_effector/inertia" + fault->place, fault->value, fault->rule);
 }
 
 }  // namespace flexopt

@@ -39,8 +39,7 @@ void set_number(Material& material, EndEffector& end_effector, const std::string
 /// SpecError for an inertia that no body has.
 std::pair<Material, EndEffector> numbers_set(const Job& job, const ParameterValues& values);
 
-/// A real body's inertia is symmetric, with principal values 0 ≤ I1 ≤ I2 ≤ I3 ≤ I1 + I2. Throws
-/// SpecError.
+/// Throws SpecError where no body has the end-effector's inertia.
 void check_inertia(const Matrix3d& inertia);
 
 }  // namespace flexopt

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "core/files/draft.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/line_checksum.hpp"
 
@@ -105,15 +106,10 @@ void LineLog::finish(const std::vector<std::string>& lines) {
   if (path_.empty()) return;
   const std::lock_guard lock(mutex_);
   out_.close();
-  const std::filesystem::path draft = path_.string() + ".new";
-  std::ofstream draft_out(draft, std::ios::binary | std::ios::trunc);
-  draft_out << header_;
-  for (const std::string& line : lines) draft_out << written(line);
-  draft_out << std::flush;
-  if (!draft_out)
-    throw SpecError(draft.string(), "not writable", "expected a file that can be written");
-  draft_out.close();
-  std::filesystem::rename(draft, path_);
+  std::string content = header_;
+  for (const std::string& line : lines) content += written(line);
+  if (write_whole(path_, content) != 0)
+    throw SpecError(path_.string(), "not writable", "expected a file that can be written");
 }
 
 std::string log_text(const json& identity, const std::vector<std::string>& lines) {

@@ -66,7 +66,7 @@ void print_check(const AtlasCheck& check) {
 int show_atlas(const std::filesystem::path& file) {
   const OpenedAtlas opened = open_atlas(file);
   if (!opened.atlas) {
-    fmt::print(stderr, "flexopt: {}: {}\n", file.string(), opened.problem);
+    put(stderr, fmt::format("flexopt: {}: {}\n", file.string(), opened.problem));
     return exit_not_usable;
   }
   const AtlasSettings& s = opened.atlas->settings();
@@ -112,7 +112,7 @@ int make_atlas_file(const CommandLine& line) {
   };
   const MadeAtlas made = make_atlas(settings, options);
   if (!made.atlas) {
-    fmt::print(stderr, "flexopt: no atlas: {}\n", made.problem);
+    put(stderr, fmt::format("flexopt: no atlas: {}\n", made.problem));
     return exit_not_usable;
   }
   if (const std::string problem = write_atlas(*made.atlas, file); !problem.empty())

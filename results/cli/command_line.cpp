@@ -9,10 +9,12 @@
 #include <thread>
 #include <utility>
 
+#include "core/spec/names.hpp"
 #include "results/cli/run_json.hpp"
 #include "results/export/formats.hpp"
 #include "results/files/version.hpp"
 #include "results/run/join_crew.hpp"
+#include "results/run/progress.hpp"
 
 namespace flexopt {
 
@@ -133,7 +135,8 @@ void declare(CLI::App& app, CommandLine& line) {
   CLI::App* check = command("check-gradients", "Compare gradients with independent derivatives",
                             Command::check_gradients);
   takes_job(check, "the job file");
-  check->add_option("--tolerance", line.tolerance, "largest relative difference");
+  check->add_option("--tolerance", line.tolerance, "largest relative difference")
+      ->check(CLI::PositiveNumber);
 
   command("report", "Write the report of a run again", Command::report)
       ->add_option("DIR", line.folder, "the output folder of the run")
@@ -246,6 +249,14 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
         std::any_of(argv, argv + argc, [](std::string_view word) { return word == "--json"; });
     if (json && error.get_exit_code() != 0) {
       print_failure("wrong_input", error.what());
+      parsed.exit_code = wrong_input;
+      return parsed;
+    }
+    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
+      std::vector<std::string> known;
+      for (const CLI::App* sub : app.get_subcommands({})) known.push_back(sub->get_name());
+      put(stderr,
+          fmt::format("flexopt: {}: unknown command; {}\n", argv[1], known_names(argv[1], known)));
       parsed.exit_code = wrong_input;
       return parsed;
     }

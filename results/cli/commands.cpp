@@ -19,6 +19,7 @@
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
+#include "results/run/progress.hpp"
 #include "results/run/run_files.hpp"
 #include "results/server/serve.hpp"
 
@@ -189,7 +190,7 @@ void say_address(const std::string& address) {
 
 int explore_job(const CommandLine& line) {
   const Job job = checked_job(line);
-  for (const std::string& note : job.notes) fmt::print(stderr, "note: {}\n", note);
+  for (const std::string& note : job.notes) put(stderr, fmt::format("note: {}\n", note));
   serve_explorer(job, line.port, say_address);
   return exit_usable;
 }

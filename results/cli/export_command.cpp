@@ -6,6 +6,7 @@
 #include "results/cli/commands.hpp"
 #include "results/export/formats.hpp"
 #include "results/files/folder.hpp"
+#include "results/run/progress.hpp"
 
 namespace flexopt {
 
@@ -25,11 +26,12 @@ int export_job(const CommandLine& line) {
   OutputFolder folder(line.folder);
   try {
     const WrittenExports written = write_exports(exported, options, folder.path());
-    for (const std::string& note : written.notes) fmt::print(stderr, "flexopt: note: {}\n", note);
+    for (const std::string& note : written.notes)
+      put(stderr, fmt::format("flexopt: note: {}\n", note));
     for (const std::string& name : written.names)
       fmt::print("{}\n", (std::filesystem::path(line.folder) / name).string());
   } catch (const NoEquilibrium& error) {
-    fmt::print(stderr, "flexopt: {}\n", error.what());
+    put(stderr, fmt::format("flexopt: {}\n", error.what()));
     return exit_not_usable;
   }
   folder.keep();

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <system_error>
 
 #include "core/math/memory.hpp"
 #include "core/spec/spec_error.hpp"
@@ -9,6 +10,7 @@
 #include "results/cli/commands.hpp"
 #include "results/cli/program.hpp"
 #include "results/cli/run_json.hpp"
+#include "results/run/progress.hpp"
 
 namespace {
 
@@ -55,9 +57,9 @@ int carry_out(const CommandLine& line) {
 void print_faults(const SpecError& error) {
   const auto& faults = error.faults();
   const bool placed = !faults.front().source.empty();  // lines that editors can follow
-  fmt::print(stderr, "{}{}\n", placed ? "" : "flexopt: ", error.what());
+  put(stderr, fmt::format("{}{}\n", placed ? "" : "flexopt: ", error.what()));
   if (faults.size() > 1)
-    fmt::print(stderr, "flexopt: {} faults in the input; nothing was run\n", faults.size());
+    put(stderr, fmt::format("flexopt: {} faults in the input; nothing was run\n", faults.size()));
 }
 
 /// For people on stderr, with --json for programs on stdout.
@@ -66,12 +68,15 @@ int reported(const CommandLine& line) try {
 } catch (const SpecError& error) {
   line.json ? print_wrong_input(error) : print_faults(error);
   return exit_wrong_input;
+} catch (const std::system_error& error) {  // stdout is closed or its disk full, say
+  put(stderr, fmt::format("flexopt: the system refused: {}\n", error.what()));
+  return exit_wrong_input;
 } catch (const std::exception& error) {
   const std::string message = fmt::format("a bug of ours, please report it: {}", error.what());
   if (line.json)
     print_failure("bug", message);
   else
-    fmt::print(stderr, "flexopt: {}\n", message);
+    put(stderr, fmt::format("flexopt: {}\n", message));
   return exit_bug;
 }
 

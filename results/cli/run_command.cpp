@@ -71,7 +71,7 @@ int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
       fmt::print("{}results: {}\n", record ? summary_of(*record) : listed_summary(*written.result),
                  line.folder);
     for (const std::string& failure : written.failed_expectations)
-      fmt::print(stderr, "flexopt: expected otherwise: {}\n", failure);
+      put(stderr, fmt::format("flexopt: expected otherwise: {}\n", failure));
     return usable(*written.result) ? exit_usable : exit_not_usable;
   };
   if (!job.designs.empty()) {
@@ -118,6 +118,16 @@ int run_shard(const Job& job, const CommandLine& line, const Shard& shard, Outpu
   return exit_usable;
 }
 
+/// A run writes the job as it was read into job.json of its folder: not over the user's own.
+void check_own_job(const CommandLine& line) {
+  const std::filesystem::path folder = line.folder;
+  const bool of_a_run = exists(folder / "result.json") || exists(folder / "evaluations.jsonl");
+  std::error_code error;
+  if (!of_a_run && equivalent(folder / "job.json", line.job, error))
+    throw SpecError("--out", line.folder,
+                    "expected another folder: the run's job.json would replace the job itself");
+}
+
 /// Nothing is printed beside what the leader prints.
 class Silent : public RunListener {
   void say(const std::string&) override {}
@@ -156,6 +166,7 @@ int run_job(const CommandLine& line) {
   Job job = checked_job(line);
   const bool changed = !job.expect.empty() && !line.overrides.empty() && !overrides_expect(line);
   if (changed) job.expect.clear();
+  check_own_job(line);
   OutputFolder folder(line.folder);  // goes away again if something is still wrong with the input
   ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
   for (const std::string& note : job.notes) progress.say("note: " + note);

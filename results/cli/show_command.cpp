@@ -12,6 +12,7 @@
 #include "results/files/folder.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
+#include "results/run/progress.hpp"
 #include "results/run/undeflected.hpp"
 
 namespace flexopt {
@@ -70,7 +71,7 @@ int show_mechanism(const CommandLine& line) {
   fmt::print("{}\n", page);
   std::fflush(stdout);  // before what the browser says
   if (!line.open || opened(page)) return exit_usable;
-  fmt::print(stderr, "flexopt: xdg-open did not open {}\n", page);
+  put(stderr, fmt::format("flexopt: xdg-open did not open {}\n", page));
   return exit_not_usable;
 }
 

@@ -80,7 +80,8 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
     if (const auto found = optimum.parameters.find(variable.parameter);
         found != optimum.parameters.end())
       text += line(variable.parameter,
-                   {shown(found->second, parameter_unit(family, variable.parameter))});
+                   {shown(found->second, parameter_unit(family, variable.parameter)) +
+                    (bound_at(variable, found->second) ? " *" : "")});
   const auto unit = [&](const std::string& quantity) {
     return quantity.empty() ? std::string("(SI)") : quantity_unit(quantity, drives);
   };
@@ -101,14 +102,15 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
   for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
     const ConstraintState& state = optimum.constraints[i];
     const std::string si = i < spec.constraints.size() ? unit(spec.constraints[i].quantity) : "";
-    cells = {shown(state.value, si) + (state.active ? " *" : ""), bound_of(state, si)};
+    const char* mark = state.active ? " *" : state.margin < 0 ? " !" : "";
+    cells = {shown(state.value, si) + mark, bound_of(state, si)};
     if (verified && i < optimum.verified->constraints.size()) {
       cells.push_back(shown(optimum.verified->constraints[i], si));
       cells.push_back(difference(optimum.verified->constraint_differences[i]));
     }
     text += line(state.label, cells);
   }
-  text += "  (* active)\n";
+  text += "  (* at a bound, ! beyond it)\n";
   if (job.cases.empty()) return text;
   const auto decisive = [&](const std::string& label, const std::optional<GoalPlace>& place) {
     if (place)

@@ -86,10 +86,8 @@ Json variables_json(const Job& job, const Optimum& optimum, const Family& family
     if (initial != job.design.parameters.end()) json["initial"] = initial->second;
     if (variable.start) json["initial"] = *variable.start;
     if (found != optimum.parameters.end()) {
-      const double near = 1e-4 * (variable.max - variable.min);
       json["optimum"] = found->second;
-      if (found->second - variable.min <= near) json["at_bound"] = "min";
-      if (variable.max - found->second <= near) json["at_bound"] = "max";
+      if (const char* bound = bound_at(variable, found->second)) json["at_bound"] = bound;
     }
     variables.push_back(std::move(json));
   }

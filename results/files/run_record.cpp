@@ -14,6 +14,15 @@ std::string plural(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
+/// Of points that have an equilibrium: how many are unstable. Empty: none.
+std::string unstable_text(const std::vector<PathPoint>& path) {
+  const auto count = static_cast<std::size_t>(std::ranges::count_if(
+      path, [](const PathPoint& p) { return p.status == PointStatus::converged && !p.stable; }));
+  if (count == 0) return "";
+  return fmt::format(" With the drive held it is unstable at {} of {}.", count,
+                     plural(path.size(), "point"));
+}
+
 /// Status and message of one path.
 std::pair<std::string, std::string> conclusion(const StrokeResponse& response, Accuracy accuracy) {
   const auto& path = response.path;
@@ -21,9 +30,10 @@ std::pair<std::string, std::string> conclusion(const StrokeResponse& response, A
       path, PointStatus::converged, [](const PathPoint& point) { return point.status; }));
   if (response.status == Status::ok && converged == path.size()) {
     const std::string& why = response.no_frequency_derivatives;
-    return {"ok", fmt::format("Equilibrium found at {}, {} accuracy{}.",
+    return {"ok", fmt::format("Equilibrium found at {}, {} accuracy{}.{}",
                               plural(path.size(), "stroke point"), name_of(accuracy),
-                              why.empty() ? "" : "; no frequency derivatives: " + why)};
+                              why.empty() ? "" : "; no frequency derivatives: " + why,
+                              unstable_text(path))};
   }
   const char* status =
       response.status == Status::limit_reached ? "limit_reached" : "no_equilibrium";
@@ -48,10 +58,13 @@ void conclude_evaluation(RunRecord& record) {
     record.message += fmt::format("{}Load case {}: {}", record.message.empty() ? "" : " ",
                                   record.job.cases[k].name, message);
   }
-  if (record.status == "ok")
-    record.message =
-        fmt::format("Equilibrium found at {} in {} load cases, {} accuracy.",
-                    plural(points, "stroke point"), record.cases.size(), name_of(accuracy));
+  if (record.status != "ok") return;
+  record.message =
+      fmt::format("Equilibrium found at {} in {} load cases, {} accuracy.",
+                  plural(points, "stroke point"), record.cases.size(), name_of(accuracy));
+  for (std::size_t k = 0; k < record.cases.size(); ++k)
+    if (const std::string text = unstable_text(record.cases[k].path); !text.empty())
+      record.message += fmt::format(" Load case {}:{}", record.job.cases[k].name, text);
 }
 
 void conclude_optimisation(RunRecord& record) {
@@ -99,16 +112,18 @@ void conclude_comparison(RunRecord& record) {
   const Comparison& comparison = *record.comparison;
   int failures = 0, fallbacks = 0;
   bool compared = false;
+  const bool whole =
+      comparison.failed_designs < static_cast<int>(comparison.designs.size());  // one at least
   for (const ModelComparison& model : comparison.models) {
     failures += model.failures;
     fallbacks += model.fallback_designs;
-    compared = compared || !model.errors.empty();
+    compared = compared || (whole && !model.errors.empty());
   }
   record.status = compared ? "ok" : "failed";
   record.message = compared ? fmt::format("{} compared with full accuracy over {}",
                                           plural(comparison.models.size(), "model"),
                                           plural(comparison.designs.size(), "design"))
-                            : fmt::format("None of {} could be compared",
+                            : fmt::format("None of {} could be compared to its end",
                                           plural(comparison.designs.size(), "design"));
   if (comparison.failed_designs > 0)
     record.message +=
@@ -135,6 +150,7 @@ void conclude_errors(RunRecord& record) {
   const auto numbers = largest_error(record.errors, false);
   const auto stresses = largest_error(record.errors, true);
   if (!record.message.ends_with('.')) record.message += '.';
+  if (record.status != "ok" && !record.optimum) return;  // what failed is the news
   if (record.chosen) record.message += " Chosen: " + record.chosen->message;
   if (numbers && (!record.chosen || record.optimum))  // the optimum is another design
     record.message += fmt::format(" The largest estimated error {}is {}, of {}.",

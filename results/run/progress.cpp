@@ -38,6 +38,8 @@ std::string clock_text(double seconds) {
 
 }  // namespace
 
+void put(std::FILE* stream, const std::string& text) { std::fputs(text.c_str(), stream); }
+
 ProgressStyle progress_style(std::FILE* stream, bool quiet) {
   if (quiet) return ProgressStyle::silent;
   const char* terminal = std::getenv("TERM");
@@ -66,7 +68,7 @@ ProgressDisplay::~ProgressDisplay() { clear(); }
 
 void ProgressDisplay::clear() {
   if (!live_shown_) return;
-  fmt::print(stream_, "\r\x1b[K");
+  put(stream_, fmt::format("\r\x1b[K"));
   std::fflush(stream_);
   live_shown_ = false;
 }
@@ -74,7 +76,7 @@ void ProgressDisplay::clear() {
 void ProgressDisplay::say(const std::string& text) {
   if (style_ == ProgressStyle::silent) return;
   clear();
-  fmt::print(stream_, "{}\n", text);
+  put(stream_, fmt::format("{}\n", text));
   std::fflush(stream_);
   what_.clear();
   begin_ = Clock::now();
@@ -88,7 +90,7 @@ void ProgressDisplay::step(const RunStep& step) {
   const auto now = Clock::now();
   if (last_ && now - *last_ < 2000ms && step.done < step.total) return;
   last_ = now;
-  fmt::print(stream_, "{}/{} {}\n", step.done, step.total, step.text);
+  put(stream_, fmt::format("{}/{} {}\n", step.done, step.total, step.text));
   std::fflush(stream_);
 }
 
@@ -110,7 +112,7 @@ void ProgressDisplay::show_live(const RunStep& step) {
       fmt::format("[{:<{}}] ", std::string(static_cast<std::size_t>(width * fraction), '='), width);
   const std::size_t room = columns(stream_) - 1;
   const std::string shown = bar.size() + text.size() <= room ? bar + text : text;
-  fmt::print(stream_, "\r\x1b[K{}", clipped(shown, room));
+  put(stream_, fmt::format("\r\x1b[K{}", clipped(shown, room)));
   std::fflush(stream_);
   live_shown_ = true;
 }

@@ -28,6 +28,10 @@ class RunListener {
   virtual void step(const RunStep& step) = 0;
 };
 
+/// Writes what can be written: that nobody hears it, because a stream is closed or its disk full,
+/// ends no run.
+void put(std::FILE* stream, const std::string& text);
+
 enum class ProgressStyle { silent, lines, live };
 
 /// Live if `stream` is a terminal that can wipe a line.

@@ -40,6 +40,7 @@ void write_job(const fs::path& folder, const Job& job) {
 
 WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   WrittenRun written;
+  const bool again = fs::exists(folder / "result.json");  // else what is there is somebody's
   OrderedJson result = make_result(record);
   written.failed_expectations = check_expectations(record.job.expect, result);
   fs::remove(folder / (record.comparison ? "path.csv" : "comparison.csv"));  // of an earlier run
@@ -47,7 +48,10 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
     write_comparison_csv(folder, record);
   else
     write_path_csv(folder, record);
-  if (record.optimum) write_history_csv(folder, record);
+  if (record.optimum)
+    write_history_csv(folder, record);
+  else
+    fs::remove(folder / "history.csv");
   if (record.optimum && record.optimum->pareto)
     write_pareto_csv(folder, record);
   else
@@ -56,7 +60,7 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   write_maps_csv(folder, record);
   write_shapes(folder, response_of(record).path);
   write_state_space(folder, response_of(record), record.job.name);
-  fs::remove_all(folder / "cases");  // of an earlier run
+  if (again) fs::remove_all(folder / "cases");
   const auto responses = responses_of(record);
   for (std::size_t k = 0; k < responses.size() && !record.job.cases.empty(); ++k) {
     fs::create_directories(folder / "cases" / record.job.cases[k].name);

@@ -30,9 +30,9 @@ set(tested_by
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/system core/equilibrium/test_joints
   core/math/eigenvalue_branches core/response/test_principal_stiffness
+  core/mechanism/body_inertia designs/test_design_files
   core/mechanism/load_case core/equilibrium/test_dead_loads
   core/math/sparse_matrix core/math/test_sparse_solver
-  core/math/deflated_solve core/reduction/modal/test_modal_derivatives
   core/math/nearest_rotation core/math/test_rotation
   core/math/chebyshev core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/make_atlas core/reduction/atlas/test_tube_atlas

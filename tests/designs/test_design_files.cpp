@@ -318,6 +318,21 @@ TEST_CASE("the end-effector weighs what the file and the job say together", "[de
   CHECK(m.bodies[0].inertia(0, 0) == Approx(4 * 0.05 * 0.05));
 }
 
+TEST_CASE("let takes quantities whose units have several symbols", "[designs][files]") {
+  json document = changed("/let", {{"k", "50 N/mm"}, {"J", "1e-3 kg m^2"}, {"s", "2 m"}});
+  CHECK(complaint(document) == "accepted");
+  document["bodies"][0]["inertia"] = {"J", "J", "J"};
+  document["springs"] = {{{"name", "k"},
+                          {"body", "end_effector"},
+                          {"at", {0, 0, 0}},
+                          {"other_at", {0, 0.01, 0}},
+                          {"stiffness", "k"}}};
+  CHECK(complaint(document) == "accepted");
+  document["let"]["t"] = "3 m/s";  // s is a name here: a number
+  document["let"]["u"] = "t + 1";
+  CHECK(complaint(document) == "accepted");
+}
+
 TEST_CASE("wrong design files are refused with place and rule", "[designs][files]") {
   for (const WrongDesign& c : wrong_designs()) {
     const std::string text = complaint(changed(c.pointer, c.value));

@@ -204,7 +204,7 @@ class Writer {
         break;
       default:
         b["mass"] = "mass";
-        b["inertia"] = json::array({1e-5, "mass*(size/10)^2", 2e-5});
+        b["inertia"] = json::array({"mass*(size/10)^2 + 1e-5 [kg m^2]", "mass*(size/10)^2", 1e-5});
     }
     return b;
   }

@@ -14,9 +14,10 @@
 namespace flexopt {
 namespace {
 
-// The same, the lowest alone: the modes of leaves have a diagonal block each.
-EigenPairs solve_by_krylov(const System& system, const MechanismPencil& pencil, bool drive_locked,
-                           int count) {
+// The same, the lowest alone: the modes of leaves have a diagonal block each. Nothing where they
+// are not found.
+std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismPencil& pencil,
+                                          bool drive_locked, int count) {
   const TangentFactor factor(system, pencil.K_bodies, drive_locked);
   std::vector<Lu> modes(pencil.leaves.size());
   for (std::size_t i = 0; i < modes.size(); ++i)
@@ -35,7 +36,8 @@ EigenPairs solve_by_krylov(const System& system, const MechanismPencil& pencil, 
   const auto mass = [&](const MatrixXd& B) { return pencil.mass_times(B); };
   const LowestPairs found =
       lowest_pairs(pencil.size, count, std::min(system.leaves() + 4, count + 4), solve, mass);
-  return {found.values, found.vectors};
+  if (!found.converged) return std::nullopt;
+  return EigenPairs{found.values, found.vectors};
 }
 
 // Of a mechanism with joints or drives that are conditions.
@@ -104,7 +106,7 @@ MatrixXd drive_shapes_of(const MechanismPencil& pencil, const System& system) {
   return shapes;
 }
 
-constexpr int most_leaf_modes = 48;
+constexpr int most_leaf_modes = 192;  // for 100 frequencies, the most of a job, of one leaf
 
 // More modes where the kept ones do not reach far enough beyond `highest`, or are too few to yield
 // `missing` further frequencies; false if all are enough.
@@ -183,8 +185,11 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options)
   const auto pairs = [&](const MechanismPencil& pencil) -> std::array<EigenPairs, 2> {
     if (by_krylov(pencil)) {
       const int count = std::min(options.count, unknowns(pencil));
-      return {options.free ? solve_by_krylov(system, pencil, false, count) : EigenPairs(),
-              solve_by_krylov(system, pencil, true, count)};
+      const std::optional<EigenPairs> held = solve_by_krylov(system, pencil, true, count),
+                                      free = options.free
+                                                 ? solve_by_krylov(system, pencil, false, count)
+                                                 : EigenPairs();
+      if (held && free) return {*free, *held};  // else all at once, however many
     }
     const LeafModes modes(pencil);
     if (conditions)
@@ -202,7 +207,8 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options)
   for (;;) {
     const MechanismPencil pencil = mechanism_pencil(system, leaf_modes, options);
     const auto [free, locked] = pairs(pencil);
-    const double highest = hertz(std::max(0.0, locked.values[locked.values.size() - 1]));
+    const Eigen::Index held = locked.values.size();  // none: nothing moves with the drives held
+    const double highest = held > 0 ? hertz(std::max(0.0, locked.values[held - 1])) : 0;
     if (options.leaf_modes > 0 &&
         grow(leaf_modes, pencil.highest, highest, options.count - unknowns(pencil), options))
       continue;

@@ -166,12 +166,62 @@ TEST_CASE("a Krylov space that is invariant says so") {
   CHECK(krylov.columns() == 3);
 }
 
+TEST_CASE("what is no number is no pair") {
+  const auto mass = [](const MatrixXd& B) { return B; };
+  const auto nothing = [](const MatrixXd& B) {
+    return MatrixXd(MatrixXd::Constant(B.rows(), B.cols(), std::nan("")));
+  };
+  for (const int width : {1, 2}) CHECK_FALSE(lowest_pairs(6, 2, width, nothing, mass).converged);
+}
+
 TEST_CASE("a space in which rounding leaves no further column is given up") {
   // three of four unknowns have next to no mass: M-norms of any column are those of the first
   const VectorXd masses = (VectorXd(4) << 1, 1e-40, 1e-40, 1e-40).finished();
   const auto mass = [&](const MatrixXd& B) { return MatrixXd(masses.asDiagonal() * B); };
   const auto solve = [](const MatrixXd& B) { return B; };
   for (const int width : {1, 2}) CHECK_FALSE(lowest_pairs(4, 3, width, solve, mass).converged);
+}
+
+TEST_CASE("all pairs are found where the mass is badly conditioned") {
+  double largest = 0;
+  for (int seed = 1; seed <= 200; ++seed) {
+    std::srand(static_cast<unsigned>(seed));
+    const int n = 3 + std::rand() % 28;
+    const VectorXd lambda = (3.45 * VectorXd::Random(n)).array().exp();  // over three decades
+    const MatrixXd R = MatrixXd::Random(n, n);
+    const VectorXd s = (4.6 * VectorXd::Random(n)).array().exp();  // M over eight
+    const MatrixXd M =
+        s.asDiagonal() * (R * R.transpose() / n + 0.3 * MatrixXd::Identity(n, n)) * s.asDiagonal();
+    const MatrixXd Q = MatrixXd::Random(n, n).householderQr().householderQ();
+    const Pencil p{lambda, M.llt().matrixU().solve(Q), M};
+    for (const int width : {1, 2, 3}) {
+      const LowestPairs pairs = lowest_pairs(
+          n, n, width, [&](const MatrixXd& B) { return p.solve(B); },
+          [&](const MatrixXd& B) { return MatrixXd(p.mass * B); });
+      if (!pairs.converged) continue;
+      VectorXd exact = lambda;
+      std::sort(exact.begin(), exact.end());
+      largest = std::max(largest, (pairs.values.cwiseQuotient(exact).array() - 1).abs().maxCoeff());
+    }
+  }
+  CHECK(largest < 1e-5);
+}
+
+TEST_CASE("a space without room for more tells what it leaves out") {
+  const Pencil p = pencil(soft_and_stiff());
+  const auto solve = [&](const MatrixXd& B) { return p.solve(B); };
+  const auto mass = [&](const MatrixXd& B) { return MatrixXd(p.mass * B); };
+  for (const int width : {1, 4}) {
+    BlockKrylov krylov(solve(mass(start_columns(90, width))), 8, solve, mass);
+    while (krylov.extend()) {
+    }
+    REQUIRE(krylov.columns() == 8);
+    CHECK_FALSE(krylov.invariant());
+    const MatrixXd V = krylov.V(), left = p.solve(p.mass * V) - V * krylov.T();
+    const double told = krylov.rest().norm();
+    CHECK(told > 0);
+    CHECK(std::sqrt((left.transpose() * p.mass * left).trace()) == Approx(told).epsilon(1e-6));
+  }
 }
 
 TEST_CASE("a space that is filled stays orthonormal, where a block's columns all but cancel too") {

@@ -219,6 +219,18 @@ TEST_CASE("odd but allowed input leaves a note", "[optim][job]") {
              Contains("plate theory"));
 }
 
+TEST_CASE("mechanisms of wires alone are beams where the job does not say", "[optim][job]") {
+  json document = base_job("evaluate");
+  document.erase("model");
+  document["design"]["family"] = "five_strut_guide";
+  document["design"]["parameters"] = json::object();
+  const Job job = parse_job(document);
+  CHECK(job.model.flexure == Flexure::beam);
+  CHECK((*job.as_read)["model"]["flexure"] == "beam");
+  document["model"] = {{"flexure", "plate"}};
+  CHECK_THROWS_WITH(parse_job(document), Contains("a leaf of circular section is a beam"));
+}
+
 TEST_CASE("a beam may be of any E and G; a Poisson's ratio above a half is noted", "[optim][job]") {
   json document = base_job("evaluate");
   document.merge_patch(json::parse(R"({"model": {"flexure": "beam", "warping": "free"},

@@ -182,6 +182,58 @@ TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
   }
   CHECK_THAT(test::run_program(folder.path(), "designs no_such_family").err,
              Contains("parallel_guide"));
+  CHECK_THAT(test::run_program(folder.path(), "vaildate leaf.json").err,
+             Contains("did you mean 'validate'"));
+  CHECK_THAT(test::run_program(folder.path(), "check-gradients leaf.json --tolerance -1").err,
+             Contains("--tolerance"));
+  std::ofstream(folder.path() / "stage.json") << test::cantilever().dump();
+  CHECK_THAT(test::run_program(folder.path(), "run stage.json").err,
+             Contains("it is a design file"));
+}
+
+TEST_CASE("A stream that takes no text ends no run", "[results][command]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "leaf.json", test::leaf_job());
+  const auto code = [&](const std::string& arguments) {
+    const std::string command = "cd '" + folder.path().string() + "' && '" FLEXOPT_BINARY "' " +
+                                arguments + " >/dev/full 2>/dev/full";
+    const int status = std::system(command.c_str());
+    REQUIRE(WIFEXITED(status));
+    return WEXITSTATUS(status);
+  };
+  CHECK(code("run leaf.json") == 0);
+  CHECK(fs::exists(folder.path() / "leaf.out" / "result.json"));
+  CHECK(code("run missing.json") == 2);
+  CHECK(code("schema") == 2);
+}
+
+TEST_CASE("A run takes nothing away that is not its own", "[results][command]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "job.json", test::leaf_job());
+  const std::string before = test::content_of(folder.path() / "job.json");
+  const test::Outcome refused = test::run_program(folder.path(), "run job.json --out .");
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err, Contains("would replace the job itself"));
+  CHECK(test::content_of(folder.path() / "job.json") == before);
+  fs::create_directories(folder.path() / "out" / "cases" / "mine");
+  std::ofstream(folder.path() / "out" / "cases" / "mine" / "a.txt") << "mine";
+  CHECK(test::run_program(folder.path(), "run job.json --out out").code == 0);
+  CHECK(fs::exists(folder.path() / "out" / "cases" / "mine" / "a.txt"));
+  // an evaluation into the folder of an optimisation leaves nothing of that
+  std::ofstream(folder.path() / "out" / "history.csv") << "evaluation\n";
+  CHECK(test::run_program(folder.path(), "run out/job.json --out out").code == 0);
+  CHECK_FALSE(fs::exists(folder.path() / "out" / "history.csv"));
+}
+
+TEST_CASE("An unstable mechanism is called so where it is told of", "[results][command]") {
+  const test::TemporaryFolder folder;
+  OrderedJson job = test::leaf_job();
+  job["loads"] = {{{"force", {"-1 kN", 0, 0}}}};
+  job["stroke"] = {{"to", "1 mm"}, {"points", 2}};
+  save(folder.path() / "leaf.json", job);
+  const test::Outcome outcome = test::run_program(folder.path(), "run leaf.json");
+  CAPTURE(outcome.out);
+  CHECK_THAT(outcome.out, Contains("With the drive held it is unstable at 2 of 2 points."));
 }
 
 TEST_CASE("A run writes its folder, a summary and progress lines", "[results][command]") {

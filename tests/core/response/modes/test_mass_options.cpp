@@ -66,6 +66,35 @@ TEST_CASE("frequencies of the default model are within 0.3 % of full order, leaf
   }
 }
 
+TEST_CASE("where nothing moves with the drive held there are no frequencies of that list") {
+  Mechanism guide = models::guide(0.1, 0.03, 5e-4, 0.06, 0.01, 6e-7);
+  guide.bodies[0].held = {true, false, true, true, true, true};
+  const StrokeResponse r = path({"held", guide, 0.01}, {.leaf_modes = 0});
+  for (const PathPoint& p : r.path) {
+    CHECK(p.frequencies_locked.empty());
+    CHECK(p.frequencies_free.size() == 1);
+  }
+}
+
+TEST_CASE("as many frequencies as a job may ask for are right to the last", "[slow]") {
+  const Mechanism guide = models::guide(0.1, 0.03, 5e-4, 0.06, 0.01, 6e-7);
+  StrokeRequest request;
+  request.points = {0};
+  request.frequencies = 100;
+  request.outputs.remove(Output::frequency_derivatives);
+  request.outputs.remove(Output::stress);
+  const auto locked = [&](int leaf_modes) {
+    const ModelOptions model{.accuracy = Accuracy::full, .mesh = {12, 5}, .leaf_modes = leaf_modes};
+    const StrokeResponse r = evaluate_stroke(guide, model, request);
+    REQUIRE(r.status == Status::ok);
+    return r.path[0].frequencies_locked;
+  };
+  const std::vector<double> found = locked(2), truth = locked(120);
+  REQUIRE(found.size() == 100);
+  REQUIRE(truth.size() == 100);
+  for (std::size_t k = 0; k < found.size(); ++k) CHECK(found[k] == Approx(truth[k]).epsilon(2e-3));
+}
+
 TEST_CASE("constant mass is that of the undeflected leaf, and wrong where it is bent") {
   for (const Case& c : light()) {
     INFO(c.name);

@@ -1,0 +1,20 @@
+#pragma once
+// What the inertia of a body can be.
+#include <optional>
+#include <string>
+
+#include "core/math/types.hpp"
+
+namespace flexopt {
+
+/// Why no body has an inertia.
+struct InertiaFault {
+  std::string place;  ///< "/2/0" of the entry that is wrong; empty: of the whole
+  std::string value, rule;
+};
+
+/// Of an inertia about the centre of mass [kg m²]. That of a real body is symmetric to rounding,
+/// with principal values 0 ≤ I1 ≤ I2 ≤ I3 ≤ I1 + I2.
+std::optional<InertiaFault> inertia_fault(const Matrix3d& inertia);
+
+}  // namespace flexopt
