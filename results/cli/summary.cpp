@@ -35,9 +35,11 @@ std::string shown(const std::optional<double>& value, const std::string& unit) {
                      unit == "1" ? "" : unit);
 }
 
-/// Rounding noise beside the largest value of its kind is shown as zero.
-double without_noise(double value, double largest) {
-  return std::abs(value) < 1e-9 * largest ? 0 : value;
+/// Rounding noise is shown as zero: beside the largest value of its kind, and where a mechanism at
+/// rest has nothing else.
+double without_noise(double value, double largest, const std::string& unit) {
+  const double nothing = unit == "N" || unit == "N m" ? 1e-12 : unit == "Pa" ? 1e-2 : 0;
+  return std::abs(value) <= std::max(1e-9 * largest, nothing) ? 0 : value;
 }
 
 std::string line(const std::string& name, const std::vector<std::string>& cells) {
@@ -54,7 +56,7 @@ std::string stroke_lines(const StrokeResponse& response, const DriveList& drives
     std::vector<std::string> cells;
     for (const StrokeCell& cell : row.cells) {
       std::optional<double> value = cell.value;
-      if (value) value = without_noise(*value, row.largest);
+      if (value) value = without_noise(*value, row.largest, row.unit);
       cells.push_back((cell.direction.empty() ? "" : cell.direction + " ") +
                       (cell.at_least ? "> " : "") + (value ? shown(value, row.unit) : row.absent));
     }
