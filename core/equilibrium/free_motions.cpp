@@ -9,15 +9,19 @@ namespace flexopt {
 
 FreeMotions::FreeMotions(const System& system, bool drives_held)
     : system_(&system), drives_held_(drives_held) {
-  if (system.analyses()) return;
+  if (!system.analyses()) make_basis();
+}
+
+void FreeMotions::make_basis() {
+  const System& system = *system_;
   const int n = system.size();
   const Constraints& c = system.constraints();
   scale_ = VectorXd::Ones(n);
   for (int b = 0; b < n; b += 6) scale_.segment<3>(b).setConstant(system.length());
   std::vector<int> fixed = system.held();
-  if (drives_held)
+  if (drives_held_)
     for (const int k : system.driven_coordinates()) fixed.push_back(k);
-  const int conditions = drives_held ? c.count() : c.joints();
+  const int conditions = drives_held_ ? c.count() : c.joints();
   MatrixXd rows = MatrixXd::Zero(conditions + static_cast<Eigen::Index>(fixed.size()), n);
   rows.topRows(conditions) =
       (c.units().cwiseInverse().asDiagonal() * c.gradient() * scale_.asDiagonal())
@@ -68,10 +72,18 @@ MatrixXd FreeMotions::answer(const MatrixXd& forces) const {
 }
 
 int FreeMotions::negative_pivots() const {
-  if (system_->analyses())
+  if (system_->analyses()) {
     if (const std::optional<int> negative = negative_pivots_sparse(*system_, drives_held_))
       return *negative;
-  if (count() == 0) return 0;
+    FreeMotions dense(*this);  // a pivot is zero: by the eigenvalues
+    dense.make_basis();
+    return dense.negative_eigenvalues();
+  }
+  return negative_eigenvalues();
+}
+
+int FreeMotions::negative_eigenvalues() const {
+  if (basis_.cols() == 0) return 0;
   VectorXd s;
   const MatrixXd K = scaled(basis_.transpose() * (system_->tangent() * basis_), s);
   return static_cast<int>((symmetric_eigenvalues(K).array() < 0).count());

@@ -27,6 +27,9 @@ class FreeMotions {
   int negative_pivots() const;
 
  private:
+  void make_basis();
+  int negative_eigenvalues() const;  ///< of Zᵀ K Z, by a basis
+
   const System* system_;
   bool drives_held_;
   VectorXd scale_;

@@ -48,7 +48,8 @@ LowestPairs lowest_modes(int n, const ModesWanted& wanted, const LinearMap& solv
 MatrixXd start_columns(int n, int width, int seed = 0);
 
 /// Krylov space of K⁻¹M, block by block: V M-orthonormal, K⁻¹M V = V T + (next block) rest() on the
-/// last block's columns.
+/// last block's columns. Where the space is full, rest() has a row for each column that found no
+/// room: its size.
 class BlockKrylov {
  public:
   /// `most`: columns of V at the end.

@@ -202,3 +202,19 @@ TEST_CASE("frequencies and balanced states of a sparse system are those of the d
   CHECK(difference(s.mass(B), d.mass(B)) < 1e-12);
   CHECK(difference(s.drive_compliance(), d.drive_compliance()) < 1e-6);
 }
+
+TEST_CASE("where the sparse factor meets a pivot of zero, the inertia is that of the eigenvalues") {
+  // a slider that only its drive holds
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.drives[0].name = "guide";
+  m.bodies.push_back(models::body({0, 0.1, 0}, 1, 1e-3));
+  m.bodies[1].name = "slider";
+  m.bodies[1].held = {false, true, true, true, true, true};
+  m.drives.push_back(make_drive<double>(Direction::ux, 1));
+  m.drives[1].name = "slide";
+  System sparse(m, make_full_leaves(m, beams()), {}, Algebra::sparse);
+  sparse.assemble();
+  REQUIRE_FALSE(negative_pivots_sparse(sparse, false));
+  CHECK(negative_pivots(sparse, false) == 0);
+  CHECK(negative_pivots(sparse, true) == 0);
+}
