@@ -115,7 +115,7 @@ void Flattener<S>::check_mass(const BodyItem& item) const {
   if (item.mass) not_negative(*item.mass, item.pointer + "/mass", "a mass");
   if (item.density) not_negative(*item.density, item.pointer + "/density", "a density");
   const Matrix3d inertia = inertia_of(item).unaryExpr([](const S& x) { return value_of(x); });
-  if (const auto fault = inertia_fault(inertia))
+  if (const auto fault = inertia_fault(inertia); fault && !fault->of_sum)  // that is a note
     throw SpecError(item.pointer + "/inertia" + fault->place, fault->value, fault->rule);
 }
 

@@ -22,7 +22,8 @@ std::optional<InertiaFault> inertia_fault(const Matrix3d& inertia) {
                                          principal[1], principal[2]);
   if (principal[0] < -rounding) return InertiaFault{"", values, "expected none below zero"};
   if (principal[2] > principal[0] + principal[1] + rounding)
-    return InertiaFault{"", values, "no body has these: each is at most the sum of the other two"};
+    return InertiaFault{"", values, "no body has these: each is at most the sum of the other two",
+                        true};
   return std::nullopt;
 }
 

@@ -11,6 +11,7 @@ namespace flexopt {
 struct InertiaFault {
   std::string place;  ///< "/2/0" of the entry that is wrong; empty: of the whole
   std::string value, rule;
+  bool of_sum = false;  ///< I3 > I1 + I2 alone, as of those who think in a plane: [0, 0, I]
 };
 
 /// Of an inertia about the centre of mass [kg m²]. That of a real body is symmetric to rounding,

@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "core/mechanism/body_inertia.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
 #include "core/response/accuracy/error_estimate.hpp"
 #include "core/spec/json_file.hpp"
@@ -64,6 +65,13 @@ void check_superelements(const Mechanism& mechanism, const ModelOptions& model, 
       throw SpecError("/model/superelements",
                       read.contains("superelements") ? read["superelements"].dump() : "1", *rule);
     }
+}
+
+/// Bodies of the design whose inertia no body has, as of those who think in a plane.
+void note_inertia(const Mechanism& mechanism, std::vector<std::string>& notes) {
+  for (const RigidBody& body : mechanism.bodies)
+    if (const auto fault = inertia_fault(body.inertia))
+      notes.push_back(fmt::format("Inertia of {}: {}; {}.", body.name, fault->value, fault->rule));
 }
 
 /// `mechanism`: null where the geometry is not known.
@@ -213,6 +221,7 @@ void JobReader::read_mechanism() {
       faults_.attempt([&] { check_leaf_model(job_.design, job_.model, Pointer("/model")); });
     faults_.attempt([&] { mechanism = make_mechanism(job_, job_.design.parameters); });
     if (mechanism) {
+      note_inertia(*mechanism, job_.notes);
       find_loaded_bodies(read_["loads"], *mechanism, faults_, job_.request.loads.constant);
       read_surroundings(read_, *mechanism, job_.model, faults_, job_.request.loads, job_.notes);
       read_stress_rules(read_, *mechanism, faults_, job_.request);

@@ -219,6 +219,23 @@ TEST_CASE("odd but allowed input leaves a note", "[optim][job]") {
              Contains("plate theory"));
 }
 
+TEST_CASE("a body of a design file with an inertia of the plane alone leaves a note",
+          "[optim][job]") {
+  json document = base_job("evaluate");
+  document["design"].erase("family");
+  document["design"]["parameters"] = json::object();
+  document["design"]["mechanism"] = json::parse(R"({
+    "flexopt_design": 1, "name": "leaf", "drive": {"direction": "uy"},
+    "bodies": [{"name": "end_effector", "at": [0.08, 0, 0], "mass": 1, "inertia": [0, 0, 1]}],
+    "leaves": [{"name": "leaf", "base": {"body": "ground", "at": [0, 0, 0]},
+                "tip": {"body": "end_effector", "at": [0.08, 0, 0]},
+                "across": [0, 0, 1], "width": 0.02, "thickness": 3e-4}]})");
+  document["end_effector"] = json::object();
+  std::string all;
+  for (const std::string& note : parse_job(document).notes) all += note;
+  CHECK_THAT(all, Contains("Inertia of end_effector: principal values 0, 0, 1 kg m^2"));
+}
+
 TEST_CASE("mechanisms of wires alone are beams where the job does not say", "[optim][job]") {
   json document = base_job("evaluate");
   document.erase("model");
