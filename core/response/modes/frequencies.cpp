@@ -57,6 +57,7 @@ double hertz(double omega2) {
 std::vector<Mode> classify(const MechanismPencil& pencil, const System& system,
                            const VectorXd& omega2, const MatrixXd& phi,
                            const MatrixXd& drive_shapes, bool with_motions) {
+  if (phi.cols() == 0) return {};
   MatrixXd rest = phi, M_rest = pencil.mass_times(phi);
   VectorXd of_drive = VectorXd::Zero(phi.cols());
   const MatrixXd M_shapes = pencil.mass_times(drive_shapes);
