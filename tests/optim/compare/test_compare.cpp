@@ -106,6 +106,13 @@ TEST_CASE("errors are relative to full accuracy, with a floor where it vanishes"
   CHECK(error_figures(errors_between(model, full), frequencies)->count == 4);
 }
 
+TEST_CASE("what is rounding at rest has no error", "[optim][compare]") {
+  const auto errors = errors_between(path_of({-3e-16}), path_of({1e-16}));
+  CHECK_FALSE(error_figures(errors, drive_load));
+  CHECK_FALSE(error_figures(errors, displacement));
+  CHECK(error_figures(errors, support_stiffness));
+}
+
 TEST_CASE("of several drives the load of each has its own floor", "[optim][compare]") {
   json document = job_document();
   document["design"] = json::parse(R"({"family": "tip_tilt_stage", "material": "stavax"})");

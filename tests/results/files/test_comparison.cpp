@@ -195,4 +195,11 @@ TEST_CASE("A comparison without one design to compare is not usable", "[results]
   CHECK_FALSE(usable(result));
   CHECK(result["comparison"]["models"][0]["errors"]["drive_load"]["worst"].is_null());
   CHECK(result["comparison"]["models"][0]["speed_up"].is_null());
+
+  document["stroke"] = {{"at", {0, 0.011}}};  // the point at rest is found
+  record.job = parse_job(document);
+  record.comparison = compare(record.job).comparison;
+  conclude(record);
+  CHECK(record.status == "failed");
+  CHECK_THAT(record.message, Contains("None of 1 design could be compared to its end"));
 }
