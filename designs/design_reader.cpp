@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -36,15 +36,16 @@ std::vector<std::string> keys_in_text(const std::string& text, const char* secti
 /// "50 N/mm" as formulas write it, "50 [N/mm]": a number and a unit of several symbols. A unit of
 /// one symbol needs no brackets.
 std::optional<std::string> compound_quantity(const std::string& text) {
-  const char* begin = text.c_str();
-  char* end = nullptr;
-  (void)std::strtod(begin, &end);
-  std::string unit = end;
+  const char *begin = text.data(), *behind = begin + text.size();
+  double number = 0;
+  const auto [end, error] = std::from_chars(begin, behind, number);  // whatever the locale
+  std::string unit(end, behind);
   unit.erase(0, unit.find_first_not_of(' '));
-  if (end == begin || unit.empty() || !std::isalpha(static_cast<unsigned char>(unit.front())) ||
+  if (error != std::errc() || unit.empty() ||
+      !std::isalpha(static_cast<unsigned char>(unit.front())) ||
       unit.find_first_of(" /*^") == std::string::npos || !is_known_unit(unit))
     return std::nullopt;
-  return fmt::format("{} [{}]", std::string(begin, static_cast<const char*>(end)), unit);
+  return fmt::format("{} [{}]", std::string(begin, end), unit);
 }
 
 }  // namespace
