@@ -320,9 +320,8 @@ DesignMatrix PlanReader::matrix(const json& from, const std::string& unit, const
       continue;
     }
     for (std::size_t j = 0; j < from[i].size(); ++j) {
-      // of a 6x6: N/m, N, N m
       const std::size_t rotations = (i >= 3 ? 1u : 0u) + (j >= 3 ? 1u : 0u);
-      const char* const of_bushing[] = {"N/m", "N", "N m"};
+      const char* const of_bushing[] = {"N/m", "N/rad", "N m/rad"};  // or N and N m
       result.push_back(number(from[i][j], unit.empty() ? of_bushing[rotations] : unit, at / i / j));
     }
   }

@@ -1,6 +1,6 @@
 #pragma once
 // A circular arc of unit length seen from its chord: the stress-free middle line of a curved leaf.
-// Equation (A1) of core/elements/README.md.
+// Equation (L1) of core/elements/README.md.
 #include <cmath>
 
 #include "core/math/dual.hpp"

@@ -242,7 +242,7 @@ struct MechanismT {
   std::vector<DriveT<Scalar>> drives;
 };
 
-/// Whether a leaf has an elastic fold: room and clearance of such leaves are not known.
+/// Whether a leaf has an elastic fold; such leaves are always full ones.
 template <class Scalar>
 bool has_fold(const MechanismT<Scalar>& mechanism) {
   for (const auto& leaf : mechanism.leaves)

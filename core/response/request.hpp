@@ -85,7 +85,8 @@ class Outputs {
   bool operator==(const Outputs&) const = default;
 
  private:
-  std::bitset<15> set_;
+  static constexpr std::size_t count = static_cast<std::size_t>(Output::shapes) + 1;  // the last
+  std::bitset<count> set_;
 };
 
 /// How exact the values of a path point are.

@@ -206,7 +206,9 @@ struct PathPoint {
   /// Of every leaf a SectionStress for each of StrokeResponse::stress_places, in columns, until the
   /// path has ended; empty in what is returned.
   std::vector<MatrixXd> sections;
-  std::string fillet_fault;  ///< why a fillet has no factor; the three above are then missing
+  /// Why a fillet has no factor; notch_stress, yield_safety and what is of fatigue are then
+  /// missing.
+  std::string fillet_fault;
   /// The largest of the local maxima of all leaves, from `max_stress` down to 0.8 of it; as many
   /// as were asked for or fewer.
   std::vector<StressPeak> stress_peaks;

@@ -429,6 +429,8 @@ json job_schema() {
     (*of)["stroke"] = any_stroke((*of)["stroke"]);
   schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
   schema["title"] = "A job of flexopt";
+  schema["properties"]["design"]["additionalProperties"] = {
+      {"type", "string"}, {"description", "an option of the design file"}};
   json by_family = json::array();  // each family's own parameters and unit of the stroke
   for (const Family& family : families()) {
     const json whole = json_schema(job_shape(&family));

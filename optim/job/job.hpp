@@ -111,8 +111,10 @@ struct OptimiseSpec {
   unsigned seed = 1;
   std::optional<ParetoSpec> pareto;
   std::optional<VerifySpec> verify;
-  int max_evaluations = 500;           ///< per start
-  double tolerance = 1e-5;             ///< relative change of scaled variables and objective
+  int max_evaluations = 500;  ///< per start
+  /// A start with gradients ends where kkt_residual is at most a tenth of it, one without where
+  /// scaled variables and objective change by less, relative.
+  double tolerance = 1e-5;
   double constraint_tolerance = 1e-4;  ///< relative to the bound
 };
 

@@ -255,6 +255,7 @@ OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const Cas
   settle_search(read, spec, faults);
   if (read.contains("pareto") && sound(at / "pareto"))
     faults.attempt([&] { spec.pareto = read_pareto(read["pareto"], spec.objective, context); });
+  if (sound(at / "algorithm")) faults.attempt([&] { check_takes_goals(spec); });
   if (read.contains("verify")) spec.verify = verify_table().read(read["verify"]);
   return spec;
 }

@@ -65,6 +65,14 @@ Algorithm read_algorithm(json& read) {
   return algorithm;
 }
 
+void check_takes_goals(const OptimiseSpec& spec) {
+  if (spec.constraints.empty() && !spec.pareto) return;
+  OptimiserOptions options;
+  options.library = spec.algorithm.library;
+  options.name = spec.algorithm.name;
+  check_takes_constraints(options);
+}
+
 void settle_search(json& read, OptimiseSpec& spec, FaultList& faults) {
   const auto refuse = [&](const char* place, const std::string& rule) {
     faults.add(std::string("/optimise") + place, shown(read.at(Pointer(place))), rule);

@@ -22,7 +22,7 @@ struct StrokeSpec {
   std::vector<double> at;  ///< [m or rad]
 };
 
-/// A dead load at O; `points` are those of a load path.
+/// A dead load, or the growing one of a load path, which has `points` and acts at O.
 struct LoadSpec {
   std::string name, body;      ///< of a dead load; empty: none, the end-effector
   std::optional<Vector3d> at;  ///< of a dead load, undeflected, global [m]

@@ -57,8 +57,9 @@ const RecordTable<ModelChoice>& model_table() {
                            "whether the ends of a beam hold the warping of its section")
           .row(shape::with_default(
                    "accuracy", shape::choice({"reduced", "full", "auto"}), "reduced",
-                   "superelements, or the discretisation they were made from; auto: that and the "
-                   "mesh are chosen so that estimated errors are below the tolerance"),
+                   "reduced: a model of few coordinates of each leaf; full: its whole mesh; auto: "
+                   "that and the mesh are chosen so that estimated errors are below the "
+                   "tolerance"),
                read_accuracy, written_accuracy)
           .with_default(
               "estimate", boolean(), [](auto& choice) -> auto& { return choice.accuracy.estimate; },
@@ -75,9 +76,9 @@ const RecordTable<ModelChoice>& model_table() {
               "of the bending modes, of all modes, or third-order fields too; default all")
           .row(shape::optional("superelements",
                                one_of({integer(1, 100), list(integer(1, 100), 2, 2)}),
-                               "n of two edges along a leaf, between rigid lines; of "
-                               "linear_craig_bampton also [along, across] of four nodes; default "
-                               "1, as mixed_potential has it"),
+                               "into how many a leaf is cut along its length, by rigid lines; of "
+                               "linear_craig_bampton also [along, across]; default 1, as "
+                               "mixed_potential has it"),
                read_superelements, written_superelements)
           .with_default("mesh", list(integer(2, 128), 2, 2), in_model(&ModelOptions::mesh),
                         "elements of a leaf, [along, across]")

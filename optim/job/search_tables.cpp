@@ -51,8 +51,10 @@ const RecordTable<OptimiseSpec>& search_table() {
           .with_default("seed", seed_shape(), &OptimiseSpec::seed, "of the spread of the starts")
           .with_default("max_evaluations", integer(1, 1000000), &OptimiseSpec::max_evaluations,
                         "for each start")
-          .with_default("tolerance", quantity("1", 0, 0.1, true), &OptimiseSpec::tolerance,
-                        "relative change of scaled variables and objective that ends a start")
+          .with_default(
+              "tolerance", quantity("1", 0, 0.1, true), &OptimiseSpec::tolerance,
+              "a start with gradients ends where kkt_residual is at most a tenth of this, one "
+              "without where scaled variables and objective change by less, relative")
           .with_default("constraint_tolerance", quantity("1", 0, 0.1, true),
                         &OptimiseSpec::constraint_tolerance,
                         "allowed violation, relative to the bound");

@@ -63,13 +63,17 @@ std::vector<std::string> algorithms() {
   return all;
 }
 
-OptimiserSummary minimise(const Problem& problem, const VectorXd& x0,
-                          const OptimiserOptions& options) {
-  const AlgorithmInfo& algorithm = find_algorithm(options);
-  if (problem.constraints > 0 && algorithm.constraining == Constraining::none)
+void check_takes_constraints(const OptimiserOptions& options) {
+  if (find_algorithm(options).constraining == Constraining::none)
     throw SpecError("/optimise/algorithm/name", options.name,
                     "this algorithm takes no constraints; with constraints expected one of " +
                         names_of(nlopt_algorithms(), true) + ", or the library ipopt");
+}
+
+OptimiserSummary minimise(const Problem& problem, const VectorXd& x0,
+                          const OptimiserOptions& options) {
+  if (problem.constraints > 0) check_takes_constraints(options);
+  const AlgorithmInfo& algorithm = find_algorithm(options);
   const std::vector<std::string>& locals = algorithm.locals;
   if (!options.local.empty() &&
       std::find(locals.begin(), locals.end(), options.local) == locals.end())

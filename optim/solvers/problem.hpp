@@ -87,6 +87,9 @@ struct OptimiserSummary {
 OptimiserSummary minimise(const Problem& problem, const VectorXd& x0,
                           const OptimiserOptions& options);
 
+/// Throws SpecError for an algorithm that takes no constraints, and like minimise.
+void check_takes_constraints(const OptimiserOptions& options);
+
 /// What AUGLAG or MLSL may run inside, the default first; empty for the others. Throws like
 /// minimise.
 std::vector<std::string> local_algorithms(const OptimiserOptions& options);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -35,8 +36,9 @@ Job checked_job(const CommandLine& line) {
 
 namespace {
 
-/// Whether the file says that it is a design, not a job.
+/// Whether the file says that it is a design, not a job. A pipe, which can be read once, is a job.
 bool is_design_file(const std::string& file) {
+  if (!std::filesystem::is_regular_file(file)) return false;
   std::vector<Fault> faults;
   const auto document = parse_json(read_text(file), faults);
   return document.is_object() && document.contains("flexopt_design");

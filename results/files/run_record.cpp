@@ -23,6 +23,18 @@ std::string unstable_text(const std::vector<PathPoint>& path) {
                      plural(path.size(), "point"));
 }
 
+/// Of reduced accuracy with derivatives: exact ones are those of full leaves, or of looked-up ones.
+std::string full_leaves_text(const std::vector<PathPoint>& path) {
+  if (path.empty()) return "";
+  const std::vector<LeafReport>& leaves = path.back().leaves;
+  const auto count = static_cast<std::size_t>(
+      std::ranges::count(leaves, "full", [](const LeafReport& leaf) { return leaf.model; }));
+  if (count == 0) return "";
+  return fmt::format(
+      " With derivatives {} of {} full.", count,
+      leaves.size() == 1 ? "1 leaf is" : fmt::format("{} leaves are", leaves.size()));
+}
+
 /// Status and message of one path.
 std::pair<std::string, std::string> conclusion(const StrokeResponse& response, Accuracy accuracy) {
   const auto& path = response.path;
@@ -44,8 +56,11 @@ std::pair<std::string, std::string> conclusion(const StrokeResponse& response, A
 
 void conclude_evaluation(RunRecord& record) {
   const Accuracy accuracy = record.job.model.accuracy;
+  const bool differentiated = accuracy == Accuracy::reduced && !record.gradients.empty();
   if (record.cases.empty()) {
     std::tie(record.status, record.message) = conclusion(record.response, accuracy);
+    if (differentiated && record.status == "ok")
+      record.message += full_leaves_text(record.response.path);
     return;
   }
   std::size_t points = 0;
@@ -65,6 +80,7 @@ void conclude_evaluation(RunRecord& record) {
   for (std::size_t k = 0; k < record.cases.size(); ++k)
     if (const std::string text = unstable_text(record.cases[k].path); !text.empty())
       record.message += fmt::format(" Load case {}:{}", record.job.cases[k].name, text);
+  if (differentiated) record.message += full_leaves_text(record.cases.front().path);
 }
 
 void conclude_optimisation(RunRecord& record) {

@@ -132,8 +132,8 @@ class FLEXOPT_EXPORTED Job {
                      const std::vector<std::string>& overrides = {});
   /// The same from its JSON text. Throws JobError.
   static Job of_json(std::string_view text);
-  /// An evaluation of a design. `keys`: the other parts of the job as a JSON object, at least
-  /// "stroke". Throws JobError.
+  /// An evaluation of a design, unless `keys` say another "job": the other parts of it as a JSON
+  /// object, at least "stroke". Throws JobError.
   static Job of_design(const Design& design, std::string_view keys);
 
   std::string name() const;  ///< of the job
@@ -179,9 +179,10 @@ class FLEXOPT_EXPORTED Path {
  public:
   std::string name() const;     ///< of the load case; empty where there is one only
   std::size_t size() const;     ///< n
-  std::string status() const;   ///< "ok" or "no_equilibrium"
+  std::string status() const;   ///< "ok", "no_equilibrium" or "limit_reached"
   std::string message() const;  ///< one sentence with the figures
-  /// Whether there is an equilibrium at a point. Where there is none its numbers are missing.
+  /// Whether there is an equilibrium at a point. Where there is none its values are missing, and
+  /// its displacement, rotation and compliance are 0.
   bool converged(std::size_t point) const;
 
   std::vector<double> stroke() const;  ///< n [m or rad], of the first drive
@@ -197,7 +198,7 @@ class FLEXOPT_EXPORTED Path {
   /// SI unit of a quantity. This and the following throw std::out_of_range for a name that is no
   /// quantity.
   std::string unit(const std::string& quantity) const;
-  /// n numbers, SI; nothing at a point that has no such number.
+  /// n numbers, SI; nothing at a point that has no such number, everywhere if none has.
   std::vector<std::optional<double>> values(const std::string& quantity) const;
   /// Exact derivatives, n × p, by the p names of Evaluation::gradients_by, SI per SI. Formulas of
   /// the design follow. Throws NoGradient where none were asked for, and where a point has none.
@@ -233,7 +234,8 @@ class FLEXOPT_EXPORTED Result {
   std::shared_ptr<const Impl> impl_;  ///< the run
 };
 
-/// A design over its stroke. Its status is "ok" or "no_equilibrium".
+/// A design over its stroke. Its status is "ok", "no_equilibrium", "limit_reached" (the job's
+/// limits) or "tolerance_not_met" (of "accuracy": "auto").
 class FLEXOPT_EXPORTED Evaluation : public Result {
  public:
   using Result::Result;
@@ -256,7 +258,8 @@ struct ConstraintAtOptimum {
 };
 
 /// What an optimisation found; its paths are those of the optimum. Its status is "ok",
-/// "not_converged", "infeasible" or "failed".
+/// "not_converged", "not_verified" (no equilibrium at full accuracy), "tolerance_not_met" (of
+/// "accuracy": "auto"), "infeasible" or "failed".
 class FLEXOPT_EXPORTED Optimum : public Evaluation {
  public:
   using Evaluation::Evaluation;
@@ -285,7 +288,8 @@ struct Options {
   int threads = 0;  ///< 0: as many as the machine has; no number depends on it
   /// Told how far the run is, one call at a time, from any thread; false ends the run with Stopped.
   std::function<bool(const Progress&)> progress;
-  /// Of an evaluation: names of Job::differentiable by which results are differentiated.
+  /// Of an evaluation: names of Job::differentiable by which results are differentiated. All
+  /// numbers are then by full leaves, or by looked-up ones, and the message says so.
   std::vector<std::string> gradients;
 };
 
@@ -338,9 +342,10 @@ class FLEXOPT_EXPORTED Problem {
   std::vector<double> constraint_upper() const;       ///< m; +∞ where there is none
 
   /// The goals at x, n numbers. The last designs are remembered; safe to call from several threads.
-  /// Throws JobError for numbers that are none, and where exact derivatives cannot be had.
+  /// Numbers out of their box are taken as they are. Throws JobError for numbers that are none,
+  /// NoGradient where exact derivatives cannot be had.
   Goals at(const std::vector<double>& x, bool gradient = false) const;
-  /// Every parameter of the design at x, SI. Throws JobError out of range.
+  /// Every parameter of the design at x, SI. Throws JobError for numbers that are none.
   std::map<std::string, double> parameters(const std::vector<double>& x) const;
 
  private:

@@ -1,4 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
@@ -18,8 +21,21 @@ namespace {
 
 using Document = nlohmann::json;
 
-Document json_of(const Value& value) {
-  return std::visit([](const auto& one) { return Document(one); }, value);
+/// Whether JSON can hold it: UTF-8.
+bool is_text(const std::string& text) {
+  return Document(text).dump(-1, ' ', false, Document::error_handler_t::ignore).size() ==
+         Document(text).dump(-1, ' ', false, Document::error_handler_t::replace).size();
+}
+
+Document json_of(const std::string& name, const Value& value) {
+  const auto* number = std::get_if<double>(&value);
+  if (number && !std::isfinite(*number))
+    throw SpecError("/design/parameters/" + name, fmt::format("{}", *number),
+                    "expected a finite number");
+  const auto* text = std::get_if<std::string>(&value);
+  if (!is_text(name) || (text && !is_text(*text)))
+    throw SpecError("/design/parameters", "a text", "expected texts in UTF-8");
+  return number ? Document(*number) : Document(*text);
 }
 
 Document object_of(std::string_view text, const std::string& origin) {
@@ -41,7 +57,7 @@ std::string text_with(Document design, const Values& values) {
   if (!design["parameters"].is_object())
     throw SpecError("/design/parameters", shown(design["parameters"]), "expected a JSON object");
   for (const auto& [name, value] : values)
-    (stands_beside(design, name) ? design : design["parameters"])[name] = json_of(value);
+    (stands_beside(design, name) ? design : design["parameters"])[name] = json_of(name, value);
   return design.dump();
 }
 

@@ -46,6 +46,7 @@ PosedGoals::PosedGoals(const Job& job, bool scaled, bool pointwise)
     x[j] = v.start.value_or(problem_.job().design.parameters.at(v.parameter));
   }
   const auto first = design({x.data(), x.data() + x.size()}, true);
+  with_gradients_ = false;  // nobody else has asked yet
   scales_ = problem_.scales(first->ok ? first.get() : nullptr);
   const Goal& objective = problem_.goals()[0];
   if (first->ok) start_slack_ = aggregate(objective, first->goals[0]) / scale(0);
@@ -151,14 +152,21 @@ Variables PosedGoals::variables(const VectorXd& x) const {
   if (x.size() != expected)
     throw SpecError("x", fmt::format("{} numbers", x.size()), fmt::format("expected {}", expected));
   if (!x.allFinite()) throw SpecError("x", "not finite", "expected finite numbers");
-  if (scaled_) return problem_.variables(x.head(n));
-  return {x.data(), x.data() + n};
+  if (!scaled_) return {x.data(), x.data() + n};
+  Variables inside = problem_.variables(x.head(n));
+  for (int j = 0; j < n; ++j)
+    if (x[j] < 0 || x[j] > 1)
+      inside[static_cast<std::size_t>(j)] =
+          problem_.spec().variables[static_cast<std::size_t>(j)].min + x[j] * problem_.range(j);
+  return inside;
 }
 
 std::shared_ptr<const DesignValues> PosedGoals::design(const Variables& variables,
                                                        bool gradient) const {
   {
     const std::scoped_lock lock(mutex_);
+    with_gradients_ |= gradient;
+    gradient = with_gradients_;
     for (const Known& known : known_)
       if (known.at == variables && (known.gradient || !gradient)) return known.values;
   }
@@ -172,8 +180,7 @@ std::shared_ptr<const DesignValues> PosedGoals::design(const Variables& variable
 std::shared_ptr<const PosedValues> PosedGoals::at(const VectorXd& x, bool gradient) const {
   const auto values = design(variables(x), gradient);
   if (!values->ok) throw NotConverged(values->message, values->reached);
-  if (gradient && !values->no_gradient.empty())
-    throw SpecError("gradient", "missing", values->no_gradient);
+  if (gradient && !values->no_gradient.empty()) throw NoGradient(values->no_gradient);
   return std::make_shared<const PosedValues>(posed(x, *values, gradient));
 }
 

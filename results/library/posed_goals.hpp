@@ -21,6 +21,11 @@ struct NotConverged : std::runtime_error {
   std::optional<double> reached;  ///< stroke
 };
 
+/// Derivatives were asked for, and cannot be had.
+struct NoGradient : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 struct PosedValues {
   double f = 0;  ///< the objective, its sign turned where it is maximised
   VectorXd g;
@@ -42,8 +47,9 @@ class PosedGoals {
   VectorXd constraint_lower() const, constraint_upper() const;
   const DesignProblem& problem() const { return problem_; }
 
-  /// The last designs are remembered. Safe to call from several threads. Throws NotConverged, and
-  /// SpecError for numbers that are no design or where derivatives cannot be had.
+  /// The last designs are remembered, and once derivatives were asked for, every design is
+  /// evaluated with them. Numbers out of their box are taken as they are. Safe to call from several
+  /// threads. Throws NotConverged, NoGradient, and SpecError for numbers that are no design.
   std::shared_ptr<const PosedValues> at(const VectorXd& x, bool gradient) const;
   /// What the job calls objective, at x.
   double objective(const VectorXd& x) const;
@@ -80,7 +86,8 @@ class PosedGoals {
     std::shared_ptr<const DesignValues> values;
   };
   mutable std::mutex mutex_;
-  mutable std::deque<Known> known_;  ///< the latest first
+  mutable bool with_gradients_ = false;  ///< somebody asked for derivatives
+  mutable std::deque<Known> known_;      ///< the latest first
 };
 
 }  // namespace flexopt

@@ -56,6 +56,8 @@ Goals Problem::at(const std::vector<double>& x, bool gradient) const {
       return goals_of(*impl_->goals.at(vector_of(x), gradient), gradient);
     } catch (const NotConverged& error) {
       return Goals{false, error.what(), error.reached, 0, {}, {}, {}};
+    } catch (const flexopt::NoGradient& error) {
+      throw NoGradient(error.what());
     }
   });
 }

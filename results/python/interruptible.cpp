@@ -1,5 +1,7 @@
 #include "results/python/interruptible.hpp"
 
+#include <pthread.h>
+
 #include <chrono>
 #include <condition_variable>
 #include <exception>
@@ -13,6 +15,39 @@ namespace flexopt {
 
 namespace py = pybind11;
 
+namespace {
+
+std::atomic<int> computations = 0;
+std::atomic<bool> ending = false;
+std::thread::id ended_by;
+
+}  // namespace
+
+Computation::Computation() {
+  // A fork has the threads of none but the one that forked.
+  static const int known = ::pthread_atfork(nullptr, nullptr, [] { computations = 0; });
+  static_cast<void>(known);
+  if (ending && std::this_thread::get_id() != ended_by) {
+    PyErr_SetNone(PyExc_SystemExit);
+    throw py::error_already_set();
+  }
+  ++computations;
+}
+
+Computation::~Computation() { --computations; }
+
+void end_computations() {
+  ended_by = std::this_thread::get_id();
+  ending = true;
+  while (computations > 0) {
+    {
+      const py::gil_scoped_release released;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+}
+
 void PythonListener::stop(py::error_already_set error) {
   if (!error_) error_.emplace(std::move(error));
   stopped_ = true;
@@ -23,7 +58,7 @@ void PythonListener::rethrow() {
 }
 
 void PythonListener::tell(int done, int total, const std::string& text) {
-  if (stopped_) throw Interrupted{};
+  if (stopped_ || ending) throw Interrupted{};
   if (callback_.is_none()) return;
   const py::gil_scoped_acquire gil;
   try {

@@ -36,6 +36,21 @@ class PythonListener : public RunListener {
   std::optional<pybind11::error_already_set> error_;
 };
 
+/// Lives while C++ computes without the GIL, from before it is given up until it is back. Python
+/// waits for all of them before it ends: a thread that came back later would end the process.
+class Computation {
+ public:
+  /// With the GIL. Throws SystemExit, which ends a thread without a word, where Python ends already.
+  Computation();
+  ~Computation();
+  Computation(const Computation&) = delete;
+  Computation& operator=(const Computation&) = delete;
+};
+
+/// For when Python ends: runs end at their next step, and all computations are waited for. Ctrl-C
+/// ends the waiting.
+void end_computations();
+
 /// Runs `work` on a thread of its own, without the GIL, and looks for signals meanwhile. Throws
 /// what stopped the listener, or what work throws.
 void run_interruptibly(PythonListener& listener, const std::function<void()>& work);

@@ -9,7 +9,7 @@
 namespace flexopt {
 
 /// Numbers of numpy and paths are taken too. Throws SpecError, at the pointer, for what JSON does
-/// not have.
+/// not have, and for what is nested deeper than a file may be.
 nlohmann::json json_of(pybind11::handle value, const std::string& pointer = "");
 
 pybind11::object python_of(const OrderedJson& value);

@@ -12,6 +12,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
+#include "optim/numerics/parallel.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/files/version.hpp"
@@ -27,6 +28,7 @@ namespace {
 
 namespace py = pybind11;
 using namespace py::literals;
+using Released = py::call_guard<Computation, py::gil_scoped_release>;
 
 JobKind kind_of(const std::string& name) {
   for (const JobKind kind : {JobKind::evaluate, JobKind::optimise, JobKind::compare})
@@ -54,6 +56,10 @@ void translate(std::exception_ptr failure) {
     raise(error);
   } catch (const NotConverged& error) {
     raise("NotConverged", py::make_tuple(error.what(), error.reached));
+  } catch (const Interrupted&) {  // of nobody but the end of Python
+    PyErr_SetNone(PyExc_SystemExit);
+  } catch (const NoGradient& error) {
+    raise("NoGradient", py::make_tuple(error.what()));
   }
 }
 
@@ -61,20 +67,25 @@ py::object document(const Job& job) { return python_of(OrderedJson(document_of(j
 
 void add_job(py::module_& m) {
   py::class_<Job, std::shared_ptr<Job>>(m, "Job")
-      .def_static("read",
-                  [](const std::string& file, const std::vector<std::string>& overrides) {
-                    return std::make_shared<Job>(read_job(file, overrides));
-                  })
+      .def_static(
+          "read",
+          [](const std::string& file, const std::vector<std::string>& overrides) {
+            return std::make_shared<Job>(read_job(file, overrides));
+          },
+          Released())
       .def_static("parse",
                   [](const py::dict& dict) {
                     const nlohmann::json json = json_of(dict);
+                    const Computation computation;
                     const py::gil_scoped_release released;
                     return std::make_shared<Job>(parse_job(json));
                   })
-      .def("as_kind",
-           [](const Job& job, const std::string& kind) {
-             return std::make_shared<Job>(as_kind(job, kind_of(kind)));
-           })
+      .def(
+          "as_kind",
+          [](const Job& job, const std::string& kind) {
+            return std::make_shared<Job>(as_kind(job, kind_of(kind)));
+          },
+          Released())
       .def_readonly("name", &Job::name)
       .def_property_readonly("kind", [](const Job& job) { return name_of(job.kind); })
       .def_property_readonly("parameters", [](const Job& job) { return job.design.parameters; })
@@ -86,6 +97,7 @@ void add_job(py::module_& m) {
 py::object result_of(const RunRecord& record) {
   std::optional<OrderedJson> result;
   {
+    const Computation computation;
     const py::gil_scoped_release released;
     result = make_result(record);
   }
@@ -96,33 +108,35 @@ std::string report_of(const RunRecord& record) {
   return make_report(make_result(record), make_scene(record));
 }
 
+/// Of its load cases; none where the job has one only, or no design could be evaluated.
+std::vector<std::string> case_names(const FinishedRun& run) {
+  std::vector<std::string> names;
+  if (!responses_of(*run.record).empty())
+    for (const JobCase& one : run.record->job.cases) names.push_back(one.name);
+  return names;
+}
+
 void add_run(py::module_& m) {
   py::class_<FinishedRun>(m, "Run")
-      .def_property_readonly("status", [](const FinishedRun& run) { return run.record->status; })
       .def_property_readonly("message", [](const FinishedRun& run) { return run.record->message; })
       .def_property_readonly("no_gradients",
                              [](const FinishedRun& run) { return run.record->no_gradients; })
       .def_property_readonly("seconds",
                              [](const FinishedRun& run) { return run.record->timings.at("total"); })
       .def_readonly("failed_expectations", &FinishedRun::failed_expectations)
-      .def_property_readonly(
-          "paths",
-          [](const FinishedRun& run) {
-            std::vector<std::shared_ptr<PathArrays>> paths;
-            if (run.record->comparison) return paths;
-            const std::size_t cases = responses_of(*run.record).size();
-            for (std::size_t k = 0; k < std::max<std::size_t>(1, cases); ++k)
-              paths.push_back(std::make_shared<PathArrays>(run.record, run.through, k));
-            return paths;
-          })
+      .def_property_readonly("case_names", [](const FinishedRun& run) { return case_names(run); })
+      .def("path",
+           [](const FinishedRun& run, std::size_t load_case) {
+             return std::make_shared<PathArrays>(run.record, run.through, load_case);
+           })
       .def("result", [](const FinishedRun& run) { return result_of(*run.record); })
       .def(
-          "report", [](const FinishedRun& run) { return report_of(*run.record); },
-          py::call_guard<py::gil_scoped_release>());
+          "report", [](const FinishedRun& run) { return report_of(*run.record); }, Released());
   m.def(
       "run",
       [](const std::shared_ptr<Job>& job, const std::vector<std::string>& along,
          const std::string& folder, int threads, py::object progress) {
+        const Computation computation;
         static const int hardware =  // asking takes long
             static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
         const RunOptions options{folder, threads > 0 ? threads : hardware, along};
@@ -139,7 +153,8 @@ void add_run(py::module_& m) {
           run_interruptibly(listener, [&] { finished = run(*job, options, listener); });
         }
         listener.rethrow();
-        return std::move(*finished);
+        std::string status = finished->record->status;  // asking for it takes longer than this
+        return std::pair(std::move(*finished), std::move(status));
       },
       "job"_a, "along"_a, "folder"_a, "threads"_a, "progress"_a);
 }
@@ -156,12 +171,12 @@ void add_path(py::module_& m) {
   };
   py::class_<PathArrays, std::shared_ptr<PathArrays>>(m, "Path")
       .def("__len__", &PathArrays::size)
-      .def_property_readonly("name", &PathArrays::name)
       .def_property_readonly("status", &PathArrays::status)
       .def_property_readonly("message", &PathArrays::message)
       .def_property_readonly("messages", &PathArrays::messages)
       .def_property_readonly("stroke_reached", &PathArrays::stroke_reached)
       .def_property_readonly("stroke", with_owner(&PathArrays::stroke))
+      .def_property_readonly("strokes", &PathArrays::strokes)
       .def_property_readonly("displacement", with_owner(&PathArrays::displacement))
       .def_property_readonly("rotation", with_owner(&PathArrays::rotation))
       .def_property_readonly("converged", &PathArrays::converged)
@@ -182,7 +197,6 @@ void add_path(py::module_& m) {
 }
 
 void add_problem(py::module_& m) {
-  using Released = py::call_guard<py::gil_scoped_release>;
   py::class_<PosedGoals>(m, "PosedGoals")
       .def(py::init([](const std::shared_ptr<Job>& job, bool scaled, bool pointwise) {
              return std::make_unique<PosedGoals>(*job, scaled, pointwise);
@@ -217,6 +231,7 @@ PYBIND11_MODULE(_core, m) {
   py::register_exception_translator(&translate);
   m.attr("version") = version();
   m.attr("commit") = commit();
+  py::module_::import("atexit").attr("register")(py::cpp_function(&end_computations));
   m.def("family_names", [] {
     std::vector<std::string> names;
     for (const Family& family : families()) names.push_back(family.name);

@@ -48,11 +48,6 @@ PathArrays::PathArrays(std::shared_ptr<const RunRecord> record,
   if (load_case < record_->gradients.size()) gradients_ = &record_->gradients[load_case];
 }
 
-std::string PathArrays::name() const {
-  const bool one = record_->job.cases.empty() || responses_of(*record_).empty();
-  return one ? "" : record_->job.cases[load_case_].name;
-}
-
 const std::vector<Quantity>& PathArrays::all_quantities() const {
   if (quantities_.empty()) quantities_ = quantities(DriveList(record_->mechanism));
   return quantities_;
@@ -63,21 +58,52 @@ py::array PathArrays::stroke(py::handle owner) const {
               size() ? &response_.path[0].stroke : nullptr, owner);
 }
 
-py::array PathArrays::displacement(py::handle owner) const {
-  return view({static_cast<py::ssize_t>(size()), 3}, {from_point_to_point, sizeof(double)},
-              size() ? response_.path[0].displacement.data() : nullptr, owner);
+PathArrays::Masked PathArrays::where_converged(py::array numbers, py::handle owner) {
+  if (not_converged_.empty())
+    for (const PathPoint& point : response_.path)
+      not_converged_.push_back(point.status != PointStatus::converged);
+  if (std::ranges::count(not_converged_, 1) == 0) return {std::move(numbers), py::none()};
+  const std::vector<py::ssize_t> shape(numbers.shape(), numbers.shape() + numbers.ndim());
+  std::vector<py::ssize_t> strides(shape.size(), 0);
+  strides[0] = 1;
+  return {std::move(numbers),
+          view(shape, strides, reinterpret_cast<const bool*>(not_converged_.data()), owner)};
 }
 
-py::array PathArrays::rotation(py::handle owner) const {
-  return view({static_cast<py::ssize_t>(size()), 3}, {from_point_to_point, sizeof(double)},
-              size() ? response_.path[0].rotation.data() : nullptr, owner);
+PathArrays::Masked PathArrays::displacement(py::handle owner) {
+  return where_converged(
+      view({static_cast<py::ssize_t>(size()), 3}, {from_point_to_point, sizeof(double)},
+           size() ? response_.path[0].displacement.data() : nullptr, owner),
+      owner);
 }
 
-py::array PathArrays::compliance(py::handle owner, bool locked) const {
+PathArrays::Masked PathArrays::rotation(py::handle owner) {
+  return where_converged(
+      view({static_cast<py::ssize_t>(size()), 3}, {from_point_to_point, sizeof(double)},
+           size() ? response_.path[0].rotation.data() : nullptr, owner),
+      owner);
+}
+
+PathArrays::Masked PathArrays::compliance(py::handle owner, bool locked) {
   const auto of = locked ? &PathPoint::compliance_locked : &PathPoint::compliance_free;
-  return view({static_cast<py::ssize_t>(size()), 6, 6},
-              {from_point_to_point, sizeof(double), 6 * sizeof(double)},
-              size() ? (response_.path[0].*of).data() : nullptr, owner);
+  return where_converged(view({static_cast<py::ssize_t>(size()), 6, 6},
+                              {from_point_to_point, sizeof(double), 6 * sizeof(double)},
+                              size() ? (response_.path[0].*of).data() : nullptr, owner),
+                         owner);
+}
+
+std::map<std::string, py::array> PathArrays::strokes() const {
+  std::map<std::string, py::array> all;
+  const DriveList drives(record_->mechanism);
+  for (std::size_t d = 0; drives.named() && d < drives.items.size(); ++d) {
+    py::array_t<double> numbers(static_cast<py::ssize_t>(size()));
+    for (std::size_t k = 0; k < size(); ++k) {
+      if (d >= response_.path[k].strokes.size()) return {};  // of a load path
+      numbers.mutable_at(static_cast<py::ssize_t>(k)) = response_.path[k].strokes[d];
+    }
+    all.emplace(drives.items[d].name, read_only(std::move(numbers)));
+  }
+  return all;
 }
 
 PathArrays::Block& PathArrays::block(const std::string& key, std::size_t width, const auto& fill) {
@@ -163,7 +189,7 @@ PathArrays::Masked PathArrays::values(py::handle owner, const std::string& name)
   const Block& found = block(name, 1, [&](std::size_t k, const auto& set) {
     if (const auto value = q.value(response_.path[k])) set(0, *value);
   });
-  if (size() > 0 && found.count_missing() == size())
+  if (found.count_missing() == size())
     throw py::key_error(fmt::format("no point of this path has {}", name));
   return arrays(owner, found, false);
 }

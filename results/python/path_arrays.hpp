@@ -27,13 +27,14 @@ class PathArrays {
   using Masked = std::pair<pybind11::array, pybind11::object>;
 
   std::size_t size() const { return response_.path.size(); }
-  std::string name() const;  ///< of the load case, empty where there is one only
   /// [m or rad]
   pybind11::array stroke(pybind11::handle owner) const;
-  /// n × 3 [m], n × 3 rotation vectors [rad], n × 6 × 6
-  pybind11::array displacement(pybind11::handle owner) const;
-  pybind11::array rotation(pybind11::handle owner) const;
-  pybind11::array compliance(pybind11::handle owner, bool locked) const;
+  /// n × 3 [m], n × 3 rotation vectors [rad], n × 6 × 6; missing where there is no equilibrium.
+  Masked displacement(pybind11::handle owner);
+  Masked rotation(pybind11::handle owner);
+  Masked compliance(pybind11::handle owner, bool locked);
+  /// Of drives with names: n strokes [m or rad] of each. Empty for one without, and on a load path.
+  std::map<std::string, pybind11::array> strokes() const;
   /// n × as many as the point with most has [Hz]
   Masked frequencies(pybind11::handle owner, bool locked);
   /// bool
@@ -60,6 +61,8 @@ class PathArrays {
     std::size_t width = 1;
     std::size_t count_missing() const;
   };
+  /// With the mask of the points that have no equilibrium.
+  Masked where_converged(pybind11::array numbers, pybind11::handle owner);
   Block& block(const std::string& key, std::size_t width, const auto& fill);
   Masked arrays(pybind11::handle owner, const Block& block, bool as_rows) const;
   const std::vector<Quantity>& all_quantities() const;
@@ -72,6 +75,7 @@ class PathArrays {
   const StrokeGradients* gradients_ = nullptr;
   mutable std::vector<Quantity> quantities_;  ///< once they are asked for
   std::map<std::string, Block> blocks_;
+  std::vector<unsigned char> not_converged_;  ///< once it is asked for
 };
 
 }  // namespace flexopt

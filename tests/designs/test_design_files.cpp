@@ -111,9 +111,11 @@ TEST_CASE("the box of a body turns with its frame and keeps its edges when writt
           "center_of_mass": ["1 mm", 0, 0], "density": "2700 kg/m^3", "frame": "arm"})"));
   document["springs"] = json::parse(
       R"([{"name": "bushing", "body": "stage", "at": [0, 0, 0], "matrix": [[1e3, 0, 0, 0, 0, 0],
-          [0, 1e3, 0, 0, 0, 0], [0, 0, 1e3, 0, 0, 0], [0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0],
-          [0, 0, 0, 0, 0, 1]]}])");
+          [0, "1 N/mm", 0, 0, 0, 0], [0, 0, 1e3, 0, "0 N", "0 N/rad"], [0, 0, 0, 1, 0, 0],
+          [0, 0, 0, 0, "1 N m", 0], [0, 0, 0, 0, 0, "1 N m/rad"]]}])");
   const Mechanism m = make(document);
+  const Eigen::Vector<double, 6> diagonal(1e3, 1e3, 1e3, 1, 1, 1);
+  CHECK(*m.springs[0].matrix == Eigen::Matrix<double, 6, 6>(diagonal.asDiagonal()));
   REQUIRE(m.bodies[1].box);
   CHECK_FALSE(m.bodies[0].box);
   const BodyBoxT<double>& box = *m.bodies[1].box;

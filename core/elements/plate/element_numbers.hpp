@@ -52,7 +52,7 @@ class ElementNumbers {
   /// Σ weight n, by r,x and r,xx − Γ r,x of the middle.
   Row slope_of_natural(int i, const std::array<S, 4>& weight, const Row& along,
                        const Row& bend) const;
-  /// What stands against n in (A2) at a place so far from the element's middle.
+  /// What stands against n in (L2) at a place so far from the element's middle.
   Row against(const Row& bend, const PlateShear<S>& shear, const S& from_middle) const;
   BeamEnergyT<S> section(const S& at) const;
   void add_shear(PlateMesh::Element& element, const PlateShear<S>& shear) const;

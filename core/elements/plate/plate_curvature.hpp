@@ -4,7 +4,7 @@
 //     U = Σ c a1 · (a2 × a3)
 //
 // over the bending points of an element: a1 = r,x, a2 = r,y and a3 a combination of second
-// derivatives. Equations (A2), (A3) of core/elements/README.md. The rows of a field are a1 at all
+// derivatives. Equations (L2), (L3) of core/elements/README.md. The rows of a field are a1 at all
 // points, then a2, then a3.
 #include "core/elements/plate/plate_mesh.hpp"
 #include "core/math/jet.hpp"

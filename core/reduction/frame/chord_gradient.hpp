@@ -27,8 +27,6 @@ class ChordGradient {
                 Energy energy);
 
   const Energy& energy() const { return energy_; }
-  /// Energy::shape_force may come later than the rest.
-  void set_shape_force(MatrixXd by_shape) { energy_.shape_force = std::move(by_shape); }
   /// LeafGradient::force and force_rates.
   VectorXd force() const;
   MatrixXd force_rates(const std::vector<LeafVariation<double>>& variations) const;

@@ -103,7 +103,8 @@ std::string words_for(Accuracy accuracy, const std::array<int, 2>& mesh) {
 }
 
 ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
-                         const std::vector<StrokeRequest>& requests, double tolerance) {
+                         const std::vector<StrokeRequest>& requests, double tolerance,
+                         const std::function<void(const TriedModel&)>& told) {
   Paths paths(mechanism, model, requests);
   const bool across = has_elements_across(mechanism, model);
   ChosenModel chosen;
@@ -111,6 +112,7 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
   std::array<int, 2> mesh = model.mesh;
   for (;;) {
     const TriedModel& tried = chosen.tried.emplace_back(tried_model(paths, accuracy, mesh, across));
+    if (told) told(tried);
     chosen.met = tried.message.empty() && tried.largest.relative <= tolerance;
     if (chosen.met || !tried.message.empty()) break;
     const LargestError& error = tried.largest;

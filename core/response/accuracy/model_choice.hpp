@@ -1,6 +1,7 @@
 #pragma once
 // Reduced or full leaves, and their mesh, chosen so that errors stay below a tolerance.
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,9 +41,11 @@ struct ChosenModel {
 
 /// Begins with the model's own mesh. Where the largest error comes from too few elements along or
 /// across, there are √2 times as many the next time; where it comes from the reduction, full leaves
-/// take over. All requests, as load cases are, must meet the tolerance; stresses need not.
+/// take over. All requests, as load cases are, must meet the tolerance; stresses need not. `told`
+/// hears of every model when it was tried.
 ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
-                         const std::vector<StrokeRequest>& requests, double tolerance);
+                         const std::vector<StrokeRequest>& requests, double tolerance,
+                         const std::function<void(const TriedModel&)>& told = {});
 
 /// "reduced leaves on 14 x 6 elements".
 std::string words_for(Accuracy accuracy, const std::array<int, 2>& mesh);

@@ -55,8 +55,6 @@ class BranchTracer {
   CriticalLoad follow(int side, Look first, double bound);
   /// Whether it was the limit that ended the way.
   bool at_limit() const { return at_limit_; }
-  /// Motions of the bodies by the factor where the branch began, lengths over the longest leaf.
-  double first_rate() const { return first_rate_; }
 
   /// Of the factor of a singular state that was followed to; nothing where the branch misses a
   /// bifurcation, whose factor is an estimate from its nearest state then.
@@ -104,6 +102,7 @@ class BranchTracer {
   const ModelOptions* model_;
   BranchLimit* limit_;
   StiffnessRate::Shared shared_;
+  /// Of the motions of the bodies by the factor where the branch began, over the longest leaf.
   double first_rate_ = 0, weight_ = 0;
   bool at_limit_ = false, missed_ = false;
   std::optional<Look> critical_;

@@ -38,7 +38,6 @@ MechanismSeries::MechanismSeries(const MechanismFactor& factor,
     place_.push_back({system.pose(b).position, zero, zero});
     turn_.push_back({rotation_log(system.pose(b).rotation), zero, zero});
   }
-  rate_ = VectorXd::Zero(factor.size());
   expand();
 }
 
@@ -382,8 +381,7 @@ void MechanismSeries::expand_along_strokes(const VectorXd& strokes) {
     return VectorXd(factor_->balance(b, MatrixXd(by * strokes)).topRows(factor_->size()));
   };
   const VectorXd none = VectorXd::Zero(factor_->size());
-  rate_ = step(none, 1);
-  set(1, rate_);
+  set(1, step(none, 1));
   set(2, none);
   expand();
   set(2, step(-residual()[2], 0));

@@ -18,16 +18,12 @@ class MechanismSeries {
   /// None where a leaf has no series: only full leaves have.
   static Answer<MechanismSeries> of(const MechanismFactor& factor);
 
-  /// The path of equilibria q(s), x(s) to s² along the stroke of the only drive: expands every leaf
-  /// about it.
-  void expand_along_stroke() { expand_along_strokes(VectorXd::Ones(1)); }
-  /// The same where the strokes of all drives grow by these times s.
+  /// The path of equilibria q(s), x(s) to s² where the strokes of all drives grow by these times s:
+  /// expands every leaf about it.
   void expand_along_strokes(const VectorXd& strokes);
   /// Instead: the states that leave the present one along a constant vector, rotation vectors of
   /// the bodies by exp(hat θ) R. Coefficients of s hold.
   void expand_along(const VectorXd& direction);
-  /// First derivative of the path.
-  const VectorXd& path_rate() const { return rate_; }
   MechanismState<Jet> path() const;
   /// Shares of the leaves in exact gradients along it.
   LeafGradients<Jet> leaf_gradients(LeafRates& rates) const;
@@ -94,7 +90,6 @@ class MechanismSeries {
   std::vector<Series<Vector3d>> place_, turn_;  ///< of every body: reference point, rotation vector
   std::vector<Series<Matrix3d>> rotation_;
   std::vector<Series<Matrix6d>> body_mass_;
-  VectorXd rate_;
 };
 
 }  // namespace flexopt

@@ -49,13 +49,13 @@ __all__ = [
 
 
 def _folder(out: str | os.PathLike[str] | None) -> str:
-    return "" if out is None else os.fspath(out)
+    return "" if out is None else os.fsdecode(out)
 
 
 def evaluate(
     job: Source,
     *,
-    gradients: bool | Sequence[str] = False,
+    gradients: bool | str | Sequence[str] | None = False,
     out: str | os.PathLike[str] | None = None,
     threads: int = 0,
     progress: Progress | None = None,
@@ -64,7 +64,8 @@ def evaluate(
     """A design over its stroke: of a job (whatever its kind, its own design), or of a ``design``.
 
     ``gradients``: exact derivatives too, by all parameters of the design, its material and its
-    end-effector, or by those named. ``out``: folder for the files of a run; None: nothing is
+    end-effector, or by those named. They are those of full leaves, or of looked-up ones: all numbers
+    are then by these, and the message says so. ``out``: folder for the files of a run; None: nothing is
     written. ``threads``: 0 for all of the processor; no number depends on it. ``keys``: other parts
     of the job: ``stroke``, ``end_effector``, ``frequencies`` and so on.
 
@@ -72,14 +73,20 @@ def evaluate(
     """
     checked = as_job(job, keys, "evaluate")
     along: list[str] = []
-    if gradients is not False:
-        along = checked.differentiable if gradients is True else list(gradients)
-    run = _core.run(checked, along, _folder(out), threads, progress)
-    if along and run.no_gradients and run.status == "ok":
+    if isinstance(gradients, str):
+        along = [gradients]
+    elif isinstance(gradients, Sequence):
+        along = list(gradients)
+    elif gradients:
+        along = checked.differentiable
+    folder = _folder(out)
+    run, status = _core.run(checked, along, folder, threads, progress)
+    if along and status == "ok" and run.no_gradients:
         raise NoGradient(run.no_gradients)
-    result = Evaluation(run, _folder(out), along)
-    if run.status in ("no_equilibrium", "limit_reached"):
-        reached = [path.stroke_reached for path in run.paths if path.status != "ok"]
+    result = Evaluation(run, status, folder, along)
+    if status in ("no_equilibrium", "limit_reached"):
+        paths: list[Path] = [*result.cases.values()] or [result]
+        reached = [path.stroke_reached for path in paths if path.status != "ok"]
         raise NotConverged(run.message, reached[0], result)
     return result
 
@@ -97,8 +104,8 @@ def optimise(
     With ``out`` an interrupted run goes on where it stopped when it is called again. ``status``
     tells an optimum (``ok``) from a search that did not end, and from one without a feasible design.
     """
-    run = _core.run(as_job(job, keys, "optimise"), [], _folder(out), threads, progress)
-    return Optimum(run, _folder(out))
+    run, status = _core.run(as_job(job, keys, "optimise"), [], _folder(out), threads, progress)
+    return Optimum(run, status, _folder(out))
 
 
 def compare(
@@ -110,5 +117,5 @@ def compare(
     **keys: Any,
 ) -> Comparison:
     """Models against full accuracy over sampled designs; arguments as of ``optimise``."""
-    run = _core.run(as_job(job, keys, "compare"), [], _folder(out), threads, progress)
-    return Comparison(run, _folder(out))
+    run, status = _core.run(as_job(job, keys, "compare"), [], _folder(out), threads, progress)
+    return Comparison(run, status, _folder(out))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Iterable
+from dataclasses import astuple, dataclass
+from typing import TYPE_CHECKING, Any, Iterable
 
 if TYPE_CHECKING:
     from ._results import Evaluation
@@ -30,6 +30,9 @@ class JobError(ValueError):
         super().__init__(message)
         self.faults = [Fault(*fault) for fault in faults]
 
+    def __reduce__(self) -> tuple[Any, ...]:  # between processes
+        return type(self), (self.args[0], [astuple(fault) for fault in self.faults])
+
     @property
     def pointer(self) -> str:
         return self.faults[0].pointer
@@ -47,7 +50,8 @@ class NotConverged(ArithmeticError):
     """No values at a design. An optimiser does best to try one that is nearer to the last good one.
 
     ``stroke`` [m or rad]: how far the path came; None where it did not begin, as of a design whose
-    parameters make no geometry. ``result``: of ``evaluate``, all that there is.
+    parameters make no geometry. ``result``: of ``evaluate``, all that there is; None in another
+    process.
     """
 
     def __init__(
@@ -56,6 +60,9 @@ class NotConverged(ArithmeticError):
         super().__init__(message)
         self.stroke = stroke
         self.result = result
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.args[0], self.stroke)
 
 
 class NoGradient(ValueError):

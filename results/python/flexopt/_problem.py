@@ -23,8 +23,10 @@ class Problem:
     a worst value over the stroke as the objective becomes a further variable ``t``, the last of x,
     with constraints of its own: more rows, all of them smooth.
 
-    Every method raises ``NotConverged`` where the design has no values. Designs are remembered:
-    f, g, df and dg at one x cost one evaluation with derivatives.
+    Every method raises ``NotConverged`` where the design has no values, ``df`` and ``dg``
+    ``NoGradient`` where it has no derivatives. Designs are remembered: once df or dg was asked for,
+    f, g, df and dg at one x cost one evaluation with derivatives. An x out of its bounds is taken as
+    it is.
     """
 
     def __init__(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import html
 import importlib
 from typing import Any, Iterator, Mapping, NamedTuple
@@ -58,14 +59,21 @@ class Path(Mapping[str, Array]):
     (no equilibrium, no parasitic mode) they are masked arrays.
     """
 
-    def __init__(self, core: _core.Path, parameters: list[str]) -> None:
-        self._core = core
+    _run: _core.Run
+    _case = 0
+
+    def __init__(self, run: _core.Run, case: int, parameters: list[str]) -> None:
+        self._run = run
+        self._case = case
         #: What gradients are by: the columns of ``gradient``.
         self.parameters = parameters
-        self._names: list[str] | None = None
+
+    @functools.cached_property
+    def _arrays(self) -> _core.Path:
+        return self._run.path(self._case)
 
     def __getitem__(self, quantity: str) -> Array:
-        return _masked(*self._core.values(quantity))
+        return _masked(*self._arrays.values(quantity))
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -82,77 +90,85 @@ class Path(Mapping[str, Array]):
     def __hash__(self) -> int:
         return id(self)
 
-    @property
+    @functools.cached_property
     def names(self) -> list[str]:
         """Quantities with a number at some point."""
-        if self._names is None:
-            self._names = self._core.names
-        return self._names
+        return self._arrays.names
 
     @property
     def units(self) -> dict[str, str]:
         """SI unit of each quantity."""
-        return self._core.units
+        return self._arrays.units
 
     @property
     def status(self) -> str:
         """``ok``, ``no_equilibrium``, or ``limit_reached`` (the job's ``limits``)."""
-        return self._core.status
+        return self._arrays.status
 
     @property
     def message(self) -> str:
-        return self._core.message
+        return self._arrays.message
 
     @property
     def messages(self) -> list[str]:
         """Of each point: why it has no equilibrium."""
-        return self._core.messages
+        return self._arrays.messages
+
+    @property
+    def stroke_reached(self) -> float | None:
+        """How far it came from its start [m or rad]; None where it did not begin."""
+        return self._arrays.stroke_reached
 
     @property
     def converged(self) -> NDArray[np.bool_]:
         """(n,)"""
-        return self._core.converged
+        return self._arrays.converged
 
     @property
     def stroke(self) -> Array:
         """(n,) [m or rad], of the first drive"""
-        return self._core.stroke
+        return self._arrays.stroke
+
+    @property
+    def strokes(self) -> dict[str, Array]:
+        """Of drives with names: (n,) [m or rad] of each. Empty for one without, and on load paths."""
+        return self._arrays.strokes
 
     @property
     def displacement(self) -> Array:
         """(n, 3) of the reference point O [m]"""
-        return self._core.displacement
+        return _masked(*self._arrays.displacement)
 
     @property
     def rotation(self) -> Array:
         """(n, 3) rotation vector of the end-effector [rad]"""
-        return self._core.rotation
+        return _masked(*self._arrays.rotation)
 
     @property
     def compliance(self) -> Array:
         """(n, 6, 6) at O, drive free: [m m m rad rad rad] against [N N N N m N m N m]"""
-        return self._core.compliance_free
+        return _masked(*self._arrays.compliance_free)
 
     @property
     def compliance_locked(self) -> Array:
         """(n, 6, 6) the same with the drive held"""
-        return self._core.compliance_locked
+        return _masked(*self._arrays.compliance_locked)
 
     @property
     def frequencies(self) -> Array:
         """(n, m) natural frequencies, drive free, ascending [Hz]"""
-        return _masked(*self._core.frequencies_free)
+        return _masked(*self._arrays.frequencies_free)
 
     @property
     def frequencies_locked(self) -> Array:
         """(n, m) the same with the drive held [Hz]"""
-        return _masked(*self._core.frequencies_locked)
+        return _masked(*self._arrays.frequencies_locked)
 
     def gradient(self, quantity: str) -> Array:
         """(n, p) exact derivatives by ``parameters``, SI per SI; formulas among them follow."""
-        if not self._core.has_gradients:
+        if not self._arrays.has_gradients:
             raise NoGradient("there are none: evaluate(..., gradients=True) has them")
-        return _masked(*self._core.gradient(quantity))
+        return _masked(*self._arrays.gradient(quantity))
 
     @property
     def gradients(self) -> Gradients:
@@ -162,7 +178,8 @@ class Path(Mapping[str, Array]):
     def to_pandas(self) -> Any:
         """A ``pandas.DataFrame``: a row for each stroke point, a column for each quantity."""
         pandas = importlib.import_module("pandas")
-        columns = {name: _ma.filled(self[name], np.nan) for name in self.names}
+        columns = {f"stroke.{name}": values for name, values in self.strokes.items()}
+        columns |= {name: _ma.filled(self[name], np.nan) for name in self.names}
         return pandas.DataFrame(columns, index=pandas.Index(self.stroke, name="stroke"))
 
     def to_xarray(self) -> Any:
@@ -178,22 +195,24 @@ class Path(Mapping[str, Array]):
         data["frequencies"] = of(("stroke", "mode"), self.frequencies, "Hz")
         data["frequencies_locked"] = of(("stroke", "mode"), self.frequencies_locked, "Hz")
         six = ["ux", "uy", "uz", "rx", "ry", "rz"]
-        return xarray.Dataset(data, {"stroke": self.stroke, "motion": six, "load": six})
+        coordinates = {"stroke": self.stroke, "motion": six, "load": six}
+        coordinates |= {f"stroke.{name}": ("stroke", s) for name, s in self.strokes.items()}
+        return xarray.Dataset(data, coordinates)
 
 
 class Result:
     """Of every kind of run."""
 
-    def __init__(self, run: _core.Run, folder: str) -> None:
+    def __init__(self, run: _core.Run, status: str, folder: str) -> None:
         self._run = run
-        self._dict: dict[str, Any] | None = None
+        self._status = status
         #: Where its files are; empty: none were written.
         self.folder = folder
 
     @property
     def status(self) -> str:
         """``ok``, or why the result is not usable."""
-        return self._run.status
+        return self._status
 
     @property
     def message(self) -> str:
@@ -212,9 +231,11 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """The content of result.json."""
-        if self._dict is None:
-            self._dict = self._run.result()
-        return self._dict
+        return self._content
+
+    @functools.cached_property
+    def _content(self) -> dict[str, Any]:
+        return self._run.result()
 
     def to_html(self) -> str:
         """The report: one page that needs nothing else."""
@@ -234,14 +255,17 @@ class Result:
 class Evaluation(Result, Path):
     """One design over its stroke: what ``Path`` has, of several load cases that of the first."""
 
-    def __init__(self, run: _core.Run, folder: str, parameters: list[str]) -> None:
-        Result.__init__(self, run, folder)
-        #: Of several load cases their paths by name.
-        self.cases: dict[str, Path] = {}
-        paths = run.paths
-        if paths[0].name:
-            self.cases = {path.name: Path(path, parameters) for path in paths}
-        Path.__init__(self, paths[0], parameters)
+    def __init__(
+        self, run: _core.Run, status: str, folder: str, parameters: list[str]
+    ) -> None:
+        Result.__init__(self, run, status, folder)  # and not Path's: all calls wait for it
+        self.parameters = parameters
+
+    @functools.cached_property
+    def cases(self) -> dict[str, Path]:
+        """Of several load cases their paths by name."""
+        names = self._run.case_names
+        return {name: Path(self._run, k, self.parameters) for k, name in enumerate(names)}
 
     def state_space(self, point: int, case: str | None = None) -> StateSpace:
         """The linear model about a point of the path; the job must export it.
@@ -272,8 +296,8 @@ class Evaluation(Result, Path):
 class Optimum(Evaluation):
     """The design that an optimisation found; its path is that of the optimum."""
 
-    def __init__(self, run: _core.Run, folder: str) -> None:
-        Evaluation.__init__(self, run, folder, [])
+    def __init__(self, run: _core.Run, status: str, folder: str) -> None:
+        Evaluation.__init__(self, run, status, folder, [])
 
     @property
     def details(self) -> dict[str, Any]:

@@ -1,47 +1,66 @@
 """What a call from Python costs beside its computation: ./flexopt python THIS, on an idle machine.
 
-The time of a call less what the run itself took by its own clock (``seconds``), median of 300.
+The time of a call, and of the end of the result before it, less what the run itself took by its own
+clock (``seconds``): median of 300 calls, in five rounds. Where ./flexopt bench library_calls has built
+its program, what the same call costs from C++, round by round, and what Python adds.
 """
 
 import json
 import pathlib
 import statistics
+import subprocess
 import time
 
 import flexopt
 
-JOBS = pathlib.Path(__file__).resolve().parents[3] / "designs/jobs"
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+JOBS = ROOT / "designs/jobs"
+OF_LIBRARY = ROOT / "build/release/bench_library_calls"
 
 
 def microseconds(call, runs=300):
-    """Median of what a call says, or of its time."""
+    """Median of the time of a call."""
     times = []
     for _ in range(runs):
         begin = time.perf_counter()
-        computed = call()
-        times.append(time.perf_counter() - begin - (computed or 0))
+        call()
+        times.append(time.perf_counter() - begin)
     return 1e6 * statistics.median(times)
 
 
-def row(name, value):
-    print(f"| {name} | {value:.1f} µs |")
+def row(name, values):
+    print(f"| {name} | {', '.join(f'{value:.1f}' for value in values)} µs |")
 
 
 job = json.loads((JOBS / "parallel_guide.json").read_text())
 job.update(stroke={"at": [0]}, frequencies=1, expect=[], model={"accuracy": "full", "mesh": [4, 2]})
 checked = flexopt.Job(job)
-kept = []
+kept = flexopt.evaluate(checked)
 
 
-def evaluate():
-    kept[:] = [flexopt.evaluate(checked)]
-    return kept[0].seconds
+def evaluations():
+    """Median beside the computation, the end of the result before it with it."""
+    kept, times = flexopt.evaluate(checked), []
+    for _ in range(300):
+        begin = time.perf_counter()
+        kept = flexopt.evaluate(checked)
+        times.append(time.perf_counter() - begin - kept.seconds)
+    return 1e6 * statistics.median(times)
+
+
+def from_cpp():
+    said = subprocess.run([OF_LIBRARY], input=json.dumps(job), text=True, capture_output=True, check=True)
+    return float(said.stdout)
 
 
 problem = flexopt.Problem(JOBS / "three_flexure_cross_hinge.json")
 problem.df(problem.x0)
+rounds = [(evaluations(), from_cpp() if OF_LIBRARY.exists() else 0.0) for _ in range(5)]
 print("| call | beside its computation |\n|---|---|")
-row(f"`evaluate(Job)`, {1e3 * evaluate():.1f} ms", microseconds(evaluate))
-row("`result[quantity]`, again", microseconds(lambda: kept[0]["drive_stiffness"] is None))
-row("`Problem.f(x)` of a design that is remembered", microseconds(lambda: problem.f(problem.x0) * 0))
-row("`Job(dict)`", microseconds(lambda: flexopt.Job(job) is None))
+row(f"`evaluate(Job)`, {1e3 * kept.seconds:.1f} ms", [python for python, _ in rounds])
+if OF_LIBRARY.exists():
+    row("the same from C++", [cpp for _, cpp in rounds])
+    row("Python adds", [python - cpp for python, cpp in rounds])
+row("`result[quantity]`, again", [microseconds(lambda: kept["drive_stiffness"])])
+row("`Problem.f(x)` of a design that is remembered", [microseconds(lambda: problem.f(problem.x0))])
+row("`Job(dict)`", [microseconds(lambda: flexopt.Job(job))])

@@ -182,3 +182,27 @@ TEST_CASE("a pencil in other coordinates of its border has the same eigenvalues"
   // coordinates that mix six decades round to the largest: 2e-12 to 3e-11 were seen
   check_pairs(turned, lowest_pairs(turned, 8), exact_values(p, 8), 1e-10);
 }
+
+TEST_CASE("beside buckling no pair is lost, on either side of it") {
+  std::srand(18);
+  for (const double left : {1e-13, -1e-13, 1e-11, -1e-15, 1e-16}) {
+    CAPTURE(left);
+    BorderedPencil p = pencil(6, 3, 10, 0.1);
+    // all but so much of its stiffness is taken from one direction
+    const VectorXd u = VectorXd::Random(6), soft = p.K.llt().solve(u);
+    p.K -= (1 - left) / u.dot(soft) * u * u.transpose();
+    const Long L = Long(p.dense_mass().cast<long double>()).llt().matrixL();
+    Long A = L.triangularView<Eigen::Lower>().solve(Long(p.dense_stiffness().cast<long double>()));
+    A = L.triangularView<Eigen::Lower>().solve(Long(A.transpose()));
+    const VectorXd values =
+        Eigen::SelfAdjointEigenSolver<Long>(A, Eigen::EigenvaluesOnly).eigenvalues().cast<double>();
+    REQUIRE(std::abs(values[0]) < 1e-9 * values[1]);
+    for (const int count : {1, 2, 8}) {
+      const EigenPairs found = lowest_pairs(p, count);
+      REQUIRE(found.values.size() == count);
+      for (int k = 0; k < count; ++k)
+        CHECK(std::abs(found.values[k] - values[k]) <=
+              1e-11 * std::abs(values[k]) + 1e-12 * values[1]);
+    }
+  }
+}

@@ -140,7 +140,7 @@ TEST_CASE("stock sizes, steps, a front and the verification are read", "[optim][
   o["pareto"] = {{"quantity", "drive_load"}};
   o["verify"] = json::object();
   o["spread"] = "latin_hypercube";
-  o["algorithm"] = {{"name", "GD_MLSL_LDS"}, {"local", "LD_SLSQP"}};
+  o["algorithm"] = {{"name", "LD_AUGLAG"}, {"local", "LD_MMA"}};
   const Job job = parse_job(document);
   const OptimiseSpec& spec = *job.optimise;
   CHECK(spec.variables[0].stock == std::vector<double>{0.025, 0.05, 0.07});
@@ -155,7 +155,7 @@ TEST_CASE("stock sizes, steps, a front and the verification are read", "[optim][
   CHECK(spec.verify->tolerance == 0.002);
   CHECK(spec.verify->max_full_evaluations == 6);
   CHECK(spec.spread == Spread::latin_hypercube);
-  CHECK(spec.algorithm.local == "LD_SLSQP");
+  CHECK(spec.algorithm.local == "LD_MMA");
   CHECK(*parse_job(*job.as_read).as_read == *job.as_read);  // as shown, it reads as the same
   CHECK(parse_job(*job.as_read).optimise->variables[1].stock == spec.variables[1].stock);
 
@@ -167,6 +167,24 @@ TEST_CASE("stock sizes, steps, a front and the verification are read", "[optim][
   CHECK(other.algorithm.local == "LN_SBPLX");
   CHECK_FALSE(parse_job(base_job("optimise")).optimise->pareto);
   CHECK_FALSE(parse_job(base_job("optimise")).optimise->verify);
+}
+
+TEST_CASE("an algorithm without constraints takes neither those nor a front", "[optim][job]") {
+  json document = base_job("optimise");
+  json& o = document["optimise"];
+  o["algorithm"] = {{"name", "GD_MLSL_LDS"}, {"local", "LD_SLSQP"}};
+  o["constraints"] = json::array();
+  CHECK(parse_job(document).optimise->algorithm.local == "LD_SLSQP");
+  o["pareto"] = {{"quantity", "drive_load"}};
+  CHECK_THROWS_WITH(parse_job(document),
+                    Contains("/optimise/algorithm/name") && Contains("takes no constraints"));
+  o.erase("pareto");
+  o["constraints"] = {{{"quantity", "drive_load"}, {"max", "5 N m"}}};
+  CHECK_THROWS_WITH(parse_job(document),
+                    Contains("/optimise/algorithm/name") && Contains("takes no constraints"));
+  o["algorithm"]["name"] = "LN_AUGLAG";
+  o["algorithm"].erase("local");
+  CHECK(parse_job(document).optimise->constraints.size() == 1);
 }
 
 TEST_CASE("parameters that are formulas follow the others", "[optim][job]") {

@@ -121,14 +121,15 @@ TEST_CASE("the schema accepts the shipped jobs and refuses slips", "[optim][job]
   CHECK(refused("/strokes", 1));
   CHECK(refused("/design/family", "paralel_guide"));
   CHECK(refused("/design/parameters/half_angle", 0.5));
+  CHECK(refused("/design/bearing", "left"));
   CHECK(refused("/design/parameters/thickness", -1e-3));
   CHECK(refused("/design/parameters/thickness", "thin"));
   CHECK(refused("/model/accuracy", "best"));
   CHECK(refused("/stroke/points", 1.5));
   CHECK(refused("/end_effector/inertia", {1, 2}));
-  // of a file the schema does not know the drives: strokes of one, or by name
+  // of a file the schema does not know the options; nor the drives: strokes of one, or by name
   json own = base_job("evaluate");
-  own["design"] = {{"file", "stage.json"}, {"material", "stavax"}};
+  own["design"] = {{"file", "stage.json"}, {"material", "stavax"}, {"bearing", "left"}};
   CHECK(valid(schema, own));
   own["stroke"] = {{"at", {{{"x", "1 mm"}, {"y", 0}}}}};
   CHECK(valid(schema, own));

@@ -207,6 +207,19 @@ TEST_CASE("A stream that takes no text ends no run", "[results][command]") {
   CHECK(code("schema") == 2);
 }
 
+TEST_CASE("A job comes by a pipe as well", "[results][command]") {
+  const test::TemporaryFolder folder;
+  save(folder.path() / "leaf.json", test::leaf_job());
+  for (const char* arguments : {"validate /dev/stdin", "run /dev/stdin --out piped"}) {
+    CAPTURE(arguments);
+    const std::string command = "cd '" + folder.path().string() +
+                                "' && cat leaf.json | '" FLEXOPT_BINARY "' " + arguments +
+                                " >/dev/null 2>&1";
+    CHECK(std::system(command.c_str()) == 0);
+  }
+  CHECK(fs::exists(folder.path() / "piped/result.json"));
+}
+
 TEST_CASE("A run takes nothing away that is not its own", "[results][command]") {
   const test::TemporaryFolder folder;
   save(folder.path() / "job.json", test::leaf_job());

@@ -29,25 +29,25 @@ OrderedJson guide_job() {
     "stroke": {"to": "10 mm", "points": 3}, "frequencies": 3})");
 }
 
-/// Exit code of a run of the job, and its result.
+/// Exit code of a run of the job, its result, and what it says meanwhile.
 struct Ran {
   int code = -1;
   OrderedJson result;
-  std::string csv;
+  std::string csv, err;
 };
 Ran run(const OrderedJson& job) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.path() / "job.json") << job.dump();
   const std::string command = "cd '" + folder.path().string() +
-                              "' && '" FLEXOPT_BINARY
-                              "' run job.json --quiet >out 2>err </dev/null";
+                              "' && '" FLEXOPT_BINARY "' run job.json >out 2>err </dev/null";
   const int status = std::system(command.c_str());
   REQUIRE(WIFEXITED(status));
   const fs::path out = folder.path() / "job.out";
-  CAPTURE(test::content_of(folder.path() / "err"));
+  const std::string err = test::content_of(folder.path() / "err");
+  CAPTURE(err);
   REQUIRE(fs::exists(out / "result.json"));
   return {WEXITSTATUS(status), OrderedJson::parse(test::content_of(out / "result.json")),
-          test::content_of(out / "path.csv")};
+          test::content_of(out / "path.csv"), err};
 }
 
 }  // namespace
@@ -109,6 +109,7 @@ TEST_CASE("auto says what it chose and why, and ends with 1 where nothing meets 
   job["model"] = {{"accuracy", "auto"}, {"tolerance", 1e-7}, {"mesh", {29, 12}}};
   const Ran hard = run(job);
   CHECK(hard.code == 1);
+  CHECK_THAT(hard.err, Contains("reduced leaves on 29 x 12 elements: off by"));
   CHECK(hard.result["status"] == "tolerance_not_met");
   CHECK(hard.result["accuracy"]["met"] == false);
   CHECK_THAT(hard.result["message"].get<std::string>(), Contains("no mesh"));

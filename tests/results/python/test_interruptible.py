@@ -1,5 +1,8 @@
 import os
 import signal
+import subprocess
+import sys
+import textwrap
 import threading
 import time
 
@@ -70,3 +73,18 @@ def test_an_error_of_the_callback_ends_a_comparison_at_once():
     with pytest.raises(RuntimeError, match="enough"):
         flexopt.compare(job, progress, threads=1)
     assert max(done) == 1
+
+
+@pytest.mark.parametrize("call", ["evaluate", "optimise"])
+def test_python_ends_while_a_thread_computes(hinge, call):
+    script = f"""
+        import threading, time, flexopt
+        def compute():
+            while True:
+                flexopt.{call}({hinge!r})
+        threading.Thread(target=compute, daemon=True).start()
+        time.sleep(0.3)
+    """
+    for _ in range(3):
+        done = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], timeout=120, capture_output=True)
+        assert done.returncode == 0 and done.stderr == b""

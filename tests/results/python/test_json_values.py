@@ -19,6 +19,15 @@ def test_numbers_of_numpy_tuples_and_paths_stand_for_those_of_json(guide, tmp_pa
     assert flexopt.Job(guide).to_dict() == plain
     named = flexopt.Job({**guide, "name": pathlib.Path("a/b")})
     assert named.name == "a/b"
+    keys = {"stroke": {"at": np.array([0, 0.01])}, "frequencies": np.int64(3), "expect": []}
+    assert flexopt.Job(gallery("parallel_guide"), **keys).to_dict() == plain
+
+
+def test_numbers_of_more_bits_are_the_nearest_ones():
+    sizes = {"length": 0.1, "width": 0.03, "spacing": 0.1, "material": "stavax"}
+    for thickness in (np.longdouble(5e-4), np.array(5e-4, np.longdouble), np.clongdouble(5e-4)):
+        job = flexopt.Job(flexopt.design("parallel_guide", thickness=thickness, **sizes), stroke={"at": [0]})
+        assert job.parameters["thickness"] == 5e-4
 
 
 @pytest.mark.parametrize(
@@ -30,6 +39,20 @@ def test_what_json_does_not_have_is_refused_with_its_place(guide, value, rule):
         flexopt.Job(guide)
     assert error.value.pointer == "/end_effector/mass"
     assert rule in error.value.rule
+
+
+def test_what_has_no_end_is_refused(guide):
+    round_about = {}
+    round_about["again"] = round_about
+    endless, deep = [], []
+    endless.append(endless)
+    for _ in range(100000):
+        deep = [deep]
+    for value in (round_about, endless, deep, "\udcff", np.clongdouble(1j)):
+        guide["end_effector"]["mass"] = value
+        with pytest.raises(flexopt.JobError) as error:
+            flexopt.Job(guide)
+        assert error.value.pointer.startswith("/end_effector/mass")
 
 
 def test_a_result_has_the_types_of_its_json(guide):

@@ -65,6 +65,10 @@ def test_points_without_equilibrium_are_masked_and_tell_how_far_the_path_came():
     assert r.converged.tolist() == [True, True, False, False]
     assert r["drive_load"].mask.tolist() == [False, False, True, True]
     assert r.frequencies.mask.all(axis=1).tolist() == [False, False, True, True]
+    for array in (r.displacement, r.rotation, r.compliance, r.compliance_locked):
+        assert array.mask.reshape(4, -1).all(axis=1).tolist() == [False, False, True, True]
+        assert not array.mask[:2].any() and not array[:2].data.flags.writeable
+    assert r.stroke_reached == r.stroke[1]
     assert "no equilibrium" in r.messages[2] and r.status == "no_equilibrium"
 
 
@@ -117,6 +121,17 @@ def test_load_cases_have_paths_of_their_own():
     for name, path in r.cases.items():
         assert path["drive_load"].tolist() == [p["drive_load"] for p in cases[name]["path"]]
     assert (r["drive_load"] == r.cases["hanging"]["drive_load"]).all()
+
+
+def test_strokes_of_several_drives_stand_under_their_names(guide):
+    r = flexopt.evaluate(gallery_job("xy_stage"))
+    points = r.to_dict()["path"]
+    assert list(r.strokes) == ["x", "y"]
+    for name, values in r.strokes.items():
+        assert values.tolist() == [point["stroke"][name] for point in points]
+    assert flexopt.evaluate(guide).strokes == {}
+    pytest.importorskip("pandas")
+    assert r.to_pandas()["stroke.y"].tolist() == r.strokes["y"].tolist()
 
 
 def test_tables_have_the_same_numbers(guide):
