@@ -159,8 +159,6 @@ void conclude_comparison(RunRecord& record) {
   record.message += ".";
 }
 
-std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
-
 /// What the estimated errors add.
 void conclude_errors(RunRecord& record) {
   const auto numbers = largest_error(record.errors, false);

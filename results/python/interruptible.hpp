@@ -40,7 +40,8 @@ class PythonListener : public RunListener {
 /// waits for all of them before it ends: a thread that came back later would end the process.
 class Computation {
  public:
-  /// With the GIL. Throws SystemExit, which ends a thread without a word, where Python ends already.
+  /// With the GIL. Throws SystemExit, which ends a thread without a word, where Python ends
+  /// already.
   Computation();
   ~Computation();
   Computation(const Computation&) = delete;

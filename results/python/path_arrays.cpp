@@ -196,6 +196,7 @@ PathArrays::Masked PathArrays::values(py::handle owner, const std::string& name)
 
 PathArrays::Masked PathArrays::gradient(py::handle owner, const std::string& name) {
   const Quantity& q = quantity(name);
+  static_cast<void>(values(owner, name));  // a quantity of no point has no derivatives either
   const auto columns = static_cast<std::size_t>(through_->by.cols());
   const Block& found = block("/gradient/" + name, columns, [&](std::size_t k, const auto& set) {
     const PathPoint& point = response_.path[k];

@@ -56,10 +56,9 @@ void choose_accuracy(RunListener& listener, RunRecord& record) {
   std::vector<StrokeRequest> requests;
   for (const JobCase& one : cases_of(record.job)) requests.push_back(one.request);
   const auto told = [&](const TriedModel& tried) {
-    listener.say(words_for(tried.accuracy, tried.mesh) + ": " +
-                 (tried.message.empty()
-                      ? fmt::format("off by {:.3g} %", 100 * tried.largest.relative)
-                      : tried.message));
+    listener.say(
+        words_for(tried.accuracy, tried.mesh) + ": " +
+        (tried.message.empty() ? "off by " + percent(tried.largest.relative) : tried.message));
   };
   record.chosen = choose_model(make_mechanism(record.job, record.job.design.parameters),
                                record.job.model, requests, record.job.accuracy.tolerance, told);

@@ -1,5 +1,5 @@
 cmake_minimum_required(VERSION 3.25)
-# Fails if a source of core, optim or results has no test: tests/ROOM/test_NAME.cpp for
+# Fails if a source of core, designs, optim or results has no test: tests/ROOM/test_NAME.cpp for
 # ROOM/NAME.cpp, or another test that the list below names, or a reason there.
 #   cmake -D SOURCE=<repository> -P sources_have_tests.cmake
 
@@ -27,6 +27,21 @@ set(tested_by
   core/elements/plate/plate_gradient_quadratic core/response/gradients/test_point_gradients
   core/elements/plate/plate_point_gradient core/response/gradients/test_material_point_gradients
   core/elements/plate/plate_series core/response/stroke_series/test_frequency_derivatives
+  designs/describe designs/test_families
+  designs/design_items designs/test_design_files
+  designs/design_parts designs/test_design_files
+  designs/design_plan designs/test_design_files
+  designs/design_reader designs/test_design_files
+  designs/design_shape designs/test_design_files
+  designs/expand designs/test_design_files
+  designs/family designs/test_families
+  designs/flat_mechanism designs/test_design_files
+  designs/flatten designs/test_design_files
+  designs/flatten_items designs/test_design_files
+  designs/flatten_leaves designs/test_design_files
+  designs/formula_words designs/test_design_files
+  designs/materials designs/test_families
+  designs/s_n_curve_json optim/job/test_job_stress
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/system core/equilibrium/test_joints
   core/math/eigenvalue_branches core/response/test_principal_stiffness
@@ -214,7 +229,7 @@ endwhile()
 while(untested)
   take(untested source reason)
 endwhile()
-foreach(folder core optim results)
+foreach(folder core designs optim results)
   file(GLOB_RECURSE sources RELATIVE ${SOURCE} ${SOURCE}/${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX node_modules)
   foreach(source IN LISTS sources)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <utility>
@@ -73,8 +74,6 @@ TriedModel tried_model(Paths& paths, Accuracy accuracy, const std::array<int, 2>
   return tried;
 }
 
-std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
-
 std::string message_of(const ChosenModel& chosen, double tolerance) {
   const TriedModel& last = chosen.tried.back();
   if (!last.message.empty())
@@ -96,6 +95,12 @@ std::string message_of(const ChosenModel& chosen, double tolerance) {
 }
 
 }  // namespace
+
+std::string percent(double share) {
+  if (share < 0.995 || !std::isfinite(share)) return fmt::format("{:.2g} %", 100 * share);
+  const double unit = std::pow(10, std::floor(std::log10(100 * share)) - 1);
+  return fmt::format("{:.0f} %", unit * std::round(100 * share / unit));
+}
 
 std::string words_for(Accuracy accuracy, const std::array<int, 2>& mesh) {
   return fmt::format("{} leaves on {} x {} elements",

@@ -47,6 +47,9 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
                          const std::vector<StrokeRequest>& requests, double tolerance,
                          const std::function<void(const TriedModel&)>& told = {});
 
+/// Two digits: "0.21 %", "170 %".
+std::string percent(double share);
+
 /// "reduced leaves on 14 x 6 elements".
 std::string words_for(Accuracy accuracy, const std::array<int, 2>& mesh);
 

@@ -50,11 +50,13 @@ def test_arrays_are_views_that_outlive_their_result_and_cannot_be_written(guide)
 
 
 def test_a_quantity_that_is_none_or_has_no_number_is_a_key_error(guide):
-    r = flexopt.evaluate(guide)
+    r = flexopt.evaluate(guide, gradients=["thickness"])
     for name in ("nothing", "support_stiffness.uy", "notch_stress"):
-        assert name not in r and r.get(name) is None
+        assert name not in r and r.get(name) is None and name not in r.gradients
         with pytest.raises(KeyError):
             r[name]
+        with pytest.raises(KeyError):
+            r.gradient(name)
 
 
 def test_points_without_equilibrium_are_masked_and_tell_how_far_the_path_came():

@@ -32,8 +32,12 @@ TEST_CASE("a smaller tolerance takes a finer mesh, and the error is below it", "
   const Mechanism m = models::guide(0.1, 0.06, 5e-4);
   const StrokeRequest r = statics(0.015);
   const double first = choose_model(m, {}, {r}, 1).tried[0].largest.relative;
-  const ChosenModel chosen = choose_model(m, {}, {r}, 0.4 * first);
+  std::vector<std::array<int, 2>> told;
+  const ChosenModel chosen = choose_model(
+      m, {}, {r}, 0.4 * first, [&](const TriedModel& tried) { told.push_back(tried.mesh); });
   REQUIRE(chosen.met);
+  REQUIRE(told.size() == chosen.tried.size());
+  for (std::size_t k = 0; k < told.size(); ++k) CHECK(told[k] == chosen.tried[k].mesh);
   CHECK(chosen.tried.size() > 1);
   CHECK(chosen.model.mesh[0] * chosen.model.mesh[1] > 40);
   CHECK(chosen.tried.back().largest.relative <= 0.4 * first);
@@ -67,4 +71,12 @@ TEST_CASE("a tolerance beyond every mesh is not met, and that is said", "[slow]"
       choose_model(models::guide(0.1, 0.03, 5e-4), model, {statics(0.01)}, 1e-9);
   CHECK_FALSE(chosen.met);
   CHECK_THAT(chosen.message, Catch::Matchers::Contains("no mesh"));
+}
+
+TEST_CASE("shares are told by two digits") {
+  CHECK(percent(0.0021) == "0.21 %");
+  CHECK(percent(0.054) == "5.4 %");
+  CHECK(percent(0.996) == "100 %");
+  CHECK(percent(1.6719) == "170 %");
+  CHECK(percent(123.4) == "12000 %");
 }
