@@ -49,8 +49,8 @@ def evaluations():
 
 
 def from_cpp():
-    said = subprocess.run([OF_LIBRARY], input=json.dumps(job), text=True, capture_output=True, check=True)
-    return float(said.stdout)
+    said = subprocess.run([OF_LIBRARY], text=True, capture_output=True, check=True)
+    return float(said.stdout.split()[0])
 
 
 problem = flexopt.Problem(JOBS / "three_flexure_cross_hinge.json")
