@@ -28,6 +28,13 @@ int default_screening(std::size_t variables) {
       std::min(most, std::bit_ceil(of_each * static_cast<unsigned>(variables))));
 }
 
+OptimiserOptions options_of(const Algorithm& algorithm) {
+  OptimiserOptions options;
+  options.library = algorithm.library;
+  options.name = algorithm.name;
+  return options;
+}
+
 }  // namespace
 
 Algorithm read_algorithm(json& read) {
@@ -49,10 +56,7 @@ Algorithm read_algorithm(json& read) {
   if (std::find(names.begin(), names.end(), algorithm.name) == names.end())
     throw SpecError((at / "name").to_string(), '"' + algorithm.name + '"',
                     "unknown algorithm; " + known_names(algorithm.name, names));
-  OptimiserOptions options;
-  options.library = algorithm.library;
-  options.name = algorithm.name;
-  const std::vector<std::string> locals = local_algorithms(options);
+  const std::vector<std::string> locals = local_algorithms(options_of(algorithm));
   if (!algorithm.local.empty() && locals.empty())
     throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
                     algorithm.name + " runs no other algorithm inside; AUGLAG and MLSL do");
@@ -67,10 +71,7 @@ Algorithm read_algorithm(json& read) {
 
 void check_takes_goals(const OptimiseSpec& spec) {
   if (spec.constraints.empty() && !spec.pareto) return;
-  OptimiserOptions options;
-  options.library = spec.algorithm.library;
-  options.name = spec.algorithm.name;
-  check_takes_constraints(options);
+  check_takes_constraints(options_of(spec.algorithm));
 }
 
 void settle_search(json& read, OptimiseSpec& spec, FaultList& faults) {

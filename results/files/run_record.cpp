@@ -27,8 +27,8 @@ std::string unstable_text(const std::vector<PathPoint>& path) {
 std::string full_leaves_text(const std::vector<PathPoint>& path) {
   if (path.empty()) return "";
   const std::vector<LeafReport>& leaves = path.back().leaves;
-  const auto count = static_cast<std::size_t>(
-      std::ranges::count(leaves, "full", [](const LeafReport& leaf) { return leaf.model; }));
+  const auto count =
+      static_cast<std::size_t>(std::ranges::count(leaves, "full", &LeafReport::model));
   if (count == 0) return "";
   return fmt::format(
       " With derivatives {} of {} full.", count,

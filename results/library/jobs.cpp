@@ -22,9 +22,10 @@ namespace {
 using Document = nlohmann::json;
 
 /// Whether JSON can hold it: UTF-8.
-bool is_text(const std::string& text) {
-  return Document(text).dump(-1, ' ', false, Document::error_handler_t::ignore).size() ==
-         Document(text).dump(-1, ' ', false, Document::error_handler_t::replace).size();
+bool is_text(const std::string& text) try {
+  return !Document(text).dump().empty();
+} catch (const Document::type_error&) {
+  return false;
 }
 
 Document json_of(const std::string& name, const Value& value) {

@@ -92,16 +92,16 @@ PathArrays::Masked PathArrays::compliance(py::handle owner, bool locked) {
                          owner);
 }
 
-std::map<std::string, py::array> PathArrays::strokes() const {
-  std::map<std::string, py::array> all;
+py::dict PathArrays::strokes() const {
+  py::dict all;
   const DriveList drives(record_->mechanism);
   for (std::size_t d = 0; drives.named() && d < drives.items.size(); ++d) {
     py::array_t<double> numbers(static_cast<py::ssize_t>(size()));
     for (std::size_t k = 0; k < size(); ++k) {
-      if (d >= response_.path[k].strokes.size()) return {};  // of a load path
+      if (d >= response_.path[k].strokes.size()) return py::dict();  // of a load path
       numbers.mutable_at(static_cast<py::ssize_t>(k)) = response_.path[k].strokes[d];
     }
-    all.emplace(drives.items[d].name, read_only(std::move(numbers)));
+    all[py::str(drives.items[d].name)] = read_only(std::move(numbers));
   }
   return all;
 }

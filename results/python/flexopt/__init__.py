@@ -11,7 +11,7 @@ Numbers are in SI units and radians.
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Iterable
 
 from . import _core
 from ._errors import Fault, JobError, NoGradient, NotConverged
@@ -52,10 +52,19 @@ def _folder(out: str | os.PathLike[str] | None) -> str:
     return "" if out is None else os.fsdecode(out)
 
 
+def _along(gradients: bool | str | Iterable[str] | None, job: _core.Job) -> list[str]:
+    """Names of what derivatives are by."""
+    if isinstance(gradients, str):
+        return [gradients]
+    if isinstance(gradients, Iterable):
+        return list(gradients)
+    return job.differentiable if gradients else []
+
+
 def evaluate(
     job: Source,
     *,
-    gradients: bool | str | Sequence[str] | None = False,
+    gradients: bool | str | Iterable[str] | None = False,
     out: str | os.PathLike[str] | None = None,
     threads: int = 0,
     progress: Progress | None = None,
@@ -72,13 +81,7 @@ def evaluate(
     Raises ``JobError``, ``NotConverged`` (with the result as far as it goes), ``NoGradient``.
     """
     checked = as_job(job, keys, "evaluate")
-    along: list[str] = []
-    if isinstance(gradients, str):
-        along = [gradients]
-    elif isinstance(gradients, Sequence):
-        along = list(gradients)
-    elif gradients:
-        along = checked.differentiable
+    along = [] if gradients is False else _along(gradients, checked)
     folder = _folder(out)
     run, status = _core.run(checked, along, folder, threads, progress)
     if along and status == "ok" and run.no_gradients:

@@ -159,8 +159,10 @@ def test_a_design_as_a_dict_is_a_design(guide):
 
 
 def test_derivatives_say_whose_they_are(guide):
-    r = flexopt.evaluate(guide, gradients="thickness")
-    assert r.parameters == ["thickness"]
+    for named in ("thickness", ["thickness"], {"thickness"}, np.array(["thickness"])):
+        r = flexopt.evaluate(guide, gradients=named)
+        assert r.parameters == ["thickness"]
+    assert len(flexopt.evaluate(guide, gradients=np.True_).parameters) > 4
     assert "With derivatives 2 of 2 leaves are full" in r.message
     assert "full" not in flexopt.evaluate(guide, gradients=None).message
 
