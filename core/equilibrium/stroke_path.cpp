@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <utility>
 #include <vector>
 
+#include "core/equilibrium/continuity.hpp"
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/newton_equations.hpp"
 #include "core/math/decompositions.hpp"
@@ -271,48 +273,82 @@ bool ends_stretched(double before, double strain_before, double reached, double 
   return strain > near * largest_strain && strain + slope * (1 - reached) > far * largest_strain;
 }
 
-// From parameter 0 to 1 with `solve(parameter)`, halving the step when it fails; after two steps in
-// succession a halving is taken back. `way`: whether there is one; else a shorter step is the same
-// one.
-template <class Solve>
-Equilibrium step_parameter(System& system, const NewtonOptions& options, const char* what,
-                           bool drive_held, bool way, const Solve& solve) {
+// A step of a way is taken for one along its branch up to this departure().
+constexpr double largest_departure = 0.02;
+
+// A way of parameter 0 to 1.
+struct Way {
+  const char* what;
+  bool drive_held;
+  bool moves;  ///< else a shorter step is the same one
+  std::function<Equilibrium(double)> solve;
+  /// At an equilibrium.
+  std::function<BranchState()> state;
+  std::function<std::string(double)> name;  ///< of a parameter, for messages
+};
+
+// Halves the step when it fails; after two steps in succession a halving is taken back.
+Equilibrium follow(System& system, const NewtonOptions& options, const Way& way) {
   System::Snapshot good = system.save();
   double reached = 0, step = 1;
   Overstretched overstretched;
-  const int most_halvings = way ? options.max_halvings : 0;
+  // Where Newton's method fails a step is halved so often. States near a bifurcation need shorter
+  // ones: until stability does not change within a step, or changes however short it is.
+  int most_halvings = way.moves ? options.max_halvings : 0;
+  const int near_bifurcations = most_halvings + (way.moves ? 4 : 0);
   int halvings = 0, far = 0, sub_steps = 0, in_succession = 0, negative = -1;
+  int before_crossing = -1;  // halvings where one was first seen
   bool halved = false;
   double strain = 0;  // of the last good state
+  BranchState here;   // likewise
+  std::string crossings;
   Equilibrium result;
   while (reached < 1) {
     if (negative < 0) {
       system.assemble();
-      negative = negative_pivots(system, drive_held);
+      negative = negative_pivots(system, way.drive_held);
       strain = system.strain();
+      if (way.moves) here = way.state();
     }
     const double target = std::min(1.0, reached + step);  // powers of two: 1 is met exactly
     double failed = target;
-    result = solve(target);
+    result = way.solve(target);
     int now = 0;
+    BranchState there;
     if (result.converged || result.stretched) {
-      now = negative_pivots(system, drive_held);
+      now = negative_pivots(system, way.drive_held);
       if (system.strain() > largest_strain) {
         result.converged = false;
         result.message = stretch_message(system.strain());
         result.beyond_reach =
             now <= negative && overstretched.is_believed(reached, target, system.strain());
-      } else if (now > negative && way && halvings + 4 < options.max_halvings) {
-        result.converged = false;  // another branch? believed only if short steps lead there too
+      } else if (way.moves) {
+        there = way.state();
+        const double off = departure(here, there, target - reached, system);
+        const bool crosses = now != negative;
+        if (!(off <= largest_departure) || (crosses && halvings < near_bifurcations)) {
+          if (crosses && before_crossing < 0) before_crossing = halvings;
+          most_halvings = near_bifurcations;
+          result.converged = false;
+          result.left_branch = true;
+          result.message = fmt::format(
+              "the equilibrium found there is not on the branch of the one before: off by {:.2g}",
+              off);
+        }
       }
     }
     if (result.converged) {
       ++sub_steps;
       const bool ends =
           halved && target < 1 && ends_stretched(reached, strain, target, system.strain());
+      if (now != negative)
+        crossings += fmt::format(
+            "{}stability is {} between {} {} and {}", crossings.empty() ? "" : "; ",
+            now > negative ? "lost" : "regained", way.what, way.name(reached), way.name(target));
       reached = target;
       negative = now;
       strain = system.strain();
+      here = std::move(there);
       if (reached < 1) good = system.save();
       if (!ends) {
         if (++in_succession == 2 && halvings > 0) {
@@ -334,10 +370,11 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
     int& counted = result.too_far && far < most_halvings ? far : halvings;
     if (++counted > most_halvings || result.beyond_reach) {
       system.assemble();
-      result.message =
-          way ? fmt::format("no equilibrium between {:.4g} and {:.4g} of the {} step: {}", reached,
-                            failed, what, result.message)
-              : fmt::format("no equilibrium: {}", result.message);
+      result.message = way.moves ? fmt::format(
+                                       "no equilibrium between {:.4g} and {:.4g} of the {} "
+                                       "step: {}",
+                                       reached, failed, way.what, result.message)
+                                 : fmt::format("no equilibrium: {}", result.message);
       break;
     }
     step /= 2;
@@ -345,6 +382,7 @@ Equilibrium step_parameter(System& system, const NewtonOptions& options, const c
     in_succession = 0;
   }
   result.sub_steps = std::max(sub_steps, 1);
+  result.crossings = std::move(crossings);
   return result;
 }
 
@@ -362,21 +400,26 @@ std::string listed(const VectorXd& strokes) {
 
 Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions& options) {
   const VectorXd start = present_strokes(system);
-  bool way = false;
+  bool moves = false;
   for (Eigen::Index k = 0; k < strokes.size(); ++k) {
     const bool turns =
         is_rotation(system.mechanism().drives[static_cast<std::size_t>(k)].direction);
-    way = way || std::abs(strokes[k] - start[k]) > 1e-14 * (turns ? 1 : system.length());
+    moves = moves || std::abs(strokes[k] - start[k]) > 1e-14 * (turns ? 1 : system.length());
   }
-  Equilibrium result = step_parameter(system, options, "stroke", true, way, [&](double s) {
-    return solve_equilibrium(
-        system, std::optional<VectorXd>(s == 1 ? strokes : VectorXd(start + s * (strokes - start))),
-        options);
-  });
+  const VectorXd growth = strokes - start;
+  const auto at = [&](double p) { return p == 1 ? strokes : VectorXd(start + p * growth); };
+  const Way along{
+      .what = "stroke",
+      .drive_held = true,
+      .moves = moves,
+      .solve = [&](double p) { return solve_equilibrium(system, std::optional(at(p)), options); },
+      .state = [&] { return branch_state_of_strokes(system, growth); },
+      .name = [&](double p) { return listed(at(p)); }};
+  Equilibrium result = follow(system, options, along);
   if (!result.converged)
     result.message =
-        way ? fmt::format("stroke {} to {}: {}", listed(start), listed(strokes), result.message)
-            : fmt::format("stroke {}: {}", listed(strokes), result.message);
+        moves ? fmt::format("stroke {} to {}: {}", listed(start), listed(strokes), result.message)
+              : fmt::format("stroke {}: {}", listed(strokes), result.message);
   return result;
 }
 
@@ -389,12 +432,27 @@ Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& optio
   const bool driven = system.loads().driven();
   const std::optional<VectorXd> strokes =
       driven ? std::optional(present_strokes(system)) : std::nullopt;
-  return step_parameter(system, options, "load", driven, !(from == to), [&](double s) {
-    system.apply(s == 1 ? to
-                        : LoadFactors{from.constant + s * (to.constant - from.constant),
-                                      from.growing + s * (to.growing - from.growing)});
-    return solve_equilibrium(system, strokes, options);
-  });
+  const LoadFactors growth{to.constant - from.constant, to.growing - from.growing};
+  const auto at = [&](double p) {
+    return p == 1 ? to
+                  : LoadFactors{from.constant + p * growth.constant,
+                                from.growing + p * growth.growing};
+  };
+  const Way along{.what = "load",
+                  .drive_held = driven,
+                  .moves = !(from == to),
+                  .solve =
+                      [&](double p) {
+                        system.apply(at(p));
+                        return solve_equilibrium(system, strokes, options);
+                      },
+                  .state = [&] { return branch_state_of_loads(system, growth, driven); },
+                  .name =
+                      [&](double p) {
+                        const LoadFactors f = at(p);
+                        return fmt::format("{:.6g}", growth.growing == 0 ? f.constant : f.growing);
+                      }};
+  return follow(system, options, along);
 }
 
 }  // namespace flexopt

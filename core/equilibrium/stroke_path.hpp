@@ -31,7 +31,11 @@ struct Equilibrium {
   /// stretched too far by all that is still to come: then the state is nearly the one that it
   /// tends to.
   bool too_far = false, stretched = false;
-  std::string message;  ///< why not, with the figures
+  /// Not converged because what is found at the end of the shortest step is on another branch than
+  /// the state before it.
+  bool left_branch = false;
+  std::string message;    ///< why not, with the figures
+  std::string crossings;  ///< where the way has passed states of singular tangent; empty: nowhere
 };
 
 /// Solves internal_force − load − Σ λ e_drive = 0 under the loads that act, with the drives held at

@@ -254,6 +254,13 @@ void System::restore(const Snapshot& snapshot) {
   for (int i = 0; i < leaves(); ++i) leaves_[i]->restore(*snapshot.leaves[i]);
 }
 
+void System::return_home() {
+  assert(home_);
+  for (std::size_t i = 0; i < leaves_.size(); ++i)
+    if (home_->leaves[i]) leaves_[i] = std::move(home_->leaves[i]);
+  restore(home_->state);
+}
+
 BlockMatrix System::body_mass() const {
   BlockMatrix M(static_cast<int>(poses_.size()));
   for (int b = 0; b < static_cast<int>(poses_.size()); ++b) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/elements/leaf/leaf_element.hpp"
@@ -36,9 +37,16 @@ class System {
   bool all_full() const;  ///< every leaf is at full accuracy
   /// Puts another model of the same leaf in its place, at the present state.
   void replace_leaf(int i, std::unique_ptr<LeafElement> leaf) {
-    leaves_[i] = std::move(leaf);
+    std::swap(leaves_[i], leaf);
+    if (home_ && !home_->leaves[i]) home_->leaves[i] = std::move(leaf);
     assembled_ = false;
   }
+  /// From now on return_home() leads back to the present state with the present models of the
+  /// leaves.
+  void stay_home() {
+    home_ = Home{save(), std::vector<std::unique_ptr<LeafElement>>(leaves_.size())};
+  }
+  void return_home();
   /// A leaf has changed in itself: the next assemble() must not be spared.
   void invalidate() { assembled_ = false; }
 
@@ -158,6 +166,11 @@ class System {
   double energy_ = 0, correction_ = 0, strain_ = 0;
   int negative_pivots_ = 0;
   bool assembled_ = false;  ///< the results are those of the present state
+  struct Home {
+    Snapshot state;
+    std::vector<std::unique_ptr<LeafElement>> leaves;  ///< those that were replaced since
+  };
+  std::optional<Home> home_;
 };
 
 }  // namespace flexopt

@@ -190,6 +190,9 @@ struct StrokeRequest {
   std::vector<double> points{0.0};
   /// Of several drives: the strokes of all of them, point by point; `points` are the first ones'.
   std::vector<VectorXd> strokes;
+  /// The way to a point, once the constant loads act, is straight from rest, so that its answer
+  /// does not depend on the other points; or it leads from point to point as they are listed.
+  bool in_order = false;
   LoadCase loads;
   /// Which of the constant loads grows until the tangent is singular: its name; empty for none.
   std::string buckling_load;

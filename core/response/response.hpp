@@ -15,6 +15,7 @@ namespace flexopt {
 enum class PointStatus {
   converged,
   no_equilibrium,  ///< Newton failed although the step was halved; the message has the figures
+  left_branch,     ///< the branch of the way to the point ends, or could not be followed to it
   not_reached,     ///< the path ended before this point
   limit_reached    ///< the limits of the request ended the evaluation before this point was done
 };
@@ -233,7 +234,7 @@ struct PathPoint {
   std::vector<BodyMotion> bodies;  ///< of every body of the mechanism
 };
 
-enum class Status { ok, no_equilibrium, limit_reached };
+enum class Status { ok, no_equilibrium, left_branch, limit_reached };
 
 struct StrokeResponse {
   Status status = Status::ok;

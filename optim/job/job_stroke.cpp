@@ -66,11 +66,11 @@ Shape named_shape(const DriveList& drives) {
              with_default("points", integer(1, most_points), 11, "how many, both ends included")}),
         "strokes of " + drive.name + "; without them it stays at 0"));
   }
-  return record(
-      {optional("at", list(record(std::move(point)), 1, most_points),
-                "the points one by one, each with the strokes of the drives by name"),
-       optional("grid", record(std::move(axes)),
-                "or every combination of the drives' strokes, the last of them fastest")});
+  return record({optional("at", list(record(std::move(point)), 1, most_points),
+                          "the points one by one, each with the strokes of the drives by name"),
+                 optional("grid", record(std::move(axes)),
+                          "or every combination of the drives' strokes, the last of them fastest"),
+                 with_default("in_order", boolean(), false, in_order_meaning)});
 }
 
 std::vector<VectorXd> read_named(const json& read, const json& as_written,
@@ -123,9 +123,11 @@ void read_stroke(json& read, const json& as_written, const DriveList& drives,
     throw SpecError("/stroke", shown(as_written), "the design has no drive; leave it out");
   if (!drives.named()) {
     request.points = read_one(read, as_written, drives.first());
+    request.in_order = read.value("in_order", false);
     return;
   }
   request.strokes = read_named(read, as_written, drives);
+  request.in_order = read.value("in_order", false);
   request.points.clear();
   for (const VectorXd& strokes : request.strokes) request.points.push_back(strokes[0]);
 }

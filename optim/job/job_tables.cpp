@@ -153,7 +153,8 @@ RecordTable<StrokeSpec> stroke_table(std::optional<Direction> drive) {
       .optional("points", integer(1, 10001), &StrokeSpec::points,
                 "how many, both ends included; default 11")
       .optional("at", list(place, 1, 10001), &StrokeSpec::at,
-                "the points one by one, instead of from, to, points");
+                "the points one by one, instead of from, to, points")
+      .with_default("in_order", boolean(), &StrokeSpec::in_order, in_order_meaning);
 }
 
 const RecordTable<LoadSpec>& load_table() {

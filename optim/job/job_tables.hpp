@@ -20,7 +20,13 @@ struct StrokeSpec {
   std::optional<double> from, to;  ///< [m or rad]
   std::optional<int> points;
   std::vector<double> at;  ///< [m or rad]
+  bool in_order = false;
 };
+/// What `in_order` of a stroke means.
+inline constexpr const char* in_order_meaning =
+    "whether the way leads from point to point as they are listed; else, the default, it leads "
+    "from "
+    "rest straight to each";
 
 /// A dead load, or the growing one of a load path, which has `points` and acts at O.
 struct LoadSpec {

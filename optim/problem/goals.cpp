@@ -365,8 +365,7 @@ GoalPlace place_of(const Goal& goal, std::size_t entry) {
 
 std::optional<double> stroke_reached(const StrokeResponse& response) {
   const auto failed = std::ranges::find_if(response.path, [](const PathPoint& point) {
-    return point.status == PointStatus::no_equilibrium ||
-           point.status == PointStatus::limit_reached;
+    return point.status != PointStatus::converged && point.status != PointStatus::not_reached;
   });
   std::optional<double> nearest;
   if (failed == response.path.end()) return nearest;

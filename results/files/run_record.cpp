@@ -47,8 +47,9 @@ std::pair<std::string, std::string> conclusion(const StrokeResponse& response, A
                               why.empty() ? "" : "; no frequency derivatives: " + why,
                               unstable_text(path))};
   }
-  const char* status =
-      response.status == Status::limit_reached ? "limit_reached" : "no_equilibrium";
+  const char* status = response.status == Status::limit_reached ? "limit_reached"
+                       : response.status == Status::left_branch ? "left_branch"
+                                                                : "no_equilibrium";
   if (!response.message.empty()) return {status, response.message + "."};
   return {status,
           fmt::format("{} of {} converged.", converged, plural(path.size(), "stroke point"))};
@@ -238,6 +239,8 @@ std::string name_of(PointStatus status) {
       return "converged";
     case PointStatus::no_equilibrium:
       return "no_equilibrium";
+    case PointStatus::left_branch:
+      return "left_branch";
     case PointStatus::not_reached:
       return "not_reached";
     case PointStatus::limit_reached:

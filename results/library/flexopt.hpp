@@ -179,7 +179,7 @@ class FLEXOPT_EXPORTED Path {
  public:
   std::string name() const;     ///< of the load case; empty where there is one only
   std::size_t size() const;     ///< n
-  std::string status() const;   ///< "ok", "no_equilibrium" or "limit_reached"
+  std::string status() const;   ///< "ok", "no_equilibrium", "left_branch" or "limit_reached"
   std::string message() const;  ///< one sentence with the figures
   /// Whether there is an equilibrium at a point. Where there is none its values are missing, and
   /// its displacement, rotation and compliance are 0.

@@ -85,7 +85,8 @@ Job evaluation_of(Job job) {
 OrderedJson look_at(const Job& job) {
   Silent nobody;
   RunRecord record = run_evaluation(evaluation_of(job), {}, 1, nobody);
-  if (record.status == "no_equilibrium" || record.status == "limit_reached" ||
+  if (record.status == "no_equilibrium" || record.status == "left_branch" ||
+      record.status == "limit_reached" ||
       record.status == "failed")
     return {{"ok", false}, {"message", record.message}};
   OrderedJson answer{{"ok", true}, {"result", make_result(record)}, {"scene", make_scene(record)}};

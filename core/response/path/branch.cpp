@@ -8,6 +8,7 @@
 #include <functional>
 #include <utility>
 
+#include "core/equilibrium/continuity.hpp"
 #include "core/equilibrium/edge_compliance.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
@@ -84,42 +85,50 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
 
 constexpr const char* no_equilibrium = "no equilibrium with reduced leaves";
 
-using Solve = std::function<Equilibrium()>;
+using Step = std::function<Equilibrium()>;
 
-// Where no equilibrium is found with reduced leaves, full ones take over.
-Equilibrium solve_again_on_full_leaves(System& system, const Solve& solve,
-                                       Equilibrium equilibrium) {
-  bool replaced = false;
-  for (int i = 0; i < system.leaves(); ++i)
-    if (!system.leaf(i).is_full()) {
-      system.replace_leaf(i, system.leaf(i).full_model(no_equilibrium));
-      replaced = true;
-    }
-  if (replaced) equilibrium = solve();
-  return equilibrium;
+std::vector<const LeafElement*> models_of(const System& system) {
+  std::vector<const LeafElement*> models;
+  for (int i = 0; i < system.leaves(); ++i) models.push_back(&system.leaf(i));
+  return models;
 }
 
-// Solves, then again as long as a leaf of limited range wants its model changed: where there is an
-// equilibrium, or where the way to it has ended.
-Equilibrium solve_refined(System& system, const Solve& solve) {
+// Steps, then again as long as a leaf of limited range wants its model changed: where there is an
+// equilibrium, or where the way to it has ended. Where leaves have merely got more bent states the
+// step is made anew: without them it has led anywhere. Other models go on from where it has led,
+// and have to find an equilibrium nearby.
+Equilibrium step_refined(System& system, const Step& step) {
   constexpr int most_rounds = 12, most_failures = 2;
-  Equilibrium equilibrium = solve();
+  const System::Snapshot before = system.save();
+  const std::vector<const LeafElement*> models = models_of(system);
+  Equilibrium equilibrium = step();
   int failures = 0;
   for (int round = 0; round < most_rounds; ++round) {
     if (!equilibrium.converged && (equilibrium.beyond_reach || ++failures > most_failures)) break;
     if (!refine_leaves(system)) break;
-    const int before = equilibrium.iterations;
-    equilibrium = solve();
-    equilibrium.iterations += before;
+    const Equilibrium last = std::move(equilibrium);
+    if (models_of(system) == models) {
+      system.restore(before);
+      equilibrium = step();
+    } else {
+      const Place here = place_of(system);
+      equilibrium = step();
+      if (equilibrium.crossings.empty()) equilibrium.crossings = last.crossings;
+      if (equilibrium.converged && last.converged && !is_near(system, here)) {
+        equilibrium.converged = false;
+        equilibrium.left_branch = true;
+        equilibrium.message = "with other models of its leaves the mechanism moves far";
+      }
+    }
+    equilibrium.iterations += last.iterations;
+    if (equilibrium.left_branch) break;
   }
-  if (!equilibrium.converged)
-    equilibrium = solve_again_on_full_leaves(system, solve, std::move(equilibrium));
   return equilibrium;
 }
 
 // To the strokes of a point, or to its factor of the growing loads.
 Equilibrium advance(System& system, const StrokeRequest& request, std::size_t k) {
-  return solve_refined(system, [&] {
+  return step_refined(system, [&] {
     return request.loads.driven()
                ? step_to(system, request.strokes_at(k, system.mechanism().drives.size()),
                          request.newton)
@@ -195,31 +204,32 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
   return full;
 }
 
-// Onto the stable branch at a point that is unstable. Why not; empty where it is.
-std::string leave_branch(std::unique_ptr<System>& system, const ModelOptions& model,
+// Onto the stable branch at a point that is unstable, of another system, `away`. Why not; empty
+// where it is.
+std::string leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
                          const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
                          VectorXd& motion) {
   std::unique_ptr<System> whole;
   Equilibrium here = equilibrium;
-  if (!system->all_full()) {
-    whole = finish_on_full_leaves(*system, model, request, point, {}, here);
+  if (!system.all_full()) {
+    whole = finish_on_full_leaves(system, model, request, point, {}, here);
     if (!here.converged) return here.message;
     if (negative_pivots(*whole, request.loads.driven()) ==
         0) {  // reduced leaves alone were unstable
-      system = std::move(whole);
+      away = std::move(whole);
       equilibrium = here;
       return {};
     }
   }
-  StableBranch found = find_stable_branch(whole ? *whole : *system, model, request, point);
+  StableBranch found = find_stable_branch(whole ? *whole : system, model, request, point);
   if (!found.system) return found.reason;
-  system = std::move(found.system);
+  away = std::move(found.system);
   equilibrium = found.equilibrium;
   motion = found.motion;
   return {};
 }
 
-// The way along one branch, point by point.
+// The ways from rest, point by point.
 class BranchWalk {
  public:
   BranchWalk(const Mechanism& mechanism, const ModelOptions& model, const StrokeRequest& request,
@@ -232,23 +242,20 @@ class BranchWalk {
         response_(response),
         outputs_(mechanism, model, request, response.stress_places, differentiable) {}
 
-  // Makes the leaves and puts on the loads that come before the stroke.
+  // To rest under the constant loads: for the first way makes the leaves and puts the loads on.
   void begin();
   // Evaluates point k.
   void visit(std::size_t k);
-  // Why the path has ended; empty where it goes on.
+  // Why the way has ended; empty where it goes on.
   const std::string& lost() const { return lost_; }
 
  private:
-  std::unique_ptr<System> make_system() const {
-    return std::make_unique<System>(
-        mechanism_, make_leaves(mechanism_, model_, request_, points_, differentiable_),
-        request_.loads);
-  }
   void load();
   Equilibrium reach(std::size_t k);
+  Equilibrium reach_on_full_leaves(std::size_t k);
   void add_branching(System& system, Equilibrium& equilibrium, std::size_t k, PathPoint& point,
                      PointGradients* own);
+  System& system() { return away_ ? *away_ : *home_; }
 
   const Mechanism& mechanism_;
   const ModelOptions& model_;
@@ -257,56 +264,71 @@ class BranchWalk {
   DifferentiablePath* differentiable_;
   StrokeResponse& response_;
   PointOutputs outputs_;
-  std::unique_ptr<System> system_;
-  std::string lost_;
-  bool from_rest_ = true;
+  std::unique_ptr<System> home_;  // begins every way
+  std::unique_ptr<System> away_;  // has taken over on this way
+  std::string lost_, not_loaded_;
   VectorXd other_branch_;  // the motion that led there; empty on the primary one
 };
 
 void BranchWalk::begin() {
+  away_.reset();
+  other_branch_.resize(0);
+  lost_ = not_loaded_;
+  if (home_) {
+    if (lost_.empty()) home_->return_home();
+    return;
+  }
   const auto start = Clock::now();
-  system_ = make_system();
+  home_ = std::make_unique<System>(
+      mechanism_, make_leaves(mechanism_, model_, request_, points_, differentiable_),
+      request_.loads);
   response_.seconds_coefficients += seconds_since(start);
   load();
+  lost_ = not_loaded_;
+  home_->stay_home();
 }
 
 void BranchWalk::load() {
-  if (!system_->loaded_at_rest()) return;
-  const auto apply = [&] { return step_load(*system_, {.constant = 1}, request_.newton); };
-  Equilibrium loaded = solve_refined(*system_, apply);
+  if (!home_->loaded_at_rest()) return;
+  const auto apply = [&] { return step_load(*home_, {.constant = 1}, request_.newton); };
+  Equilibrium loaded = step_refined(*home_, apply);
   if (!loaded.converged && model_.accuracy != Accuracy::full) {
     // a reduced leaf that is far off at rest leaves no state to go on from
-    system_ = std::make_unique<System>(
+    home_ = std::make_unique<System>(
         mechanism_, make_full_leaves(mechanism_, model_, no_equilibrium), request_.loads);
     loaded = apply();
   }
-  if (!loaded.converged) lost_ = loaded.message;
+  if (!loaded.converged) not_loaded_ = loaded.message;
 }
 
-// From where the path stands or, of several drives and of other branches, by another way.
+// Where reduced leaves find no equilibrium: on full ones from where they stand or, if they have
+// gone astray, from rest.
+Equilibrium BranchWalk::reach_on_full_leaves(std::size_t k) {
+  System& reduced = system();
+  for (int i = 0; i < reduced.leaves(); ++i)
+    if (!reduced.leaf(i).is_full())
+      reduced.replace_leaf(i, reduced.leaf(i).full_model(no_equilibrium));
+  std::optional<VectorXd> strokes;
+  if (request_.loads.driven()) strokes = present_strokes(reduced);
+  const Place here = place_of(reduced);
+  Equilibrium equilibrium = solve_equilibrium(reduced, strokes, request_.newton);
+  if (equilibrium.converged && is_near(reduced, here)) equilibrium = advance(reduced, request_, k);
+  if (equilibrium.converged || equilibrium.beyond_reach) return equilibrium;
+  auto full = std::make_unique<System>(
+      mechanism_, make_full_leaves(mechanism_, model_, no_equilibrium), request_.loads);
+  equilibrium = step_from_rest(*full, request_, k);
+  away_ = std::move(full);
+  return equilibrium;
+}
+
+// From where the way stands or, of other branches, by another way.
 Equilibrium BranchWalk::reach(std::size_t k) {
-  const bool several = !request_.strokes.empty();
-  Equilibrium equilibrium = advance(*system_, request_, k);
-  if (several && !equilibrium.converged && !from_rest_) {
-    system_ = make_system();
-    other_branch_.resize(0);
-    load();
-    equilibrium = advance(*system_, request_, k);
-  }
-  from_rest_ = false;
-  if (!equilibrium.converged && !equilibrium.beyond_reach && model_.accuracy != Accuracy::full) {
-    // reduced leaves that went astray have left no state that full ones could go on from
-    auto full = std::make_unique<System>(
-        mechanism_, make_full_leaves(mechanism_, model_, no_equilibrium), request_.loads);
-    if (Equilibrium again = step_from_rest(*full, request_, k); again.converged) {
-      system_ = std::move(full);
-      equilibrium = std::move(again);
-    }
-  }
+  Equilibrium equilibrium = advance(system(), request_, k);
+  if (!equilibrium.converged && !system().all_full()) equilibrium = reach_on_full_leaves(k);
   if (!equilibrium.converged && other_branch_.size() > 0) {
-    StableBranch again = lead_to_stable_branch(*system_, other_branch_, model_, request_, k);
+    StableBranch again = lead_to_stable_branch(system(), other_branch_, model_, request_, k);
     if (again.system) {
-      system_ = std::move(again.system);
+      away_ = std::move(again.system);
       equilibrium = again.equilibrium;
     }
   }
@@ -331,46 +353,46 @@ void BranchWalk::visit(std::size_t k) {
   Equilibrium equilibrium = reach(k);
   std::string lost_stability;  // why the path stays on an unstable branch
   if (equilibrium.converged && request_.branch == BranchChoice::stable &&
-      negative_pivots(*system_, request_.loads.driven()) > 0)
-    lost_stability = leave_branch(system_, model_, request_, k, equilibrium, other_branch_);
+      negative_pivots(system(), request_.loads.driven()) > 0)
+    lost_stability = leave_branch(system(), away_, model_, request_, k, equilibrium, other_branch_);
   const bool gradients = differentiable_ && !differentiable_->directions.empty();
   PointGradients* own = gradients ? &differentiable_->gradients.path[k] : nullptr;
   std::unique_ptr<System> full;
   if (equilibrium.converged)
-    full = evaluate_point(*system_, model_, request_, k, differentiable_ != nullptr, outputs_,
+    full = evaluate_point(system(), model_, request_, k, differentiable_ != nullptr, outputs_,
                           equilibrium, point, own);
   if (!equilibrium.converged) {
-    point.status = PointStatus::no_equilibrium;
+    point.status = equilibrium.left_branch ? PointStatus::left_branch : PointStatus::no_equilibrium;
     point.message = equilibrium.message;
     point.newton_iterations = equilibrium.iterations;
-    if (request_.strokes.empty())
-      lost_ = fmt::format("the path ended before: {}", equilibrium.message);
+    lost_ = fmt::format("the way ended before: {}", equilibrium.message);
     return;
   }
   if (!differentiable_ && (request_.wants_dynamics() || request_.wants_state_space(k))) {
     // reduced leaves that know no interior leave the dynamics to full ones
     std::unique_ptr<System> whole;
     Equilibrium there = equilibrium;
-    if (const std::string gap = interior_gap(*system_, request_, k); !gap.empty())
-      whole = finish_on_full_leaves(*system_, model_, request_, k, gap, there);
-    if (there.converged) outputs_.add_dynamics(whole ? *whole : *system_, k, point);
+    if (const std::string gap = interior_gap(system(), request_, k); !gap.empty())
+      whole = finish_on_full_leaves(system(), model_, request_, k, gap, there);
+    if (there.converged) outputs_.add_dynamics(whole ? *whole : system(), k, point);
   }
   point.other_branch = other_branch_.size() > 0;
   if (!lost_stability.empty() && point.status == PointStatus::converged)
     point.message = "the stable branch was not found: " + lost_stability;
+  if (point.message.empty()) point.message = equilibrium.crossings;
   if ((request_.growing_load() || request_.wants_capacity()) &&
       point.status == PointStatus::converged)
-    add_branching(full ? *full : *system_, equilibrium, k, point, own);
+    add_branching(full ? *full : system(), equilibrium, k, point, own);
 }
 
 }  // namespace
 
-void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
-                   const StrokeRequest& request, const std::vector<int>& order,
-                   DifferentiablePath* differentiable, StrokeResponse& response) {
+void follow_ways(const Mechanism& mechanism, const ModelOptions& model,
+                 const StrokeRequest& request, const std::vector<std::vector<int>>& ways,
+                 DifferentiablePath* differentiable, StrokeResponse& response) {
   const auto start = Clock::now();
   const double coefficients = response.seconds_coefficients;
-  BranchWalk walk(mechanism, model, request, order.size(), differentiable, response);
+  BranchWalk walk(mechanism, model, request, request.points.size(), differentiable, response);
   std::optional<std::string> limit;  // which limit of work has ended the evaluation
   const auto within_limits = [&](int k, const auto& work) {
     PathPoint& point = response.path[static_cast<std::size_t>(k)];
@@ -386,15 +408,17 @@ void follow_branch(const Mechanism& mechanism, const ModelOptions& model,
         differentiable->gradients.path[static_cast<std::size_t>(k)] = {};
     }
   };
-  within_limits(order.front(), [&] { walk.begin(); });
-  for (const int k : order) {
-    PathPoint& point = response.path[static_cast<std::size_t>(k)];
-    if (point.status == PointStatus::limit_reached) continue;
-    if (limit || !walk.lost().empty()) {
-      point.message = limit ? "the path ended before: " + *limit : walk.lost();
-      continue;
+  for (const std::vector<int>& way : ways) {
+    if (!limit) within_limits(way.front(), [&] { walk.begin(); });
+    for (const int k : way) {
+      PathPoint& point = response.path[static_cast<std::size_t>(k)];
+      if (point.status == PointStatus::limit_reached) continue;
+      if (limit || !walk.lost().empty()) {
+        point.message = limit ? "the path ended before: " + *limit : walk.lost();
+        continue;
+      }
+      within_limits(k, [&] { walk.visit(static_cast<std::size_t>(k)); });
     }
-    within_limits(k, [&] { walk.visit(static_cast<std::size_t>(k)); });
   }
   response.seconds_path += seconds_since(start) - (response.seconds_coefficients - coefficients);
 }

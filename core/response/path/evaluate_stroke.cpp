@@ -20,32 +20,34 @@
 namespace flexopt {
 namespace {
 
-// Places of the points on either side of the undeflected state, outward.
-std::array<std::vector<int>, 2> outward(const std::vector<double>& points) {
-  std::array<std::vector<int>, 2> sides;
-  for (int k = 0; k < static_cast<int>(points.size()); ++k) sides[points[k] < 0].push_back(k);
-  for (std::vector<int>& side : sides)
-    std::stable_sort(side.begin(), side.end(),
-                     [&](int a, int b) { return std::abs(points[a]) < std::abs(points[b]); });
-  return sides;
-}
-
-// Order of the points of several drives: from rest always to the nearest that is left.
-std::vector<int> nearest_first(const std::vector<VectorXd>& strokes) {
-  VectorXd at = VectorXd::Zero(strokes.front().size()), unit = at;
-  for (const VectorXd& s : strokes) unit = unit.cwiseMax(s.cwiseAbs());
-  unit = (unit.array() == 0).select(1.0, unit);
-  std::vector<int> left(strokes.size()), order;
-  std::iota(left.begin(), left.end(), 0);
-  while (!left.empty()) {
-    const auto next = std::ranges::min_element(left, {}, [&](int k) {
-      return (strokes[static_cast<std::size_t>(k)] - at).cwiseQuotient(unit).squaredNorm();
-    });
-    order.push_back(*next);
-    at = strokes[static_cast<std::size_t>(*next)];
-    left.erase(next);
+// The ways from rest to the points: those of one drive outward on either side, of several drives
+// the straight lines on which points lie, or all points as they are listed.
+std::vector<std::vector<int>> ways_to_points(const StrokeRequest& request) {
+  const int count = static_cast<int>(request.points.size());
+  std::vector<std::vector<int>> ways;
+  if (request.in_order) {
+    std::iota(ways.emplace_back(count).begin(), ways.back().end(), 0);
+    return ways;
   }
-  return order;
+  std::vector<double> parts = request.points;  // of the way
+  std::vector<int> of(request.points.size());
+  const std::vector<VectorXd> lines = stroke_ways(request);
+  for (int k = 0; k < count && !lines.empty(); ++k) {
+    const VectorXd& strokes = request.strokes[static_cast<std::size_t>(k)];
+    std::optional<double> part;
+    for (std::size_t line = 0; !part && line < lines.size(); ++line) {
+      part = part_of_way(lines[line], {strokes.begin(), strokes.end()});
+      of[k] = static_cast<int>(line);
+    }
+    parts[k] = part.value_or(1);
+  }
+  ways.resize(2 * std::max<std::size_t>(1, lines.size()));
+  for (int k = 0; k < count; ++k)
+    ways[static_cast<std::size_t>(2 * of[k] + (parts[k] < 0))].push_back(k);
+  for (std::vector<int>& way : ways)
+    std::ranges::stable_sort(way, {}, [&](int k) { return std::abs(parts[k]); });
+  std::erase_if(ways, [](const auto& way) { return way.empty(); });
+  return ways;
 }
 
 void add_screening(const StrokeRequest& request, DifferentiablePath* differentiable,
@@ -170,11 +172,14 @@ void summarise(StrokeResponse& response) {
     response.message =
         fmt::format("{} of {} stroke points converged", converged, response.path.size());
     for (const PathPoint& p : response.path)
-      if (p.status == PointStatus::no_equilibrium || p.status == PointStatus::limit_reached)
+      if (p.status != PointStatus::converged && p.status != PointStatus::not_reached)
         response.message += "; " + p.message;
-    if (std::ranges::find(response.path, PointStatus::limit_reached, &PathPoint::status) !=
-        response.path.end())
-      response.status = Status::limit_reached;
+    const auto any = [&](PointStatus status) {
+      return std::ranges::find(response.path, status, &PathPoint::status) != response.path.end();
+    };
+    if (any(PointStatus::left_branch) && !any(PointStatus::no_equilibrium))
+      response.status = Status::left_branch;
+    if (any(PointStatus::limit_reached)) response.status = Status::limit_reached;
   }
   const auto unstable =
       std::ranges::count_if(response.path, [](const PathPoint& p) { return !p.stable; });
@@ -210,12 +215,8 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   }
   const LimitedWork limits(request.limits);
   const bool path = request.outputs.need_path();
-  if (path && !request.strokes.empty())
-    follow_branch(mechanism, model, request, nearest_first(request.strokes), differentiable,
-                  response);
-  if (path && request.strokes.empty())
-    for (const std::vector<int>& side : outward(request.points))
-      if (!side.empty()) follow_branch(mechanism, model, request, side, differentiable, response);
+  if (path)
+    follow_ways(mechanism, model, request, ways_to_points(request), differentiable, response);
   if (path && request.outputs.has(Output::stress) && request.stress.need_history()) {
     const bool gradients = differentiable && !differentiable->directions.empty();
     add_fatigue(mechanism, request.stress, gradients ? &differentiable->directions : nullptr,

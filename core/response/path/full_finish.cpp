@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/equilibrium/continuity.hpp"
 #include "core/response/models/leaf_models.hpp"
 
 namespace flexopt {
@@ -29,8 +30,13 @@ Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::si
   if (system.loaded_at_rest())
     if (Equilibrium loaded = step_load(system, {.constant = 1}, request.newton); !loaded.converged)
       return loaded;
-  return step_to(system, request.strokes_at(point, system.mechanism().drives.size()),
-                 request.newton);
+  Equilibrium reached;
+  for (std::size_t k = request.in_order ? 0 : point; k <= point; ++k) {
+    reached =
+        step_to(system, request.strokes_at(k, system.mechanism().drives.size()), request.newton);
+    if (!reached.converged) break;
+  }
+  return reached;
 }
 
 std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
@@ -42,8 +48,9 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
   const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
   std::optional<VectorXd> strokes;
   if (driven) strokes = request.strokes_at(point, system.mechanism().drives.size());
+  const Place reduced = place_of(system);
   equilibrium = solve_equilibrium(*full, strokes, request.newton);
-  if (!equilibrium.converged || full->strain() > largest_strain ||
+  if (!equilibrium.converged || full->strain() > largest_strain || !is_near(*full, reduced) ||
       negative_pivots(*full, driven) > negative_pivots(system, driven)) {
     full = std::make_unique<System>(
         system.mechanism(), make_full_leaves(system.mechanism(), model, why), system.loads());

@@ -13,10 +13,10 @@ namespace flexopt {
 Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::size_t point);
 
 /// The system on full leaves at this point of the request, by Newton's method from the state of
-/// the reduced ones; where that leads astray (to no equilibrium, to one that is less stable, or to
-/// one that is stretched too far), along the path from rest. `reason`: why, if there is more to say
-/// than that they are exact. `equilibrium`: that of the reduced leaves, replaced by the one of the
-/// full leaves.
+/// the reduced ones; where that leads astray (to no equilibrium, to one that is far from it or less
+/// stable, or to one that is stretched too far), along the way from rest. `reason`: why, if there
+/// is more to say than that they are exact. `equilibrium`: that of the reduced leaves, replaced by
+/// the one of the full leaves.
 std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
                                               const StrokeRequest& request, std::size_t point,
                                               const std::string& reason, Equilibrium& equilibrium);

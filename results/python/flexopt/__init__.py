@@ -87,7 +87,7 @@ def evaluate(
     if along and status == "ok" and run.no_gradients:
         raise NoGradient(run.no_gradients)
     result = Evaluation(run, status, folder, along)
-    if status in ("no_equilibrium", "limit_reached"):
+    if status in ("no_equilibrium", "left_branch", "limit_reached"):
         paths: list[Path] = [*result.cases.values()] or [result]
         reached = [path.stroke_reached for path in paths if path.status != "ok"]
         raise NotConverged(run.message, reached[0], result)

@@ -102,7 +102,7 @@ class Path(Mapping[str, Array]):
 
     @property
     def status(self) -> str:
-        """``ok``, ``no_equilibrium``, or ``limit_reached`` (the job's ``limits``)."""
+        """``ok``, ``no_equilibrium``, ``left_branch``, or ``limit_reached`` (the job's ``limits``)."""
         return self._arrays.status
 
     @property

@@ -1,0 +1,113 @@
+#include "core/equilibrium/continuity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/equilibrium/newton_equations.hpp"
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+namespace {
+
+// Displacement over the length of the system, and rotation vector.
+Vector6d motion_between(const BodyPose& from, const BodyPose& to, double length) {
+  Vector6d motion;
+  motion << (to.position - from.position) / length,
+      rotation_log(to.rotation * from.rotation.transpose());
+  return motion;
+}
+
+}  // namespace
+
+Place place_of(const System& system) {
+  Place place;
+  for (int b = 0; 6 * b < system.size(); ++b) place.poses.push_back(system.pose(b));
+  const int leaves = system.leaves();
+  place.energies.resize(leaves + 2);
+  for (int i = 0; i < leaves; ++i) place.energies[i] = system.leaf(i).evaluation().energy;
+  place.energies[leaves] = system.energy() - place.energies.head(leaves).sum();
+  place.energies[leaves + 1] = system.load_energy();
+  return place;
+}
+
+bool is_near(const System& system, const Place& before) {
+  constexpr double share = 0.05, slight = 1e-4, of_energy = 0.1;
+  const Place now = place_of(system);
+  double moved = 0, apart = 0;
+  for (std::size_t b = 0; b < now.poses.size(); ++b) {
+    const BodyPose rest{system.mechanism().bodies[b].reference, Matrix3d::Identity()};
+    moved += motion_between(rest, before.poses[b], system.length()).squaredNorm();
+    apart += motion_between(before.poses[b], now.poses[b], system.length()).squaredNorm();
+  }
+  if (!(std::sqrt(apart) <= share * std::sqrt(moved) + slight)) return false;
+  const double sum = now.energies.cwiseAbs().sum() + before.energies.cwiseAbs().sum();
+  return (now.energies - before.energies).cwiseAbs().sum() <= of_energy * 0.5 * sum;
+}
+
+BranchState branch_state_of_strokes(const System& system, const VectorXd& strokes) {
+  BranchState state{.place = place_of(system)};
+  NewtonEquations equations(system, true);
+  equations.assemble(VectorXd::Zero(system.size()), present_strokes(system) + strokes);
+  const VectorXd x = equations.solve();
+  state.slope = equations.motion(x);
+  VectorXd loads(strokes.size()), change = VectorXd::Zero(strokes.size());
+  equations.read_loads(x, change);
+  const VectorXd multipliers = equations.conditions() > 0 ? equations.multipliers(x) : VectorXd();
+  for (Eigen::Index k = 0; k < strokes.size(); ++k) {
+    const System::DriveRow& at = system.drives()[static_cast<std::size_t>(k)];
+    loads[k] = at.coordinate
+                   ? system.internal_force()[*at.coordinate] - system.load()[*at.coordinate]
+                   : -system.multipliers()[*at.condition];
+    if (at.condition) change[k] = -multipliers[*at.condition];
+  }
+  state.work = {.rate = loads.dot(strokes), .slope = change.dot(strokes)};
+  return state;
+}
+
+BranchState branch_state_of_loads(System& system, LoadFactors growth, bool driven) {
+  constexpr double step = 1e-3;  // edges follow errors of assembly along curves
+  BranchState state{.place = place_of(system)};
+  const std::optional<VectorXd> strokes =
+      driven ? std::optional(present_strokes(system)) : std::nullopt;
+  const System::Snapshot here = system.save();
+  system.apply({here.factors.constant - step * growth.constant,
+                here.factors.growing - step * growth.growing});
+  system.assemble();
+  NewtonEquations equations(system, driven);
+  equations.assemble(system.load() - system.internal_force(), strokes);
+  state.slope = -1 / step * equations.motion(equations.solve());
+  system.restore(here);
+  system.assemble();
+  return state;
+}
+
+double departure(const BranchState& start, const BranchState& end, double step,
+                 const System& system) {
+  constexpr double rounding = 1e-7;  // of lengths over the longest leaf, and of the energies
+  if (!start.slope.allFinite() || !end.slope.allFinite())
+    return std::numeric_limits<double>::infinity();
+  double moved = 0, beside = 0, of_moments = 0;
+  for (std::size_t b = 0; b < start.place.poses.size(); ++b) {
+    const auto at = static_cast<Eigen::Index>(6 * b);
+    const Vector6d motion =
+        motion_between(start.place.poses[b], end.place.poses[b], system.length());
+    Vector6d led = 0.5 * step * (start.slope.segment<6>(at) + end.slope.segment<6>(at));
+    led.head<3>() /= system.length();
+    for (const BodyLoad& load : system.acting())  // a dead moment has no energy
+      if (load.body == static_cast<int>(b)) of_moments += load.moment.dot(motion.tail<3>());
+    moved += motion.squaredNorm();
+    beside += (motion - led).squaredNorm();
+  }
+  const double motion = std::sqrt(beside) / (std::sqrt(moved) + rounding);
+  if (!start.work || !end.work) return motion;
+  const VectorXd change = end.place.energies - start.place.energies;
+  const double work = 0.5 * step * (start.work->rate + end.work->rate) +
+                      step * step / 12 * (start.work->slope - end.work->slope) + of_moments;
+  const double scale =
+      change.cwiseAbs().sum() + rounding * end.place.energies.cwiseAbs().sum() + 1e-300;
+  return std::max(motion, std::abs(work - change.sum()) / scale);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,51 @@
+#pragma once
+// Whether two equilibria lie on one smooth piece of a branch: README.md (Q11), (Q12).
+#include <optional>
+#include <vector>
+
+#include "core/equilibrium/system.hpp"
+
+namespace flexopt {
+
+/// Where a mechanism stands.
+struct Place {
+  std::vector<BodyPose> poses;
+  VectorXd energies;  ///< of each leaf, of the springs, of the dead forces [J]
+};
+/// The system must be assembled.
+Place place_of(const System& system);
+
+/// Whether the system, with other models of its leaves, stands where it was: the bodies beside
+/// their way from the undeflected state, the energies beside their sum. It must be assembled.
+bool is_near(const System& system, const Place& before);
+
+/// An equilibrium of a way with a parameter p, and how the branch leaves it.
+struct BranchState {
+  Place place;
+  VectorXd slope;  ///< (displacement, spin) of the bodies by p
+  /// Where p moves strokes: what the drives' loads do on them by p, and its derivative by p along
+  /// the branch [J].
+  struct Work {
+    double rate = 0, slope = 0;
+  };
+  std::optional<Work> work;
+};
+
+/// `strokes`: how those of all drives grow with p. The system must be assembled at an equilibrium
+/// with the drives held.
+BranchState branch_state_of_strokes(const System& system, const VectorXd& strokes);
+
+/// The same where p grows loads, by so much of each; drives held or nothing driven. The system is
+/// put next to the state and back.
+BranchState branch_state_of_loads(System& system, LoadFactors growth, bool driven);
+
+/// How far the end is from where both slopes lead from the start, the larger of
+/// - the motion of the bodies beside the mean of both slopes, over the motion;
+/// - of ways of strokes the work of the drives beside the change of energy, over the changes of the
+///   energies: the work by the two-point Hermite polynomial of the power.
+/// Both vanish with the third power of the step or faster on a smooth branch, and do not where the
+/// end lies on another one. `step`: of p. Infinite where a slope is not finite.
+double departure(const BranchState& start, const BranchState& end, double step,
+                 const System& system);
+
+}  // namespace flexopt
