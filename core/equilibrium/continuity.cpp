@@ -32,8 +32,8 @@ Place place_of(const System& system) {
   return place;
 }
 
-bool is_near(const System& system, const Place& before) {
-  constexpr double share = 0.05, slight = 1e-4, of_energy = 0.1;
+bool is_near(const System& system, const Place& before, double energy_share) {
+  constexpr double share = 0.05, slight = 1e-4;
   const Place now = place_of(system);
   double moved = 0, apart = 0;
   for (std::size_t b = 0; b < now.poses.size(); ++b) {
@@ -42,8 +42,12 @@ bool is_near(const System& system, const Place& before) {
     apart += motion_between(before.poses[b], now.poses[b], system.length()).squaredNorm();
   }
   if (!(std::sqrt(apart) <= share * std::sqrt(moved) + slight)) return false;
+  VectorXd unit = VectorXd::Ones(system.size());
+  for (Eigen::Index b = 0; b < unit.size(); b += 6) unit.segment<3>(b).setConstant(system.length());
+  const double rounding =
+      1e-14 * system.tangent().diagonal().cwiseAbs().cwiseProduct(unit.cwiseAbs2()).maxCoeff();
   const double sum = now.energies.cwiseAbs().sum() + before.energies.cwiseAbs().sum();
-  return (now.energies - before.energies).cwiseAbs().sum() <= of_energy * 0.5 * sum;
+  return (now.energies - before.energies).cwiseAbs().sum() <= energy_share * 0.5 * sum + rounding;
 }
 
 BranchState branch_state_of_strokes(const System& system, const VectorXd& strokes) {

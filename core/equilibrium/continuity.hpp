@@ -15,9 +15,12 @@ struct Place {
 /// The system must be assembled.
 Place place_of(const System& system);
 
-/// Whether the system, with other models of its leaves, stands where it was: the bodies beside
-/// their way from the undeflected state, the energies beside their sum. It must be assembled.
-bool is_near(const System& system, const Place& before);
+/// Whether the system, with other models of its leaves, stands where it was: the bodies within a
+/// twentieth of their way from the undeflected state, the energies within this share of their sum.
+/// The system must be assembled.
+bool is_near(const System& system, const Place& before, double energy_share);
+/// Share for models that ought to agree, and for those of which one is not believed.
+inline constexpr double same_energy = 0.1, similar_energy = 0.5;
 
 /// An equilibrium of a way with a parameter p, and how the branch leaves it.
 struct BranchState {

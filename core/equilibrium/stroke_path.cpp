@@ -274,7 +274,7 @@ bool ends_stretched(double before, double strain_before, double reached, double 
 }
 
 // A step of a way is taken for one along its branch up to this departure().
-constexpr double largest_departure = 0.02;
+constexpr double largest_departure = 0.05;
 
 // A way of parameter 0 to 1.
 struct Way {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include "core/equilibrium/continuity.hpp"
@@ -85,55 +84,10 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
 
 constexpr const char* no_equilibrium = "no equilibrium with reduced leaves";
 
-using Step = std::function<Equilibrium()>;
-
 std::vector<const LeafElement*> models_of(const System& system) {
   std::vector<const LeafElement*> models;
   for (int i = 0; i < system.leaves(); ++i) models.push_back(&system.leaf(i));
   return models;
-}
-
-// Steps, then again as long as a leaf of limited range wants its model changed: where there is an
-// equilibrium, or where the way to it has ended. Where leaves have merely got more bent states the
-// step is made anew: without them it has led anywhere. Other models go on from where it has led,
-// and have to find an equilibrium nearby.
-Equilibrium step_refined(System& system, const Step& step) {
-  constexpr int most_rounds = 12, most_failures = 2;
-  const System::Snapshot before = system.save();
-  const std::vector<const LeafElement*> models = models_of(system);
-  Equilibrium equilibrium = step();
-  int failures = 0;
-  for (int round = 0; round < most_rounds; ++round) {
-    if (!equilibrium.converged && (equilibrium.beyond_reach || ++failures > most_failures)) break;
-    if (!refine_leaves(system)) break;
-    const Equilibrium last = std::move(equilibrium);
-    if (models_of(system) == models) {
-      system.restore(before);
-      equilibrium = step();
-    } else {
-      const Place here = place_of(system);
-      equilibrium = step();
-      if (equilibrium.crossings.empty()) equilibrium.crossings = last.crossings;
-      if (equilibrium.converged && last.converged && !is_near(system, here)) {
-        equilibrium.converged = false;
-        equilibrium.left_branch = true;
-        equilibrium.message = "with other models of its leaves the mechanism moves far";
-      }
-    }
-    equilibrium.iterations += last.iterations;
-    if (equilibrium.left_branch) break;
-  }
-  return equilibrium;
-}
-
-// To the strokes of a point, or to its factor of the growing loads.
-Equilibrium advance(System& system, const StrokeRequest& request, std::size_t k) {
-  return step_refined(system, [&] {
-    return request.loads.driven()
-               ? step_to(system, request.strokes_at(k, system.mechanism().drives.size()),
-                         request.newton)
-               : step_load(system, {1, request.points[k]}, request.newton);
-  });
 }
 
 // Why a leaf cannot give the exact modes and derivatives that a point is asked for; empty where all
@@ -250,9 +204,15 @@ class BranchWalk {
   const std::string& lost() const { return lost_; }
 
  private:
+  // A part of a way: to a point, or nothing: the constant loads come.
+  using Stage = std::optional<std::size_t>;
   void load();
+  Equilibrium step(Stage stage);
+  Equilibrium advance(Stage stage);
+  enum class Full { those_that_are, all };
+  Equilibrium go_again(Stage stage, Full which);
+  Equilibrium on_fresh_full_leaves(Stage stage);
   Equilibrium reach(std::size_t k);
-  Equilibrium reach_on_full_leaves(std::size_t k);
   void add_branching(System& system, Equilibrium& equilibrium, std::size_t k, PathPoint& point,
                      PointGradients* own);
   System& system() { return away_ ? *away_ : *home_; }
@@ -264,14 +224,16 @@ class BranchWalk {
   DifferentiablePath* differentiable_;
   StrokeResponse& response_;
   PointOutputs outputs_;
-  std::unique_ptr<System> home_;  // begins every way
-  std::unique_ptr<System> away_;  // has taken over on this way
+  std::unique_ptr<System> home_;   // begins every way
+  std::unique_ptr<System> away_;   // has taken over on this way
+  std::vector<std::size_t> done_;  // points of this way that are passed, where it goes in order
   std::string lost_, not_loaded_;
   VectorXd other_branch_;  // the motion that led there; empty on the primary one
 };
 
 void BranchWalk::begin() {
   away_.reset();
+  done_.clear();
   other_branch_.resize(0);
   lost_ = not_loaded_;
   if (home_) {
@@ -283,6 +245,7 @@ void BranchWalk::begin() {
       mechanism_, make_leaves(mechanism_, model_, request_, points_, differentiable_),
       request_.loads);
   response_.seconds_coefficients += seconds_since(start);
+  home_->stay_home();
   load();
   lost_ = not_loaded_;
   home_->stay_home();
@@ -290,41 +253,97 @@ void BranchWalk::begin() {
 
 void BranchWalk::load() {
   if (!home_->loaded_at_rest()) return;
-  const auto apply = [&] { return step_load(*home_, {.constant = 1}, request_.newton); };
-  Equilibrium loaded = step_refined(*home_, apply);
-  if (!loaded.converged && model_.accuracy != Accuracy::full) {
-    // a reduced leaf that is far off at rest leaves no state to go on from
-    home_ = std::make_unique<System>(
-        mechanism_, make_full_leaves(mechanism_, model_, no_equilibrium), request_.loads);
-    loaded = apply();
-  }
+  Equilibrium loaded = advance({});
+  if (!loaded.converged && model_.accuracy != Accuracy::full) loaded = on_fresh_full_leaves({});
+  if (away_) home_ = std::move(away_);
   if (!loaded.converged) not_loaded_ = loaded.message;
 }
 
-// Where reduced leaves find no equilibrium: on full ones from where they stand or, if they have
-// gone astray, from rest.
-Equilibrium BranchWalk::reach_on_full_leaves(std::size_t k) {
-  System& reduced = system();
-  for (int i = 0; i < reduced.leaves(); ++i)
-    if (!reduced.leaf(i).is_full())
-      reduced.replace_leaf(i, reduced.leaf(i).full_model(no_equilibrium));
-  std::optional<VectorXd> strokes;
-  if (request_.loads.driven()) strokes = present_strokes(reduced);
-  const Place here = place_of(reduced);
-  Equilibrium equilibrium = solve_equilibrium(reduced, strokes, request_.newton);
-  if (equilibrium.converged && is_near(reduced, here)) equilibrium = advance(reduced, request_, k);
-  if (equilibrium.converged || equilibrium.beyond_reach) return equilibrium;
-  auto full = std::make_unique<System>(
-      mechanism_, make_full_leaves(mechanism_, model_, no_equilibrium), request_.loads);
-  equilibrium = step_from_rest(*full, request_, k);
-  away_ = std::move(full);
+Equilibrium BranchWalk::step(Stage stage) {
+  if (!stage) return step_load(system(), {.constant = 1}, request_.newton);
+  if (!request_.loads.driven())
+    return step_load(system(), {1, request_.points[*stage]}, request_.newton);
+  return step_to(system(), request_.strokes_at(*stage, mechanism_.drives.size()), request_.newton);
+}
+
+// Steps, then again as long as a leaf of limited range wants its model changed: where there is an
+// equilibrium, or where the way to it has ended. Where leaves have merely got more bent states the
+// step is made anew: without them it has led anywhere. Where leaves have become full ones all of
+// the way is. Other reduced models go on from where the last ones have led, and have to find an
+// equilibrium nearby.
+Equilibrium BranchWalk::advance(Stage stage) {
+  constexpr int most_rounds = 12, most_failures = 2;
+  const System::Snapshot before = system().save();
+  const std::vector<const LeafElement*> models = models_of(system());
+  const auto full_leaves = [&] {
+    int count = 0;
+    for (int i = 0; i < system().leaves(); ++i) count += system().leaf(i).is_full();
+    return count;
+  };
+  Equilibrium equilibrium = step(stage);
+  int failures = 0;
+  for (int round = 0; round < most_rounds; ++round) {
+    if (!equilibrium.converged && (equilibrium.beyond_reach || ++failures > most_failures)) break;
+    const Place here = place_of(system());
+    const int full = full_leaves();
+    if (!refine_leaves(system())) break;
+    const Equilibrium last = std::move(equilibrium);
+    if (models_of(system()) == models) {
+      system().restore(before);
+      equilibrium = step(stage);
+    } else if (full_leaves() > full && !away_) {
+      equilibrium = go_again(stage, Full::those_that_are);
+    } else {
+      equilibrium = step(stage);
+      if (equilibrium.crossings.empty()) equilibrium.crossings = last.crossings;
+      if (equilibrium.converged && last.converged && !is_near(system(), here, similar_energy)) {
+        equilibrium.converged = false;
+        equilibrium.left_branch = true;
+        equilibrium.message = "with other models of its leaves the mechanism moves far";
+      }
+    }
+    equilibrium.iterations += last.iterations;
+    if (equilibrium.left_branch) break;
+  }
   return equilibrium;
+}
+
+// From the beginning of the way, with full leaves where there are such now, or everywhere.
+Equilibrium BranchWalk::go_again(Stage stage, Full which) {
+  std::vector<std::optional<std::string>> reasons(mechanism_.leaves.size());
+  for (int i = 0; i < home_->leaves(); ++i)
+    if (home_->leaf(i).is_full())
+      reasons[i] = home_->leaf(i).report().reason;
+    else if (which == Full::all)
+      reasons[i] = no_equilibrium;
+  home_->return_home();
+  home_->assemble();
+  const Place home = place_of(*home_);
+  for (int i = 0; i < home_->leaves(); ++i)
+    if (reasons[i] && !home_->leaf(i).is_full())
+      home_->replace_leaf(i, home_->leaf(i).full_model(*reasons[i]));
+  std::optional<VectorXd> strokes;
+  if (request_.loads.driven() && stage) strokes = present_strokes(*home_);
+  Equilibrium equilibrium = solve_equilibrium(*home_, strokes, request_.newton);
+  if (!equilibrium.converged || !is_near(*home_, home, same_energy))
+    return on_fresh_full_leaves(stage);
+  for (const std::size_t k : done_)
+    if (equilibrium.converged) equilibrium = step(k);
+  if (equilibrium.converged) equilibrium = step(stage);
+  return equilibrium;
+}
+
+// From the undeflected state, where reduced leaves lead nowhere under the constant loads alone.
+Equilibrium BranchWalk::on_fresh_full_leaves(Stage stage) {
+  away_ = std::make_unique<System>(mechanism_, make_full_leaves(mechanism_, model_, no_equilibrium),
+                                   request_.loads);
+  return stage ? step_from_rest(*away_, request_, *stage) : step({});
 }
 
 // From where the way stands or, of other branches, by another way.
 Equilibrium BranchWalk::reach(std::size_t k) {
-  Equilibrium equilibrium = advance(system(), request_, k);
-  if (!equilibrium.converged && !system().all_full()) equilibrium = reach_on_full_leaves(k);
+  Equilibrium equilibrium = advance(k);
+  if (!equilibrium.converged && !system().all_full()) equilibrium = go_again(k, Full::all);
   if (!equilibrium.converged && other_branch_.size() > 0) {
     StableBranch again = lead_to_stable_branch(system(), other_branch_, model_, request_, k);
     if (again.system) {
@@ -332,6 +351,7 @@ Equilibrium BranchWalk::reach(std::size_t k) {
       equilibrium = again.equilibrium;
     }
   }
+  if (request_.in_order) done_.push_back(k);
   return equilibrium;
 }
 

@@ -50,7 +50,8 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
   if (driven) strokes = request.strokes_at(point, system.mechanism().drives.size());
   const Place reduced = place_of(system);
   equilibrium = solve_equilibrium(*full, strokes, request.newton);
-  if (!equilibrium.converged || full->strain() > largest_strain || !is_near(*full, reduced) ||
+  if (!equilibrium.converged || full->strain() > largest_strain ||
+      !is_near(*full, reduced, same_energy) ||
       negative_pivots(*full, driven) > negative_pivots(system, driven)) {
     full = std::make_unique<System>(
         system.mechanism(), make_full_leaves(system.mechanism(), model, why), system.loads());
