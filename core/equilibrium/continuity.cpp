@@ -71,7 +71,7 @@ BranchState branch_state_of_strokes(const System& system, const VectorXd& stroke
 }
 
 BranchState branch_state_of_loads(System& system, LoadFactors growth, bool driven) {
-  constexpr double step = 1e-3;  // edges follow errors of assembly along curves
+  constexpr double step = 1e-5;  // moved edges stretch their leaves by its square
   BranchState state{.place = place_of(system)};
   const std::optional<VectorXd> strokes =
       driven ? std::optional(present_strokes(system)) : std::nullopt;

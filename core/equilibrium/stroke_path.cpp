@@ -292,8 +292,8 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   System::Snapshot good = system.save();
   double reached = 0, step = 1;
   Overstretched overstretched;
-  // Where Newton's method fails a step is halved so often. States near a bifurcation need shorter
-  // ones: until stability does not change within a step, or changes however short it is.
+  // Where Newton's method fails a step is halved so often; beside a bifurcation, where the branch
+  // turns sharply, somewhat more often.
   int most_halvings = way.moves ? options.max_halvings : 0;
   const int near_bifurcations = most_halvings + (way.moves ? 4 : 0);
   int halvings = 0, far = 0, sub_steps = 0, in_succession = 0, negative = -1;

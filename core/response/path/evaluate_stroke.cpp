@@ -26,7 +26,8 @@ std::vector<std::vector<int>> ways_to_points(const StrokeRequest& request) {
   const int count = static_cast<int>(request.points.size());
   std::vector<std::vector<int>> ways;
   if (request.in_order) {
-    std::iota(ways.emplace_back(count).begin(), ways.back().end(), 0);
+    std::vector<int>& all = ways.emplace_back(count);
+    std::iota(all.begin(), all.end(), 0);
     return ways;
   }
   std::vector<double> parts = request.points;  // of the way

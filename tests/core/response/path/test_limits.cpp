@@ -62,14 +62,14 @@ TEST_CASE("a path that its limit of iterations ends keeps the points before, the
   CHECK_THAT(r.path[4].message, Contains("the path ended before: iteration limit"));
 }
 
-TEST_CASE("the making of reduced leaves is limited, too, with the second side of the stroke") {
+TEST_CASE("the making of reduced leaves is limited, too, and ends both sides of the stroke") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   StrokeRequest request = request_of({-0.01, 0, 0.01});
   request.limits.iterations = 1;
   const StrokeResponse r = evaluate_stroke(m, {}, request);
   CHECK(r.status == Status::limit_reached);
   for (const PathPoint& point : r.path) CHECK(point.status != PointStatus::converged);
-  CHECK(r.path[0].status == PointStatus::limit_reached);
+  CHECK(r.path[1].status == PointStatus::limit_reached);
 }
 
 TEST_CASE("the clock that a request brings ends all outputs") {
