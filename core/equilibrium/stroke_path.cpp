@@ -298,6 +298,7 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   const int near_bifurcations = most_halvings + (way.moves ? 4 : 0);
   int halvings = 0, far = 0, sub_steps = 0, in_succession = 0, negative = -1;
   int before_crossing = -1;  // halvings where one was first seen
+  std::string turn;          // where the last step that crossed was tried
   bool halved = false;
   double strain = 0;  // of the last good state
   BranchState here;   // likewise
@@ -328,6 +329,9 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
         const bool crosses = now != negative;
         if (!(off <= largest_departure) || (crosses && halvings < near_bifurcations)) {
           if (crosses && before_crossing < 0) before_crossing = halvings;
+          if (crosses && off <= largest_departure)
+            turn = fmt::format("the branch turns beside a bifurcation between {} {} and {}",
+                               way.what, way.name(reached), way.name(target));
           most_halvings = near_bifurcations;
           result.converged = false;
           result.left_branch = true;
@@ -341,10 +345,24 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
       ++sub_steps;
       const bool ends =
           halved && target < 1 && ends_stretched(reached, strain, target, system.strain());
-      if (now != negative)
-        crossings += fmt::format(
-            "{}stability is {} between {} {} and {}", crossings.empty() ? "" : "; ",
-            now > negative ? "lost" : "regained", way.what, way.name(reached), way.name(target));
+      const auto tell = [&](const std::string& what) {
+        crossings += (crossings.empty() ? "" : "; ") + what;
+      };
+      if (now != negative) {
+        tell(fmt::format("stability is {} between {} {} and {}",
+                         now > negative ? "lost" : "regained", way.what, way.name(reached),
+                         way.name(target)));
+        turn.clear();
+      }
+      if (before_crossing >= 0 && (now != negative || halvings <= before_crossing)) {
+        // what lies behind it needs no shorter steps than what lay before it
+        if (!turn.empty()) tell(turn);
+        turn.clear();
+        step *= std::exp2(halvings - before_crossing);
+        halvings = before_crossing;
+        in_succession = 0;
+        before_crossing = -1;
+      }
       reached = target;
       negative = now;
       strain = system.strain();
@@ -381,6 +399,7 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
     halved = true;
     in_succession = 0;
   }
+  if (result.converged && !turn.empty()) crossings += (crossings.empty() ? "" : "; ") + turn;
   result.sub_steps = std::max(sub_steps, 1);
   result.crossings = std::move(crossings);
   return result;

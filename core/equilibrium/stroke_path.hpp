@@ -35,7 +35,7 @@ struct Equilibrium {
   /// the state before it.
   bool left_branch = false;
   std::string message;    ///< why not, with the figures
-  std::string crossings;  ///< where the way has passed states of singular tangent; empty: nowhere
+  std::string crossings;  ///< where the way has passed bifurcations; empty: nowhere
 };
 
 /// Solves internal_force − load − Σ λ e_drive = 0 under the loads that act, with the drives held at

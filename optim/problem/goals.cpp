@@ -251,6 +251,12 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
       reading.message = fmt::format("the equilibrium at stroke {:.6g} is unstable", point.stroke);
       return reading;
     }
+    if (point.bifurcation_passed && request.branch == BranchChoice::primary) {
+      reading.reason = "beyond a bifurcation";
+      reading.message =
+          fmt::format("the equilibrium at stroke {:.6g} is beyond a bifurcation", point.stroke);
+      return reading;
+    }
     std::optional<double> value = value_of(point, goal.quantity);
     const std::optional<double> nothing =
         value.value_or(-1) < 0 ? value_of_nothing(point, goal.quantity) : std::nullopt;

@@ -118,12 +118,13 @@ Reading Box::read(const VectorXd& z, double scale, const Read& of) {
   const Paths found = evaluate(scale * z, of.cases);
   for (const std::size_t k : of.cases)
     for (const PathPoint& point : found[k].path)
-      if (point.status != PointStatus::converged || !point.stable) {
+      if (point.status != PointStatus::converged || !point.stable || point.bifurcation_passed) {
         Reading reading;
         reading.unstable = true;
         reading.place = {k, static_cast<std::size_t>(&point - found[k].path.data())};
-        reading.what =
-            point.status == PointStatus::converged ? "the mechanism is unstable" : point.message;
+        reading.what = point.status != PointStatus::converged || point.stable
+                           ? point.message
+                           : "the mechanism is unstable";
         return reading;
       }
   return of.of(found);

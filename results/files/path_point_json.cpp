@@ -296,6 +296,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   json["stable"] = point.stable;
   if (request.branch == BranchChoice::stable)
     json["branch"] = point.other_branch ? "other" : "primary";
+  json["bifurcation_passed"] = point.bifurcation_passed;
   json["negative_pivots"] = point.negative_pivots;
   json["leaves"] = leaves_json(point, mechanism);
   return json;

@@ -18,9 +18,14 @@ std::string plural(std::size_t count, const std::string& noun) {
 std::string unstable_text(const std::vector<PathPoint>& path) {
   const auto count = static_cast<std::size_t>(std::ranges::count_if(
       path, [](const PathPoint& p) { return p.status == PointStatus::converged && !p.stable; }));
-  if (count == 0) return "";
+  const auto passed = std::ranges::find(path, true, &PathPoint::bifurcation_passed);
+  const std::string bifurcation = passed == path.end() || passed->message.empty()
+                                      ? ""
+                                      : fmt::format(" On the way {}.", passed->message);
+  if (count == 0) return bifurcation;
   return fmt::format(" With the drive held it is unstable at {} of {}.", count,
-                     plural(path.size(), "point"));
+                     plural(path.size(), "point")) +
+         bifurcation;
 }
 
 /// Of reduced accuracy with derivatives: exact ones are those of full leaves, or of looked-up ones.

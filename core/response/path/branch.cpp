@@ -228,7 +228,9 @@ class BranchWalk {
   std::unique_ptr<System> away_;   // has taken over on this way
   std::vector<std::size_t> done_;  // points of this way that are passed, where it goes in order
   std::string lost_, not_loaded_;
-  VectorXd other_branch_;  // the motion that led there; empty on the primary one
+  std::string under_loads_;          // what was passed while the constant loads came
+  bool bifurcation_passed_ = false;  // on this way
+  VectorXd other_branch_;            // the motion that led there; empty on the primary one
 };
 
 void BranchWalk::begin() {
@@ -236,6 +238,7 @@ void BranchWalk::begin() {
   done_.clear();
   other_branch_.resize(0);
   lost_ = not_loaded_;
+  bifurcation_passed_ = !under_loads_.empty();
   if (home_) {
     if (lost_.empty()) home_->return_home();
     return;
@@ -248,6 +251,7 @@ void BranchWalk::begin() {
   home_->stay_home();
   load();
   lost_ = not_loaded_;
+  bifurcation_passed_ = !under_loads_.empty();
   home_->stay_home();
 }
 
@@ -257,6 +261,7 @@ void BranchWalk::load() {
   if (!loaded.converged && model_.accuracy != Accuracy::full) loaded = on_fresh_full_leaves({});
   if (away_) home_ = std::move(away_);
   if (!loaded.converged) not_loaded_ = loaded.message;
+  under_loads_ = loaded.crossings;
 }
 
 Equilibrium BranchWalk::step(Stage stage) {
@@ -399,7 +404,10 @@ void BranchWalk::visit(std::size_t k) {
   point.other_branch = other_branch_.size() > 0;
   if (!lost_stability.empty() && point.status == PointStatus::converged)
     point.message = "the stable branch was not found: " + lost_stability;
-  if (point.message.empty()) point.message = equilibrium.crossings;
+  if (point.message.empty())
+    point.message = equilibrium.crossings.empty() ? under_loads_ : equilibrium.crossings;
+  if (!equilibrium.crossings.empty()) bifurcation_passed_ = true;
+  point.bifurcation_passed = bifurcation_passed_;
   if ((request_.growing_load() || request_.wants_capacity()) &&
       point.status == PointStatus::converged)
     add_branching(full ? *full : system(), equilibrium, k, point, own);

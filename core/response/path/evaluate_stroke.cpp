@@ -187,6 +187,9 @@ void summarise(StrokeResponse& response) {
   if (unstable > 0)
     response.message +=
         fmt::format("; {} of them {} unstable", unstable, unstable == 1 ? "is" : "are");
+  const auto passed = std::ranges::find(response.path, true, &PathPoint::bifurcation_passed);
+  if (passed != response.path.end() && unstable == 0 && !passed->other_branch)
+    response.message += "; " + passed->message;
   if (!remark.empty()) response.message += "; " + remark;
 }
 
