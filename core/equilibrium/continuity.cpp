@@ -76,11 +76,12 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
   const std::optional<VectorXd> strokes =
       driven ? std::optional(present_strokes(system)) : std::nullopt;
   const System::Snapshot here = system.save();
+  const VectorXd rest = system.load() - system.internal_force();  // what Newton's method has left
   system.apply({here.factors.constant - step * growth.constant,
                 here.factors.growing - step * growth.growing});
   system.assemble();
   NewtonEquations equations(system, driven);
-  equations.assemble(system.load() - system.internal_force(), strokes);
+  equations.assemble(system.load() - system.internal_force() - rest, strokes);
   state.slope = -1 / step * equations.motion(equations.solve());
   system.restore(here);
   system.assemble();
@@ -89,7 +90,7 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
 
 double departure(const BranchState& start, const BranchState& end, double step,
                  const System& system) {
-  constexpr double rounding = 1e-7;  // of lengths over the longest leaf, and of the energies
+  constexpr double rounding = 1e-6;  // of lengths over the longest leaf, and of the energies
   if (!start.slope.allFinite() || !end.slope.allFinite())
     return std::numeric_limits<double>::infinity();
   double moved = 0, beside = 0, of_moments = 0;

@@ -280,7 +280,8 @@ constexpr double largest_departure = 0.05;
 struct Way {
   const char* what;
   bool drive_held;
-  bool moves;  ///< else a shorter step is the same one
+  bool moves;     ///< else a shorter step is the same one
+  bool of_loads;  ///< that grow; else of strokes
   std::function<Equilibrium(double)> solve;
   /// At an equilibrium.
   std::function<BranchState()> state;
@@ -293,12 +294,14 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   double reached = 0, step = 1;
   Overstretched overstretched;
   // Where Newton's method fails a step is halved so often; beside a bifurcation, where the branch
-  // turns sharply, somewhat more often.
+  // turns sharply, somewhat more often. Strokes that press a leaf lead it on along the branch to
+  // which its imperfection turns. Under loads beyond buckling the state of the perfect mechanism is
+  // looked for, which tells that they are beyond.
   int most_halvings = way.moves ? options.max_halvings : 0;
   const int near_bifurcations = most_halvings + (way.moves ? 4 : 0);
+  const int most_for_stability = way.of_loads ? most_halvings - 4 : near_bifurcations;
   int halvings = 0, far = 0, sub_steps = 0, in_succession = 0, negative = -1;
   int before_crossing = -1;  // halvings where one was first seen
-  std::string turn;          // where the last step that crossed was tried
   bool halved = false;
   double strain = 0;  // of the last good state
   BranchState here;   // likewise
@@ -327,11 +330,8 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
         there = way.state();
         const double off = departure(here, there, target - reached, system);
         const bool crosses = now != negative;
-        if (!(off <= largest_departure) || (crosses && halvings < near_bifurcations)) {
+        if (!(off <= largest_departure) || (crosses && halvings < most_for_stability)) {
           if (crosses && before_crossing < 0) before_crossing = halvings;
-          if (crosses && off <= largest_departure)
-            turn = fmt::format("the branch turns beside a bifurcation between {} {} and {}",
-                               way.what, way.name(reached), way.name(target));
           most_halvings = near_bifurcations;
           result.converged = false;
           result.left_branch = true;
@@ -345,19 +345,12 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
       ++sub_steps;
       const bool ends =
           halved && target < 1 && ends_stretched(reached, strain, target, system.strain());
-      const auto tell = [&](const std::string& what) {
-        crossings += (crossings.empty() ? "" : "; ") + what;
-      };
-      if (now != negative) {
-        tell(fmt::format("stability is {} between {} {} and {}",
-                         now > negative ? "lost" : "regained", way.what, way.name(reached),
-                         way.name(target)));
-        turn.clear();
-      }
+      if (now != negative)
+        crossings += fmt::format(
+            "{}stability is {} between {} {} and {}", crossings.empty() ? "" : "; ",
+            now > negative ? "lost" : "regained", way.what, way.name(reached), way.name(target));
       if (before_crossing >= 0 && (now != negative || halvings <= before_crossing)) {
         // what lies behind it needs no shorter steps than what lay before it
-        if (!turn.empty()) tell(turn);
-        turn.clear();
         step *= std::exp2(halvings - before_crossing);
         halvings = before_crossing;
         in_succession = 0;
@@ -399,7 +392,6 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
     halved = true;
     in_succession = 0;
   }
-  if (result.converged && !turn.empty()) crossings += (crossings.empty() ? "" : "; ") + turn;
   result.sub_steps = std::max(sub_steps, 1);
   result.crossings = std::move(crossings);
   return result;
@@ -431,6 +423,7 @@ Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions
       .what = "stroke",
       .drive_held = true,
       .moves = moves,
+      .of_loads = false,
       .solve = [&](double p) { return solve_equilibrium(system, std::optional(at(p)), options); },
       .state = [&] { return branch_state_of_strokes(system, growth); },
       .name = [&](double p) { return listed(at(p)); }};
@@ -460,6 +453,7 @@ Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& optio
   const Way along{.what = "load",
                   .drive_held = driven,
                   .moves = !(from == to),
+                  .of_loads = true,
                   .solve =
                       [&](double p) {
                         system.apply(at(p));

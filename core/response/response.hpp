@@ -226,8 +226,7 @@ struct PathPoint {
   /// By direction: CapacityRule.
   std::array<std::optional<LoadCapacity>, 12> load_capacity;
   bool other_branch = false;  ///< the path has left the branch that it came along
-  /// The way from rest has lost or regained stability, or has turned beside a bifurcation, as that
-  /// of a leaf does that buckles and has an imperfection.
+  /// The way from rest has lost or regained stability.
   bool bifurcation_passed = false;
   bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
   int negative_pivots = 0;  ///< inertia of that tangent
