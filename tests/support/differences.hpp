@@ -22,7 +22,7 @@ struct Difference {
   nlohmann::json other;  ///< the job that the other way ran
 };
 
-/// What is looked at: all laws, or those that take an evaluation or two.
+/// What is looked at: all laws, or full accuracy and every third other one, by turns.
 enum class Laws { all, quick };
 
 /// How the job itself ended ("refused", "ok", "no_equilibrium", …) and what the laws say of it.
@@ -37,6 +37,8 @@ struct Differences {
 ///   full accuracy         every number as on full leaves
 ///   alone                 the last point without the others
 ///   other order           the points from last to first
+///   more points           two more on the way to each
+///   load in steps         the end of a load path of two points and of eight
 ///   stiffness, stroke     drive stiffness against differences of the load along its stroke
 ///   compliance, load      compliance at O, drives held, against motions under a small load
 ///   closed way            work of two drives around a rectangle of their strokes
