@@ -84,6 +84,22 @@ std::size_t index_of(const json& direction) {
 
 }  // namespace
 
+namespace {
+
+// Pulls a body along an axis of the ground: from so far away that it does not turn.
+json long_spring(const json& body, int axis, double stiffness, double length, double pull) {
+  constexpr double far = 1e4;
+  const Vector3d at = vector(body["at"]), other = at + far * length * Vector3d::Unit(axis);
+  return {{"name", fmt::format("pulls {} along {}", body["name"].get<std::string>(), "xyz"[axis])},
+          {"body", body["name"]},
+          {"at", numbers(at)},
+          {"other_at", numbers(other)},
+          {"stiffness", stiffness},
+          {"free_length", (other - at).norm() - pull}};
+}
+
+}  // namespace
+
 json with_accuracy(json job, const std::string& accuracy) {
   job["model"]["accuracy"] = accuracy;
   return job;
@@ -267,7 +283,7 @@ json grown_job(json job, double factor) {
   return job;
 }
 
-std::optional<json> with_bushings(json job, double along, double about) {
+std::optional<json> with_springs_for_held(json job, double stiffness, double length) {
   json& m = mechanism_of(job);
   bool any = false;
   for (json& body : m["bodies"]) {
@@ -276,12 +292,16 @@ std::optional<json> with_bushings(json job, double along, double about) {
     for (const json& held : body["held"]) {
       if (held.is_object()) return std::nullopt;
       const auto d = static_cast<int>(index_of(held));
-      K(d, d) = d < 3 ? along : about;
+      if (d < 3)
+        m["springs"].push_back(long_spring(body, d, stiffness, length, 0));
+      else
+        K(d, d) = stiffness * length * length;
     }
-    m["springs"].push_back({{"name", "for held " + body["name"].get<std::string>()},
-                            {"body", body["name"]},
-                            {"at", body["at"]},
-                            {"matrix", rows(K)}});
+    if (!K.isZero(0))
+      m["springs"].push_back({{"name", "for held turns of " + body["name"].get<std::string>()},
+                              {"body", body["name"]},
+                              {"at", body["at"]},
+                              {"matrix", rows(K)}});
     body.erase("held");
     any = true;
   }
@@ -315,7 +335,7 @@ std::optional<json> with_cut_leaf(json job) {
 }
 
 std::optional<SprungJob> with_spring_for_drive(json job, const json& point, double stiffness,
-                                               std::size_t drive) {
+                                               double length, std::size_t drive) {
   const json drives = drives_of(job);
   if (drives.size() < 2) return std::nullopt;
   const json own = drives[drive];
@@ -324,21 +344,13 @@ std::optional<SprungJob> with_spring_for_drive(json job, const json& point, doub
   const std::string name = own["body"];
   const json* body = body_of(job, name);
   if (!body || !body->contains("at")) return std::nullopt;
-  Matrix6d K = Matrix6d::Zero();
-  K(static_cast<int>(d), static_cast<int>(d)) = stiffness;
   json& m = mechanism_of(job);
-  m["springs"].push_back(
-      {{"name", "for a drive"}, {"body", name}, {"at", (*body)["at"]}, {"matrix", rows(K)}});
+  m["springs"].push_back(long_spring(*body, static_cast<int>(d), stiffness, length,
+                                     point[own["name"].get<std::string>()]));
   m["drives"].erase(drive);
-  const double stroke =
-      strokes_of({{"design", {{"mechanism", {{"drives", drives}}}}}}, point)[drive];
   json rest = point;
   rest.erase(own["name"].get<std::string>());
   job["stroke"] = {{"at", json::array({rest})}};
-  Vector3d force = Vector3d::Zero();
-  force[static_cast<int>(d)] = stiffness * stroke;
-  if (!job.contains("loads")) job["loads"] = json::array();
-  job["loads"].push_back({{"name", "pulls"}, {"body", name}, {"force", numbers(force)}});
   return SprungJob{job, drive, static_cast<int>(d), name};
 }
 

@@ -40,17 +40,19 @@ std::optional<MirroredJob> mirrored_job(nlohmann::json job, int normal);
 /// `factor` times as large and of the same material: loads and masses as random_jobs.hpp says.
 nlohmann::json grown_job(nlohmann::json job, double factor);
 
-/// Held directions as bushings of these stiffnesses [N/m, N m/rad]; nothing where none are held, or
-/// along directions that are no axes.
-std::optional<nlohmann::json> with_bushings(nlohmann::json job, double along, double about);
+/// Held directions as springs of this stiffness [N/m], times length² of turns: springs that pull
+/// from far away, and bushings of turns alone, whose moment is that of the rotation vector. Nothing
+/// where none are held, or along directions that are no axes.
+std::optional<nlohmann::json> with_springs_for_held(nlohmann::json job, double stiffness,
+                                                    double length);
 
 /// The first flat leaf of one width and one thickness, or wire, as two halves with a body without
 /// mass between them; nothing where there is none.
 std::optional<nlohmann::json> with_cut_leaf(nlohmann::json job);
 
-/// The last translational drive against the ground along a global axis as a bushing of this
-/// stiffness, and a force that pulls at it; the only point is this one. Nothing where there is no
-/// such drive, or no other one.
+/// A translational drive against the ground along a global axis as a spring of this stiffness that
+/// pulls from far away, beside a leaf of this length; the only point is this one. Nothing where the
+/// drive is another one, or the only one.
 struct SprungJob {
   nlohmann::json job;
   std::size_t drive = 0;  ///< which it was
@@ -58,6 +60,6 @@ struct SprungJob {
   std::string body;
 };
 std::optional<SprungJob> with_spring_for_drive(nlohmann::json job, const nlohmann::json& point,
-                                               double stiffness, std::size_t drive);
+                                               double stiffness, double length, std::size_t drive);
 
 }  // namespace flexopt

@@ -95,7 +95,10 @@ class Comparison {
         twin_(twin),
         allowed_(allowed),
         length_(length_of(one.record.mechanism)),
-        all_(quantities(DriveList(one.record.mechanism))) {}
+        all_(quantities(DriveList(one.record.mechanism))) {
+    for (const LeafSpring& leaf : one.record.mechanism.leaves)
+      modulus_ = std::max(modulus_, leaf.material.youngs_modulus);
+  }
 
   void write(Difference& found) {
     const auto& path = one_.path();
@@ -165,7 +168,7 @@ class Comparison {
         return std::max({most, load_[static_cast<std::size_t>(q.component)],
                          known_[static_cast<std::size_t>(q.component)] / allowed_.number});
       case ErrorKind::stress:
-        return std::max(here, 0.2 * most);
+        return std::max({here, 0.2 * most, of_newton * modulus_ / allowed_.stress});
       default:
         return std::max(here, 0.1 * most);
     }
@@ -240,7 +243,7 @@ class Comparison {
   const Run &one_, &other_;
   const Twin& twin_;
   const Tolerance allowed_;
-  double length_, motion_ = 0, worst_ = 0;
+  double length_, modulus_ = 0, motion_ = 0, worst_ = 0;
   std::vector<Quantity> all_;
   std::map<std::string, double> largest_;
   // of each drive: largest stroke, load that counts, load that is known
@@ -294,7 +297,7 @@ class Looker {
     compliance_by_load(full_job, whole);
     closed_way(full_job, whole);
     moved(full_job, whole, all);
-    bushing(full_job, whole);
+    springs_for_held(full_job, whole);
     spring_for_drive(full_job, whole);
     cut(full_job, whole);
     warm(full_job);
@@ -582,26 +585,19 @@ class Looker {
     return most;
   }
 
-  void bushing(const json& job, const Run& whole) {
-    law("bushing for held", [&](Difference& d) {
-      const double k = 1e3 * stiffest();
-      const auto other = with_bushings(job, k, k * length_ * length_);
-      if (!other) return;
-      d.other = *other;
-      Twin twin;
-      twin.compliance = false;
-      answer(whole, run(d.other), twin, {5e-3, 2e-2}, d);
-    });
-    if (laws_ == Laws::quick) return;
-    law("bushing for held, reduced", [&](Difference& d) {
-      const double k = 1e3 * stiffest();
-      const auto other = with_bushings(job_, k, k * length_ * length_);
-      if (!other) return;
-      d.other = *other;
-      Twin twin;
-      twin.compliance = false;
-      answer(whole, run(d.other), twin, {0.015, 0.05}, d);
-    });
+  void springs_for_held(const json& job, const Run& whole) {
+    const auto look = [&](const std::string& name, const json& from, const Tolerance& allowed) {
+      law(name, [&](Difference& d) {
+        const auto other = with_springs_for_held(from, 1e3 * stiffest(), length_);
+        if (!other) return;
+        d.other = *other;
+        Twin twin;
+        twin.compliance = false;
+        answer(whole, run(d.other), twin, allowed, d);
+      });
+    };
+    look("springs for held", job, {5e-3, 2e-2});
+    if (laws_ == Laws::all) look("springs for held, reduced", job_, {0.015, 0.05});
   }
 
   // The drive gives way a little; its load is compared there.
@@ -614,7 +610,7 @@ class Looker {
       // what Newton's tolerance leaves of the place costs the more, the stiffer it is
       const double stiffness = std::max(100 * std::abs(here.drive_stiffnesses[k]),
                                         1e4 * std::abs(here.drive_loads[k]) / length_);
-      const auto other = with_spring_for_drive(job, points().back(), stiffness, k);
+      const auto other = with_spring_for_drive(job, points().back(), stiffness, length_, k);
       if (!other) return;
       d.other = other->job;
       const Run sprung = run(d.other);

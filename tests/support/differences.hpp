@@ -43,7 +43,7 @@ struct Differences {
 ///   compliance, load      compliance at O, drives held, against motions under a small load
 ///   closed way            work of two drives around a rectangle of their strokes
 ///   spring for drive      a drive as a stiff spring that is pulled
-///   bushing for held      held directions as stiff bushings
+///   springs for held      held directions as stiff springs
 ///   cut leaf              a leaf as two halves
 ///   turned, mirrored, grown
 ///   warm as a whole       expands without stress
