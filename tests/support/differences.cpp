@@ -721,6 +721,7 @@ class Looker {
       for (const auto& [C, list, name] :
            {std::tuple{p.compliance_locked, p.frequencies_locked, "locked"},
             {p.compliance_free, p.frequencies_free, "free"}}) {
+        if (list.empty() || list.front() <= 0) continue;  // unstable where its drives are free
         // 1/ω² are the eigenvalues of L'CL, M = LL'
         const MatrixXd L = Cholesky(M).lower();
         const MatrixXd A = L.transpose() * C * L;
