@@ -783,7 +783,7 @@ class Looker {
       json beam = job_, plate = with_accuracy(job_, "full");
       beam["model"]["flexure"] = "beam";
       plate["model"]["flexure"] = "plate";
-      beam["model"]["mesh"] = json::array({8, 1});
+      beam["model"]["mesh"] = json::array({8, 2});
       plate["model"]["mesh"] = json::array({8, 3});
       d.other = plate;
       Twin twin;
@@ -801,6 +801,7 @@ class Looker {
                    limit = std::max(2 * here.max_stress->value, 3e-3 * modulus);
       job = with_stroke(job, json::array({points().back()}));
       const int direction = random_.whole(0, 2);
+      if (!(here.compliance_locked(direction, direction) > 0)) return;  // held or driven
       const double sign = random_.chance(0.5) ? 1 : -1;
       const std::string name = std::string(sign < 0 ? "-" : "") +
                                std::string(direction_names[static_cast<std::size_t>(direction)]);

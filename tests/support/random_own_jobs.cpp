@@ -345,7 +345,7 @@ json OwnWriter::model() {
   json model;
   if (random_.chance(quick_ ? 0.6 : 0.4)) {
     model["flexure"] = "beam";
-    model["mesh"] = json::array({quick_ ? random_.whole(2, 4) : random_.whole(4, 8), 1});
+    model["mesh"] = json::array({quick_ ? random_.whole(2, 4) : random_.whole(4, 8), 2});
   } else {
     const int along = quick_ ? random_.whole(2, 3) : random_.whole(4, 7);
     model["mesh"] = json::array({along, quick_ ? 2 : random_.whole(2, 3)});
