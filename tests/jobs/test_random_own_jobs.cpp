@@ -1,0 +1,148 @@
+// Random mechanisms of their own: what the program says is "ok" is the same found in another way.
+// Many thousands of them are looked at by the benchmark random_own_jobs, by all laws.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+#include <set>
+#include <string>
+
+#include "optim/job/job.hpp"
+#include "support/changed_jobs.hpp"
+#include "support/differences.hpp"
+#include "support/random_jobs.hpp"
+
+using namespace flexopt;
+using nlohmann::json;
+
+namespace {
+
+constexpr int count = 300;
+
+unsigned long long seed_of(int k) { return first_quick_job + static_cast<unsigned long long>(k); }
+
+// What is known to be wrong: by seed, the laws that it breaks.
+const std::map<int, std::set<std::string>>& known() {
+  static const std::map<int, std::set<std::string>> list{};
+  return list;
+}
+
+void look_at(int first, int last) {
+  int ok = 0, looked_at = 0;
+  for (int k = first; k < last; ++k) {
+    const Differences found = differences_of(random_own_job(seed_of(k)), seed_of(k), Laws::quick);
+    CAPTURE(k, found.status, found.message);
+    CHECK(found.status != "refused");
+    ok += found.status == "ok";
+    for (const Difference& d : found.laws) {
+      looked_at += d.end == Difference::End::kept;
+      if (d.end != Difference::End::broken) continue;
+      if (known().contains(k) && known().at(k).contains(d.law)) continue;
+      CAPTURE(d.law, d.error);
+      FAIL_CHECK(d.what);
+    }
+  }
+  // the sample is one of working mechanisms, and the laws are about them
+  CHECK(ok > (last - first) * 7 / 10);
+  CHECK(looked_at > 2 * (last - first));
+}
+
+}  // namespace
+
+TEST_CASE("a number of a random mechanism is the same found in another way", "[jobs][random]") {
+  look_at(0, 30);
+}
+
+TEST_CASE("numbers of three hundred random mechanisms are the same found in another way",
+          "[jobs][random][slow]") {
+  look_at(30, count);
+}
+
+TEST_CASE("random mechanisms of their own have all that a mechanism may have", "[jobs][random]") {
+  std::map<std::string, int> kinds;
+  for (int seed = 0; seed < 200; ++seed) {
+    const json job = random_own_job(static_cast<unsigned long long>(seed));
+    const json& m = job["design"]["mechanism"];
+    for (const char* key : {"loads", "gravity", "temperature", "assembly"})
+      kinds[key] += job.contains(key);
+    for (const char* list : {"joints", "springs", "frames"})
+      kinds[list] += m.contains(list) && !m[list].empty();
+    for (const json& leaf : m["leaves"]) {
+      for (const char* key : {"curve", "fold", "diameter", "reinforcement", "material"})
+        kinds[key] += leaf.contains(key);
+      for (const char* size : {"width", "thickness"})
+        if (leaf.contains(size))
+          kinds[std::string("profile of ") + size] += !leaf[size].is_number();
+    }
+    for (const json& body : m["bodies"]) {
+      kinds["massless"] += !body.contains("mass") && body["name"] != "end_effector";
+      if (body.contains("held")) ++kinds["held " + std::to_string(body["held"].size())];
+    }
+    const json drives = drives_of(job);
+    ++kinds[std::to_string(drives.size()) + " drives"];
+    for (const json& drive : drives) {
+      kinds["relative drive"] += drive.contains("other");
+      kinds["rotation"] += drive["direction"].get<std::string>()[0] == 'r';
+    }
+    ++kinds[std::to_string(std::min<std::size_t>(m["bodies"].size(), 4)) + " bodies"];
+  }
+  for (const char* kind : {"loads",
+                           "gravity",
+                           "temperature",
+                           "assembly",
+                           "joints",
+                           "springs",
+                           "frames",
+                           "curve",
+                           "fold",
+                           "diameter",
+                           "reinforcement",
+                           "material",
+                           "profile of width",
+                           "profile of thickness",
+                           "massless",
+                           "held 1",
+                           "held 2",
+                           "held 3",
+                           "held 4",
+                           "held 5",
+                           "1 drives",
+                           "2 drives",
+                           "3 drives",
+                           "4 drives",
+                           "relative drive",
+                           "rotation",
+                           "1 bodies",
+                           "2 bodies",
+                           "3 bodies",
+                           "4 bodies"}) {
+    CAPTURE(kind);
+    CHECK(kinds[kind] >= 3);
+  }
+}
+
+TEST_CASE("a job turned, mirrored or grown and back is the job", "[jobs][random]") {
+  const auto near = [](const json& a, const json& b, const auto& same) -> bool {
+    if (a.is_number() && b.is_number())
+      return a.get<double>() == Approx(b.get<double>()).margin(1e-15);
+    if (a.type() != b.type() || a.size() != b.size()) return false;
+    if (a.is_structured())
+      for (auto one = a.begin(), other = b.begin(); one != a.end(); ++one, ++other)
+        if (!same(*one, *other, same)) return false;
+    return a.is_structured() || a == b;
+  };
+  int mirrors = 0;
+  for (unsigned long long seed = 0; seed < 20; ++seed) {
+    json job = random_own_job(seed);
+    CAPTURE(seed);
+    const json grown = grown_job(grown_job(job, 4), 0.25);
+    CHECK(parse_job(grown).name == job["name"].get<std::string>());
+    CHECK(near(grown_job(grown, 2)["stroke"], grown_job(job, 2)["stroke"], near));
+    const auto once = mirrored_job(job, 1);
+    if (!once) continue;
+    ++mirrors;
+    const json twice = mirrored_job(once->job, 1)->job;
+    CHECK(near(twice["design"]["mechanism"]["leaves"], job["design"]["mechanism"]["leaves"], near));
+    CHECK(near(twice["stroke"], job["stroke"], near));
+  }
+  CHECK(mirrors > 10);
+}
