@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/equilibrium/free_motions.hpp"
+#include "core/equilibrium/held_meanwhile.hpp"
 #include "core/equilibrium/newton_equations.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
@@ -389,12 +390,15 @@ Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& optio
   const bool driven = system.loads().driven();
   const std::optional<VectorXd> strokes =
       driven ? std::optional(present_strokes(system)) : std::nullopt;
-  return step_parameter(system, options, "load", driven, !(from == to), [&](double s) {
-    system.apply(s == 1 ? to
-                        : LoadFactors{from.constant + s * (to.constant - from.constant),
-                                      from.growing + s * (to.growing - from.growing)});
-    return solve_equilibrium(system, strokes, options);
-  });
+  Equilibrium result =
+      step_parameter(system, options, "load", driven, !(from == to), [&](double s) {
+        system.apply(s == 1 ? to
+                            : LoadFactors{from.constant + s * (to.constant - from.constant),
+                                          from.growing + s * (to.growing - from.growing)});
+        return solve_equilibrium(system, strokes, options);
+      });
+  if (!result.converged) result.message += held_meanwhile(system);
+  return result;
 }
 
 }  // namespace flexopt
