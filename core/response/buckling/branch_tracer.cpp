@@ -29,6 +29,8 @@ constexpr double agreement = 0.02, passed = 1.01;
 // As near to it, over the size of the factor, what makes the branch miss it is rounding, or as
 // small, and its factor and the derivatives of that are the bifurcation's.
 constexpr double nearly_met = 1e-5;
+// The same where Newton's method does not come nearer.
+constexpr double still_near = 1e-2;
 // So many estimates in a row, for next to a fold one may agree by chance.
 constexpr int straight_states = 3;
 // Beyond it, where the tangent must have become indefinite.
@@ -150,17 +152,16 @@ bool BranchTracer::crosses(const Look& at) {
   return found;
 }
 
-// Whether the branch turned away from a bifurcation that it met but for rounding: straight on from
-// the state nearest to it there is an equilibrium with an indefinite tangent. Of a fold there is
-// none with so much of the load.
-bool BranchTracer::turned_away(Heading& heading) {
-  const double size = std::max(1.0, std::abs(branch_->factor()));
-  if (!next_to(heading, size) || heading.at_nearest || heading.nearest->tried) return false;
-  Nearest& nearest = *heading.nearest;
-  nearest.tried = true;
+// Whether there is a bifurcation that the branch was heading for straight on: beyond the state
+// nearest to it there is an equilibrium with an indefinite tangent. Of a fold there is none with so
+// much of the load. The branch stays where it is.
+bool BranchTracer::proves(Nearest& nearest) {
+  if (nearest.straight < straight_states || std::exchange(nearest.tried, true)) return false;
+  const double size = std::max(1.0, std::abs(nearest.factor));
   const LoadBranch::State kept = branch_->save();
   bool crossed = false;
-  for (const double far : {beyond * size, 10 * beyond * size}) {
+  for (const double share : {1, 10, 100}) {
+    const double far = share * beyond * size;
     branch_->restore(nearest.state);
     const double from = branch_->factor();
     crossed =
@@ -170,6 +171,12 @@ bool BranchTracer::turned_away(Heading& heading) {
   }
   branch_->restore(kept);
   return crossed;
+}
+
+// Whether the branch turned away from one that it met but for rounding.
+bool BranchTracer::turned_away(Heading& heading) {
+  const double size = std::max(1.0, std::abs(branch_->factor()));
+  return next_to(heading, size) && !heading.at_nearest && proves(*heading.nearest);
 }
 
 // Whether a bifurcation that the branch was heading for straight on is met but for rounding.
@@ -197,6 +204,11 @@ CriticalLoad BranchTracer::critical_at(double factor, Look here, const VectorXd&
   result.mode = motions(*here.factor, here.ahead->mode);
   critical_ = std::move(here);
   return result;
+}
+
+CriticalLoad BranchTracer::critical_beside(int side, Nearest nearest) {
+  branch_->restore(nearest.state);
+  return critical_at(nearest.factor, look(side, &nearest.along, nearest.mode), nearest.mode, true);
 }
 
 BranchTracer::Stride BranchTracer::stride(const BranchDirection& along, double step) {
@@ -291,11 +303,8 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
       heading.trust = std::max(2.0, heading.trust);  // it only touches
     }
     if (turned_away(heading)) {
-      const Nearest nearest = *std::move(heading.nearest);
-      branch_->restore(nearest.state);
       here = {};
-      return critical_at(nearest.factor, look(side, &nearest.along, nearest.mode), nearest.mode,
-                         true);
+      return critical_beside(side, *std::move(heading.nearest));
     }
     if (const auto& nearest = heading.nearest;
         nearest && std::abs(at - begin) > passed * std::abs(nearest->factor - begin)) {
@@ -339,6 +348,13 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
           straight ? heading.nearest->factor : at + 0.5 * step * here.along.factor;
       return critical_at(factor, std::move(here), heading.mode, straight);
     }
+    // where several modes become soft at once no equilibrium may be found next to the singular
+    // state
+    if (heading.nearest && heading.nearest->distance < still_near * size &&
+        proves(*heading.nearest)) {
+      here = {};
+      return critical_beside(side, *std::move(heading.nearest));
+    }
     result.none = went.stretched;
     result.reason =
         fmt::format("the branch of equilibria ends at {}: {}", shown(at), went.obstacle);
@@ -367,7 +383,10 @@ bool BranchTracer::stands_within() const {
 BranchTracer::Trial BranchTracer::put_on(const LoadBranch::State& begin, double factor) {
   branch_->restore(begin);
   Trial trial{branch_->factor(), {}};
-  const double way = factor - branch_->factor(), below = factor - trial_margin * way;
+  const double way = factor - branch_->factor(),
+               margin =
+                   trial_margin * std::copysign(std::max(std::abs(way), std::abs(factor)), way);
+  const double below = std::abs(way) > std::abs(margin) ? factor - margin : trial.stable_to;
   const double longest = way / trial_steps;
   double step = longest;
   while (std::abs(below - trial.stable_to) > 1e-9 * std::abs(way)) {
@@ -392,13 +411,13 @@ BranchTracer::Trial BranchTracer::put_on(const LoadBranch::State& begin, double 
   // another branch beyond a singular state is farther away than a step on this one
   const LoadBranch::State under = branch_->save();
   const VectorXd here = places(branch_->system());
-  if (!branch_->advance_to(factor - 3 * trial_margin * way).converged) {
+  if (!branch_->advance_to(below - 2 * margin).converged) {
     branch_->restore(under);
     return trial;
   }
   const double usual = (here - places(branch_->system())).norm();
   branch_->restore(under);
-  const double above = factor + trial_margin * way;
+  const double above = factor + margin;
   if (branch_->advance_to(above).converged && stands_within() &&
       (places(branch_->system()) - here).norm() < most_jump * usual) {
     trial.stable_to = above;

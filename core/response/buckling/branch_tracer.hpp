@@ -102,6 +102,7 @@ class BranchTracer {
   Look look_on(int side, Look last, double at, double step, Heading& heading);
   /// `straight`: the branch led straight to it, which makes it no fold.
   CriticalLoad critical_at(double factor, Look here, const VectorXd& mode, bool straight);
+  CriticalLoad critical_beside(int side, Nearest nearest);
   bool close_in(const LoadBranch::State& from, const BranchDirection& along, double step);
   std::string where_it_ended(double factor, bool states_spent) const;
   std::string shown(double factor) const;
@@ -110,6 +111,7 @@ class BranchTracer {
   double measure(const VectorXd& bodies) const;
   double product(const BranchDirection& a, const BranchDirection& b) const;
   bool crosses(const Look& at);
+  bool proves(Nearest& nearest);
   bool turned_away(Heading& heading);
   static bool next_to(const Heading& heading, double size);
   VectorXd nearly_singular_motion(const MechanismFactor& factor, const VectorXd& known) const;

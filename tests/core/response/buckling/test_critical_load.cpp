@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "core/equilibrium/stroke_path.hpp"
@@ -40,6 +41,15 @@ CriticalLoadResult critical(const Mechanism& mechanism, const ModelOptions& mode
   LeafRates rates(ProfileDirections(mechanism, *directions));
   const DesignDirections design{directions, &rates};
   return find_critical_load(branch, model, &design);
+}
+
+/// The factor near which the branch is said to bend away.
+double told_bifurcation(const CriticalLoad& load) {
+  const std::string said = "it bends away from a bifurcation near a factor of ";
+  INFO(load.reason);
+  const std::size_t at = load.reason.find(said);
+  REQUIRE(at != std::string::npos);
+  return std::stod(load.reason.substr(at + said.size()));
 }
 
 DeadLoad along_x(double force) { return {.force = {force, 0, 0}}; }
@@ -344,7 +354,8 @@ TEST_CASE("a guide that is deflected gives way with its drive free, and says so"
   CHECK(r.load.linearised);
 }
 
-TEST_CASE("an imperfection that is next to nothing does not hide a bifurcation", "[buckling]") {
+TEST_CASE("a bifurcation that an imperfection makes the branch miss is told, however small it is",
+          "[buckling]") {
   // a dead force of 1e-7 N pulls the guide aside
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const double perfect = *critical(m, coarse_plates(), along_x(-10), DriveState::free).load.factor;
@@ -354,9 +365,8 @@ TEST_CASE("an imperfection that is next to nothing does not hide a bifurcation",
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
   const CriticalLoadResult r = find_critical_load(branch, coarse_plates(), nullptr);
-  INFO(r.load.reason);
-  REQUIRE(r.load.factor);
-  CHECK(*r.load.factor == Approx(perfect).epsilon(1e-4));
+  CHECK_FALSE(r.load.factor);
+  CHECK(told_bifurcation(r.load) == Approx(perfect).epsilon(1e-3));
 }
 
 TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none of its states",
@@ -396,11 +406,9 @@ TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none
     // it bends away and stays stable; where that is said is an estimate, with its digits
     CHECK_FALSE(crooked.load.factor);
     CHECK_FALSE(crooked.gradient);
-    const std::string said = "it bends away from a bifurcation near a factor of ";
-    const std::size_t at = crooked.load.reason.find(said);
-    REQUIRE(at != std::string::npos);
-    CHECK(std::stod(crooked.load.reason.substr(at + said.size())) ==
-          Approx(*perfect.load.factor).epsilon(100 * turn + 1e-3));
+    if (turn < 5e-4)  // a larger one is not heading for it
+      CHECK(told_bifurcation(crooked.load) ==
+            Approx(*perfect.load.factor).epsilon(100 * turn + 1e-3));
   }
 }
 
